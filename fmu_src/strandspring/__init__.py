@@ -1,0 +1,1 @@
+"""Identify hysteretic springs from measured records and build FMUs of them."""

@@ -1,0 +1,1 @@
+"""Measured force-displacement records: reading, units, reversals and strokes."""
