@@ -1,0 +1,215 @@
+"""The spring over whole paths, vectorised with NumPy from the same functions as the single step."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from .parameters import SpringParameters
+from .restoring import (
+    SpringLaw,
+    elastic_work,
+    falling_work,
+    is_narrow,
+    restoring_force,
+    rising_work,
+    tangent_stiffness,
+)
+from .saturation import GAUSS_3, GAUSS_8, Saturation, falling, inverse_saturation, rising
+from .stepper import omega_on_stroke
+
+FloatArray = NDArray[np.float64]
+
+
+class Vector:
+    """Operations on arrays; the twin of `saturation.Scalar`."""
+
+    exp = np.exp
+    log = np.log
+    log1p = np.log1p
+    expm1 = np.expm1
+    clip = staticmethod(np.clip)
+
+    where = staticmethod(np.where)
+
+    @staticmethod
+    def column(values: Any) -> FloatArray:
+        return np.asarray(values, dtype=np.float64)
+
+    @staticmethod
+    def locate(edges: FloatArray, value: FloatArray) -> NDArray[np.intp]:
+        return np.clip(np.searchsorted(edges, value, side="right") - 1, 0, len(edges) - 2)
+
+    @staticmethod
+    def map(function: Any, *columns: Any) -> Any:
+        return function(*columns)
+
+
+@dataclass(frozen=True, eq=False)
+class Strokes:
+    """Monotone pieces of a path of K samples; the sample at a turning point ends its stroke.
+
+    Attributes
+    ----------
+    first : ndarray of int, shape (S,)      Sample at which each stroke begins (a turning point or sample 0).
+    direction : ndarray of int, shape (S,)  +1 rising, -1 falling displacement.
+    of_sample : ndarray of int, shape (K,)  Stroke that leads to each sample; 0 for the first sample.
+    first_moved : int                       Number of samples before the first motion; they are in no stroke.
+    """
+
+    first: NDArray[np.intp]
+    direction: NDArray[np.int64]
+    of_sample: NDArray[np.intp]
+    first_moved: int
+
+
+def split_strokes(displacement: FloatArray) -> Strokes:
+    """Cut a path at every change of direction; samples that stand still belong to the stroke before them."""
+    signs = np.sign(np.diff(displacement))
+    moving = np.flatnonzero(signs)
+    samples = np.arange(displacement.size)
+    if moving.size == 0:
+        return Strokes(np.zeros(0, np.intp), np.zeros(0, np.int64), np.zeros_like(samples), displacement.size)
+    turns = moving[np.flatnonzero(np.diff(signs[moving])) + 1]
+    first = np.concatenate([moving[:1], turns])
+    direction = signs[first].astype(np.int64)
+    of_sample = np.maximum(np.searchsorted(first, samples, side="left") - 1, 0)
+    return Strokes(first, direction, of_sample, int(first[0]) + 1)
+
+
+def as_path(displacement: ArrayLike) -> FloatArray:
+    """Check a displacement path of shape (K,), K >= 1 [m]."""
+    path = np.asarray(displacement, dtype=np.float64)
+    if path.ndim != 1 or path.size == 0:
+        raise ValueError(f"`displacement` must have shape (K,) with K >= 1, got shape {path.shape}.")
+    if not np.isfinite(path).all():
+        bad = int(np.flatnonzero(~np.isfinite(path))[0])
+        raise ValueError(f"`displacement` must be finite [m], got {path[bad]} at index {bad}.")
+    return path
+
+
+def saturation_of(table: Saturation, xi: FloatArray) -> FloatArray:
+    """W(xi) elementwise."""
+    u = np.empty_like(xi)
+    up = xi >= 0.0
+    u[up] = rising(table, xi[up], Vector)
+    u[~up] = -falling(table, -xi[~up], Vector)
+    return u
+
+
+class PathSolver:
+    """omega, force, stiffness and energy of one spring along displacement paths of shape (K,) [m].
+
+    The first sample is where a path starts, with omega = `omega_start`.
+
+    Parameters
+    ----------
+    parameters : SpringParameters
+    """
+
+    def __init__(self, parameters: SpringParameters) -> None:
+        self.parameters = parameters
+        table = Saturation(parameters.n, parameters.sigma, Vector)
+        self._arrays = SpringLaw(parameters, table)
+        # Turning points are visited one by one, and lists are several times faster there.
+        self._floats = SpringLaw(parameters, table.converted(np.ndarray.tolist))
+
+    def omega(self, path: FloatArray, omega_start: float = 0.0) -> FloatArray:
+        """Normalized hysteretic variable at each sample [-]."""
+        strokes = split_strokes(path)
+        if strokes.direction.size == 0:
+            return np.full(path.shape, omega_start)
+        xi, _ = self._xi(path, strokes, omega_start)
+        omega = strokes.direction[strokes.of_sample] * saturation_of(self._arrays.table, xi)
+        omega[: strokes.first_moved] = omega_start
+        return omega
+
+    def force(self, path: FloatArray, omega_start: float = 0.0) -> FloatArray:
+        """Restoring force at each sample [N], paper eq. (10)."""
+        return np.asarray(restoring_force(self._arrays, self._x(path), self.omega(path, omega_start), Vector))
+
+    def stiffness(self, path: FloatArray, omega_start: float = 0.0) -> FloatArray:
+        """Tangent stiffness at each sample in the direction that led to it [N/m]; of loading at the first."""
+        strokes = split_strokes(path)
+        direction = strokes.direction[strokes.of_sample] if strokes.direction.size else np.ones(path.shape)
+        direction[: strokes.first_moved] = 1
+        omega = self.omega(path, omega_start)
+        return np.asarray(tangent_stiffness(self._arrays, self._x(path), omega, direction, Vector))
+
+    def absorbed_energy(self, path: FloatArray, omega_start: float = 0.0) -> FloatArray:
+        """Integral of the force over the displacement from the first sample to each [J]."""
+        ends = np.array([self.parameters.displacement_min, self.parameters.displacement_max])
+        fine, kept = _with_crossings(path, ends)
+        strokes = split_strokes(fine)
+        x = self._x(fine)
+        elastic = elastic_work(self._arrays, x, Vector)
+        work = np.zeros(fine.shape)
+        if strokes.direction.size:
+            xi, start_xi = self._xi(fine, strokes, omega_start)
+            low = np.where(
+                strokes.of_sample[1:] == strokes.of_sample[:-1], xi[:-1], start_xi[strokes.of_sample[1:]]
+            )
+            direction = strokes.direction
+            x_at_zero = x[strokes.first] - direction * start_xi / self.parameters.rho
+            of = strokes.of_sample[1:]
+            work[1:] = self._work(direction[of], x_at_zero[of], low, xi[1:])
+        return np.asarray(elastic - elastic[0] + np.cumsum(work))[kept]
+
+    def _x(self, path: FloatArray) -> FloatArray:
+        return path - self.parameters.displacement_offset
+
+    def _xi(self, path: FloatArray, strokes: Strokes, omega_start: float) -> tuple[FloatArray, FloatArray]:
+        """xi at each sample and at the start of each stroke; sequential over the strokes only."""
+        law = self._floats
+        starts = path[strokes.first].tolist()
+        start_xi: list[float] = []
+        omega = omega_start
+        for k, direction in enumerate(strokes.direction.tolist()):
+            if k:
+                omega = omega_on_stroke(law, -direction, starts[k - 1], start_xi[-1], starts[k])
+            start_xi.append(inverse_saturation(law.table, direction * omega))
+        start, xi0 = path[strokes.first], np.array(start_xi)
+        of = strokes.of_sample
+        return xi0[of] + self.parameters.rho * np.abs(path - start[of]), xi0
+
+    def _work(self, direction: Any, x_at_zero: FloatArray, low: FloatArray, high: FloatArray) -> FloatArray:
+        """Hysteretic work of each step, cut at the edges between which the integrand is analytic."""
+        edges = self._edges
+        first = np.searchsorted(edges, low, side="right")
+        last = np.maximum(np.searchsorted(edges, high, side="left"), first)
+        pieces = last - first + 1
+        step = np.repeat(np.arange(low.size), pieces)
+        within = np.arange(step.size) - np.repeat(np.cumsum(pieces) - pieces, pieces)
+        edge = first[step] + within
+        begin = np.where(within == 0, low[step], edges[np.minimum(edge - 1, edges.size - 1)])
+        end = np.where(within == pieces[step] - 1, high[step], edges[np.minimum(edge, edges.size - 1)])
+        up, narrow = begin >= 0.0, is_narrow(self._arrays, begin, end, Vector)
+        work = np.zeros(step.size)
+        for integral, side in ((rising_work, up), (falling_work, ~up)):
+            for rule, chosen in ((GAUSS_3, side & narrow), (GAUSS_8, side & ~narrow)):
+                of = step[chosen]
+                work[chosen] = integral(
+                    self._arrays, direction[of], x_at_zero[of], begin[chosen], end[chosen], rule, Vector
+                )
+        return np.bincount(step, weights=work, minlength=low.size)
+
+    @cached_property
+    def _edges(self) -> FloatArray:
+        return np.array(self._floats.work_edges)
+
+
+def _with_crossings(path: FloatArray, levels: FloatArray) -> tuple[FloatArray, NDArray[np.intp]]:
+    """The path with a sample added wherever it crosses a level, and where the original samples are in it."""
+    before, after = path[:-1, None], path[1:, None]
+    step, level = np.nonzero((np.minimum(before, after) < levels) & (levels < np.maximum(before, after)))
+    if step.size == 0:
+        return path, np.arange(path.size)
+    values = levels[level]
+    order = np.lexsort((values * np.sign(np.diff(path))[step], step))
+    fine = np.insert(path, step[order] + 1, values[order])
+    kept = np.arange(path.size) + np.concatenate([[0], np.cumsum(np.bincount(step, minlength=path.size - 1))])
+    return fine, kept.astype(np.intp)

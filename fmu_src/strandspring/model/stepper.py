@@ -1,0 +1,124 @@
+"""The spring one step at a time: the memory that is committed and the response to a trial displacement.
+
+The memory keeps where the present stroke began and xi there, not omega: while the direction holds,
+xi = start_xi + rho*|displacement - start|, so that cutting a stroke into any steps gives the same bits as one
+step. Only a reversal needs the inverse of W.
+
+Standard library only: this file travels inside the FMU.
+"""
+
+from __future__ import annotations
+
+from bisect import bisect_left, bisect_right
+from itertools import pairwise
+from typing import NamedTuple
+
+from .restoring import (
+    SpringLaw,
+    elastic_work,
+    falling_work,
+    is_narrow,
+    restoring_force,
+    rising_work,
+    tangent_stiffness,
+)
+from .saturation import GAUSS_3, GAUSS_8, inverse_saturation, saturation
+
+
+class Memory(NamedTuple):
+    """What the spring remembers of its path; plain numbers, so that it can be serialized.
+
+    Attributes
+    ----------
+    displacement : float   Where the path ends [m].
+    omega : float          Normalized hysteretic variable there [-].
+    direction : int        +1 loading, -1 unloading, 0 before the first motion.
+    start, start_xi : float   Displacement [m] at which the stroke began, and xi there [-].
+    settled, energy : float   Energy absorbed [J] since the beginning up to the displacement `settled` [m]
+                              of this stroke; the rest is integrated when asked for.
+    """
+
+    displacement: float
+    omega: float
+    direction: int
+    start: float
+    start_xi: float
+    settled: float
+    energy: float
+
+
+def rest(displacement: float, omega: float) -> Memory:
+    """The memory at the start of a path."""
+    return Memory(displacement, omega, 0, displacement, 0.0, displacement, 0.0)
+
+
+def advance(law: SpringLaw, memory: Memory, displacement: float) -> Memory:
+    """The memory after a straight path to `displacement` [m]; `memory` itself is left as it was."""
+    travel = displacement - memory.displacement
+    if travel == 0.0:
+        return memory
+    direction = 1 if travel > 0.0 else -1
+    start, start_xi, settled, energy = memory.start, memory.start_xi, memory.settled, memory.energy
+    if direction != memory.direction:
+        start = memory.displacement
+        start_xi = inverse_saturation(law.table, direction * memory.omega)
+        settled, energy = start, absorbed_energy(law, memory)
+    omega = omega_on_stroke(law, direction, start, start_xi, displacement)
+    return Memory(displacement, omega, direction, start, start_xi, settled, energy)
+
+
+def omega_on_stroke(
+    law: SpringLaw, direction: int, start: float, start_xi: float, displacement: float
+) -> float:
+    """omega at a point of a stroke, paper eq. (22) in closed form."""
+    return direction * saturation(law.table, start_xi + law.parameters.rho * abs(displacement - start))
+
+
+def force(law: SpringLaw, memory: Memory) -> float:
+    """Restoring force [N] where the path ends."""
+    x = memory.displacement - law.parameters.displacement_offset
+    return float(restoring_force(law, x, memory.omega))
+
+
+def stiffness(law: SpringLaw, memory: Memory) -> float:
+    """Tangent stiffness [N/m] in the direction of the last motion, of loading before the first one."""
+    x = memory.displacement - law.parameters.displacement_offset
+    return tangent_stiffness(law, x, memory.omega, memory.direction or 1)
+
+
+def absorbed_energy(law: SpringLaw, memory: Memory) -> float:
+    """Integral of the force over the displacement since the beginning of the path [J]."""
+    offset = law.parameters.displacement_offset
+    before, now = memory.settled - offset, memory.displacement - offset
+    if before == now:
+        return memory.energy
+    elastic = elastic_work(law, now) - elastic_work(law, before)
+    return float(memory.energy + elastic + _hysteretic_work(law, memory, before, now))
+
+
+def settle(law: SpringLaw, memory: Memory) -> Memory:
+    """The same memory with its energy integrated up to now, so that asking again costs little."""
+    return memory._replace(settled=memory.displacement, energy=absorbed_energy(law, memory))
+
+
+def _hysteretic_work(law: SpringLaw, memory: Memory, before: float, now: float) -> float:
+    """Integral of kappa_omega*omega*FA from x = `before` to `now` on the present stroke [J]."""
+    rho = law.parameters.rho
+    direction = memory.direction
+    start = memory.start - law.parameters.displacement_offset
+
+    def xi_at(x: float) -> float:
+        return memory.start_xi + rho * abs(x - start)
+
+    first, last = xi_at(before), xi_at(now)
+    edges = law.work_edges
+    cuts = edges[bisect_right(edges, first) : bisect_left(edges, last)]
+    cuts += [xi_at(x) for x in (law.x_min, law.x_max) if min(before, now) < x < max(before, now)]
+    corners = [first, *sorted(cuts), last]
+    x_at_zero = start - direction * memory.start_xi / rho
+    total = 0.0
+    for low, high in pairwise(corners):
+        work = rising_work if low >= 0.0 else falling_work
+        rule = GAUSS_3 if is_narrow(law, low, high) else GAUSS_8
+        total += work(law, direction, x_at_zero, low, high, rule)
+    return total
