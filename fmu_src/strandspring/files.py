@@ -1,0 +1,57 @@
+"""Files on disk: nothing is ever left half-written."""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from .errors import StrandspringError
+
+
+def read_text(path: Path, maximum_bytes: int, kind: str, error: Callable[[str], StrandspringError]) -> str:
+    """Content of a UTF-8 file, or `error` with one sentence that says why it cannot be read."""
+    try:
+        if path.is_dir():
+            raise error(f"{path} is a directory; give the path of a {kind}.")
+        size = path.stat().st_size
+        if size > maximum_bytes:
+            raise error(f"{path} holds {size} bytes, more than the {maximum_bytes} a {kind} may have.")
+        return path.read_text(encoding="utf-8")
+    except UnicodeDecodeError:
+        raise error(f"{path} is not UTF-8 text; give the path of a {kind}.") from None
+    except OSError as problem:
+        raise error(f"{path} cannot be read: {problem.strerror}.") from None
+
+
+@contextmanager
+def replacing(path: Path) -> Iterator[Path]:
+    """A temporary path beside `path` that takes its place when the block ends without an exception.
+
+    Raises
+    ------
+    StrandspringError   If the folder cannot be written to.
+    """
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        handle, name = tempfile.mkstemp(prefix=f".{path.name[:40]}.", suffix=".part", dir=path.parent)
+        os.close(handle)
+    except OSError as problem:
+        raise StrandspringError(f"{path} cannot be written: {problem.strerror}.") from None
+    part = Path(name)
+    try:
+        yield part
+        part.chmod(0o644)
+        part.replace(path)
+    except OSError as problem:
+        raise StrandspringError(f"{path} cannot be written: {problem.strerror}.") from None
+    finally:
+        part.unlink(missing_ok=True)
+
+
+def write_text(path: Path, text: str) -> None:
+    """Write UTF-8 text with \\n line ends."""
+    with replacing(path) as part:
+        part.write_bytes(text.encode("utf-8"))
