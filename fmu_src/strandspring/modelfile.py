@@ -17,9 +17,7 @@ MAXIMUM_BYTES = 10_000_000
 
 # An identifier of C and Python that is also a safe file name.
 NAME_PATTERN = r"^[A-Za-z][A-Za-z0-9_]{0,63}$"
-_RESERVED_ON_WINDOWS = {"con", "prn", "aux", "nul"} | {
-    f"{d}{k}" for d in ("com", "lpt") for k in range(1, 10)
-}
+_RESERVED_ON_WINDOWS = {"con", "prn", "aux", "nul"} | {f"{d}{k}" for d in ("com", "lpt") for k in range(1, 10)}
 
 Number = Annotated[float, Field(allow_inf_nan=False)]
 Coefficients = Annotated[tuple[Number, ...], Field(min_length=1, max_length=MAXIMUM_DEGREE + 1)]
@@ -44,9 +42,7 @@ class Parameters(_Strict):
     rho: Number = Field(gt=0.0, description="Slope of omega at its zero crossing [1/m]")
     sigma: Number = Field(ge=SIGMA_RANGE[0], le=SIGMA_RANGE[1], description="Recovery after a reversal [-]")
     n: Number = Field(ge=N_RANGE[0], le=N_RANGE[1], description="Smoothness exponent [-]")
-    displacement_offset: Number = Field(
-        description="Displacement about which the polynomials are written [m]"
-    )
+    displacement_offset: Number = Field(description="Displacement about which the polynomials are written [m]")
     displacement_min: Number = Field(description="Lower end of the identified range [m]")
     displacement_max: Number = Field(description="Upper end of the identified range [m]")
 

@@ -1,1 +1,7 @@
 """Identification of the spring from records; knows the model and the records, nothing of FMI."""
+
+from .api import Identification, identify
+from .outcomes import IdentificationError, Outcome
+from .two_stage import TwoStageOptions
+
+__all__ = ["Identification", "IdentificationError", "Outcome", "TwoStageOptions", "identify"]

@@ -19,8 +19,7 @@ from .restoring import (
     rising_work,
     tangent_stiffness,
 )
-from .saturation import GAUSS_3, GAUSS_8, Saturation, falling, inverse_saturation, rising
-from .stepper import omega_on_stroke
+from .saturation import GAUSS_3, GAUSS_8, Saturation, falling, inverse_saturation, rising, saturation
 
 FloatArray = NDArray[np.float64]
 
@@ -101,6 +100,30 @@ def saturation_of(table: Saturation, xi: FloatArray) -> FloatArray:
     return u
 
 
+def stroke_start_xi(
+    table: Saturation, rho: float, start: FloatArray, direction: NDArray[np.int64], omega_start: float
+) -> FloatArray:
+    """xi at the beginning of each of S strokes; sequential, since each inherits from the one before.
+
+    Parameters
+    ----------
+    table : Saturation                Tables as lists, several times faster here than arrays.
+    rho : float                       [1/m]
+    start : ndarray, shape (S,)       Displacement at which each stroke begins [m].
+    direction : ndarray, shape (S,)   +1 or -1, alternating.
+    omega_start : float               omega at the beginning of the first stroke.
+    """
+    xis: list[float] = []
+    omega = omega_start
+    starts = start.tolist()
+    for k, sign in enumerate(direction.tolist()):
+        if k:
+            travelled = rho * abs(starts[k] - starts[k - 1])
+            omega = -sign * saturation(table, xis[-1] + travelled)
+        xis.append(inverse_saturation(table, sign * omega))
+    return np.array(xis)
+
+
 class PathSolver:
     """omega, force, stiffness and energy of one spring along displacement paths of shape (K,) [m].
 
@@ -150,9 +173,7 @@ class PathSolver:
         work = np.zeros(fine.shape)
         if strokes.direction.size:
             xi, start_xi = self._xi(fine, strokes, omega_start)
-            low = np.where(
-                strokes.of_sample[1:] == strokes.of_sample[:-1], xi[:-1], start_xi[strokes.of_sample[1:]]
-            )
+            low = np.where(strokes.of_sample[1:] == strokes.of_sample[:-1], xi[:-1], start_xi[strokes.of_sample[1:]])
             direction = strokes.direction
             x_at_zero = x[strokes.first] - direction * start_xi / self.parameters.rho
             of = strokes.of_sample[1:]
@@ -164,17 +185,10 @@ class PathSolver:
 
     def _xi(self, path: FloatArray, strokes: Strokes, omega_start: float) -> tuple[FloatArray, FloatArray]:
         """xi at each sample and at the start of each stroke; sequential over the strokes only."""
-        law = self._floats
-        starts = path[strokes.first].tolist()
-        start_xi: list[float] = []
-        omega = omega_start
-        for k, direction in enumerate(strokes.direction.tolist()):
-            if k:
-                omega = omega_on_stroke(law, -direction, starts[k - 1], start_xi[-1], starts[k])
-            start_xi.append(inverse_saturation(law.table, direction * omega))
-        start, xi0 = path[strokes.first], np.array(start_xi)
+        start = path[strokes.first]
+        start_xi = stroke_start_xi(self._floats.table, self.parameters.rho, start, strokes.direction, omega_start)
         of = strokes.of_sample
-        return xi0[of] + self.parameters.rho * np.abs(path - start[of]), xi0
+        return start_xi[of] + self.parameters.rho * np.abs(path - start[of]), start_xi
 
     def _work(self, direction: Any, x_at_zero: FloatArray, low: FloatArray, high: FloatArray) -> FloatArray:
         """Hysteretic work of each step, cut at the edges between which the integrand is analytic."""
@@ -195,7 +209,7 @@ class PathSolver:
                 work[chosen] = integral(
                     self._arrays, direction[of], x_at_zero[of], begin[chosen], end[chosen], rule, Vector
                 )
-        return np.bincount(step, weights=work, minlength=low.size)
+        return np.bincount(step, weights=work, minlength=low.size).astype(np.float64)
 
     @cached_property
     def _edges(self) -> FloatArray:

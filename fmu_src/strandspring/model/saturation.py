@@ -65,8 +65,7 @@ def _monomials_from_chebyshev_values() -> list[list[float]]:
                 gap = _CHEBYSHEV[j] - _CHEBYSHEV[k]
                 raised = [0.0, *polynomial]
                 polynomial = [
-                    (up - _CHEBYSHEV[k] * low) / gap
-                    for up, low in zip(raised, [*polynomial, 0.0], strict=True)
+                    (up - _CHEBYSHEV[k] * low) / gap for up, low in zip(raised, [*polynomial, 0.0], strict=True)
                 ]
         basis.append(polynomial)
     return [[basis[j][power] for j in range(size)] for power in range(size)]
@@ -229,9 +228,7 @@ def _chebyshev_points(edges: Any, ops: Any) -> Any:
     points: list[Any] = []
     for theta in _CHEBYSHEV:
         points.extend(
-            ops.map(
-                lambda a, b, theta=theta: 0.5 * ((1.0 - theta) * a + (1.0 + theta) * b), edges[:-1], edges[1:]
-            )
+            ops.map(lambda a, b, theta=theta: 0.5 * ((1.0 - theta) * a + (1.0 + theta) * b), edges[:-1], edges[1:])
         )
     return ops.column(points)
 
@@ -243,9 +240,7 @@ def _invert(rate: Any, grid: Any, integral: Any, targets: Any, ops: Any) -> Any:
         cell = ops.locate(integral, target)
         origin = grid[cell]
         base = integral[cell]
-        p = origin + (grid[cell + 1] - origin) * ops.clip(
-            (target - base) / (integral[cell + 1] - base), 0.0, 1.0
-        )
+        p = origin + (grid[cell + 1] - origin) * ops.clip((target - base) / (integral[cell + 1] - base), 0.0, 1.0)
         for _ in range(_NEWTON_STEPS):
             p = p + (target - base - quadrature(rate, origin, p)) / rate(p)
         return p

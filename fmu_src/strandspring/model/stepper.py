@@ -63,15 +63,9 @@ def advance(law: SpringLaw, memory: Memory, displacement: float) -> Memory:
         start = memory.displacement
         start_xi = inverse_saturation(law.table, direction * memory.omega)
         settled, energy = start, absorbed_energy(law, memory)
-    omega = omega_on_stroke(law, direction, start, start_xi, displacement)
+    # Paper eq. (22) in closed form.
+    omega = direction * saturation(law.table, start_xi + law.parameters.rho * abs(displacement - start))
     return Memory(displacement, omega, direction, start, start_xi, settled, energy)
-
-
-def omega_on_stroke(
-    law: SpringLaw, direction: int, start: float, start_xi: float, displacement: float
-) -> float:
-    """omega at a point of a stroke, paper eq. (22) in closed form."""
-    return direction * saturation(law.table, start_xi + law.parameters.rho * abs(displacement - start))
 
 
 def force(law: SpringLaw, memory: Memory) -> float:
@@ -83,7 +77,7 @@ def force(law: SpringLaw, memory: Memory) -> float:
 def stiffness(law: SpringLaw, memory: Memory) -> float:
     """Tangent stiffness [N/m] in the direction of the last motion, of loading before the first one."""
     x = memory.displacement - law.parameters.displacement_offset
-    return tangent_stiffness(law, x, memory.omega, memory.direction or 1)
+    return float(tangent_stiffness(law, x, memory.omega, memory.direction or 1))
 
 
 def absorbed_energy(law: SpringLaw, memory: Memory) -> float:

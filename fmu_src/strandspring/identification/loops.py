@@ -1,0 +1,123 @@
+"""The strokes of one or more records as weighted points, the form every identification works on."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..model.path import Vector, saturation_of, stroke_start_xi
+from ..model.saturation import Saturation
+from ..records.strokes import Strokes
+
+FloatArray = NDArray[np.float64]
+IndexArray = NDArray[np.intp]
+
+# A stroke with more samples than this is averaged over cells of travel; the cells are narrow after the reversal,
+# where the force bends most.
+POINTS_PER_STROKE = 160
+
+
+@dataclass(frozen=True, eq=False)
+class Loops:
+    """P points on S strokes; a stroke may have no points and still carry the memory to the next.
+
+    Attributes
+    ----------
+    displacement, force, weight : ndarray, shape (P,)   [m], [N], number of samples behind the point.
+    travel : ndarray, shape (P,)        Distance from the reversal before [m], rising within a stroke.
+    stroke : ndarray of int, shape (P,) Stroke of each point, ascending.
+    direction, start, length : ndarray, shape (S,)      +1 or -1, where it begins [m], how long it is [m].
+    record : ndarray of int, shape (S,) Record of each stroke; the memory starts anew with each record.
+    """
+
+    displacement: FloatArray
+    force: FloatArray
+    weight: FloatArray
+    travel: FloatArray
+    stroke: IndexArray
+    direction: NDArray[np.int64]
+    start: FloatArray
+    length: FloatArray
+    record: IndexArray
+
+    @property
+    def side(self) -> NDArray[np.int64]:
+        """+1 on loading points, -1 on unloading points, shape (P,)."""
+        return self.direction[self.stroke]
+
+    def omega(self, rho: float, sigma: float, n: float) -> FloatArray:
+        """omega at every point by the closed form, each record starting from omega = 0."""
+        table = Saturation(n, sigma, Vector)
+        lists = table.converted(np.ndarray.tolist)
+        xi0 = np.concatenate(
+            [
+                stroke_start_xi(lists, rho, self.start[of], self.direction[of], 0.0)
+                for of in (self.record == k for k in np.unique(self.record))
+            ]
+        )
+        return np.asarray(self.side * saturation_of(table, xi0[self.stroke] + rho * self.travel))
+
+
+def single_branch(displacement: FloatArray, force: FloatArray) -> Loops:
+    """One loading stroke given by its points, which must rise in displacement."""
+    travel = displacement - displacement[0]
+    one = np.ones(1, np.int64)
+    return Loops(
+        displacement, force, np.ones(force.size), travel, np.zeros(force.size, np.intp),
+        one, displacement[:1], travel[-1:], np.zeros(1, np.intp),
+    )  # fmt: skip
+
+
+def gather(strokes: Strokes, force: FloatArray, first_used: int) -> Loops:
+    """Points of one record, averaged where a stroke has many samples.
+
+    Parameters
+    ----------
+    strokes : Strokes
+    force : ndarray, shape (K,)   [N]
+    first_used : int              Strokes before this one carry memory only.
+    """
+    used = strokes.of_sample >= first_used
+    used[0] = first_used == 0
+    stroke = strokes.of_sample[used]
+    travel = strokes.travel[used]
+    columns = [strokes.displacement[used], force[used], travel]
+    samples = np.bincount(stroke, minlength=strokes.count)
+    if samples.max() <= POINTS_PER_STROKE:
+        # Travel rises within a stroke because the displacement was made monotone.
+        x, r, s = columns
+        weight = np.ones(stroke.size)
+    else:
+        share = np.sqrt(travel / strokes.length[stroke])
+        cells = stroke * POINTS_PER_STROKE + np.minimum(
+            (share * POINTS_PER_STROKE).astype(np.intp), POINTS_PER_STROKE - 1
+        )
+        count = np.bincount(cells)
+        filled = np.flatnonzero(count)
+        weight = count[filled].astype(np.float64)
+        x, r, s = (np.bincount(cells, weights=column)[filled] / weight for column in columns)
+        stroke = filled // POINTS_PER_STROKE
+    return Loops(
+        x, r, weight, s, stroke,
+        strokes.direction, strokes.turning_displacement[:-1], strokes.length, np.zeros(strokes.count, np.intp),
+    )  # fmt: skip
+
+
+def join(parts: Sequence[Loops]) -> Loops:
+    """The loops of several records of one spring as one."""
+    counts = [part.direction.size for part in parts]
+    offsets = np.cumsum([0, *counts[:-1]])
+
+    def column(name: str) -> FloatArray:
+        return np.concatenate([getattr(part, name) for part in parts])
+
+    return Loops(
+        column("displacement"), column("force"), column("weight"), column("travel"),
+        np.concatenate([part.stroke + offset for part, offset in zip(parts, offsets, strict=True)]),
+        np.concatenate([part.direction for part in parts]),
+        column("start"), column("length"),
+        np.repeat(np.arange(len(parts)), counts),
+    )  # fmt: skip

@@ -1,0 +1,73 @@
+"""What an identification can end with: each outcome is a whole sentence with advice."""
+
+from __future__ import annotations
+
+from enum import Enum
+
+from ..errors import StrandspringError
+
+
+class Outcome(Enum):
+    """Outcomes; the value is the sentence that travels into messages, reports and JSON."""
+
+    # Refusals
+    TOO_FEW_STROKES = (
+        "The displacement does not go forth and back over one full range; record at least one whole cycle."
+    )
+    FORCE_REVERSED = (
+        "The force falls as the displacement rises; negate a column with --reverse displacement or --reverse force."
+    )
+    COLUMNS_SWAPPED = (
+        "The loop runs the wrong way round, as if the spring gave energy away; displacement and force are probably "
+        "swapped: exchange --displacement and --force."
+    )
+    SNAP_THROUGH = (
+        "The force collapses while the displacement goes on (snap-through), which no single-valued stiffness with "
+        "bounded hysteresis can follow; identify a range without the snap."
+    )
+    BRANCHES_CROSS = (
+        "The unloading branch lies above the loading branch over part of the range, so no positive amplifier FA "
+        "exists; check the synchronisation of the two sensors or identify a smaller range."
+    )
+    NO_LOOP = (
+        "No hysteresis stands out of the noise, so its parameters cannot be told; use a plain nonlinear spring or "
+        "record larger strokes."
+    )
+
+    # Cautions: a model is returned
+    NO_STEADY_SECTION = (
+        "The strokes end before the hysteresis saturates, so there is no steady section; sigma, n and the split "
+        "between elastic and hysteretic force are uncertain: record longer strokes."
+    )
+    FIRST_CYCLE_DIFFERS = "The first cycle differs from the later ones and was left out."
+    DRIFT = (
+        "The force drifts from cycle to cycle; the model describes the mean of the cycles: warm up or exercise the "
+        "specimen first, or check the force sensor's zero."
+    )
+    SIGMA_AT_BOUND = (
+        "sigma ended at its bound, so the recovery after a reversal is not told well by these records; sample the "
+        "reversals more densely."
+    )
+    N_AT_BOUND = (
+        "n ended at its bound, so the knee of the loop is not told well by these records; sample it more densely."
+    )
+    AMPLIFIER_REDUCED = (
+        "The amplifier FA of the wanted degree was not positive over the whole range; its degree was lowered until "
+        "it was."
+    )
+    POOR_FIT = (
+        "The model follows these records poorly (RNL below 0.9); look at the report's plot and try higher --degrees."
+    )
+
+
+class IdentificationError(StrandspringError):
+    """The records cannot be described by a physically possible model; `outcome` says why.
+
+    Attributes
+    ----------
+    outcome : Outcome
+    """
+
+    def __init__(self, outcome: Outcome, where: str, detail: str = "") -> None:
+        self.outcome = outcome
+        super().__init__(f"{where}: {outcome.value}{detail}")

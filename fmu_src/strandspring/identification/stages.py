@@ -1,0 +1,190 @@
+"""The two stages of the paper, each one linear least-squares problem.
+
+Stage 1 (paper eqs. 12-20) reads FE and kappa_omega*FA from the points at which omega is known. In the paper that is
+the steady section, omega = +1 on loading and -1 on unloading points; here each branch is used wherever it alone is
+saturated, so that the whole range is covered and nothing is extrapolated:
+
+    r = FE(x) + omega*G(x),     G = kappa_omega*FA.
+
+Stage 2 (eqs. 21-25) extracts omega = (r - FE)/G and reads rho, sigma, n from it. Instead of differentiating noisy
+data at three points it integrates eq. (22) along each stroke; with u = side*omega and the travel s,
+
+    u(s) = u(0) + a*[s - integral over u > 0 of u^n ds] + b*integral over u < 0 of (-u)^n ds,
+    a = rho,   b = rho*(2*sigma - 1),
+
+which is linear in a, b and u(0) for a given n; n comes from a bounded scan of its whole range.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .loops import Loops
+from .polynomials import Basis
+from .smoothing import automatic_half_width, moving_average
+
+FloatArray = NDArray[np.float64]
+
+SIGMA_BOUNDS = (0.5, 50.0)
+N_BOUNDS = (0.05, 20.0)
+_N_SCAN = np.geomspace(*N_BOUNDS, 25)
+# Singular values of the steady section below this share of the largest are noise: the branches overlap too little.
+_STEADY_RCOND = 1e-3
+# FA may not fall below this share of its median while omega is extracted.
+_LEAST_AMPLIFIER = 0.1
+
+
+@dataclass(frozen=True)
+class Hysteresis:
+    """rho [1/m], sigma, n of eq. (11)."""
+
+    rho: float
+    sigma: float
+    n: float
+
+
+@dataclass(frozen=True, eq=False)
+class Backbone:
+    """FE and G = kappa_omega*FA as Legendre coefficients, and both at the points of the loops [N]."""
+
+    elastic: FloatArray
+    amplified: FloatArray
+    FE: FloatArray
+    G: FloatArray
+
+
+def fit_backbone(
+    loops: Loops, basis: Basis, omega: FloatArray, chosen: NDArray[np.bool_] | None = None
+) -> Backbone | None:
+    """Stage 1: FE and G by linear least squares on the chosen points; None if they are too few.
+
+    Parameters
+    ----------
+    loops : Loops
+    basis : Basis
+    omega : ndarray, shape (P,)            omega at each point: +-1 in the steady section.
+    chosen : ndarray of bool, shape (P,)   The steady section; all points if None.
+    """
+    columns_E, columns_A = basis.columns(loops.displacement)
+    matrix = np.hstack([columns_E, omega[:, None] * columns_A])
+    root = np.sqrt(loops.weight)
+    rows = slice(None) if chosen is None else chosen
+    rcond = 1e-12 if chosen is None else _STEADY_RCOND
+    weighted = (matrix * root[:, None])[rows]
+    if weighted.shape[0] < 2 * weighted.shape[1]:
+        return None
+    solution = np.linalg.lstsq(weighted, (loops.force * root)[rows], rcond=rcond)[0]
+    elastic, amplified = np.split(solution, [columns_E.shape[1]])
+    return Backbone(elastic, amplified, columns_E @ elastic, columns_A @ amplified)
+
+
+def extract_omega(loops: Loops, backbone: Backbone, half_width: int | None) -> tuple[FloatArray, FloatArray] | None:
+    """omega = (r - FE)/G (eq. 21) after smoothing, and the G it was divided by; None without a positive loop.
+
+    Parameters
+    ----------
+    half_width : int or None    Of the moving average; from the noise if None.
+    """
+    middle = float(np.median(backbone.G))
+    if middle <= 0.0:
+        return None
+    G = np.maximum(backbone.G, _LEAST_AMPLIFIER * middle)
+    omega = (loops.force - backbone.FE) / G
+    if half_width is None:
+        half_width = automatic_half_width(loops, omega, 1.0)
+    return moving_average(loops, omega, half_width), G
+
+
+def fit_hysteresis(loops: Loops, backbone: Backbone, half_width: int | None = None) -> tuple[Hysteresis, float] | None:
+    """Stage 2: rho, sigma, n and the rms misfit [N] of the integrated eq. (22); None without a positive loop."""
+    extracted = extract_omega(loops, backbone, half_width)
+    if extracted is None:
+        return None
+    omega, G = extracted
+    u = loops.side * omega
+    line = _IntegratedLine(loops, np.clip(u, -1.0, 1.0), np.clip(u, -1.5, 1.5), loops.weight * G**2)
+    misfit, slopes = line.fit(_N_SCAN)
+    best = int(np.argmin(misfit))
+    if not np.isfinite(misfit[best]):
+        return None
+    n = _N_SCAN[best]
+    if 0 < best < _N_SCAN.size - 1:
+        finer = np.geomspace(_N_SCAN[best - 1], _N_SCAN[best + 1], 9)
+        fine_misfit, fine_slopes = line.fit(finer)
+        pick = int(np.argmin(fine_misfit))
+        n, misfit, slopes, best = finer[pick], fine_misfit, fine_slopes, pick
+    rho, recovery = slopes[best]
+    sigma = float(np.clip(0.5 * (1.0 + recovery / rho), *SIGMA_BOUNDS))
+    return Hysteresis(float(rho), sigma, float(n)), float(np.sqrt(misfit[best] / loops.weight.sum()))
+
+
+class _IntegratedLine:
+    """Weighted least squares of the integrated eq. (22) for many n at once; u(0) of each stroke is free."""
+
+    def __init__(self, loops: Loops, u: FloatArray, target: FloatArray, weight: FloatArray) -> None:
+        self.first = np.flatnonzero(np.diff(loops.stroke, prepend=-1))
+        sizes = np.diff(np.append(self.first, loops.stroke.size))
+        self.weight = weight
+        self.total = np.add.reduceat(weight, self.first)
+        self.sizes = sizes
+        before = np.concatenate([[0.0], u[:-1]])
+        before[self.first] = u[self.first]
+        self.steps = np.diff(loops.travel, prepend=0.0)
+        self.steps[self.first] = loops.travel[self.first]
+        self.travel = loops.travel
+        self.u, self.before = u, before
+        self.target = self._centred(target[None])[0]
+
+    def fit(self, n: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Weighted squared misfit, shape (n,), inf where no rho > 0 fits, and slopes a, b, shape (n, 2)."""
+        driven, recovered = self._regressors(n)
+        driven, recovered = self._centred(self.travel - driven), self._centred(recovered)
+        aa, ab, bb = ((p * q) @ self.weight for p, q in ((driven, driven), (driven, recovered), (recovered, recovered)))
+        ay, by = driven @ (self.weight * self.target), recovered @ (self.weight * self.target)
+        yy = float(self.weight @ self.target**2)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            determinant = aa * bb - ab**2
+            a = (bb * ay - ab * by) / determinant
+            b = (aa * by - ab * ay) / determinant
+            # sigma >= 1/2 means b >= 0: on that bound the line has one slope only.
+            bound = ~(b >= 0.0)
+            a = np.where(bound, ay / aa, a)
+            b = np.where(bound, 0.0, b)
+            misfit = yy - 2 * (a * ay + b * by) + a**2 * aa + 2 * a * b * ab + b**2 * bb
+            misfit = np.where((a > 0.0) & np.isfinite(misfit), np.maximum(misfit, 0.0), np.inf)
+        return misfit, np.stack([a, b], axis=1)
+
+    def _centred(self, columns: FloatArray) -> FloatArray:
+        mean = np.add.reduceat(columns * self.weight, self.first, axis=1) / self.total
+        return np.asarray(columns - np.repeat(mean, self.sizes, axis=1))
+
+    def _regressors(self, n: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Integrals of u^n over u > 0 and of (-u)^n over u < 0 along each stroke, shape (n, P).
+
+        Between two points u is taken as a straight line and integrated exactly, across zero too.
+        """
+        low, high = self.before, self.u
+        change = high - low
+        flat = np.abs(change) < 1e-9
+        span = np.where(flat, 1.0, change)
+        power = n[:, None] + 1.0
+        with np.errstate(divide="ignore"):
+            ends = [
+                np.exp(power * np.log(np.maximum(sign * value, 0.0))) for sign in (1.0, -1.0) for value in (low, high)
+            ]
+        positive = (ends[1] - ends[0]) / (power * span)
+        negative = (ends[2] - ends[3]) / (power * span)
+        if flat.any():
+            level = np.abs(high[flat]) ** n[:, None]
+            positive[:, flat] = np.where(high[flat] > 0.0, level, 0.0)
+            negative[:, flat] = np.where(high[flat] < 0.0, level, 0.0)
+        return self._running(positive * self.steps), self._running(negative * self.steps)
+
+    def _running(self, pieces: FloatArray) -> FloatArray:
+        """Cumulative sum that starts anew with each stroke."""
+        sums = np.cumsum(pieces, axis=1)
+        before = sums[:, self.first] - pieces[:, self.first]
+        return np.asarray(sums - np.repeat(before, self.sizes, axis=1))

@@ -1,0 +1,97 @@
+"""`Spring`: an identified spring as users hold it, loaded from and saved to a model file."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from .model.parameters import SpringParameters
+from .model.path import PathSolver, as_path
+from .modelfile import ModelFile, load_model, model_file, save_model
+
+FloatArray = NDArray[np.float64]
+
+
+class Spring:
+    """A hysteretic spring: modified normalized Bouc-Wen model of Zhao et al. 2013 in closed form.
+
+    Parameters
+    ----------
+    parameters : SpringParameters
+    name : str          Identifier for the model file and the FMU.
+    description : str   Free text.
+
+    Raises
+    ------
+    ModelError          If the name is not an identifier.
+
+    Examples
+    --------
+    >>> from strandspring import Spring, SpringParameters
+    >>> spring = Spring(SpringParameters((0.0, 2000.0), (1.0,), 10.0, 500.0, 1.0, 1.0, 0.0, -0.02, 0.02))
+    >>> spring.response([0.0, 0.01, 0.0]).round(3).tolist()
+    [0.0, 29.933, -9.866]
+    """
+
+    def __init__(self, parameters: SpringParameters, name: str = "spring", description: str = "") -> None:
+        self._become(model_file(name, parameters, description))
+
+    def _become(self, model: ModelFile) -> None:
+        self.model = model
+        self.parameters = model.parameters.spring()
+        self._solver = PathSolver(self.parameters)
+
+    @classmethod
+    def of(cls, model: ModelFile) -> Spring:
+        """The spring of a model file already in memory."""
+        spring = cls.__new__(cls)
+        spring._become(model)
+        return spring
+
+    @classmethod
+    def load(cls, path: str | Path) -> Spring:
+        """Read a model file; raises ModelError with one sentence if it is not a possible spring."""
+        return cls.of(load_model(path))
+
+    def save(self, path: str | Path) -> None:
+        """Write the model file; the same spring gives the same bytes."""
+        save_model(path, self.model)
+
+    def response(self, displacement: ArrayLike, omega_start: float = 0.0) -> FloatArray:
+        """Restoring force along a displacement path, paper eqs. (10)-(11), exact whatever the sampling.
+
+        Parameters
+        ----------
+        displacement : array_like, shape (K,)   [m]; the first sample is where the path starts.
+        omega_start : float                     Normalized hysteretic variable there, within [-1, 1].
+
+        Returns
+        -------
+        ndarray, shape (K,)                     Force [N].
+
+        Raises
+        ------
+        ValueError                              If a displacement is not finite or omega_start out of bounds.
+        """
+        return self._solver.force(as_path(displacement), _checked_omega(omega_start))
+
+    def omega(self, displacement: ArrayLike, omega_start: float = 0.0) -> FloatArray:
+        """Normalized hysteretic variable along a path, shape (K,) [-]; arguments as for `response`."""
+        return self._solver.omega(as_path(displacement), _checked_omega(omega_start))
+
+    def stiffness(self, displacement: ArrayLike, omega_start: float = 0.0) -> FloatArray:
+        """Tangent stiffness in the direction of motion, shape (K,) [N/m]; arguments as for `response`."""
+        return self._solver.stiffness(as_path(displacement), _checked_omega(omega_start))
+
+    def absorbed_energy(self, displacement: ArrayLike, omega_start: float = 0.0) -> FloatArray:
+        """Integral of the force over the displacement, shape (K,) [J]; arguments as for `response`."""
+        return self._solver.absorbed_energy(as_path(displacement), _checked_omega(omega_start))
+
+
+def _checked_omega(omega_start: float) -> float:
+    value = float(omega_start)
+    if not -1.0 <= value <= 1.0:
+        raise ValueError(f"`omega_start` must be within [-1, 1], got {value!r}.")
+    return value
