@@ -1,0 +1,263 @@
+"""Which column of a table is displacement, force and time, and in which unit: found, or refused in words."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from ..errors import RecordError
+from .dialect import Dialect, words
+from .units import Quantity, kind_of_unit, quoted, unit_factor
+
+DEFAULT_UNITS: Mapping[Quantity, str] = {"displacement": "mm", "force": "N", "time": "s"}
+
+# Lower case; written without blanks. Words in scripts without blanks are also found inside a name.
+_WORDS: Mapping[Quantity, frozenset[str]] = {
+    "displacement": words(
+        """displacement disp displ position pos deflection stroke travel extension elongation deformation x
+        weg federweg auslenkung verschiebung verformung hub déplacement deplacement spostamento
+        desplazamiento 位移 变形 行程 変位"""
+    ),
+    "force": words(
+        """force load f kraft prüfkraft standardkraft federkraft last forza carico fuerza carga
+        力 载荷 荷载 荷重"""
+    ),
+    "time": words("time t zeit temps tempo tiempo 时间 時間"),
+}
+_NOT_FORCE = re.compile("[应應压壓扭]力")  # stress, pressure, torque
+_BRACKETED = re.compile(r"[\[(（【]([^\[\]()（）【】]*)[\])）】]")
+_AFTER_SLASH = re.compile(r"(.*[^\W\d].*?)\s*/\s*([^\W\d]+)")
+_AFTER_BLANK = re.compile(r"(.*[^\W\d].*?)[\s_,]+([^\W\d_]+)")
+# After a blank or underscore only what can hardly be a word: "force_history_NS" carries no unit.
+_SUFFIX_UNITS = words(
+    """m mm MM cm um µm μm in inch inches ft N kN KN MN mN daN lbf lbs kip kips kgf gf
+    s sec ms msec min"""
+)
+# "F_m" may be a measured force and "force_min" the smallest: no sign of swapped columns.
+_UNSURE_SUFFIXES = words("m in s min N")
+_FIRST_IDEOGRAPH = "\u4e00"
+_NO_RANK = 9
+_LISTED_COLUMNS = 12
+_LONGEST_NAME = 200  # keeps the patterns above from backtracking for long
+
+
+@dataclass(frozen=True)
+class Column:
+    """One column of a table: 1-based number, name in the header ("" without), its unit, a few values."""
+
+    number: int
+    name: str
+    label: str
+    unit: str | None
+    unit_is_sure: bool
+    cells: tuple[str, ...]
+    numeric: bool
+
+    def __str__(self) -> str:
+        return f"column {self.number} {quoted(self.name)}" if self.name else f"column {self.number}"
+
+
+def table_columns(dialect: Dialect) -> list[Column]:
+    """Columns of a table with their names and units; a row of units counts more than the header."""
+    columns = []
+    for i in range(dialect.width):
+        name = dialect.header[i] if dialect.header else ""
+        label, unit, sure = _split_unit(name)
+        if dialect.units and dialect.units[i].strip("[]() "):
+            unit, sure = dialect.units[i].strip("[]() "), True
+        cells = tuple(row[i] for row in dialect.rows if i < len(row))
+        columns.append(Column(i + 1, name, label, unit, sure, cells, dialect.numeric[i]))
+    return columns
+
+
+def choose_columns(
+    columns: Sequence[Column], asked: Mapping[Quantity, int | str | None], where: str
+) -> tuple[dict[Quantity, Column], list[str]]:
+    """Find the columns of displacement, force and, where there is one, time.
+
+    Parameters
+    ----------
+    columns : sequence of Column   All columns of the table.
+    asked : mapping                Name or 1-based number per quantity, None to find it by its name.
+    where : str                    File, for messages.
+
+    Returns
+    -------
+    (dict, list of str)            Column per quantity; sentences about what was decided here.
+
+    Raises
+    ------
+    RecordError                    If a column is not found, ambiguous or asked for twice.
+    """
+    chosen: dict[Quantity, Column] = {
+        quantity: _asked_column(columns, wanted, quantity, where)
+        for quantity, wanted in asked.items()
+        if wanted is not None
+    }
+    seen: dict[int, Quantity] = {}
+    for quantity, column in chosen.items():
+        if column.number in seen:
+            raise RecordError(
+                f"{where}: {column} must not be both {seen[column.number]} and {quantity}; name two columns."
+            )
+        seen[column.number] = quantity
+    notes = [f"{quantity} is {column}, as asked" for quantity, column in chosen.items()]
+    has_names = any(column.name for column in columns)
+    for quantity in ("displacement", "force", "time"):
+        if quantity in chosen:
+            continue
+        free = [column for column in columns if column not in chosen.values()]
+        found = _named_columns(free, quantity)
+        if len(found) == 1:
+            chosen[quantity] = found[0]
+            notes.append(f"{quantity} is {found[0]}, chosen by its name or unit")
+        elif quantity == "time":
+            if found:
+                notes.append(f"time is left out, since {_listed(found)} could hold it")
+        elif not has_names and len(columns) == 2 and not found:
+            chosen[quantity] = free[0]
+            notes.append(f"{quantity} is assumed to be {free[0]}, as there is no header")
+        else:
+            raise RecordError(_undecided(columns, found, quantity, has_names, where))
+    return chosen, notes
+
+
+def choose_unit(column: Column, quantity: Quantity, asked: str | None, where: str) -> tuple[str, float, str]:
+    """Unit of a column: the one asked for, else that in the file, else the usual one of test rigs.
+
+    Returns
+    -------
+    (str, float, str)   Unit, its size in SI units, and the sentence that tells where it is from.
+
+    Raises
+    ------
+    RecordError         If the unit is unknown, or that in the file says that columns are swapped.
+    """
+    found, kind = column.unit, None if column.unit is None else kind_of_unit(column.unit)
+    if found is not None and not column.unit_is_sure and kind != quantity:
+        found = None
+    if found is not None and {kind, quantity} == {"displacement", "force"}:
+        raise RecordError(
+            f"{where}, {column}: must be a {quantity}, but the file gives it the unit {quoted(found)} "
+            f"of a {kind}; the columns look swapped, name them the other way round."
+        )
+    unit, source = (asked, "as asked") if asked is not None else (found, "found in the file")
+    if unit is None:
+        unit, source = DEFAULT_UNITS[quantity], "assumed, as none is given"
+    elif asked is not None and found is not None and found != asked:
+        source = f"as asked, though the file says {quoted(found)}"
+    try:
+        factor = unit_factor(unit, quantity)
+    except RecordError as error:
+        raise RecordError(f"{where}, {column}: {error}") from None
+    return unit, factor, f"the unit of {quantity} is {unit} ({source})"
+
+
+def _split_unit(header: str) -> tuple[str, str | None, bool]:
+    """Label, unit and whether the unit is meant as one, of "Force [kN]", "Disp/mm" or "force_kN"."""
+    if len(header) > _LONGEST_NAME:
+        return header, None, False
+    groups = [group.strip() for group in _BRACKETED.findall(header) if group.strip()]
+    if groups:
+        units = [group for group in groups if kind_of_unit(group)]
+        return _BRACKETED.sub(" ", header).strip(), (units or groups)[-1], True
+    if (match := _AFTER_SLASH.fullmatch(header)) and kind_of_unit(match[2]):
+        return match[1], match[2], True
+    if (match := _AFTER_BLANK.fullmatch(header)) and match[2] in _SUFFIX_UNITS:
+        return match[1], match[2], match[2] not in _UNSURE_SUFFIXES
+    return header, None, False
+
+
+def _asked_column(columns: Sequence[Column], wanted: int | str, quantity: Quantity, where: str) -> Column:
+    if isinstance(wanted, str):
+        text = wanted.strip()
+        rules = (
+            lambda column: column.name == text,
+            lambda column: column.name.casefold() == text.casefold(),
+            lambda column: _squeezed(column.name) == _squeezed(text),
+            lambda column: _squeezed(column.label) == _squeezed(_split_unit(text)[0]),
+        )
+        for rule in rules:
+            found = [column for column in columns if column.name and rule(column)]
+            if len(found) == 1:
+                return found[0]
+            if found:
+                raise RecordError(
+                    f"{where}: {quantity} column {quoted(wanted)} must name one column, "
+                    f"but it fits {_listed(found)}; give a number."
+                )
+        if not re.fullmatch(r"[0-9]{1,9}", text):
+            raise RecordError(
+                f"{where}: {quantity} column {quoted(wanted)} is not in the file, "
+                f"which has {_listed(columns)}; give one of these names or numbers."
+            )
+    number = int(wanted)
+    if not 1 <= number <= len(columns):
+        raise RecordError(
+            f"{where}: {quantity} column must be 1 to {len(columns)}, got {number}; the file has {_listed(columns)}."
+        )
+    return columns[number - 1]
+
+
+def _named_columns(columns: Sequence[Column], quantity: Quantity) -> list[Column]:
+    """Columns whose name or unit speaks of a quantity, those of the strictest rule that finds any."""
+    ranks = {column.number: _rank(column, quantity) for column in columns}
+    best = min(ranks.values(), default=_NO_RANK)
+    found = [column for column in columns if ranks[column.number] == best < _NO_RANK]
+    numeric = [column for column in found if column.numeric] or found
+    return [column for column in numeric if column.unit and kind_of_unit(column.unit) == quantity] or numeric
+
+
+def _rank(column: Column, quantity: Quantity) -> int:
+    """0: the name is a word for the quantity; 1: it begins with one; 2: it holds one; 3: the unit fits."""
+    known = _WORDS[quantity]
+    separate = re.sub(r"(?<=[a-z])(?=[A-Z])", " ", column.label).casefold()
+    tokens = [token for token in re.split(r"[\W\d_]+", separate) if token]
+    if "".join(tokens) in known:
+        return 0
+    # A single letter is a name, but says nothing inside one: "Force x".
+    is_word = [len(token) > 1 and token in known for token in tokens]
+    if is_word and is_word[0]:
+        return 1
+    without_stress = _NOT_FORCE.sub("", column.label)
+    if any(is_word) or any(word in without_stress for word in known if word[0] >= _FIRST_IDEOGRAPH):
+        return 2
+    if column.unit and column.unit_is_sure and kind_of_unit(column.unit) == quantity:
+        return 3
+    return _NO_RANK
+
+
+def _undecided(
+    columns: Sequence[Column], found: Sequence[Column], quantity: Quantity, has_names: bool, where: str
+) -> str:
+    if found:
+        reason = f"{_listed(found)} could be the {quantity}"
+    elif has_names:
+        reason = f"no column is named like a {quantity} among {_listed(columns)}"
+    else:
+        reason = f"there is no header to find the {quantity} by among {_listed(columns)}"
+    return f"{where}: {reason}; name the columns with --displacement and --force."
+
+
+def _listed(columns: Sequence[Column]) -> str:
+    """Columns with first value and range in the head, such as "column 1 'Time' (0.0, 0 to 12)"."""
+    texts = []
+    for column in columns[:_LISTED_COLUMNS]:
+        values = [cell for cell in column.cells if cell]
+        content = f" ({quoted(values[0])[1:-1]} first{_range(values)})" if values else " (empty)"
+        texts.append(f"{column}{content}")
+    more = len(columns) - _LISTED_COLUMNS
+    return ", ".join(texts) + (f" and {more} more" if more > 0 else "")
+
+
+def _range(cells: Sequence[str]) -> str:
+    try:
+        values = [float(cell.replace(",", ".")) for cell in cells]
+    except ValueError:
+        return ""
+    return f", {min(values):.6g} to {max(values):.6g}"
+
+
+def _squeezed(name: str) -> str:
+    return re.sub(r"[\s_]+", "", name).casefold()

@@ -1,0 +1,262 @@
+"""How a delimited text file is written: separator, decimal mark, first row of numbers, header, unit row.
+
+Decided on the head of the file alone. A way of writing is a guess (separator, decimal mark); the guess that
+makes numbers of the largest share of cells wins. Rows that look wrong inside the table are never skipped
+here: they stay in the table, where the reader refuses them with their line number.
+"""
+
+from __future__ import annotations
+
+import csv
+import re
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from ..errors import RecordError
+from .units import kind_of_unit, quoted
+
+
+def words(text: str) -> frozenset[str]:
+    """The words of a text."""
+    return frozenset(text.split())
+
+
+# Best guess first: on equal evidence the earlier one wins. None stands for runs of blanks. A comma as both
+# separator and decimal mark works where every cell is quoted.
+_GUESSES = (
+    ("\t", "."), (";", "."), (",", "."), (None, "."), ("\t", ","), (";", ","), (None, ","), (",", ","),
+)  # fmt: skip
+_NUMBER = {
+    ".": re.compile(r"[+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?"),
+    ",": re.compile(r"[+-]?(?:[0-9]+|[0-9]*,[0-9]+)(?:[eE][+-]?[0-9]+)?"),
+}
+# Spellings that Pandas reads as not-a-number or infinity.
+NOT_A_NUMBER = words(
+    """nan -nan na n/a #n/a #na <na> null none inf +inf -inf infinity +infinity -infinity
+    1.#qnan -1.#ind"""
+)
+_RULE = re.compile(r"[-=_*.]{2,}")  # a line drawn under the header
+_STARTS_QUOTED = re.compile(r"""(?:^|[\s,;])\"""")
+_OTHER_UNITS = words("- % ° °c c k v mv a ma hz deg pa kpa mpa psi bar mm/s mm/min 1 cycle cycles")
+_JUDGED_LINES = 200
+_QUOTED_LINE_LENGTH = 100_000  # the csv module refuses fields longer than 131072 characters
+
+
+@dataclass(frozen=True)
+class Dialect:
+    """How the numbers of a file are written.
+
+    Attributes
+    ----------
+    separator : str or None        Cell separator, None for runs of blanks.
+    decimal : str                  Decimal mark, "." or ",".
+    has_quotes : bool              Whether cells are put in double quotes.
+    width : int                    Number of columns.
+    raw_width : int                Number of cells per row, empty ones after the last column included.
+    first_line : int               1-based line of the first row of numbers.
+    header : tuple of str or None  Names of the columns.
+    header_line : int or None      1-based line of the header.
+    units : tuple of str or None   Cells of the row of units.
+    numeric : tuple of bool        Which columns hold numbers in the head.
+    rows : tuple of tuple of str   Cells of the first rows, for messages.
+    """
+
+    separator: str | None
+    decimal: str
+    has_quotes: bool
+    width: int
+    raw_width: int
+    first_line: int
+    header: tuple[str, ...] | None
+    header_line: int | None
+    units: tuple[str, ...] | None
+    numeric: tuple[bool, ...]
+    rows: tuple[tuple[str, ...], ...]
+
+
+def find_dialect(lines: Sequence[str], path: str) -> Dialect:
+    """Decide how a file is written.
+
+    Parameters
+    ----------
+    lines : sequence of str   First lines of the file, without line ends.
+    path : str                Name of the file for messages.
+
+    Raises
+    ------
+    RecordError               If no two columns of numbers are found.
+    """
+    separator, decimal = _best_guess([line for line in lines if line.strip()][-_JUDGED_LINES:])
+    table = [split_cells(line, separator) for line in lines]
+    judged = [cells for cells in table if _count_numbers(cells, decimal) >= 2][-_JUDGED_LINES:]
+    if not judged:
+        raise RecordError(_no_numbers(lines, path))
+    width = Counter(_width(cells) for cells in judged).most_common(1)[0][0]
+    raw_width = max(width, Counter(len(cells) for cells in judged).most_common(1)[0][0])
+    regular = [cells for cells in judged if _width(cells) == width]
+    numeric = tuple(
+        2 * sum(is_number(cells[column], decimal) for cells in regular) > len(regular) for column in range(width)
+    )
+    if sum(numeric) < 2:
+        raise RecordError(_no_numbers(lines, path))
+    shape = _Shape(separator, decimal, width, raw_width, numeric)
+    # Where each row lacks something, the first one is refused like any damaged row.
+    full = (i for i, cells in enumerate(table) if shape.is_full(cells))
+    first = next(full, table.index(regular[0]))
+    damaged, header, units = _above(lines, table, first, shape)
+    _refuse_text(table, damaged, shape, path)
+    first = min([first, *damaged])
+    return Dialect(
+        separator=separator,
+        decimal=decimal,
+        has_quotes=any(_STARTS_QUOTED.search(line) for line in lines[first:]),
+        width=width,
+        raw_width=raw_width,
+        first_line=first + 1,
+        header=None if header is None else shape.named_cells(lines[header]),
+        header_line=None if header is None else header + 1,
+        units=None if units is None else shape.named_cells(lines[units]),
+        numeric=numeric,
+        rows=tuple(tuple(cells) for cells in table[first:] if any(cells))[:_JUDGED_LINES],
+    )
+
+
+def split_cells(line: str, separator: str | None, has_quotes: bool = True) -> list[str]:
+    """Cut a line into its cells, without blanks around them and, where quotes count, without quotes.
+
+    Blanks are space and tab, as for Pandas; Unicode has many more, which are text here.
+    """
+    if separator is None:
+        line = line.replace('"', " ") if has_quotes else line
+        return [cell for cell in re.split("[ \t]+", line) if cell]
+    cells = line.split(separator)
+    if has_quotes and '"' in line and len(line) <= _QUOTED_LINE_LENGTH:
+        cells = next(csv.reader([line], delimiter=separator, skipinitialspace=True), [])
+    return [cell.strip(" \t") for cell in cells]
+
+
+def is_number(cell: str, decimal: str) -> bool:
+    """Whether a cell stands for a number, the not-a-number ones included."""
+    return _NUMBER[decimal].fullmatch(cell) is not None or cell.casefold() in NOT_A_NUMBER
+
+
+def _best_guess(lines: Sequence[str]) -> tuple[str | None, str]:
+    best: tuple[str | None, str] = _GUESSES[0]
+    best_score = 0.0
+    for separator, decimal in _GUESSES:
+        score = 0.0
+        for line in lines:
+            cells = split_cells(line, separator)
+            numbers = _count_numbers(cells, decimal)
+            if numbers >= 2:
+                score += numbers / sum(map(bool, cells))
+        if score > best_score:
+            best, best_score = (separator, decimal), score
+    return best
+
+
+def _count_numbers(cells: Sequence[str], decimal: str) -> int:
+    """Number of cells with digits; "NA" and "none" are words as well."""
+    return sum(_NUMBER[decimal].fullmatch(cell) is not None for cell in cells)
+
+
+def _width(cells: Sequence[str]) -> int:
+    """Number of cells up to the last that is not empty."""
+    return max((i for i, cell in enumerate(cells, 1) if cell), default=0)
+
+
+@dataclass(frozen=True)
+class _Shape:
+    """What a row of the table looks like."""
+
+    separator: str | None
+    decimal: str
+    width: int
+    raw_width: int
+    numeric: tuple[bool, ...]
+
+    def is_full(self, cells: Sequence[str]) -> bool:
+        """Whether there is a number in each column of numbers."""
+        return self.fits(cells) and all(
+            is_number(cell, self.decimal) for cell, numeric in zip(cells, self.numeric, strict=False) if numeric
+        )
+
+    def fits(self, cells: Sequence[str]) -> bool:
+        """Whether the number of cells is that of the table; separators at the end may be missing."""
+        return len(cells) == self.raw_width or _width(cells) == self.width
+
+    def named_cells(self, line: str) -> tuple[str, ...]:
+        """Cells of a header or unit row, one per column; () if their number is not that of the table."""
+        line = line.lstrip("#%").strip(" ") if line[:1] in ("#", "%") else line
+        ways = [split_cells(line, self.separator)]
+        if self.separator is None:
+            # "Force [kN]" and names set apart by two blanks hold single blanks that separate nothing.
+            ways += [re.sub(r"\s{1,9}(?=[\[(])", "", line).split(), re.split(r"\s{2,}|\t", line.strip())]
+        for cells in ways:
+            if self.fits(cells):
+                return (*cells, *[""] * self.width)[: self.width]
+        return ()
+
+
+def _above(
+    lines: Sequence[str], table: Sequence[Sequence[str]], first: int, shape: _Shape
+) -> tuple[list[int], int | None, int | None]:
+    """Walk up from the first full row: indices of damaged rows, of the header and of the row of units.
+
+    Rows with numbers between the header and the first full row belong to the table, where the reader
+    refuses them: a damaged first row must not be mistaken for a header or skipped.
+    """
+    header: int | None = None
+    units: int | None = None
+    damaged: list[int] = []
+    for i in range(first - 1, -1, -1):
+        cells = [cell for cell in table[i] if cell]
+        if not cells or all(_RULE.fullmatch(cell) for cell in cells):
+            continue
+        names = shape.named_cells(lines[i])
+        numbers = _count_numbers(cells, shape.decimal)
+        if numbers and (names or numbers == len(cells)):
+            damaged.append(i)
+        elif not names:
+            break
+        elif units is None and not damaged and _is_unit_row(names):
+            units = i
+        else:
+            header = i
+            break
+    if header is None and damaged:
+        # "Time;3" is a header though it holds a number; "Err;3.5" is a damaged row.
+        top = [cell for cell in table[damaged[-1]] if cell]
+        digits = [cell for cell in top if is_number(cell, shape.decimal)]
+        if len(digits) < len(top) and all(cell.isdigit() for cell in digits):
+            header = damaged.pop()
+    return damaged[::-1], header, units
+
+
+def _refuse_text(table: Sequence[Sequence[str]], damaged: Sequence[int], shape: _Shape, path: str) -> None:
+    """Refuse lines of text and numbers just above the numbers: they may be settings as well as samples."""
+    for i in damaged:
+        for column, (cell, numeric) in enumerate(zip(table[i], shape.numeric, strict=False), 1):
+            if numeric and re.search(r"\w", cell) and not is_number(cell, shape.decimal):
+                raise RecordError(
+                    f"{path}, line {i + 1}, column {column}: must hold a number like the rows below, "
+                    f"found the text {quoted(cell)}; correct or delete the line."
+                )
+
+
+def _is_unit_row(cells: Sequence[str]) -> bool:
+    kinds = [kind_of_unit(cell) for cell in cells if cell]
+    known = all(
+        kind in ("displacement", "force", "time") or cell[0] in "[(" or cell.casefold() in _OTHER_UNITS
+        for kind, cell in zip(kinds, filter(None, cells), strict=True)
+    )
+    return known and ("displacement" in kinds or "force" in kinds)
+
+
+def _no_numbers(lines: Sequence[str], path: str) -> str:
+    texts = [line.strip() for line in lines if line.strip()]
+    return (
+        f"{path}: must hold at least two columns of numbers, found none in the first {len(texts)} lines, "
+        f"which begin with {quoted(next(iter(texts), ''))}; export the record as text with separated columns."
+    )

@@ -1,0 +1,105 @@
+"""A measured force-displacement record: arrays in SI units, checked once, never changed afterwards."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..errors import RecordError
+
+
+@dataclass(frozen=True, eq=False)
+class Record:
+    """Samples of displacement and force along one path, in the order in which they were measured.
+
+    The arrays are copied, contiguous float64 and read-only, so that a record can be shared freely.
+
+    Attributes
+    ----------
+    displacement : ndarray, shape (K,)   Displacement [m], K >= 2, finite.
+    force : ndarray, shape (K,)          Force [N], finite.
+    time : ndarray, shape (K,), or None  Time [s], finite; the model is rate independent and never needs it.
+    path : str                           Where the record comes from, as given; used in messages.
+    sha256 : str or None                 Digest of the file's bytes (hexadecimal), None without a file.
+    notes : tuple of str                 Sentences worth telling: columns and units chosen, rows dropped.
+
+    Raises
+    ------
+    RecordError                          If an array is not of this kind.
+    """
+
+    displacement: NDArray[np.float64]
+    force: NDArray[np.float64]
+    time: NDArray[np.float64] | None = None
+    path: str = "<arrays>"
+    sha256: str | None = None
+    notes: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "displacement", _checked(self.displacement, "displacement", self.path))
+        object.__setattr__(self, "force", _checked(self.force, "force", self.path))
+        if self.time is not None:
+            object.__setattr__(self, "time", _checked(self.time, "time", self.path))
+        object.__setattr__(self, "notes", tuple(self.notes))
+        for name, values in (("force", self.force), ("time", self.time)):
+            if values is not None and values.size != self.displacement.size:
+                raise RecordError(
+                    f"{self.path}: `{name}` must have as many samples as `displacement`, "
+                    f"got {values.size} and {self.displacement.size}; pass arrays of one length."
+                )
+
+    @classmethod
+    def from_arrays(
+        cls,
+        displacement: ArrayLike,
+        force: ArrayLike,
+        time: ArrayLike | None = None,
+        path: str = "<arrays>",
+    ) -> Record:
+        """Make a record of numbers that are in memory already.
+
+        Parameters
+        ----------
+        displacement : array_like, shape (K,)     Displacement [m].
+        force : array_like, shape (K,)            Force [N].
+        time : array_like, shape (K,), optional   Time [s].
+        path : str                                Name used in messages.
+
+        Raises
+        ------
+        RecordError                               If the arrays are no record, see `Record`.
+        """
+        return cls(
+            _checked(displacement, "displacement", path),
+            _checked(force, "force", path),
+            None if time is None else _checked(time, "time", path),
+            path,
+        )
+
+    def __len__(self) -> int:
+        return self.displacement.size
+
+
+def _checked(values: ArrayLike, name: str, path: str) -> NDArray[np.float64]:
+    """Return a read-only copy [SI], or refuse what is no finite series of at least two numbers."""
+    try:
+        raw = np.asarray(values)
+        if raw.dtype.kind not in "fiub":
+            raise TypeError(f"an array of {raw.dtype}")
+        array = np.array(raw, dtype=np.float64, order="C")
+    except (TypeError, ValueError) as error:
+        raise RecordError(f"{path}: `{name}` must be an array of real numbers, got {error}.") from None
+    if array.ndim != 1:
+        raise RecordError(f"{path}: `{name}` must have one dimension, got the shape {array.shape}.")
+    if array.size < 2:
+        raise RecordError(
+            f"{path}: `{name}` must have at least 2 samples, got {array.size}; a path needs a start and an end."
+        )
+    finite = np.isfinite(array)
+    if not finite.all():
+        index = int(np.argmin(finite))
+        raise RecordError(f"{path}: `{name}` must be finite, got {array[index]} at index {index}; remove the sample.")
+    array.setflags(write=False)
+    return array
