@@ -1,0 +1,16 @@
+"""Identify a measured record (the bundled one by default), build its FMU, validate it and run it.
+
+python build_fmu.py [MODEL.json | RECORD.csv ...] [-o DIR] [--backend python]; `--help` tells the rest.
+"""
+
+import sys
+from contextlib import suppress
+from pathlib import Path
+
+from strandspring.cli.main import main
+
+if __name__ == "__main__":
+    models = Path(__file__).resolve().parent / "models"
+    with suppress(ValueError):  # called from elsewhere: keep the absolute path
+        models = models.relative_to(Path.cwd())
+    main(["build", "--models", str(models), *sys.argv[1:]])

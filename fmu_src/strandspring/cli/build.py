@@ -1,0 +1,112 @@
+"""`strandspring build`, which ``build_fmu.py`` calls."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import click
+
+from ..errors import StrandspringError
+from ..fmu.check import CheckReport, check_fmu
+from ..fmu.package import build_fmu
+from ..modelfile import ModelFile, load_model, save_model
+from .identify import identified, print_identification
+from .options import ColumnOptions, column_options, identification_options, identifier, two_stage_options
+from .output import result, result_json, working
+
+# The bundled record, below the folder of models: its machine position counts down while the sample is stretched.
+EXAMPLE_RECORD = Path("records") / "rubber_stretch.csv"
+EXAMPLE_NAME = "rubber_hinge"
+EXAMPLE_COLUMNS = {"reverse": "displacement"}
+
+
+@click.command()
+@click.argument("sources", nargs=-1, metavar="[MODEL.json | RECORD...]")
+@click.option("-o", "--output", default="dist", show_default=True, metavar="DIR", help="Folder for the FMU.")
+@click.option(
+    "--backend",
+    default="python",
+    show_default=True,
+    type=click.Choice(["python"]),
+    help="python: needs Python on the simulator's machine.",
+)
+@click.option(
+    "--models",
+    default="models",
+    show_default=True,
+    metavar="DIR",
+    help="Folder for the model file identified from records.",
+)
+@click.option("--name", help="Name of the model identified from records.  [default: from the first record]")
+@click.option("--description", default="", help="Free text for the model identified from records.")
+@column_options
+@identification_options
+@click.option("--json", "as_json", is_flag=True, help="Print one JSON object instead of text.")
+def build(
+    sources: tuple[str, ...],
+    output: str,
+    backend: str,
+    models: str,
+    name: str | None,
+    description: str,
+    degrees: tuple[int, int] | None,
+    method: str,  # noqa: ARG001  (one method so far; click checks it)
+    formulas: str,
+    smoothing: int | None,
+    as_json: bool,
+    **columns: Any,
+) -> None:  # fmt: skip
+    """Build, validate and run the FMU of a model file, or of records that are identified first.
+
+    Without an argument the bundled measured record is identified, a rubber hinge on a tensile rig.
+
+    \b
+    Examples:
+      strandspring build spring.json
+      strandspring build loop.csv --name mount_a -o dist
+    """
+    if len(sources) == 1 and sources[0].lower().endswith(".json"):
+        model, model_path, identification = load_model(sources[0]), Path(sources[0]), None
+    else:
+        if not sources:
+            example = Path(models) / EXAMPLE_RECORD
+            if not example.is_file():
+                raise click.UsageError(f"No model or record given, and the bundled record {example} is not there.")
+            sources, name = (str(example),), name or EXAMPLE_NAME
+            columns = {**columns, **{key: columns[key] or value for key, value in EXAMPLE_COLUMNS.items()}}
+        options = two_stage_options(degrees, formulas, smoothing)
+        model, identification = identified(
+            sources, ColumnOptions(**columns), options, name or identifier(sources[0]), description
+        )
+        model_path = Path(models) / f"{model.name}.json"
+        save_model(model_path, model)
+    fmu, report = _built(model, Path(output))
+    if as_json:
+        result_json(
+            {
+                "model": str(model_path),
+                "fmu": str(fmu),
+                "backend": backend,
+                "name": model.name,
+                "parameters": model.parameters.model_dump(mode="json"),
+                "rmse": None if identification is None else identification.rmse,
+                "rnl": None if identification is None else identification.rnl,
+                "check": report.summary,
+            }
+        )
+        return
+    if identification is not None:
+        print_identification(identification)
+    result(f"Model file: {model_path}")
+    result(f"FMU: {fmu} ({fmu.stat().st_size / 1024:.0f} KiB)")
+    result(f"Check: {report.summary}")
+
+
+def _built(model: ModelFile, folder: Path) -> tuple[Path, CheckReport]:
+    if folder.exists() and not folder.is_dir():
+        raise StrandspringError(f"{folder} is a file; give a folder with -o.")
+    with working("Building the FMU"):
+        fmu = build_fmu(model, folder)
+    with working("Validating and running the FMU"):
+        return fmu, check_fmu(fmu)

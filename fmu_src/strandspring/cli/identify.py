@@ -1,0 +1,102 @@
+"""`strandspring identify`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import click
+
+from ..identification import Identification, TwoStageOptions
+from ..identification import identify as identify_records
+from ..modelfile import ModelFile, save_model
+from .options import ColumnOptions, column_options, identification_options, identifier, read_records, two_stage_options
+from .output import note, result, result_json, working
+from .summary import fit_json, fit_lines, identified_model, parameter_lines
+
+
+@click.command()
+@click.argument("records", nargs=-1, required=True, metavar="RECORD...")
+@click.option("-o", "--output", required=True, metavar="MODEL.json", help="Model file to write.")
+@click.option("--name", help="Name of the model and its FMU, an identifier.  [default: from the output file]")
+@click.option("--description", default="", help="Free text for the model file and the FMU.")
+@column_options
+@identification_options
+@click.option("--report", metavar="FILE.html", help="Also write a report with plots.")
+@click.option("--json", "as_json", is_flag=True, help="Print one JSON object instead of text.")
+def identify(
+    records: tuple[str, ...],
+    output: str,
+    name: str | None,
+    description: str,
+    degrees: tuple[int, int] | None,
+    method: str,  # noqa: ARG001  (one method so far; click checks it)
+    formulas: str,
+    smoothing: int | None,
+    report: str | None,
+    as_json: bool,
+    **columns: Any,
+) -> None:
+    """Identify a spring from one or more force-displacement records.
+
+    A record is a delimited text file with a displacement and a force column; separator, decimal mark, header,
+    units and encoding are found out. Several records are fitted as one spring.
+
+    \b
+    Examples:
+      strandspring identify loop.csv -o spring.json
+      strandspring identify rig.txt --displacement 5 --force 7 --force-unit kN -o spring.json --report spring.html
+      strandspring identify a13.csv a46.csv --degrees 3,2 -o spring.json
+    """
+    options = two_stage_options(degrees, formulas, smoothing)
+    model, identification = identified(
+        records, ColumnOptions(**columns), options, name or identifier(output), description
+    )
+    save_model(output, model)
+    if report is not None:
+        from ..report.html import write_report
+
+        with working("Drawing the report"):
+            write_report(Path(report), model, identification)
+    if as_json:
+        result_json(
+            {
+                "model": output,
+                "name": model.name,
+                "method": identification.method,
+                "parameters": model.parameters.model_dump(mode="json"),
+                "rmse": identification.rmse,
+                "rnl": identification.rnl,
+                "records": [fit_json(fit) for fit in identification.fits],
+                "outcomes": [{"name": o.name.lower(), "sentence": o.value} for o in identification.outcomes],
+                "report": report,
+            }
+        )
+        return
+    print_identification(identification)
+    result(f"Model file: {output}")
+    if report is not None:
+        result(f"Report: {report}")
+
+
+def identified(
+    records: tuple[str, ...], columns: ColumnOptions, options: TwoStageOptions, name: str, description: str = ""
+) -> tuple[ModelFile, Identification]:
+    """Read the records, identify the spring and tell its cautions on standard error."""
+    group = read_records(records, columns)
+    for record in group:
+        for sentence in record.notes:
+            note(f"{record.path}: {sentence}")
+    with working("Identifying"):
+        identification = identify_records(group, options)
+    for outcome in identification.outcomes:
+        note(f"Caution: {outcome.value}")
+    return identified_model(identification, name, description), identification
+
+
+def print_identification(identification: Identification) -> None:
+    """The result in words."""
+    result(f"Identified by the {identification.method} method: rmse {identification.rmse:.4g} N, "
+           f"RNL {identification.rnl:.4f}")  # fmt: skip
+    for line in fit_lines(identification.fits) + parameter_lines(identification.parameters):
+        result(line)

@@ -1,0 +1,52 @@
+"""The command `strandspring`: subcommands, exit status and the one place where refusals become messages."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+
+import click
+
+from .._version import __version__
+from ..errors import StrandspringError
+from .build import build
+from .identify import identify
+from .predict import predict
+from .synthesize import synthesize
+
+
+@click.group(context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100})
+@click.version_option(__version__, prog_name="strandspring")
+def strandspring() -> None:
+    """Identify hysteretic springs from force-displacement records and build FMUs of them.
+
+    \b
+    Examples:
+      strandspring identify record.csv -o spring.json --report spring.html
+      strandspring predict spring.json other.csv -o predicted.csv
+      strandspring build spring.json -o dist
+      strandspring synthesize spring spring.json --amplitude 20 -o synthetic.csv
+
+    Exit status: 0 done; 1 the data or the model is refused, with one sentence that says why; 2 wrong usage.
+    """
+
+
+for command in (identify, predict, synthesize, build):
+    strandspring.add_command(command)
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Run the command line and leave the process with its exit status."""
+    try:
+        strandspring.main(args=None if arguments is None else list(arguments), standalone_mode=False)
+    except click.exceptions.Exit as leaving:
+        sys.exit(leaving.exit_code)
+    except click.ClickException as problem:
+        problem.show()
+        sys.exit(problem.exit_code)
+    except (click.Abort, KeyboardInterrupt):
+        click.echo("strandspring: interrupted; no output file was changed.", err=True)
+        sys.exit(1)
+    except StrandspringError as refusal:
+        click.echo(f"strandspring: {refusal}", err=True)
+        sys.exit(1)

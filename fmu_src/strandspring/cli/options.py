@@ -1,0 +1,103 @@
+"""Options that several commands share, and what they are turned into."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal, TypeVar
+
+import click
+
+from ..identification import TwoStageOptions
+from ..records import Record, read_record
+from .output import progress
+
+Command = TypeVar("Command", bound=Callable[..., Any])
+
+
+@dataclass(frozen=True)
+class ColumnOptions:
+    """Which columns of a record to read, and how."""
+
+    displacement: str | None = None
+    force: str | None = None
+    time: str | None = None
+    displacement_unit: str | None = None
+    force_unit: str | None = None
+    reverse: Literal["displacement", "force"] | None = None
+
+
+def column_options(command: Command) -> Command:
+    """Options that say which columns of a record hold what."""
+    for option in reversed(
+        (
+            click.option("--displacement", metavar="COLUMN", help="Displacement column: name, or number from 1."),
+            click.option("--force", metavar="COLUMN", help="Force column: name, or number from 1."),
+            click.option("--time", metavar="COLUMN", help="Time column, if any; the model does not need it."),
+            click.option("--displacement-unit", metavar="UNIT", help="mm, m, in, ...  [default: the file's, or mm]"),
+            click.option("--force-unit", metavar="UNIT", help="N, kN, lbf, kip, ...  [default: the file's, or N]"),
+            click.option("--reverse", type=click.Choice(["displacement", "force"]), help="Negate this column."),
+        )
+    ):
+        command = option(command)
+    return command
+
+
+def identification_options(command: Command) -> Command:
+    """Options of the identification itself."""
+    for option in reversed(
+        (
+            click.option("--degrees", default="auto", show_default=True, metavar="N,M|auto", callback=_degrees,
+                         help="Degrees of the elastic and the amplifier polynomial."),
+            click.option("--method", default="two-stage", show_default=True, type=click.Choice(["two-stage"]),
+                         help="Identification method."),
+            click.option("--formulas", default="whole-branch", show_default=True,
+                         type=click.Choice(["whole-branch", "three-point"]),
+                         help="Least squares over whole branches, or the paper's own three-point formulas."),
+            click.option("--smoothing", type=click.IntRange(0, 10_000), metavar="POINTS",
+                         help="Half width of the moving average.  [default: from the noise]"),
+        )
+    ):  # fmt: skip
+        command = option(command)
+    return command
+
+
+def two_stage_options(degrees: tuple[int, int] | None, formulas: Any, smoothing: int | None) -> TwoStageOptions:
+    """The options of the method from those of the command line; wrong ones are wrong usage."""
+    try:
+        return TwoStageOptions(degrees, formulas, smoothing)
+    except ValueError as problem:
+        raise click.UsageError(str(problem)) from None
+
+
+def read_records(paths: Sequence[str], columns: ColumnOptions) -> list[Record]:
+    """Read records one after the other, with progress."""
+    return [
+        read_record(
+            path,
+            displacement=columns.displacement,
+            force=columns.force,
+            time=columns.time,
+            displacement_unit=columns.displacement_unit,
+            force_unit=columns.force_unit,
+            reverse=columns.reverse,
+        )
+        for path in progress(paths, "Reading records")
+    ]
+
+
+def identifier(text: str) -> str:
+    """An identifier as near to `text` as possible, for names that nobody has chosen."""
+    name = re.sub(r"[^A-Za-z0-9_]+", "_", Path(text).stem).strip("_")
+    return (name if name[:1].isalpha() and name.isascii() else f"spring_{name}").rstrip("_")[:64]
+
+
+def _degrees(_context: click.Context, _option: click.Parameter, text: str) -> tuple[int, int] | None:
+    if text == "auto":
+        return None
+    match = re.fullmatch(r"\s*(\d{1,2})\s*,\s*(\d{1,2})\s*", text)
+    if not match:
+        raise click.BadParameter(f"must be N,M (such as 3,2) or auto, got {text!r}.")
+    return int(match[1]), int(match[2])

@@ -1,0 +1,40 @@
+"""What people see: progress and messages on standard error, results on standard output."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Sequence
+from typing import Any, TypeVar
+
+import click
+from rich.console import Console
+from rich.progress import track
+
+Item = TypeVar("Item")
+
+
+def progress(items: Sequence[Item], description: str) -> Iterable[Item]:
+    """The items with a progress bar on standard error, if somebody watches and there are several."""
+    console = Console(stderr=True)
+    quiet = not console.is_terminal or len(items) < 2
+    return track(items, description=description, console=console, transient=True, disable=quiet)
+
+
+def working(description: str) -> Any:
+    """A spinner on standard error for one long step, shown only to somebody who watches."""
+    return Console(stderr=True).status(description)
+
+
+def note(text: str) -> None:
+    """A message on standard error."""
+    click.echo(text, err=True)
+
+
+def result(text: str) -> None:
+    """A line of the result on standard output."""
+    click.echo(text)
+
+
+def result_json(content: dict[str, Any]) -> None:
+    """The result as one JSON object on standard output."""
+    click.echo(json.dumps(content, indent=2, ensure_ascii=False, allow_nan=False))

@@ -1,0 +1,82 @@
+"""`strandspring predict`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import click
+import numpy as np
+
+from ..files import replacing
+from ..identification.figures import RecordFit, overall, predict_record
+from ..model.path import PathSolver
+from ..modelfile import load_model
+from ..records import Record
+from .options import ColumnOptions, column_options, read_records
+from .output import note, progress, result, result_json
+from .summary import fit_json, fit_lines
+
+
+@click.command()
+@click.argument("model", metavar="MODEL.json")
+@click.argument("records", nargs=-1, required=True, metavar="RECORD...")
+@click.option("-o", "--output", metavar="OUT.csv", help="Write displacement, measured and predicted force here.")
+@column_options
+@click.option("--json", "as_json", is_flag=True, help="Print one JSON object instead of text.")
+def predict(model: str, records: tuple[str, ...], output: str | None, as_json: bool, **columns: Any) -> None:
+    """Predict the force of records with a model and say how well it fits.
+
+    The hysteretic state at the start of a measured record is unknown; it is estimated as one bounded number,
+    omega_start, and given with the figures. Reversals of the displacement below its noise are taken out.
+
+    \b
+    Examples:
+      strandspring predict spring.json other.csv
+      strandspring predict spring.json a13.csv a46.csv -o predicted.csv --json
+    """
+    parameters = load_model(model).parameters.spring()
+    group = read_records(records, ColumnOptions(**columns))
+    solver = PathSolver(parameters)
+    fits = tuple(predict_record(solver, record) for record in progress(group, "Predicting"))
+    for record in group:
+        for sentence in record.notes:
+            note(f"{record.path}: {sentence}")
+        low, high = parameters.displacement_min, parameters.displacement_max
+        outside = np.mean((record.displacement < low) | (record.displacement > high))
+        if outside > 0.0:
+            note(
+                f"Caution: {record.path}: {100 * outside:.3g} % of the samples lie outside the identified range "
+                f"{low * 1e3:.6g} to {high * 1e3:.6g} mm, where the model is continued linearly."
+            )
+    if output is not None:
+        _write(Path(output), group, fits)
+    rmse, rnl = overall(fits)
+    if as_json:
+        result_json(
+            {"model": model, "rmse": rmse, "rnl": rnl, "records": [fit_json(f) for f in fits], "output": output}
+        )
+        return
+    result(f"Predicted with {model}: rmse {rmse:.4g} N, RNL {rnl:.4f}")
+    for line in fit_lines(fits):
+        result(line)
+    if output is not None:
+        result(f"Prediction: {output}")
+
+
+def _write(path: Path, records: list[Record], fits: tuple[RecordFit, ...]) -> None:
+    import pandas as pd
+
+    tables = [
+        pd.DataFrame(
+            {
+                "record": k + 1,
+                "displacement [mm]": record.displacement * 1e3,
+                "force [N]": record.force,
+                "predicted force [N]": fit.predicted,
+            }
+        )
+        for k, (record, fit) in enumerate(zip(records, fits, strict=True))
+    ]
+    with replacing(path) as part:
+        pd.concat(tables).to_csv(part, index=False, lineterminator="\n")

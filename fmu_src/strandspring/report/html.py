@@ -1,0 +1,94 @@
+"""Figures, parameters and plots of an identification in one HTML file."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Sequence
+from pathlib import Path
+
+import matplotlib as mpl
+import numpy as np
+from jinja2 import Environment, PackageLoader, StrictUndefined
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from .._version import __version__
+from ..files import write_text
+from ..identification import Identification
+from ..model.path import PathSolver
+from ..modelfile import ModelFile
+
+# More points than this do not show in a plot and make the file heavy.
+_PLOTTED = 6000
+
+
+def write_report(path: Path, model: ModelFile, identification: Identification) -> None:
+    """Write the report; everything in it, plots included, is in the one file."""
+    environment = Environment(
+        loader=PackageLoader("strandspring", "report/assets"), autoescape=True, undefined=StrictUndefined
+    )
+    page = environment.get_template("report.html.j2").render(
+        model=model,
+        p=model.parameters,
+        identification=identification,
+        version=__version__,
+        plots=[_loops(identification), _residuals(identification), _backbone(identification)],
+    )
+    write_text(path, page)
+
+
+def _loops(identification: Identification) -> tuple[str, str]:
+    figure, axes = _figure(len(identification.records))
+    for axis, record, fit in zip(axes, identification.records, identification.fits, strict=True):
+        shown = _shown(record.force.size, fit.first_sample)
+        axis.plot(record.displacement * 1e3, record.force, color="0.8", lw=0.8, label="measured, not compared")
+        axis.plot(record.displacement[shown] * 1e3, record.force[shown], color="0.35", lw=1.2, label="measured")
+        axis.plot(record.displacement[shown] * 1e3, fit.predicted[shown], color="C3", lw=1.0, label="model")
+        axis.set(xlabel="displacement [mm]", ylabel="force [N]", title=Path(record.path).name)
+        axis.legend(fontsize=8)
+    return "Measured and predicted loops", _svg(figure)
+
+
+def _residuals(identification: Identification) -> tuple[str, str]:
+    figure, axes = _figure(len(identification.records))
+    for axis, record, fit in zip(axes, identification.records, identification.fits, strict=True):
+        shown = _shown(record.force.size, fit.first_sample)
+        axis.plot(shown, (record.force - fit.predicted)[shown], color="C0", lw=0.8)
+        axis.axhline(0.0, color="0.5", lw=0.6)
+        axis.set(xlabel="sample", ylabel="measured - model [N]", title=Path(record.path).name)
+    return "What the model leaves over", _svg(figure)
+
+
+def _backbone(identification: Identification) -> tuple[str, str]:
+    figure, (axis,) = _figure(1)
+    p = identification.parameters
+    solver = PathSolver(p)
+    x = np.linspace(p.displacement_min, p.displacement_max, 400)
+    # omega = +-1 at the start and a path that goes on keep the branch saturated.
+    for omega, path, name in ((1.0, x, "loading, saturated"), (-1.0, x[::-1], "unloading, saturated")):
+        axis.plot(path * 1e3, solver.force(path, omega), lw=1.0, label=name)
+    elastic = 0.5 * (solver.force(x, 1.0) + solver.force(x[::-1], -1.0)[::-1])
+    axis.plot(x * 1e3, elastic, color="k", lw=1.2, label="elastic part FE")
+    axis.set(xlabel="displacement [mm]", ylabel="force [N]", title="Elastic part and saturated branches")
+    axis.legend(fontsize=8)
+    return "The model's parts", _svg(figure)
+
+
+def _shown(size: int, first: int) -> NDArray[np.intp]:
+    return np.arange(first, size, max(1, (size - first) // _PLOTTED))
+
+
+def _figure(rows: int) -> tuple[Figure, Sequence[Axes]]:
+    # Not pyplot: no global state, no window system.
+    figure = Figure(figsize=(7.5, 4.2 * rows), layout="constrained")
+    return figure, list(figure.subplots(rows, 1, squeeze=False)[:, 0])
+
+
+def _svg(figure: Figure) -> str:
+    buffer = io.StringIO()
+    # A fixed salt and no date: the same identification gives the same report.
+    with mpl.rc_context({"svg.hashsalt": "strandspring", "svg.fonttype": "none"}):
+        figure.savefig(buffer, format="svg", metadata={"Date": None, "Creator": None})
+    text = buffer.getvalue()
+    return text[text.index("<svg") :]
