@@ -17,7 +17,7 @@ _RETURN = 0.4  # share of the longest stroke that must be gone back at least
 _SNAP = 0.2  # counter-movement of the force within a branch, share of its range
 _NO_LOOP = 1e-4  # half height of a loop that is called none, share of the force range
 _CROSSED = 0.1  # share of the displacement range over which the branches may be crossed
-_ALIKE = 0.03  # difference between two strokes that is called none, share of the force range
+_ALIKE = 0.015  # difference between two strokes that is called none, share of the force range
 _DRIFT = 0.05  # drift over the record, share of the rms force about its mean
 
 

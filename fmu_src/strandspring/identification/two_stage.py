@@ -40,6 +40,9 @@ _BRANCH_SHARES = ((np.arange(200) + 0.5) / 200) ** 2
 _DEGREES = ((1, 0), (2, 1), (3, 2), (4, 3), (5, 3), (6, 4), (8, 6))
 # A richer pair must lower the error of the samples not fitted by more than this.
 _WORTH = 0.85
+# Errors below this share of the rms force are equally good: high degrees would spend them on imitating the
+# hysteresis of the one amplitude they have seen.
+_GOOD_ENOUGH = 0.005
 # |omega| that full strokes must reach for a steady section to exist.
 _SATURATED = 0.9
 
@@ -159,11 +162,12 @@ def _choose_degrees(loops: Loops, options: TwoStageOptions) -> Solution | None:
     """The leanest degrees that predict samples they were not fitted to nearly as well as the best."""
     chosen: Solution | None = None
     least = np.inf
+    floor = _GOOD_ENOUGH * _rms(loops, loops.force)
     for degrees in _DEGREES:
         solution = _solve(loops, degrees, options)
         if solution is None:
             continue
-        error = _prediction_error(loops, solution)
+        error = max(_prediction_error(loops, solution), floor)
         if error < _WORTH * least:
             chosen, least = solution, error
     return chosen
