@@ -8,8 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..model.path import Vector, saturation_of, stroke_start_xi
-from ..model.saturation import Saturation
+from ..model.path import saturation_of, stroke_start_xi, tables
 from ..records.strokes import Strokes
 
 FloatArray = NDArray[np.float64]
@@ -50,8 +49,7 @@ class Loops:
 
     def omega(self, rho: float, sigma: float, n: float) -> FloatArray:
         """omega at every point by the closed form, each record starting from omega = 0."""
-        table = Saturation(n, sigma, Vector)
-        lists = table.converted(np.ndarray.tolist)
+        table, lists = tables(n, sigma)
         xi0 = np.concatenate(
             [
                 stroke_start_xi(lists, rho, self.start[of], self.direction[of], 0.0)

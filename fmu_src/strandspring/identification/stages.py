@@ -30,7 +30,7 @@ FloatArray = NDArray[np.float64]
 
 SIGMA_BOUNDS = (0.5, 50.0)
 N_BOUNDS = (0.05, 20.0)
-_N_SCAN = np.geomspace(*N_BOUNDS, 25)
+_N_SCAN = np.geomspace(*N_BOUNDS, 19)
 # Singular values of the steady section below this share of the largest are noise: the branches overlap too little.
 _STEADY_RCOND = 1e-3
 # FA may not fall below this share of its median while omega is extracted.
@@ -166,22 +166,25 @@ class _IntegratedLine:
 
         Between two points u is taken as a straight line and integrated exactly, across zero too.
         """
-        low, high = self.before, self.u
-        change = high - low
+        # The antiderivative |u|^(n + 1)/(n + 1) at each point serves the stretch before it and the one after it.
+        with np.errstate(divide="ignore"):
+            power = np.exp((n[:, None] + 1.0) * np.log(np.abs(self.u))) / (n[:, None] + 1.0)
+        positive, negative = np.where(self.u > 0.0, power, 0.0), np.where(self.u < 0.0, power, 0.0)
+        high, change = self.u, self.u - self.before
         flat = np.abs(change) < 1e-9
         span = np.where(flat, 1.0, change)
-        power = n[:, None] + 1.0
-        with np.errstate(divide="ignore"):
-            ends = [
-                np.exp(power * np.log(np.maximum(sign * value, 0.0))) for sign in (1.0, -1.0) for value in (low, high)
-            ]
-        positive = (ends[1] - ends[0]) / (power * span)
-        negative = (ends[2] - ends[3]) / (power * span)
+        positive, negative = self._difference(positive) / span, -self._difference(negative) / span
         if flat.any():
             level = np.abs(high[flat]) ** n[:, None]
             positive[:, flat] = np.where(high[flat] > 0.0, level, 0.0)
             negative[:, flat] = np.where(high[flat] < 0.0, level, 0.0)
         return self._running(positive * self.steps), self._running(negative * self.steps)
+
+    def _difference(self, columns: FloatArray) -> FloatArray:
+        """Change from the point before, which for the first of a stroke is itself."""
+        change = np.diff(columns, axis=1, prepend=0.0)
+        change[:, self.first] = 0.0
+        return change
 
     def _running(self, pieces: FloatArray) -> FloatArray:
         """Cumulative sum that starts anew with each stroke."""

@@ -28,6 +28,7 @@ from __future__ import annotations
 import math
 from bisect import bisect_right
 from itertools import accumulate
+from operator import mul
 from typing import Any
 
 # Gauss-Legendre nodes and weights on [-1, 1]: 8 points are exact for degree 15, 3 for degree 5.
@@ -98,6 +99,11 @@ class Scalar:
     def locate(edges: Any, value: float) -> int:
         """Index of the cell [edges[i], edges[i+1]] that holds `value`; the first or last one outside."""
         return min(max(bisect_right(edges, value) - 1, 0), len(edges) - 2)
+
+    @staticmethod
+    def combine(weights: list[float], columns: list[Any]) -> list[float]:
+        """Weighted sum of columns, entry by entry."""
+        return [sum(map(mul, weights, entries)) for entries in zip(*columns, strict=True)]
 
     @staticmethod
     def map(function: Any, *columns: Any) -> list[Any]:
@@ -253,10 +259,7 @@ def _interpolants(values: Any, ops: Any) -> list[Any]:
     cells = len(values) // (_DEGREE + 1)
     columns = [values[k * cells : (k + 1) * cells] for k in range(_DEGREE + 1)]
 
-    def combine(row: list[float]) -> Any:
-        return ops.map(lambda *entries: sum(w * e for w, e in zip(row, entries, strict=True)), *columns)
-
-    return [combine(row) for row in _TO_MONOMIALS]
+    return [ops.combine(row, columns) for row in _TO_MONOMIALS]
 
 
 def _interpolate(branch: Branch, abscissa: Any, ops: Any) -> Any:
