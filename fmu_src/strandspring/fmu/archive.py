@@ -1,0 +1,72 @@
+"""What every FMU holds whatever its back end, and how it becomes a file with reproducible bytes."""
+
+from __future__ import annotations
+
+import hashlib
+import zipfile
+from collections.abc import Iterable, Mapping
+from importlib import metadata
+from importlib.resources import files
+from pathlib import Path
+
+from ..modelfile import ModelFile
+from .documentation import documentation_page
+
+# The earliest time a zip archive can hold.
+_TIMESTAMP = (1980, 1, 1, 0, 0, 0)
+
+
+def installed_version(distribution: str) -> str:
+    """Version of an installed distribution, or "unknown" if it is run without being installed."""
+    try:
+        return metadata.version(distribution)
+    except metadata.PackageNotFoundError:
+        return "unknown"
+
+
+def content_guid(parts: Iterable[bytes]) -> str:
+    """A GUID that is the same for the same parts."""
+    digest = hashlib.sha256()
+    for part in parts:
+        digest.update(len(part).to_bytes(8, "big"))
+        digest.update(part)
+    code = digest.hexdigest()
+    return f"{{{code[:8]}-{code[8:12]}-{code[12:16]}-{code[16:20]}-{code[20:32]}}}"
+
+
+def common_contents(model: ModelFile, description: bytes, others: tuple[str, ...]) -> dict[str, bytes]:
+    """Description, icon, documentation and licences by their path in the FMU.
+
+    `others` are the distributions of which the FMU holds parts, besides ours.
+    """
+    contents = {
+        "modelDescription.xml": description,
+        "model.png": (files(__package__) / "assets" / "model.png").read_bytes(),
+        "documentation/index.html": documentation_page(model).encode("utf-8"),
+    }
+    # FMI takes license.txt as the entry point.
+    for distribution, name in {"strandspring": "license", **{other: other for other in others}}.items():
+        text = _licence(distribution)
+        if text is not None:
+            contents[f"documentation/licenses/{name}.txt"] = text.encode("utf-8")
+    return contents
+
+
+def write_archive(path: Path, contents: Mapping[str, bytes]) -> None:
+    """Write a zip archive whose bytes depend on the contents alone."""
+    with zipfile.ZipFile(path, "w") as archive:
+        for name, content in sorted(contents.items()):
+            entry = zipfile.ZipInfo(name, _TIMESTAMP)
+            entry.compress_type = zipfile.ZIP_DEFLATED
+            entry.create_system = 3  # Unix, on every platform, so that the permissions below count
+            entry.external_attr = (0o100755 if name.startswith("binaries/") else 0o100644) << 16
+            archive.writestr(entry, content)
+
+
+def _licence(distribution: str) -> str | None:
+    try:
+        installed = metadata.distribution(distribution)
+    except metadata.PackageNotFoundError:
+        return None
+    # Metadata 2.4 has a folder for licences; before, they lay beside the metadata.
+    return installed.read_text("licenses/LICENSE") or installed.read_text("LICENSE")

@@ -1,0 +1,169 @@
+"""Whether a built FMU is valid and answers as the model does: validated, then run through FMPy."""
+
+from __future__ import annotations
+
+import platform
+import tempfile
+import time
+import zipfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import fmpy
+import numpy as np
+from fmpy.fmi2 import FMU2Slave
+from fmpy.model_description import ModelDescription
+from fmpy.validation import validate_fmu
+
+from ..errors import BuildError
+from ..model.parameters import SpringParameters
+from ..model.path import FloatArray, PathSolver
+from .variables import spring_parameters
+
+# The FMU and the vectorised path share one source and differ by rounding.
+FORCE_TOLERANCE = 1e-9  # of the largest force
+_STEP = 1e-3  # s
+
+
+@dataclass(frozen=True)
+class CheckReport:
+    """What `check_fmu` found.
+
+    Attributes
+    ----------
+    path : Path
+    problems : tuple of str        One sentence each; empty if the FMU is good.
+    not_run : str or None          Why the FMU was validated but not run.
+    steps : int                    Steps of the run.
+    force_difference : float       Largest difference from the model's force [N].
+    seconds : float                Time the steps took [s].
+    """
+
+    path: Path
+    problems: tuple[str, ...]
+    not_run: str | None = None
+    steps: int = 0
+    force_difference: float = 0.0
+    seconds: float = 0.0
+
+    @property
+    def summary(self) -> str:
+        """The report in one line."""
+        if self.problems:
+            return " ".join(self.problems)
+        if self.not_run:
+            return f"valid, but not run. {self.not_run}"
+        return (
+            f"valid; {self.steps} steps took {1e3 * self.seconds:.0f} ms and give the force of the model "
+            f"within {self.force_difference:.1e} N"
+        )
+
+
+def check_fmu(path: Path) -> CheckReport:
+    """Validate an FMU and compare a short run with the model.
+
+    Raises
+    ------
+    BuildError   If there are problems; the text lists them.
+    """
+    report = examine_fmu(path)
+    if report.problems:
+        raise BuildError(f"{path} must not be used: {report.summary}")
+    return report
+
+
+def examine_fmu(path: Path) -> CheckReport:
+    """The same, with the problems in the report."""
+    try:
+        problems = tuple(str(problem).strip() for problem in validate_fmu(str(path)))
+    except (OSError, zipfile.BadZipFile) as problem:
+        problems = (f"It cannot be read: {problem}.",)
+    if problems:
+        return CheckReport(path, problems, "an invalid FMU is not run")
+    description = fmpy.read_model_description(str(path))
+    not_run = _why_not_here(path, description.coSimulation.needsExecutionTool)
+    if not_run:
+        return CheckReport(path, (), not_run)
+    try:
+        parameters = described_spring(description)
+        displacement = slow_cycles(parameters)
+        with running(path) as slave:
+            began = time.perf_counter()
+            force = _run(slave, description, displacement)
+            seconds = time.perf_counter() - began
+    except Exception as problem:  # FMPy raises plain exceptions
+        return CheckReport(path, (f"It cannot be run: {problem}",))
+    expected = PathSolver(parameters).force(displacement)
+    difference = float(np.max(np.abs(force - expected)))
+    problems = ()
+    # Written so that NaN is a problem.
+    if not difference <= FORCE_TOLERANCE * np.max(np.abs(expected)):
+        problems = (f"Its force must be that of the model, but differs by up to {difference:.3g} N.",)
+    return CheckReport(path, problems, None, displacement.size, difference, seconds)
+
+
+def described_spring(description: ModelDescription) -> SpringParameters:
+    """The spring whose parameters are the start values in a model description."""
+    start = {v.name: float(v.start) for v in description.modelVariables if v.causality == "parameter"}
+    elastic, amplifier = (sum(name.startswith(k) for name in start) for k in ("kE[", "kA["))
+    return spring_parameters(start, elastic, amplifier)
+
+
+def slow_cycles(parameters: SpringParameters) -> FloatArray:
+    """Two growing cycles that start at the offset and reach over the identified range, shape (K,) [m]."""
+    offset, low, high = (
+        parameters.displacement_offset, parameters.displacement_min, parameters.displacement_max
+    )  # fmt: skip
+    phase = np.linspace(0.0, 4.0 * np.pi, 401)
+    swing = np.sin(phase) * np.where(phase < 2.0 * np.pi, 0.5, 1.0)
+    return offset + np.where(swing > 0.0, (high - offset) * swing, (offset - low) * swing)
+
+
+@contextmanager
+def running(path: Path) -> Iterator[Any]:
+    """An instance of the FMU, before its initialization, as FMPy's FMU2Slave."""
+    description = fmpy.read_model_description(str(path))
+    with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder:
+        fmpy.extract(str(path), unzipdir=folder)
+        slave = FMU2Slave(
+            guid=description.guid,
+            unzipDirectory=folder,
+            modelIdentifier=description.coSimulation.modelIdentifier,
+            instanceName="check",
+        )
+        slave.instantiate()
+        try:
+            yield slave
+        finally:
+            slave.freeInstance()
+
+
+def _run(slave: Any, description: ModelDescription, displacement: FloatArray) -> FloatArray:
+    references = {v.name: v.valueReference for v in description.modelVariables}
+    given, force = [references["displacement"]], [references["force"]]
+    slave.setupExperiment(startTime=0.0)
+    slave.enterInitializationMode()
+    slave.setReal(given, [float(displacement[0])])
+    slave.exitInitializationMode()
+    found = slave.getReal(force)
+    for k, value in enumerate(displacement[1:].tolist()):
+        slave.setReal(given, [value])
+        slave.doStep(k * _STEP, _STEP)
+        found += slave.getReal(force)
+    slave.terminate()
+    return np.array(found)
+
+
+def _why_not_here(path: Path, needs_python: bool) -> str | None:
+    """Why this computer cannot run the FMU."""
+    machine = platform.machine().lower()
+    if fmpy.platform not in fmpy.supported_platforms(str(path)) or machine not in ("x86_64", "amd64"):
+        return f"The FMU has no binary for this computer ({platform.system()} {machine}), so it was not run."
+    folder = Path(tempfile.gettempdir())
+    # pythonfmu's binary decodes no character of a URI but the space, and crashes where it then finds nothing.
+    if needs_python and "%" in folder.as_uri().replace("%20", ""):
+        return f"pythonfmu cannot run an FMU in a folder such as {folder}: set TMPDIR to one named in plain letters."
+    return None

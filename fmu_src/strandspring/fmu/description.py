@@ -1,0 +1,123 @@
+"""modelDescription.xml of FMI 2.0, made from the variable table."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from xml.etree.ElementTree import Element, SubElement, indent, tostring
+
+from ..modelfile import ModelFile
+from .variables import Unit, Variable, start_values, units, variables
+
+# Of the categories that FMI names, those that a spring uses.
+LOG_CATEGORIES = {
+    "logStatusWarning": "The displacement left the identified range.",
+    "logStatusError": "A displacement or a step was refused; the message names its value.",
+}
+
+
+def model_description(model: ModelFile, guid: str, generation_tool: str, co_simulation: Mapping[str, str]) -> bytes:
+    """The description of one spring as UTF-8 XML; the same arguments give the same bytes.
+
+    Parameters
+    ----------
+    model : ModelFile
+    guid : str
+    generation_tool : str
+    co_simulation : mapping of str to str   Attributes of CoSimulation in which the back ends differ.
+    """
+    spring = model.parameters.spring()
+    counts = len(spring.kE), len(spring.kA)
+    table = variables(*counts)
+    root = Element(
+        "fmiModelDescription",
+        {
+            "fmiVersion": "2.0",
+            "modelName": model.name,
+            "guid": guid,
+            "description": model.description or "Hysteretic spring: displacement in, restoring force out",
+            "copyright": "Model code: strandspring maintainers; see documentation/licenses",
+            "license": "MIT",
+            "generationTool": generation_tool,
+            "variableNamingConvention": "structured",
+        },
+    )
+    # No generation date: the same model gives the same bytes.
+    SubElement(
+        root,
+        "CoSimulation",
+        {
+            "modelIdentifier": model.name,
+            "canHandleVariableCommunicationStepSize": "true",
+            "canBeInstantiatedOnlyOncePerProcess": "false",
+            "canGetAndSetFMUstate": "true",
+            "canSerializeFMUstate": "true",
+            **co_simulation,
+        },
+    )
+    _append_units(SubElement(root, "UnitDefinitions"), units(*counts))
+    categories = SubElement(root, "LogCategories")
+    for name, text in LOG_CATEGORIES.items():
+        SubElement(categories, "Category", {"name": name, "description": text})
+    SubElement(root, "DefaultExperiment", {"startTime": "0", "stopTime": "1", "stepSize": "0.001"})
+    _append_variables(SubElement(root, "ModelVariables"), table, start_values(spring))
+    _append_structure(SubElement(root, "ModelStructure"), table)
+    indent(root)
+    return bytes(tostring(root, encoding="UTF-8", xml_declaration=True)) + b"\n"
+
+
+def _append_units(parent: Element, all_units: tuple[Unit, ...]) -> None:
+    for unit in all_units:
+        element = SubElement(parent, "Unit", {"name": unit.name})
+        exponents = {"kg": unit.kg, "m": unit.m, "s": unit.s}
+        SubElement(element, "BaseUnit", {name: str(power) for name, power in exponents.items() if power})
+        for name, factor in unit.displayed:
+            SubElement(element, "DisplayUnit", {"name": name, "factor": repr(factor)})
+
+
+def _append_variables(parent: Element, table: tuple[Variable, ...], start: Mapping[str, float]) -> None:
+    for reference, variable in enumerate(table):
+        attributes = {
+            "name": variable.name,
+            "valueReference": str(reference),
+            "description": variable.description,
+            "causality": variable.causality,
+            "variability": variable.variability,
+            "initial": variable.initial,
+        }
+        element = SubElement(parent, "ScalarVariable", _given(attributes))
+        typed = {
+            "unit": variable.unit,
+            "displayUnit": variable.display_unit,
+            "min": _text(variable.minimum),
+            "max": _text(variable.maximum),
+            "start": _text(start.get(variable.name)),
+        }
+        SubElement(element, variable.kind, _given(typed))
+
+
+def _append_structure(parent: Element, table: tuple[Variable, ...]) -> None:
+    # ModelStructure counts variables from 1.
+    index = {variable.name: str(place) for place, variable in enumerate(table, start=1)}
+    outputs = SubElement(parent, "Outputs")
+    initial = SubElement(parent, "InitialUnknowns")
+    for variable in table:
+        if variable.causality == "output":
+            for element, names in ((outputs, variable.depends_on), (initial, variable.starts_from)):
+                SubElement(
+                    element,
+                    "Unknown",
+                    {
+                        "index": index[variable.name],
+                        "dependencies": " ".join(sorted((index[name] for name in names), key=int)),
+                        "dependenciesKind": " ".join("dependent" for _ in names),
+                    },
+                )
+
+
+def _text(value: float | None) -> str | None:
+    # repr gives back every bit of a float.
+    return None if value is None else repr(value)
+
+
+def _given(attributes: Mapping[str, str | None]) -> dict[str, str]:
+    return {name: value for name, value in attributes.items() if value is not None}

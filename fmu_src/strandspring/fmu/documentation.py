@@ -1,0 +1,50 @@
+"""The page that an FMU carries about itself."""
+
+from __future__ import annotations
+
+from importlib.resources import files
+from typing import Any
+
+from jinja2 import Environment, StrictUndefined
+from markupsafe import Markup
+
+from ..modelfile import ModelFile
+from .plot import loops_svg
+from .variables import start_values, variables
+
+
+def documentation_page(model: ModelFile) -> str:
+    """HTML of one file: model, variables, behaviour, fit, provenance; the same model gives the same text."""
+    spring = model.parameters.spring()
+    start = start_values(spring)
+    template = Environment(
+        autoescape=True, trim_blocks=True, lstrip_blocks=True, undefined=StrictUndefined
+    ).from_string((files(__package__) / "assets" / "documentation.html.j2").read_text(encoding="utf-8"))
+    return template.render(
+        model=model,
+        spring=spring,
+        variables=[(v, start.get(v.name)) for v in variables(len(spring.kE), len(spring.kA))],
+        # The SVG is made by ElementTree from numbers and fixed text.
+        plot=Markup(loops_svg(spring)),
+        facts={
+            "Fit": flat(model.fit),
+            "Uncertainty": flat(model.uncertainty),
+            "Provenance": flat(model.provenance),
+        },
+    )
+
+
+def flat(content: Any, name: str = "") -> list[tuple[str, str]]:
+    """Nested JSON as rows of name and text, such as ("records[0].sha256", "...")."""
+    if isinstance(content, dict):
+        prefix = f"{name}." if name else ""
+        return [row for key, value in content.items() for row in flat(value, f"{prefix}{key}")]
+    if isinstance(content, list | tuple):
+        if any(isinstance(value, dict | list | tuple) for value in content):
+            return [row for k, value in enumerate(content) for row in flat(value, f"{name}[{k}]")]
+        return [(name, ", ".join(_text(value) for value in content))]
+    return [(name, _text(content))]
+
+
+def _text(value: Any) -> str:
+    return f"{value:.6g}" if isinstance(value, float) else str(value)

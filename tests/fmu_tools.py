@@ -1,0 +1,143 @@
+"""Shared by the tests of FMUs: springs, paths, and an FMPy instance that keeps its log and status codes."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import fmpy
+import numpy as np
+from fmpy.fmi1 import FMICallException
+from fmpy.fmi2 import (
+    FMU2Slave,
+    defaultCallbacks,
+    fmi2CallbackFunctions,
+    fmi2CallbackLoggerTYPE,
+)
+
+from strandspring.fmu.package import build_fmu
+from strandspring.model.parameters import SpringParameters
+from strandspring.modelfile import model_file
+
+SPRING = SpringParameters(
+    kE=(3.0, 1.1e4, -2.0e4, 1.0e6),
+    kA=(1.0, 2.0, 30.0),
+    kappa_omega=21.7,
+    rho=310.0,
+    sigma=1.3,
+    n=0.22,
+    displacement_offset=0.02,
+    displacement_min=0.001,
+    displacement_max=0.05,
+)
+OTHER = SpringParameters(
+    kE=(0.0, 4.0e3), kA=(1.0,), kappa_omega=150.0, rho=90.0, sigma=0.7, n=1.6,
+    displacement_offset=-0.01, displacement_min=-0.1, displacement_max=0.1,
+)  # fmt: skip
+
+
+def built(folder: Path, parameters: SpringParameters = SPRING, name: str = "spring", text: str = "") -> Path:
+    """An FMU in `folder`."""
+    return build_fmu(model_file(name, parameters, text), folder)
+
+
+def wandering_path(parameters: SpringParameters, samples: int, seed: int) -> np.ndarray:
+    """Random path with many reversals, uneven steps, standstills and excursions out of the range."""
+    random = np.random.default_rng(seed)
+    low, high = parameters.displacement_min, parameters.displacement_max
+    turns = random.uniform(low - 0.2 * (high - low), high + 0.2 * (high - low), samples // 8)
+    path = [parameters.displacement_offset]
+    for turn in turns:
+        shares = np.sort(random.uniform(0.0, 1.0, 6))
+        path += [*(path[-1] + shares * (turn - path[-1])), turn, turn]
+    return np.array(path)
+
+
+class Instance:
+    """An instance of an FMU; variables go by name."""
+
+    def __init__(self, path: Path, folder: Path, name: str = "one") -> None:
+        self.description = fmpy.read_model_description(str(path))
+        self.references = {v.name: v.valueReference for v in self.description.modelVariables}
+        if not (folder / "modelDescription.xml").exists():
+            fmpy.extract(str(path), unzipdir=str(folder))
+        self.messages: list[tuple[int, str, str]] = []
+        self.slave = FMU2Slave(
+            guid=self.description.guid,
+            unzipDirectory=str(folder),
+            modelIdentifier=self.description.coSimulation.modelIdentifier,
+            instanceName=name,
+        )
+        callbacks = fmi2CallbackFunctions()
+        callbacks.logger = fmi2CallbackLoggerTYPE(self._keep_message)
+        callbacks.allocateMemory = defaultCallbacks.allocateMemory
+        callbacks.freeMemory = defaultCallbacks.freeMemory
+        self.slave.instantiate(callbacks=callbacks, loggingOn=True)
+
+    def _keep_message(self, _environment, _name, status, category, message) -> None:
+        self.messages.append((status, (category or b"").decode(), message.decode()))
+
+    def initialize(self, **start: float) -> Instance:
+        """Initialize with start values."""
+        self.slave.setupExperiment(startTime=0.0)
+        self.slave.enterInitializationMode()
+        for name, value in start.items():
+            self.set(name, value)
+        self.slave.exitInitializationMode()
+        return self
+
+    def set(self, name: str, value: float) -> None:
+        self.slave.setReal([self.references[name]], [value])
+
+    def get(self, *names: str) -> list[float]:
+        return self.slave.getReal([self.references[name] for name in names])
+
+    @property
+    def extrapolating(self) -> bool:
+        return bool(self.slave.getBoolean([self.references["extrapolating"]])[0])
+
+    def step(self, displacement: float, *names: str, time: float = 0.0, size: float = 1e-3) -> list[float]:
+        """Set the displacement, do a step, read."""
+        self.set("displacement", displacement)
+        self.slave.doStep(time, size)
+        return self.get(*names)
+
+    def logged(self, status: int) -> list[str]:
+        return [message for level, _, message in self.messages if level == status]
+
+
+@contextmanager
+def instance(path: Path, folder: Path, name: str = "one") -> Iterator[Instance]:
+    """An instance that is freed at the end; `folder` is where the FMU is or becomes unpacked."""
+    one = Instance(path, folder, name)
+    try:
+        yield one
+    finally:
+        one.slave.freeInstance()
+
+
+def status_of(call, *arguments) -> int:
+    """The FMI status of a call: 0 and 1 are fine, 2 discard, 3 error, 4 fatal."""
+    try:
+        call(*arguments)
+    except FMICallException as problem:
+        return problem.status
+    return 0
+
+
+def run_python(code: str, *arguments: object, environment: dict[str, str] | None = None) -> str:
+    """Standard output of a fresh Python process that sees the tests folder."""
+    done = subprocess.run(
+        [sys.executable, "-W", "error", "-c", code, *map(str, arguments)],
+        capture_output=True,
+        text=True,
+        cwd=Path(__file__).parent,
+        env=environment,
+        timeout=120,
+        check=False,
+    )
+    assert done.returncode == 0, f"exit status {done.returncode}: {done.stderr}"
+    return done.stdout

@@ -1,0 +1,232 @@
+"""The FMU as a file: description, units, documentation, reproducible bytes, and nothing left behind."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import sys
+import zipfile
+from dataclasses import replace
+from xml.etree import ElementTree
+
+import fmpy
+import pytest
+from fmpy.validation import validate_fmu
+
+from fmu_tools import OTHER, SPRING, built, instance, run_python
+from strandspring.errors import StrandspringError
+from strandspring.fmu.documentation import flat
+from strandspring.fmu.package import build_fmu, fmu_contents
+from strandspring.fmu.variables import SCALARS, spring_parameters, start_values, units, variables
+from strandspring.model.parameters import SpringParameters
+from strandspring.modelfile import model_file
+
+AWKWARD = "\"quoted\" 'single' <b>bold</b> &amp; ]]> <!-- \nnew line\ttab äöü 弹簧 %s %n {name} {{ 7*7 }}"
+
+
+@pytest.fixture(scope="module")
+def fmu(tmp_path_factory):
+    return built(tmp_path_factory.mktemp("fmu"))
+
+
+@pytest.fixture(scope="module")
+def description(fmu):
+    return fmpy.read_model_description(str(fmu))
+
+
+def test_table_is_what_fmpy_reads(description):
+    table = variables(len(SPRING.kE), len(SPRING.kA))
+    start = start_values(SPRING)
+    assert len(description.modelVariables) == len(table)
+    for reference, (read, variable) in enumerate(zip(description.modelVariables, table, strict=True)):
+        assert read.valueReference == reference
+        assert (read.name, read.causality, read.variability, read.description) == (
+            variable.name, variable.causality, variable.variability, variable.description,
+        )  # fmt: skip
+        assert (read.type, read.unit, read.displayUnit) == (variable.kind, variable.unit, variable.display_unit)
+        assert read.description
+        for text, value in ((read.min, variable.minimum), (read.max, variable.maximum)):
+            assert (None if text is None else float(text)) == value
+        assert (None if read.start is None else float(read.start)) == start.get(variable.name)
+
+
+def test_names_of_the_design(description):
+    of = {v.name: v for v in description.modelVariables}
+    coefficients = [f"{k}[{i}]" for k, values in (("kE", SPRING.kE), ("kA", SPRING.kA)) for i in range(len(values))]
+    parameters = [*coefficients, *SCALARS, "omega_start"]
+    assert list(of) == [
+        "displacement", "force", "stiffness", "absorbed_energy", "extrapolating", "omega", *parameters,
+    ]  # fmt: skip
+    assert {of[name].causality for name in parameters} == {"parameter"}
+    assert of["extrapolating"].type == "Boolean"
+    assert of["omega"].causality == "local"
+    assert float(of["displacement"].start) == SPRING.displacement_offset
+
+
+def test_start_values_keep_every_bit(tmp_path):
+    awkward = replace(SPRING, kE=(0.1 + 0.2, 1.0 / 3.0, 5e-324, -1.7e300), rho=100.0 + 1e-13)
+    read = fmpy.read_model_description(str(built(tmp_path, awkward)))
+    values = {v.name: float(v.start) for v in read.modelVariables if v.start is not None}
+    assert values == start_values(awkward)
+    assert spring_parameters(values, len(awkward.kE), len(awkward.kA)) == awkward
+
+
+@pytest.mark.parametrize("counts", [(1, 1), (2, 1), (8, 6), (21, 21)])
+def test_units_are_complete_and_consistent(counts):
+    known = {unit.name: unit for unit in units(*counts)}
+    used = {v.unit for v in variables(*counts) if v.unit}
+    assert used <= set(known)
+    for variable in variables(*counts):
+        if variable.display_unit:
+            assert variable.display_unit in dict(known[variable.unit].displayed)
+    factors = {"m": 1.0, "mm": 1e3, "N": 1.0, "kN": 1e-3, "J": 1.0, "mJ": 1e3, "kJ": 1e-3, "1": 1.0}
+    dimensions = {"1": (0, 0, 0), "m": (0, 1, 0), "N": (1, 1, -2), "J": (1, 2, -2)}
+    for unit in known.values():
+        over, _, under = unit.name.partition("/")
+        power = int(under.partition("^")[2] or 1) if under else 0
+        kg, m, s = dimensions[over]
+        assert (unit.kg, unit.m, unit.s) == (kg, m - power, s), unit
+        for name, factor in unit.displayed:
+            top, _, length = name.partition("/")
+            per = factors[length.partition("^")[0]] ** power if length else 1.0
+            assert factor == pytest.approx(factors[top] / per, rel=1e-15), name
+
+
+@pytest.mark.parametrize("degrees", [(1, 1), (21, 21)])
+def test_every_number_of_coefficients_is_valid(degrees, tmp_path):
+    spring = SpringParameters(
+        (0.0, 1e4, *[0.0] * 19)[: degrees[0]], (1.0, *[0.0] * 20)[: degrees[1]],
+        10.0, 200.0, 1.0, 0.5, 0.0, -0.01, 0.01,
+    )  # fmt: skip
+    path = built(tmp_path, spring)
+    assert validate_fmu(str(path)) == []
+    with instance(path, tmp_path / "unpacked") as one:
+        one.initialize()
+        assert one.step(0.005, "force")[0] > 0.0
+
+
+def test_capabilities_and_identity(description):
+    slave = description.coSimulation
+    assert slave.modelIdentifier == description.modelName == "spring"
+    assert slave.needsExecutionTool
+    assert slave.canHandleVariableCommunicationStepSize
+    assert slave.canGetAndSetFMUstate
+    assert slave.canSerializeFMUstate
+    assert not slave.canInterpolateInputs
+    assert not slave.canBeInstantiatedOnlyOncePerProcess
+    assert not slave.providesDirectionalDerivative
+    assert slave.maxOutputDerivativeOrder == 0
+    assert description.modelExchange is None
+    assert description.generationDateAndTime is None
+    assert description.generationTool.startswith("strandspring ")
+    assert description.defaultExperiment.stepSize == "0.001"
+
+
+def test_dependencies(description):
+    names = [v.name for v in description.modelVariables]
+    for unknown in description.outputs:
+        assert [v.name for v in unknown.dependencies] == ["displacement"]
+        assert unknown.dependenciesKind == ["dependent"]
+    initially = {u.variable.name: {v.name for v in u.dependencies} for u in description.initialUnknowns}
+    assert set(initially) == {"force", "stiffness", "absorbed_energy", "extrapolating"}
+    parameters = {v.name for v in description.modelVariables if v.causality == "parameter"}
+    assert initially["stiffness"] == {"displacement", *parameters}
+    assert initially["force"] == {"displacement", *parameters} - {"rho", "sigma", "n"}
+    assert initially["absorbed_energy"] == set()
+    assert set().union(*initially.values()) <= set(names)
+
+
+def test_same_model_same_bytes_in_other_processes(fmu, tmp_path):
+    code = """
+import sys
+from pathlib import Path
+from fmu_tools import built
+built(Path(sys.argv[1]))
+"""
+    found = {hashlib.sha256(fmu.read_bytes()).hexdigest()}
+    for seed in ("1", "2"):
+        folder = tmp_path / seed
+        run_python(code, folder, environment={**os.environ, "PYTHONHASHSEED": seed, "TZ": f"UTC{seed}"})
+        found.add(hashlib.sha256((folder / "spring.fmu").read_bytes()).hexdigest())
+    assert len(found) == 1
+
+
+def test_guid_follows_the_content(fmu, tmp_path):
+    guids = {
+        fmpy.read_model_description(str(path)).guid
+        for path in (
+            fmu,
+            built(tmp_path / "1", replace(SPRING, rho=SPRING.rho * (1 + 1e-15))),
+            built(tmp_path / "2", SPRING, "renamed"),
+            built(tmp_path / "3", SPRING, text="described"),
+            built(tmp_path / "4", OTHER),
+        )
+    }
+    assert len(guids) == 5
+    assert all(len(guid) == 38 and guid[0] == "{" and guid[-1] == "}" for guid in guids)
+
+
+def test_entries_of_the_archive(fmu):
+    with zipfile.ZipFile(fmu) as archive:
+        entries = archive.infolist()
+    names = [entry.filename for entry in entries]
+    assert names == sorted(names)
+    assert {entry.date_time for entry in entries} == {(1980, 1, 1, 0, 0, 0)}
+    assert {
+        "modelDescription.xml", "model.png", "documentation/index.html", "documentation/licenses/license.txt",
+        "documentation/licenses/pythonfmu.txt", "binaries/linux64/spring.so", "binaries/win64/spring.dll",
+        "resources/slavemodule.txt",
+    } <= set(names)  # fmt: skip
+    assert not any("__pycache__" in name or name.startswith(("/", "..")) for name in names)
+
+
+def test_building_leaves_nothing_else(tmp_path):
+    path, modules = list(sys.path), set(sys.modules)
+    built(tmp_path / "new", OTHER, "lambda")
+    assert [p.name for p in tmp_path.rglob("*")] == ["new", "lambda.fmu"]
+    assert sys.path == path
+    assert set(sys.modules) == modules
+
+
+def test_a_folder_that_cannot_be_written_to(tmp_path):
+    (tmp_path / "file").write_text("")
+    with pytest.raises(StrandspringError, match="cannot be written"):
+        built(tmp_path / "file")
+
+
+def test_an_fmu_named_like_a_keyword_runs(tmp_path):
+    with instance(built(tmp_path, SPRING, "lambda"), tmp_path / "unpacked") as one:
+        assert one.initialize().step(0.03, "force")[0] > 0.0
+
+
+def test_awkward_texts(tmp_path):
+    model = model_file(
+        "awkward", SPRING, AWKWARD, fit={"<i>rmse</i>": 1.25}, provenance={"records": [{"path": AWKWARD}]}
+    )
+    path = build_fmu(model, tmp_path)
+    assert validate_fmu(str(path)) == []
+    assert fmpy.read_model_description(str(path)).description == AWKWARD
+    page = fmu_contents(model)["documentation/index.html"].decode()
+    assert "<b>bold" not in page
+    assert "<i>rmse" not in page
+    assert "&lt;b&gt;bold" in page
+    assert "{{ 7*7 }}" in page
+    with instance(path, tmp_path / "unpacked") as one:
+        assert one.initialize().step(0.03, "force")[0] > 0.0
+
+
+def test_documentation_tells_the_model():
+    model = model_file("documented", SPRING, fit={"rmse": 1.23456789, "records": [{"path": "a.csv", "rnl": 0.98}]})
+    page = fmu_contents(model)["documentation/index.html"].decode()
+    for variable in variables(len(SPRING.kE), len(SPRING.kA)):
+        assert f"<td>{variable.name}</td>" in page
+    assert "1.23457" in page
+    assert "records[0].rnl" in page
+    assert "Provenance" not in page
+    svg = ElementTree.fromstring(page[page.index("<svg") : page.index("</svg>") + 6])
+    assert len(svg.findall("polyline")) == 3
+
+
+def test_flat_rows():
+    content = {"a": 1, "b": {"c": [1.5, "x"]}, "d": [{"e": None}, {"e": True}]}
+    assert flat(content) == [("a", "1"), ("b.c", "1.5, x"), ("d[0].e", "None"), ("d[1].e", "True")]

@@ -1,0 +1,274 @@
+"""What the Python-backed FMU refuses, how it says so, and that the host survives it."""
+
+from __future__ import annotations
+
+import json
+import math
+
+import numpy as np
+import pytest
+
+from fmu_tools import OTHER, SPRING, built, instance, run_python, status_of
+from strandspring.model.path import PathSolver
+
+DISCARD, FATAL = 2, 4
+ERROR = 3
+NOT_FINITE = [math.nan, math.inf, -math.inf]
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    return tmp_path_factory.mktemp("fmu")
+
+
+@pytest.fixture(scope="module")
+def fmu(folder):
+    return built(folder)
+
+
+@pytest.fixture
+def spring(fmu, folder):
+    with instance(fmu, folder / "unpacked") as one:
+        yield one
+
+
+@pytest.mark.parametrize("bad", NOT_FINITE)
+def test_a_displacement_that_is_not_finite(spring, bad):
+    spring.initialize()
+    committed = spring.step(0.03, "force", "omega")
+    spring.set("displacement", 0.035)
+    assert status_of(spring.set, "displacement", bad) == 0
+    assert spring.logged(ERROR) == [f"`displacement` must be finite [m], got {bad!r}; it was not taken over."]
+    outputs = spring.get("force", "stiffness", "absorbed_energy", "omega")
+    assert all(map(math.isnan, outputs))
+    assert status_of(spring.slave.doStep, 0.0, 1e-3) == DISCARD
+    assert "finite `displacement`" in spring.logged(ERROR)[1]
+    spring.set("displacement", 0.03)
+    assert spring.get("force", "omega") == committed
+    expected = PathSolver(SPRING).force(np.array([0.02, 0.03, 0.01]))[-1]
+    assert spring.step(0.01, "force") == [pytest.approx(expected, rel=1e-12)]
+
+
+def test_a_displacement_that_is_not_finite_when_initialization_ends(spring):
+    spring.slave.setupExperiment(startTime=0.0)
+    spring.slave.enterInitializationMode()
+    spring.set("displacement", math.nan)
+    assert status_of(spring.slave.exitInitializationMode) == FATAL
+    assert "`displacement` must be finite" in spring.logged(FATAL)[-1]
+    spring.set("displacement", 0.03)
+    spring.slave.exitInitializationMode()
+    assert math.isfinite(spring.get("force")[0])
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        ("rho", -1.0), ("rho", 0.0), ("rho", math.nan), ("kappa_omega", 0.0), ("kappa_omega", math.inf),
+        ("sigma", 0.4), ("sigma", -math.inf), ("n", 0.0), ("n", 1e3), ("kA[0]", 2.0), ("kA[1]", -1e3),
+        ("kE[2]", math.nan), ("displacement_min", 0.06), ("displacement_max", 0.0),
+        ("displacement_offset", 1.0), ("omega_start", 1.0000001), ("omega_start", math.nan),
+    ],
+)  # fmt: skip
+def test_parameters_that_are_not_possible(spring, name, value):
+    spring.slave.setupExperiment(startTime=0.0)
+    spring.slave.enterInitializationMode()
+    good = spring.get(name)[0]
+    spring.set(name, value)
+    for _ in range(3):
+        assert status_of(spring.slave.exitInitializationMode) == FATAL
+    text = spring.logged(FATAL)[0]
+    # FA is judged as a whole: its value over the range is what is wrong.
+    assert ("the amplifier FA" if name == "kA[1]" else f"`{name}`") in text
+    assert "got" in text
+    spring.set(name, good)
+    spring.slave.exitInitializationMode()
+    assert spring.step(0.03, "force") == [
+        pytest.approx(PathSolver(SPRING).force(np.array([0.02, 0.03]))[-1], rel=1e-12)
+    ]
+
+
+def test_a_fixed_parameter_after_initialization(spring):
+    spring.initialize()
+    before = spring.step(0.03, "force", "rho")
+    assert status_of(spring.set, "rho", 5.0) == FATAL
+    assert "`rho` is fixed" in spring.logged(FATAL)[0]
+    assert spring.get("force", "rho") == before
+
+
+def test_values_are_set_all_or_none(spring):
+    spring.initialize()
+    references = [spring.references[name] for name in ("displacement", "rho")]
+    assert status_of(spring.slave.setReal, references, [0.04, 5.0]) == FATAL
+    assert spring.get("displacement") == [SPRING.displacement_offset]
+
+
+@pytest.mark.parametrize("name", ["force", "stiffness", "absorbed_energy", "omega"])
+def test_what_is_computed_cannot_be_set(spring, name):
+    assert status_of(spring.set, name, 1.0) == FATAL
+    assert f"`{name}` is computed" in spring.logged(FATAL)[0]
+
+
+@pytest.mark.parametrize(
+    ("call", "reference", "text"),
+    [
+        ("getReal", 999, "value reference 999"), ("getReal", 2**32 - 1, "no variable"),
+        ("getReal", 4, "`extrapolating`"), ("getInteger", 1, "is Real, not Integer"),
+        ("getBoolean", 1, "is Real, not Boolean"), ("getString", 0, "is Real, not String"),
+        ("setReal", 999, "value reference 999"), ("setInteger", 0, "is Real, not Integer"),
+        ("setBoolean", 4, "is computed"), ("setString", 0, "is Real, not String"),
+    ],
+)  # fmt: skip
+def test_no_such_variable_or_another_type(spring, call, reference, text):
+    value = {"setReal": [1.0], "setInteger": [1], "setBoolean": [True], "setString": ["1"]}.get(call)
+    arguments = [[reference]] if value is None else [[reference], value]
+    assert status_of(getattr(spring.slave, call), *arguments) == FATAL
+    assert text in spring.logged(FATAL)[0]
+
+
+@pytest.mark.parametrize("size", [-1e-3, *NOT_FINITE])
+def test_steps_backward_and_of_no_finite_size(spring, size):
+    spring.initialize()
+    before = spring.step(0.03, "force")
+    assert status_of(spring.slave.doStep, 1.0, size) == DISCARD
+    assert repr(size) in spring.logged(ERROR)[0]
+    assert spring.get("force") == before
+
+
+def test_a_step_before_initialization_ends(spring):
+    assert status_of(spring.slave.doStep, 0.0, 1e-3) == DISCARD
+    assert "initialization" in spring.logged(ERROR)[0]
+
+
+def test_initialization_ends_once(spring):
+    spring.initialize()
+    spring.step(0.03)
+    assert status_of(spring.slave.exitInitializationMode) == FATAL
+    assert spring.get("displacement") == [0.03]
+
+
+def serialized(one) -> dict:
+    return json.loads(one.slave.serializeFMUstate(one.slave.getFMUstate()))
+
+
+def damaged_states(one):
+    whole = serialized(one)
+    text = json.dumps(whole).encode()
+    memory = whole["memory"]
+    return [
+        b"",
+        b"\x80\x04junk",
+        b"[]",
+        b"[" * 100_000,
+        text[:-1],
+        text[: len(text) // 2],
+        text + b"}",
+        *(
+            json.dumps(content).encode()
+            for content in (
+                {**whole, "format": "other"},
+                {**whole, "format_version": 2},
+                {**whole, "guid": "{%s%n}"},
+                {**whole, "more": 1},
+                {key: value for key, value in whole.items() if key != "side"},
+                {**whole, "displacement": "0.1"},
+                {**whole, "displacement": math.nan},
+                {**whole, "refused": 0},
+                {**whole, "side": 2},
+                {**whole, "settings": [None]},
+                {**whole, "memory": memory[:-1]},
+                {**whole, "memory": [memory[0], 1.5, *memory[2:]]},
+                {**whole, "memory": [math.inf, *memory[1:]]},
+            )
+        ),
+    ]
+
+
+def test_damaged_states_are_refused(spring):
+    spring.initialize()
+    spring.step(0.03)
+    before = spring.step(0.02, "force")
+    for state in damaged_states(spring):
+        assert status_of(spring.slave.deSerializeFMUstate, state) == FATAL, state[:80]
+        assert "serialized state" in spring.messages[-1][2]
+    assert spring.get("force") == before
+
+
+def test_states_with_damaged_values_are_refused(spring):
+    spring.initialize()
+    before = spring.step(0.03, "force")
+    whole = serialized(spring)
+    for settings in (whole["settings"][:-1], [-1.0] * len(whole["settings"])):
+        state = spring.slave.deSerializeFMUstate(json.dumps({**whole, "settings": settings}).encode())
+        assert status_of(spring.slave.setFMUstate, state) == FATAL
+    assert spring.get("force") == before
+
+
+def test_the_state_of_another_fmu_is_refused(spring, tmp_path):
+    spring.initialize()
+    with instance(built(tmp_path, OTHER), tmp_path / "unpacked") as other:
+        other.initialize()
+        state = other.slave.serializeFMUstate(other.slave.getFMUstate())
+        assert status_of(spring.slave.deSerializeFMUstate, state) == FATAL
+        assert "of another one" in spring.messages[-1][2]
+        assert status_of(spring.slave.setFMUstate, other.slave.getFMUstate()) == FATAL
+
+
+def test_a_refused_displacement_is_part_of_the_state(spring):
+    spring.initialize()
+    spring.set("displacement", math.nan)
+    state = spring.slave.getFMUstate()
+    spring.set("displacement", 0.03)
+    spring.slave.setFMUstate(state)
+    assert math.isnan(spring.get("force")[0])
+
+
+def test_absurd_displacements_do_no_harm(spring):
+    spring.initialize()
+    for displacement in (1e10, -1e100, 1e300, -1.7e308, 1.7e308, 0.03):
+        spring.step(displacement, "force", "stiffness", "omega", "absorbed_energy")
+    state = spring.slave.serializeFMUstate(spring.slave.getFMUstate())
+    spring.slave.setFMUstate(spring.slave.deSerializeFMUstate(state))
+    assert math.isfinite(spring.get("force")[0])
+
+
+MANY_ERRORS = """
+import gc, math, sys
+from pathlib import Path
+from fmu_tools import instance, status_of
+with instance(Path(sys.argv[1]), Path(sys.argv[2])) as one, instance(Path(sys.argv[1]), Path(sys.argv[2])) as two:
+    s = one.slave
+    def wrong():
+        yield s.getReal, [999]
+        yield s.setInteger, [0], [1]
+        yield s.setReal, [1], [1.0]
+        yield s.getString, [0]
+        yield s.deSerializeFMUstate, b"x"
+        yield s.exitInitializationMode,
+    one.set("rho", -1.0)
+    for _ in range(20):
+        for call in wrong():
+            assert status_of(*call) == 4, call
+        gc.collect()
+    s.reset()
+    one.initialize()
+    two.initialize()
+    for _ in range(20):
+        for call in wrong():
+            assert status_of(*call) == 4, call
+        one.set("displacement", math.nan)
+        assert status_of(s.doStep, 0.0, 1.0) == 2
+        gc.collect()
+    print(one.step(0.03, "force") == two.step(0.03, "force"))
+for _ in range(5):
+    with instance(Path(sys.argv[1]), Path(sys.argv[2])) as again:
+        again.initialize()
+        again.step(0.03, "force")
+    gc.collect()
+print("alive")
+"""
+
+
+def test_the_host_survives_many_errors(fmu, tmp_path):
+    lines = run_python(MANY_ERRORS, fmu, tmp_path / "unpacked").split("\n")
+    assert lines[0].startswith("True")
+    assert lines[1] == "alive"
