@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from dataclasses import asdict
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -17,11 +18,24 @@ MAXIMUM_BYTES = 10_000_000
 
 # An identifier of C and Python that is also a safe file name.
 NAME_PATTERN = r"^[A-Za-z][A-Za-z0-9_]{0,63}$"
+NAME_RULE = "a letter followed by at most 63 letters, digits or underscores, and no device of Windows such as nul"
 _RESERVED_ON_WINDOWS = {"con", "prn", "aux", "nul"} | {f"{d}{k}" for d in ("com", "lpt") for k in range(1, 10)}
 
 Number = Annotated[float, Field(allow_inf_nan=False)]
 Coefficients = Annotated[tuple[Number, ...], Field(min_length=1, max_length=MAXIMUM_DEGREE + 1)]
 Json = dict[str, Any]
+
+
+def checked_name(name: str) -> str:
+    """The name, if a model and its FMU may be called so.
+
+    Raises
+    ------
+    ModelError   If it is not an identifier, or cannot be a file name on Windows.
+    """
+    if not re.fullmatch(NAME_PATTERN, name) or name.lower() in _RESERVED_ON_WINDOWS:
+        raise ModelError(f"The name must be {NAME_RULE}, got {name[:60]!r}; choose such a name.")
+    return name
 
 
 class _Strict(BaseModel):
@@ -65,7 +79,7 @@ class ModelFile(_Strict):
 
     format: Literal["strandspring-model"] = "strandspring-model"
     format_version: Literal[1] = 1
-    name: str = Field(pattern=NAME_PATTERN, description="Identifier of letters, digits and underscores")
+    name: str = Field(description=NAME_RULE, json_schema_extra={"pattern": NAME_PATTERN})
     description: str = Field(default="", max_length=2000)
     parameters: Parameters
     fit: Json = Field(default_factory=dict)
@@ -74,10 +88,8 @@ class ModelFile(_Strict):
 
     @field_validator("name")
     @classmethod
-    def _not_reserved(cls, name: str) -> str:
-        if name.lower() in _RESERVED_ON_WINDOWS:
-            raise ValueError("this name cannot be a file name on Windows")
-        return name
+    def _identifier(cls, name: str) -> str:
+        return checked_name(name)
 
     @field_validator("description")
     @classmethod
@@ -168,10 +180,7 @@ def _sentence(where: str, problem: ValidationError) -> str:
         return f'{where}: field "{field}" is not known; remove it or correct its spelling.'
     if kind == "value_error" and field in {"", "parameters"}:
         return f"{where}: {str(first['ctx']['error']).rstrip('.')}; correct the parameters or identify again."
-    if field == "name" and kind == "string_pattern_mismatch":
-        return (
-            f'{where}: field "name" must be a letter followed by at most 63 letters, digits or underscores, '
-            f"got {found}; choose such a name."
-        )
+    if field == "name" and kind == "value_error":
+        return f"{where}: {first['ctx']['error']}"
     reason = first["msg"].removeprefix("Value error, ")
     return f'{where}: field "{field}": {reason[0].lower()}{reason[1:]}, got {found}; correct this field.'

@@ -10,7 +10,7 @@ import click
 from ..errors import StrandspringError
 from ..fmu.check import CheckReport, check_fmu
 from ..fmu.package import build_fmu
-from ..modelfile import ModelFile, load_model, save_model
+from ..modelfile import ModelFile, checked_name, load_model, save_model
 from .identify import identified, print_identification
 from .options import ColumnOptions, column_options, identification_options, identifier, two_stage_options
 from .output import result, result_json, working
@@ -73,12 +73,11 @@ def build(
             example = Path(models) / EXAMPLE_RECORD
             if not example.is_file():
                 raise click.UsageError(f"No model or record given, and the bundled record {example} is not there.")
-            sources, name = (str(example),), name or EXAMPLE_NAME
+            sources, name = (str(example),), EXAMPLE_NAME if name is None else name
             columns = {**columns, **{key: columns[key] or value for key, value in EXAMPLE_COLUMNS.items()}}
         options = two_stage_options(degrees, formulas, smoothing)
-        model, identification = identified(
-            sources, ColumnOptions(**columns), options, name or identifier(sources[0]), description
-        )
+        chosen = identifier(sources[0]) if name is None else checked_name(name)
+        model, identification = identified(sources, ColumnOptions(**columns), options, chosen, description)
         model_path = Path(models) / f"{model.name}.json"
         save_model(model_path, model)
     fmu, report = _built(model, Path(output))

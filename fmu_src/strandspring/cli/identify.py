@@ -9,7 +9,7 @@ import click
 
 from ..identification import Identification, TwoStageOptions
 from ..identification import identify as identify_records
-from ..modelfile import ModelFile, save_model
+from ..modelfile import ModelFile, checked_name, save_model
 from .options import ColumnOptions, column_options, identification_options, identifier, read_records, two_stage_options
 from .output import note, result, result_json, working
 from .summary import fit_json, fit_lines, identified_model, parameter_lines
@@ -49,9 +49,8 @@ def identify(
       strandspring identify a13.csv a46.csv --degrees 3,2 -o spring.json
     """
     options = two_stage_options(degrees, formulas, smoothing)
-    model, identification = identified(
-        records, ColumnOptions(**columns), options, name or identifier(output), description
-    )
+    chosen = identifier(output) if name is None else checked_name(name)
+    model, identification = identified(records, ColumnOptions(**columns), options, chosen, description)
     save_model(output, model)
     if report is not None:
         from ..report.html import write_report

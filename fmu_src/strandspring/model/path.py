@@ -19,7 +19,7 @@ from .restoring import (
     rising_work,
     tangent_stiffness,
 )
-from .saturation import GAUSS_3, GAUSS_8, Saturation, falling, inverse_saturation, rising, saturation
+from .saturation import GAUSS_3, Saturation, falling, inverse_saturation, rising, saturation
 
 FloatArray = NDArray[np.float64]
 
@@ -214,7 +214,7 @@ class PathSolver:
         up, narrow = begin >= 0.0, is_narrow(self._arrays, begin, end, Vector)
         work = np.zeros(step.size)
         for integral, side in ((rising_work, up), (falling_work, ~up)):
-            for rule, chosen in ((GAUSS_3, side & narrow), (GAUSS_8, side & ~narrow)):
+            for rule, chosen in ((GAUSS_3, side & narrow), (self._arrays.work_rule, side & ~narrow)):
                 of = step[chosen]
                 work[chosen] = integral(
                     self._arrays, direction[of], x_at_zero[of], begin[chosen], end[chosen], rule, Vector

@@ -12,10 +12,13 @@ import math
 from typing import Any
 
 from .parameters import SpringParameters, antiderivative, derivative, polynomial
-from .saturation import Saturation, Scalar, abscissa, falling, quadrature, rising, xi_of_abscissa
+from .saturation import GAUSS_8, Saturation, Scalar, abscissa, falling, quadrature, rising, xi_of_abscissa
 
 # Work done within this distance of xi = 0 is below 1e-20*kappa_omega/rho and is left out.
 _LEAST = 1e-10
+
+# Up to this degree of FA, 8 points on a piece of W give the work to 1e-12 of the force times the path.
+_SMOOTH_DEGREE = 4
 
 
 class SpringLaw:
@@ -27,7 +30,9 @@ class SpringLaw:
     table : Saturation or None   Tables of W; built for single steps if not given.
     """
 
-    __slots__ = ("FA", "FE", "FE_work", "dFA", "dFE", "parameters", "table", "work_edges", "x_max", "x_min")
+    __slots__ = (
+        "FA", "FE", "FE_work", "dFA", "dFE", "parameters", "table", "work_edges", "work_rule", "x_max", "x_min"
+    )  # fmt: skip
 
     def __init__(self, parameters: SpringParameters, table: Saturation | None = None) -> None:
         p = parameters
@@ -41,6 +46,7 @@ class SpringLaw:
         self.x_max = p.x_max
         self.table = Saturation(p.n, p.sigma) if table is None else table
         self.work_edges = _work_edges(self.table)
+        self.work_rule = _work_rule(len(p.kA) - 1)
 
 
 def _work_edges(table: Saturation) -> list[float]:
@@ -48,6 +54,18 @@ def _work_edges(table: Saturation) -> list[float]:
     before = [-zeta for zeta in reversed(list(table.falling.integral))]
     after = [xi_of_abscissa(table.n, t, Scalar) for t in table.rising.edges]
     return [xi for xi in (*before, 0.0, *after) if xi == 0.0 or abs(xi) > _LEAST]
+
+
+def _work_rule(degree: int) -> tuple[tuple[float, float], ...]:
+    """The 8 points of Gauss on each of so many equal panels as the degree of FA asks for."""
+    if degree <= _SMOOTH_DEGREE:
+        return GAUSS_8
+    panels = degree // 2
+    return tuple(
+        ((2.0 * panel + 1.0 + node) / panels - 1.0, weight / panels)
+        for panel in range(panels)
+        for node, weight in GAUSS_8
+    )
 
 
 def elastic_force(law: SpringLaw, x: Any, ops: Any = Scalar) -> Any:
@@ -90,8 +108,9 @@ def tangent_stiffness(law: SpringLaw, x: Any, omega: Any, direction: Any, ops: A
 
 def is_narrow(law: SpringLaw, low: Any, high: Any, ops: Any = Scalar) -> Any:
     """Whether 3 points give the work from xi = `low` to `high`, not across 0, to 1e-14."""
+    widest = 0.05 if len(law.FA) - 1 <= _SMOOTH_DEGREE else 0.0
     nearest = ops.clip(ops.where(low >= 0.0, low, -high), _LEAST, math.inf)
-    return (high - low) * (1.0 + law.parameters.n) * (1.0 + 1.0 / nearest) < 0.05
+    return (high - low) * (1.0 + law.parameters.n) * (1.0 + 1.0 / nearest) < widest
 
 
 def rising_work(
@@ -101,7 +120,7 @@ def rising_work(
 
     `low` and `high` must lie between two neighbours of `law.work_edges`, and x_at_zero + direction*xi/rho
     must not cross an end of the range in between: then the integrand is analytic in t = ln(expm1(n*xi)) and
-    the `rule` of 8 points gives it to rounding.
+    `law.work_rule` gives it nearly to rounding.
     """
     p = law.parameters
 

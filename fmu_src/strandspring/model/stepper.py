@@ -22,7 +22,7 @@ from .restoring import (
     rising_work,
     tangent_stiffness,
 )
-from .saturation import GAUSS_3, GAUSS_8, inverse_saturation, saturation
+from .saturation import GAUSS_3, inverse_saturation, saturation
 
 
 class Memory(NamedTuple):
@@ -113,6 +113,6 @@ def _hysteretic_work(law: SpringLaw, memory: Memory, before: float, now: float) 
     total = 0.0
     for low, high in pairwise(corners):
         work = rising_work if low >= 0.0 else falling_work
-        rule = GAUSS_3 if is_narrow(law, low, high) else GAUSS_8
+        rule = GAUSS_3 if is_narrow(law, low, high) else law.work_rule
         total += work(law, direction, x_at_zero, low, high, rule)
     return total

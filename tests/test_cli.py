@@ -1,0 +1,294 @@
+"""The command line: exit status, one JSON object, one sentence for bad input, nothing half-written."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from strandspring import Spring
+from strandspring.cli.main import main
+from strandspring.modelfile import load_model
+from synthetic import record_of, sine, spring_of
+
+ROOT = Path(__file__).resolve().parent.parent
+HINGE = str(ROOT / "models/records/rubber_stretch.csv")
+FRICTION = str(ROOT / "tests/data/actuator/circle_3bar.csv")
+SNAP = str(ROOT / "tests/data/hinge/plastic_compress.csv")
+
+
+class Outcome:
+    """What a run of the command line came to."""
+
+    def __init__(self, status: int, out: str, err: str) -> None:
+        self.status, self.out, self.err = status, out, err
+
+    @property
+    def refusal(self) -> str:
+        """The last line on standard error, which must be the refusal."""
+        assert self.status == 1, self.err
+        assert "Traceback" not in self.err
+        return self.err.strip().splitlines()[-1]
+
+
+@pytest.fixture
+def run(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Any:
+    monkeypatch.chdir(tmp_path)
+
+    def call(*arguments: str) -> Outcome:
+        try:
+            main(arguments)
+            status = 0
+        except SystemExit as leaving:
+            status = int(leaving.code or 0)
+        captured = capsys.readouterr()
+        return Outcome(status, captured.out, captured.err)
+
+    return call
+
+
+@pytest.fixture
+def loop(tmp_path: Path) -> str:
+    """A clean record in millimetres and newtons."""
+    record = record_of(spring_of(1.0, 1.0), sine())
+    return write_csv(tmp_path / "loop.csv", record.displacement * 1e3, record.force)
+
+
+@pytest.fixture
+def model(tmp_path: Path) -> str:
+    Spring(spring_of(1.0, 1.0), "mount").save(tmp_path / "mount.json")
+    return str(tmp_path / "mount.json")
+
+
+HEADER = "Displacement (mm),Force (N)"
+
+
+def write_csv(path: Path, displacement: np.ndarray, force: np.ndarray, header: str = HEADER) -> str:
+    rows = "\n".join(f"{x!r},{r!r}" for x, r in zip(displacement.tolist(), force.tolist(), strict=True))
+    path.write_text(f"{header}\n{rows}\n", encoding="utf-8")
+    return str(path)
+
+
+def test_identify_prints_one_json_object(run: Any, loop: str) -> None:
+    done = run("identify", loop, "-o", "m.json", "--degrees", "3,2", "--json")
+    assert done.status == 0
+    told = json.loads(done.out)
+    assert told["model"] == "m.json"
+    assert told["parameters"] == load_model("m.json").parameters.model_dump(mode="json")
+    (record,) = told["records"]
+    assert record["path"] == loop
+    assert record["rnl"] > 0.99
+    assert {"samples", "rmse"} <= set(record)
+
+
+def test_identify_the_same_twice_gives_the_same_bytes(run: Any) -> None:
+    for name in ("a", "b"):
+        assert run("identify", HINGE, "--reverse", "displacement", "-o", f"{name}/hinge.json",
+                   "--report", f"{name}/hinge.html").status == 0  # fmt: skip
+    for name in ("hinge.json", "hinge.html"):
+        first, second = (Path(folder, name).read_bytes() for folder in "ab")
+        assert first == second
+
+
+def test_report_stands_alone_and_escapes(run: Any, loop: str) -> None:
+    text = "<script>alert('x')</script> & \"quotes\""
+    assert run("identify", loop, "-o", "m.json", "--description", text, "--report", "r.html").status == 0
+    page = Path("r.html").read_text(encoding="utf-8")
+    assert "<script>" not in page
+    assert "&lt;script&gt;" in page
+    assert page.count("<svg") == 3
+    assert "http" not in page.replace("http://www.w3.org", "").replace("http://purl.org", "").replace(
+        "http://creativecommons.org", ""
+    )
+
+
+def test_predict_tells_figures_and_writes_the_prediction(run: Any, loop: str, model: str) -> None:
+    done = run("predict", model, loop, "-o", "p.csv", "--json")
+    told = json.loads(done.out)
+    # The record was made by this very model, from omega = 0.
+    assert told["records"][0]["rnl"] > 0.99999
+    assert told["records"][0]["samples"] == 1500
+    rows = Path("p.csv").read_text(encoding="utf-8").splitlines()
+    assert rows[0] == "record,displacement [mm],force [N],predicted force [N]"
+    assert len(rows) == 1501
+
+
+def test_predict_says_when_a_record_leaves_the_range(run: Any, tmp_path: Path, model: str) -> None:
+    x = sine(amplitude=0.025)
+    wide = write_csv(tmp_path / "wide.csv", x * 1e3, Spring(spring_of(1.0, 1.0)).response(x))
+    assert "outside the identified range" in run("predict", model, wide).err
+
+
+def test_synthesize_round_trip(run: Any, model: str) -> None:
+    done = run("synthesize", "spring", model, "--amplitude", "10", "--amplitude", "20", "--cycles", "2", "-o", "s.csv")
+    assert done.status == 0
+    told = json.loads(run("predict", model, "s.csv", "--json").out)
+    assert told["records"][0]["samples"] == 4001
+    assert told["records"][0]["rnl"] > 0.999999
+    again = run("synthesize", "spring", model, "--noise", "0.03", "--seed", "5", "-o", "n.csv")
+    assert "seed 5" in again.err
+    first = Path("n.csv").read_bytes()
+    run("synthesize", "spring", model, "--noise", "0.03", "--seed", "5", "-o", "n.csv")
+    assert Path("n.csv").read_bytes() == first
+
+
+def test_build_a_model_and_a_record(run: Any, model: str, loop: str) -> None:
+    told = json.loads(run("build", model, "-o", "out", "--json").out)
+    assert Path(told["fmu"]) == Path("out/mount.fmu")
+    done = run("build", loop, "--models", "kept", "--degrees", "3,2")
+    assert done.status == 0
+    assert Path("kept/loop.json").exists()
+    assert Path("dist/loop.fmu").exists()
+    assert "valid;" in done.out
+
+
+def test_friction_record_by_column_numbers(run: Any) -> None:
+    done = run("identify", FRICTION, "--displacement", "5", "--force", "7", "-o", "friction.json", "--json")
+    assert json.loads(done.out)["rnl"] > 0.99
+
+
+def test_snap_through_is_refused_with_the_reason(run: Any) -> None:
+    assert "snap-through" in run("identify", SNAP, "-o", "m.json").refusal
+    assert not Path("m.json").exists()
+
+
+@pytest.mark.parametrize(
+    ("content", "arguments", "expected"),
+    [
+        ("", [], "empty"),
+        ("Displacement (mm),Force (N)\n1,2\n2,oops\n3,4\n4,5\n5,6\n6,7\n", [], "line 3"),
+        ("Displacement (mm),Force (N)\n1,2\n2,nan\n3,4\n4,5\n5,6\n6,7\n", [], "line 3"),
+        ("Displacement (mm),Force (N)\n1,2\n", [], "at least 2 rows"),
+        ("Displacement (mm),Force (N)\n" + "1,2\n1,3\n1,4\n" * 9, [], "must change"),
+        ("Displacement (mm),Force (N)\n" + "1,2\n2,3\n3,4\n2,2\n" * 9, ["--displacement-unit", "N"], "unit"),
+        ("Displacement (mm),Force (N)\n" + "1,2\n2,3\n3,4\n2,2\n" * 9, ["--force", "Kraft"], "Kraft"),
+        ("Displacement (mm),Force (N)\n" + "1,2\n2,3\n3,4\n2,2\n" * 9,
+         ["--displacement", "2", "--force", "1"], "swapped"),
+    ],
+    ids=["empty", "text", "nan", "one sample", "constant", "wrong unit", "no such column", "swapped"],
+)  # fmt: skip
+def test_bad_records_get_one_sentence(run: Any, content: str, arguments: list[str], expected: str) -> None:
+    Path("bad.csv").write_text(content, encoding="utf-8")
+    refusal = run("identify", "bad.csv", *arguments, "-o", "out.json").refusal
+    assert "bad.csv" in refusal
+    assert expected in refusal
+    assert sorted(path.name for path in Path().iterdir()) == ["bad.csv"]
+
+
+def test_swapped_columns_without_units_are_noticed_by_the_loop(run: Any) -> None:
+    record = record_of(spring_of(1.0, 1.0), sine())
+    write_csv(Path("bare.csv"), record.displacement * 1e3, record.force / 100.0, header="0,0")
+    assert "swapped" in run("identify", "bare.csv", "--displacement", "2", "--force", "1", "-o", "o.json").refusal
+
+
+@pytest.mark.parametrize("command", ["identify", "predict", "build"])
+def test_a_directory_or_a_missing_file_is_refused(run: Any, model: str, command: str) -> None:
+    first = [model] if command == "predict" else []
+    output = ["-o", "out.json"] if command == "identify" else []
+    for wrong in (".", "missing.csv"):
+        assert wrong in run(command, *first, wrong, *output).refusal
+
+
+@pytest.mark.parametrize("field", ["missing", "extra", "negative", "infinite"])
+@pytest.mark.parametrize("command", ["build", "predict", "synthesize"])
+def test_bad_model_files_are_refused(run: Any, model: str, loop: str, field: str, command: str) -> None:
+    content = json.loads(Path(model).read_text(encoding="utf-8"))
+    if field == "missing":
+        del content["parameters"]["rho"]
+    elif field == "extra":
+        content["parameters"]["rho2"] = 1.0
+    else:
+        content["parameters"]["rho"] = -1.0 if field == "negative" else float("inf")
+    Path("bad.json").write_text(json.dumps(content), encoding="utf-8")
+    before = sorted(Path().rglob("*"))
+    arguments = {
+        "build": ["build", "bad.json"],
+        "predict": ["predict", "bad.json", loop, "-o", "p.csv"],
+        "synthesize": ["synthesize", "spring", "bad.json", "-o", "s.csv"],
+    }[command]
+    refusal = run(*arguments).refusal
+    assert "bad.json" in refusal
+    assert ("rho" in refusal) or ("Infinity" in refusal)
+    assert sorted(Path().rglob("*")) == before
+
+
+@pytest.mark.parametrize("name", ["../x", "a b", "1a", "<x/>", "a;b", "", "nul", "x" * 65])
+def test_bad_names_are_refused(run: Any, loop: str, name: str) -> None:
+    done = run("identify", loop, "-o", "sub/m.json", f"--name={name}")
+    assert "name" in done.refusal
+    assert not Path("sub").exists()
+
+
+def test_names_are_derived_from_files(run: Any, loop: str) -> None:
+    assert run("identify", loop, "-o", "2nd mount-a.json").status == 0
+    assert load_model("2nd mount-a.json").name == "spring_2nd_mount_a"
+
+
+def test_wrong_usage_is_status_2(run: Any, loop: str, model: str) -> None:
+    for arguments in (
+        ["identify", loop],
+        ["identify", loop, "-o", "m.json", "--degrees", "3"],
+        ["identify", loop, "-o", "m.json", "--degrees", "0,0"],
+        ["identify", loop, "-o", "m.json", "--method", "magic"],
+        ["identify", loop, "-o", "m.json", "--reverse", "time"],
+        ["synthesize", "spring", model, "-o", "s.csv", "--cycles", "100000", "--samples", "1000000"],
+        ["build", model, "--backend", "cobol"],
+        ["nonsense"],
+    ):
+        done = run(*arguments)
+        assert done.status == 2, arguments
+        assert "Traceback" not in done.err
+
+
+def test_help_has_an_example_for_each_command(run: Any) -> None:
+    for command in ([], ["identify"], ["predict"], ["build"], ["synthesize", "spring"]):
+        told = run(*command, "--help")
+        assert told.status == 0
+        assert "strandspring " in told.out.split("Example", 1)[1]
+
+
+def test_an_output_that_cannot_be_written_is_refused(run: Any, loop: str, model: str) -> None:
+    Path("file").write_text("kept", encoding="utf-8")
+    assert "file" in run("identify", loop, "-o", "file/m.json").refusal
+    assert "file" in run("build", model, "-o", "file").refusal
+    assert Path("file").read_text(encoding="utf-8") == "kept"
+
+
+def test_json_goes_alone_to_standard_output_of_the_real_program(loop: str, tmp_path: Path) -> None:
+    command = [sys.executable, "-W", "error", "-m", "strandspring", "identify", loop, "-o", "m.json", "--json"]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=120, check=False)
+    assert done.returncode == 0, done.stderr
+    assert json.loads(done.stdout)["model"] == "m.json"
+    assert "Displacement" in done.stderr  # the notes
+
+
+def test_an_interrupt_ends_in_one_sentence(run: Any, model: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    def interrupt(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("strandspring.cli.build.build_fmu", interrupt)
+    assert "interrupted" in run("build", model).refusal
+
+
+def test_published_schema_is_that_of_the_code() -> None:
+    from strandspring.modelfile import model_schema
+
+    published = json.loads((ROOT / "models/strandspring-model.schema.json").read_text(encoding="utf-8"))
+    assert published == model_schema()
+
+
+def test_bundled_model_is_what_the_bundled_record_gives(run: Any) -> None:
+    run("identify", HINGE, "--reverse", "displacement", "-o", "rubber_hinge.json")
+    kept = Spring.load(ROOT / "models/rubber_hinge.json")
+    fresh = Spring.load("rubber_hinge.json")
+    p = kept.parameters
+    path = np.linspace(p.displacement_min, p.displacement_max, 200)
+    loop = np.concatenate([path, path[::-1], path])
+    # Another processor or LAPACK rounds differently, and n is picked from a fine but finite scan.
+    assert fresh.response(loop) == pytest.approx(kept.response(loop), abs=0.02)
+    assert kept.model.provenance["records"] == fresh.model.provenance["records"]
