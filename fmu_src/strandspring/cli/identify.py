@@ -12,7 +12,7 @@ from ..identification import identify as identify_records
 from ..modelfile import ModelFile, checked_name, save_model
 from .options import ColumnOptions, column_options, identification_options, identifier, read_records, two_stage_options
 from .output import note, result, result_json, working
-from .summary import fit_json, fit_lines, identified_model, parameter_lines
+from .summary import fit_json, fit_lines, parameter_lines
 
 
 @click.command()
@@ -90,7 +90,7 @@ def identified(
         identification = identify_records(group, options)
     for outcome in identification.outcomes:
         note(f"Caution: {outcome.value}")
-    return identified_model(identification, name, description), identification
+    return identification.spring(name, description).model, identification
 
 
 def print_identification(identification: Identification) -> None:

@@ -9,6 +9,8 @@ from typing import Any
 from ..model.parameters import SpringParameters
 from ..model.path import PathSolver
 from ..records.record import Record
+from ..spring import Spring
+from .export import identified_model
 from .figures import RecordFit, overall, record_fit
 from .loops import join
 from .outcomes import Outcome
@@ -45,6 +47,15 @@ class Identification:
     outcomes: tuple[Outcome, ...]
     method: str
     options: dict[str, Any]
+
+    def spring(self, name: str = "spring", description: str = "") -> Spring:
+        """The spring with its figures and provenance, ready to respond, to save and to build an FMU from.
+
+        Raises
+        ------
+        ModelError   If the name is not an identifier.
+        """
+        return Spring.of(identified_model(self, name, description))
 
 
 def identify(records: Record | Sequence[Record], options: TwoStageOptions | None = None) -> Identification:

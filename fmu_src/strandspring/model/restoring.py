@@ -16,6 +16,8 @@ from .saturation import GAUSS_8, Saturation, Scalar, abscissa, falling, quadratu
 
 # Work done within this distance of xi = 0 is below 1e-20*kappa_omega/rho and is left out.
 _LEAST = 1e-10
+# Down to here one piece does: its work is below 1e-12*kappa_omega/rho.
+_FINEST = 1e-6
 
 # Up to this degree of FA, 8 points on a piece of W give the work to 1e-12 of the force times the path.
 _SMOOTH_DEGREE = 4
@@ -51,9 +53,10 @@ class SpringLaw:
 
 def _work_edges(table: Saturation) -> list[float]:
     """xi between which W is one analytic piece: the cell edges of both branches and the zero between them."""
-    before = [-zeta for zeta in reversed(list(table.falling.integral))]
-    after = [xi_of_abscissa(table.n, t, Scalar) for t in table.rising.edges]
-    return [xi for xi in (*before, 0.0, *after) if xi == 0.0 or abs(xi) > _LEAST]
+    # Cells twice or four times as wide as those of the interpolation still lie well within the poles.
+    before = [-zeta for zeta in list(table.falling.integral)[::-4]]
+    after = [xi_of_abscissa(table.n, t, Scalar) for t in [*list(table.rising.edges)[:-1:2], table.rising.edges[-1]]]
+    return [xi for xi in (*before, 0.0, *after) if xi == 0.0 or abs(xi) > _FINEST]
 
 
 def _work_rule(degree: int) -> tuple[tuple[float, float], ...]:
