@@ -53,9 +53,12 @@ class SpringLaw:
 
 def _work_edges(table: Saturation) -> list[float]:
     """xi between which W is one analytic piece: the cell edges of both branches and the zero between them."""
-    # Cells twice or four times as wide as those of the interpolation still lie well within the poles.
-    before = [-zeta for zeta in list(table.falling.integral)[::-4]]
-    after = [xi_of_abscissa(table.n, t, Scalar) for t in [*list(table.rising.edges)[:-1:2], table.rising.edges[-1]]]
+    # Two cells of the falling branch span one e-fold at most, as one of the rising branch does.
+    before = [-zeta for zeta in list(table.falling.integral)[::-2]]
+    # Below its table the falling branch is a straight line, but the work's integrand still spans e-folds.
+    while before[-1] < -_FINEST:
+        before.append(before[-1] / math.e)
+    after = [xi_of_abscissa(table.n, t, Scalar) for t in table.rising.edges]
     return [xi for xi in (*before, 0.0, *after) if xi == 0.0 or abs(xi) > _FINEST]
 
 
@@ -111,7 +114,7 @@ def tangent_stiffness(law: SpringLaw, x: Any, omega: Any, direction: Any, ops: A
 
 def is_narrow(law: SpringLaw, low: Any, high: Any, ops: Any = Scalar) -> Any:
     """Whether 3 points give the work from xi = `low` to `high`, not across 0, to 1e-14."""
-    widest = 0.05 if len(law.FA) - 1 <= _SMOOTH_DEGREE else 0.0
+    widest = 0.05 * min(1.0, _SMOOTH_DEGREE / max(1, len(law.FA) - 1))
     nearest = ops.clip(ops.where(low >= 0.0, low, -high), _LEAST, math.inf)
     return (high - low) * (1.0 + law.parameters.n) * (1.0 + 1.0 / nearest) < widest
 
