@@ -155,6 +155,16 @@ def test_order_of_a_tie_and_repetition_do_not_matter() -> None:
     assert identify(record).parameters == identify(record).parameters
 
 
+def test_the_identified_spring_carries_its_figures_and_provenance(tmp_path: Path) -> None:
+    found = identify(hinge())
+    found.spring("hinge").save(tmp_path / "hinge.json")
+    loaded = Spring.load(tmp_path / "hinge.json")
+    assert loaded.parameters == found.parameters
+    assert loaded.model.fit["rnl"] == found.rnl
+    assert loaded.model.provenance["records"][0]["file"] == "rubber_stretch.csv"
+    assert loaded.model.provenance["records"][0]["sha256"] == hinge().sha256
+
+
 def test_omega_start_of_a_prediction_is_estimated() -> None:
     known = spring_of(1.0, 1.0)
     path = sine(2, 1000)

@@ -31,7 +31,7 @@ from .steady import mean_loop
 from .three_point import fit_backbone_paper, three_points
 
 # Distances from a reversal, as shares of the longest stroke, at which the steady section is taken to begin.
-_STEADY_SHARES = (0.1, 0.2, 0.35, 0.5, 0.65, 0.8)
+_STEADY_SHARES = (0.1, 0.25, 0.45, 0.65, 0.8)
 # The best few by the misfit of stage 2 are carried through to the closing fit.
 _CARRIED = 2
 # Where the three-point formulas look at the loading branch: densely after the reversal.
@@ -170,6 +170,8 @@ def _choose_degrees(loops: Loops, options: TwoStageOptions) -> Solution | None:
         error = max(_prediction_error(loops, solution), floor)
         if error < _WORTH * least:
             chosen, least = solution, error
+        if least == floor:
+            break
     return chosen
 
 
