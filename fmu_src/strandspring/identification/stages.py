@@ -105,7 +105,7 @@ def fit_hysteresis(loops: Loops, backbone: Backbone, half_width: int | None = No
         return None
     omega, G = extracted
     u = loops.side * omega
-    line = _IntegratedLine(loops, np.clip(u, -1.0, 1.0), np.clip(u, -1.5, 1.5), loops.weight * G**2)
+    line = _IntegratedLine(*_with_reversals(loops, u, loops.weight * G**2))
     misfit, slopes = line.fit(_N_SCAN)
     best = int(np.argmin(misfit))
     if not np.isfinite(misfit[best]):
@@ -121,22 +121,42 @@ def fit_hysteresis(loops: Loops, backbone: Backbone, half_width: int | None = No
     return Hysteresis(float(rho), sigma, float(n)), float(np.sqrt(misfit[best] / loops.weight.sum()))
 
 
+def _with_reversals(
+    loops: Loops, u: FloatArray, weight: FloatArray
+) -> tuple[NDArray[np.intp], FloatArray, FloatArray, FloatArray]:
+    """Stroke, travel, u and weight of the points, each stroke begun by the reversal that ended the one before it.
+
+    A reversal turns the sign of u. Without that point a loop that switches between two samples, as dry friction
+    does, would tell nothing about rho.
+    """
+    first = np.flatnonzero(np.diff(loops.stroke, prepend=-1))[1:]
+    follows = loops.stroke[first] == loops.stroke[first - 1] + 1
+    follows &= loops.record[loops.stroke[first]] == loops.record[loops.stroke[first - 1]]
+    at = first[follows]
+    return (
+        np.insert(loops.stroke, at, loops.stroke[at]),
+        np.insert(loops.travel, at, 0.0),
+        np.insert(u, at, -u[at - 1]),
+        np.insert(weight, at, weight[at]),
+    )
+
+
 class _IntegratedLine:
     """Weighted least squares of the integrated eq. (22) for many n at once; u(0) of each stroke is free."""
 
-    def __init__(self, loops: Loops, u: FloatArray, target: FloatArray, weight: FloatArray) -> None:
-        self.first = np.flatnonzero(np.diff(loops.stroke, prepend=-1))
-        sizes = np.diff(np.append(self.first, loops.stroke.size))
+    def __init__(self, stroke: NDArray[np.intp], travel: FloatArray, u: FloatArray, weight: FloatArray) -> None:
+        self.first = np.flatnonzero(np.diff(stroke, prepend=-1))
+        self.sizes = np.diff(np.append(self.first, stroke.size))
         self.weight = weight
         self.total = np.add.reduceat(weight, self.first)
-        self.sizes = sizes
-        before = np.concatenate([[0.0], u[:-1]])
-        before[self.first] = u[self.first]
-        self.steps = np.diff(loops.travel, prepend=0.0)
-        self.steps[self.first] = loops.travel[self.first]
-        self.travel = loops.travel
-        self.u, self.before = u, before
-        self.target = self._centred(target[None])[0]
+        self.travel = travel
+        self.steps = np.diff(travel, prepend=0.0)
+        self.steps[self.first] = travel[self.first]
+        # Noise may carry u out of its bounds: a little of that is kept in what is fitted, none in what is integrated.
+        self.u = np.clip(u, -1.0, 1.0)
+        self.before = np.concatenate([[0.0], self.u[:-1]])
+        self.before[self.first] = self.u[self.first]
+        self.target = self._centred(np.clip(u, -1.5, 1.5)[None])[0]
 
     def fit(self, n: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Weighted squared misfit, shape (n,), inf where no rho > 0 fits, and slopes a, b, shape (n, 2)."""
@@ -149,10 +169,11 @@ class _IntegratedLine:
             determinant = aa * bb - ab**2
             a = (bb * ay - ab * by) / determinant
             b = (aa * by - ab * ay) / determinant
-            # sigma >= 1/2 means b >= 0: on that bound the line has one slope only.
-            bound = ~(b >= 0.0)
-            a = np.where(bound, ay / aa, a)
-            b = np.where(bound, 0.0, b)
+            # The bounds of sigma are bounds of b/a; on one of them the line has a single slope.
+            low, high = (2.0 * sigma - 1.0 for sigma in SIGMA_BOUNDS)
+            for outside, ratio in ((~(b >= low * a), low), (b > high * a, high)):
+                on_bound = (ay + ratio * by) / (aa + 2.0 * ratio * ab + ratio**2 * bb)
+                a, b = np.where(outside, on_bound, a), np.where(outside, ratio * on_bound, b)
             misfit = yy - 2 * (a * ay + b * by) + a**2 * aa + 2 * a * b * ab + b**2 * bb
             misfit = np.where((a > 0.0) & np.isfinite(misfit), np.maximum(misfit, 0.0), np.inf)
         return misfit, np.stack([a, b], axis=1)

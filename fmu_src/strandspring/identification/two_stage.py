@@ -43,6 +43,8 @@ _WORTH = 0.85
 # Errors below this share of the rms force are equally good: high degrees would spend them on imitating the
 # hysteresis of the one amplitude they have seen.
 _GOOD_ENOUGH = 0.005
+# |omega| below which FE and FA can no longer be told apart: a huge FA times a tiny omega is not a spring.
+_DISTINCT = 0.5
 # |omega| that full strokes must reach for a steady section to exist.
 _SATURATED = 0.9
 
@@ -118,10 +120,12 @@ def _solve(loops: Loops, degrees: tuple[int, int], options: TwoStageOptions) -> 
             ranked.append((found[1], share, found[0]))
     ranked.sort(key=lambda entry: entry[:2])
     solutions = []
-    for _, share, hysteresis in ranked[:_CARRIED]:
+    for _, share, hysteresis in ranked:
+        if len(solutions) == _CARRIED:
+            break
         omega = loops.omega(hysteresis.rho, hysteresis.sigma, hysteresis.n)
         backbone = fit_backbone(loops, basis, omega)
-        if backbone is not None:
+        if backbone is not None and np.max(np.abs(omega)) >= _DISTINCT:
             misfit = _rms(loops, loops.force - backbone.FE - omega * backbone.G)
             solutions.append(Solution(basis, backbone, hysteresis, omega, share, misfit))
     return min(solutions, key=lambda s: s.misfit, default=None)

@@ -33,7 +33,8 @@ class SpringLaw:
     """
 
     __slots__ = (
-        "FA", "FE", "FE_work", "dFA", "dFE", "parameters", "table", "work_edges", "work_rule", "x_max", "x_min"
+        "FA", "FE", "FE_work", "dFA", "dFE", "parameters", "roughness", "table", "work_edges", "work_rule", "x_max",
+        "x_min",
     )  # fmt: skip
 
     def __init__(self, parameters: SpringParameters, table: Saturation | None = None) -> None:
@@ -46,6 +47,8 @@ class SpringLaw:
         self.dFA = derivative(p.kA)
         self.x_min = p.x_min
         self.x_max = p.x_max
+        # A polynomial of degree M may change by all of itself over 1/M^2 of half its range (Markov); per unit of xi.
+        self.roughness = 2.0 * (len(p.kA) - 1) ** 2 / p.rho / (p.x_max - p.x_min)
         self.table = Saturation(p.n, p.sigma) if table is None else table
         self.work_edges = _work_edges(self.table)
         self.work_rule = _work_rule(len(p.kA) - 1)
@@ -114,9 +117,8 @@ def tangent_stiffness(law: SpringLaw, x: Any, omega: Any, direction: Any, ops: A
 
 def is_narrow(law: SpringLaw, low: Any, high: Any, ops: Any = Scalar) -> Any:
     """Whether 3 points give the work from xi = `low` to `high`, not across 0, to 1e-14."""
-    widest = 0.05 * min(1.0, _SMOOTH_DEGREE / max(1, len(law.FA) - 1))
     nearest = ops.clip(ops.where(low >= 0.0, low, -high), _LEAST, math.inf)
-    return (high - low) * (1.0 + law.parameters.n) * (1.0 + 1.0 / nearest) < widest
+    return (high - low) * ((1.0 + law.parameters.n) * (1.0 + 1.0 / nearest) + law.roughness) < 0.05
 
 
 def rising_work(
