@@ -40,7 +40,7 @@ _BRANCH_SHARES = ((np.arange(200) + 0.5) / 200) ** 2
 _DEGREES = ((1, 0), (2, 1), (3, 2), (4, 3), (5, 3), (6, 4), (8, 6))
 # A richer pair must lower the error of the samples not fitted by more than this.
 _WORTH = 0.85
-# Errors below this share of the rms force are equally good: high degrees would spend them on imitating the
+# Errors below this share of the rms force about its mean are equally good: high degrees would spend them on imitating the
 # hysteresis of the one amplitude they have seen.
 _GOOD_ENOUGH = 0.005
 # |omega| below which FE and FA can no longer be told apart: a huge FA times a tiny omega is not a spring.
@@ -119,7 +119,7 @@ def _solve(loops: Loops, degrees: tuple[int, int], options: TwoStageOptions) -> 
         if found is not None:
             ranked.append((found[1], share, found[0]))
     ranked.sort(key=lambda entry: entry[:2])
-    solutions = []
+    solutions: list[Solution] = []
     for _, share, hysteresis in ranked:
         if len(solutions) == _CARRIED:
             break
@@ -166,7 +166,7 @@ def _choose_degrees(loops: Loops, options: TwoStageOptions) -> Solution | None:
     """The leanest degrees that predict samples they were not fitted to nearly as well as the best."""
     chosen: Solution | None = None
     least = np.inf
-    floor = _GOOD_ENOUGH * _rms(loops, loops.force)
+    floor = _GOOD_ENOUGH * _rms(loops, loops.force - np.average(loops.force, weights=loops.weight))
     for degrees in _DEGREES:
         solution = _solve(loops, degrees, options)
         if solution is None:

@@ -14,6 +14,8 @@ from typing import Any
 N_RANGE = (0.01, 100.0)
 SIGMA_RANGE = (0.5, 1000.0)
 MAXIMUM_DEGREE = 20
+# FA is 1 at the offset: below this it is zero within rounding.
+LEAST_AMPLIFIER = 1e-12
 
 
 def polynomial(coefficients: Any, x: Any) -> Any:
@@ -128,7 +130,7 @@ def problems(p: SpringParameters) -> list[str]:
         )
     elif not found:
         least, where = least_value(p.kA, p.x_min, p.x_max)
-        if not least > 0.0:
+        if not least > LEAST_AMPLIFIER:
             found.append(
                 f"the amplifier FA (coefficients `kA`) must be > 0 over the identified range, "
                 f"got {least:.6g} at displacement {where + p.displacement_offset:.6g} m."
