@@ -43,8 +43,9 @@ _WORTH = 0.85
 # Errors below this share of the rms force about its mean are equally good: high degrees would spend them on imitating the
 # hysteresis of the one amplitude they have seen.
 _GOOD_ENOUGH = 0.005
-# |omega| below which FE and FA can no longer be told apart: a huge FA times a tiny omega is not a spring.
-_DISTINCT = 0.5
+# |omega| to either side below which FE and FA can no longer be told apart, and the memory of where the record
+# starts does not fade: a huge FA times a tiny omega is not a spring.
+_DISTINCT = 0.6
 # |omega| that full strokes must reach for a steady section to exist.
 _SATURATED = 0.9
 
@@ -125,7 +126,7 @@ def _solve(loops: Loops, degrees: tuple[int, int], options: TwoStageOptions) -> 
             break
         omega = loops.omega(hysteresis.rho, hysteresis.sigma, hysteresis.n)
         backbone = fit_backbone(loops, basis, omega)
-        if backbone is not None and np.max(np.abs(omega)) >= _DISTINCT:
+        if backbone is not None and min(omega.max(), -omega.min()) >= _DISTINCT:
             misfit = _rms(loops, loops.force - backbone.FE - omega * backbone.G)
             solutions.append(Solution(basis, backbone, hysteresis, omega, share, misfit))
     return min(solutions, key=lambda s: s.misfit, default=None)
