@@ -14,16 +14,20 @@ from .errors import StrandspringError
 def read_text(path: Path, maximum_bytes: int, kind: str, error: Callable[[str], StrandspringError]) -> str:
     """Content of a UTF-8 file, or `error` with one sentence that says why it cannot be read."""
     try:
-        if path.is_dir():
-            raise error(f"{path} is a directory; give the path of a {kind}.")
-        size = path.stat().st_size
-        if size > maximum_bytes:
-            raise error(f"{path} holds {size} bytes, more than the {maximum_bytes} a {kind} may have.")
-        return path.read_text(encoding="utf-8")
+        is_folder = path.is_dir()
+        size = 0 if is_folder else path.stat().st_size
+        text = path.read_text(encoding="utf-8") if not is_folder and size <= maximum_bytes else ""
     except UnicodeDecodeError:
         raise error(f"{path} is not UTF-8 text; give the path of a {kind}.") from None
     except OSError as problem:
         raise error(f"{path} cannot be read: {problem.strerror}.") from None
+    except ValueError:
+        raise error(f"{str(path)!a} is not a possible path; give the path of a {kind}.") from None
+    if is_folder:
+        raise error(f"{path} is a directory; give the path of a {kind}.")
+    if size > maximum_bytes:
+        raise error(f"{path} holds {size} bytes, more than the {maximum_bytes} a {kind} may have.")
+    return text
 
 
 @contextmanager

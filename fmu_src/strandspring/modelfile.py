@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import re
 from dataclasses import asdict
 from pathlib import Path
@@ -77,8 +78,8 @@ class ModelFile(_Strict):
     the method, the options and the version. All three may be empty, as for a model written by hand.
     """
 
-    format: Literal["strandspring-model"] = "strandspring-model"
-    format_version: Literal[1] = 1
+    format: Literal["strandspring-model"]
+    format_version: Literal[1]
     name: str = Field(description=NAME_RULE, json_schema_extra={"pattern": NAME_PATTERN})
     description: str = Field(default="", max_length=2000)
     parameters: Parameters
@@ -86,14 +87,31 @@ class ModelFile(_Strict):
     uncertainty: Json = Field(default_factory=dict)
     provenance: Json = Field(default_factory=dict)
 
+    @field_validator("format_version", mode="before")
+    @classmethod
+    def _whole_number(cls, version: object) -> object:
+        # Python takes true and 1.0 for 1.
+        if type(version) is not int or version != 1:
+            raise ValueError("input should be 1")
+        return version
+
     @field_validator("name")
     @classmethod
     def _identifier(cls, name: str) -> str:
         return checked_name(name)
 
+    @field_validator("fit", "uncertainty", "provenance")
+    @classmethod
+    def _plain(cls, content: Json) -> Json:
+        try:
+            # Round trip: what is saved is what is held, and nothing that JSON cannot say is held.
+            return dict(json.loads(json.dumps(content, allow_nan=False)))
+        except (TypeError, ValueError, RecursionError):
+            raise ValueError("must hold finite numbers, text, lists and objects only") from None
+
     @field_validator("description")
     @classmethod
-    def _printable(cls, text: str) -> str:
+    def _text(cls, text: str) -> str:
         # XML 1.0 cannot carry other control characters, not even escaped.
         bad = [c for c in text if (ord(c) < 32 and c not in "\t\n\r") or ord(c) in (0xFFFE, 0xFFFF)]
         if bad or any(0xD800 <= ord(c) <= 0xDFFF for c in text):
@@ -108,7 +126,14 @@ def model_file(name: str, parameters: SpringParameters, description: str = "", *
     ------
     ModelError   If the name or the description is not allowed.
     """
-    content = {"name": name, "parameters": asdict(parameters), "description": description, **extra}
+    content = {
+        "format": "strandspring-model",
+        "format_version": 1,
+        "name": name,
+        "parameters": asdict(parameters),
+        "description": description,
+        **extra,
+    }
     try:
         return ModelFile.model_validate(content)
     except ValidationError as problem:
@@ -125,7 +150,9 @@ def load_model(path: str | Path) -> ModelFile:
     path = Path(path)
     text = read_text(path, MAXIMUM_BYTES, "model file (JSON)", ModelError)
     try:
-        content = json.loads(text, parse_constant=_refuse_constant, object_pairs_hook=_refuse_duplicates)
+        content = json.loads(
+            text, parse_constant=_refuse_constant, parse_float=_finite, object_pairs_hook=_refuse_duplicates
+        )
     except json.JSONDecodeError as problem:
         raise ModelError(
             f"{path}, line {problem.lineno}: not valid JSON ({problem.msg}); give a model file written by "
@@ -159,20 +186,31 @@ def _refuse_constant(text: str) -> None:
     raise ValueError(f"numbers must be finite, found {text}")
 
 
+def _finite(text: str) -> float:
+    if not math.isfinite(float(text)):
+        _refuse_constant(text[:40])
+    return float(text)
+
+
 def _refuse_duplicates(pairs: list[tuple[str, Any]]) -> Json:
     fields = dict(pairs)
     if len(fields) < len(pairs):
         names = [name for name, _ in pairs]
         twice = next(name for name in names if names.count(name) > 1)
-        raise ValueError(f'field "{twice[:40]}" is given twice')
+        raise ValueError(f'field "{_printable(twice)}" is given twice')
     return fields
+
+
+def _printable(text: str) -> str:
+    """Text of a file as it may reach a terminal: no control character in it."""
+    return ascii(text[:200])[1:-1]
 
 
 def _sentence(where: str, problem: ValidationError) -> str:
     """The first problem pydantic found, as one sentence."""
     first = problem.errors()[0]
-    field = ".".join(str(part)[:40] for part in first["loc"])
-    kind, found = first["type"], repr(first.get("input"))
+    field = _printable(".".join(str(part)[:40] for part in first["loc"]))
+    kind, found = first["type"], ascii(first.get("input"))
     found = found if len(found) <= 60 else found[:57] + "..."
     if kind == "missing":
         return f'{where}: field "{field}" is missing; add it or identify the spring again.'

@@ -40,8 +40,8 @@ _BRANCH_SHARES = ((np.arange(200) + 0.5) / 200) ** 2
 _DEGREES = ((1, 0), (2, 1), (3, 2), (4, 3), (5, 3), (6, 4), (8, 6))
 # A richer pair must lower the error of the samples not fitted by more than this.
 _WORTH = 0.85
-# Errors below this share of the rms force about its mean are equally good: high degrees would spend them on imitating the
-# hysteresis of the one amplitude they have seen.
+# Errors below this share of the rms force about its mean are equally good: high degrees would spend them on
+# imitating the hysteresis of the one amplitude they have seen.
 _GOOD_ENOUGH = 0.005
 # |omega| to either side below which FE and FA can no longer be told apart, and the memory of where the record
 # starts does not fade: a huge FA times a tiny omega is not a spring.

@@ -118,7 +118,7 @@ def problems(p: SpringParameters) -> list[str]:
         for name, value, (low, high) in (("sigma", p.sigma, SIGMA_RANGE), ("n", p.n, N_RANGE))
         if not low <= value <= high
     ]
-    if not p.displacement_min < p.displacement_max:
+    if not (p.displacement_min < p.displacement_max and math.isfinite(p.displacement_max - p.displacement_min)):
         found.append(
             f"`displacement_min` must be below `displacement_max` [m], "
             f"got {p.displacement_min!r} and {p.displacement_max!r}."

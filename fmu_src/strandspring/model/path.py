@@ -22,6 +22,10 @@ from .restoring import (
 from .saturation import GAUSS_3, Saturation, falling, inverse_saturation, rising, saturation
 
 FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+# Beyond this the work of the linear continuation may overflow; no spring goes there.
+LARGEST_DISPLACEMENT = 1e9
 
 
 class Vector:
@@ -89,9 +93,10 @@ def as_path(displacement: ArrayLike) -> FloatArray:
     path = np.asarray(displacement, dtype=np.float64)
     if path.ndim != 1 or path.size == 0:
         raise ValueError(f"`displacement` must have shape (K,) with K >= 1, got shape {path.shape}.")
-    if not np.isfinite(path).all():
-        bad = int(np.flatnonzero(~np.isfinite(path))[0])
-        raise ValueError(f"`displacement` must be finite [m], got {path[bad]} at index {bad}.")
+    bad = np.flatnonzero(~(np.abs(path) <= LARGEST_DISPLACEMENT))
+    if bad.size:
+        what = f"within +-{LARGEST_DISPLACEMENT:g}" if np.isfinite(path[bad[0]]) else "finite"
+        raise ValueError(f"`displacement` must be {what} [m], got {path[bad[0]]} at index {bad[0]}.")
     return path
 
 

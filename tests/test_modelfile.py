@@ -1,0 +1,498 @@
+"""The model file: stable bytes, refusals of one sentence, the published schema, and writing all or nothing."""
+
+from __future__ import annotations
+
+import copy
+import json
+import os
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import jsonschema
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from springs import EXAMPLES, springs
+from strandspring import ModelError, Spring, SpringParameters, StrandspringError
+from strandspring.model.parameters import problems
+from strandspring.modelfile import MAXIMUM_BYTES, ModelFile, load_model, model_file, model_schema, save_model
+
+# Files are rewritten example by example, so that one folder per test is enough.
+LAW = settings(
+    derandomize=True, deadline=None, max_examples=200, suppress_health_check=[HealthCheck.function_scoped_fixture]
+)
+
+PARAMETERS = EXAMPLES["wire_rope"]
+MODEL = model_file(
+    "wire_rope",
+    PARAMETERS,
+    "Isolator 7, größer als µ <&> ✓",
+    fit={"rmse": 2.5337, "rnl": 0.98979},
+    provenance={"records": [{"path": "a.csv", "sha256": "0" * 64}], "options": None},
+)
+Content = dict[str, Any]
+
+
+@pytest.fixture
+def content() -> Content:
+    """A valid model file as JSON gives it."""
+    return json.loads(json.dumps(MODEL.model_dump(mode="json")))
+
+
+def written(folder: Path, text: str | bytes) -> Path:
+    path = folder / "model.json"
+    path.write_bytes(text if isinstance(text, bytes) else text.encode("utf-8"))
+    return path
+
+
+def refusal(path: Path) -> str:
+    """The sentence with which a file is refused, after the checks that hold for every one."""
+    with pytest.raises(ModelError) as refused:
+        load_model(path)
+    sentence = str(refused.value)
+    assert sentence.startswith(str(path))
+    assert sentence.endswith(".")
+    assert "\n" not in sentence
+    assert "pydantic" not in sentence
+    # A sentence, not a dump: room for the path, a field and 60 characters of what was found.
+    assert len(sentence) <= len(str(path)) + 300
+    return sentence.removeprefix(str(path))
+
+
+@pytest.mark.parametrize("parameters", EXAMPLES.values(), ids=EXAMPLES)
+def test_saving_and_loading_gives_the_same_spring_and_bytes(tmp_path: Path, parameters: SpringParameters) -> None:
+    first, second, third = (tmp_path / name for name in ("1.json", "2.json", "3.json"))
+    spring = Spring(parameters, "example", "text")
+    spring.save(first)
+    spring.save(second)
+    loaded = Spring.load(first)
+    loaded.save(third)
+    assert loaded.parameters == parameters
+    assert loaded.model == spring.model
+    assert first.read_bytes() == second.read_bytes() == third.read_bytes()
+    assert first.read_bytes().endswith(b"}\n")
+    assert b"\r" not in first.read_bytes()
+
+
+@LAW
+@given(parameters=springs())
+def test_no_bit_of_a_parameter_is_lost(tmp_path: Path, parameters: SpringParameters) -> None:
+    path = tmp_path / "model.json"
+    save_model(path, model_file("any", parameters))
+    assert load_model(path).parameters.spring() == parameters
+
+
+def test_all_of_a_model_file_survives(tmp_path: Path) -> None:
+    path = tmp_path / "model.json"
+    save_model(path, MODEL)
+    assert load_model(path) == MODEL
+    written_content = json.loads(path.read_text(encoding="utf-8"))
+    assert list(written_content) == [
+        "format", "format_version", "name", "description", "parameters", "fit", "uncertainty", "provenance"
+    ]  # fmt: skip
+    assert list(written_content["parameters"]) == [
+        "kE", "kA", "kappa_omega", "rho", "sigma", "n", "displacement_offset", "displacement_min", "displacement_max"
+    ]  # fmt: skip
+    assert "größer als µ <&> ✓" in path.read_text(encoding="utf-8")  # readable, not escaped
+
+
+def test_a_file_written_by_hand_needs_the_parameters_only(tmp_path: Path, content: Content) -> None:
+    by_hand = {key: content[key] for key in ("format", "format_version", "name", "parameters")}
+    by_hand["parameters"] |= {"kA": [1], "displacement_offset": 0, "displacement_min": -1, "displacement_max": 1}
+    model = load_model(written(tmp_path, json.dumps(by_hand)))
+    assert model.parameters.kA == (1.0,)
+    assert model.description == ""
+    assert model.fit == model.uncertainty == model.provenance == {}
+
+
+PARAMETER_NAMES = list(MODEL.parameters.model_dump())
+POSITIVE = ["kappa_omega", "rho", "sigma", "n"]
+SCALARS = [name for name in PARAMETER_NAMES if name not in {"kE", "kA"}]
+
+
+@pytest.mark.parametrize("field", PARAMETER_NAMES)
+def test_a_missing_parameter_is_named(tmp_path: Path, content: Content, field: str) -> None:
+    del content["parameters"][field]
+    expected = f': field "parameters.{field}" is missing; add it or identify the spring again.'
+    assert refusal(written(tmp_path, json.dumps(content))) == expected
+
+
+@pytest.mark.parametrize("field", ["name", "parameters"])
+def test_a_missing_field_is_named(tmp_path: Path, content: Content, field: str) -> None:
+    del content[field]
+    expected = f': field "{field}" is missing; add it or identify the spring again.'
+    assert refusal(written(tmp_path, json.dumps(content))) == expected
+
+
+def test_unknown_fields_are_named(tmp_path: Path, content: Content) -> None:
+    wrong = copy.deepcopy(content)
+    wrong["colour"] = "red"
+    expected = ': field "colour" is not known; remove it or correct its spelling.'
+    assert refusal(written(tmp_path, json.dumps(wrong))) == expected
+    content["parameters"]["kappa"] = 1.0
+    expected = ': field "parameters.kappa" is not known; remove it or correct its spelling.'
+    assert refusal(written(tmp_path, json.dumps(content))) == expected
+
+
+@pytest.mark.parametrize("field", SCALARS)
+@pytest.mark.parametrize("value", ["1.0", True, None, [1.0], {}], ids=repr)
+def test_a_parameter_that_is_no_number_is_named(tmp_path: Path, content: Content, field: str, value: object) -> None:
+    content["parameters"][field] = value
+    expected = f': field "parameters.{field}": input should be a valid number, got {value!r}; correct this field.'
+    assert refusal(written(tmp_path, json.dumps(content))) == expected
+
+
+@pytest.mark.parametrize("field", ["kE", "kA"])
+@pytest.mark.parametrize("value", ["1.0", True, None, 1.0, [], [1.0] * 22, ["1.0"], [True], [[1.0]], [None]], ids=repr)
+def test_coefficients_that_are_none_are_named(tmp_path: Path, content: Content, field: str, value: object) -> None:
+    content["parameters"][field] = value
+    assert refusal(written(tmp_path, json.dumps(content))).startswith(f': field "parameters.{field}')
+
+
+@pytest.mark.parametrize("field", POSITIVE)
+@pytest.mark.parametrize("value", [0.0, -1.0])
+def test_a_parameter_that_is_not_positive_is_named(tmp_path: Path, content: Content, field: str, value: float) -> None:
+    content["parameters"][field] = value
+    sentence = refusal(written(tmp_path, json.dumps(content)))
+    assert sentence.startswith(f': field "parameters.{field}": input should be greater than ')
+    assert sentence.endswith(f"got {value}; correct this field.")
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        ({"kA": [2.0]}, "`kA[0]` must be 1 (kappa_omega carries the scale), got 2.0"),
+        ({"kA": [1.0, 50.0]}, "the amplifier FA (coefficients `kA`) must be > 0 over the identified range"),
+        ({"displacement_min": 0.08}, "`displacement_min` must be below `displacement_max` [m], got 0.08 and 0.07"),
+        ({"displacement_offset": 0.0}, "`displacement_offset` must lie between"),
+    ],
+)
+def test_springs_that_are_not_possible_are_refused(
+    tmp_path: Path, content: Content, change: Content, said: str
+) -> None:
+    content["parameters"] |= change
+    sentence = refusal(written(tmp_path, json.dumps(content)))
+    assert sentence.startswith(f": {said}")
+    assert sentence.endswith("; correct the parameters or identify again.")
+
+
+@pytest.mark.parametrize("field", SCALARS)
+@pytest.mark.parametrize("literal", ["NaN", "Infinity", "-Infinity", "1e999", "-1e999", "1" * 400])
+def test_numbers_that_are_not_finite_are_refused(tmp_path: Path, content: Content, field: str, literal: str) -> None:
+    content["parameters"][field] = "LITERAL"
+    sentence = refusal(written(tmp_path, json.dumps(content).replace('"LITERAL"', literal)))
+    assert "finite" in sentence
+    assert literal in sentence or f"parameters.{field}" in sentence
+
+
+def test_an_integer_of_thousands_of_digits_is_refused(tmp_path: Path, content: Content) -> None:
+    content["parameters"]["rho"] = "LITERAL"
+    assert "digits" in refusal(written(tmp_path, json.dumps(content).replace('"LITERAL"', "1" * 5000)))
+
+
+@pytest.mark.parametrize("field", ["name", "parameters.rho"])
+def test_a_field_given_twice_is_refused(tmp_path: Path, content: Content, field: str) -> None:
+    name = field.rpartition(".")[2]
+    text = json.dumps(content).replace(f'"{name}":', f'"{name}": 1, "{name}":')
+    assert refusal(written(tmp_path, text)) == f': not a valid model file (field "{name}" is given twice).'
+
+
+@pytest.mark.parametrize(
+    "text", ["", "{", "[1,", "// comment\n{}", "displacement,force\n1,2\n", "\ufeff{}", "{'a': 1}"]
+)
+def test_text_that_is_not_json_is_refused_with_its_line(tmp_path: Path, text: str) -> None:
+    sentence = refusal(written(tmp_path, text))
+    assert sentence.startswith(", line 1: not valid JSON (")
+    assert sentence.endswith("); give a model file written by `strandspring identify`.")
+
+
+@pytest.mark.parametrize("text", ["null", "[]", "1.5", '"text"', "{}", '{"format": "other"}', '{"format": ["x"]}'])
+def test_json_of_something_else_is_refused(tmp_path: Path, text: str) -> None:
+    assert refusal(written(tmp_path, text)) == (
+        ': field "format" must be "strandspring-model"; give a model file written by `strandspring identify`.'
+    )
+
+
+@pytest.mark.parametrize("version", [0, 2, -1, "1", None, [1]], ids=repr)
+def test_another_format_version_is_refused(tmp_path: Path, content: Content, version: object) -> None:
+    content["format_version"] = version
+    sentence = refusal(written(tmp_path, json.dumps(content)))
+    assert sentence == f': field "format_version": input should be 1, got {version!r}; correct this field.'
+
+
+def test_bytes_that_are_not_text_are_refused(tmp_path: Path, content: Content) -> None:
+    for data in (b"\xff\xfe\x00\x01", json.dumps(content).encode("utf-16"), b'{"name": "\xe9"}'):
+        assert refusal(written(tmp_path, data)) == " is not UTF-8 text; give the path of a model file (JSON)."
+
+
+@pytest.mark.parametrize("depth", [300, 100_000])
+def test_deep_nesting_is_refused(tmp_path: Path, content: Content, depth: int) -> None:
+    text = json.dumps(content).replace('"uncertainty": {}', f'"uncertainty": {{"a": {"[" * depth}{"]" * depth}}}')
+    assert "recursion" in refusal(written(tmp_path, text))
+
+
+def test_directories_and_missing_files_are_refused(tmp_path: Path) -> None:
+    assert refusal(tmp_path) == " is a directory; give the path of a model file (JSON)."
+    assert refusal(tmp_path / "missing.json") == " cannot be read: No such file or directory."
+    (tmp_path / "file").write_text("x", encoding="utf-8")
+    assert refusal(tmp_path / "file" / "model.json").startswith(" cannot be read: ")
+    assert refusal(tmp_path / ("x" * 300)).startswith(" cannot be read: ")
+
+
+def test_a_huge_file_is_refused_unread(tmp_path: Path) -> None:
+    path = written(tmp_path, "{}")
+    os.truncate(path, MAXIMUM_BYTES + 1)
+    expected = f" holds {MAXIMUM_BYTES + 1} bytes, more than the {MAXIMUM_BYTES} a model file (JSON) may have."
+    assert refusal(path) == expected
+
+
+BAD_NAMES = [
+    "", "../x", "a/b", "a\\b", "a b", "a.b", "a-b", "1a", "_a", "größe", "<xml/>", "a&b", 'a"b', "a\n", "a\0", "a" * 65,
+    "con", "NUL", "Aux", "prn", "com1", "LPT9",
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("name", BAD_NAMES, ids=repr)
+def test_a_name_that_is_no_identifier_is_refused(tmp_path: Path, content: Content, name: str) -> None:
+    content["name"] = name
+    sentence = refusal(written(tmp_path, json.dumps(content)))
+    assert "name must be a letter followed by at most 63 letters, digits or underscores" in sentence
+    assert repr(name[:60])[:-1] in sentence
+    with pytest.raises(ModelError, match="name must be a letter followed by"):
+        Spring(PARAMETERS, name)
+
+
+@pytest.mark.parametrize("name", [7, None, ["a"], {"a": 1}, True], ids=repr)
+def test_a_name_that_is_no_text_is_refused(tmp_path: Path, content: Content, name: object) -> None:
+    content["name"] = name
+    assert refusal(written(tmp_path, json.dumps(content))).startswith(': field "name": input should be a valid string')
+
+
+@pytest.mark.parametrize("name", ["a", "Z9_", "a" * 64, "console", "com10", "nul_"])
+def test_identifiers_are_allowed(name: str) -> None:
+    assert model_file(name, PARAMETERS).name == name
+
+
+@pytest.mark.parametrize("character", ["\0", "\x08", "\x0b", "\x1b", "\x1f", "\ufffe", "\uffff"], ids=ascii)
+def test_a_description_with_control_characters_is_refused(tmp_path: Path, content: Content, character: str) -> None:
+    content["description"] = f"a{character}b"
+    sentence = refusal(written(tmp_path, json.dumps(content)))
+    assert sentence.startswith(': field "description": text must hold no control characters, got ')
+    with pytest.raises(ModelError, match="control characters"):
+        Spring(PARAMETERS, "name", f"a{character}b")
+
+
+def test_half_a_surrogate_pair_is_refused(tmp_path: Path, content: Content) -> None:
+    content["description"] = "a\ud800b"
+    refusal(written(tmp_path, json.dumps(content)))
+    with pytest.raises(ModelError, match="description"):
+        Spring(PARAMETERS, "name", "a\ud800b")
+
+
+def test_a_description_may_have_lines_and_2000_characters(tmp_path: Path, content: Content) -> None:
+    content["description"] = "two\nlines\tand a tab"
+    assert load_model(written(tmp_path, json.dumps(content))).description == "two\nlines\tand a tab"
+    content["description"] = "x" * 2000
+    load_model(written(tmp_path, json.dumps(content)))
+    content["description"] = "x" * 2001
+    assert refusal(written(tmp_path, json.dumps(content))).startswith(': field "description": ')
+
+
+@pytest.mark.parametrize("field", ["fit", "uncertainty", "provenance"])
+@pytest.mark.parametrize("value", [None, [], "text", 1.0], ids=repr)
+def test_figures_that_are_no_object_are_refused(tmp_path: Path, content: Content, field: str, value: object) -> None:
+    content[field] = value
+    assert refusal(written(tmp_path, json.dumps(content))).startswith(f': field "{field}": input should be an object')
+
+
+json_values = st.recursive(
+    st.none()
+    | st.booleans()
+    | st.integers()
+    | st.floats(allow_nan=True, allow_infinity=True)
+    | st.text(st.characters(blacklist_categories=["Cs"]), max_size=8),
+    lambda children: st.lists(children, max_size=3) | st.dictionaries(st.text(max_size=4), children, max_size=3),
+    max_leaves=6,
+)
+
+
+def loads_or_is_refused(path: Path) -> None:
+    outcome: ModelFile | str
+    try:
+        outcome = load_model(path)
+    except ModelError as refused:
+        outcome = str(refused)
+    if isinstance(outcome, ModelFile):
+        assert problems(outcome.parameters.spring()) == []
+    else:
+        assert outcome.startswith(str(path))
+
+
+@LAW
+@given(st.data())
+def test_any_value_in_any_field_is_loaded_or_refused(tmp_path: Path, data: st.DataObject) -> None:
+    content = MODEL.model_dump(mode="json")
+    for _ in range(data.draw(st.integers(1, 2))):
+        owner = content["parameters"] if data.draw(st.booleans()) else content
+        if not isinstance(owner, dict):
+            break
+        field = data.draw(st.sampled_from(sorted(owner)))
+        owner[field] = data.draw(json_values)
+    loads_or_is_refused(written(tmp_path, json.dumps(content)))
+
+
+@LAW
+@given(st.data())
+def test_any_damage_to_the_bytes_is_loaded_or_refused(tmp_path: Path, data: st.DataObject) -> None:
+    save_model(tmp_path / "good.json", MODEL)
+    damaged = bytearray((tmp_path / "good.json").read_bytes())
+    for _ in range(data.draw(st.integers(1, 4))):
+        at = data.draw(st.integers(0, len(damaged)))
+        length = data.draw(st.integers(0, 5))
+        damaged[at : at + length] = data.draw(
+            st.binary(max_size=5) | st.sampled_from([b'"', b"{", b"}", b",", b"9", b"-"])
+        )
+    loads_or_is_refused(written(tmp_path, bytes(damaged)))
+
+
+def checker() -> jsonschema.Draft202012Validator:
+    schema = model_schema()
+    jsonschema.Draft202012Validator.check_schema(schema)
+    return jsonschema.Draft202012Validator(schema)
+
+
+def test_the_schema_accepts_saved_files(tmp_path: Path) -> None:
+    for name, parameters in EXAMPLES.items():
+        Spring(parameters, name).save(tmp_path / "model.json")
+        checker().validate(json.loads((tmp_path / "model.json").read_text(encoding="utf-8")))
+    checker().validate(MODEL.model_dump(mode="json"))
+
+
+WRONG: dict[str, Callable[[Content], object]] = {
+    "another format": lambda c: c.update(format="other"),
+    "another version": lambda c: c.update(format_version=2),
+    "unknown field": lambda c: c.update(colour="red"),
+    "unknown parameter": lambda c: c["parameters"].update(kappa=1.0),
+    "no name": lambda c: c.pop("name"),
+    "no parameters": lambda c: c.pop("parameters"),
+    "no rho": lambda c: c["parameters"].pop("rho"),
+    "name with a path": lambda c: c.update(name="../x"),
+    "empty name": lambda c: c.update(name=""),
+    "text for a number": lambda c: c["parameters"].update(rho="1"),
+    "truth for a number": lambda c: c["parameters"].update(rho=True),
+    "negative rho": lambda c: c["parameters"].update(rho=-1.0),
+    "no friction": lambda c: c["parameters"].update(kappa_omega=0.0),
+    "small sigma": lambda c: c["parameters"].update(sigma=0.4),
+    "large sigma": lambda c: c["parameters"].update(sigma=1001.0),
+    "small n": lambda c: c["parameters"].update(n=0.0),
+    "no coefficients": lambda c: c["parameters"].update(kE=[]),
+    "too many coefficients": lambda c: c["parameters"].update(kA=[1.0] * 22),
+    "text as coefficient": lambda c: c["parameters"].update(kE=["1"]),
+    "long description": lambda c: c.update(description="x" * 2001),
+    "list as fit": lambda c: c.update(fit=[]),
+}
+
+
+@pytest.mark.parametrize("spoil", WRONG.values(), ids=WRONG)
+def test_the_schema_refuses_what_loading_refuses(
+    tmp_path: Path, content: Content, spoil: Callable[[Content], object]
+) -> None:
+    assert checker().is_valid(content)
+    spoil(content)
+    assert not checker().is_valid(content)
+    refusal(written(tmp_path, json.dumps(content)))
+
+
+class Failure:
+    """Stands in for a method of Path when the disk fails."""
+
+    def __call__(self, *_: object, **__: object) -> None:
+        raise OSError(28, "No space left on device")
+
+
+@pytest.mark.parametrize("step", ["write_bytes", "replace"])
+def test_a_write_that_fails_leaves_the_old_file_alone(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, step: str
+) -> None:
+    path = tmp_path / "model.json"
+    save_model(path, MODEL)
+    before = path.read_bytes()
+    with monkeypatch.context() as broken:
+        broken.setattr(Path, step, Failure())
+        with pytest.raises(StrandspringError, match=r"model\.json cannot be written: No space left on device\.$"):
+            save_model(path, model_file("other", EXAMPLES["exponential"]))
+    assert path.read_bytes() == before
+    assert [p.name for p in tmp_path.iterdir()] == ["model.json"]
+
+
+def test_a_write_that_is_interrupted_leaves_the_old_file_alone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = tmp_path / "model.json"
+    save_model(path, MODEL)
+    before = path.read_bytes()
+
+    def interrupted(part: Path, data: bytes) -> None:
+        with part.open("wb") as stream:
+            stream.write(data[:50])
+        raise KeyboardInterrupt
+
+    with monkeypatch.context() as broken:
+        broken.setattr(Path, "write_bytes", interrupted)
+        with pytest.raises(KeyboardInterrupt):
+            save_model(path, model_file("other", EXAMPLES["exponential"]))
+    assert path.read_bytes() == before
+    assert [p.name for p in tmp_path.iterdir()] == ["model.json"]
+
+
+def test_writing_makes_folders_and_replaces_files(tmp_path: Path) -> None:
+    path = tmp_path / "new" / "folder" / "model.json"
+    save_model(path, MODEL)
+    save_model(path, model_file("other", EXAMPLES["exponential"]))
+    assert load_model(path).name == "other"
+    assert [p.name for p in path.parent.iterdir()] == ["model.json"]
+
+
+def test_places_that_cannot_be_written_are_refused(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("x", encoding="utf-8")
+    (tmp_path / "folder").mkdir()
+    for path in (tmp_path / "file" / "model.json", tmp_path / "folder"):
+        with pytest.raises(StrandspringError) as refused:
+            save_model(path, MODEL)
+        assert str(refused.value).startswith(f"{path} cannot be written: ")
+    assert sorted(p.name for p in tmp_path.rglob("*")) == ["file", "folder"]
+
+
+@pytest.mark.parametrize("field", ["fit", "uncertainty", "provenance"])
+def test_free_fields_hold_finite_numbers_only(tmp_path: Path, content: Content, field: str) -> None:
+    text = json.dumps({**content, field: {"a": 1.0}}).replace('"a": 1.0', '"a": 1e999')
+    assert "finite" in refusal(written(tmp_path, text))
+    for value in (float("nan"), object()):
+        with pytest.raises(ModelError, match="finite"):
+            model_file(
+                "a", ModelFile.model_validate_json(json.dumps(content)).parameters.spring(), **{field: {"a": value}}
+            )
+
+
+@pytest.mark.parametrize("version", [True, 1.0], ids=repr)
+def test_what_python_takes_for_one_is_not_a_version(tmp_path: Path, content: Content, version: object) -> None:
+    assert "format_version" in refusal(written(tmp_path, json.dumps({**content, "format_version": version})))
+
+
+@pytest.mark.parametrize("field", ["format", "format_version"])
+def test_the_format_must_be_stated(tmp_path: Path, content: Content, field: str) -> None:
+    del content[field]
+    assert "format" in refusal(written(tmp_path, json.dumps(content)))
+    assert not jsonschema.Draft202012Validator(model_schema()).is_valid(content)
+
+
+def test_control_characters_of_a_file_do_not_reach_the_terminal(tmp_path: Path, content: Content) -> None:
+    for text in (json.dumps({**content, "a\nb\x1b": 1}), '{"a\\u001bb": 1, "a\\u001bb": 2}'):
+        sentence = refusal(written(tmp_path, text))
+        assert "\x1b" not in sentence
+        assert "\n" not in sentence
+
+
+def test_an_impossible_path_is_refused() -> None:
+    with pytest.raises(ModelError, match="not a possible path"):
+        load_model("a\0b.json")
