@@ -9,7 +9,7 @@ Examples
 
 from ._version import __version__
 from .errors import BuildError, ModelError, RecordError, StrandspringError
-from .identification import Identification, IdentificationError, Outcome, TwoStageOptions, identify
+from .identification import Identification, IdentificationError, Outcome, RefinedOptions, TwoStageOptions, identify
 from .model.paper import ClassicBoucWen, NormalizedBoucWen
 from .model.parameters import SpringParameters
 from .records import Record, read_record
@@ -25,6 +25,7 @@ __all__ = [
     "Outcome",
     "Record",
     "RecordError",
+    "RefinedOptions",
     "Spring",
     "SpringParameters",
     "StrandspringError",

@@ -12,7 +12,7 @@ from ..fmu.check import CheckReport, check_fmu
 from ..fmu.package import build_fmu
 from ..modelfile import ModelFile, checked_name, load_model, save_model
 from .identify import identified, print_identification
-from .options import ColumnOptions, column_options, identification_options, identifier, two_stage_options
+from .options import ColumnOptions, column_options, identification_options, identifier, method_options
 from .output import result, result_json, working
 
 # The bundled record, below the folder of models: its machine position counts down while the sample is stretched.
@@ -50,12 +50,8 @@ def build(
     models: str,
     name: str | None,
     description: str,
-    degrees: tuple[int, int] | None,
-    method: str,  # noqa: ARG001  (one method so far; click checks it)
-    formulas: str,
-    smoothing: int | None,
     as_json: bool,
-    **columns: Any,
+    **options: Any,
 ) -> None:  # fmt: skip
     """Build, validate and run the FMU of a model file, or of records that are identified first.
 
@@ -66,6 +62,7 @@ def build(
       strandspring build spring.json
       strandspring build loop.csv --name mount_a -o dist
     """
+    method = method_options(options)
     if len(sources) == 1 and sources[0].lower().endswith(".json"):
         model, model_path, identification = load_model(sources[0]), Path(sources[0]), None
     else:
@@ -74,10 +71,9 @@ def build(
             if not example.is_file():
                 raise click.UsageError(f"No model or record given, and the bundled record {example} is not there.")
             sources, name = (str(example),), EXAMPLE_NAME if name is None else name
-            columns = {**columns, **{key: columns[key] or value for key, value in EXAMPLE_COLUMNS.items()}}
-        options = two_stage_options(degrees, formulas, smoothing)
+            options = {**options, **{key: options[key] or value for key, value in EXAMPLE_COLUMNS.items()}}
         chosen = identifier(sources[0]) if name is None else checked_name(name)
-        model, identification = identified(sources, ColumnOptions(**columns), options, chosen, description)
+        model, identification = identified(sources, ColumnOptions(**options), method, chosen, description)
         model_path = Path(models) / f"{model.name}.json"
         save_model(model_path, model)
     fmu, report = _built(model, Path(output))

@@ -7,10 +7,10 @@ from typing import Any
 
 import click
 
-from ..identification import Identification, TwoStageOptions
+from ..identification import Identification, RefinedOptions, TwoStageOptions
 from ..identification import identify as identify_records
 from ..modelfile import ModelFile, checked_name, save_model
-from .options import ColumnOptions, column_options, identification_options, identifier, read_records, two_stage_options
+from .options import ColumnOptions, column_options, identification_options, identifier, method_options, read_records
 from .output import note, result, result_json, working
 from .summary import fit_json, fit_lines, parameter_lines
 
@@ -29,13 +29,9 @@ def identify(
     output: str,
     name: str | None,
     description: str,
-    degrees: tuple[int, int] | None,
-    method: str,  # noqa: ARG001  (one method so far; click checks it)
-    formulas: str,
-    smoothing: int | None,
     report: str | None,
     as_json: bool,
-    **columns: Any,
+    **options: Any,
 ) -> None:
     """Identify a spring from one or more force-displacement records.
 
@@ -48,9 +44,9 @@ def identify(
       strandspring identify rig.txt --displacement 5 --force 7 --force-unit kN -o spring.json --report spring.html
       strandspring identify a13.csv a46.csv --degrees 3,2 -o spring.json
     """
-    options = two_stage_options(degrees, formulas, smoothing)
+    method = method_options(options)
     chosen = identifier(output) if name is None else checked_name(name)
-    model, identification = identified(records, ColumnOptions(**columns), options, chosen, description)
+    model, identification = identified(records, ColumnOptions(**options), method, chosen, description)
     save_model(output, model)
     if report is not None:
         from ..report.html import write_report
@@ -66,6 +62,7 @@ def identify(
                 "parameters": model.parameters.model_dump(mode="json"),
                 "rmse": identification.rmse,
                 "rnl": identification.rnl,
+                "uncertainty": identification.uncertainty,
                 "records": [fit_json(fit) for fit in identification.fits],
                 "outcomes": [{"name": o.name.lower(), "sentence": o.value} for o in identification.outcomes],
                 "report": report,
@@ -79,7 +76,11 @@ def identify(
 
 
 def identified(
-    records: tuple[str, ...], columns: ColumnOptions, options: TwoStageOptions, name: str, description: str = ""
+    records: tuple[str, ...],
+    columns: ColumnOptions,
+    options: TwoStageOptions | RefinedOptions,
+    name: str,
+    description: str = "",
 ) -> tuple[ModelFile, Identification]:
     """Read the records, identify the spring and tell its cautions on standard error."""
     group = read_records(records, columns)
@@ -97,5 +98,7 @@ def print_identification(identification: Identification) -> None:
     """The result in words."""
     result(f"Identified by the {identification.method} method: rmse {identification.rmse:.4g} N, "
            f"RNL {identification.rnl:.4f}")  # fmt: skip
-    for line in fit_lines(identification.fits) + parameter_lines(identification.parameters):
+    lines = fit_lines(identification.fits)
+    lines += parameter_lines(identification.parameters, identification.uncertainty)
+    for line in lines:
         result(line)

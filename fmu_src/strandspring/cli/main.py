@@ -11,6 +11,7 @@ from .._version import __version__
 from ..errors import StrandspringError
 from .build import build
 from .identify import identify
+from .info import info
 from .predict import predict
 from .synthesize import synthesize
 
@@ -24,6 +25,7 @@ def strandspring() -> None:
     Examples:
       strandspring identify record.csv -o spring.json --report spring.html
       strandspring predict spring.json other.csv -o predicted.csv
+      strandspring info spring.json other.csv
       strandspring build spring.json -o dist
       strandspring synthesize spring spring.json --amplitude 20 -o synthetic.csv
 
@@ -31,7 +33,7 @@ def strandspring() -> None:
     """
 
 
-for command in (identify, predict, synthesize, build):
+for command in (identify, predict, info, synthesize, build):
     strandspring.add_command(command)
 
 

@@ -10,7 +10,7 @@ from typing import Any, Literal, TypeVar
 
 import click
 
-from ..identification import TwoStageOptions
+from ..identification import RefinedOptions, TwoStageOptions
 from ..records import Record, read_record
 from .output import progress
 
@@ -51,22 +51,33 @@ def identification_options(command: Command) -> Command:
         (
             click.option("--degrees", default="auto", show_default=True, metavar="N,M|auto", callback=_degrees,
                          help="Degrees of the elastic and the amplifier polynomial."),
-            click.option("--method", default="two-stage", show_default=True, type=click.Choice(["two-stage"]),
-                         help="Identification method."),
+            click.option("--method", default="two-stage", show_default=True,
+                         type=click.Choice(["two-stage", "refined"]),
+                         help="two-stage: no iteration, no initial values; refined: least squares from there, with "
+                         "standard errors."),
             click.option("--formulas", default="whole-branch", show_default=True,
                          type=click.Choice(["whole-branch", "three-point"]),
-                         help="Least squares over whole branches, or the paper's own three-point formulas."),
+                         help="Two-stage: least squares over whole branches, or the paper's three-point formulas."),
             click.option("--smoothing", type=click.IntRange(0, 10_000), metavar="POINTS",
-                         help="Half width of the moving average.  [default: from the noise]"),
+                         help="Two-stage: half width of the moving average.  [default: from the noise]"),
+            click.option("--robust", is_flag=True, help="Refined: Huber's loss, for records with outliers."),
         )
     ):  # fmt: skip
         command = option(command)
     return command
 
 
-def two_stage_options(degrees: tuple[int, int] | None, formulas: Any, smoothing: int | None) -> TwoStageOptions:
-    """The options of the method from those of the command line; wrong ones are wrong usage."""
+def method_options(chosen: dict[str, Any]) -> TwoStageOptions | RefinedOptions:
+    """Take the options of identification out of a command's; wrong ones are wrong usage."""
+    names = ("method", "degrees", "formulas", "smoothing", "robust")
+    method, degrees, formulas, smoothing, robust = (chosen.pop(name) for name in names)
+    if method == "refined" and (formulas != "whole-branch" or smoothing is not None):
+        raise click.UsageError("--formulas and --smoothing belong to --method two-stage.")
+    if method == "two-stage" and robust:
+        raise click.UsageError("--robust belongs to --method refined.")
     try:
+        if method == "refined":
+            return RefinedOptions(degrees, robust)
         return TwoStageOptions(degrees, formulas, smoothing)
     except ValueError as problem:
         raise click.UsageError(str(problem)) from None

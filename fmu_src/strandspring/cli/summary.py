@@ -29,15 +29,20 @@ def fit_lines(fits: tuple[RecordFit, ...]) -> list[str]:
     ]
 
 
-def parameter_lines(p: SpringParameters) -> list[str]:
-    """The parameters in words and units that people read."""
+def parameter_lines(p: SpringParameters, uncertainty: dict[str, Any]) -> list[str]:
+    """The parameters, with their standard errors where they are known, in units that people read."""
     numbers = asdict(p)
+    errors = {
+        name: f"+- {uncertainty[name]:.2g}" if uncertainty.get(name) is not None else ""
+        for name in ("kappa_omega", "rho", "sigma", "n")
+    }
     lines = [
-        f"  {name:<12} {numbers[name]:<12.6g} {unit}"
+        f"  {name:<12} {numbers[name]:<12.6g} {errors[name]} {unit}"
         for name, unit in (("kappa_omega", "N"), ("rho", "1/m"), ("sigma", ""), ("n", ""))
     ]
     lines.append(f"  FE degree {len(p.kE) - 1}, kE: {', '.join(f'{c:.6g}' for c in p.kE)}  N/m^i")
     lines.append(f"  FA degree {len(p.kA) - 1}, kA: {', '.join(f'{c:.6g}' for c in p.kA)}  1/m^i")
     low, high, middle = (1e3 * v for v in (p.displacement_min, p.displacement_max, p.displacement_offset))
     lines.append(f"  identified from {low:.6g} to {high:.6g} mm, polynomials about {middle:.6g} mm")
+    lines += [f"  {sentence}" for sentence in uncertainty.get("indistinct", [])]
     return [line.rstrip() for line in lines]

@@ -2,6 +2,7 @@
 
 from .api import Identification, identify
 from .outcomes import IdentificationError, Outcome
+from .refined import RefinedOptions
 from .two_stage import TwoStageOptions
 
-__all__ = ["Identification", "IdentificationError", "Outcome", "TwoStageOptions", "identify"]
+__all__ = ["Identification", "IdentificationError", "Outcome", "RefinedOptions", "TwoStageOptions", "identify"]

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import Any
+
+import numpy as np
 
 from ..model.parameters import SpringParameters
 from ..model.path import PathSolver
@@ -14,8 +16,10 @@ from .export import identified_model
 from .figures import RecordFit, overall, record_fit
 from .loops import join
 from .outcomes import Outcome
+from .refined import RefinedOptions, refined
 from .steady import SteadyRecord, find_steady_part
 from .two_stage import TwoStageOptions, two_stage
+from .uncertainty import uncertainty
 
 _POOR_RNL = 0.9
 
@@ -33,6 +37,7 @@ class Identification:
     degrees : (int, int)            N of FE and M of FA.
     steady_share : float            Where the steady section was taken to begin, share of the longest stroke.
     outcomes : tuple of Outcome     Cautions worth telling the user.
+    uncertainty : dict              Standard errors and correlations; empty for the two-stage method.
     method : str
     options : dict                  The options, for the provenance.
     """
@@ -45,6 +50,7 @@ class Identification:
     degrees: tuple[int, int]
     steady_share: float
     outcomes: tuple[Outcome, ...]
+    uncertainty: dict[str, Any]
     method: str
     options: dict[str, Any]
 
@@ -58,13 +64,16 @@ class Identification:
         return Spring.of(identified_model(self, name, description))
 
 
-def identify(records: Record | Sequence[Record], options: TwoStageOptions | None = None) -> Identification:
-    """Identify one spring from one or more records by the paper's two-stage method.
+def identify(
+    records: Record | Sequence[Record], options: TwoStageOptions | RefinedOptions | None = None
+) -> Identification:
+    """Identify one spring from one or more records.
 
     Parameters
     ----------
     records : Record or sequence of Record
-    options : TwoStageOptions or None
+    options : TwoStageOptions, RefinedOptions or None
+        The method is that of the options; the two-stage method with its defaults if None.
 
     Returns
     -------
@@ -79,13 +88,24 @@ def identify(records: Record | Sequence[Record], options: TwoStageOptions | None
     group = (records,) if isinstance(records, Record) else tuple(records)
     if not group:
         raise ValueError("`records` must hold at least one record, got none.")
-    steady = [find_steady_part(record) for record in group]
+    parts = [find_steady_part(record) for record in group]
     where = ", ".join(record.path for record in group)
-    parameters, solution, cautions = two_stage(join([part.loops for part in steady]), options, where)
+    told: dict[str, Any] = {}
+    starts = np.zeros(len(parts))
+    if isinstance(options, TwoStageOptions):
+        parameters, start, cautions = two_stage(join([part.loops for part in parts]), options, where)
+        method = "two-stage"
+    else:
+        parameters, fit, cautions = refined(parts, options, where)
+        method, start, starts = "refined", fit.start, fit.refinement.omega_start
+        errors = uncertainty(fit.loops, fit.basis, fit.refinement)
+        told = {**errors.as_json(), "indistinct": errors.indistinct(fit.refinement)}
+        if told["indistinct"]:
+            cautions.append(Outcome.INDISTINCT)
     solver = PathSolver(parameters)
-    fits = tuple(_fit(solver, part) for part in steady)
+    fits = tuple(_fit(solver, part, float(omega)) for part, omega in zip(parts, starts, strict=True))
     rmse, rnl = overall(fits)
-    found = [caution for part in steady for caution in part.cautions] + cautions
+    found = [caution for part in parts for caution in part.cautions] + cautions
     if rnl < _POOR_RNL:
         found.append(Outcome.POOR_FIT)
     return Identification(
@@ -94,30 +114,24 @@ def identify(records: Record | Sequence[Record], options: TwoStageOptions | None
         fits=fits,
         rmse=rmse,
         rnl=rnl,
-        degrees=(solution.basis.elastic, solution.basis.amplifier),
-        steady_share=solution.steady_share,
+        degrees=(len(parameters.kE) - 1, len(parameters.kA) - 1),
+        steady_share=start.steady_share,
         outcomes=tuple(dict.fromkeys(found)),
-        method="two-stage",
-        options={
-            "degrees": "auto" if options.degrees is None else list(options.degrees),
-            "formulas": options.formulas,
-            "smoothing": "auto" if options.smoothing is None else options.smoothing,
-        },
+        uncertainty=told,
+        method=method,
+        options={name: "auto" if value is None else value for name, value in asdict(options).items()},
     )
 
 
-def _fit(solver: PathSolver, part: SteadyRecord) -> RecordFit:
+def _fit(solver: PathSolver, part: SteadyRecord, omega_start: float) -> RecordFit:
     path = part.strokes.displacement
     first = part.first_sample
     if part.periodic:
         # One steady period ends with the memory it began with.
         omega_start = float(solver.omega(path, float(solver.omega(path)[-1]))[-1])
         compared = "the whole period, omega_start taken from its end"
+    elif first:
+        compared = f"steady part from sample {first + 1}; what lies before it sets the memory only"
     else:
-        omega_start = 0.0
-        compared = (
-            f"steady part from sample {first + 1}; before it omega_start is unknown"
-            if first
-            else "all samples, omega_start 0"
-        )
+        compared = "all samples"
     return record_fit(part.record, solver.force(path, omega_start), first, omega_start, compared)

@@ -41,6 +41,7 @@ def identified_model(identification: Identification, name: str, description: str
                 for fit in i.fits
             ],
         },
+        uncertainty=i.uncertainty,
         provenance={
             "records": [
                 {

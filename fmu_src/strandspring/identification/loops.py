@@ -47,6 +47,13 @@ class Loops:
         """+1 on loading points, -1 on unloading points, shape (P,)."""
         return self.direction[self.stroke]
 
+    @property
+    def reach(self) -> tuple[float, float]:
+        """Lowest and highest displacement of the strokes that have points [m]; averaged points stay within it."""
+        used = np.unique(self.stroke)
+        ends = np.concatenate([self.start[used], (self.start + self.direction * self.length)[used]])
+        return float(ends.min()), float(ends.max())
+
     def omega(self, rho: float, sigma: float, n: float) -> FloatArray:
         """omega at every point by the closed form, each record starting from omega = 0."""
         table, lists = tables(n, sigma)
@@ -69,7 +76,7 @@ def single_branch(displacement: FloatArray, force: FloatArray) -> Loops:
     )  # fmt: skip
 
 
-def gather(strokes: Strokes, force: FloatArray, first_used: int) -> Loops:
+def gather(strokes: Strokes, force: FloatArray, first_used: int, points: int = POINTS_PER_STROKE) -> Loops:
     """Points of one record, averaged where a stroke has many samples.
 
     Parameters
@@ -77,6 +84,7 @@ def gather(strokes: Strokes, force: FloatArray, first_used: int) -> Loops:
     strokes : Strokes
     force : ndarray, shape (K,)   [N]
     first_used : int              Strokes before this one carry memory only.
+    points : int                  A stroke with more samples is averaged over this many cells.
     """
     used = strokes.of_sample >= first_used
     used[0] = first_used == 0
@@ -84,20 +92,18 @@ def gather(strokes: Strokes, force: FloatArray, first_used: int) -> Loops:
     travel = strokes.travel[used]
     columns = [strokes.displacement[used], force[used], travel]
     samples = np.bincount(stroke, minlength=strokes.count)
-    if samples.max() <= POINTS_PER_STROKE:
+    if samples.max() <= points:
         # Travel rises within a stroke because the displacement was made monotone.
         x, r, s = columns
         weight = np.ones(stroke.size)
     else:
         share = np.sqrt(travel / strokes.length[stroke])
-        cells = stroke * POINTS_PER_STROKE + np.minimum(
-            (share * POINTS_PER_STROKE).astype(np.intp), POINTS_PER_STROKE - 1
-        )
+        cells = stroke * points + np.minimum((share * points).astype(np.intp), points - 1)
         count = np.bincount(cells)
         filled = np.flatnonzero(count)
         weight = count[filled].astype(np.float64)
         x, r, s = (np.bincount(cells, weights=column)[filled] / weight for column in columns)
-        stroke = filled // POINTS_PER_STROKE
+        stroke = filled // points
     return Loops(
         x, r, weight, s, stroke,
         strokes.direction, strokes.turning_displacement[:-1], strokes.length, np.zeros(strokes.count, np.intp),

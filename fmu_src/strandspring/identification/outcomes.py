@@ -55,6 +55,14 @@ class Outcome(Enum):
         "The amplifier FA of the wanted degree was not positive over the whole range; its degree was lowered until "
         "it was."
     )
+    NOT_CONVERGED = (
+        "The refinement stopped at its limit of evaluations; the result is the best point reached: compare it with "
+        "--method two-stage."
+    )
+    INDISTINCT = (
+        "Some parameters cannot be told apart by these records, though the force is predicted as given: see the "
+        "standard errors and correlations in the model file; larger strokes or several amplitudes tell more."
+    )
     POOR_FIT = (
         "The model follows these records poorly (RNL below 0.9); look at the report's plot and try higher --degrees."
     )

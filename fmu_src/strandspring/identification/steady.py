@@ -8,7 +8,7 @@ import numpy as np
 
 from ..records.record import Record
 from ..records.strokes import Strokes, find_strokes, noise_level
-from .loops import FloatArray, Loops, gather
+from .loops import POINTS_PER_STROKE, FloatArray, Loops, gather
 from .outcomes import IdentificationError, Outcome
 
 _SHARES = (np.arange(100) + 0.5) / 100  # where the mean loop is taken by default
@@ -42,6 +42,10 @@ class SteadyRecord:
     periodic: bool
     cautions: tuple[Outcome, ...]
 
+    def loops_with(self, points: int) -> Loops:
+        """The points again, strokes averaged over another number of cells."""
+        return _points_of(self.record, self.strokes, self.first_used, self.periodic, points)
+
     @property
     def first_sample(self) -> int:
         """Index of the first steady sample."""
@@ -58,11 +62,8 @@ def find_steady_part(record: Record) -> SteadyRecord:
     strokes = find_strokes(record.displacement)
     cautions: list[Outcome] = []
     periodic = strokes.count in (2, 3) and _is_closed(record, strokes)
-    if periodic:
-        first_used, loops = 0, _closed_loops(record, strokes)
-    else:
-        first_used = _first_steady_stroke(strokes, record, cautions)
-        loops = gather(strokes, record.force, first_used)
+    first_used = 0 if periodic else _first_steady_stroke(strokes, record, cautions)
+    loops = _points_of(record, strokes, first_used, periodic, POINTS_PER_STROKE)
     mean = mean_loop(loops)
     _refuse_impossible(record, mean)
     if _drift(loops) > _DRIFT:
@@ -119,7 +120,13 @@ def _is_closed(record: Record, strokes: Strokes) -> bool:
     )
 
 
-def _closed_loops(record: Record, strokes: Strokes) -> Loops:
+def _points_of(record: Record, strokes: Strokes, first_used: int, periodic: bool, points: int) -> Loops:
+    if periodic:
+        return _closed_loops(record, strokes, points)
+    return gather(strokes, record.force, first_used, points)
+
+
+def _closed_loops(record: Record, strokes: Strokes, points: int) -> Loops:
     """One period, begun at its first reversal and preceded by itself, so that the memory is steady."""
     turn = 0 if strokes.count == 2 else int(strokes.turning[1])
     order = np.concatenate([np.arange(turn, len(record.force)), np.arange(1, turn + 1)])
@@ -127,7 +134,7 @@ def _closed_loops(record: Record, strokes: Strokes) -> Loops:
         order = order[: len(record.force)]
     twice = np.concatenate([order, order[1:]])
     repeated = find_strokes(record.displacement[twice])
-    return gather(repeated, record.force[twice], 2)
+    return gather(repeated, record.force[twice], 2, points)
 
 
 def _first_steady_stroke(strokes: Strokes, record: Record, cautions: list[Outcome]) -> int:

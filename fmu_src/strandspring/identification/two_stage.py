@@ -13,14 +13,13 @@ from typing import Literal
 
 import numpy as np
 
-from ..model.parameters import SpringParameters, least_value
+from ..model.parameters import SpringParameters
 from .loops import Loops, single_branch
 from .outcomes import IdentificationError, Outcome
 from .polynomials import Basis
 from .smoothing import automatic_half_width, moving_average
+from .spring_of_fit import cautions_of, is_positive, spring_of
 from .stages import (
-    N_BOUNDS,
-    SIGMA_BOUNDS,
     Backbone,
     FloatArray,
     Hysteresis,
@@ -46,8 +45,6 @@ _GOOD_ENOUGH = 0.005
 # |omega| to either side below which FE and FA can no longer be told apart, and the memory of where the record
 # starts does not fade: a huge FA times a tiny omega is not a spring.
 _DISTINCT = 0.6
-# |omega| that full strokes must reach for a steady section to exist.
-_SATURATED = 0.9
 
 Formulas = Literal["whole-branch", "three-point"]
 
@@ -100,19 +97,13 @@ def two_stage(loops: Loops, options: TwoStageOptions, where: str) -> tuple[Sprin
         raise IdentificationError(Outcome.NO_STEADY_SECTION, where)
     cautions: list[Outcome] = []
     solution = _made_positive(loops, solution, cautions, where)
-    h = solution.hysteresis
-    if not _saturates(loops, solution.omega):
-        cautions.append(Outcome.NO_STEADY_SECTION)
-    if h.sigma in SIGMA_BOUNDS:
-        cautions.append(Outcome.SIGMA_AT_BOUND)
-    if h.n in N_BOUNDS:
-        cautions.append(Outcome.N_AT_BOUND)
-    return _parameters(solution), solution, cautions
+    cautions += cautions_of(loops, solution.hysteresis, solution.omega)
+    return spring_of(solution.basis, solution.backbone, solution.hysteresis), solution, cautions
 
 
 def _solve(loops: Loops, degrees: tuple[int, int], options: TwoStageOptions) -> Solution | None:
     """Both stages for every candidate steady section, the best by the rms misfit of the closing fit."""
-    basis = Basis(float(loops.displacement.min()), float(loops.displacement.max()), *degrees)
+    basis = Basis(*loops.reach, *degrees)
     longest = float(loops.length[np.unique(loops.stroke)].max())
     ranked: list[tuple[float, float, Hysteresis]] = []
     for share in _STEADY_SHARES:
@@ -205,7 +196,7 @@ def _prediction_error(loops: Loops, solution: Solution) -> float:
 def _made_positive(loops: Loops, solution: Solution, cautions: list[Outcome], where: str) -> Solution:
     """The solution with FA > 0 over the whole range: its degree is lowered until that holds."""
     basis, backbone = solution.basis, solution.backbone
-    while not _is_positive(basis, backbone):
+    while not is_positive(basis, backbone):
         if basis.amplifier == 0:
             raise IdentificationError(Outcome.BRANCHES_CROSS, where)
         basis = Basis(basis.low, basis.high, basis.elastic, basis.amplifier - 1)
@@ -217,36 +208,6 @@ def _made_positive(loops: Loops, solution: Solution, cautions: list[Outcome], wh
             cautions.append(Outcome.AMPLIFIER_REDUCED)
     misfit = _rms(loops, loops.force - backbone.FE - solution.omega * backbone.G)
     return Solution(basis, backbone, solution.hysteresis, solution.omega, solution.steady_share, misfit)
-
-
-def _is_positive(basis: Basis, backbone: Backbone) -> bool:
-    """FA > 0 with a margin of a thousandth of its mean, which a closed form without rounding needs too."""
-    powers = tuple(basis.powers(backbone.amplified).tolist())
-    least, _ = least_value(powers, -basis.half, basis.half)
-    return least > 1e-3 * abs(float(backbone.amplified[0])) and powers[0] > 0.0
-
-
-def _saturates(loops: Loops, omega: FloatArray) -> bool:
-    """Whether |omega| comes near 1 on full strokes."""
-    full = loops.length[loops.stroke] >= 0.9 * float(loops.length[np.unique(loops.stroke)].max())
-    return bool(np.max(np.abs(omega[full])) >= _SATURATED)
-
-
-def _parameters(solution: Solution) -> SpringParameters:
-    basis = solution.basis
-    amplified = basis.powers(solution.backbone.amplified)
-    h = solution.hysteresis
-    return SpringParameters(
-        kE=tuple(basis.powers(solution.backbone.elastic).tolist()),
-        kA=(1.0, *(amplified[1:] / amplified[0]).tolist()),
-        kappa_omega=float(amplified[0]),  # paper eq. (19): FA(x0) = 1
-        rho=h.rho,
-        sigma=h.sigma,
-        n=h.n,
-        displacement_offset=basis.offset,
-        displacement_min=basis.low,
-        displacement_max=basis.high,
-    )
 
 
 def _rms(loops: Loops, misfit: FloatArray) -> float:

@@ -1,0 +1,205 @@
+"""`strandspring info`."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import asdict
+from typing import Any
+
+import click
+
+from ..identification.campaign import loading_overlap, rate_independence
+from ..loop_figures import Loop, LoopFigures, MeasuredLoop, find_cycles, measured_loops, model_curve
+from ..model.parameters import SpringParameters
+from ..model.path import PathSolver
+from ..modelfile import ModelFile, load_model
+from ..records import Record
+from .options import ColumnOptions, column_options, read_records
+from .output import note, progress, result, result_json
+from .summary import parameter_lines
+
+_DEFAULT_SHARES = (0.25, 0.5, 0.75, 1.0)  # of the identified half range
+_SLACK = 1e-3  # share of the identified range by which a loop may pass it: cycles differ by as much
+
+# Heading, figure, factor from SI to what people read; J are 1e3 N*mm.
+_COLUMNS = (
+    ("amplitude mm", "amplitude", 1e3),
+    ("from mm", "low", 1e3),
+    ("to mm", "high", 1e3),
+    ("secant N/mm", "secant_stiffness", 1e-3),
+    ("energy N*mm", "energy_per_cycle", 1e3),
+    ("loss factor", "loss_factor", 1.0),
+    ("damping ratio", "damping_ratio", 1.0),
+    ("mean N", "mean_force", 1.0),
+    ("least N", "least_force", 1.0),
+    ("greatest N", "greatest_force", 1.0),
+)
+
+
+def _lengths(_context: click.Context, _option: click.Parameter, lengths: tuple[float, ...]) -> tuple[float, ...]:
+    """Amplitudes from a nanometre to a kilometre; click's own range lets NaN pass."""
+    for length in lengths:
+        if not 1e-6 <= length <= 1e6:
+            raise click.BadParameter(f"must be between 1e-6 and 1e6 mm, got {length!r}.")
+    return lengths
+
+
+@click.command()
+@click.argument("model", metavar="MODEL.json")
+@click.argument("records", nargs=-1, metavar="[RECORD...]")
+@click.option(
+    "--amplitude",
+    "amplitudes",
+    type=float,
+    callback=_lengths,
+    multiple=True,
+    metavar="MM",
+    help="Amplitude of a loop about the offset [mm]; repeat for more.  [default: those of the records, or quarters "
+    "of the identified range]",
+)
+@column_options
+@click.option("--json", "as_json", is_flag=True, help="Print one JSON object instead of text.")
+def info(model: str, records: tuple[str, ...], amplitudes: tuple[float, ...], as_json: bool, **columns: Any) -> None:
+    """Say what a model holds and what an engineer reads off its loops, beside those of records.
+
+    For each amplitude: secant stiffness between the turning points, energy absorbed per cycle W, loss factor
+    W/(2 pi Ws) with Ws = secant stiffness * amplitude^2 / 2, equivalent viscous damping ratio (half of that), mean
+    force and peak forces. Several records also tell whether the force depends on the frequency and whether the
+    loading paths of different amplitudes overlap.
+
+    \b
+    Examples:
+      strandspring info spring.json
+      strandspring info spring.json --amplitude 13 --amplitude 46
+      strandspring info spring.json a13.csv a46.csv --json
+    """
+    content = load_model(model)
+    parameters = content.parameters.spring()
+    solver = PathSolver(parameters)
+    group = read_records(records, ColumnOptions(**columns))
+    for record in group:
+        for sentence in record.notes:
+            note(f"{record.path}: {sentence}")
+    measured = [loop for record in progress(group, "Measuring loops") for loop in measured_loops(record)]
+    wanted = [model_curve(solver, *ends) for ends in _wanted(parameters, amplitudes, bool(records))]
+    pairs = [(loop, model_curve(solver, loop.figures.low, loop.figures.high)) for loop in measured]
+    _caution(parameters, [*((model, loop.figures) for loop in wanted), *((m.path, m.figures) for m in measured)])
+    rate, overlap = _campaign(group, len(measured), wanted)
+    if as_json:
+        loops = [_loop_json("model", loop.figures) for loop in wanted]
+        for loop, twin in pairs:
+            loops += [_measured_json(loop), _loop_json("model", twin.figures)]
+        result_json(
+            {
+                "model": model,
+                "name": content.name,
+                "parameters": content.parameters.model_dump(mode="json"),
+                "loops": loops,
+                "rate_independence": rate,
+                "overlap": overlap,
+            }
+        )
+        return
+    for line in _summary(model, content, parameters) + _table(wanted, pairs):
+        result(line)
+    for told in (rate, overlap):
+        if told is not None:
+            result(told["sentence"])
+
+
+def _wanted(p: SpringParameters, amplitudes: tuple[float, ...], beside: bool) -> list[tuple[float, float]]:
+    """Turning points [m] of the loops asked for."""
+    reaches = [amplitude * 1e-3 for amplitude in amplitudes]
+    if not reaches and not beside:
+        reaches = [0.5 * share * (p.displacement_max - p.displacement_min) for share in _DEFAULT_SHARES]
+    return [(p.displacement_offset - reach, p.displacement_offset + reach) for reach in reaches]
+
+
+def _caution(p: SpringParameters, loops: list[tuple[str, LoopFigures]]) -> None:
+    slack = _SLACK * (p.displacement_max - p.displacement_min)
+    for source, figures in loops:
+        if figures.low < p.displacement_min - slack or figures.high > p.displacement_max + slack:
+            note(
+                f"Caution: {source}: the loop from {figures.low * 1e3:.6g} to {figures.high * 1e3:.6g} mm reaches "
+                f"outside the identified range {p.displacement_min * 1e3:.6g} to {p.displacement_max * 1e3:.6g} mm, "
+                "where the model is continued linearly."
+            )
+
+
+def _campaign(
+    records: list[Record], amplitudes: int, wanted: list[Loop]
+) -> tuple[dict[str, Any] | None, dict[str, Any] | None]:
+    """What the loops tell together, of the records if there are any, otherwise of the model."""
+    cycles = [cycle for record in records for cycle in find_cycles(record)]
+    rate_told = None
+    if records:
+        rate = rate_independence(cycles)
+        if amplitudes > 1 or rate.frequencies is not None:
+            rate_told = {**asdict(rate), "verdict": rate.verdict.name.lower(), "sentence": rate.sentence}
+    overlap = loading_overlap(cycles or wanted)
+    if overlap is None:
+        return rate_told, None
+    return rate_told, {**asdict(overlap), "verdict": overlap.verdict.name.lower(), "sentence": overlap.sentence}
+
+
+def _loop_json(source: str, figures: LoopFigures) -> dict[str, Any]:
+    return {"source": source, **{name: _finite(getattr(figures, name)) for _, name, _ in _COLUMNS}}
+
+
+def _measured_json(loop: MeasuredLoop) -> dict[str, Any]:
+    spread = None if loop.spread is None else {name: _finite(v) for name, v in asdict(loop.spread).items()}
+    return {
+        **_loop_json(loop.path, loop.figures),
+        "cycles": loop.cycles,
+        "frequency": loop.frequency,
+        "spread": spread,
+    }
+
+
+def _finite(value: float) -> float | None:
+    return value if math.isfinite(value) else None
+
+
+def _summary(path: str, model: ModelFile, parameters: SpringParameters) -> list[str]:
+    """What the model file holds, in words; fit and provenance are free JSON, so that any of it may be missing."""
+    lines = [f"Model {model.name} ({path})" + (f": {model.description}" if model.description else "")]
+    lines += parameter_lines(parameters, model.uncertainty)
+    fit, origin = model.fit, model.provenance
+    if all(isinstance(fit.get(figure), (int, float)) for figure in ("rmse", "rnl")):
+        method = f" by the {_plain(origin['method'])} method" if "method" in origin else ""
+        lines.append(f"  identified{method}: rmse {fit['rmse']:.4g} N, RNL {fit['rnl']:.4f}")
+    records = origin.get("records")
+    files = [r["file"] for r in records if isinstance(r, dict) and "file" in r] if isinstance(records, list) else []
+    if files:
+        lines.append(f"  from {', '.join(map(_plain, files))}")
+    return lines
+
+
+def _plain(value: Any) -> str:
+    """Text of a model file that somebody else may have written, without control characters for the terminal."""
+    return "".join(c if c.isprintable() else "?" for c in str(value))
+
+
+def _table(wanted: list[Loop], pairs: list[tuple[MeasuredLoop, Loop]]) -> list[str]:
+    headings = [heading for heading, _, _ in _COLUMNS]
+    rows = [[*headings, "source"]]
+    for loop in wanted:
+        rows.append([*_cells(loop.figures), "model"])
+    for measured, twin in pairs:
+        frequency = "" if measured.frequency is None else f", {measured.frequency:.3g} Hz"
+        cycles = f"{measured.cycles} cycle{'s' if measured.cycles > 1 else ''}"
+        rows.append([*_cells(measured.figures), f"{measured.path} ({cycles}{frequency})"])
+        if measured.spread is not None:
+            rows.append([*_cells(measured.spread, "+-"), "  from cycle to cycle (standard deviation)"])
+        rows.append([*_cells(twin.figures), "model"])
+    widths = [max(len(row[k]) for row in rows) for k in range(len(headings))]
+    return [
+        "  " + "  ".join([*(text.rjust(width) for text, width in zip(row, widths, strict=False)), row[-1]])
+        for row in rows
+    ]
+
+
+def _cells(figures: Any, sign: str = "") -> list[str]:
+    """The columns of one row; empty where these figures have none, "-" where it cannot be told."""
+    values = [(getattr(figures, name, None), factor) for _, name, factor in _COLUMNS]
+    return ["" if v is None else f"{sign}{v * factor:.4g}" if math.isfinite(v) else "-" for v, factor in values]

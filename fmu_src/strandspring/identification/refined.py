@@ -1,0 +1,306 @@
+"""Least-squares refinement of a start to the statistical limit, by variable projection.
+
+FE and FA enter linearly: for given rho, sigma, n (and omega_start of each record) their coefficients follow from one
+linear least-squares problem, so only those few parameters are iterated on. With the weighted basis A = QR, residual
+rho = (1 - QQ^T) r, and its Jacobian in Kaufman's form is -(1 - QQ^T) (d omega/d theta)*G, with the exact derivatives
+of `model.sensitivity`.
+
+Weights come from the record: its noise (additive and relative parts) and, where the model itself is further from the
+force than the noise explains, that distance as a constant.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+
+import numpy as np
+from scipy.optimize import brentq, least_squares
+
+from ..model.parameters import SpringParameters
+from ..model.path import tables
+from ..model.sensitivity import omega_with_derivatives
+from .loops import POINTS_PER_STROKE, FloatArray, Loops, join
+from .noise import ForceNoise, force_noise
+from .outcomes import IdentificationError, Outcome
+from .polynomials import Basis
+from .spring_of_fit import cautions_of, is_positive, spring_of
+from .stages import N_BOUNDS, SIGMA_BOUNDS, Backbone, Hysteresis
+from .steady import SteadyRecord
+from .two_stage import Solution, TwoStageOptions, two_stage
+
+# rho times the longest stroke: from a loop that hardly saturates (below, FA and rho cannot be told apart) to one
+# that saturates within a millionth of the stroke.
+_RHO_BOUNDS = (2.0, 1e6)
+# Relative change of the squared misfit at which the iteration ends. With noise a ten-millionth is far below what
+# the parameters' errors would show; without noise the misfit falls by decades per step until rounding ends it.
+_TOLERANCE = 1e-7
+_FIRST_TOLERANCE = 1e-4  # before the weights are known
+_EVALUATIONS = 100
+# All samples are used up to this many in a stroke and about this many in all; more are averaged over so fine cells
+# that what is lost is far below the noise.
+_POINTS_PER_STROKE = 2000
+_POINTS = 40_000
+_ROBUST_ROUNDS = 5  # of reweighting for Huber's loss
+_HUBER = 1.345  # standard deviations beyond which the robust loss grows linearly: 95 % efficient for normal noise
+
+
+@dataclass(frozen=True)
+class RefinedOptions:
+    """Options of the refined method.
+
+    Parameters
+    ----------
+    degrees : (int, int) or None   Degrees N of FE and M of FA; chosen by the two-stage start if None.
+    robust : bool                  Huber's loss instead of squares, for records with outliers.
+    """
+
+    degrees: tuple[int, int] | None = None
+    robust: bool = False
+
+    def __post_init__(self) -> None:
+        TwoStageOptions(self.degrees)
+
+
+class Convergence(Enum):
+    """How the refinement ended, in words."""
+
+    CONVERGED = "The refinement converged."
+    STOPPED = "The refinement stopped at its limit of evaluations; the result is the best point reached."
+
+
+@dataclass(frozen=True, eq=False)
+class Refinement:
+    """A refined fit.
+
+    Attributes
+    ----------
+    hysteresis : Hysteresis
+    omega_start : ndarray, shape (R,)      omega at the first sample of each record.
+    backbone : Backbone
+    omega : ndarray, shape (P,)
+    derivatives : ndarray, shape (3 + R, P)   d omega by ln(rho), ln(sigma), ln(n) and each omega_start.
+    weight : ndarray, shape (P,)           Weight of each squared misfit [1/N^2], counts included.
+    convergence : Convergence
+    evaluations : int
+    """
+
+    hysteresis: Hysteresis
+    omega_start: FloatArray
+    backbone: Backbone
+    omega: FloatArray
+    derivatives: FloatArray
+    weight: FloatArray
+    convergence: Convergence
+    evaluations: int
+
+
+@dataclass(frozen=True, eq=False)
+class RefinedFit:
+    """A physically possible refined fit and the points it was made on."""
+
+    loops: Loops
+    basis: Basis
+    refinement: Refinement
+    start: Solution
+
+
+def refined(
+    parts: list[SteadyRecord], options: RefinedOptions, where: str
+) -> tuple[SpringParameters, RefinedFit, list[Outcome]]:
+    """Identify by the two-stage method and refine the result on all samples.
+
+    Raises
+    ------
+    IdentificationError   If no physically possible model is found.
+    """
+    _, start, cautions = two_stage(join([part.loops for part in parts]), TwoStageOptions(options.degrees), where)
+    strokes = sum(part.strokes.count for part in parts)
+    points = max(POINTS_PER_STROKE, min(_POINTS_PER_STROKE, _POINTS // strokes))
+    loops = join([part.loops_with(points) for part in parts])
+    noise = [force_noise(part.record.force) for part in parts]
+    basis = start.basis
+    kept: list[Outcome] = [caution for caution in cautions if caution is Outcome.AMPLIFIER_REDUCED]
+    found = refine(loops, basis, start.hysteresis, noise, options.robust)
+    while not is_positive(basis, found.backbone):
+        if basis.amplifier == 0:
+            raise IdentificationError(Outcome.BRANCHES_CROSS, where)
+        basis = Basis(basis.low, basis.high, basis.elastic, basis.amplifier - 1)
+        found = refine(loops, basis, start.hysteresis, noise, options.robust)
+        kept = [Outcome.AMPLIFIER_REDUCED]
+    if found.hysteresis.rho * loops.length.max() < 1.01 * _RHO_BOUNDS[0]:
+        kept.append(Outcome.NO_STEADY_SECTION)
+    if found.convergence is Convergence.STOPPED:
+        kept.append(Outcome.NOT_CONVERGED)
+    kept += cautions_of(loops, found.hysteresis, found.omega)
+    fit = RefinedFit(loops, basis, found, start)
+    return spring_of(basis, found.backbone, found.hysteresis), fit, kept
+
+
+def refine(loops: Loops, basis: Basis, start: Hysteresis, noise: list[ForceNoise], robust: bool = False) -> Refinement:
+    """Refine rho, sigma, n, omega_start, FE and FA.
+
+    Parameters
+    ----------
+    loops : Loops
+    basis : Basis            Degrees of FE and FA.
+    start : Hysteresis       From `two_stage` or `scan`.
+    noise : list of ForceNoise, one for each record
+    robust : bool            Huber's loss, by reweighting.
+    """
+    problem = _Problem(loops, basis)
+    found = problem.solve(problem.parameters(start), loops.weight, _FIRST_TOLERANCE)
+    for _ in range(_ROBUST_ROUNDS if robust else 1):
+        weight = _weights(loops, found, noise, robust)
+        found = problem.solve(problem.vector(found), weight, _TOLERANCE)
+    return found
+
+
+def _weights(loops: Loops, found: Refinement, noise: list[ForceNoise], robust: bool) -> FloatArray:
+    """Inverse variance of each point from the noise and from what the model leaves over beyond it."""
+    predicted = found.backbone.FE + found.omega * found.backbone.G
+    squared = (loops.force - predicted) ** 2
+    record = loops.record[loops.stroke]
+    weight = np.empty(loops.force.size)
+    for k, one in enumerate(noise):
+        of = record == k
+        count = loops.weight[of]
+        variance = one.variance(predicted[of]) / count
+        weight[of] = 1.0 / (variance + _misfit_variance(squared[of], variance, robust))
+    if robust:
+        pull = np.sqrt(squared * weight)
+        weight *= np.minimum(1.0, _HUBER / np.maximum(pull, 1e-300))
+    return weight
+
+
+def _misfit_variance(squared: FloatArray, variance: FloatArray, robust: bool) -> float:
+    """The constant that, added to the noise's variance, makes the mean squared misfit what it should be.
+
+    With outliers about, the median takes the place of the mean: that of a squared standard normal is 0.455.
+    """
+
+    def excess(constant: float) -> float:
+        ratios = squared / (variance + constant)
+        return float(np.median(ratios)) / 0.455 - 1.0 if robust else float(np.mean(ratios)) - 1.0
+
+    least = max(1e-12 * float(np.mean(squared)), 1e-300)
+    if excess(least) <= 0.0:
+        return least
+    return float(brentq(excess, least, float(np.max(squared)) + least, rtol=1e-3))
+
+
+def _orthogonal(matrix: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Q and R of a tall matrix by two rounds of Cholesky, which for few columns is much faster than Householder.
+
+    The Legendre basis keeps the condition number far below the 1e7 up to which two rounds are as good.
+    """
+    r = np.eye(matrix.shape[1])
+    q = matrix
+    for _ in range(2):
+        try:
+            upper = np.linalg.cholesky(q.T @ q).T
+        except np.linalg.LinAlgError:
+            q, r = np.linalg.qr(matrix)
+            return np.asarray(q), np.asarray(r)
+        q, r = np.linalg.solve(upper.T, q.T).T, upper @ r
+    return np.asarray(q), np.asarray(r)
+
+
+class _Problem:
+    """The projected least-squares problem of a set of loops in theta = ln(rho), ln(sigma), ln(n), omega_start..."""
+
+    def __init__(self, loops: Loops, basis: Basis) -> None:
+        self.loops = loops
+        self.columns_E, self.columns_A = basis.columns(loops.displacement)
+        self.records = int(loops.record.max()) + 1
+        longest = float(loops.length.max())
+        bounds = [tuple(b / longest for b in _RHO_BOUNDS), SIGMA_BOUNDS, N_BOUNDS]
+        self.low = np.append([np.log(low) for low, _ in bounds], -np.ones(self.records))
+        self.high = np.append([np.log(high) for _, high in bounds], np.ones(self.records))
+
+    def parameters(self, start: Hysteresis) -> FloatArray:
+        """theta of a start, omega_start being 0."""
+        logs = np.log([start.rho, start.sigma, start.n])
+        return np.append(logs, np.zeros(self.records))
+
+    def vector(self, found: Refinement) -> FloatArray:
+        """theta of a refinement."""
+        h = found.hysteresis
+        return np.append(np.log([h.rho, h.sigma, h.n]), found.omega_start)
+
+    def omega(self, theta: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """omega at every point and its derivatives with respect to theta."""
+        loops = self.loops
+        rho, sigma, n = np.exp(theta[:3])
+        omega = np.empty(loops.force.size)
+        derivatives = np.zeros((theta.size, loops.force.size))
+        record = loops.record[loops.stroke]
+        for k in range(self.records):
+            strokes, points = np.flatnonzero(loops.record == k), record == k
+            omega[points], of = omega_with_derivatives(
+                tables(float(n), float(sigma)),
+                float(rho),
+                loops.direction[strokes],
+                loops.length[strokes],
+                float(theta[3 + k]),
+                loops.stroke[points] - strokes[0],
+                loops.travel[points],
+            )
+            derivatives[:3, points] = of[:3] * np.array([rho, sigma, n])[:, None]
+            derivatives[3 + k, points] = of[3]
+        return omega, derivatives
+
+    def solve(self, start: FloatArray, weight: FloatArray, tolerance: float) -> Refinement:
+        """Minimise the weighted squared misfit from a start."""
+        root = np.sqrt(weight)
+        target = self.loops.force * root
+        # least_squares asks for the residual and the Jacobian of one point one after the other.
+        kept: dict[bytes, tuple[FloatArray, FloatArray]] = {}
+
+        def evaluate(theta: FloatArray) -> tuple[FloatArray, FloatArray]:
+            key = theta.tobytes()
+            if key not in kept:
+                kept.clear()
+                omega, derivatives = self.omega(theta)
+                q, backbone = self._project(omega, root, target)
+                steepest = (derivatives * (backbone.G * root)).T
+                kept[key] = (target - q @ (q.T @ target), -(steepest - q @ (q.T @ steepest)))
+            return kept[key]
+
+        def residual(theta: FloatArray) -> FloatArray:
+            return evaluate(theta)[0]
+
+        def jacobian(theta: FloatArray) -> FloatArray:
+            return evaluate(theta)[1]
+
+        found = least_squares(
+            residual,
+            np.clip(start, self.low + 1e-6, self.high - 1e-6),
+            jacobian,
+            bounds=(self.low, self.high),
+            ftol=tolerance,
+            xtol=1e-12,
+            gtol=1e-14,
+            max_nfev=_EVALUATIONS,
+        )
+        omega, derivatives = self.omega(found.x)
+        _, backbone = self._project(omega, root, target)
+        rho, sigma, n = (float(v) for v in np.exp(found.x[:3]))
+        return Refinement(
+            Hysteresis(rho, max(sigma, SIGMA_BOUNDS[0]), n),
+            found.x[3:],
+            backbone,
+            omega,
+            derivatives,
+            weight,
+            Convergence.CONVERGED if found.success else Convergence.STOPPED,
+            int(found.nfev),
+        )
+
+    def _project(self, omega: FloatArray, root: FloatArray, target: FloatArray) -> tuple[FloatArray, Backbone]:
+        """Orthonormal basis of the linear part, and FE and G fitted with this omega."""
+        matrix = np.hstack([self.columns_E, omega[:, None] * self.columns_A]) * root[:, None]
+        q, r = _orthogonal(matrix)
+        coefficients = np.linalg.solve(r, q.T @ target)
+        elastic, amplified = np.split(coefficients, [self.columns_E.shape[1]])
+        return q, Backbone(elastic, amplified, self.columns_E @ elastic, self.columns_A @ amplified)

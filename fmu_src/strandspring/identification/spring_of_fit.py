@@ -1,0 +1,54 @@
+"""From fitted coefficients to a spring: physically possible or not, and what to say about it."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..model.parameters import SpringParameters, least_value
+from .loops import FloatArray, Loops
+from .outcomes import Outcome
+from .polynomials import Basis
+from .stages import N_BOUNDS, SIGMA_BOUNDS, Backbone, Hysteresis
+
+# |omega| that full strokes must reach for a steady section to exist.
+_SATURATED = 0.9
+# A bound is reached within this share of it.
+_AT_BOUND = 1e-3
+
+
+def is_positive(basis: Basis, backbone: Backbone) -> bool:
+    """FA > 0 over the range, with a margin of a thousandth of its mean for rounding."""
+    powers = tuple(basis.powers(backbone.amplified).tolist())
+    least, _ = least_value(powers, -basis.half, basis.half)
+    return least > 1e-3 * abs(float(backbone.amplified[0])) and powers[0] > 0.0
+
+
+def cautions_of(loops: Loops, hysteresis: Hysteresis, omega: FloatArray) -> list[Outcome]:
+    """What a user should know about a fit."""
+    found = []
+    full = loops.length[loops.stroke] >= 0.9 * float(loops.length[np.unique(loops.stroke)].max())
+    if np.max(np.abs(omega[full])) < _SATURATED:
+        found.append(Outcome.NO_STEADY_SECTION)
+    for value, bounds, outcome in (
+        (hysteresis.sigma, SIGMA_BOUNDS, Outcome.SIGMA_AT_BOUND),
+        (hysteresis.n, N_BOUNDS, Outcome.N_AT_BOUND),
+    ):
+        if any(abs(value - bound) <= _AT_BOUND * bound for bound in bounds):
+            found.append(outcome)
+    return found
+
+
+def spring_of(basis: Basis, backbone: Backbone, hysteresis: Hysteresis) -> SpringParameters:
+    """The spring of a fit whose FA is positive, normalised to FA(x0) = 1 (paper eq. 19)."""
+    amplified = basis.powers(backbone.amplified)
+    return SpringParameters(
+        kE=tuple(basis.powers(backbone.elastic).tolist()),
+        kA=(1.0, *(amplified[1:] / amplified[0]).tolist()),
+        kappa_omega=float(amplified[0]),
+        rho=hysteresis.rho,
+        sigma=hysteresis.sigma,
+        n=hysteresis.n,
+        displacement_offset=basis.offset,
+        displacement_min=basis.low,
+        displacement_max=basis.high,
+    )

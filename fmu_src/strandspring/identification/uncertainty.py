@@ -1,0 +1,143 @@
+"""How certain the refined parameters are: standard errors and correlations from the Jacobian.
+
+At the optimum the covariance of all coefficients (Legendre coefficients of FE and G, ln rho, ln sigma, ln n,
+omega_start) is the inverse of J'WJ, with W the inverse variances of the points. The errors of kE, kA, kappa_omega,
+rho, sigma and n follow by linear propagation. A parameter at its bound is taken as known.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.polynomial import legendre
+
+from .loops import FloatArray, Loops
+from .polynomials import Basis
+from .refined import Refinement
+from .stages import N_BOUNDS, SIGMA_BOUNDS
+
+_NAMES = ("kappa_omega", "rho", "sigma", "n")
+# Two parameters with a larger correlation, or one with a larger relative error, cannot be told from these records.
+_CORRELATED = 0.98
+_UNCERTAIN = 0.5
+
+
+@dataclass(frozen=True, eq=False)
+class Uncertainty:
+    """Standard errors, one standard deviation each.
+
+    Attributes
+    ----------
+    kE, kA : ndarray                      Of the coefficients [N/m^i], [1/m^i]; 0 for kA[0].
+    kappa_omega, rho, sigma, n : float    [N], [1/m], [-], [-]; nan at a bound.
+    correlation : ndarray, shape (4, 4)   Between kappa_omega, rho, sigma and n.
+    noise : float                         rms of the points' weighted misfit; 1 if the weights are right.
+    """
+
+    kE: FloatArray
+    kA: FloatArray
+    kappa_omega: float
+    rho: float
+    sigma: float
+    n: float
+    correlation: FloatArray
+    noise: float
+
+    def as_json(self) -> dict[str, Any]:
+        """Content of the model file's field `uncertainty`; null where an error cannot be told."""
+
+        def plain(value: float) -> float | None:
+            return float(value) if np.isfinite(value) else None
+
+        return {
+            "meaning": "standard errors (one standard deviation) from the Jacobian, for independent noise",
+            "kE": [plain(v) for v in self.kE],
+            "kA": [plain(v) for v in self.kA],
+            **{name: plain(getattr(self, name)) for name in _NAMES},
+            "correlation": {
+                f"{a},{b}": plain(self.correlation[i, j])
+                for i, a in enumerate(_NAMES)
+                for j, b in enumerate(_NAMES)
+                if i < j
+            },
+        }
+
+    def indistinct(self, refinement: Refinement) -> list[str]:
+        """Sentences about parameters that these records cannot tell apart or hardly tell at all."""
+        h = refinement.hysteresis
+        values = {"kappa_omega": float(refinement.backbone.amplified[0]), "rho": h.rho, "sigma": h.sigma, "n": h.n}
+        found = [
+            f"{name} is known to {100.0 * getattr(self, name) / abs(values[name]):.0f} % only"
+            for name in _NAMES
+            if getattr(self, name) > _UNCERTAIN * abs(values[name])
+        ]
+        found += [
+            f"{a} and {b} cannot be told apart (correlation {self.correlation[i, j]:.3f})"
+            for i, a in enumerate(_NAMES)
+            for j, b in enumerate(_NAMES)
+            if i < j and abs(self.correlation[i, j]) > _CORRELATED
+        ]
+        return found
+
+
+def uncertainty(loops: Loops, basis: Basis, refinement: Refinement) -> Uncertainty:
+    """Standard errors of a refined fit."""
+    columns_E, columns_A = basis.columns(loops.displacement)
+    h, backbone = refinement.hysteresis, refinement.backbone
+    # ln(sigma), ln(n) and omega_start at a bound, and an omega_start that no point remembers, do not vary.
+    free = np.ones(refinement.derivatives.shape[0], dtype=bool)
+    free[1] = SIGMA_BOUNDS[0] * 1.001 < h.sigma < SIGMA_BOUNDS[1] * 0.999
+    free[2] = N_BOUNDS[0] * 1.001 < h.n < N_BOUNDS[1] * 0.999
+    free[3:] = (np.abs(refinement.omega_start) < 0.999) & (np.abs(refinement.derivatives[3:]).max(axis=1) > 1e-6)
+    jacobian = np.hstack(
+        [columns_E, refinement.omega[:, None] * columns_A, (refinement.derivatives[free] * backbone.G).T]
+    )
+    root = np.sqrt(refinement.weight)
+    misfit = root * (loops.force - backbone.FE - refinement.omega * backbone.G)
+    degrees_of_freedom = max(1, misfit.size - jacobian.shape[1])
+    noise = float(misfit @ misfit) / degrees_of_freedom
+    _, r = np.linalg.qr(jacobian * root[:, None])
+    inverse = np.linalg.pinv(r)
+    covariance = noise * inverse @ inverse.T
+    change = _propagation(basis, refinement, free)
+    natural = change @ covariance @ change.T
+    errors = np.sqrt(np.maximum(np.diag(natural), 0.0))
+    n_E, n_A = columns_E.shape[1], columns_A.shape[1]
+    four = [n_E + n_A + k for k in range(4)]
+    scale = np.where(errors[four] > 0.0, errors[four], np.nan)
+    correlation = natural[np.ix_(four, four)] / np.outer(scale, scale)
+    kappa, rho, sigma, n = (float(s) for s in scale)
+    return Uncertainty(
+        errors[:n_E], errors[n_E : n_E + n_A], kappa, rho, sigma, n, np.asarray(correlation), float(np.sqrt(noise))
+    )
+
+
+def _propagation(basis: Basis, refinement: Refinement, free: FloatArray) -> FloatArray:
+    """Derivatives of kE, kA, kappa_omega, rho, sigma, n with respect to the fitted coefficients."""
+
+    def to_powers(size: int) -> FloatArray:
+        columns = [legendre.leg2poly(row) for row in np.eye(size)]
+        matrix = np.zeros((size, size))
+        for k, column in enumerate(columns):
+            matrix[: len(column), k] = column
+        return np.asarray(matrix / basis.half ** np.arange(size)[:, None])
+
+    elastic, amplified = to_powers(basis.elastic + 1), to_powers(basis.amplifier + 1)
+    powers = amplified @ refinement.backbone.amplified
+    n_E, n_A = elastic.shape[0], amplified.shape[0]
+    change = np.zeros((n_E + n_A + 4, n_E + n_A + int(free.sum())))
+    change[:n_E, :n_E] = elastic
+    # kA = powers/powers[0], kappa_omega = powers[0].
+    ratio = (amplified - np.outer(powers / powers[0], amplified[0])) / powers[0]
+    ratio[0] = 0.0
+    change[n_E : n_E + n_A, n_E : n_E + n_A] = ratio
+    change[n_E + n_A, n_E : n_E + n_A] = amplified[0]
+    h = refinement.hysteresis
+    column = n_E + n_A
+    for k, value in enumerate((h.rho, h.sigma, h.n)):
+        if free[k]:
+            change[n_E + n_A + 1 + k, column] = value
+            column += 1
+    return change

@@ -1,0 +1,91 @@
+"""Figures of a record's loops, amplitude by amplitude."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..errors import RecordError
+from ..records.record import Record
+from .cycles import Cycle, find_cycles
+from .loop import LoopFigures, alike_loops, mean_figures
+
+
+@dataclass(frozen=True)
+class FigureSpread:
+    """Standard deviation of figures from cycle to cycle.
+
+    Attributes
+    ----------
+    secant_stiffness, energy_per_cycle : float   [N/m], [J].
+    loss_factor, damping_ratio : float           [-], [-].
+    """
+
+    secant_stiffness: float
+    energy_per_cycle: float
+    loss_factor: float
+    damping_ratio: float
+
+
+@dataclass(frozen=True)
+class MeasuredLoop:
+    """The cycles of one amplitude in a record.
+
+    Attributes
+    ----------
+    path : str                     The record.
+    figures : LoopFigures          Of the mean of the cycles.
+    spread : FigureSpread or None  None for a single cycle.
+    cycles : int                   How many.
+    frequency : float or None      Mean of the cycles' frequencies [Hz]; None without times.
+    """
+
+    path: str
+    figures: LoopFigures
+    spread: FigureSpread | None
+    cycles: int
+    frequency: float | None
+
+
+def measured_loops(record: Record) -> tuple[MeasuredLoop, ...]:
+    """Figures of the loops in a record by rising amplitude; cycles within 3 % of each other are taken together.
+
+    Energies are trapezoidal sums over the samples, closed; peak forces are those sampled, noise included.
+
+    Parameters
+    ----------
+    record : Record
+
+    Returns
+    -------
+    tuple of MeasuredLoop
+
+    Raises
+    ------
+    RecordError   If the record holds no full cycle.
+    """
+    cycles = find_cycles(record)
+    if not cycles:
+        raise RecordError(
+            f"{record.path}: no full cycle was found, which is two neighbouring strokes of one length within 3 %; "
+            "record at least one whole cycle."
+        )
+    return tuple(_measured(group) for group in alike_loops(cycles))
+
+
+def _measured(group: Sequence[Cycle]) -> MeasuredLoop:
+    frequencies = [cycle.frequency for cycle in group if cycle.frequency is not None]
+    return MeasuredLoop(
+        path=group[0].path,
+        figures=mean_figures(group),
+        spread=_spread(group) if len(group) > 1 else None,
+        cycles=len(group),
+        frequency=float(np.mean(frequencies)) if frequencies else None,
+    )
+
+
+def _spread(group: Sequence[Cycle]) -> FigureSpread:
+    names = FigureSpread.__dataclass_fields__
+    return FigureSpread(*(float(np.std([getattr(cycle.figures, name) for cycle in group], ddof=1)) for name in names))

@@ -1,0 +1,191 @@
+"""`strandspring info`: text, JSON, cautions and refusals."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from strandspring import Spring
+from strandspring.cli.main import main
+from strandspring.loop_figures import model_loop
+from strandspring.model.path import PathSolver
+from synthetic import AMPLITUDE, MEAN, spring_of
+
+ROOT = Path(__file__).resolve().parent.parent
+HINGE_MODEL = str(ROOT / "models/rubber_hinge.json")
+HINGE = [str(ROOT / "models/records/rubber_stretch.csv"), "--reverse", "displacement"]
+FIGURES = {"low", "high", "amplitude", "secant_stiffness", "energy_per_cycle", "loss_factor", "damping_ratio",
+           "mean_force", "least_force", "greatest_force"}  # fmt: skip
+
+
+class Terminal:
+    """The command line in a folder of its own, with what it printed last."""
+
+    def __init__(self, capsys: pytest.CaptureFixture[str]) -> None:
+        self._capsys = capsys
+        self.out = self.err = ""
+
+    def __call__(self, *arguments: str, status: int = 0) -> str:
+        self._capsys.readouterr()
+        left = 0
+        try:
+            main(arguments)
+        except SystemExit as leaving:
+            left = int(leaving.code or 0)
+        self.out, self.err = self._capsys.readouterr()
+        assert left == status, self.err
+        assert "Traceback" not in self.err
+        return self.out
+
+
+@pytest.fixture
+def terminal(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Terminal:
+    monkeypatch.chdir(tmp_path)
+    Spring(spring_of(1.0, 1.0), "mount", "a mount").save("mount.json")
+    return Terminal(capsys)
+
+
+def synthesized(terminal: Terminal, name: str, amplitude: float, frequency: float) -> str:
+    terminal("synthesize", "spring", "mount.json", "--amplitude", f"{amplitude}", "--frequency", f"{frequency}",
+             "--noise", "0.01", "-o", name)  # fmt: skip
+    return name
+
+
+def test_without_records_the_quarters_of_the_range(terminal: Terminal) -> None:
+    told = json.loads(terminal("info", "mount.json", "--json"))
+    assert set(told) == {"model", "name", "parameters", "loops", "rate_independence", "overlap"}
+    assert (told["model"], told["name"]) == ("mount.json", "mount")
+    assert told["parameters"]["rho"] == spring_of(1.0, 1.0).rho
+    assert [loop["amplitude"] for loop in told["loops"]] == pytest.approx([0.005, 0.01, 0.015, 0.02])
+    solver = PathSolver(spring_of(1.0, 1.0))
+    for loop in told["loops"]:
+        assert set(loop) == {"source", *FIGURES}
+        assert loop["source"] == "model"
+        expected = model_loop(solver, MEAN - loop["amplitude"], MEAN + loop["amplitude"])
+        for name in FIGURES:
+            assert loop[name] == pytest.approx(getattr(expected, name), rel=1e-9), name
+    assert told["rate_independence"] is None
+    # A quarter of the range is too short for this spring to saturate.
+    assert told["overlap"]["verdict"] == "apart"
+    assert told["overlap"]["amplitudes"] == 3
+    assert terminal.err == ""
+
+
+def test_amplitudes_are_given_in_millimetres_about_the_offset(terminal: Terminal) -> None:
+    told = json.loads(terminal("info", "mount.json", "--amplitude", "7", "--json"))
+    (loop,) = told["loops"]
+    assert (loop["low"], loop["high"]) == pytest.approx((MEAN - 0.007, MEAN + 0.007))
+    assert told["overlap"] is None
+    terminal("info", "mount.json", "--amplitude", "7", "--amplitude", f"{AMPLITUDE * 1e3}")
+    assert terminal.err == ""
+    terminal("info", "mount.json", "--amplitude", "25")
+    assert "outside the identified range 30 to 70 mm" in terminal.err
+    assert "25 to 75 mm" in terminal.err
+
+
+def test_a_record_stands_beside_its_model(terminal: Terminal) -> None:
+    record = synthesized(terminal, "s.csv", 15.0, 2.0)
+    told = json.loads(terminal("info", "mount.json", record, "--amplitude", "5", "--json"))
+    wanted, measured, model = told["loops"]
+    assert [loop["source"] for loop in (wanted, measured, model)] == ["model", "s.csv", "model"]
+    assert measured["cycles"] == 2
+    assert measured["frequency"] == pytest.approx(2.0)
+    assert set(measured["spread"]) == {"secant_stiffness", "energy_per_cycle", "loss_factor", "damping_ratio"}
+    assert (measured["low"], measured["high"]) == (model["low"], model["high"])
+    for name in FIGURES - {"least_force", "greatest_force"}:  # of noisy samples the peaks are biased
+        assert measured[name] == pytest.approx(model[name], rel=0.01), name  # 1 % noise, less after averaging
+    # One record of one amplitude and frequency tells nothing of rates and overlap.
+    assert told["rate_independence"] is None
+    assert told["overlap"] is None
+
+
+def test_a_campaign_tells_of_rate_and_overlap(terminal: Terminal) -> None:
+    records = [synthesized(terminal, f"a{a}f{f}.csv", a, f) for a, f in ((8, 0.5), (8, 2.0), (20, 0.5), (20, 2.0))]
+    told = json.loads(terminal("info", "mount.json", *records, "--json"))
+    rate, overlap = told["rate_independence"], told["overlap"]
+    # Each record has the same seed: what noise there is repeats, and the difference is at most that of the noise.
+    assert rate["verdict"] == "independent"
+    assert rate["frequencies"] == pytest.approx([0.5, 2.0])
+    assert rate["amplitudes"] == 2
+    assert overlap["verdict"] == "overlapping"
+    assert len(told["loops"]) == 8
+    text = terminal("info", "mount.json", *records)
+    assert rate["sentence"] in text
+    assert overlap["sentence"] in text
+    terminal("info", "mount.json", *records, "--time", "1")
+    assert "time is column 1 'time [s]', as asked" in terminal.err
+
+
+def test_two_records_of_one_frequency_cannot_tell_of_the_rate(terminal: Terminal) -> None:
+    records = [synthesized(terminal, f"{a}.csv", a, 1.0) for a in (8, 20)]
+    assert "frequency cannot be told" in terminal("info", "mount.json", *records)
+
+
+def test_the_text_names_model_fit_origin_and_figures(terminal: Terminal) -> None:
+    text = terminal("info", HINGE_MODEL, *HINGE)
+    for expected in ("Model rubber_hinge", "kappa_omega", "two-stage", "RNL 0.96", "from rubber_stretch.csv",
+                     "secant N/mm", "energy N*mm", "loss factor", "damping ratio", "2 cycles, 0.0152 Hz",
+                     "from cycle to cycle"):  # fmt: skip
+        assert expected in text, expected
+    lines = text.splitlines()
+    (heading,) = [k for k, line in enumerate(lines) if "secant N/mm" in line]
+    (measured, spread, model) = lines[heading + 1 : heading + 4]
+    assert HINGE[0] in measured
+    assert "+-" in spread
+    assert model.split()[-1] == "model"
+    # Each figure ends where its heading does.
+    end = lines[heading].index("energy N*mm") + len("energy N*mm")
+    assert float(measured[:end].split()[-1]) == pytest.approx(4.166, rel=1e-3)
+    # The identified range is that of averaged samples, micrometres within the record's: no caution for that.
+    assert "Caution" not in terminal.err
+
+
+def test_a_model_written_by_hand_needs_no_fit_or_origin(terminal: Terminal) -> None:
+    text = terminal("info", "mount.json")
+    assert "Model mount (mount.json): a mount" in text
+    assert "RNL" not in text
+    content = json.loads(Path("mount.json").read_text(encoding="utf-8"))
+    content["fit"] = {"rmse": "low", "rnl": None}
+    content["provenance"] = {"method": ["\u001b[31m"], "records": [7, {"file": "a\u001b[31m.csv"}, {}]}
+    Path("odd.json").write_text(json.dumps(content), encoding="utf-8")
+    text = terminal("info", "odd.json")
+    assert "from a?[31m.csv" in text
+    assert "\u001b" not in text
+
+
+def test_a_loop_without_a_loss_factor_is_null_in_json_and_a_dash_in_text(terminal: Terminal) -> None:
+    content = json.loads(Path("mount.json").read_text(encoding="utf-8"))
+    content["parameters"]["kE"] = [0.0, -1e5]
+    Path("falling.json").write_text(json.dumps(content), encoding="utf-8")
+    (loop,) = json.loads(terminal("info", "falling.json", "--amplitude", "5", "--json"))["loops"]
+    assert loop["loss_factor"] is loop["damping_ratio"] is None
+    assert "  -  " in terminal("info", "falling.json", "--amplitude", "5")
+
+
+def test_bad_input_gets_one_sentence(terminal: Terminal) -> None:
+    Path("bad.json").write_text("{}", encoding="utf-8")
+    rows = "\n".join(f"{k},{k}" for k in range(30))
+    Path("half.csv").write_text(f"Displacement (mm),Force (N)\n{rows}\n", encoding="utf-8")
+    for arguments, expected in (
+        (["bad.json"], "bad.json"),
+        (["missing.json"], "missing.json"),
+        (["mount.json", "missing.csv"], "missing.csv"),
+        (["mount.json", "half.csv"], "half.csv: no full cycle"),
+        (["mount.json", "half.csv", "--force", "Kraft"], "Kraft"),
+    ):
+        assert terminal("info", *arguments, status=1) == ""
+        *_, refusal = terminal.err.strip().splitlines()
+        assert refusal.startswith("strandspring: ")
+        assert expected in refusal
+
+
+@pytest.mark.parametrize("amplitude", ["0", "-3", "nan", "inf", "1e300", "wide"])
+def test_wrong_amplitudes_are_wrong_usage(terminal: Terminal, amplitude: str) -> None:
+    terminal("info", "mount.json", "--amplitude", amplitude, status=2)
+
+
+def test_help_has_examples(terminal: Terminal) -> None:
+    assert "strandspring info spring.json a13.csv a46.csv --json" in terminal("info", "--help")
+    assert "strandspring info" in terminal("--help")
