@@ -9,7 +9,15 @@ Examples
 
 from ._version import __version__
 from .errors import BuildError, ModelError, RecordError, StrandspringError
-from .identification import Identification, IdentificationError, Outcome, RefinedOptions, TwoStageOptions, identify
+from .identification import (
+    Identification,
+    IdentificationError,
+    Outcome,
+    RefinedOptions,
+    ScanOptions,
+    TwoStageOptions,
+    identify,
+)
 from .model.paper import ClassicBoucWen, NormalizedBoucWen
 from .model.parameters import SpringParameters
 from .records import Record, read_record
@@ -26,6 +34,7 @@ __all__ = [
     "Record",
     "RecordError",
     "RefinedOptions",
+    "ScanOptions",
     "Spring",
     "SpringParameters",
     "StrandspringError",

@@ -3,6 +3,15 @@
 from .api import Identification, identify
 from .outcomes import IdentificationError, Outcome
 from .refined import RefinedOptions
+from .scan import ScanOptions
 from .two_stage import TwoStageOptions
 
-__all__ = ["Identification", "IdentificationError", "Outcome", "RefinedOptions", "TwoStageOptions", "identify"]
+__all__ = [
+    "Identification",
+    "IdentificationError",
+    "Outcome",
+    "RefinedOptions",
+    "ScanOptions",
+    "TwoStageOptions",
+    "identify",
+]

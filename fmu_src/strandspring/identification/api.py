@@ -15,13 +15,18 @@ from ..spring import Spring
 from .export import identified_model
 from .figures import RecordFit, overall, record_fit
 from .loops import join
-from .outcomes import Outcome
+from .outcomes import IdentificationError, Outcome
 from .refined import RefinedOptions, refined
+from .scan import ScanOptions, scan
+from .spring_of_fit import finished
 from .steady import SteadyRecord, find_steady_part
 from .two_stage import TwoStageOptions, two_stage
 from .uncertainty import uncertainty
 
 _POOR_RNL = 0.9
+
+Options = TwoStageOptions | ScanOptions | RefinedOptions
+METHODS: dict[type, str] = {TwoStageOptions: "two-stage", ScanOptions: "scan", RefinedOptions: "refined"}
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,15 +69,13 @@ class Identification:
         return Spring.of(identified_model(self, name, description))
 
 
-def identify(
-    records: Record | Sequence[Record], options: TwoStageOptions | RefinedOptions | None = None
-) -> Identification:
+def identify(records: Record | Sequence[Record], options: Options | None = None) -> Identification:
     """Identify one spring from one or more records.
 
     Parameters
     ----------
     records : Record or sequence of Record
-    options : TwoStageOptions, RefinedOptions or None
+    options : TwoStageOptions, ScanOptions, RefinedOptions or None
         The method is that of the options; the two-stage method with its defaults if None.
 
     Returns
@@ -92,16 +95,19 @@ def identify(
     where = ", ".join(record.path for record in group)
     told: dict[str, Any] = {}
     starts = np.zeros(len(parts))
-    if isinstance(options, TwoStageOptions):
-        parameters, start, cautions = two_stage(join([part.loops for part in parts]), options, where)
-        method = "two-stage"
-    else:
+    if isinstance(options, RefinedOptions):
         parameters, fit, cautions = refined(parts, options, where)
-        method, start, starts = "refined", fit.start, fit.refinement.omega_start
+        start, starts = fit.start, fit.refinement.omega_start
         errors = uncertainty(fit.loops, fit.basis, fit.refinement)
         told = {**errors.as_json(), "indistinct": errors.indistinct(fit.refinement)}
         if told["indistinct"]:
             cautions.append(Outcome.INDISTINCT)
+    else:
+        loops = join([part.loops for part in parts])
+        solution = scan(loops, options) if isinstance(options, ScanOptions) else two_stage(loops, options)
+        if solution is None:
+            raise IdentificationError(Outcome.NO_STEADY_SECTION, where)
+        parameters, start, cautions = finished(loops, solution, where)
     solver = PathSolver(parameters)
     fits = tuple(_fit(solver, part, float(omega)) for part, omega in zip(parts, starts, strict=True))
     rmse, rnl = overall(fits)
@@ -118,7 +124,7 @@ def identify(
         steady_share=start.steady_share,
         outcomes=tuple(dict.fromkeys(found)),
         uncertainty=told,
-        method=method,
+        method=METHODS[type(options)],
         options={name: "auto" if value is None else value for name, value in asdict(options).items()},
     )
 

@@ -54,6 +54,10 @@ class Loops:
         ends = np.concatenate([self.start[used], (self.start + self.direction * self.length)[used]])
         return float(ends.min()), float(ends.max())
 
+    def rms(self, values: FloatArray) -> float:
+        """Root of the weighted mean square of values at the points."""
+        return float(np.sqrt(self.weight @ values**2 / self.weight.sum()))
+
     def omega(self, rho: float, sigma: float, n: float) -> FloatArray:
         """omega at every point by the closed form, each record starting from omega = 0."""
         table, lists = tables(n, sigma)

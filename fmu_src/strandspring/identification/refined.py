@@ -11,7 +11,7 @@ force than the noise explains, that distance as a constant.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 
 import numpy as np
@@ -24,10 +24,11 @@ from .loops import POINTS_PER_STROKE, FloatArray, Loops, join
 from .noise import ForceNoise, force_noise
 from .outcomes import IdentificationError, Outcome
 from .polynomials import Basis
-from .spring_of_fit import cautions_of, is_positive, spring_of
+from .scan import ScanOptions, scan
+from .spring_of_fit import Solution, cautions_of, is_positive, spring_of
 from .stages import N_BOUNDS, SIGMA_BOUNDS, Backbone, Hysteresis
 from .steady import SteadyRecord
-from .two_stage import Solution, TwoStageOptions, two_stage
+from .two_stage import TwoStageOptions, two_stage
 
 # rho times the longest stroke: from a loop that hardly saturates (below, FA and rho cannot be told apart) to one
 # that saturates within a millionth of the stroke.
@@ -37,6 +38,8 @@ _RHO_BOUNDS = (2.0, 1e6)
 _TOLERANCE = 1e-7
 _FIRST_TOLERANCE = 1e-4  # before the weights are known
 _EVALUATIONS = 100
+# Misfit in standard deviations of the noise up to which the model explains the records.
+_EXPLAINED = 1.5
 # All samples are used up to this many in a stroke and about this many in all; more are averaged over so fine cells
 # that what is lost is far below the noise.
 _POINTS_PER_STROKE = 2000
@@ -108,33 +111,70 @@ class RefinedFit:
 def refined(
     parts: list[SteadyRecord], options: RefinedOptions, where: str
 ) -> tuple[SpringParameters, RefinedFit, list[Outcome]]:
-    """Identify by the two-stage method and refine the result on all samples.
+    """Identify by the better of two-stage and scan, and refine the result on all samples.
+
+    The scan is asked only where the refinement of the two-stage result leaves more than noise.
 
     Raises
     ------
     IdentificationError   If no physically possible model is found.
     """
-    _, start, cautions = two_stage(join([part.loops for part in parts]), TwoStageOptions(options.degrees), where)
+    coarse = join([part.loops for part in parts])
     strokes = sum(part.strokes.count for part in parts)
     points = max(POINTS_PER_STROKE, min(_POINTS_PER_STROKE, _POINTS // strokes))
     loops = join([part.loops_with(points) for part in parts])
     noise = [force_noise(part.record.force) for part in parts]
+    fits: list[RefinedFit] = []
+    start = two_stage(coarse, TwoStageOptions(options.degrees))
+    if start is not None:
+        fits.append(_possible(loops, start, noise, options.robust, where))
+    if start is None or _excess(loops, fits[0].refinement, noise) > _EXPLAINED:
+        degrees = options.degrees if start is None else (start.basis.elastic, start.basis.amplifier)
+        other = scan(coarse, ScanOptions(degrees))
+        if other is not None:
+            fits.append(_possible(loops, other, noise, options.robust, where))
+    if not fits:
+        raise IdentificationError(Outcome.NO_STEADY_SECTION, where)
+    fit = min(fits, key=lambda one: _rms(loops, one.refinement))
+    found = fit.refinement
+    cautions = [Outcome.AMPLIFIER_REDUCED] if fit.basis != fit.start.basis else []
+    if found.hysteresis.rho * loops.length.max() < 1.01 * _RHO_BOUNDS[0]:
+        cautions.append(Outcome.NO_STEADY_SECTION)
+    if found.convergence is Convergence.STOPPED:
+        cautions.append(Outcome.NOT_CONVERGED)
+    cautions += cautions_of(loops, found.hysteresis, found.omega)
+    return spring_of(fit.basis, found.backbone, found.hysteresis), fit, cautions
+
+
+def _possible(loops: Loops, start: Solution, noise: list[ForceNoise], robust: bool, where: str) -> RefinedFit:
+    """The refinement of a start, with the degree of FA lowered until it is positive."""
     basis = start.basis
-    kept: list[Outcome] = [caution for caution in cautions if caution is Outcome.AMPLIFIER_REDUCED]
-    found = refine(loops, basis, start.hysteresis, noise, options.robust)
+    found = refine(loops, basis, start.hysteresis, noise, robust)
     while not is_positive(basis, found.backbone):
         if basis.amplifier == 0:
             raise IdentificationError(Outcome.BRANCHES_CROSS, where)
-        basis = Basis(basis.low, basis.high, basis.elastic, basis.amplifier - 1)
-        found = refine(loops, basis, start.hysteresis, noise, options.robust)
-        kept = [Outcome.AMPLIFIER_REDUCED]
-    if found.hysteresis.rho * loops.length.max() < 1.01 * _RHO_BOUNDS[0]:
-        kept.append(Outcome.NO_STEADY_SECTION)
-    if found.convergence is Convergence.STOPPED:
-        kept.append(Outcome.NOT_CONVERGED)
-    kept += cautions_of(loops, found.hysteresis, found.omega)
-    fit = RefinedFit(loops, basis, found, start)
-    return spring_of(basis, found.backbone, found.hysteresis), fit, kept
+        basis = replace(basis, amplifier=basis.amplifier - 1)
+        found = refine(loops, basis, start.hysteresis, noise, robust)
+    return RefinedFit(loops, basis, found, start)
+
+
+def _misfit(loops: Loops, found: Refinement) -> FloatArray:
+    return np.asarray(loops.force - found.backbone.FE - found.omega * found.backbone.G)
+
+
+def _rms(loops: Loops, found: Refinement) -> float:
+    return loops.rms(_misfit(loops, found))
+
+
+def _excess(loops: Loops, found: Refinement, noise: list[ForceNoise]) -> float:
+    """rms misfit in standard deviations of the noise; 1 if the model explains the records."""
+    record = loops.record[loops.stroke]
+    variance = np.empty(loops.force.size)
+    for k, one in enumerate(noise):
+        variance[record == k] = one.variance(loops.force[record == k])
+    # Without noise rounding takes its place.
+    variance += (1e-9 * np.abs(loops.force).max()) ** 2
+    return float(np.sqrt(np.mean(loops.weight * _misfit(loops, found) ** 2 / variance)))
 
 
 def refine(loops: Loops, basis: Basis, start: Hysteresis, noise: list[ForceNoise], robust: bool = False) -> Refinement:

@@ -2,18 +2,72 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass, replace
+
 import numpy as np
 
 from ..model.parameters import SpringParameters, least_value
 from .loops import FloatArray, Loops
-from .outcomes import Outcome
+from .outcomes import IdentificationError, Outcome
 from .polynomials import Basis
-from .stages import N_BOUNDS, SIGMA_BOUNDS, Backbone, Hysteresis
+from .stages import N_BOUNDS, SIGMA_BOUNDS, Backbone, Hysteresis, fit_backbone
 
 # |omega| that full strokes must reach for a steady section to exist.
 _SATURATED = 0.9
 # A bound is reached within this share of it.
 _AT_BOUND = 1e-3
+# |omega| to either side below which FE and FA can no longer be told apart, and the memory of where the record
+# starts does not fade: a huge FA times a tiny omega is not a spring.
+_DISTINCT = 0.6
+
+
+@dataclass(frozen=True, eq=False)
+class Solution:
+    """What a method found on a set of loops.
+
+    Attributes
+    ----------
+    basis, backbone, hysteresis : Basis, Backbone, Hysteresis
+    omega : ndarray, shape (P,)
+    steady_share : float     Where the steady section begins, share of the longest stroke.
+    misfit : float           rms [N].
+    """
+
+    basis: Basis
+    backbone: Backbone
+    hysteresis: Hysteresis
+    omega: FloatArray
+    steady_share: float
+    misfit: float
+
+
+def is_distinct(omega: FloatArray) -> bool:
+    """Whether omega swings far enough to both sides for FE and FA to be told apart."""
+    return bool(min(omega.max(), -omega.min()) >= _DISTINCT)
+
+
+def finished(loops: Loops, solution: Solution, where: str) -> tuple[SpringParameters, Solution, list[Outcome]]:
+    """A physically possible spring: the degree of FA is lowered until it is positive over the whole range.
+
+    Raises
+    ------
+    IdentificationError   If even a constant FA is not.
+    """
+    cautions: list[Outcome] = []
+    basis, backbone = solution.basis, solution.backbone
+    while not is_positive(basis, backbone):
+        fitted = None
+        if basis.amplifier > 0:
+            basis = replace(basis, amplifier=basis.amplifier - 1)
+            fitted = fit_backbone(loops, basis, solution.omega)
+        if fitted is None:
+            raise IdentificationError(Outcome.BRANCHES_CROSS, where)
+        backbone = fitted
+        cautions = [Outcome.AMPLIFIER_REDUCED]
+    misfit = loops.rms(loops.force - backbone.FE - solution.omega * backbone.G)
+    solution = replace(solution, basis=basis, backbone=backbone, misfit=misfit)
+    cautions += cautions_of(loops, solution.hysteresis, solution.omega)
+    return spring_of(basis, backbone, solution.hysteresis), solution, cautions
 
 
 def is_positive(basis: Basis, backbone: Backbone) -> bool:
