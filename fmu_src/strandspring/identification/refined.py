@@ -33,6 +33,11 @@ from .two_stage import TwoStageOptions, two_stage
 # rho times the longest stroke: from a loop that hardly saturates (below, FA and rho cannot be told apart) to one
 # that saturates within a millionth of the stroke.
 _RHO_BOUNDS = (2.0, 1e6)
+# rho may move by this factor from its start. Records outside the model would else drive it to where FE imitates the
+# loop of the one amplitude measured.
+_TRUST = 10.0
+# A fit whose strokes do not saturate must be better by this than one whose strokes do.
+_PREFERENCE = 0.9
 # Relative change of the squared misfit at which the iteration ends. With noise a ten-millionth is far below what
 # the parameters' errors would show; without noise the misfit falls by decades per step until rounding ends it.
 _TOLERANCE = 1e-7
@@ -135,7 +140,7 @@ def refined(
             fits.append(_possible(loops, other, noise, options.robust, where))
     if not fits:
         raise IdentificationError(Outcome.NO_STEADY_SECTION, where)
-    fit = min(fits, key=lambda one: _rms(loops, one.refinement))
+    fit = min(fits, key=lambda one: _rms(loops, one.refinement) * (_PREFERENCE if _is_steady(loops, one) else 1.0))
     found = fit.refinement
     cautions = [Outcome.AMPLIFIER_REDUCED] if fit.basis != fit.start.basis else []
     if found.hysteresis.rho * loops.length.max() < 1.01 * _RHO_BOUNDS[0]:
@@ -156,6 +161,10 @@ def _possible(loops: Loops, start: Solution, noise: list[ForceNoise], robust: bo
         basis = replace(basis, amplifier=basis.amplifier - 1)
         found = refine(loops, basis, start.hysteresis, noise, robust)
     return RefinedFit(loops, basis, found, start)
+
+
+def _is_steady(loops: Loops, fit: RefinedFit) -> bool:
+    return Outcome.NO_STEADY_SECTION not in cautions_of(loops, fit.refinement.hysteresis, fit.refinement.omega)
 
 
 def _misfit(loops: Loops, found: Refinement) -> FloatArray:
@@ -188,7 +197,7 @@ def refine(loops: Loops, basis: Basis, start: Hysteresis, noise: list[ForceNoise
     noise : list of ForceNoise, one for each record
     robust : bool            Huber's loss, by reweighting.
     """
-    problem = _Problem(loops, basis)
+    problem = _Problem(loops, basis, start)
     found = problem.solve(problem.parameters(start), loops.weight, _FIRST_TOLERANCE)
     for _ in range(_ROBUST_ROUNDS if robust else 1):
         weight = _weights(loops, found, noise, robust)
@@ -249,12 +258,14 @@ def _orthogonal(matrix: FloatArray) -> tuple[FloatArray, FloatArray]:
 class _Problem:
     """The projected least-squares problem of a set of loops in theta = ln(rho), ln(sigma), ln(n), omega_start..."""
 
-    def __init__(self, loops: Loops, basis: Basis) -> None:
+    def __init__(self, loops: Loops, basis: Basis, start: Hysteresis) -> None:
         self.loops = loops
         self.columns_E, self.columns_A = basis.columns(loops.displacement)
         self.records = int(loops.record.max()) + 1
         longest = float(loops.length.max())
-        bounds = [tuple(b / longest for b in _RHO_BOUNDS), SIGMA_BOUNDS, N_BOUNDS]
+        least, most = (b / longest for b in _RHO_BOUNDS)
+        around = (max(least, start.rho / _TRUST), min(most, start.rho * _TRUST))
+        bounds = [around, SIGMA_BOUNDS, N_BOUNDS]
         self.low = np.append([np.log(low) for low, _ in bounds], -np.ones(self.records))
         self.high = np.append([np.log(high) for _, high in bounds], np.ones(self.records))
 
