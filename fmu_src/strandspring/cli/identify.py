@@ -7,7 +7,7 @@ from typing import Any
 
 import click
 
-from ..identification import Identification, RefinedOptions, TwoStageOptions
+from ..identification import Identification, Options
 from ..identification import identify as identify_records
 from ..modelfile import ModelFile, checked_name, save_model
 from .options import ColumnOptions, column_options, identification_options, identifier, method_options, read_records
@@ -78,7 +78,7 @@ def identify(
 def identified(
     records: tuple[str, ...],
     columns: ColumnOptions,
-    options: TwoStageOptions | RefinedOptions,
+    options: Options,
     name: str,
     description: str = "",
 ) -> tuple[ModelFile, Identification]:

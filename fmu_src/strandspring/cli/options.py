@@ -10,7 +10,7 @@ from typing import Any, Literal, TypeVar
 
 import click
 
-from ..identification import RefinedOptions, TwoStageOptions
+from ..identification import Options, RefinedOptions, ScanOptions, TwoStageOptions
 from ..records import Record, read_record
 from .output import progress
 
@@ -51,10 +51,10 @@ def identification_options(command: Command) -> Command:
         (
             click.option("--degrees", default="auto", show_default=True, metavar="N,M|auto", callback=_degrees,
                          help="Degrees of the elastic and the amplifier polynomial."),
-            click.option("--method", default="two-stage", show_default=True,
-                         type=click.Choice(["two-stage", "refined"]),
-                         help="two-stage: no iteration, no initial values; refined: least squares from there, with "
-                         "standard errors."),
+            click.option("--method", default="refined", show_default=True,
+                         type=click.Choice(["refined", "two-stage", "scan"]),
+                         help="two-stage: the paper's, no iteration, no initial values; scan: a coarse grid; refined: "
+                         "least squares from the better of both, with standard errors."),
             click.option("--formulas", default="whole-branch", show_default=True,
                          type=click.Choice(["whole-branch", "three-point"]),
                          help="Two-stage: least squares over whole branches, or the paper's three-point formulas."),
@@ -67,18 +67,18 @@ def identification_options(command: Command) -> Command:
     return command
 
 
-def method_options(chosen: dict[str, Any]) -> TwoStageOptions | RefinedOptions:
+def method_options(chosen: dict[str, Any]) -> Options:
     """Take the options of identification out of a command's; wrong ones are wrong usage."""
     names = ("method", "degrees", "formulas", "smoothing", "robust")
     method, degrees, formulas, smoothing, robust = (chosen.pop(name) for name in names)
-    if method == "refined" and (formulas != "whole-branch" or smoothing is not None):
+    if method != "two-stage" and (formulas != "whole-branch" or smoothing is not None):
         raise click.UsageError("--formulas and --smoothing belong to --method two-stage.")
-    if method == "two-stage" and robust:
+    if method != "refined" and robust:
         raise click.UsageError("--robust belongs to --method refined.")
     try:
-        if method == "refined":
-            return RefinedOptions(degrees, robust)
-        return TwoStageOptions(degrees, formulas, smoothing)
+        if method == "two-stage":
+            return TwoStageOptions(degrees, formulas, smoothing)
+        return RefinedOptions(degrees, robust) if method == "refined" else ScanOptions(degrees)
     except ValueError as problem:
         raise click.UsageError(str(problem)) from None
 

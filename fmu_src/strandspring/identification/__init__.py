@@ -1,6 +1,6 @@
 """Identification of the spring from records; knows the model and the records, nothing of FMI."""
 
-from .api import Identification, identify
+from .api import Identification, Options, identify
 from .outcomes import IdentificationError, Outcome
 from .refined import RefinedOptions
 from .scan import ScanOptions
@@ -9,6 +9,7 @@ from .two_stage import TwoStageOptions
 __all__ = [
     "Identification",
     "IdentificationError",
+    "Options",
     "Outcome",
     "RefinedOptions",
     "ScanOptions",

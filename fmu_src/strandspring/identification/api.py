@@ -76,7 +76,7 @@ def identify(records: Record | Sequence[Record], options: Options | None = None)
     ----------
     records : Record or sequence of Record
     options : TwoStageOptions, ScanOptions, RefinedOptions or None
-        The method is that of the options; the two-stage method with its defaults if None.
+        The method is that of the options; the refined method with its defaults if None.
 
     Returns
     -------
@@ -87,7 +87,7 @@ def identify(records: Record | Sequence[Record], options: Options | None = None)
     IdentificationError   With an `Outcome`, if no physically possible spring can have made the records.
     ValueError            If no record is given.
     """
-    options = options or TwoStageOptions()
+    options = options or RefinedOptions()
     group = (records,) if isinstance(records, Record) else tuple(records)
     if not group:
         raise ValueError("`records` must hold at least one record, got none.")

@@ -17,6 +17,7 @@ from .loops import FloatArray, Loops
 from .polynomials import Basis
 from .spring_of_fit import Solution, is_distinct
 from .stages import Hysteresis, fit_backbone
+from .two_stage import TwoStageOptions
 
 _N = (0.1, 0.2, 0.4, 0.8, 1.6, 4.0, 10.0)
 _SIGMA = (0.5, 1.0, 2.5, 8.0)
@@ -34,6 +35,9 @@ class ScanOptions:
     """
 
     degrees: tuple[int, int] | None = None
+
+    def __post_init__(self) -> None:
+        TwoStageOptions(self.degrees)
 
 
 def scan(loops: Loops, options: ScanOptions) -> Solution | None:
