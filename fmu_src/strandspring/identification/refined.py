@@ -49,6 +49,7 @@ _EXPLAINED = 1.5
 # that what is lost is far below the noise.
 _POINTS_PER_STROKE = 2000
 _POINTS = 40_000
+_MEDIAN = 0.455  # of a squared standard normal
 _ROBUST_ROUNDS = 5  # of reweighting for Huber's loss
 _HUBER = 1.345  # standard deviations beyond which the robust loss grows linearly: 95 % efficient for normal noise
 
@@ -176,14 +177,17 @@ def _rms(loops: Loops, found: Refinement) -> float:
 
 
 def _excess(loops: Loops, found: Refinement, noise: list[ForceNoise]) -> float:
-    """rms misfit in standard deviations of the noise; 1 if the model explains the records."""
+    """Typical misfit in standard deviations of the noise; 1 if the model explains the records.
+
+    By the median, since relative noise vanishes where the force crosses zero.
+    """
     record = loops.record[loops.stroke]
     variance = np.empty(loops.force.size)
     for k, one in enumerate(noise):
         variance[record == k] = one.variance(loops.force[record == k])
     # Without noise rounding takes its place.
     variance += (1e-9 * np.abs(loops.force).max()) ** 2
-    return float(np.sqrt(np.mean(loops.weight * _misfit(loops, found) ** 2 / variance)))
+    return float(np.sqrt(np.median(loops.weight * _misfit(loops, found) ** 2 / variance) / _MEDIAN))
 
 
 def refine(loops: Loops, basis: Basis, start: Hysteresis, noise: list[ForceNoise], robust: bool = False) -> Refinement:
@@ -225,12 +229,12 @@ def _weights(loops: Loops, found: Refinement, noise: list[ForceNoise], robust: b
 def _misfit_variance(squared: FloatArray, variance: FloatArray, robust: bool) -> float:
     """The constant that, added to the noise's variance, makes the mean squared misfit what it should be.
 
-    With outliers about, the median takes the place of the mean: that of a squared standard normal is 0.455.
+    With outliers about, the median takes the place of the mean.
     """
 
     def excess(constant: float) -> float:
         ratios = squared / (variance + constant)
-        return float(np.median(ratios)) / 0.455 - 1.0 if robust else float(np.mean(ratios)) - 1.0
+        return float(np.median(ratios)) / _MEDIAN - 1.0 if robust else float(np.mean(ratios)) - 1.0
 
     least = max(1e-12 * float(np.mean(squared)), 1e-300)
     if excess(least) <= 0.0:
