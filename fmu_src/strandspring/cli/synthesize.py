@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import click
@@ -9,6 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..files import replacing
+from ..model.ni import PAPER_NI, sine_period, with_noise
+from ..model.parameters import N_RANGE
 from ..model.path import PathSolver
 from ..modelfile import load_model
 from .output import note, result
@@ -68,9 +71,7 @@ def spring(
       strandspring synthesize spring spring.json -o loop.csv
       strandspring synthesize spring spring.json --amplitude 13 --amplitude 46 --mean 57 --noise 0.03 -o campaign.csv
     """
-    total = max(1, len(amplitudes)) * cycles * samples
-    if total > 20_000_000:
-        raise click.UsageError(f"{total} samples were asked for; at most 20000000 are written.")
+    _refuse_too_many(max(1, len(amplitudes)) * cycles * samples)
     parameters = load_model(model).parameters.spring()
     centre = parameters.displacement_offset if mean is None else mean * 1e-3
     reaches = [a * 1e-3 for a in amplitudes] or [0.5 * (parameters.displacement_max - parameters.displacement_min)]
@@ -79,11 +80,86 @@ def spring(
     force = PathSolver(parameters).force(path)
     if noise > 0.0:
         note(f"Noise level {noise:g}, seed {seed}")
-        force = force * (1.0 + noise * np.random.default_rng(seed).standard_normal(force.size))
+        force = with_noise(force, noise, seed)
     time = np.arange(path.size) / (samples * frequency)
     columns = {"time [s]": time, "displacement [mm]": path * 1e3, "force [N]": force}
     write_record(Path(output), columns)
     result(f"Record: {output} ({path.size} samples)")
+
+
+@synthesize.command()
+@click.option("-o", "--output", required=True, metavar="RECORD.csv", help="Record to write.")
+@click.option(
+    "--amplitude",
+    type=click.FloatRange(min=0.0, min_open=True, max=100.0),
+    default=5.0,
+    show_default=True,
+    metavar="MM",
+    help="X of x = X sin(t) [mm].",
+)
+@click.option(
+    "--exponent",
+    type=click.FloatRange(*N_RANGE),
+    default=PAPER_NI.n,
+    show_default=True,
+    metavar="N",
+    help="n of eq. (29), which the paper does not print.",
+)
+@click.option("--samples", type=click.IntRange(8, 1_000_000), default=1000, show_default=True, help="Per cycle.")
+@click.option("--cycles", type=click.IntRange(1, 100_000), default=1, show_default=True)
+@click.option(
+    "--noise",
+    type=click.FloatRange(0.0, 10.0),
+    default=0.03,
+    show_default=True,
+    metavar="EPS",
+    help="Force noise as r*(1 + EPS*R), R standard normal (paper eq. 31).",
+)
+@click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Of the noise.")
+@click.option("--clean", metavar="FILE.csv", help="Also write the record without noise, to compare predictions with.")
+def ni(
+    output: str,
+    amplitude: float,
+    exponent: float,
+    samples: int,
+    cycles: int,
+    noise: float,
+    seed: int,
+    clean: str | None,
+) -> None:  # fmt: skip
+    """Make the paper's simulated experiment: Ni's model in its steady state under x = X sin(t).
+
+    The record holds whole periods without their closing sample; the periods before the steady state are left out.
+
+    \b
+    Examples:
+      strandspring synthesize ni -o table1.csv --clean true.csv
+      strandspring synthesize ni --amplitude 5.45 --exponent 1 --seed 7 -o drowned.csv
+    """
+    _refuse_too_many(cycles * samples)
+    if clean is not None and Path(clean).resolve() == Path(output).resolve():
+        raise click.UsageError("--clean must be another file than --output.")
+    path = sine_period(amplitude, samples)
+    response = np.tile(replace(PAPER_NI, n=exponent).steady_force(path), cycles)
+    columns = {
+        "time [s]": 2.0 * np.pi * np.arange(response.size) / samples,
+        "displacement [mm]": np.tile(path, cycles),
+        "force [N]": response,
+    }
+    if clean is not None:
+        write_record(Path(clean), columns)
+    if noise > 0.0:
+        note(f"Noise level {noise:g}, seed {seed}")
+        columns["force [N]"] = with_noise(response, noise, seed)
+    write_record(Path(output), columns)
+    result(f"Record: {output} ({response.size} samples)")
+    if clean is not None:
+        result(f"Without noise: {clean}")
+
+
+def _refuse_too_many(samples: int) -> None:
+    if samples > 20_000_000:
+        raise click.UsageError(f"{samples} samples were asked for; at most 20000000 are written.")
 
 
 def write_record(path: Path, columns: dict[str, NDArray[np.float64]]) -> None:
