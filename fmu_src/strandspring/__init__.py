@@ -12,6 +12,7 @@ from .errors import BuildError, ModelError, RecordError, StrandspringError
 from .identification import (
     Identification,
     IdentificationError,
+    NiOptions,
     Outcome,
     RefinedOptions,
     ScanOptions,
@@ -29,6 +30,7 @@ __all__ = [
     "Identification",
     "IdentificationError",
     "ModelError",
+    "NiOptions",
     "NormalizedBoucWen",
     "Outcome",
     "Record",

@@ -10,7 +10,7 @@ from typing import Any, Literal, TypeVar
 
 import click
 
-from ..identification import Options, RefinedOptions, ScanOptions, TwoStageOptions
+from ..identification import NiOptions, Options, RefinedOptions, ScanOptions, TwoStageOptions
 from ..records import Record, read_record
 from .output import progress
 
@@ -52,9 +52,10 @@ def identification_options(command: Command) -> Command:
             click.option("--degrees", default="auto", show_default=True, metavar="N,M|auto", callback=_degrees,
                          help="Degrees of the elastic and the amplifier polynomial."),
             click.option("--method", default="refined", show_default=True,
-                         type=click.Choice(["refined", "two-stage", "scan"]),
+                         type=click.Choice(["refined", "two-stage", "scan", "ni"]),
                          help="two-stage: the paper's, no iteration, no initial values; scan: a coarse grid; refined: "
-                         "least squares from the better of both, with standard errors."),
+                         "least squares from the better of both, with standard errors; ni: Ni's model and method, "
+                         "for comparison."),
             click.option("--formulas", default="whole-branch", show_default=True,
                          type=click.Choice(["whole-branch", "three-point"]),
                          help="Two-stage: least squares over whole branches, or the paper's three-point formulas."),
@@ -78,6 +79,8 @@ def method_options(chosen: dict[str, Any]) -> Options:
     try:
         if method == "two-stage":
             return TwoStageOptions(degrees, formulas, smoothing)
+        if method == "ni":
+            return NiOptions(degrees)
         return RefinedOptions(degrees, robust) if method == "refined" else ScanOptions(degrees)
     except ValueError as problem:
         raise click.UsageError(str(problem)) from None

@@ -1,6 +1,7 @@
 """Identification of the spring from records; knows the model and the records, nothing of FMI."""
 
 from .api import Identification, Options, identify
+from .ni_spring import NiOptions
 from .outcomes import IdentificationError, Outcome
 from .refined import RefinedOptions
 from .scan import ScanOptions
@@ -9,6 +10,7 @@ from .two_stage import TwoStageOptions
 __all__ = [
     "Identification",
     "IdentificationError",
+    "NiOptions",
     "Options",
     "Outcome",
     "RefinedOptions",

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from ..errors import RecordError
 from ..model.parameters import SpringParameters
 from ..model.path import PathSolver
 from ..records.record import Record
@@ -15,18 +16,24 @@ from ..spring import Spring
 from .export import identified_model
 from .figures import RecordFit, overall, record_fit
 from .loops import join
+from .ni_spring import NiOptions, ni
 from .outcomes import IdentificationError, Outcome
 from .refined import RefinedOptions, refined
 from .scan import ScanOptions, scan
-from .spring_of_fit import finished
+from .spring_of_fit import Solution, finished
 from .steady import SteadyRecord, find_steady_part
 from .two_stage import TwoStageOptions, two_stage
 from .uncertainty import uncertainty
 
 _POOR_RNL = 0.9
 
-Options = TwoStageOptions | ScanOptions | RefinedOptions
-METHODS: dict[type, str] = {TwoStageOptions: "two-stage", ScanOptions: "scan", RefinedOptions: "refined"}
+Options = TwoStageOptions | ScanOptions | RefinedOptions | NiOptions
+METHODS: dict[type, str] = {
+    TwoStageOptions: "two-stage",
+    ScanOptions: "scan",
+    RefinedOptions: "refined",
+    NiOptions: "ni",
+}
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,7 +82,7 @@ def identify(records: Record | Sequence[Record], options: Options | None = None)
     Parameters
     ----------
     records : Record or sequence of Record
-    options : TwoStageOptions, ScanOptions, RefinedOptions or None
+    options : TwoStageOptions, ScanOptions, RefinedOptions, NiOptions or None
         The method is that of the options; the refined method with its defaults if None.
 
     Returns
@@ -104,10 +111,18 @@ def identify(records: Record | Sequence[Record], options: Options | None = None)
             cautions.append(Outcome.INDISTINCT)
     else:
         loops = join([part.loops for part in parts])
-        solution = scan(loops, options) if isinstance(options, ScanOptions) else two_stage(loops, options)
+        extra: list[Outcome] = []
+        solution: Solution | None
+        if isinstance(options, NiOptions):
+            if len(group) > 1:
+                raise RecordError(f"{where}: Ni's method takes one periodic record; give one, or use another method.")
+            solution, extra = ni(group[0], loops, options)
+        else:
+            solution = scan(loops, options) if isinstance(options, ScanOptions) else two_stage(loops, options)
         if solution is None:
             raise IdentificationError(Outcome.NO_STEADY_SECTION, where)
         parameters, start, cautions = finished(loops, solution, where)
+        cautions += extra
     solver = PathSolver(parameters)
     fits = tuple(_fit(solver, part, float(omega)) for part, omega in zip(parts, starts, strict=True))
     rmse, rnl = overall(fits)

@@ -21,7 +21,6 @@ from enum import Enum
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.optimize import least_squares
 
 from ..model.ni import PAPER_NI, NiParameters
 from ..model.parameters import N_RANGE, SIGMA_RANGE
@@ -105,6 +104,8 @@ def ni_method(
     """
     if harmonics is not None and harmonics < 1:
         raise ValueError(f"`harmonics` must be at least 1, got {harmonics}.")
+    from scipy.optimize import least_squares  # slow to import, and only identification needs it
+
     periods = whole_periods(displacement, force, time)
     problem = _FourierProblem(periods, start, harmonics)
     fit = least_squares(

@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import nnls
 
 from .loops import FloatArray
 
@@ -49,5 +48,7 @@ def force_noise(force: FloatArray) -> ForceNoise:
     # Each row divided by its variance: a group's estimate scatters in proportion to itself.
     floor = max(1e-6 * float(variance.max()), 1e-30 * float(squares.max()), 1e-300)
     scale = np.maximum(variance, floor)
+    from scipy.optimize import nnls  # slow to import, and only identification needs it
+
     parts, _ = nnls(np.stack([1.0 / scale, squares / scale], axis=1), variance / scale)
     return ForceNoise(float(np.sqrt(parts[0])), float(np.sqrt(parts[1])))

@@ -63,6 +63,10 @@ class Outcome(Enum):
         "Some parameters cannot be told apart by these records, though the force is predicted as given: see the "
         "standard errors and correlations in the model file; larger strokes or several amplitudes tell more."
     )
+    NI_MODEL = (
+        "Ni's method converged, but leaves more than the noise: Ni's model does not describe this spring, or its start "
+        "values led to a local minimum; compare it with --method refined."
+    )
     POOR_FIT = (
         "The model follows these records poorly (RNL below 0.9); look at the report's plot and try higher --degrees."
     )

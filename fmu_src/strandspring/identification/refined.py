@@ -15,7 +15,6 @@ from dataclasses import dataclass, replace
 from enum import Enum
 
 import numpy as np
-from scipy.optimize import brentq, least_squares
 
 from ..model.parameters import SpringParameters
 from ..model.path import tables
@@ -239,6 +238,9 @@ def _misfit_variance(squared: FloatArray, variance: FloatArray, robust: bool) ->
     least = max(1e-12 * float(np.mean(squared)), 1e-300)
     if excess(least) <= 0.0:
         return least
+    # SciPy's optimizer takes a quarter of a second to import; commands that do not identify go without.
+    from scipy.optimize import brentq
+
     return float(brentq(excess, least, float(np.max(squared)) + least, rtol=1e-3))
 
 
@@ -307,6 +309,8 @@ class _Problem:
 
     def solve(self, start: FloatArray, weight: FloatArray, tolerance: float) -> Refinement:
         """Minimise the weighted squared misfit from a start."""
+        from scipy.optimize import least_squares  # see `_misfit_variance`
+
         root = np.sqrt(weight)
         target = self.loops.force * root
         # least_squares asks for the residual and the Jacobian of one point one after the other.

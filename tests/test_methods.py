@@ -1,0 +1,83 @@
+"""The methods of `identify` beside each other, on the paper's simulated experiment and on springs."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from strandspring import (
+    NiOptions,
+    Outcome,
+    Record,
+    RecordError,
+    RefinedOptions,
+    ScanOptions,
+    TwoStageOptions,
+    identify,
+)
+from strandspring.identification.api import Options
+from strandspring.model.ni import PAPER_NI, sine_period, with_noise
+from synthetic import record_of, sine, spring_of
+
+SEEDS = range(5)
+
+
+def errors(options: Options, amplitude: float, exponent: float) -> list[float]:
+    """RMSE against the noise-free response over a few seeds; the benchmark table1.py has 20."""
+    truth = replace(PAPER_NI, n=exponent)
+    x = sine_period(amplitude, 1000)
+    clean = truth.steady_force(x)
+    found = (identify(Record(1e-3 * x, with_noise(clean, 0.03, seed)), options) for seed in SEEDS)
+    return [float(np.sqrt(np.mean((one.fits[0].predicted - clean) ** 2))) for one in found]
+
+
+@pytest.mark.parametrize(
+    ("options", "mark", "drowned"),
+    [
+        # The paper's two-stage 2.5337 and Ni's method from exact values 2.0494; medians over 20 seeds measured here
+        # 1.24, 1.09, 0.92 and where the loop drowns in the noise 1.48, 0.91, 0.84.
+        (TwoStageOptions(), 2.5337, 2.5337),
+        (ScanOptions(), 1.8, 2.5),
+        (RefinedOptions(), 1.1, 1.2),
+    ],
+    ids=["two-stage", "scan", "refined"],
+)
+def test_table_1_without_start_values(options: Options, mark: float, drowned: float) -> None:
+    assert np.median(errors(options, 5.0, 0.222)) <= mark
+    assert np.median(errors(options, 5.45, 1.0)) <= drowned
+
+
+def test_nis_method_gives_a_spring_too() -> None:
+    x = sine_period(5.0, 1000)
+    found = identify(Record(1e-3 * x, PAPER_NI.steady_force(x)), NiOptions())
+    # The record is Ni's model itself; what is left is the polynomials that stand for its exponential and the kink of
+    # its sgn(x)*x^2 at zero.
+    assert found.method == "ni"
+    assert found.rnl > 0.999
+    assert found.parameters.n == pytest.approx(0.222, rel=1e-3)
+
+
+def test_nis_method_says_when_its_model_does_not_fit() -> None:
+    record = record_of(spring_of(1.0, 1.0), sine(4, 2000))
+    assert Outcome.NI_MODEL in identify(record, NiOptions()).outcomes
+    with pytest.raises(RecordError, match="one periodic record"):
+        identify([record, record], NiOptions())
+
+
+def test_scan_is_a_method_of_its_own() -> None:
+    found = identify(record_of(spring_of(0.5, 1.0), sine()), ScanOptions((3, 2)))
+    assert found.method == "scan"
+    assert found.rnl >= 0.97
+    with pytest.raises(ValueError, match="degrees"):
+        ScanOptions((0, 0))
+
+
+def test_every_record_inside_the_model_converges() -> None:
+    """Noise-free, and strokes that barely or not at all reach a steady section."""
+    for n in (0.2, 1.0, 5.0):
+        for sigma in (0.5, 1.0, 5.0):
+            known = spring_of(n, sigma, 1.0)
+            p = identify(record_of(known, sine()), RefinedOptions((3, 2))).parameters
+            assert (p.rho, p.sigma, p.n) == pytest.approx((known.rho, sigma, n), rel=1e-6)
