@@ -137,6 +137,26 @@ def test_synthesize_round_trip(run: Any, model: str) -> None:
     assert Path("n.csv").read_bytes() == first
 
 
+def test_a_synthesized_campaign_has_drift_and_coarse_sensors(run: Any, model: str) -> None:
+    arguments = ["synthesize", "spring", model, "--amplitude", "8", "--amplitude", "20", "--noise", "0.03"]
+    arguments += ["--drift", "0.02", "--displacement-resolution", "0.02", "--force-resolution", "0.5", "-o", "c.csv"]
+    assert run(*arguments).status == 0
+    rows = np.loadtxt("c.csv", delimiter=",", skiprows=1)
+    for column, step in ((1, 0.02), (2, 0.5)):
+        assert np.max(np.abs(rows[:, column] / step - np.round(rows[:, column] / step))) < 1e-6
+    told = json.loads(run("identify", "c.csv", "-o", "m.json", "--json").out)
+    assert told["method"] == "refined"
+    assert told["uncertainty"]["rho"] > 0.0
+    assert told["rnl"] > 0.95
+
+
+@pytest.mark.parametrize("method", ["refined", "two-stage", "scan", "ni"])
+def test_every_method_can_be_asked_for(run: Any, loop: str, method: str) -> None:
+    told = json.loads(run("identify", loop, "-o", "m.json", "--method", method, "--json").out)
+    assert told["method"] == method
+    assert load_model("m.json").provenance["method"] == method
+
+
 def test_build_a_model_and_a_record(run: Any, model: str, loop: str) -> None:
     told = json.loads(run("build", model, "-o", "out", "--json").out)
     assert Path(told["fmu"]) == Path("out/mount.fmu")
@@ -237,6 +257,10 @@ def test_wrong_usage_is_status_2(run: Any, loop: str, model: str) -> None:
         ["identify", loop, "-o", "m.json", "--method", "magic"],
         ["identify", loop, "-o", "m.json", "--reverse", "time"],
         ["synthesize", "spring", model, "-o", "s.csv", "--cycles", "100000", "--samples", "1000000"],
+        ["synthesize", "spring", model, "-o", "s.csv", "--amplitude", "nan"],
+        ["synthesize", "spring", model, "-o", "s.csv", "--mean", "inf"],
+        ["identify", loop, "-o", "m.json", "--method", "scan", "--robust"],
+        ["identify", loop, "-o", "m.json", "--method", "refined", "--smoothing", "3"],
         ["build", model, "--backend", "cobol"],
         ["nonsense"],
     ):

@@ -14,7 +14,7 @@ from ..model.parameters import SpringParameters
 from ..model.path import PathSolver
 from ..modelfile import ModelFile, load_model
 from ..records import Record
-from .options import ColumnOptions, column_options, read_records
+from .options import ColumnOptions, FiniteRange, column_options, read_records
 from .output import note, progress, result, result_json
 from .summary import parameter_lines
 
@@ -36,22 +36,13 @@ _COLUMNS = (
 )
 
 
-def _lengths(_context: click.Context, _option: click.Parameter, lengths: tuple[float, ...]) -> tuple[float, ...]:
-    """Amplitudes from a nanometre to a kilometre; click's own range lets NaN pass."""
-    for length in lengths:
-        if not 1e-6 <= length <= 1e6:
-            raise click.BadParameter(f"must be between 1e-6 and 1e6 mm, got {length!r}.")
-    return lengths
-
-
 @click.command()
 @click.argument("model", metavar="MODEL.json")
 @click.argument("records", nargs=-1, metavar="[RECORD...]")
 @click.option(
     "--amplitude",
     "amplitudes",
-    type=float,
-    callback=_lengths,
+    type=FiniteRange(1e-6, 1e6),
     multiple=True,
     metavar="MM",
     help="Amplitude of a loop about the offset [mm]; repeat for more.  [default: those of the records, or quarters "

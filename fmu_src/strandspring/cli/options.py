@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -13,6 +14,17 @@ import click
 from ..identification import NiOptions, Options, RefinedOptions, ScanOptions, TwoStageOptions
 from ..records import Record, read_record
 from .output import progress
+
+
+class FiniteRange(click.FloatRange):
+    """A range that refuses NaN and infinity, which `click.FloatRange` lets pass."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
+        number = float(super().convert(value, param, ctx))
+        if not math.isfinite(number):
+            self.fail(f"{value} is not a finite number.", param, ctx)
+        return number
+
 
 Command = TypeVar("Command", bound=Callable[..., Any])
 

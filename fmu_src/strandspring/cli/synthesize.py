@@ -14,6 +14,7 @@ from ..model.ni import PAPER_NI, sine_period, with_noise
 from ..model.parameters import N_RANGE
 from ..model.path import PathSolver
 from ..modelfile import load_model
+from .options import FiniteRange
 from .output import note, result
 
 
@@ -28,17 +29,19 @@ def synthesize() -> None:
 @click.option(
     "--amplitude",
     "amplitudes",
-    type=click.FloatRange(min=0.0, min_open=True),
+    type=FiniteRange(min=0.0, min_open=True),
     multiple=True,
     metavar="MM",
     help="Amplitude of the sine [mm]; repeat for one after the other.  [default: the identified range]",
 )
-@click.option("--mean", type=float, metavar="MM", help="Displacement it swings about [mm].  [default: mid-stroke]")
+@click.option(
+    "--mean", type=FiniteRange(), metavar="MM", help="Displacement it swings about [mm].  [default: mid-stroke]"
+)
 @click.option("--cycles", type=click.IntRange(1, 100_000), default=3, show_default=True, help="For each amplitude.")
 @click.option("--samples", type=click.IntRange(8, 1_000_000), default=1000, show_default=True, help="Per cycle.")
 @click.option(
     "--frequency",
-    type=click.FloatRange(min=0.0, min_open=True),
+    type=FiniteRange(min=0.0, min_open=True),
     default=1.0,
     show_default=True,
     metavar="HZ",
@@ -46,13 +49,23 @@ def synthesize() -> None:
 )
 @click.option(
     "--noise",
-    type=click.FloatRange(0.0, 10.0),
+    type=FiniteRange(0.0, 10.0),
     default=0.0,
     show_default=True,
     metavar="EPS",
     help="Force noise as r*(1 + EPS*R), R standard normal (paper eq. 31).",
 )
 @click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Of the noise.")
+@click.option(
+    "--drift",
+    type=FiniteRange(-1.0, 1.0),
+    default=0.0,
+    show_default=True,
+    metavar="SHARE",
+    help="Growth of the force from the first sample to the last.",
+)
+@click.option("--displacement-resolution", type=FiniteRange(min=0.0), default=0.0, metavar="MM", help="Of its sensor.")
+@click.option("--force-resolution", type=FiniteRange(min=0.0), default=0.0, metavar="N", help="Of its sensor.")
 def spring(
     model: str,
     output: str,
@@ -63,6 +76,9 @@ def spring(
     frequency: float,
     noise: float,
     seed: int,
+    drift: float,
+    displacement_resolution: float,
+    force_resolution: float,
 ) -> None:  # fmt: skip
     """Make the record that a model's spring would give under sinusoidal displacement.
 
@@ -81,8 +97,13 @@ def spring(
     if noise > 0.0:
         note(f"Noise level {noise:g}, seed {seed}")
         force = with_noise(force, noise, seed)
+    force = force * (1.0 + drift * np.arange(path.size) / path.size)
     time = np.arange(path.size) / (samples * frequency)
-    columns = {"time [s]": time, "displacement [mm]": path * 1e3, "force [N]": force}
+    columns = {
+        "time [s]": time,
+        "displacement [mm]": _quantised(path * 1e3, displacement_resolution),
+        "force [N]": _quantised(force, force_resolution),
+    }
     write_record(Path(output), columns)
     result(f"Record: {output} ({path.size} samples)")
 
@@ -91,7 +112,7 @@ def spring(
 @click.option("-o", "--output", required=True, metavar="RECORD.csv", help="Record to write.")
 @click.option(
     "--amplitude",
-    type=click.FloatRange(min=0.0, min_open=True, max=100.0),
+    type=FiniteRange(min=0.0, min_open=True, max=100.0),
     default=5.0,
     show_default=True,
     metavar="MM",
@@ -99,7 +120,7 @@ def spring(
 )
 @click.option(
     "--exponent",
-    type=click.FloatRange(*N_RANGE),
+    type=FiniteRange(*N_RANGE),
     default=PAPER_NI.n,
     show_default=True,
     metavar="N",
@@ -109,7 +130,7 @@ def spring(
 @click.option("--cycles", type=click.IntRange(1, 100_000), default=1, show_default=True)
 @click.option(
     "--noise",
-    type=click.FloatRange(0.0, 10.0),
+    type=FiniteRange(0.0, 10.0),
     default=0.03,
     show_default=True,
     metavar="EPS",
@@ -160,6 +181,10 @@ def ni(
 def _refuse_too_many(samples: int) -> None:
     if samples > 20_000_000:
         raise click.UsageError(f"{samples} samples were asked for; at most 20000000 are written.")
+
+
+def _quantised(values: NDArray[np.float64], step: float) -> NDArray[np.float64]:
+    return np.round(values / step) * step if step > 0.0 else values
 
 
 def write_record(path: Path, columns: dict[str, NDArray[np.float64]]) -> None:
