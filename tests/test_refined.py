@@ -150,6 +150,29 @@ def test_uncertainty_goes_into_the_model_file() -> None:
     assert len(spring.model.uncertainty["kE"]) == 4
 
 
+def test_bootstrap_and_jacobian_agree_on_independent_noise() -> None:
+    record = record_of(spring_of(1.0, 1.0), sine(12, 4000), noise=0.03)
+    told = identify(record, RefinedOptions((3, 2), bootstrap=60, seed=1)).uncertainty
+    for name in ("kappa_omega", "rho", "sigma", "n"):
+        # 60 repetitions scatter by 9 %, and 23 strokes are few: a factor of 1.7 either way.
+        assert told["bootstrap"][name] == pytest.approx(told[name], rel=0.7)
+    again = identify(record, RefinedOptions((3, 2), bootstrap=60, seed=1)).uncertainty
+    assert again["bootstrap"] == told["bootstrap"]
+
+
+def test_the_band_holds_the_true_force() -> None:
+    known = spring_of(1.0, 1.0)
+    inside = []
+    for seed in range(6):
+        band = identify(record_of(known, sine(), noise=0.03, seed=seed), CUBIC).band
+        assert band is not None
+        # The points of the band are the samples of the last two strokes, in their order.
+        truth = Spring(known).response(sine())[-band.force.size :]
+        inside.append(np.mean((band.low <= truth) & (truth <= band.high)))
+    # Points of one band err together, so that its share inside is 95 % only in the mean over many records.
+    assert np.mean(inside) > 0.8
+
+
 def test_dense_records_are_refined_too() -> None:
     known = spring_of(0.5, 1.0, 2.0)
     found = identify(record_of(known, sine(samples=60_000)), CUBIC)

@@ -74,6 +74,9 @@ def identification_options(command: Command) -> Command:
             click.option("--smoothing", type=click.IntRange(0, 10_000), metavar="POINTS",
                          help="Two-stage: half width of the moving average.  [default: from the noise]"),
             click.option("--robust", is_flag=True, help="Refined: Huber's loss, for records with outliers."),
+            click.option("--bootstrap", type=click.IntRange(0, 10_000), default=0, metavar="REPETITIONS",
+                         help="Refined: standard errors from strokes drawn with replacement, too."),
+            click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Of the bootstrap."),
         )
     ):  # fmt: skip
         command = option(command)
@@ -82,18 +85,18 @@ def identification_options(command: Command) -> Command:
 
 def method_options(chosen: dict[str, Any]) -> Options:
     """Take the options of identification out of a command's; wrong ones are wrong usage."""
-    names = ("method", "degrees", "formulas", "smoothing", "robust")
-    method, degrees, formulas, smoothing, robust = (chosen.pop(name) for name in names)
+    names = ("method", "degrees", "formulas", "smoothing", "robust", "bootstrap", "seed")
+    method, degrees, formulas, smoothing, robust, bootstrap, seed = (chosen.pop(name) for name in names)
     if method != "two-stage" and (formulas != "whole-branch" or smoothing is not None):
         raise click.UsageError("--formulas and --smoothing belong to --method two-stage.")
-    if method != "refined" and robust:
-        raise click.UsageError("--robust belongs to --method refined.")
+    if method != "refined" and (robust or bootstrap):
+        raise click.UsageError("--robust and --bootstrap belong to --method refined.")
     try:
         if method == "two-stage":
             return TwoStageOptions(degrees, formulas, smoothing)
         if method == "ni":
             return NiOptions(degrees)
-        return RefinedOptions(degrees, robust) if method == "refined" else ScanOptions(degrees)
+        return RefinedOptions(degrees, robust, bootstrap, seed) if method == "refined" else ScanOptions(degrees)
     except ValueError as problem:
         raise click.UsageError(str(problem)) from None
 

@@ -44,5 +44,9 @@ def parameter_lines(p: SpringParameters, uncertainty: dict[str, Any]) -> list[st
     lines.append(f"  FA degree {len(p.kA) - 1}, kA: {', '.join(f'{c:.6g}' for c in p.kA)}  1/m^i")
     low, high, middle = (1e3 * v for v in (p.displacement_min, p.displacement_max, p.displacement_offset))
     lines.append(f"  identified from {low:.6g} to {high:.6g} mm, polynomials about {middle:.6g} mm")
+    if "bootstrap" in uncertainty:
+        drawn = uncertainty["bootstrap"]
+        spread = ", ".join(f"{name} +- {drawn[name]:.2g}" for name in ("kappa_omega", "rho", "sigma", "n"))
+        lines.append(f"  bootstrap of {drawn['repetitions']} (seed {drawn['seed']}): {spread}")
     lines += [f"  {sentence}" for sentence in uncertainty.get("indistinct", [])]
     return [line.rstrip() for line in lines]

@@ -18,12 +18,12 @@ from .figures import RecordFit, overall, record_fit
 from .loops import join
 from .ni_spring import NiOptions, ni
 from .outcomes import IdentificationError, Outcome
-from .refined import RefinedOptions, refined
+from .refined import RefinedOptions, bootstrap, refined
 from .scan import ScanOptions, scan
 from .spring_of_fit import Solution, finished
 from .steady import SteadyRecord, find_steady_part
 from .two_stage import TwoStageOptions, two_stage
-from .uncertainty import uncertainty
+from .uncertainty import PredictionBand, uncertainty
 
 _POOR_RNL = 0.9
 
@@ -49,7 +49,8 @@ class Identification:
     degrees : (int, int)            N of FE and M of FA.
     steady_share : float            Where the steady section was taken to begin, share of the longest stroke.
     outcomes : tuple of Outcome     Cautions worth telling the user.
-    uncertainty : dict              Standard errors and correlations; empty for the two-stage method.
+    uncertainty : dict              Standard errors and correlations; empty but for the refined method.
+    band : PredictionBand or None   95 % band of the predicted force; of the refined method only.
     method : str
     options : dict                  The options, for the provenance.
     """
@@ -63,6 +64,7 @@ class Identification:
     steady_share: float
     outcomes: tuple[Outcome, ...]
     uncertainty: dict[str, Any]
+    band: PredictionBand | None
     method: str
     options: dict[str, Any]
 
@@ -101,12 +103,18 @@ def identify(records: Record | Sequence[Record], options: Options | None = None)
     parts = [find_steady_part(record) for record in group]
     where = ", ".join(record.path for record in group)
     told: dict[str, Any] = {}
+    band: PredictionBand | None = None
     starts = np.zeros(len(parts))
     if isinstance(options, RefinedOptions):
         parameters, fit, cautions = refined(parts, options, where)
         start, starts = fit.start, fit.refinement.omega_start
         errors = uncertainty(fit.loops, fit.basis, fit.refinement)
         told = {**errors.as_json(), "indistinct": errors.indistinct(fit.refinement)}
+        band = PredictionBand.of(fit.loops, fit.refinement, errors.force)
+        if options.bootstrap:
+            drawn = bootstrap(fit, options.bootstrap, options.seed)
+            spread = {name: float(np.std(values, ddof=1)) for name, values in drawn.items()}
+            told["bootstrap"] = {"repetitions": options.bootstrap, "seed": options.seed, **spread}
         if told["indistinct"]:
             cautions.append(Outcome.INDISTINCT)
     else:
@@ -139,6 +147,7 @@ def identify(records: Record | Sequence[Record], options: Options | None = None)
         steady_share=start.steady_share,
         outcomes=tuple(dict.fromkeys(found)),
         uncertainty=told,
+        band=band,
         method=METHODS[type(options)],
         options={name: "auto" if value is None else value for name, value in asdict(options).items()},
     )

@@ -61,13 +61,21 @@ class RefinedOptions:
     ----------
     degrees : (int, int) or None   Degrees N of FE and M of FA; chosen by the two-stage start if None.
     robust : bool                  Huber's loss instead of squares, for records with outliers.
+    bootstrap : int                Repetitions of a stroke-wise bootstrap for the standard errors; 0 for none.
+    seed : int                     Of the bootstrap.
     """
 
     degrees: tuple[int, int] | None = None
     robust: bool = False
+    bootstrap: int = 0
+    seed: int = 0
 
     def __post_init__(self) -> None:
         TwoStageOptions(self.degrees)
+        if not 0 <= self.bootstrap <= 10_000:
+            raise ValueError(f"`bootstrap` must be within [0, 10000] repetitions, got {self.bootstrap}.")
+        if self.seed < 0:
+            raise ValueError(f"`seed` must be >= 0, got {self.seed}.")
 
 
 class Convergence(Enum):
@@ -149,6 +157,28 @@ def refined(
         cautions.append(Outcome.NOT_CONVERGED)
     cautions += cautions_of(loops, found.hysteresis, found.omega)
     return spring_of(fit.basis, found.backbone, found.hysteresis), fit, cautions
+
+
+def bootstrap(fit: RefinedFit, repetitions: int, seed: int) -> dict[str, FloatArray]:
+    """kappa_omega, rho, sigma and n refitted to strokes drawn with replacement, each shape (repetitions,).
+
+    Whole strokes are drawn, because what a model leaves over is alike along a stroke. The weights stay those of the
+    fit.
+    """
+    loops, found = fit.loops, fit.refinement
+    generator = np.random.default_rng(seed)
+    strokes = np.unique(loops.stroke)
+    problem = _Problem(loops, fit.basis, fit.start.hysteresis)
+    rows = []
+    for _ in range(repetitions):
+        drawn = generator.multinomial(strokes.size, np.full(strokes.size, 1.0 / strokes.size))
+        count = np.zeros(int(strokes.max()) + 1)
+        count[strokes] = drawn
+        again = problem.solve(problem.vector(found), found.weight * count[loops.stroke], _FIRST_TOLERANCE)
+        powers = fit.basis.powers(again.backbone.amplified)
+        rows.append((powers[0], again.hysteresis.rho, again.hysteresis.sigma, again.hysteresis.n))
+    columns = np.array(rows).reshape(-1, 4).T
+    return dict(zip(("kappa_omega", "rho", "sigma", "n"), columns, strict=True))
 
 
 def _possible(loops: Loops, start: Solution, noise: list[ForceNoise], robust: bool, where: str) -> RefinedFit:

@@ -22,6 +22,7 @@ _NAMES = ("kappa_omega", "rho", "sigma", "n")
 # Two parameters with a larger correlation, or one with a larger relative error, cannot be told from these records.
 _CORRELATED = 0.98
 _UNCERTAIN = 0.5
+_NORMAL_95 = 1.96  # standard errors to either side
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,6 +35,7 @@ class Uncertainty:
     kappa_omega, rho, sigma, n : float    [N], [1/m], [-], [-]; nan at a bound.
     correlation : ndarray, shape (4, 4)   Between kappa_omega, rho, sigma and n.
     noise : float                         rms of the points' weighted misfit; 1 if the weights are right.
+    force : ndarray, shape (P,)           Of the predicted force at each point of the loops [N].
     """
 
     kE: FloatArray
@@ -44,6 +46,7 @@ class Uncertainty:
     n: float
     correlation: FloatArray
     noise: float
+    force: FloatArray
 
     def as_json(self) -> dict[str, Any]:
         """Content of the model file's field `uncertainty`; null where an error cannot be told."""
@@ -56,6 +59,8 @@ class Uncertainty:
             "kE": [plain(v) for v in self.kE],
             "kA": [plain(v) for v in self.kA],
             **{name: plain(getattr(self, name)) for name in _NAMES},
+            "force_rms": float(np.sqrt(np.mean(self.force**2))),
+            "force_max": float(np.max(self.force)),
             "correlation": {
                 f"{a},{b}": plain(self.correlation[i, j])
                 for i, a in enumerate(_NAMES)
@@ -80,6 +85,29 @@ class Uncertainty:
             if i < j and abs(self.correlation[i, j]) > _CORRELATED
         ]
         return found
+
+
+@dataclass(frozen=True, eq=False)
+class PredictionBand:
+    """The last loop of the fit with the 95 % band of its predicted force.
+
+    Attributes
+    ----------
+    displacement, low, force, high : ndarray, shape (B,)   In the order of the path [m], [N].
+    """
+
+    displacement: FloatArray
+    low: FloatArray
+    force: FloatArray
+    high: FloatArray
+
+    @classmethod
+    def of(cls, loops: Loops, refinement: Refinement, error: FloatArray) -> PredictionBand:
+        """The band on the last two strokes from the standard error at each point."""
+        last = loops.stroke >= loops.stroke[-1] - 1
+        force = (refinement.backbone.FE + refinement.omega * refinement.backbone.G)[last]
+        reach = _NORMAL_95 * error[last]
+        return cls(loops.displacement[last], force - reach, force, force + reach)
 
 
 def uncertainty(loops: Loops, basis: Basis, refinement: Refinement) -> Uncertainty:
@@ -109,8 +137,17 @@ def uncertainty(loops: Loops, basis: Basis, refinement: Refinement) -> Uncertain
     scale = np.where(errors[four] > 0.0, errors[four], np.nan)
     correlation = natural[np.ix_(four, four)] / np.outer(scale, scale)
     kappa, rho, sigma, n = (float(s) for s in scale)
+    force = np.sqrt(np.einsum("pi,ij,pj->p", jacobian, covariance, jacobian))
     return Uncertainty(
-        errors[:n_E], errors[n_E : n_E + n_A], kappa, rho, sigma, n, np.asarray(correlation), float(np.sqrt(noise))
+        errors[:n_E],
+        errors[n_E : n_E + n_A],
+        kappa,
+        rho,
+        sigma,
+        n,
+        np.asarray(correlation),
+        float(np.sqrt(noise)),
+        force,
     )
 
 

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from .._version import __version__
 from ..files import write_text
 from ..identification import Identification
+from ..identification.uncertainty import PredictionBand
 from ..model.path import PathSolver
 from ..modelfile import ModelFile
 
@@ -33,7 +34,12 @@ def write_report(path: Path, model: ModelFile, identification: Identification) -
         p=model.parameters,
         identification=identification,
         version=__version__,
-        plots=[_loops(identification), _residuals(identification), _backbone(identification)],
+        plots=[
+            _loops(identification),
+            _residuals(identification),
+            _backbone(identification),
+            *([] if identification.band is None else [_band(identification.band)]),
+        ],
     )
     write_text(path, page)
 
@@ -73,6 +79,15 @@ def _backbone(identification: Identification) -> tuple[str, str]:
     axis.set(xlabel="displacement [mm]", ylabel="force [N]", title="Elastic part and saturated branches")
     axis.legend(fontsize=8)
     return "The model's parts", _svg(figure)
+
+
+def _band(band: PredictionBand) -> tuple[str, str]:
+    figure, (axis,) = _figure(1)
+    axis.plot(band.displacement * 1e3, band.force, color="C3", lw=0.9, label="model")
+    for bound in (band.low, band.high):
+        axis.plot(band.displacement * 1e3, bound, color="C3", lw=0.5, ls="--")
+    axis.set(xlabel="displacement [mm]", ylabel="force [N]", title="Last loop with the 95 % band of its prediction")
+    return "How certain the prediction is", _svg(figure)
 
 
 def _shown(size: int, first: int) -> NDArray[np.intp]:
