@@ -37,10 +37,10 @@ _RHO_BOUNDS = (2.0, 1e6)
 _TRUST = 10.0
 # A fit whose strokes do not saturate must be better by this than one whose strokes do.
 _PREFERENCE = 0.9
-# Relative change of the squared misfit at which the iteration ends. With noise a ten-millionth is far below what
-# the parameters' errors would show; without noise the misfit falls by decades per step until rounding ends it.
-_TOLERANCE = 1e-7
-_FIRST_TOLERANCE = 1e-4  # before the weights are known
+# Relative change of the squared misfit at which the iteration ends. With K samples one standard error of a parameter
+# changes it by 1/K; without noise it falls by decades per step until rounding ends it.
+_TOLERANCE = 1e-6
+_FIRST_TOLERANCE = 1e-3  # before the weights are known
 _EVALUATIONS = 100
 # Misfit in standard deviations of the noise up to which the model explains the records.
 _EXPLAINED = 1.5
