@@ -18,6 +18,7 @@ from .identification import (
     ScanOptions,
     TwoStageOptions,
     identify,
+    limit_cycle,
 )
 from .model.paper import ClassicBoucWen, NormalizedBoucWen
 from .model.parameters import SpringParameters
@@ -43,5 +44,6 @@ __all__ = [
     "TwoStageOptions",
     "__version__",
     "identify",
+    "limit_cycle",
     "read_record",
 ]

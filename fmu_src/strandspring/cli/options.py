@@ -73,6 +73,9 @@ def identification_options(command: Command) -> Command:
                          help="Two-stage: least squares over whole branches, or the paper's three-point formulas."),
             click.option("--smoothing", type=click.IntRange(0, 10_000), metavar="POINTS",
                          help="Two-stage: half width of the moving average.  [default: from the noise]"),
+            click.option("--filter", "filter_", default="moving-average", show_default=True,
+                         type=click.Choice(["moving-average", "low-pass", "fourier"]),
+                         help="Two-stage: against heavy noise; fourier needs whole periods."),
             click.option("--robust", is_flag=True, help="Refined: Huber's loss, for records with outliers."),
             click.option("--bootstrap", type=click.IntRange(0, 10_000), default=0, metavar="REPETITIONS",
                          help="Refined: standard errors from strokes drawn with replacement, too."),
@@ -85,15 +88,15 @@ def identification_options(command: Command) -> Command:
 
 def method_options(chosen: dict[str, Any]) -> Options:
     """Take the options of identification out of a command's; wrong ones are wrong usage."""
-    names = ("method", "degrees", "formulas", "smoothing", "robust", "bootstrap", "seed")
-    method, degrees, formulas, smoothing, robust, bootstrap, seed = (chosen.pop(name) for name in names)
-    if method != "two-stage" and (formulas != "whole-branch" or smoothing is not None):
-        raise click.UsageError("--formulas and --smoothing belong to --method two-stage.")
+    names = ("method", "degrees", "formulas", "smoothing", "filter_", "robust", "bootstrap", "seed")
+    method, degrees, formulas, smoothing, filter_, robust, bootstrap, seed = (chosen.pop(name) for name in names)
+    if method != "two-stage" and (formulas != "whole-branch" or smoothing is not None or filter_ != "moving-average"):
+        raise click.UsageError("--formulas, --smoothing and --filter belong to --method two-stage.")
     if method != "refined" and (robust or bootstrap):
         raise click.UsageError("--robust and --bootstrap belong to --method refined.")
     try:
         if method == "two-stage":
-            return TwoStageOptions(degrees, formulas, smoothing)
+            return TwoStageOptions(degrees, formulas, smoothing, filter_)
         if method == "ni":
             return NiOptions(degrees)
         return RefinedOptions(degrees, robust, bootstrap, seed) if method == "refined" else ScanOptions(degrees)

@@ -1,6 +1,7 @@
 """Identification of the spring from records; knows the model and the records, nothing of FMI."""
 
 from .api import Identification, Options, identify
+from .limit_cycle import limit_cycle
 from .ni_spring import NiOptions
 from .outcomes import IdentificationError, Outcome
 from .refined import RefinedOptions
@@ -17,4 +18,5 @@ __all__ = [
     "ScanOptions",
     "TwoStageOptions",
     "identify",
+    "limit_cycle",
 ]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -14,7 +14,8 @@ from ..model.path import PathSolver
 from ..records.record import Record
 from ..spring import Spring
 from .export import identified_model
-from .figures import RecordFit, overall, record_fit
+from .figures import RecordFit, overall, predict_record, record_fit
+from .filtering import filtered_record
 from .loops import join
 from .ni_spring import NiOptions, ni
 from .outcomes import IdentificationError, Outcome
@@ -100,7 +101,8 @@ def identify(records: Record | Sequence[Record], options: Options | None = None)
     group = (records,) if isinstance(records, Record) else tuple(records)
     if not group:
         raise ValueError("`records` must hold at least one record, got none.")
-    parts = [find_steady_part(record) for record in group]
+    kind = options.filter if isinstance(options, TwoStageOptions) else "moving-average"
+    parts = [find_steady_part(filtered_record(record, kind)) for record in group]
     where = ", ".join(record.path for record in group)
     told: dict[str, Any] = {}
     band: PredictionBand | None = None
@@ -132,7 +134,12 @@ def identify(records: Record | Sequence[Record], options: Options | None = None)
         parameters, start, cautions = finished(loops, solution, where)
         cautions += extra
     solver = PathSolver(parameters)
-    fits = tuple(_fit(solver, part, float(omega)) for part, omega in zip(parts, starts, strict=True))
+    if kind == "fourier":
+        fits = tuple(predict_record(solver, record) for record in group)
+    else:
+        # A prediction is compared with what was measured, not with what was filtered.
+        measured = (replace(part, record=record) for part, record in zip(parts, group, strict=True))
+        fits = tuple(_fit(solver, part, float(omega)) for part, omega in zip(measured, starts, strict=True))
     rmse, rnl = overall(fits)
     found = [caution for part in parts for caution in part.cautions] + cautions
     if rnl < _POOR_RNL:

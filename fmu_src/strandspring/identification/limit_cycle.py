@@ -32,7 +32,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.optimize import minimize_scalar
 
 from ..errors import RecordError
 from ..model.paper import NormalizedBoucWen
@@ -200,6 +199,8 @@ def _least(function: Callable[[float], float], low: float, high: float, count: i
     k = int(np.argmin(values))
     if not np.isfinite(values[k]):
         return float(grid[k])
+    from scipy.optimize import minimize_scalar  # slow to import, and only this needs it
+
     # An impossible fit must not enter the parabolas of the search as infinity.
     worst = 10.0 * max(v for v in values if np.isfinite(v))
     step = float(grid[1] - grid[0])

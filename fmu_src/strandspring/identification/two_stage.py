@@ -14,6 +14,7 @@ from typing import Literal
 import numpy as np
 
 from .degrees import choose_degrees
+from .filtering import Filter
 from .loops import Loops, single_branch
 from .polynomials import Basis
 from .smoothing import automatic_half_width, moving_average
@@ -46,17 +47,22 @@ class TwoStageOptions:
     degrees : (int, int) or None   Degrees N of FE and M of FA; chosen from the data if None.
     formulas : str                 "whole-branch" least squares, or the paper's "three-point" formulas.
     smoothing : int or None        Half width of the moving average in points; from the noise if None.
+    filter : str                   What is done against noise first: only the "moving-average", or a zero-phase
+                                   "low-pass" or the "fourier" series of whole periods before it.
     """
 
     degrees: tuple[int, int] | None = None
     formulas: Formulas = "whole-branch"
     smoothing: int | None = None
+    filter: Filter = "moving-average"
 
     def __post_init__(self) -> None:
         if self.degrees is not None and not (1 <= self.degrees[0] <= 20 and 0 <= self.degrees[1] <= 20):
             raise ValueError(f"`degrees` must be N,M with 1 <= N <= 20 and 0 <= M <= 20, got {self.degrees}.")
         if self.formulas not in ("whole-branch", "three-point"):
             raise ValueError(f'`formulas` must be "whole-branch" or "three-point", got {self.formulas!r}.')
+        if self.filter not in ("moving-average", "low-pass", "fourier"):
+            raise ValueError(f'`filter` must be "moving-average", "low-pass" or "fourier", got {self.filter!r}.')
         if self.smoothing is not None and not 0 <= self.smoothing <= 10_000:
             raise ValueError(f"`smoothing` must be within [0, 10000] points, got {self.smoothing}.")
 
