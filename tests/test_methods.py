@@ -37,7 +37,7 @@ def errors(options: Options, amplitude: float, exponent: float) -> list[float]:
     ("options", "mark", "drowned"),
     [
         # The paper's two-stage 2.5337 and Ni's method from exact values 2.0494; medians over 20 seeds measured here
-        # 1.24, 1.09, 0.92 and where the loop drowns in the noise 1.48, 0.91, 0.84.
+        # 1.24, 1.06, 0.98 and where the loop drowns in the noise 1.48, 0.91, 0.97.
         (TwoStageOptions(), 2.5337, 2.5337),
         (ScanOptions(), 1.8, 2.5),
         (RefinedOptions(), 1.1, 1.2),

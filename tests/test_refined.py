@@ -113,11 +113,12 @@ def test_outliers_hardly_move_the_robust_fit() -> None:
     spoiled = record.force.copy()
     spoiled[200::40] += 60.0
     truth = record_of(known, sine()).force
-    plain, robust = (
-        rmse(truth, identify(Record(record.displacement, spoiled), RefinedOptions((3, 2), robust)).fits[0].predicted)
-        for robust in (False, True)
-    )
-    assert robust < 0.5 * plain
+    errors = []
+    for robust in (False, True):
+        fit = identify(Record(record.displacement, spoiled), RefinedOptions((3, 2), robust)).fits[0]
+        errors.append(rmse(truth[fit.first_sample :], fit.predicted[fit.first_sample :]))
+    # Outliers of 60 N in every fortieth sample shift a plain fit by 60/40 N on the mean; measured 1.46 and 0.05 N.
+    assert errors[1] < 0.1 * errors[0]
 
 
 def test_noise_is_split_into_additive_and_relative() -> None:

@@ -3,14 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 
-from .loops import Loops
+from .loops import FloatArray, Loops
+from .noise import force_noise
+from .polynomials import Basis
 from .spring_of_fit import Solution
 
 # Candidate degrees N, M for an automatic choice, in the order of preference.
 _DEGREES = ((1, 0), (2, 1), (3, 2), (4, 3), (5, 3), (6, 4), (8, 6))
+# Degrees tried first.
+_PILOT = (4, 3)
+# Error in terms of the noise up to which the pilot explains the records; a leaner pair may err by this much more.
+_EXPLAINED = 1.3
+_AS_WELL = 1.04
 # A richer pair must lower the error of the samples not fitted by more than this.
 _WORTH = 0.85
 # Errors below this share of the rms force about its mean are equally good: high degrees would spend them on
@@ -19,39 +27,54 @@ _GOOD_ENOUGH = 0.005
 
 
 def choose_degrees(loops: Loops, solve: Callable[[tuple[int, int]], Solution | None]) -> Solution | None:
-    """The leanest degrees that predict samples they were not fitted to nearly as well as the best."""
-    chosen: Solution | None = None
-    least = np.inf
+    """The leanest degrees that predict samples they were not fitted to nearly as well as the best.
+
+    If a pilot at middling degrees leaves no more than noise, its omega serves to look for leaner degrees that do as
+    well, by linear least squares alone. Otherwise the method is applied at all degrees.
+    """
     floor = _GOOD_ENOUGH * loops.rms(loops.force - np.average(loops.force, weights=loops.weight))
+    noise = loops.rms(np.sqrt(force_noise(loops.force).variance(loops.force)))
+    pilot = solve(_PILOT)
+    if pilot is not None:
+        reached = max(_prediction_error(loops, pilot.basis, pilot.omega), floor)
+        if reached <= max(floor, _EXPLAINED * noise):
+            leaner = _DEGREES[: _DEGREES.index(_PILOT)]
+            bases = (replace(pilot.basis, elastic=n, amplifier=m) for n, m in leaner)
+            errors = (_prediction_error(loops, basis, pilot.omega) for basis in bases)
+            chosen = next((d for d, e in zip(leaner, errors, strict=True) if e <= _AS_WELL * reached), _PILOT)
+            return pilot if chosen == _PILOT else solve(chosen) or pilot
+    best: Solution | None = None
+    least = np.inf
     for degrees in _DEGREES:
-        solution = solve(degrees)
+        solution = pilot if degrees == _PILOT else solve(degrees)
         if solution is None:
             continue
-        error = max(_prediction_error(loops, solution), floor)
+        error = max(_prediction_error(loops, solution.basis, solution.omega), floor)
         if error < _WORTH * least:
-            chosen, least = solution, error
+            best, least = solution, error
         if least == floor:
             break
-    return chosen
+    return best
 
 
-def _prediction_error(loops: Loops, solution: Solution) -> float:
+def _prediction_error(loops: Loops, basis: Basis, omega: FloatArray) -> float:
     """rms error [N] of FE and FA on the cycles they were not fitted to, cycles being halved by parity.
 
     With a single cycle Akaike's final prediction error takes its place.
     """
+    columns_E, columns_A = basis.columns(loops.displacement)
+    root = np.sqrt(loops.weight)
+    matrix = np.hstack([columns_E, omega[:, None] * columns_A]) * root[:, None]
+    target = loops.force * root
     cycle = (loops.stroke - loops.stroke[0]) // 2
     odd = cycle % 2 == 1
-    if cycle.max() < 1 or min(odd.sum(), (~odd).sum()) < 0.3 * odd.size:
-        size = loops.force.size
-        terms = solution.backbone.elastic.size + solution.backbone.amplified.size
-        return solution.misfit * float(np.sqrt((size + terms) / max(size - terms, 1)))
+    size, terms = matrix.shape
+    if cycle.max() < 1 or min(odd.sum(), (~odd).sum()) < 0.3 * size:
+        left = target - matrix @ np.linalg.lstsq(matrix, target, rcond=1e-12)[0]
+        final = (size + terms) / max(size - terms, 1)
+        return float(np.sqrt(final * (left @ left) / loops.weight.sum()))
     total = 0.0
-    columns_E, columns_A = solution.basis.columns(loops.displacement)
-    matrix = np.hstack([columns_E, solution.omega[:, None] * columns_A])
-    root = np.sqrt(loops.weight)
     for fitted in (odd, ~odd):
-        coefficients = np.linalg.lstsq((matrix * root[:, None])[fitted], (loops.force * root)[fitted], rcond=1e-12)[0]
-        left = ~fitted
-        total += float(loops.weight[left] @ (loops.force[left] - matrix[left] @ coefficients) ** 2)
+        coefficients = np.linalg.lstsq(matrix[fitted], target[fitted], rcond=1e-12)[0]
+        total += float(np.sum((target[~fitted] - matrix[~fitted] @ coefficients) ** 2))
     return float(np.sqrt(total / loops.weight.sum()))

@@ -10,6 +10,7 @@ from .loops import FloatArray
 
 # Groups of like |force|, each with its own variance; many, because a median over unlike scales is too small.
 _GROUPS = 24
+_ROUNDS = 4  # of weighting
 _GROUP_SAMPLES = 30  # a group has at least so many
 _LEAST_SAMPLES = 90  # below which the noise is called additive
 
@@ -45,10 +46,13 @@ def force_noise(force: FloatArray) -> ForceNoise:
     groups = np.array_split(np.argsort(level), min(_GROUPS, level.size // _GROUP_SAMPLES))
     variance = np.array([(np.median(fourth[g]) / 0.6745) ** 2 / 70.0 for g in groups])
     squares = np.array([np.mean(level[g] ** 2) for g in groups])
-    # Each row divided by its variance: a group's estimate scatters in proportion to itself.
     floor = max(1e-6 * float(variance.max()), 1e-30 * float(squares.max()), 1e-300)
-    scale = np.maximum(variance, floor)
     from scipy.optimize import nnls  # slow to import, and only identification needs it
 
-    parts, _ = nnls(np.stack([1.0 / scale, squares / scale], axis=1), variance / scale)
+    # A group's estimate scatters in proportion to what it estimates, so each row is divided by that. Dividing by
+    # the estimate itself would favour the groups that came out low: the fit takes its place, in a few rounds.
+    scale = np.full(variance.shape, max(float(variance.mean()), floor))
+    for _ in range(_ROUNDS):
+        parts, _ = nnls(np.stack([1.0 / scale, squares / scale], axis=1), variance / scale)
+        scale = np.maximum(parts[0] + parts[1] * squares, floor)
     return ForceNoise(float(np.sqrt(parts[0])), float(np.sqrt(parts[1])))

@@ -48,6 +48,9 @@ _EXPLAINED = 1.5
 # that what is lost is far below the noise.
 _POINTS_PER_STROKE = 2000
 _POINTS = 40_000
+# Share of the rms force within which no polynomial follows a real spring; it keeps relative noise, which vanishes
+# where the force crosses zero, from giving all the weight to those few samples.
+_FINEST = 0.005
 _MEDIAN = 0.455  # of a squared standard normal
 _ROBUST_ROUNDS = 5  # of reweighting for Huber's loss
 _HUBER = 1.345  # standard deviations beyond which the robust loss grows linearly: 95 % efficient for normal noise
@@ -244,11 +247,13 @@ def _weights(loops: Loops, found: Refinement, noise: list[ForceNoise], robust: b
     squared = (loops.force - predicted) ** 2
     record = loops.record[loops.stroke]
     weight = np.empty(loops.force.size)
+    level = loops.rms(loops.force)
     for k, one in enumerate(noise):
         of = record == k
         count = loops.weight[of]
         variance = one.variance(predicted[of]) / count
-        weight[of] = 1.0 / (variance + _misfit_variance(squared[of], variance, robust))
+        beyond = max(_misfit_variance(squared[of], variance, robust), (_FINEST * level) ** 2)
+        weight[of] = 1.0 / (variance + beyond)
     if robust:
         pull = np.sqrt(squared * weight)
         weight *= np.minimum(1.0, _HUBER / np.maximum(pull, 1e-300))
