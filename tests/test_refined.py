@@ -157,6 +157,8 @@ def test_bootstrap_and_jacobian_agree_on_independent_noise() -> None:
     for name in ("kappa_omega", "rho", "sigma", "n"):
         # 60 repetitions scatter by 9 %, and 23 strokes are few: a factor of 1.7 either way.
         assert told["bootstrap"][name] == pytest.approx(told[name], rel=0.7)
+    few = identify(record_of(spring_of(1.0, 1.0), sine(), noise=0.03), RefinedOptions((3, 2), bootstrap=30)).uncertainty
+    assert few["bootstrap"]["kappa_omega"] < 10.0 * few["kappa_omega"]
     again = identify(record, RefinedOptions((3, 2), bootstrap=60, seed=1)).uncertainty
     assert again["bootstrap"] == told["bootstrap"]
 

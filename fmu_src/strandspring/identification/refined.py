@@ -174,9 +174,11 @@ def bootstrap(fit: RefinedFit, repetitions: int, seed: int) -> dict[str, FloatAr
     problem = _Problem(loops, fit.basis, fit.start.hysteresis)
     rows = []
     for _ in range(repetitions):
-        drawn = generator.multinomial(strokes.size, np.full(strokes.size, 1.0 / strokes.size))
         count = np.zeros(int(strokes.max()) + 1)
-        count[strokes] = drawn
+        for side in (1, -1):
+            # Loading and unloading are drawn apart: without one of them FE and FA cannot be told apart.
+            kind = strokes[loops.direction[strokes] == side]
+            count[kind] = generator.multinomial(kind.size, np.full(kind.size, 1.0 / kind.size))
         again = problem.solve(problem.vector(found), found.weight * count[loops.stroke], _FIRST_TOLERANCE)
         powers = fit.basis.powers(again.backbone.amplified)
         rows.append((powers[0], again.hysteresis.rho, again.hysteresis.sigma, again.hysteresis.n))
