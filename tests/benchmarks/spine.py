@@ -89,7 +89,7 @@ def identification_time() -> None:
         x = path(samples, 3 if samples == 1_000 else 20)
         record = Record(x, Spring(SPRING).response(x))
         given = best(lambda r=record: identify(r, TwoStageOptions(degrees=(3, 2))))
-        automatic = best(lambda r=record: identify(r), 3)
+        automatic = best(lambda r=record: identify(r, TwoStageOptions()), 3)
         with tempfile.TemporaryDirectory() as folder:
             file = Path(folder) / "record.csv"
             rows = np.column_stack([np.arange(samples) * 1e-3, x * 1e3, record.force])

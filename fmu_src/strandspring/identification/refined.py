@@ -40,7 +40,8 @@ _PREFERENCE = 0.9
 # Relative change of the squared misfit at which the iteration ends. With K samples one standard error of a parameter
 # changes it by 1/K; without noise it falls by decades per step until rounding ends it.
 _TOLERANCE = 1e-6
-_FIRST_TOLERANCE = 1e-3  # before the weights are known
+_FIRST_TOLERANCE = 1e-3  # before the weights are known, which need no more than a fair fit
+_FIRST_EVALUATIONS = 4
 _EVALUATIONS = 100
 # Misfit in standard deviations of the noise up to which the model explains the records.
 _EXPLAINED = 1.5
@@ -236,7 +237,7 @@ def refine(loops: Loops, basis: Basis, start: Hysteresis, noise: list[ForceNoise
     robust : bool            Huber's loss, by reweighting.
     """
     problem = _Problem(loops, basis, start)
-    found = problem.solve(problem.parameters(start), loops.weight, _FIRST_TOLERANCE)
+    found = problem.solve(problem.parameters(start), loops.weight, _FIRST_TOLERANCE, _FIRST_EVALUATIONS)
     for _ in range(_ROBUST_ROUNDS if robust else 1):
         weight = _weights(loops, found, noise, robust)
         found = problem.solve(problem.vector(found), weight, _TOLERANCE)
@@ -344,7 +345,9 @@ class _Problem:
             derivatives[3 + k, points] = of[3]
         return omega, derivatives
 
-    def solve(self, start: FloatArray, weight: FloatArray, tolerance: float) -> Refinement:
+    def solve(
+        self, start: FloatArray, weight: FloatArray, tolerance: float, evaluations: int = _EVALUATIONS
+    ) -> Refinement:
         """Minimise the weighted squared misfit from a start."""
         from scipy.optimize import least_squares  # see `_misfit_variance`
 
@@ -377,7 +380,7 @@ class _Problem:
             ftol=tolerance,
             xtol=1e-12,
             gtol=1e-14,
-            max_nfev=_EVALUATIONS,
+            max_nfev=evaluations,
         )
         omega, derivatives = self.omega(found.x)
         _, backbone = self._project(omega, root, target)
