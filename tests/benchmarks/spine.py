@@ -19,6 +19,7 @@ from rich.table import Table
 from scipy.integrate import solve_ivp
 
 from strandspring import Record, Spring, SpringParameters, TwoStageOptions, identify, read_record
+from strandspring.fmu.check import running
 from strandspring.fmu.package import build_fmu
 
 SPRING = SpringParameters(
@@ -109,7 +110,6 @@ def identification_time() -> None:
 def fmu_step_time() -> None:
     """Microseconds per exchanged step through fmpy, with and without reading the energy."""
     import fmpy
-    from fmpy.fmi2 import FMU2Slave
 
     table = Table(title="Python-backed FMU through fmpy (set displacement, doStep, get force)")
     for column in ("what", "us/step", "against the closed form on a path"):
@@ -121,27 +121,19 @@ def fmu_step_time() -> None:
         fmu = build_fmu(Spring(SPRING, "benchmark").model, Path(folder))
         description = fmpy.read_model_description(fmu)
         references = {v.name: v.valueReference for v in description.modelVariables}
-        unzipped = fmpy.extract(fmu, unzipdir=str(Path(folder) / "unzipped"))
         for what, outputs in (("force", ["force"]), ("force and absorbed_energy", ["force", "absorbed_energy"])):
-            slave = FMU2Slave(
-                guid=description.guid,
-                unzipDirectory=unzipped,
-                modelIdentifier=description.coSimulation.modelIdentifier,
-                instanceName="benchmark",
-            )
-            slave.instantiate()
-            slave.setupExperiment()
-            slave.enterInitializationMode()
-            slave.exitInitializationMode()
             inputs, wanted = [references["displacement"]], [references[name] for name in outputs]
-            begin = time.perf_counter()
-            for k, value in enumerate(displacement):
-                slave.setReal(inputs, [value])
-                slave.doStep(k * 1e-3, 1e-3)
-                slave.getReal(wanted)
-            each = (time.perf_counter() - begin) / steps
-            slave.terminate()
-            slave.freeInstance()
+            with running(fmu) as slave:
+                slave.setupExperiment()
+                slave.enterInitializationMode()
+                slave.exitInitializationMode()
+                begin = time.perf_counter()
+                for k, value in enumerate(displacement):
+                    slave.setReal(inputs, [value])
+                    slave.doStep(k * 1e-3, 1e-3)
+                    slave.getReal(wanted)
+                each = (time.perf_counter() - begin) / steps
+                slave.terminate()
             table.add_row(what, f"{1e6 * each:.1f}", f"{each / closed:.0f} times slower")
     console.print(table)
 

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..records.strokes import noise_level
 from .loops import FloatArray
 
 # Groups of like |force|, each with its own variance; many, because a median over unlike scales is too small.
@@ -40,8 +41,7 @@ def force_noise(force: FloatArray) -> ForceNoise:
     a part proportional to force^2.
     """
     if force.size < _LEAST_SAMPLES:
-        fourth = np.diff(force, 4) if force.size > 8 else np.zeros(1)
-        return ForceNoise(float(np.median(np.abs(fourth))) / (0.6745 * 70.0**0.5), 0.0)
+        return ForceNoise(noise_level(force), 0.0)
     fourth, level = np.abs(np.diff(force, 4)), np.abs(force[2:-2])
     groups = np.array_split(np.argsort(level), min(_GROUPS, level.size // _GROUP_SAMPLES))
     variance = np.array([(np.median(fourth[g]) / 0.6745) ** 2 / 70.0 for g in groups])

@@ -36,10 +36,8 @@ def moving_average(loops: Loops, values: FloatArray, half_width: int) -> FloatAr
     return np.asarray((sums[high] - sums[low]) / (weights[high] - weights[low]))
 
 
-def automatic_half_width(loops: Loops, values: FloatArray, height: float) -> int:
-    """Half width that brings the noise of `values` below 1 % of `height`, the loop's half height."""
-    if height <= 0.0:
-        return 0
-    wanted = (noise_level(values) / (_WANTED_NOISE * height)) ** 2
-    points_per_stroke = values.size / max(1, np.unique(loops.stroke).size)
+def automatic_half_width(loops: Loops, omega: FloatArray) -> int:
+    """Half width that brings the noise of `omega` below 1 % of its half height, which is 1."""
+    wanted = (noise_level(omega) / _WANTED_NOISE) ** 2
+    points_per_stroke = omega.size / max(1, np.unique(loops.stroke).size)
     return int(min(0.5 * wanted, 0.5 * _LARGEST_SHARE * points_per_stroke))

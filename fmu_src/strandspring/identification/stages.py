@@ -94,7 +94,7 @@ def extract_omega(loops: Loops, backbone: Backbone, half_width: int | None) -> t
     G = np.maximum(backbone.G, _LEAST_AMPLIFIER * middle)
     omega = (loops.force - backbone.FE) / G
     if half_width is None:
-        half_width = automatic_half_width(loops, omega, 1.0)
+        half_width = automatic_half_width(loops, omega)
     return moving_average(loops, omega, half_width), G
 
 

@@ -123,5 +123,5 @@ def _three_points_of_loading(
         return None
     u = (mean.loading - columns_E @ backbone.elastic) / G
     branch = single_branch(mean.displacement, u)
-    half_width = automatic_half_width(branch, u, 1.0) if smoothing is None else smoothing
+    half_width = automatic_half_width(branch, u) if smoothing is None else smoothing
     return three_points(mean.displacement - basis.low, moving_average(branch, u, half_width))

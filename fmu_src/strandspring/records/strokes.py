@@ -68,19 +68,6 @@ class Strokes:
         """Length of each stroke, shape (S,) [m]."""
         return np.abs(np.diff(self.turning_displacement))
 
-    def from_stroke(self, first: int) -> Strokes:
-        """The same strokes without the first ones; the samples before them go too."""
-        begin = int(self.turning[first])
-        travel = self.travel[begin:].copy()
-        travel[0] = 0.0
-        return Strokes(
-            self.turning[first:] - begin,
-            self.direction[first:],
-            np.maximum(self.of_sample[begin:] - first, 0),
-            self.displacement[begin:],
-            travel,
-        )
-
 
 def reversal_threshold(displacement: FloatArray) -> float:
     """Smallest change of displacement that counts as a stroke [m]."""
