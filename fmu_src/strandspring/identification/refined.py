@@ -13,6 +13,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from enum import Enum
+from functools import lru_cache
+from typing import NamedTuple
 
 import numpy as np
 
@@ -39,7 +41,7 @@ _TRUST = 10.0
 _PREFERENCE = 0.9
 # Relative change of the squared misfit at which the iteration ends. With K samples one standard error of a parameter
 # changes it by 1/K; without noise it falls by decades per step until rounding ends it.
-_TOLERANCE = 1e-6
+_TOLERANCE = 1e-5
 _FIRST_TOLERANCE = 1e-3  # before the weights are known, which need no more than a fair fit
 _FIRST_EVALUATIONS = 4
 _EVALUATIONS = 100
@@ -299,6 +301,15 @@ def _orthogonal(matrix: FloatArray) -> tuple[FloatArray, FloatArray]:
     return np.asarray(q), np.asarray(r)
 
 
+class _Point(NamedTuple):
+    """What one evaluation of the projected problem gives; q spans the weighted linear part."""
+
+    omega: FloatArray
+    derivatives: FloatArray
+    q: FloatArray
+    backbone: Backbone
+
+
 class _Problem:
     """The projected least-squares problem of a set of loops in theta = ln(rho), ln(sigma), ln(n), omega_start..."""
 
@@ -353,44 +364,40 @@ class _Problem:
 
         root = np.sqrt(weight)
         target = self.loops.force * root
-        # least_squares asks for the residual and the Jacobian of one point one after the other.
-        kept: dict[bytes, tuple[FloatArray, FloatArray]] = {}
-
-        def evaluate(theta: FloatArray) -> tuple[FloatArray, FloatArray]:
-            key = theta.tobytes()
-            if key not in kept:
-                kept.clear()
-                omega, derivatives = self.omega(theta)
-                q, backbone = self._project(omega, root, target)
-                steepest = (derivatives * (backbone.G * root)).T
-                kept[key] = (target - q @ (q.T @ target), -(steepest - q @ (q.T @ steepest)))
-            return kept[key]
+        # least_squares asks for residual and Jacobian of a point one after the other, and its last point is wanted too.
+        @lru_cache(maxsize=2)
+        def at(key: bytes) -> _Point:
+            omega, derivatives = self.omega(np.frombuffer(key))
+            return _Point(omega, derivatives, *self._project(omega, root, target))
 
         def residual(theta: FloatArray) -> FloatArray:
-            return evaluate(theta)[0]
+            q = at(theta.tobytes()).q
+            return np.asarray(target - q @ (q.T @ target))
 
         def jacobian(theta: FloatArray) -> FloatArray:
-            return evaluate(theta)[1]
+            point = at(theta.tobytes())
+            steepest = (point.derivatives * (point.backbone.G * root)).T
+            return np.asarray(point.q @ (point.q.T @ steepest) - steepest)
 
         found = least_squares(
             residual,
             np.clip(start, self.low + 1e-6, self.high - 1e-6),
             jacobian,
             bounds=(self.low, self.high),
+            x_scale="jac",
             ftol=tolerance,
             xtol=1e-12,
             gtol=1e-14,
             max_nfev=evaluations,
         )
-        omega, derivatives = self.omega(found.x)
-        _, backbone = self._project(omega, root, target)
+        best = at(found.x.tobytes())
         rho, sigma, n = (float(v) for v in np.exp(found.x[:3]))
         return Refinement(
             Hysteresis(rho, max(sigma, SIGMA_BOUNDS[0]), n),
             found.x[3:],
-            backbone,
-            omega,
-            derivatives,
+            best.backbone,
+            best.omega,
+            best.derivatives,
             weight,
             Convergence.CONVERGED if found.success else Convergence.STOPPED,
             int(found.nfev),
