@@ -189,3 +189,20 @@ def test_wrong_amplitudes_are_wrong_usage(terminal: Terminal, amplitude: str) ->
 def test_help_has_examples(terminal: Terminal) -> None:
     assert "strandspring info spring.json a13.csv a46.csv --json" in terminal("info", "--help")
     assert "strandspring info" in terminal("--help")
+
+
+def test_identify_tells_the_same_of_a_campaign(terminal: Terminal) -> None:
+    records = [
+        synthesized(terminal, f"{amplitude}_{frequency}.csv", amplitude, frequency)
+        for amplitude, frequency in ((AMPLITUDE * 500, 0.5), (AMPLITUDE * 1000, 0.5), (AMPLITUDE * 1000, 2.0))
+    ]
+    found = json.loads(terminal("identify", *records, "-o", "found.json", "--json"))
+    told = json.loads(terminal("info", "found.json", *records, "--json"))
+    assert found["rate_independence"] == told["rate_independence"]
+    assert found["rate_independence"]["verdict"] == "independent"
+    assert found["overlap"] == told["overlap"]
+    assert found["overlap"]["amplitudes"] == 1
+    assert found["rate_independence"]["sentence"] in terminal("identify", *records, "-o", "found.json")
+    alone = json.loads(terminal("identify", records[0], "-o", "found.json", "--json"))
+    assert alone["rate_independence"] is None
+    assert alone["overlap"] is None

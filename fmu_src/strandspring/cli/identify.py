@@ -9,10 +9,11 @@ import click
 
 from ..identification import Identification, Options
 from ..identification import identify as identify_records
+from ..identification.campaign import campaign_verdicts
 from ..modelfile import ModelFile, checked_name, save_model
 from .options import ColumnOptions, column_options, identification_options, identifier, method_options, read_records
 from .output import note, result, result_json, working
-from .summary import fit_json, fit_lines, parameter_lines
+from .summary import fit_json, fit_lines, parameter_lines, verdict_json
 
 
 @click.command()
@@ -53,7 +54,10 @@ def identify(
 
         with working("Drawing the report"):
             write_report(Path(report), model, identification)
+    # One record is no campaign; `info` tells of one that holds several amplitudes or frequencies.
+    campaign = campaign_verdicts(identification.records) if len(identification.records) > 1 else (None, None)
     if as_json:
+        rate, overlap = map(verdict_json, campaign)
         result_json(
             {
                 "model": output,
@@ -65,11 +69,16 @@ def identify(
                 "uncertainty": identification.uncertainty,
                 "records": [fit_json(fit) for fit in identification.fits],
                 "outcomes": [{"name": o.name.lower(), "sentence": o.value} for o in identification.outcomes],
+                "rate_independence": rate,
+                "overlap": overlap,
                 "report": report,
             }
         )
         return
     print_identification(identification)
+    for told in campaign:
+        if told is not None:
+            result(told.sentence)
     result(f"Model file: {output}")
     if report is not None:
         result(f"Report: {report}")

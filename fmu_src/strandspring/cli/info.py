@@ -8,15 +8,14 @@ from typing import Any
 
 import click
 
-from ..identification.campaign import loading_overlap, rate_independence
-from ..loop_figures import Loop, LoopFigures, MeasuredLoop, find_cycles, measured_loops, model_curve
+from ..identification.campaign import campaign_verdicts
+from ..loop_figures import Loop, LoopFigures, MeasuredLoop, measured_loops, model_curve
 from ..model.parameters import SpringParameters
 from ..model.path import PathSolver
 from ..modelfile import ModelFile, load_model
-from ..records import Record
 from .options import ColumnOptions, FiniteRange, column_options, read_records
 from .output import note, progress, result, result_json
-from .summary import parameter_lines
+from .summary import parameter_lines, verdict_json
 
 _DEFAULT_SHARES = (0.25, 0.5, 0.75, 1.0)  # of the identified half range
 _SLACK = 1e-3  # share of the identified range by which a loop may pass it: cycles differ by as much
@@ -75,7 +74,7 @@ def info(model: str, records: tuple[str, ...], amplitudes: tuple[float, ...], as
     wanted = [model_curve(solver, *ends) for ends in _wanted(parameters, amplitudes, bool(records))]
     pairs = [(loop, model_curve(solver, loop.figures.low, loop.figures.high)) for loop in measured]
     _caution(parameters, [*((model, loop.figures) for loop in wanted), *((m.path, m.figures) for m in measured)])
-    rate, overlap = _campaign(group, len(measured), wanted)
+    rate, overlap = campaign_verdicts(group, wanted)
     if as_json:
         loops = [_loop_json("model", loop.figures) for loop in wanted]
         for loop, twin in pairs:
@@ -86,8 +85,8 @@ def info(model: str, records: tuple[str, ...], amplitudes: tuple[float, ...], as
                 "name": content.name,
                 "parameters": content.parameters.model_dump(mode="json"),
                 "loops": loops,
-                "rate_independence": rate,
-                "overlap": overlap,
+                "rate_independence": verdict_json(rate),
+                "overlap": verdict_json(overlap),
             }
         )
         return
@@ -95,7 +94,7 @@ def info(model: str, records: tuple[str, ...], amplitudes: tuple[float, ...], as
         result(line)
     for told in (rate, overlap):
         if told is not None:
-            result(told["sentence"])
+            result(told.sentence)
 
 
 def _wanted(p: SpringParameters, amplitudes: tuple[float, ...], beside: bool) -> list[tuple[float, float]]:
@@ -115,22 +114,6 @@ def _caution(p: SpringParameters, loops: list[tuple[str, LoopFigures]]) -> None:
                 f"outside the identified range {p.displacement_min * 1e3:.6g} to {p.displacement_max * 1e3:.6g} mm, "
                 "where the model is continued linearly."
             )
-
-
-def _campaign(
-    records: list[Record], amplitudes: int, wanted: list[Loop]
-) -> tuple[dict[str, Any] | None, dict[str, Any] | None]:
-    """What the loops tell together, of the records if there are any, otherwise of the model."""
-    cycles = [cycle for record in records for cycle in find_cycles(record)]
-    rate_told = None
-    if records:
-        rate = rate_independence(cycles)
-        if amplitudes > 1 or rate.frequencies is not None:
-            rate_told = {**asdict(rate), "verdict": rate.verdict.name.lower(), "sentence": rate.sentence}
-    overlap = loading_overlap(cycles or wanted)
-    if overlap is None:
-        return rate_told, None
-    return rate_told, {**asdict(overlap), "verdict": overlap.verdict.name.lower(), "sentence": overlap.sentence}
 
 
 def _loop_json(source: str, figures: LoopFigures) -> dict[str, Any]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import asdict
 from typing import Any
 
+from ..identification.campaign import Overlap, RateIndependence
 from ..identification.figures import RecordFit
 from ..model.parameters import SpringParameters
 
@@ -19,6 +20,13 @@ def fit_json(fit: RecordFit) -> dict[str, Any]:
         "omega_start": fit.omega_start,
         "compared": fit.compared,
     }
+
+
+def verdict_json(told: RateIndependence | Overlap | None) -> dict[str, Any] | None:
+    """A verdict on a test campaign as JSON."""
+    if told is None:
+        return None
+    return {**asdict(told), "verdict": told.verdict.name.lower(), "sentence": told.sentence}
 
 
 def fit_lines(fits: tuple[RecordFit, ...]) -> list[str]:

@@ -8,7 +8,8 @@ from enum import Enum
 
 import numpy as np
 
-from ..loop_figures import Cycle, Loop, alike_loops
+from ..loop_figures import Cycle, Loop, alike_loops, find_cycles
+from ..records.record import Record
 from .loops import FloatArray
 
 _CELLS = 40  # on each branch compared
@@ -236,3 +237,25 @@ def _loading(loops: Sequence[Loop], cells: FloatArray) -> tuple[FloatArray, floa
     profiles = [loop.loading.profile(cells) for loop in loops]
     variance = [loop.noise**2 * np.mean(1.0 / count) for loop, (_, count) in zip(loops, profiles, strict=True)]
     return np.asarray(np.mean([force for force, _ in profiles], axis=0)), float(np.mean(variance)) / len(loops)
+
+
+def campaign_verdicts(
+    records: Sequence[Record], model_loops: Sequence[Loop] = ()
+) -> tuple[RateIndependence | None, Overlap | None]:
+    """What the cycles of a test campaign tell together.
+
+    Parameters
+    ----------
+    records : sequence of Record
+    model_loops : sequence of Loop   Their loading paths are compared if the records hold no cycle.
+
+    Returns
+    -------
+    rate : RateIndependence or None   None where nobody would ask: no records, or one of one amplitude.
+    overlap : Overlap or None         As `loading_overlap`.
+    """
+    cycles = [cycle for record in records for cycle in find_cycles(record)]
+    rate = rate_independence(cycles) if records else None
+    if rate is not None and rate.frequencies is None and len(records) == 1 and len(alike_loops(cycles)) < 2:
+        rate = None
+    return rate, loading_overlap(cycles or list(model_loops))

@@ -218,13 +218,18 @@ def _excess(loops: Loops, found: Refinement, noise: list[ForceNoise]) -> float:
 
     By the median, since relative noise vanishes where the force crosses zero.
     """
-    record = loops.record[loops.stroke]
-    variance = np.empty(loops.force.size)
-    for k, one in enumerate(noise):
-        variance[record == k] = one.variance(loops.force[record == k])
     # Without noise rounding takes its place.
-    variance += (1e-9 * np.abs(loops.force).max()) ** 2
+    variance = _noise_variance(loops, loops.force, noise) + (1e-9 * np.abs(loops.force).max()) ** 2
     return float(np.sqrt(np.median(loops.weight * _misfit(loops, found) ** 2 / variance) / _MEDIAN))
+
+
+def _noise_variance(loops: Loops, force: FloatArray, noise: list[ForceNoise]) -> FloatArray:
+    """Variance of a single sample of this force at every point [N^2]."""
+    record = loops.record[loops.stroke]
+    variance = np.empty(force.size)
+    for k, one in enumerate(noise):
+        variance[record == k] = one.variance(force[record == k])
+    return variance
 
 
 def refine(loops: Loops, basis: Basis, start: Hysteresis, noise: list[ForceNoise], robust: bool = False) -> Refinement:
@@ -251,14 +256,13 @@ def _weights(loops: Loops, found: Refinement, noise: list[ForceNoise], robust: b
     predicted = found.backbone.FE + found.omega * found.backbone.G
     squared = (loops.force - predicted) ** 2
     record = loops.record[loops.stroke]
+    variance = _noise_variance(loops, predicted, noise) / loops.weight
     weight = np.empty(loops.force.size)
     level = loops.rms(loops.force)
-    for k, one in enumerate(noise):
+    for k in range(len(noise)):
         of = record == k
-        count = loops.weight[of]
-        variance = one.variance(predicted[of]) / count
-        beyond = max(_misfit_variance(squared[of], variance, robust), (_FINEST * level) ** 2)
-        weight[of] = 1.0 / (variance + beyond)
+        beyond = max(_misfit_variance(squared[of], variance[of], robust), (_FINEST * level) ** 2)
+        weight[of] = 1.0 / (variance[of] + beyond)
     if robust:
         pull = np.sqrt(squared * weight)
         weight *= np.minimum(1.0, _HUBER / np.maximum(pull, 1e-300))
@@ -364,6 +368,7 @@ class _Problem:
 
         root = np.sqrt(weight)
         target = self.loops.force * root
+
         # least_squares asks for residual and Jacobian of a point one after the other, and its last point is wanted too.
         @lru_cache(maxsize=2)
         def at(key: bytes) -> _Point:
