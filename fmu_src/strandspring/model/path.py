@@ -9,9 +9,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .parameters import SpringParameters
+from .parameters import SpringParameters, polynomial
 from .restoring import (
     SpringLaw,
+    amplifier,
+    elastic_force,
     elastic_work,
     falling_work,
     is_narrow,
@@ -169,6 +171,15 @@ class PathSolver:
     def force(self, path: FloatArray, omega_start: float = 0.0) -> FloatArray:
         """Restoring force at each sample [N], paper eq. (10)."""
         return np.asarray(restoring_force(self._arrays, self._x(path), self.omega(path, omega_start), Vector))
+
+    def force_with_partials(self, path: FloatArray, omega: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Force at samples with this omega [N], and its partial derivatives by displacement [N/m] and by omega [N]."""
+        law, x = self._arrays, self._x(path)
+        by_omega = self.parameters.kappa_omega * np.asarray(amplifier(law, x, Vector))
+        inside = np.clip(x, law.x_min, law.x_max)
+        slope = np.where(x == inside, polynomial(law.dFA, inside), 0.0)
+        by_displacement = polynomial(law.dFE, inside) + self.parameters.kappa_omega * omega * slope
+        return np.asarray(elastic_force(law, x, Vector)) + omega * by_omega, np.asarray(by_displacement), by_omega
 
     def stiffness(self, path: FloatArray, omega_start: float = 0.0) -> FloatArray:
         """Tangent stiffness at each sample in the direction that led to it [N/m]; of loading at the first."""
