@@ -10,8 +10,10 @@ import click
 from .._version import __version__
 from ..errors import StrandspringError
 from .build import build
+from .export import export
 from .identify import identify
 from .info import info
+from .isolate import isolate
 from .predict import predict
 from .synthesize import synthesize
 
@@ -27,13 +29,15 @@ def strandspring() -> None:
       strandspring predict spring.json other.csv -o predicted.csv
       strandspring info spring.json other.csv
       strandspring build spring.json -o dist
+      strandspring export spring.json --ssv --modelica
+      strandspring isolate spring.json --mass 5 --plot curves.png
       strandspring synthesize spring spring.json --amplitude 20 -o synthetic.csv
 
     Exit status: 0 done; 1 the data or the model is refused, with one sentence that says why; 2 wrong usage.
     """
 
 
-for command in (identify, predict, info, synthesize, build):
+for command in (identify, predict, info, synthesize, build, export, isolate):
     strandspring.add_command(command)
 
 

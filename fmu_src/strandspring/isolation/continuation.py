@@ -1,14 +1,15 @@
-"""The steady motions over a band of frequencies, followed through folds by pseudo-arclength continuation.
+"""The steady motions over a band of frequencies, followed through folds.
 
-Where a resonance leans over, one frequency has several steady motions. The curve of (z, ln Omega) itself is smooth:
-it is followed by its tangent, corrected by Newton's method across it, and each wanted frequency that it passes is
-solved for itself.
+From one wanted frequency to the next the motion is predicted along its tangent and solved at the new frequency. Where a
+resonance leans over, one frequency has several steady motions and that fails; the curve of (z, ln Omega) itself is
+smooth, and is followed there by pseudo-arclength: predicted along its tangent, corrected by Newton's method across it.
+Spikes narrower than the band's spacing, such as superharmonic resonances without damping, are passed over.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -16,17 +17,25 @@ from .harmonic_balance import Balance, HarmonicBalance
 from .periodic import FloatArray
 from .system import IsolationError, StaticPoint
 
+# At fixed frequencies
+_PARTS = 32  # of the way to the next wanted frequency, at the finest
+_CHANGE = 0.6  # most of the motion's size by which it may change in one step
+_SURPRISE = 0.3  # most of it by which it may differ from its prediction
+# Along the curve
 _WEIGHT = 4.0  # of ln(Omega) against the relative change of the motion in the length of a step
 _LONGEST = 0.4
 _SHORTEST = 1e-5
-_FIRST = 0.1
+_FIRST = 0.05
 _EASY = 3  # corrections after which the step may grow
 _CORRECTIONS = 8
 _TOLERANCE = 1e-9  # of the largest term of the balance
 _BEND = 0.7  # least cosine between the tangents of neighbours; a jump to another branch shows as a sharper bend
+# Another branch is further away than the neighbours are from each other and the curve bends between them.
 _NEAR, _ALIKE = 5.0, 0.02
-_MOST_STEPS = 20_000
+_MOST_STEPS = 5_000
+
 _RAMP = 10  # levels through which a start is approached
+_REFINEMENTS = 6  # halvings of the frequencies' spacing about a peak
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,7 +44,7 @@ class SteadyMotion:
 
     Attributes
     ----------
-    omega : float                     [rad/s]
+    log : float                       ln of Omega in rad/s.
     z : ndarray, shape (2H + 1,)      Fourier coefficients of the mount's displacement [m].
     balance : Balance
     rising : bool                     Whether the curve runs towards higher frequencies here; between two folds it runs
@@ -43,29 +52,16 @@ class SteadyMotion:
     wanted : bool                     Whether the frequency is one of those asked for.
     """
 
-    omega: float
-    z: FloatArray
-    balance: Balance
-    rising: bool
-    wanted: bool = False
-
-
-@dataclass(frozen=True, eq=False)
-class _Place:
-    z: FloatArray
     log: float
+    z: FloatArray
     balance: Balance
-    tangent: FloatArray
+    rising: bool = True
+    wanted: bool = False
 
     @property
     def omega(self) -> float:
+        """Omega [rad/s]."""
         return float(np.exp(self.log))
-
-    @property
-    def metric(self) -> FloatArray:
-        """Weights that make the length of a step relative to the motion."""
-        size = float(np.linalg.norm(self.z[1:]))
-        return np.append(np.full(self.z.size, 1.0 / size), _WEIGHT)
 
 
 def follow(balance: HarmonicBalance, rest: StaticPoint, frequencies: FloatArray) -> Iterator[SteadyMotion]:
@@ -81,40 +77,43 @@ def follow(balance: HarmonicBalance, rest: StaticPoint, frequencies: FloatArray)
     ------
     IsolationError                      If no steady motion is found, or the curve cannot be followed.
     """
-    z, found = _start(balance, rest, float(frequencies[0]))
     logs = np.log(frequencies)
-    place = _placed(z, float(logs[0]), found, None)
-    yield SteadyMotion(float(frequencies[0]), z, found, True, True)
-    step = _FIRST
-    for _ in range(_MOST_STEPS):
-        if place.log >= logs[-1]:
-            return
-        after, corrections = _next(balance, place, step)
-        if after is None:
-            step *= 0.5
-            if step < _SHORTEST:
-                raise IsolationError(
-                    f"The steady motion at a level of {balance.level:.6g} {balance.excitation.unit} could not be "
-                    f"followed beyond {place.omega / (2.0 * np.pi):.6g} Hz; use a lower level or a narrower band."
-                )
+    here = _start(balance, rest, float(logs[0]))
+    yield here
+    while (after := logs[logs > here.log]).size:
+        there = _ahead(balance, here, float(after[0]))
+        if there is not None:
+            yield there
+            here = there
             continue
-        yield from _passed(balance, place, after, logs)
-        if after.log < logs[-1]:
-            yield SteadyMotion(after.omega, after.z, after.balance, bool(after.tangent[-1] > 0.0))
-        if after.log < logs[0]:
-            raise IsolationError(
-                f"The steady motion at a level of {balance.level:.6g} {balance.excitation.unit} turns back below the "
-                "lowest frequency; begin the band lower."
-            )
-        place = after
-        if corrections <= _EASY:
-            step = min(1.5 * step, _LONGEST)
-    raise IsolationError(f"The steady motion could not be followed within {_MOST_STEPS} steps; use a narrower band.")
+        for motion in _along(balance, here, logs, float(after[0])):
+            yield motion
+            here = motion
 
 
-def _start(balance: HarmonicBalance, rest: StaticPoint, omega: float) -> tuple[FloatArray, Balance]:
+def refine_peak(
+    balance: HarmonicBalance, motions: list[SteadyMotion], measure: Callable[[SteadyMotion], float]
+) -> list[SteadyMotion]:
+    """The motions with more of them about the greatest value of a measure, unless the curve ends or folds there."""
+    found = list(motions)
+    for _ in range(_REFINEMENTS):
+        top = max(range(len(found)), key=lambda k: measure(found[k]))
+        if not 0 < top < len(found) - 1:
+            break
+        # The later pair first, so that the earlier one keeps its place.
+        for k in (top, top - 1):
+            left, right = found[k], found[k + 1]
+            if not (left.rising and right.rising and left.log < right.log):
+                return found
+            middle = _between(balance, left, right, 0.5 * (left.log + right.log))
+            if middle is not None:
+                found.insert(k + 1, middle)
+    return found
+
+
+def _start(balance: HarmonicBalance, rest: StaticPoint, log: float) -> SteadyMotion:
     """A steady motion at one frequency, if need be approached from lower levels."""
-    system = balance.system
+    system, omega = balance.system, float(np.exp(log))
     for levels in (np.ones(1), np.geomspace(0.02, 1.0, _RAMP)):
         z = np.zeros(2 * balance.basis.harmonics + 1)
         z[0] = system.series * rest.displacement
@@ -124,55 +123,126 @@ def _start(balance: HarmonicBalance, rest: StaticPoint, omega: float) -> tuple[F
         z[1] = levels[0] * balance.forcing(omega)[0] / size * (1.0 if dynamic.real >= 0.0 else -1.0)
         solved = None
         for level in levels:
-            part = HarmonicBalance(
-                system, balance.excitation, level * balance.level, balance.basis.harmonics, balance.basis.phase.size
-            )
-            solved = part.solve(z, omega)
+            solved = balance.at_level(level * balance.level).solve(z, omega)
             if solved is None:
                 break
             z = solved[0]
         if solved is not None:
-            return solved
+            return SteadyMotion(log, *solved, wanted=True)
     raise IsolationError(
-        f"No steady motion was found at {omega / (2.0 * np.pi):.6g} Hz and a level of {balance.level:.6g} "
-        f"{balance.excitation.unit}; use a lower level or begin at another frequency."
+        f"No steady motion was found at {_told(balance, log)}; use a lower level or begin at another frequency."
     )
 
 
-def _placed(z: FloatArray, log: float, there: Balance, before: _Place | None) -> _Place:
-    """A point of the curve with its unit tangent, turned the way the curve is followed."""
-    place = _Place(z, log, there, np.zeros(z.size + 1))
-    metric = place.metric
-    along = np.append(np.zeros(z.size), 1.0) if before is None else before.tangent
-    matrix = np.vstack([_columns(there, place.omega), along * metric**2])
-    tangent = np.linalg.solve(matrix, np.append(np.zeros(z.size), 1.0))
-    return _Place(z, log, there, tangent / np.linalg.norm(tangent * metric))
+def _told(balance: HarmonicBalance, log: float) -> str:
+    return f"{np.exp(log) / (2.0 * np.pi):.6g} Hz and a level of {balance.level:.6g} {balance.excitation.unit}"
 
 
-def _columns(balance: Balance, omega: float) -> FloatArray:
+def _ahead(balance: HarmonicBalance, here: SteadyMotion, target: float) -> SteadyMotion | None:
+    """The motion at the next wanted frequency, by steps at fixed frequencies; None if it is not continuous."""
+    least = (target - here.log) / _PARTS
+    step = target - here.log
+    while here.log < target:
+        log = target if here.log + 1.5 * step > target else here.log + step
+        omega = here.omega
+        try:
+            slope = np.linalg.solve(here.balance.jacobian, -omega * here.balance.by_frequency)
+        except np.linalg.LinAlgError:
+            return None
+        size = float(np.linalg.norm(here.z[1:]))
+        predicted = here.z + slope * (log - here.log)
+        solved = None
+        if np.linalg.norm(predicted - here.z) <= _CHANGE * size:
+            solved = balance.solve(predicted, float(np.exp(log)))
+        if solved is not None and (
+            np.linalg.norm(solved[0] - here.z) <= _CHANGE * size
+            and np.linalg.norm(solved[0] - predicted) <= _SURPRISE * size
+        ):
+            here = SteadyMotion(log, *solved, wanted=log == target)
+            continue
+        step *= 0.5
+        if step < least:
+            return None
+    return here
+
+
+def _along(balance: HarmonicBalance, here: SteadyMotion, logs: FloatArray, target: float) -> Iterator[SteadyMotion]:
+    """Motions along the curve until it has risen past the target, those at wanted frequencies among them."""
+    place = _Place.of(here)
+    step = _FIRST
+    for _ in range(_MOST_STEPS):
+        after, corrections = _next(balance, place, step)
+        if after is None:
+            step *= 0.5
+            if step < _SHORTEST:
+                raise IsolationError(
+                    f"The steady motion could not be followed beyond {_told(balance, place.motion.log)}; use a lower "
+                    "level or a narrower band."
+                )
+            continue
+        yield from _passed(balance, place.motion, after.motion, logs)
+        yield after.motion
+        if after.motion.log < logs[0]:
+            raise IsolationError(
+                f"The steady motion turns back at {_told(balance, float(logs[0]))}; begin the band lower."
+            )
+        place = after
+        if place.motion.log >= target and place.motion.rising:
+            return
+        if corrections <= _EASY:
+            step = min(1.5 * step, _LONGEST)
+    raise IsolationError(
+        f"The steady motion could not be followed within {_MOST_STEPS} steps beyond {_told(balance, here.log)}; use "
+        "another level or band."
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class _Place:
+    """A point of the curve with its tangent, of unit length in the metric, turned the way the curve is followed."""
+
+    motion: SteadyMotion
+    tangent: FloatArray
+
+    @classmethod
+    def of(cls, motion: SteadyMotion, before: _Place | None = None) -> _Place:
+        metric = _metric(motion)
+        along = np.append(np.zeros(motion.z.size), 1.0) if before is None else before.tangent
+        matrix = np.vstack([_columns(motion), along * metric**2])
+        tangent = np.linalg.solve(matrix, np.append(np.zeros(motion.z.size), 1.0))
+        return cls(replace(motion, rising=bool(tangent[-1] > 0.0)), tangent / np.linalg.norm(tangent * metric))
+
+
+def _metric(motion: SteadyMotion) -> FloatArray:
+    """Weights that make the length of a step relative to the motion."""
+    return np.append(np.full(motion.z.size, 1.0 / float(np.linalg.norm(motion.z[1:]))), _WEIGHT)
+
+
+def _columns(motion: SteadyMotion) -> FloatArray:
     """Jacobian by (z, ln Omega)."""
-    return np.column_stack([balance.jacobian, omega * balance.by_frequency])
+    return np.column_stack([motion.balance.jacobian, motion.omega * motion.balance.by_frequency])
 
 
 def _next(balance: HarmonicBalance, place: _Place, step: float) -> tuple[_Place | None, int]:
     """The point of the curve one step on, and how many corrections it took; None if there is none so near."""
-    metric = place.metric
+    metric = _metric(place.motion)
     normal = place.tangent * metric**2
-    at = np.append(place.z, place.log) + step * place.tangent
+    at = np.append(place.motion.z, place.motion.log) + step * place.tangent
     predicted = at
     for correction in range(_CORRECTIONS):
-        omega = float(np.exp(at[-1]))
         if not np.any(at[1:-1]):
             break
-        there = balance.at(at[:-1], omega)
-        if float(np.abs(there.residual).max()) <= _TOLERANCE * there.scale and correction:
-            after = _placed(at[:-1], float(at[-1]), there, place)
+        there = SteadyMotion(float(at[-1]), at[:-1], balance.at(at[:-1], float(np.exp(at[-1]))))
+        residual = there.balance.residual
+        if correction and float(np.abs(residual).max()) <= _TOLERANCE * there.balance.scale:
+            after = _Place.of(there, place)
             aligned = float(np.sum(after.tangent * place.tangent * metric**2))
             aligned /= float(np.linalg.norm(after.tangent * metric))
             return (after if aligned > _BEND else None), correction
-        matrix = np.vstack([_columns(there, omega), normal])
         try:
-            at = at - np.linalg.solve(matrix, np.append(there.residual, normal @ (at - predicted)))
+            at = at - np.linalg.solve(
+                np.vstack([_columns(there), normal]), np.append(residual, normal @ (at - predicted))
+            )
         except np.linalg.LinAlgError:
             break
         if not np.all(np.isfinite(at)) or np.linalg.norm((at - predicted) * metric) > 2.0 * step:
@@ -180,18 +250,25 @@ def _next(balance: HarmonicBalance, place: _Place, step: float) -> tuple[_Place 
     return None, _CORRECTIONS
 
 
-def _passed(balance: HarmonicBalance, before: _Place, after: _Place, logs: FloatArray) -> Iterator[SteadyMotion]:
+def _passed(
+    balance: HarmonicBalance, before: SteadyMotion, after: SteadyMotion, logs: FloatArray
+) -> Iterator[SteadyMotion]:
     """Steady motions at the wanted frequencies between two neighbours on the curve, in its order."""
+    rising = after.log > before.log
     low, high = sorted((before.log, after.log))
-    if after.log > before.log:
-        between = logs[(logs > low) & (logs <= high)]
-    else:
-        between = logs[(logs >= low) & (logs < high)][::-1]
-    for log in between:
-        share = (log - before.log) / (after.log - before.log)
-        guess = before.z + share * (after.z - before.z)
-        solved = balance.solve(guess, float(np.exp(log)))
-        # Another branch is further away than the neighbours are from each other and the curve bends between them.
-        near = _NEAR * np.linalg.norm(after.z - before.z) + _ALIKE * np.linalg.norm(guess[1:])
-        if solved is not None and np.linalg.norm(solved[0] - guess) <= near:
-            yield SteadyMotion(float(np.exp(log)), *solved, after.log > before.log, True)
+    between = logs[(logs > low) & (logs < high)]
+    for log in between if rising else between[::-1]:
+        motion = _between(balance, before, after, float(log))
+        if motion is not None:
+            yield replace(motion, rising=rising, wanted=True)
+
+
+def _between(balance: HarmonicBalance, before: SteadyMotion, after: SteadyMotion, log: float) -> SteadyMotion | None:
+    """The motion at a frequency between those of two neighbours on the curve."""
+    share = (log - before.log) / (after.log - before.log)
+    guess = before.z + share * (after.z - before.z)
+    solved = balance.solve(guess, float(np.exp(log)))
+    near = _NEAR * np.linalg.norm(after.z - before.z) + _ALIKE * np.linalg.norm(guess[1:])
+    if solved is None or np.linalg.norm(solved[0] - guess) > near:
+        return None
+    return SteadyMotion(log, *solved)

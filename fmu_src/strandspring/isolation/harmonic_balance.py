@@ -72,6 +72,10 @@ class HarmonicBalance:
         self._spring = PeriodicSpring(system.spring, self.basis)
         self._order = np.concatenate([[0], self.basis.order, self.basis.order]).astype(np.float64)
 
+    def at_level(self, level: float) -> HarmonicBalance:
+        """The same balance at another level."""
+        return HarmonicBalance(self.system, self.excitation, level, self.basis.harmonics, self.basis.phase.size)
+
     def forcing(self, omega: float) -> tuple[float, float]:
         """Amplitude of the force cos(Omega t) on the mass in relative coordinates [N], and its derivative by Omega."""
         m = self.system.mass

@@ -28,6 +28,7 @@ FloatArray = NDArray[np.float64]
 _NEWTON_STEPS = 4  # for turning points between samples, and for the memory; both converge quadratically
 _MEMORY_STEPS = 60
 _MEMORY_TOLERANCE = 1e-13
+_STEEPEST = 1.0 - 1e-9  # slope of omega after a period over omega before it; it is 1 for motion too small for a loop
 
 
 @dataclass(frozen=True, eq=False)
@@ -143,39 +144,56 @@ class PeriodicSpring:
         return np.asarray(phase)
 
     def _memory(self, way: FloatArray, direction: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """xi at the beginning of each stroke of the steady period, and W' at the beginning and end of each.
+        """xi at the beginning of each stroke of the steady period, and W' at the beginning and end of each."""
+        xi = self._two_strokes(float(way[0])) if way.size == 2 else self._many_strokes(way, direction)
+        return xi, self._slope(saturation_of(self._arrays, xi)), self._slope(saturation_of(self._arrays, xi + way))
 
-        omega after a period is an increasing function of omega before it with slope below 1, so its fixed point is
-        unique; Newton's method is kept between bounds.
+    def _two_strokes(self, way: float) -> FloatArray:
+        """Forth and back: omega is opposite at the two turns, W(xi) + W(xi + way) = 0 (see `loop_figures.modelled`)."""
+        # No stroke begins before omega = -1.
+        low, high = max(-way, inverse_saturation(self._lists, -1.0)), 0.0
+        xi = max(-0.5 * way, low)
+        for _ in range(_MEMORY_STEPS):
+            start, end = saturation(self._lists, xi), saturation(self._lists, xi + way)
+            step = -(start + end) / float(np.sum(self._slope(np.array([start, end]))))
+            if abs(step) <= _MEMORY_TOLERANCE * way:
+                break
+            low, high = (low, xi) if step < 0.0 else (xi, high)
+            xi = xi + step if low < xi + step < high else 0.5 * (low + high)
+        return np.full(2, xi)
+
+    def _many_strokes(self, way: FloatArray, direction: FloatArray) -> FloatArray:
+        """With inner loops: omega after a period is an increasing function of omega before it with slope below 1.
+
+        Its fixed point is unique; Newton's method is kept between bounds.
         """
         ways, signs = way.tolist(), direction.tolist()
         low, high, last = -1.0, 1.0, 4.0
         omega = self._omega
-        begin = end = np.zeros(0)
+        xis: list[float] = []
         for _ in range(_MEMORY_STEPS):
             before = omega
             xis, starts, ends = [], [], []
             for along, sign in zip(ways, signs, strict=True):
-                u = sign * omega
-                xi = inverse_saturation(self._lists, u)
+                xi = inverse_saturation(self._lists, sign * omega)
                 after = saturation(self._lists, xi + along)
-                omega = sign * after
                 xis.append(xi)
-                starts.append(u)
+                starts.append(sign * omega)
                 ends.append(after)
-            begin, end = self._slope(np.array(starts)), self._slope(np.array(ends))
+                omega = sign * after
             change = omega - before
             if abs(change) <= _MEMORY_TOLERANCE:
                 break
             low, high = (before, high) if change > 0.0 else (low, before)
-            step = change / (1.0 - min(float(np.prod(end / begin)), 1.0 - 1e-9))
+            slope = float(np.prod(self._slope(np.array(ends)) / self._slope(np.array(starts))))
+            step = change / (1.0 - min(slope, _STEEPEST))
             # For n < 1 Newton's method alone may go to and fro about omega = 0.
             if low < before + step < high and abs(step) < 0.5 * last:
                 omega, last = before + step, abs(step)
             else:
                 omega, last = 0.5 * (low + high), high - low
         self._omega = omega
-        return np.array(xis), begin, end
+        return np.array(xis)
 
     def _slope(self, u: FloatArray) -> FloatArray:
         """W' where W is u, paper eq. (22); never quite zero, so that it may divide."""
@@ -193,7 +211,11 @@ class PeriodicSpring:
         for gain, shift in zip(ratio, moved, strict=True):
             along = gain * along + shift
         begin = np.empty_like(columns)
-        begin[0] = along / (1.0 - min(float(np.prod(ratio)), 1.0 - 1e-9))
+        if direction.size == 2:
+            # By the symmetry of the two strokes; 1 - prod(ratio) vanishes where the loop does.
+            begin[0] = moved[1] / (1.0 + ratio[0])
+        else:
+            begin[0] = along / (1.0 - min(float(np.prod(ratio)), _STEEPEST))
         for k in range(direction.size - 1):
             begin[k + 1] = ratio[k] * begin[k] + moved[k]
         return begin

@@ -10,7 +10,7 @@ import numpy as np
 
 from ..loop_figures import model_loop
 from ..model.path import PathSolver
-from .continuation import SteadyMotion, follow
+from .continuation import SteadyMotion, follow, refine_peak
 from .harmonic_balance import HARMONICS, SAMPLES, HarmonicBalance
 from .periodic import FloatArray
 from .system import Excitation, IsolatedMass, IsolationError, static_point
@@ -87,6 +87,13 @@ class FrequencyResponse:
     points: tuple[ResponsePoint, ...]
     resonance: Resonance
 
+    @property
+    def told_level(self) -> str:
+        """The level in the unit that people read."""
+        if self.excitation is Excitation.BASE_DISPLACEMENT:
+            return f"{1e3 * self.level:.4g} mm"
+        return f"{self.level:.4g} {self.excitation.unit}"
+
     def column(self, name: str) -> FloatArray:
         """One attribute of all points, shape (P,)."""
         return np.array([getattr(point, name) for point in self.points], dtype=np.float64)
@@ -126,10 +133,10 @@ def frequency_response(
         raise IsolationError(f"`level` must be finite and > 0 [{excitation.unit}], got {level!r}.")
     balance = HarmonicBalance(system, excitation, level, harmonics, samples)
     rest = static_point(system)
-    points = []
-    for motion in _inside(follow(balance, rest, 2.0 * np.pi * band), balance, extrapolate):
-        points.append(_point(balance, motion))
-    return FrequencyResponse(excitation, level, tuple(points), _resonance(system, points))
+    motions = list(_inside(follow(balance, rest, 2.0 * np.pi * band), balance, extrapolate))
+    motions = refine_peak(balance, motions, lambda motion: _point(balance, motion).transmissibility)
+    points = tuple(_point(balance, motion) for motion in _inside(iter(motions), balance, extrapolate))
+    return FrequencyResponse(excitation, level, points, _resonance(system, points))
 
 
 def checked_band(frequencies: Sequence[float] | FloatArray) -> FloatArray:
@@ -221,8 +228,10 @@ def _resonance(system: IsolatedMass, points: Sequence[ResponsePoint]) -> Resonan
     elif last < 0:
         isolation = points[0].frequency
     else:
-        share = (values[last] - 1.0) / (values[last] - values[last + 1])
-        isolation = points[last].frequency + share * (points[last + 1].frequency - points[last].frequency)
+        # Both fall nearly by powers of each other.
+        here, there = points[last], points[last + 1]
+        share = math.log(here.transmissibility) / math.log(here.transmissibility / there.transmissibility)
+        isolation = here.frequency * (there.frequency / here.frequency) ** share
     return Resonance(
         frequency=peak.frequency,
         transmissibility=peak.transmissibility,

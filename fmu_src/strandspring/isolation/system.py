@@ -152,10 +152,11 @@ def static_point(system: IsolatedMass) -> StaticPoint:
 
 
 def _crossing(grid: np.ndarray, force: np.ndarray, level: float) -> float:
-    """First displacement at which a sampled force reaches a level within its range."""
-    above = force >= level
-    if above.all() or not above.any():
-        return float(grid[np.argmin(np.abs(force - level))])
-    cell = int(np.flatnonzero(above[1:] != above[:-1])[0])
-    share = (level - force[cell]) / (force[cell + 1] - force[cell])
-    return float(grid[cell] + share * (grid[cell + 1] - grid[cell]))
+    """First displacement at which a sampled force rises through a level within its range; falls through it if none."""
+    below, above = force[:-1] < level, force[1:] >= level
+    for cells in (np.flatnonzero(below & above), np.flatnonzero(below != ~above)):
+        if cells.size:
+            cell = int(cells[0])
+            share = (level - force[cell]) / (force[cell + 1] - force[cell])
+            return float(grid[cell] + share * (grid[cell + 1] - grid[cell]))
+    return float(grid[np.argmin(np.abs(force - level))])

@@ -1,0 +1,271 @@
+"""`strandspring isolate`."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import asdict, fields
+from pathlib import Path
+from typing import Any
+
+import click
+import numpy as np
+
+from ..files import replacing
+from ..isolation import (
+    Excitation,
+    FrequencyResponse,
+    IsolatedMass,
+    IsolationError,
+    ResponsePoint,
+    StaticPoint,
+    frequency_response,
+    static_point,
+)
+from ..modelfile import load_model
+from .output import progress, result, result_json
+
+_DEFAULT_SHARES = (0.005, 0.01, 0.02)  # of the room between rest and the nearer end of the range
+_DEFAULT_BAND = (0.23, 5.0)  # of the frequency of small motion; not at a superharmonic resonance
+
+# Excitation, factor from what people write to SI.
+_EXCITATIONS = {
+    "base_displacement": (Excitation.BASE_DISPLACEMENT, 1e-3),
+    "base_acceleration": (Excitation.BASE_ACCELERATION, 1.0),
+    "force": (Excitation.FORCE, 1.0),
+}
+
+
+@click.command()
+@click.argument("model", metavar="MODEL.json")
+@click.option("--mass", type=float, required=True, metavar="KG", help="Mass on the mount [kg].")
+@click.option("--load", type=float, metavar="N", help="Static load along the axis [N].  [default: the weight]")
+@click.option("--parallel", type=int, default=1, show_default=True, help="Rows of springs side by side.")
+@click.option("--series", type=int, default=1, show_default=True, help="Springs in series in each row.")
+@click.option(
+    "--damping",
+    type=float,
+    default=0.0,
+    show_default=True,
+    metavar="N*S/M",
+    help="Viscous damping besides the springs' [N s/m].",
+)
+@click.option(
+    "--base-displacement",
+    type=float,
+    multiple=True,
+    metavar="MM",
+    help="Amplitude of the base's displacement [mm]; repeat for more levels.  [default: 0.5, 1 and 2 % of "
+    "the room the spring has]",
+)
+@click.option(
+    "--base-acceleration",
+    type=float,
+    multiple=True,
+    metavar="M/S2",
+    help="Amplitude of the base's acceleration [m/s^2]; repeat for more levels.",
+)
+@click.option(
+    "--force",
+    type=float,
+    multiple=True,
+    metavar="N",
+    help="Amplitude of a force on the mass [N]; repeat for more levels.",
+)
+@click.option(
+    "--band",
+    type=(float, float),
+    metavar="LOW HIGH",
+    help="Band of frequencies [Hz].  [default: 0.23 to 5 times the frequency of small motion]",
+)
+@click.option(
+    "--points",
+    type=click.IntRange(2, 100_000),
+    default=200,
+    show_default=True,
+    help="Frequencies over the band, evenly spaced in the logarithm.",
+)
+@click.option(
+    "--extrapolate", is_flag=True, help="Go on where the motion leaves the identified range, instead of refusing."
+)
+@click.option("-o", "--output", metavar="OUT.csv", help="Write every point of the curves here.")
+@click.option("--plot", metavar="FILE.png", help="Draw the curves (.png, .svg or .pdf).")
+@click.option("--json", "as_json", is_flag=True, help="Print one JSON object instead of text.")  # fmt: skip
+def isolate(
+    model: str,
+    mass: float,
+    load: float | None,
+    parallel: int,
+    series: int,
+    damping: float,
+    band: tuple[float, float] | None,
+    points: int,
+    extrapolate: bool,
+    output: str | None,
+    plot: str | None,
+    as_json: bool,
+    **levels: tuple[float, ...],
+) -> None:
+    """Tell how a mass on a mount of these springs isolates: rest, transmissibility, resonance.
+
+    The steady response is found by harmonic balance and followed through folds, where a frequency has several motions;
+    between two folds they are unstable (drawn dotted). Transmissibility is that of the first harmonic: absolute motion
+    over the base's, or, with --force, the force on the base over that force.
+
+    \b
+    Examples:
+      strandspring isolate spring.json --mass 5
+      strandspring isolate spring.json --mass 20 --parallel 4 --base-displacement 0.5 --base-displacement 2 --plot t.png
+      strandspring isolate spring.json --mass 5 --load 0 --force 10 --band 2 50 -o curve.csv --json
+    """
+    if plot is not None:
+        from ..isolation.plot import SUFFIXES
+
+        if Path(plot).suffix.lower() not in SUFFIXES:
+            raise click.UsageError(f"--plot must end in {', '.join(SUFFIXES)}, got {plot!r}.")
+    content = load_model(model)
+    system = IsolatedMass(content.parameters.spring(), mass, load, parallel, series, damping)
+    rest = static_point(system)
+    excitation, amplitudes = _levels(levels, system, rest)
+    frequencies = _frequencies(band, points, rest)
+    responses = [
+        frequency_response(system, excitation, amplitude, frequencies, extrapolate)
+        for amplitude in progress(amplitudes, "Balancing harmonics")
+    ]
+    if output is not None:
+        _write(Path(output), responses)
+    if plot is not None:
+        from ..isolation.plot import write_plot
+
+        write_plot(Path(plot), responses, f"{content.name}: {mass:g} kg")
+    if as_json:
+        result_json(_json(model, system, rest, responses, output, plot))
+        return
+    for line in _lines(system, rest, responses):
+        result(line)
+    for what, path in (("Curves", output), ("Plot", plot)):
+        if path is not None:
+            result(f"{what}: {path}")
+
+
+def _levels(
+    given: dict[str, tuple[float, ...]], system: IsolatedMass, rest: StaticPoint
+) -> tuple[Excitation, list[float]]:
+    """The excitation that was asked for and its levels in SI."""
+    kinds = [kind for kind, levels in given.items() if levels]
+    if len(kinds) > 1:
+        raise click.UsageError(
+            f"{' and '.join('--' + kind.replace('_', '-') for kind in kinds)} exclude each other; give one of them."
+        )
+    if not kinds:
+        p = system.spring
+        room = min(rest.displacement - p.displacement_min, p.displacement_max - rest.displacement)
+        return Excitation.BASE_DISPLACEMENT, [share * system.series * room for share in _DEFAULT_SHARES]
+    excitation, factor = _EXCITATIONS[kinds[0]]
+    return excitation, [factor * level for level in given[kinds[0]]]
+
+
+def _frequencies(band: tuple[float, float] | None, points: int, rest: StaticPoint) -> np.ndarray:
+    low, high = band or tuple(share * rest.frequency for share in _DEFAULT_BAND)
+    if not (math.isfinite(low) and math.isfinite(high) and 0.0 < low < high):
+        raise IsolationError(f"The band must rise from above 0 [Hz], got {low!r} to {high!r}.")
+    return np.geomspace(low, high, points)
+
+
+def _write(path: Path, responses: list[FrequencyResponse]) -> None:
+    import pandas as pd
+
+    names = [field.name for field in fields(ResponsePoint)]
+    tables = []
+    for response in responses:
+        table = pd.DataFrame([asdict(point) for point in response.points], columns=names)
+        table.insert(0, f"level [{response.excitation.unit}]", response.level)
+        tables.append(table)
+    heading = {
+        "frequency": "frequency [Hz]",
+        "phase": "phase [deg]",
+        "relative_phase": "relative phase [deg]",
+        "relative": f"relative [{'m/N' if responses[0].excitation is Excitation.FORCE else '1'}]",
+        "transmissibility": "transmissibility [1]",
+        "amplitude": "amplitude [m]",
+        "mean": "mean [m]",
+        "least": "least [m]",
+        "greatest": "greatest [m]",
+        "force": "force on the base [N]",
+        "acceleration": "acceleration [m/s^2]",
+    }
+    with replacing(path) as part:
+        pd.concat(tables).rename(columns=heading).to_csv(part, index=False, lineterminator="\n")
+
+
+def _json(
+    model: str,
+    system: IsolatedMass,
+    rest: StaticPoint,
+    responses: list[FrequencyResponse],
+    output: str | None,
+    plot: str | None,
+) -> dict[str, Any]:
+    described = {f.name: getattr(system, f.name) for f in fields(system) if f.name != "spring"}
+    return {
+        "model": model,
+        "system": {**described, "load": system.static_load},
+        "rest": _finite(asdict(rest)),
+        "excitation": responses[0].excitation.value,
+        "levels": [
+            {
+                "level": response.level,
+                "unit": response.excitation.unit,
+                "resonance": _finite(asdict(response.resonance)),
+                "points": [asdict(point) for point in response.points],
+            }
+            for response in responses
+        ],
+        "output": output,
+        "plot": plot,
+    }
+
+
+def _finite(content: dict[str, Any]) -> dict[str, Any]:
+    """JSON has no NaN: what cannot be told is null."""
+    return {name: None if isinstance(v, float) and not math.isfinite(v) else v for name, v in content.items()}
+
+
+def _lines(system: IsolatedMass, rest: StaticPoint, responses: list[FrequencyResponse]) -> list[str]:
+    springs = "1 spring" if system.parallel * system.series == 1 else f"{system.parallel} x {system.series} springs"
+    friction = f"{1e3 * rest.least:.4g} to {1e3 * rest.greatest:.4g} mm with friction"
+    sag = "" if math.isnan(rest.sag) else f", static sag {1e3 * rest.sag:.4g} mm"
+    lines = [
+        f"{system.mass:g} kg on {springs}, static load {system.static_load:.4g} N",
+        f"  rests at {1e3 * rest.displacement:.4g} mm of a spring ({friction}){sag}",
+        f"  small motion: {1e-3 * rest.stiffness:.4g} N/mm, {rest.frequency:.4g} Hz",
+    ]
+    rows = [
+        [
+            "level",
+            "resonance Hz",
+            "transmissibility",
+            "amplitude mm",
+            "stiffness N/mm",
+            "loss factor",
+            "isolates from Hz",
+        ]
+    ]
+    for response in responses:
+        r = response.resonance
+        rows.append(
+            [
+                response.told_level,
+                f"{r.frequency:.4g}" + ("" if r.inside else " (end of band)"),
+                f"{r.transmissibility:.4g}",
+                f"{1e3 * r.amplitude:.4g}",
+                f"{1e-3 * r.stiffness:.4g}",
+                f"{r.loss_factor:.3g}",
+                "-" if math.isnan(r.isolation_frequency) else f"{r.isolation_frequency:.4g}",
+            ]
+        )
+    widths = [max(len(row[k]) for row in rows) for k in range(len(rows[0]))]
+    lines += ["  " + "  ".join(text.rjust(width) for text, width in zip(row, widths, strict=True)) for row in rows]
+    unstable = sum(not point.stable for response in responses for point in response.points)
+    if unstable:
+        lines.append(f"  The curve folds: {unstable} points between folds are unstable, and the motion jumps there.")
+    return lines

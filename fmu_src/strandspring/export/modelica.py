@@ -1,0 +1,109 @@
+"""A Modelica package of one spring: its parameters, the spring as equations, and flanges for its FMU.
+
+What differs from spring to spring is made here; the text around it is ``assets/package.mo.j2``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from html import escape
+from importlib.resources import files
+
+from jinja2 import Environment, StrictUndefined
+
+from .._version import __version__
+from ..fmu.variables import Variable, start_values, variables
+from ..modelfile import ModelFile
+
+# Keywords of Modelica 3.6, its predefined types and the names that the package looks up from outside: a package
+# of such a name is no Modelica, or hides what it needs itself.
+_TAKEN = """
+    algorithm and annotation block break class connect connector constant constrainedby der discrete each else elseif
+    elsewhen encapsulated end enumeration equation expandable extends external false final flow for function if import
+    impure in initial inner input loop model not operator or outer output package parameter partial protected public
+    pure record redeclare replaceable return stream then true type when while within
+    AssertionLevel Boolean Clock Complex Connections ExternalObject Integer Modelica ModelicaServices Real StateSelect
+    String abs assert max min noEvent smooth time
+"""
+_STRING_ESCAPES = str.maketrans({"\\": "\\\\", '"': '\\"', "\n": "\\n", "\r": "\\r", "\t": "\\t"})
+_SI_TYPES = {"N": "Force", "m": "Position"}
+
+
+def package_name(name: str) -> str:
+    """The Modelica package of the model `name`: the same, unless Modelica has taken that name."""
+    return f"{name}_spring" if name in _TAKEN.split() else name
+
+
+def modelica_package(model: ModelFile) -> str:
+    """The text of the package; the same model gives the same text."""
+    spring = model.parameters.spring()
+    start = start_values(spring)
+    table = variables(len(spring.kE), len(spring.kA))
+    kE, kA = (
+        [f"data.{name}[{i + 1}]" for i in range(count)]
+        for name, count in (("kE", len(spring.kE)), ("kA", len(spring.kA)))
+    )
+    # Modelica is full of braces, which are Jinja's own delimiters.
+    environment = Environment(
+        variable_start_string="<<",
+        variable_end_string=">>",
+        block_start_string="<%",
+        block_end_string="%>",
+        trim_blocks=True,
+        lstrip_blocks=True,
+        keep_trailing_newline=True,
+        undefined=StrictUndefined,
+    )
+    template = environment.from_string((files(__package__) / "assets" / "package.mo.j2").read_text(encoding="utf-8"))
+    return template.render(
+        package=package_name(model.name),
+        description=_string(model.description or "Hysteretic spring identified from measurement"),
+        description_html=_string(escape(model.description)),
+        version=__version__,
+        arrays=[
+            (name, len(values), _units(table, name), ", ".join(map(repr, values)))
+            for name, values in (("kE", spring.kE), ("kA", spring.kA))
+        ],
+        scalars=[_declaration(v, start[v.name]) for v in table if v.causality == "parameter" and "[" not in v.name],
+        FE=_horner(kE, "inside"),
+        FE_slope=_horner([c if i == 1 else f"{i}*{c}" for i, c in enumerate(kE)][1:], "inside"),
+        FA=_horner(kA, "inside"),
+    )
+
+
+def _declaration(variable: Variable, value: float) -> str:
+    """One scalar parameter of the record."""
+    known = _SI_TYPES.get(str(variable.unit))
+    modifiers = [] if known else [f'final unit="{_unit(variable)}"']
+    modifiers += ['displayUnit="mm"'] if variable.display_unit == "mm" else []
+    modifiers += [
+        f"{name}={limit!r}"
+        for name, limit in (("min", variable.minimum), ("max", variable.maximum))
+        if limit is not None
+    ]
+    kind = f"Modelica.Units.SI.{known}" if known else "Real"
+    return f'parameter {kind} {variable.name}({", ".join(modifiers)})={value!r} "{_string(variable.description)}";'
+
+
+def _units(table: Sequence[Variable], array: str) -> str:
+    return ", ".join(f'"{_unit(v)}"' for v in table if v.name.startswith(f"{array}["))
+
+
+def _unit(variable: Variable) -> str:
+    """The unit as Modelica spells it: N/m2 for N/m^2."""
+    return str(variable.unit).replace("^", "")
+
+
+def _horner(coefficients: Sequence[str], x: str) -> str:
+    """The polynomial with these coefficients of ascending powers; empty if there are none."""
+    if not coefficients:
+        return ""
+    *lower, text = coefficients
+    for coefficient in reversed(lower):
+        text = f"{coefficient} + {x}*({text})"
+    return text
+
+
+def _string(text: str) -> str:
+    """Text as it stands between the quotes of a Modelica string."""
+    return text.translate(_STRING_ESCAPES)

@@ -1,0 +1,189 @@
+"""`strandspring export`: SSP parameter values as other programs read them, and the command."""
+
+from __future__ import annotations
+
+import json
+import os
+from dataclasses import replace
+from pathlib import Path
+from xml.etree import ElementTree
+
+import fmpy
+import pytest
+from fmpy.ssp.ssd import ParameterSet, read_ssv
+
+from fmu_tools import SPRING, built, instance, run_python, wandering_path
+from springs import force_scale
+from strandspring import Spring, SpringParameters
+from strandspring.export.modelica import modelica_package
+from strandspring.export.ssv import parameter_values
+from strandspring.fmu.variables import spring_parameters, start_values, variables
+from strandspring.modelfile import model_file
+from test_info import Terminal
+
+AWKWARD = "\"quoted\" 'single' <b>bold</b> &amp; ]]> <!-- \nnew line\ttab\rreturn äöü 弹簧 %s {{ 7*7 }}"
+CONSTANT = SpringParameters((2.0,), (1.0,), 10.0, 200.0, 1.0, 0.5, 0.0, -0.01, 0.01)
+LONGEST = SpringParameters((0.0, 1e4, *[1e5] * 19), (1.0, *[1.0] * 20), 10.0, 200.0, 1.0, 0.5, 0.0, -0.01, 0.01)
+
+
+def parameter_set(folder: Path, parameters: SpringParameters, description: str = "") -> tuple[Path, ParameterSet]:
+    """The SSV file of a spring, and what FMPy reads after checking it by the schema of SSP 1.0."""
+    path = folder / "spring.ssv"
+    path.write_text(parameter_values(model_file("spring", parameters, description)), encoding="utf-8", newline="\n")
+    return path, read_ssv(str(path))
+
+
+@pytest.mark.parametrize("parameters", [SPRING, CONSTANT, LONGEST], ids=["spring", "constant", "longest"])
+def test_ssv_holds_every_parameter_of_the_fmu_with_every_bit(parameters: SpringParameters, tmp_path: Path) -> None:
+    exact = replace(parameters, kE=(0.1 + 0.2, *parameters.kE[1:]), rho=100.0 + 1e-13)
+    _, read = parameter_set(tmp_path, exact)
+    table = [v for v in variables(len(exact.kE), len(exact.kA)) if v.causality == "parameter"]
+    assert read.name == "spring"
+    assert [(p.name, p.type, p.unit) for p in read.parameters] == [(v.name, "Real", v.unit) for v in table]
+    values = {p.name: float(p.value) for p in read.parameters}
+    assert {"displacement": exact.displacement_offset, **values} == start_values(exact)
+    assert spring_parameters(values, len(exact.kE), len(exact.kA)) == exact
+
+
+def test_ssv_applied_to_the_fmu_of_another_spring_makes_it_this_one(tmp_path: Path) -> None:
+    other = SpringParameters((1.0, 2.0, 3.0, 4.0), (1.0, 0.0, 0.0), 1.0, 2.0, 0.6, 3.0, 0.0, -1.0, 1.0)
+    _, read = parameter_set(tmp_path, SPRING)
+    path = wandering_path(SPRING, 200, seed=4)
+    with instance(built(tmp_path, other), tmp_path / "unpacked") as one:
+        one.initialize(displacement=path[0], **{p.name: float(p.value) for p in read.parameters})
+        force = [one.step(x, "force")[0] for x in path]
+    # The FMU and the vectorised path have one source and differ by rounding.
+    assert force == pytest.approx(Spring(SPRING).response(path), abs=1e-12 * force_scale(SPRING, path))
+
+
+def test_units_of_the_ssv_are_those_of_the_fmu(tmp_path: Path) -> None:
+    path, read = parameter_set(tmp_path, SPRING)
+    found = {}
+    for unit in ElementTree.parse(path).getroot().iterfind("{*}Units/{*}Unit"):
+        (base,) = unit
+        found[unit.get("name")] = {symbol: int(power) for symbol, power in base.attrib.items()}
+    assert set(found) == {p.unit for p in read.parameters}
+    description = fmpy.read_model_description(str(built(tmp_path, SPRING)))
+    of_fmu = {unit.name: unit.baseUnit for unit in description.unitDefinitions}
+    for name, powers in found.items():
+        for symbol in ("kg", "m", "s"):
+            assert powers.get(symbol, 0) == getattr(of_fmu[name], symbol), name
+        assert (of_fmu[name].factor, of_fmu[name].offset) == (1.0, 0.0)
+
+
+def test_awkward_texts_reach_the_ssv_unchanged(tmp_path: Path) -> None:
+    path, _ = parameter_set(tmp_path, SPRING, AWKWARD)
+    assert ElementTree.parse(path).getroot().get("description") == AWKWARD
+
+
+def test_same_model_same_text_in_other_processes() -> None:
+    code = """
+from fmu_tools import SPRING
+from strandspring.export.modelica import modelica_package
+from strandspring.export.ssv import parameter_values
+from strandspring.modelfile import model_file
+from test_info import Terminal
+model = model_file("spring", SPRING, "described")
+print(parameter_values(model), modelica_package(model))
+"""
+    model = model_file("spring", SPRING, "described")
+    expected = f"{parameter_values(model)} {modelica_package(model)}\n"
+    for seed in ("1", "2"):
+        assert run_python(code, environment={**os.environ, "PYTHONHASHSEED": seed, "TZ": f"UTC{seed}"}) == expected
+
+
+@pytest.fixture
+def terminal(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Terminal:
+    """The command line in a folder with two model files."""
+    monkeypatch.chdir(tmp_path)
+    Spring(SPRING, "mount", "a mount").save("mount.json")
+    Spring(SPRING, "model").save("model.json")
+    return Terminal(capsys)
+
+
+def files() -> set[str]:
+    """Everything below the working folder but the model files."""
+    found = {path.as_posix() for path in Path().rglob("*") if path.is_file()}
+    return found - {"mount.json", "model.json"}
+
+
+def test_files_go_to_dist_and_hold_what_was_made(terminal: Terminal) -> None:
+    said = terminal("export", "mount.json", "--ssv", "--modelica")
+    assert said == f"SSP parameter values: {Path('dist/mount.ssv')}\nModelica package: {Path('dist/mount.mo')}\n"
+    assert terminal.err == ""
+    assert files() == {"dist/mount.ssv", "dist/mount.mo"}
+    model = model_file("mount", SPRING, "a mount")
+    assert Path("dist/mount.ssv").read_bytes() == parameter_values(model).encode()
+    assert Path("dist/mount.mo").read_bytes() == modelica_package(model).encode()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "written"),
+    [
+        (["--ssv", "-o", "a/b.ssv"], {"a/b.ssv"}),
+        (["--ssv", "-o", "a.b/../new"], {"new/mount.ssv"}),
+        (["--modelica", "-o", "lib"], {"lib/mount.mo"}),
+        (["--modelica", "-o", "lib/mount.mo"], {"lib/mount.mo"}),
+        (["--modelica", "--ssv", "-o", "."], {"mount.mo", "mount.ssv"}),
+    ],
+)
+def test_the_output_is_a_folder_or_a_file(terminal: Terminal, arguments: list[str], written: set[str]) -> None:
+    Path("a.b").mkdir()
+    terminal("export", "mount.json", *arguments)
+    assert files() == written
+    before = {name: Path(name).read_bytes() for name in written}
+    terminal("export", "mount.json", *arguments)
+    assert {name: Path(name).read_bytes() for name in files()} == before
+
+
+def test_json_tells_what_was_written(terminal: Terminal) -> None:
+    told = json.loads(terminal("export", "mount.json", "--ssv", "--json"))
+    assert told == {"model": "mount.json", "name": "mount", "ssv": str(Path("dist/mount.ssv")), "modelica": None}
+    told = json.loads(terminal("export", "model.json", "--modelica", "--json"))
+    assert told["modelica"] == str(Path("dist/model_spring.mo"))
+
+
+def test_a_package_called_otherwise_than_the_model_is_told(terminal: Terminal) -> None:
+    terminal("export", "model.json", "--modelica")
+    assert "called model_spring, because model is a word of Modelica" in terminal.err
+    assert files() == {"dist/model_spring.mo"}
+
+
+@pytest.mark.parametrize(
+    ("arguments", "expected"),
+    [
+        ([], "--ssv"),
+        (["--ssv", "-o", "values.xml"], ".ssv"),
+        (["--ssv", "-o", "mount.json"], ".ssv"),
+        (["--modelica", "-o", "mount.ssv"], ".mo"),
+        (["--modelica", "--ssv", "-o", "mount.ssv"], ".mo"),
+        (["--modelica", "-o", "other.mo"], "called mount.mo, got other.mo"),
+        (["--fmi"], "--fmi"),
+    ],
+)
+def test_wrong_usage_writes_nothing(terminal: Terminal, arguments: list[str], expected: str) -> None:
+    model = Path("mount.json").read_bytes()
+    assert terminal("export", "mount.json", *arguments, status=2) == ""
+    assert expected in terminal.err
+    assert files() == set()
+    assert Path("mount.json").read_bytes() == model
+
+
+def test_bad_input_gets_one_sentence(terminal: Terminal) -> None:
+    Path("bad.json").write_text("{}", encoding="utf-8")
+    Path("plain").write_text("", encoding="utf-8")
+    for arguments, expected in (
+        (["bad.json", "--ssv"], "bad.json"),
+        (["missing.json", "--modelica"], "missing.json"),
+        (["mount.json", "--ssv", "-o", "plain/folder"], "cannot be written"),
+        (["mount.json", "--ssv", "-o", f"{'x' * 300}.ssv"], "cannot be written"),
+    ):
+        assert terminal("export", *arguments, status=1) == ""
+        (refusal,) = terminal.err.strip().splitlines()
+        assert refusal.startswith("strandspring: ")
+        assert expected in refusal
+    assert files() == {"bad.json", "plain"}
+
+
+def test_help_has_examples(terminal: Terminal) -> None:
+    assert "strandspring export spring.json --ssv --modelica -o dist" in terminal("export", "--help")

@@ -1,0 +1,270 @@
+"""Harmonic balance: the periodic force, textbook systems, folds, figures, refusals."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from strandspring import Spring, SpringParameters
+from strandspring.isolation import (
+    Excitation,
+    FrequencyResponse,
+    IsolatedMass,
+    IsolationError,
+    frequency_response,
+    static_point,
+)
+from strandspring.isolation.periodic import FourierBasis, PeriodicSpring
+from strandspring.model.ni import PAPER_NI
+from strandspring.model.paper import NormalizedBoucWen
+from synthetic import spring_of
+
+MOUNT = SpringParameters(
+    (50.0, 20_000.0, 1e5, 2e7), (1.0, 10.0, 100.0), 15.0, 400.0, 1.0, 0.5, 0.05, 0.02, 0.08
+)  # fmt: skip
+FORCES = {
+    Excitation.BASE_DISPLACEMENT: 1e-3,
+    Excitation.BASE_ACCELERATION: 2.0,
+    Excitation.FORCE: 3.0,
+}
+
+
+def coefficients(basis: FourierBasis, mean: float, amplitude: float, wild: float) -> np.ndarray:
+    """A motion with inner loops where `wild` is large."""
+    c = np.zeros(2 * basis.harmonics + 1)
+    c[0], c[1], c[basis.harmonics + 2] = mean, amplitude, 0.3 * wild * amplitude
+    c[3], c[basis.harmonics + 4] = wild * amplitude, 0.2 * amplitude * wild
+    return c
+
+
+@pytest.mark.parametrize(("n", "sigma"), [(0.22, 0.6), (1.0, 1.0), (2.5, 3.0)])
+@pytest.mark.parametrize(("wild", "turns"), [(0.0, 2), (0.6, 6)])
+def test_the_steady_force_is_that_of_many_periods(n: float, sigma: float, wild: float, turns: int) -> None:
+    p, basis, fine = spring_of(n, sigma), FourierBasis(9, 256), 16
+    motion = coefficients(basis, p.displacement_offset, 0.01, wild)
+    found = PeriodicSpring(p, basis).respond(motion)
+    phase = 2.0 * np.pi * np.arange(10 * 256 * fine) / (256 * fine)
+    force = Spring(p).response(basis.at(phase) @ motion)[-256 * fine :: fine]
+    assert found.turns.size == turns
+    # The path misses the turning points by up to an 8192th of a period, (2 pi/8192)^2/2 = 3e-7 of the amplitude, and
+    # half of that of the inner loops' curvature; a cusp of omega (n < 1) makes ten times as much of it.
+    assert found.force == pytest.approx(force, abs=1e-5 * np.ptp(force))
+
+
+@pytest.mark.parametrize(("n", "sigma"), [(0.22, 0.6), (1.0, 1.0), (2.5, 3.0)])
+@pytest.mark.parametrize("wild", [0.0, 0.6])
+@pytest.mark.parametrize("amplitude", [1e-4, 1e-3, 1e-2])
+def test_derivatives_are_those_of_finite_differences(n: float, sigma: float, wild: float, amplitude: float) -> None:
+    p, basis = spring_of(n, sigma), FourierBasis(5, 128)
+    spring = PeriodicSpring(p, basis)
+    motion = coefficients(basis, p.displacement_offset, amplitude, wild)
+    exact = spring.respond(motion).derivatives
+    step = 1e-5 * amplitude
+    for k in range(motion.size):
+        more, less = (spring.respond(motion + sign * step * np.eye(motion.size)[k]).force for sign in (1.0, -1.0))
+        numeric = (more - less) / (2.0 * step)
+        # For n < 1 the slope of omega has cusps; what is left is the rounding of the memory over the step.
+        assert np.median(np.abs(numeric - exact[:, k])) < 1e-6 * np.abs(exact).max()
+        assert np.percentile(np.abs(numeric - exact[:, k]), 95) < 1e-4 * np.abs(exact).max()
+
+
+@pytest.mark.parametrize("excitation", list(Excitation))
+def test_a_linear_spring_is_the_textbook(excitation: Excitation) -> None:
+    spring = SpringParameters((0.0, 2000.0), (1.0,), 1e-9, 100.0, 1.0, 1.0, 0.0, -1.0, 1.0)
+    system = IsolatedMass(spring, 2.0, load=0.0, parallel=3, series=2, damping=12.0)
+    stiffness = 2000.0 * 3 / 2
+    level = FORCES[excitation]
+    found = frequency_response(system, excitation, level, np.geomspace(0.5, 40.0, 40))
+    wanted = found.column("wanted") > 0.0
+    assert wanted.sum() == 40
+    circular = 2.0 * np.pi * found.column("frequency")
+    dynamic = stiffness - 2.0 * circular**2 + 12.0j * circular
+    transmissibility = (stiffness + 12.0j * circular) / dynamic
+    relative = 1.0 / dynamic if excitation is Excitation.FORCE else 2.0 * circular**2 / dynamic
+    assert found.column("transmissibility") == pytest.approx(np.abs(transmissibility), rel=1e-6)
+    assert found.column("relative") == pytest.approx(np.abs(relative), rel=1e-6)
+    for name, expected in (("phase", transmissibility), ("relative_phase", relative)):
+        off = (found.column(name) - np.degrees(np.angle(expected)) + 180.0) % 360.0 - 180.0
+        assert np.abs(off).max() < 1e-4, name  # degrees; 1e-6 of a radian
+    resonance = found.resonance
+    assert resonance.stiffness == pytest.approx(stiffness, rel=1e-6)
+    assert resonance.loss_factor == pytest.approx(12.0 * 2.0 * np.pi * resonance.frequency / stiffness, rel=1e-6)
+    # Textbook: isolation begins at sqrt(2) of the undamped natural frequency; a power law between points
+    # that are 12 % apart.
+    assert resonance.isolation_frequency == pytest.approx(np.sqrt(2.0 * stiffness / 2.0) / (2.0 * np.pi), rel=5e-3)
+
+
+@pytest.mark.parametrize("excitation", [Excitation.BASE_DISPLACEMENT, Excitation.FORCE])
+def test_mounts_of_several_springs_are_scaled_ones(excitation: Excitation) -> None:
+    """P rows of S springs: P/S the stiffness, S the stroke; so mass, load and damping by P/S, levels by S or P."""
+    band = np.geomspace(4.0, 30.0, 15)
+    level = 4e-4 if excitation is Excitation.BASE_DISPLACEMENT else 8.0
+    one = frequency_response(IsolatedMass(MOUNT, 5.0, 50.0, damping=6.0), excitation, level, band)
+    parallel, series = 6, 2
+    ratio = parallel / series
+    many_level = level * (series if excitation is Excitation.BASE_DISPLACEMENT else parallel)
+    many = frequency_response(
+        IsolatedMass(MOUNT, 5.0 * ratio, 50.0 * parallel, parallel, series, 6.0 * ratio), excitation, many_level, band
+    )
+    assert many.column("transmissibility") == pytest.approx(one.column("transmissibility"), rel=1e-7)
+    assert many.column("amplitude") == pytest.approx(series * one.column("amplitude"), rel=1e-7)
+    assert many.column("mean") == pytest.approx(one.column("mean"), rel=1e-7)
+    assert many.column("force") == pytest.approx(parallel * one.column("force"), rel=1e-7)
+
+
+def test_excitations_of_the_same_strength_move_the_mass_alike() -> None:
+    frequency = 9.0
+    circular = 2.0 * np.pi * frequency
+    system = IsolatedMass(MOUNT, 5.0, 50.0)
+    band = [frequency, 10.0]
+    levels = {
+        Excitation.BASE_DISPLACEMENT: 5e-4,
+        Excitation.BASE_ACCELERATION: 5e-4 * circular**2,
+        Excitation.FORCE: 5.0 * 5e-4 * circular**2,
+    }
+    points = [frequency_response(system, kind, level, band).points[0] for kind, level in levels.items()]
+    assert points[1].amplitude == pytest.approx(points[0].amplitude, rel=1e-8)
+    assert points[2].amplitude == pytest.approx(points[0].amplitude, rel=1e-8)
+    assert points[1].transmissibility == pytest.approx(points[0].transmissibility, rel=1e-8)
+    assert points[1].phase == pytest.approx(points[0].phase, abs=1e-6)
+
+
+def test_the_papers_normalized_spring_softens_and_damps_more_as_the_level_grows() -> None:
+    ni = PAPER_NI
+    plain = NormalizedBoucWen(1e3 * ni.K1, ni.z0, 1e3 * ni.rho, ni.sigma, ni.n)
+    system = IsolatedMass(plain.spring(-0.05, 0.05), 5.0, load=0.0)
+    band = np.geomspace(8.0, 60.0, 80)
+    found = [
+        frequency_response(system, Excitation.BASE_DISPLACEMENT, level, band).resonance
+        for level in (1e-6, 1e-5, 1e-4, 5e-4)
+    ]
+    for quantity, falls in (("frequency", True), ("stiffness", True), ("loss_factor", False), ("amplitude", False)):
+        values = [getattr(one, quantity) for one in found]
+        assert values == sorted(values, reverse=falls), quantity
+    # From all of kappa_x + rho*kappa_omega towards kappa_x.
+    assert found[0].stiffness > 0.8 * (plain.kappa_x + plain.rho * plain.kappa_omega)
+    assert found[-1].stiffness < 0.5 * (plain.kappa_x + plain.rho * plain.kappa_omega)
+    for one in found:
+        # A resonance of loss factor eta amplifies by sqrt(1 + 1/eta^2), of a linear spring exactly.
+        assert one.transmissibility == pytest.approx(np.hypot(1.0, 1.0 / one.loss_factor), rel=0.15)
+
+
+def folded() -> FrequencyResponse:
+    """A hardening mount shaken so hard that its resonance leans over."""
+    system = IsolatedMass(MOUNT, 5.1, damping=20.0)
+    band = np.geomspace(5.0, 25.0, 100)
+    return frequency_response(system, Excitation.BASE_DISPLACEMENT, 2e-3, band, extrapolate=True)
+
+
+def test_the_curve_is_followed_through_folds() -> None:
+    found = folded()
+    frequency, stable = found.column("frequency"), found.column("stable") > 0.0
+    assert not stable.all()
+    # Rising, back between the folds, rising again; neighbours on the curve are near each other.
+    direction = np.sign(np.diff(frequency))
+    assert np.count_nonzero(np.diff(direction)) == 2
+    unstable = frequency[~stable]
+    three = (frequency > unstable.min()) & (frequency < unstable.max()) & (found.column("wanted") > 0.0)
+    values, counts = np.unique(frequency[three], return_counts=True)
+    assert values.size >= 3
+    assert (counts == 3).mean() > 0.6  # next to a fold one of the three may be missed
+    amplitude = found.column("amplitude")
+    assert np.abs(np.diff(np.log(amplitude))).max() < 0.6
+    assert found.resonance.frequency == pytest.approx(unstable.max(), rel=0.01)
+
+
+def test_every_wanted_frequency_is_there_once_without_folds() -> None:
+    band = np.geomspace(3.0, 40.0, 60)
+    found = frequency_response(IsolatedMass(MOUNT, 5.0, 50.0), Excitation.BASE_DISPLACEMENT, 5e-4, band)
+    assert found.column("frequency")[found.column("wanted") > 0.0] == pytest.approx(band, rel=1e-12)
+    peak = found.resonance
+    near = frequency_response(
+        IsolatedMass(MOUNT, 5.0, 50.0),
+        Excitation.BASE_DISPLACEMENT,
+        5e-4,
+        np.linspace(0.97 * peak.frequency, 1.03 * peak.frequency, 201),
+    )
+    # The peak is found between the points of the band.
+    assert peak.transmissibility == pytest.approx(near.column("transmissibility").max(), rel=1e-4)
+
+
+def test_more_harmonics_and_samples_change_little() -> None:
+    system, band = IsolatedMass(MOUNT, 5.0, 50.0), np.geomspace(3.0, 30.0, 12)
+    few, many = (
+        frequency_response(system, Excitation.BASE_DISPLACEMENT, 6e-4, band, harmonics=h, samples=k)
+        for h, k in ((11, 256), (31, 1024))
+    )
+    first, second = (
+        r.column("transmissibility")[r.column("wanted") > 0.0] for r in (few, many)
+    )  # fmt: skip
+    # What 11 harmonics leave out is below a thousandth; the mark is 0.5 %.
+    assert first == pytest.approx(second, rel=1e-3)
+
+
+def test_the_rest_carries_the_load() -> None:
+    system = IsolatedMass(MOUNT, 6.0, parallel=2, series=3)
+    rest = static_point(system)
+    each = 6.0 * 9.80665 / 2
+    x = rest.displacement - MOUNT.displacement_offset
+    assert 50.0 + 20_000.0 * x + 1e5 * x**2 + 2e7 * x**3 == pytest.approx(each, abs=1e-3)  # between grid points
+    assert rest.least < rest.displacement < rest.greatest
+    # Loaded slowly up to the load and down to it from above, the spring stays within the band.
+    low, high = rest.least, rest.greatest
+    loaded = Spring(MOUNT).response([0.02, low])[-1]
+    unloaded = Spring(MOUNT).response([0.08, high])[-1]
+    # omega starts at 0 and is within 1e-3 of saturation, which is 15 N.
+    assert loaded == pytest.approx(each, abs=0.05)
+    assert unloaded == pytest.approx(each, abs=0.05)
+    soft = static_point(IsolatedMass(MOUNT, 6.0, parallel=2))
+    assert rest.sag == pytest.approx(3.0 * soft.sag)
+    assert rest.frequency == pytest.approx(soft.frequency / np.sqrt(3.0))
+
+
+@pytest.mark.parametrize(
+    ("change", "told"),
+    [
+        ({"mass": 0.0}, r"`mass` must be finite and > 0 \[kg\], got 0.0"),
+        ({"mass": -1.0}, r"`mass` must be finite and > 0 \[kg\], got -1.0"),
+        ({"mass": float("nan")}, "`mass` must be finite"),
+        ({"load": float("inf")}, "`load` must be finite"),
+        ({"parallel": 0}, "`parallel` must be a number of springs"),
+        ({"series": 0}, "`series` must be a number of springs"),
+        ({"damping": -1.0}, "`damping` must be finite and >= 0"),
+    ],
+)
+def test_impossible_systems_are_refused(change: dict[str, float], told: str) -> None:
+    with pytest.raises(IsolationError, match=told):
+        IsolatedMass(**{"spring": MOUNT, "mass": 5.0, **change})  # type: ignore[arg-type]
+
+
+def test_impossible_operating_points_are_refused() -> None:
+    with pytest.raises(IsolationError, match="must lie within the forces of the identified range"):
+        static_point(IsolatedMass(MOUNT, 1000.0))
+    falling = replace(MOUNT, kE=(50.0, -20_000.0))
+    with pytest.raises(IsolationError, match="is not stable"):
+        static_point(IsolatedMass(falling, 5.0, 50.0))
+    system = IsolatedMass(MOUNT, 5.0, 50.0)
+    with pytest.raises(IsolationError, match=r"outside the identified range of 20 to 80 mm; use a lower level"):
+        frequency_response(system, Excitation.BASE_DISPLACEMENT, 1e-3, np.geomspace(3.0, 30.0, 50))
+
+
+@pytest.mark.parametrize(
+    ("frequencies", "told"),
+    [
+        ([0.0, 1.0], "Every frequency must be finite and > 0"),
+        ([1.0, float("nan")], "Every frequency must be finite and > 0"),
+        ([2.0, 1.0], "`frequencies` must rise"),
+        ([1.0], "must be at least two"),
+    ],
+)
+def test_impossible_bands_are_refused(frequencies: list[float], told: str) -> None:
+    with pytest.raises(IsolationError, match=told):
+        frequency_response(IsolatedMass(MOUNT, 5.0, 50.0), Excitation.FORCE, 1.0, frequencies)
+
+
+@pytest.mark.parametrize("level", [0.0, -1.0, float("nan")])
+def test_impossible_levels_are_refused(level: float) -> None:
+    with pytest.raises(IsolationError, match="`level` must be finite and > 0"):
+        frequency_response(IsolatedMass(MOUNT, 5.0, 50.0), Excitation.FORCE, level, [1.0, 2.0])
