@@ -95,20 +95,20 @@ def refine_peak(
     balance: HarmonicBalance, motions: list[SteadyMotion], measure: Callable[[SteadyMotion], float]
 ) -> list[SteadyMotion]:
     """The motions with more of them about the greatest value of a measure, unless the curve ends or folds there."""
-    found = list(motions)
+    found = [(motion, measure(motion)) for motion in motions]
     for _ in range(_REFINEMENTS):
-        top = max(range(len(found)), key=lambda k: measure(found[k]))
+        top = max(range(len(found)), key=lambda k: found[k][1])
         if not 0 < top < len(found) - 1:
             break
+        around = [motion for motion, _ in found[top - 1 : top + 2]]
+        if not (all(motion.rising for motion in around) and around[0].log < around[1].log < around[2].log):
+            break
         # The later pair first, so that the earlier one keeps its place.
-        for k in (top, top - 1):
-            left, right = found[k], found[k + 1]
-            if not (left.rising and right.rising and left.log < right.log):
-                return found
-            middle = _between(balance, left, right, 0.5 * (left.log + right.log))
+        for k in (1, 0):
+            middle = _between(balance, around[k], around[k + 1], 0.5 * (around[k].log + around[k + 1].log))
             if middle is not None:
-                found.insert(k + 1, middle)
-    return found
+                found.insert(top + k, (middle, measure(middle)))
+    return [motion for motion, _ in found]
 
 
 def _start(balance: HarmonicBalance, rest: StaticPoint, log: float) -> SteadyMotion:

@@ -21,7 +21,7 @@ from .system import Excitation, IsolatedMass
 HARMONICS = 11
 SAMPLES = 256
 _STEPS = 40
-_TOLERANCE = 1e-10  # of the largest term of the balance
+_TOLERANCE = 1e-8  # of the largest term of the balance
 _ROUNDING = 1e-7  # of the same: good enough where no step comes nearer
 _HALVINGS = 8
 

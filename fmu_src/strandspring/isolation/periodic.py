@@ -25,7 +25,7 @@ from ..model.saturation import inverse_saturation, saturation
 
 FloatArray = NDArray[np.float64]
 
-_NEWTON_STEPS = 4  # for turning points between samples, and for the memory; both converge quadratically
+_NEWTON_STEPS = 3  # for turning points between samples: 1e-3 of their distance, 1e-6, 1e-12
 _MEMORY_STEPS = 60
 _MEMORY_TOLERANCE = 1e-13
 _STEEPEST = 1.0 - 1e-9  # slope of omega after a period over omega before it; it is 1 for motion too small for a loop
@@ -103,8 +103,9 @@ class PeriodicSpring:
         turns = columns @ coefficients
         # From the highest turning point on, where omega depends least on what was before.
         top = int(np.argmax(turns))
-        at, columns, turns = np.roll(at, -top), np.roll(columns, -top, axis=0), np.roll(turns, -top)
-        length = np.abs(np.roll(turns, -1) - turns)
+        order = (np.arange(turns.size) + top) % turns.size
+        at, columns, turns = at[order], columns[order], turns[order]
+        length = np.abs(turns[(np.arange(turns.size) + 1) % turns.size] - turns)
         direction = np.where(np.arange(turns.size) % 2 == 0, -1.0, 1.0)
         start_xi, start_slope, end_slope = self._memory(p.rho * length, direction)
         stroke = (np.searchsorted(np.sort(at), basis.phase, side="right") - 1 + int(np.argmin(at))) % turns.size
@@ -145,11 +146,16 @@ class PeriodicSpring:
 
     def _memory(self, way: FloatArray, direction: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """xi at the beginning of each stroke of the steady period, and W' at the beginning and end of each."""
-        xi = self._two_strokes(float(way[0])) if way.size == 2 else self._many_strokes(way, direction)
-        return xi, self._slope(saturation_of(self._arrays, xi)), self._slope(saturation_of(self._arrays, xi + way))
+        strokes = self._two_strokes(float(way[0])) if way.size == 2 else self._many_strokes(way, direction)
+        xi, start, end = np.array(strokes).T
+        return xi, self._slope(start), self._slope(end)
 
-    def _two_strokes(self, way: float) -> FloatArray:
-        """Forth and back: omega is opposite at the two turns, W(xi) + W(xi + way) = 0 (see `loop_figures.modelled`)."""
+    def _two_strokes(self, way: float) -> list[tuple[float, float, float]]:
+        """xi, W(xi) and W(xi + way) of both strokes of a loop; omega is opposite at its turns, so their sum is 0.
+
+        See `loop_figures.modelled`.
+        """
+        start = end = 0.0
         # No stroke begins before omega = -1.
         low, high = max(-way, inverse_saturation(self._lists, -1.0)), 0.0
         xi = max(-0.5 * way, low)
@@ -160,32 +166,30 @@ class PeriodicSpring:
                 break
             low, high = (low, xi) if step < 0.0 else (xi, high)
             xi = xi + step if low < xi + step < high else 0.5 * (low + high)
-        return np.full(2, xi)
+        return [(xi, start, end)] * 2
 
-    def _many_strokes(self, way: FloatArray, direction: FloatArray) -> FloatArray:
-        """With inner loops: omega after a period is an increasing function of omega before it with slope below 1.
+    def _many_strokes(self, way: FloatArray, direction: FloatArray) -> list[tuple[float, float, float]]:
+        """The same with inner loops: omega after a period is a rising function of omega before it, of slope below 1.
 
         Its fixed point is unique; Newton's method is kept between bounds.
         """
         ways, signs = way.tolist(), direction.tolist()
         low, high, last = -1.0, 1.0, 4.0
         omega = self._omega
-        xis: list[float] = []
+        strokes: list[tuple[float, float, float]] = []
         for _ in range(_MEMORY_STEPS):
             before = omega
-            xis, starts, ends = [], [], []
+            strokes = []
             for along, sign in zip(ways, signs, strict=True):
                 xi = inverse_saturation(self._lists, sign * omega)
-                after = saturation(self._lists, xi + along)
-                xis.append(xi)
-                starts.append(sign * omega)
-                ends.append(after)
-                omega = sign * after
+                strokes.append((xi, sign * omega, saturation(self._lists, xi + along)))
+                omega = sign * strokes[-1][2]
             change = omega - before
             if abs(change) <= _MEMORY_TOLERANCE:
                 break
             low, high = (before, high) if change > 0.0 else (low, before)
-            slope = float(np.prod(self._slope(np.array(ends)) / self._slope(np.array(starts))))
+            _, starts, ends = np.array(strokes).T
+            slope = float(np.prod(self._slope(ends) / self._slope(starts)))
             step = change / (1.0 - min(slope, _STEEPEST))
             # For n < 1 Newton's method alone may go to and fro about omega = 0.
             if low < before + step < high and abs(step) < 0.5 * last:
@@ -193,7 +197,7 @@ class PeriodicSpring:
             else:
                 omega, last = 0.5 * (low + high), high - low
         self._omega = omega
-        return np.array(xis)
+        return strokes
 
     def _slope(self, u: FloatArray) -> FloatArray:
         """W' where W is u, paper eq. (22); never quite zero, so that it may divide."""
