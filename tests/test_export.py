@@ -19,7 +19,7 @@ from strandspring.export.modelica import modelica_package
 from strandspring.export.ssv import parameter_values
 from strandspring.fmu.variables import spring_parameters, start_values, variables
 from strandspring.modelfile import model_file
-from test_info import Terminal
+from terminal import Terminal
 
 AWKWARD = "\"quoted\" 'single' <b>bold</b> &amp; ]]> <!-- \nnew line\ttab\rreturn äöü 弹簧 %s {{ 7*7 }}"
 CONSTANT = SpringParameters((2.0,), (1.0,), 10.0, 200.0, 1.0, 0.5, 0.0, -0.01, 0.01)
@@ -82,7 +82,7 @@ from fmu_tools import SPRING
 from strandspring.export.modelica import modelica_package
 from strandspring.export.ssv import parameter_values
 from strandspring.modelfile import model_file
-from test_info import Terminal
+from terminal import Terminal
 model = model_file("spring", SPRING, "described")
 print(parameter_values(model), modelica_package(model))
 """

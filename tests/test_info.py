@@ -8,36 +8,16 @@ from pathlib import Path
 import pytest
 
 from strandspring import Spring
-from strandspring.cli.main import main
 from strandspring.loop_figures import model_loop
 from strandspring.model.path import PathSolver
 from synthetic import AMPLITUDE, MEAN, spring_of
+from terminal import Terminal
 
 ROOT = Path(__file__).resolve().parent.parent
 HINGE_MODEL = str(ROOT / "models/rubber_hinge.json")
 HINGE = [str(ROOT / "models/records/rubber_stretch.csv"), "--reverse", "displacement"]
 FIGURES = {"low", "high", "amplitude", "secant_stiffness", "energy_per_cycle", "loss_factor", "damping_ratio",
            "mean_force", "least_force", "greatest_force"}  # fmt: skip
-
-
-class Terminal:
-    """The command line in a folder of its own, with what it printed last."""
-
-    def __init__(self, capsys: pytest.CaptureFixture[str]) -> None:
-        self._capsys = capsys
-        self.out = self.err = ""
-
-    def __call__(self, *arguments: str, status: int = 0) -> str:
-        self._capsys.readouterr()
-        left = 0
-        try:
-            main(arguments)
-        except SystemExit as leaving:
-            left = int(leaving.code or 0)
-        self.out, self.err = self._capsys.readouterr()
-        assert left == status, self.err
-        assert "Traceback" not in self.err
-        return self.out
 
 
 @pytest.fixture

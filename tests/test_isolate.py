@@ -1,0 +1,103 @@
+"""`strandspring isolate`: text, JSON, CSV, plots and refusals."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from strandspring import Spring, SpringParameters
+from strandspring.isolation import Excitation, IsolatedMass, frequency_response
+from terminal import Terminal
+
+MOUNT = SpringParameters(
+    (50.0, 20_000.0, 1e5, 2e7), (1.0, 10.0, 100.0), 15.0, 400.0, 1.0, 0.5, 0.05, 0.02, 0.08
+)  # fmt: skip
+FEW = ("--points", "12")
+
+
+@pytest.fixture
+def terminal(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Terminal:
+    monkeypatch.chdir(tmp_path)
+    Spring(MOUNT, "mount", "a mount").save("mount.json")
+    return Terminal(capsys)
+
+
+def test_a_mass_is_all_that_must_be_said(terminal: Terminal) -> None:
+    text = terminal("isolate", "mount.json", "--mass", "5.1", *FEW)
+    for expected in ("5.1 kg on 1 spring, static load 50.01 N", "static sag 2.516 mm", "26 N/mm, 11.36 Hz",
+                     "resonance Hz", "0.15 mm", "0.3 mm", "0.6 mm"):  # fmt: skip
+        assert expected in text, expected
+    assert list(Path().iterdir()) == [Path("mount.json")]
+
+
+def test_json_csv_and_python_say_the_same(terminal: Terminal) -> None:
+    command = ["isolate", "mount.json", "--mass", "12", "--parallel", "2", "--damping", "40", "--load", "100", *FEW]
+    command += ["--base-acceleration", "1", "--base-acceleration", "3", "--band", "4", "30", "--plot", "out.svg"]
+    told = json.loads(terminal(*command, "-o", "out.csv", "--json"))
+    assert set(told) == {"model", "system", "rest", "excitation", "levels", "output", "plot"}
+    assert told["system"] == {"mass": 12.0, "load": 100.0, "parallel": 2, "series": 1, "damping": 40.0}
+    assert told["excitation"] == "base acceleration"
+    system = IsolatedMass(MOUNT, 12.0, 100.0, 2, 1, 40.0)
+    table = pd.read_csv("out.csv")
+    for level, of_level in zip((1.0, 3.0), told["levels"], strict=True):
+        expected = frequency_response(system, Excitation.BASE_ACCELERATION, level, np.geomspace(4.0, 30.0, 12))
+        assert (of_level["level"], of_level["unit"]) == (level, "m/s^2")
+        assert of_level["resonance"]["frequency"] == expected.resonance.frequency
+        given = [point["transmissibility"] for point in of_level["points"]]
+        assert given == [point.transmissibility for point in expected.points]
+        rows = table[table["level [m/s^2]"] == level]
+        assert rows["transmissibility [1]"].tolist() == given
+        assert rows["frequency [Hz]"].tolist() == [point.frequency for point in expected.points]
+    first = Path("out.svg").read_bytes()
+    terminal(*command)
+    assert Path("out.svg").read_bytes() == first
+
+
+@pytest.mark.parametrize("ending", ["png", "pdf"])
+def test_plots_have_the_kind_of_their_name(terminal: Terminal, ending: str) -> None:
+    terminal("isolate", "mount.json", "--mass", "5", *FEW, "--plot", f"out.{ending}")
+    assert Path(f"out.{ending}").read_bytes()[:4] == {"png": b"\x89PNG", "pdf": b"%PDF"}[ending]
+
+
+def test_folds_are_told(terminal: Terminal) -> None:
+    text = terminal("isolate", "mount.json", "--mass", "5.1", "--damping", "20", "--base-displacement", "2",
+                    "--band", "5", "25", "--extrapolate", "--points", "60")  # fmt: skip
+    assert "The curve folds" in text
+
+
+@pytest.mark.parametrize(
+    ("arguments", "told"),
+    [
+        (("--mass", "0"), "`mass` must be finite and > 0 [kg], got 0.0."),
+        (("--mass", "-2"), "`mass` must be finite and > 0 [kg], got -2.0."),
+        (("--mass", "nan"), "`mass` must be finite and > 0 [kg], got nan."),
+        (("--mass", "1000"), "The static load of 9806.65 N on each spring must lie within the forces"),
+        (("--mass", "5", "--band", "0", "10"), "The band must rise from above 0 [Hz], got 0.0 to 10.0."),
+        (("--mass", "5", "--force", "0"), "`level` must be finite and > 0 [N], got 0.0."),
+        (("--mass", "5", "--parallel", "0"), "`parallel` must be a number of springs from 1 to 1000000, got 0."),
+        (("--mass", "5", "--base-displacement", "5"), "outside the identified range of 20 to 80 mm"),
+    ],
+)
+def test_impossible_systems_get_one_sentence(terminal: Terminal, arguments: tuple[str, ...], told: str) -> None:
+    terminal("isolate", "mount.json", *arguments, *FEW, "-o", "out.csv", "--plot", "out.png", status=1)
+    assert told in terminal.err
+    assert len(terminal.err.strip().splitlines()) == 1
+    assert terminal.out == ""
+    assert list(Path().iterdir()) == [Path("mount.json")]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "told"),
+    [
+        ((), "Missing option '--mass'"),
+        (("--mass", "5", "--force", "1", "--base-displacement", "1"), "exclude each other"),
+        (("--mass", "5", "--plot", "out.txt"), "--plot must end in .png, .svg, .pdf"),
+    ],
+)
+def test_wrong_usage(terminal: Terminal, arguments: tuple[str, ...], told: str) -> None:
+    terminal("isolate", "mount.json", *arguments, status=2)
+    assert told in terminal.err
