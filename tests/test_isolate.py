@@ -101,3 +101,16 @@ def test_impossible_systems_get_one_sentence(terminal: Terminal, arguments: tupl
 def test_wrong_usage(terminal: Terminal, arguments: tuple[str, ...], told: str) -> None:
     terminal("isolate", "mount.json", *arguments, status=2)
     assert told in terminal.err
+
+
+def test_the_fmu_moves_as_the_balance_says(terminal: Terminal) -> None:
+    command = ["isolate", "mount.json", "--mass", "16", "--parallel", "3", "--series", "2", *FEW]
+    told = json.loads(terminal(*command, "--base-acceleration", "1.5", "--verify", "--json"))
+    (level,) = told["levels"]
+    assert len(level["verification"]) == 3
+    for check in level["verification"]:
+        assert check["agrees"]
+        # Far within the marks: what is left is the master's, (2 pi/256)^2/12 = 5e-5, and some more at resonance.
+        assert abs(check["difference"]) < 1e-3
+        assert abs(check["phase"]) < 0.3
+    assert "agrees" in terminal(*command, "--force", "3", "--verify")

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
+import tempfile
 from dataclasses import asdict, fields
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 import numpy as np
@@ -21,8 +22,11 @@ from ..isolation import (
     frequency_response,
     static_point,
 )
-from ..modelfile import load_model
+from ..modelfile import ModelFile, load_model
 from .output import progress, result, result_json
+
+if TYPE_CHECKING:
+    from ..cosimulation.steady import SteadyCheck
 
 _DEFAULT_SHARES = (0.005, 0.01, 0.02)  # of the room between rest and the nearer end of the range
 _DEFAULT_BAND = (0.23, 5.0)  # of the frequency of small motion; not at a superharmonic resonance
@@ -89,7 +93,13 @@ _EXCITATIONS = {
 )
 @click.option("-o", "--output", metavar="OUT.csv", help="Write every point of the curves here.")
 @click.option("--plot", metavar="FILE.png", help="Draw the curves (.png, .svg or .pdf).")
-@click.option("--json", "as_json", is_flag=True, help="Print one JSON object instead of text.")  # fmt: skip
+@click.option(
+    "--verify",
+    is_flag=True,
+    help="Build the FMU, run it at three frequencies of each level in a co-simulation that begins on the motion found, "
+    "and compare 20 periods later.",
+)
+@click.option("--json", "as_json", is_flag=True, help="Print one JSON object instead of text.")
 def isolate(
     model: str,
     mass: float,
@@ -102,6 +112,7 @@ def isolate(
     extrapolate: bool,
     output: str | None,
     plot: str | None,
+    verify: bool,
     as_json: bool,
     **levels: tuple[float, ...],
 ) -> None:
@@ -116,6 +127,7 @@ def isolate(
       strandspring isolate spring.json --mass 5
       strandspring isolate spring.json --mass 20 --parallel 4 --base-displacement 0.5 --base-displacement 2 --plot t.png
       strandspring isolate spring.json --mass 5 --load 0 --force 10 --band 2 50 -o curve.csv --json
+      strandspring isolate spring.json --mass 5 --verify
     """
     if plot is not None:
         from ..isolation.plot import SUFFIXES
@@ -131,6 +143,7 @@ def isolate(
         frequency_response(system, excitation, amplitude, frequencies, extrapolate)
         for amplitude in progress(amplitudes, "Balancing harmonics")
     ]
+    checks = _verified(content, system, responses) if verify else []
     if output is not None:
         _write(Path(output), responses)
     if plot is not None:
@@ -138,9 +151,9 @@ def isolate(
 
         write_plot(Path(plot), responses, f"{content.name}: {mass:g} kg")
     if as_json:
-        result_json(_json(model, system, rest, responses, output, plot))
+        result_json(_json(model, system, rest, responses, checks, output, plot))
         return
-    for line in _lines(system, rest, responses):
+    for line in _lines(system, rest, responses) + _check_lines(checks):
         result(line)
     for what, path in (("Curves", output), ("Plot", plot)):
         if path is not None:
@@ -171,6 +184,37 @@ def _frequencies(band: tuple[float, float] | None, points: int, rest: StaticPoin
     return np.geomspace(low, high, points)
 
 
+def _verified(
+    content: ModelFile, system: IsolatedMass, responses: list[FrequencyResponse]
+) -> list[tuple[FrequencyResponse, SteadyCheck]]:
+    """Co-simulations of stable motions of each level: at both ends of the band and at the greatest transmissibility."""
+    from ..cosimulation.steady import check_steady
+    from ..fmu.package import build_fmu
+
+    runs = []
+    for response in responses:
+        stable = [point for point in response.points if point.stable]
+        chosen = (stable[0], max(stable, key=lambda point: point.transmissibility), stable[-1])
+        runs += [(response, point) for point in dict.fromkeys(chosen)]
+    with tempfile.TemporaryDirectory(prefix="strandspring-", ignore_cleanup_errors=True) as folder:
+        fmu = build_fmu(content, Path(folder))
+        return [
+            (response, check_steady(fmu, system, response.excitation, response.level, point))
+            for response, point in progress(runs, "Simulating the FMU")
+        ]
+
+
+def _check_lines(checks: list[tuple[FrequencyResponse, SteadyCheck]]) -> list[str]:
+    lines = ["Co-simulation of the FMU, 20 periods from the motion found:"] if checks else []
+    for response, check in checks:
+        verdict = "agrees" if check.agrees else "DIFFERS: the motion found is not steady or not stable"
+        lines.append(
+            f"  {response.told_level}, {check.frequency:.4g} Hz: amplitude {100.0 * check.difference:+.3f} %, "
+            f"phase {check.phase:+.3f} degrees, {verdict}"
+        )
+    return lines
+
+
 def _write(path: Path, responses: list[FrequencyResponse]) -> None:
     import pandas as pd
 
@@ -192,6 +236,9 @@ def _write(path: Path, responses: list[FrequencyResponse]) -> None:
         "greatest": "greatest [m]",
         "force": "force on the base [N]",
         "acceleration": "acceleration [m/s^2]",
+        "start_displacement": "displacement at the crest [m]",
+        "start_speed": "speed at the crest [m/s]",
+        "start_omega": "omega at the crest [1]",
     }
     with replacing(path) as part:
         pd.concat(tables).rename(columns=heading).to_csv(part, index=False, lineterminator="\n")
@@ -202,6 +249,7 @@ def _json(
     system: IsolatedMass,
     rest: StaticPoint,
     responses: list[FrequencyResponse],
+    checks: list[tuple[FrequencyResponse, SteadyCheck]],
     output: str | None,
     plot: str | None,
 ) -> dict[str, Any]:
@@ -217,6 +265,7 @@ def _json(
                 "unit": response.excitation.unit,
                 "resonance": _finite(asdict(response.resonance)),
                 "points": [asdict(point) for point in response.points],
+                "verification": [{**asdict(c), "agrees": c.agrees} for of, c in checks if of is response],
             }
             for response in responses
         ],

@@ -37,6 +37,8 @@ class ResponsePoint:
     least, greatest : float         Displacement of one spring [m].
     force : float                   First harmonic of the force on the base [N].
     acceleration : float            Largest absolute acceleration of the mass [m/s^2].
+    start_displacement, start_speed, start_omega : float   Of the mount [m, m/s] and of a spring [-] at the crest of the
+                                    excitation: a simulation that begins there is steady at once.
     stable : bool                   False between two folds of the curve, where no steady motion stays.
     wanted : bool                   Whether this frequency was asked for; the others are steps along the curve.
     """
@@ -52,6 +54,9 @@ class ResponsePoint:
     greatest: float
     force: float
     acceleration: float
+    start_displacement: float
+    start_speed: float
+    start_omega: float
     stable: bool
     wanted: bool
 
@@ -204,6 +209,9 @@ def _point(balance: HarmonicBalance, motion: SteadyMotion) -> ResponsePoint:
         greatest=float(turns.max()),
         force=abs(force),
         acceleration=omega**2 * float(np.abs(basis.columns @ second).max()),
+        start_displacement=float(basis.columns[0] @ z),
+        start_speed=omega * float(basis.columns[0] @ basis.differentiate(z)),
+        start_omega=float(motion.balance.spring.omega[0]),
         stable=motion.rising,
         wanted=motion.wanted,
     )
