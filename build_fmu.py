@@ -1,6 +1,6 @@
 """Identify a measured record (the bundled one by default), build its FMU, validate it and run it.
 
-python build_fmu.py [MODEL.json | RECORD.csv ...] [-o DIR] [--backend python]; `--help` tells the rest.
+python build_fmu.py [MODEL.json | RECORD.csv ...] [-o DIR] [--backend python|native]; `--help` tells the rest.
 """
 
 import sys

@@ -7,18 +7,28 @@ from typing import Any
 
 import click
 
-from ..errors import StrandspringError
+from ..errors import BuildError, StrandspringError
+from ..fmu.archive import binary_sizes
 from ..fmu.check import CheckReport, check_fmu
+from ..fmu.native.compiler import PLATFORMS, Platform, chosen_platforms
+from ..fmu.native.package import build_native_fmu
 from ..fmu.package import build_fmu
 from ..modelfile import ModelFile, checked_name, load_model, save_model
 from .identify import identified, print_identification
 from .options import ColumnOptions, column_options, identification_options, identifier, method_options
-from .output import result, result_json, working
+from .output import counting, result, result_json, working
 
 # The bundled record, below the folder of models: its machine position counts down while the sample is stretched.
 EXAMPLE_RECORD = Path("records") / "rubber_stretch.csv"
 EXAMPLE_NAME = "rubber_hinge"
 EXAMPLE_COLUMNS = {"reverse": "displacement"}
+
+
+def _platforms(_context: click.Context, _parameter: click.Parameter, names: str | None) -> tuple[Platform, ...] | None:
+    try:
+        return None if names is None else chosen_platforms(names)
+    except BuildError as refusal:
+        raise click.BadParameter(str(refusal)) from None
 
 
 @click.command()
@@ -28,8 +38,15 @@ EXAMPLE_COLUMNS = {"reverse": "displacement"}
     "--backend",
     default="python",
     show_default=True,
-    type=click.Choice(["python"]),
-    help="python: needs Python on the simulator's machine.",
+    type=click.Choice(["python", "native"]),
+    help="python: needs Python on the simulator's machine; native: runs without, compiled by ziglang.",
+)
+@click.option(
+    "--platform",
+    "platforms",
+    metavar="NAME,...",
+    callback=_platforms,
+    help=f"For the native back end: host, all, or some of {', '.join(PLATFORMS)}.  [default: host]",
 )
 @click.option(
     "--models",
@@ -47,6 +64,7 @@ def build(
     sources: tuple[str, ...],
     output: str,
     backend: str,
+    platforms: tuple[Platform, ...] | None,
     models: str,
     name: str | None,
     description: str,
@@ -60,8 +78,11 @@ def build(
     \b
     Examples:
       strandspring build spring.json
+      strandspring build spring.json --backend native --platform linux64,win64
       strandspring build loop.csv --name mount_a -o dist
     """
+    if platforms is not None and backend != "native":
+        raise click.UsageError("--platform is for --backend native; the python back end has fixed binaries.")
     method = method_options(options)
     if len(sources) == 1 and sources[0].lower().endswith(".json"):
         model, model_path, identification = load_model(sources[0]), Path(sources[0]), None
@@ -76,13 +97,15 @@ def build(
         model, identification = identified(sources, ColumnOptions(**options), method, chosen, description)
         model_path = Path(models) / f"{model.name}.json"
         save_model(model_path, model)
-    fmu, report = _built(model, Path(output))
+    fmu, report = _built(model, Path(output), backend, platforms)
+    sizes = binary_sizes(fmu)
     if as_json:
         result_json(
             {
                 "model": str(model_path),
                 "fmu": str(fmu),
                 "backend": backend,
+                "binaries": sizes,
                 "name": model.name,
                 "parameters": model.parameters.model_dump(mode="json"),
                 "rmse": None if identification is None else identification.rmse,
@@ -95,13 +118,21 @@ def build(
         print_identification(identification)
     result(f"Model file: {model_path}")
     result(f"FMU: {fmu} ({fmu.stat().st_size / 1024:.0f} KiB)")
+    result("Binaries: " + ", ".join(f"{name} {size / 1024:.0f} KiB" for name, size in sizes.items()))
     result(f"Check: {report.summary}")
 
 
-def _built(model: ModelFile, folder: Path) -> tuple[Path, CheckReport]:
+def _built(
+    model: ModelFile, folder: Path, backend: str, platforms: tuple[Platform, ...] | None
+) -> tuple[Path, CheckReport]:
     if folder.exists() and not folder.is_dir():
         raise StrandspringError(f"{folder} is a file; give a folder with -o.")
-    with working("Building the FMU"):
-        fmu = build_fmu(model, folder)
+    if backend == "native":
+        chosen = chosen_platforms("host") if platforms is None else platforms
+        with counting("Compiling, longer the first time", len(chosen)) as compiled:
+            fmu = build_native_fmu(model, folder, chosen, compiled)
+    else:
+        with working("Building the FMU"):
+            fmu = build_fmu(model, folder)
     with working("Validating and running the FMU"):
         return fmu, check_fmu(fmu)

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from typing import Any, TypeVar
 
 import click
 from rich.console import Console
-from rich.progress import track
+from rich.progress import MofNCompleteColumn, Progress, track
 
 Item = TypeVar("Item")
 
@@ -23,6 +24,33 @@ def progress(items: Sequence[Item], description: str) -> Iterable[Item]:
 def working(description: str) -> Any:
     """A spinner on standard error for one long step, shown only to somebody who watches."""
     return Console(stderr=True).status(description)
+
+
+@contextmanager
+def counting(description: str, total: int) -> Iterator[Callable[[str], None]]:
+    """A progress bar on standard error, if somebody watches, and a function that takes the name of each part done."""
+    console = Console(stderr=True)
+    with Progress(console=console, transient=True, disable=not console.is_terminal) as bar:
+        task = bar.add_task(description, total=total)
+
+        def done(part: str) -> None:
+            bar.update(task, advance=1, description=f"{description} ({part} is ready)")
+
+        yield done
+
+
+@contextmanager
+def advancing(description: str, total: int) -> Iterator[Callable[[int], None]]:
+    """A progress bar on standard error, if somebody watches, and a function that takes how many are done by now."""
+    console = Console(stderr=True)
+    columns = (*Progress.get_default_columns(), MofNCompleteColumn())
+    with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:
+        task = bar.add_task(description, total=total)
+
+        def done(count: int) -> None:
+            bar.update(task, completed=count)
+
+        yield done
 
 
 def note(text: str) -> None:

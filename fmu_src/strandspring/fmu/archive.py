@@ -34,15 +34,17 @@ def content_guid(parts: Iterable[bytes]) -> str:
     return f"{{{code[:8]}-{code[8:12]}-{code[12:16]}-{code[16:20]}-{code[20:32]}}}"
 
 
-def common_contents(model: ModelFile, description: bytes, others: tuple[str, ...]) -> dict[str, bytes]:
+def common_contents(
+    model: ModelFile, description: bytes, others: tuple[str, ...] = (), platforms: tuple[str, ...] | None = None
+) -> dict[str, bytes]:
     """Description, icon, documentation and licences by their path in the FMU.
 
-    `others` are the distributions of which the FMU holds parts, besides ours.
+    `others` are the distributions of which the FMU holds parts, besides ours; `platforms` are those of a native FMU.
     """
     contents = {
         "modelDescription.xml": description,
         "model.png": (files(__package__) / "assets" / "model.png").read_bytes(),
-        "documentation/index.html": documentation_page(model).encode("utf-8"),
+        "documentation/index.html": documentation_page(model, platforms).encode("utf-8"),
     }
     # FMI takes license.txt as the entry point.
     for distribution, name in {"strandspring": "license", **{other: other for other in others}}.items():
@@ -61,6 +63,13 @@ def write_archive(path: Path, contents: Mapping[str, bytes]) -> None:
             entry.create_system = 3  # Unix, on every platform, so that the permissions below count
             entry.external_attr = (0o100755 if name.startswith("binaries/") else 0o100644) << 16
             archive.writestr(entry, content)
+
+
+def binary_sizes(fmu: Path) -> dict[str, int]:
+    """Bytes of the binary for each platform of an FMU."""
+    with zipfile.ZipFile(fmu) as archive:
+        parts = [(entry.filename.split("/"), entry.file_size) for entry in archive.infolist()]
+    return {path[1]: size for path, size in parts if path[0] == "binaries"}
 
 
 def _licence(distribution: str) -> str | None:

@@ -14,13 +14,15 @@ from typing import Any
 
 import fmpy
 import numpy as np
-from fmpy.fmi2 import FMU2Slave
+from fmpy.fmi2 import FMU2Model, FMU2Slave
 from fmpy.model_description import ModelDescription
 from fmpy.validation import validate_fmu
 
 from ..errors import BuildError
 from ..model.parameters import SpringParameters
 from ..model.path import FloatArray, PathSolver
+from .archive import binary_sizes
+from .native.compiler import host_name
 from .variables import spring_parameters
 
 # The FMU and the vectorised path share one source and differ by rounding.
@@ -37,14 +39,16 @@ class CheckReport:
     path : Path
     problems : tuple of str        One sentence each; empty if the FMU is good.
     not_run : str or None          Why the FMU was validated but not run.
-    steps : int                    Steps of the run.
+    interfaces : tuple of str      Those that were run: co-simulation, model exchange.
+    steps : int                    Steps of each run.
     force_difference : float       Largest difference from the model's force [N].
-    seconds : float                Time the steps took [s].
+    seconds : float                Time the steps of all runs took [s].
     """
 
     path: Path
     problems: tuple[str, ...]
     not_run: str | None = None
+    interfaces: tuple[str, ...] = ()
     steps: int = 0
     force_difference: float = 0.0
     seconds: float = 0.0
@@ -57,8 +61,8 @@ class CheckReport:
         if self.not_run:
             return f"valid, but not run. {self.not_run}"
         return (
-            f"valid; {self.steps} steps took {1e3 * self.seconds:.0f} ms and give the force of the model "
-            f"within {self.force_difference:.1e} N"
+            f"valid; {self.steps} steps of {' and of '.join(self.interfaces)} took {1e3 * self.seconds:.0f} ms "
+            f"and give the force of the model within {self.force_difference:.1e} N"
         )
 
 
@@ -87,22 +91,25 @@ def examine_fmu(path: Path) -> CheckReport:
     not_run = _why_not_here(path, description.coSimulation.needsExecutionTool)
     if not_run:
         return CheckReport(path, (), not_run)
+    interfaces = {"co-simulation": _by_steps}
+    if description.modelExchange is not None:
+        interfaces["model exchange"] = _by_solver
+    difference = seconds = 0.0
     try:
         parameters = described_spring(description)
         displacement = slow_cycles(parameters)
-        with running(path) as slave:
-            began = time.perf_counter()
-            force = _run(slave, description, displacement)
-            seconds = time.perf_counter() - began
+        expected = PathSolver(parameters).force(displacement)
+        for run in interfaces.values():
+            force, took = run(path, description, displacement)
+            seconds += took
+            # NaN counts as the greater one.
+            difference = float(np.max([difference, np.max(np.abs(force - expected))]))
     except Exception as problem:  # FMPy raises plain exceptions
         return CheckReport(path, (f"It cannot be run: {problem}",))
-    expected = PathSolver(parameters).force(displacement)
-    difference = float(np.max(np.abs(force - expected)))
-    problems = ()
     # Written so that NaN is a problem.
     if not difference <= FORCE_TOLERANCE * np.max(np.abs(expected)):
         problems = (f"Its force must be that of the model, but differs by up to {difference:.3g} N.",)
-    return CheckReport(path, problems, None, displacement.size, difference, seconds)
+    return CheckReport(path, problems, None, tuple(interfaces), displacement.size, difference, seconds)
 
 
 def described_spring(description: ModelDescription) -> SpringParameters:
@@ -123,45 +130,90 @@ def slow_cycles(parameters: SpringParameters) -> FloatArray:
 
 
 @contextmanager
-def running(path: Path) -> Iterator[Any]:
-    """An instance of the FMU, before its initialization, as FMPy's FMU2Slave."""
+def running(path: Path, kind: type = FMU2Slave) -> Iterator[Any]:
+    """An instance of the FMU, before its initialization, as FMPy's FMU2Slave or FMU2Model."""
     description = fmpy.read_model_description(str(path))
+    interface = description.modelExchange if kind is FMU2Model else description.coSimulation
     with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder:
         fmpy.extract(str(path), unzipdir=folder)
-        slave = FMU2Slave(
+        library = f"{interface.modelIdentifier}{fmpy.sharedLibraryExtension}"
+        one = kind(
             guid=description.guid,
             unzipDirectory=folder,
-            modelIdentifier=description.coSimulation.modelIdentifier,
+            modelIdentifier=interface.modelIdentifier,
             instanceName="check",
+            # FMPy takes every computer for one of x86.
+            libraryPath=str(Path(folder, "binaries", str(host_name()), library)),
         )
-        slave.instantiate()
+        one.instantiate()
         try:
-            yield slave
+            yield one
         finally:
-            slave.freeInstance()
+            one.freeInstance()
 
 
-def _run(slave: Any, description: ModelDescription, displacement: FloatArray) -> FloatArray:
+def _by_steps(path: Path, description: ModelDescription, displacement: FloatArray) -> tuple[FloatArray, float]:
+    """Force [N] and time [s] of a run by co-simulation."""
+    given, force = _references(description)
+    with running(path) as slave:
+        found = _initialized(slave, given, force, float(displacement[0]))
+        began = time.perf_counter()
+        for k, value in enumerate(displacement[1:].tolist()):
+            slave.setReal(given, [value])
+            slave.doStep(k * _STEP, _STEP)
+            found += slave.getReal(force)
+        seconds = time.perf_counter() - began
+        slave.terminate()
+    return np.array(found), seconds
+
+
+def _by_solver(path: Path, description: ModelDescription, displacement: FloatArray) -> tuple[FloatArray, float]:
+    """The same by model exchange, as a solver does that accepts every sample."""
+    given, force = _references(description)
+    with running(path, FMU2Model) as model:
+        found = _initialized(model, given, force, float(displacement[0]))
+        _continue(model)
+        began = time.perf_counter()
+        for k, value in enumerate(displacement[1:].tolist(), start=1):
+            model.setTime(k * _STEP)
+            model.setReal(given, [value])
+            found += model.getReal(force)
+            wants_event, _ = model.completedIntegratorStep()
+            if wants_event:
+                model.enterEventMode()
+                _continue(model)
+        seconds = time.perf_counter() - began
+        model.terminate()
+    return np.array(found), seconds
+
+
+def _references(description: ModelDescription) -> tuple[list[int], list[int]]:
     references = {v.name: v.valueReference for v in description.modelVariables}
-    given, force = [references["displacement"]], [references["force"]]
-    slave.setupExperiment(startTime=0.0)
-    slave.enterInitializationMode()
-    slave.setReal(given, [float(displacement[0])])
-    slave.exitInitializationMode()
-    found = slave.getReal(force)
-    for k, value in enumerate(displacement[1:].tolist()):
-        slave.setReal(given, [value])
-        slave.doStep(k * _STEP, _STEP)
-        found += slave.getReal(force)
-    slave.terminate()
-    return np.array(found)
+    return [references["displacement"]], [references["force"]]
+
+
+def _initialized(one: Any, given: list[int], force: list[int], displacement: float) -> list[float]:
+    """Initialize where the path starts; the force there."""
+    one.setupExperiment(startTime=0.0)
+    one.enterInitializationMode()
+    one.setReal(given, [displacement])
+    one.exitInitializationMode()
+    return list(one.getReal(force))
+
+
+def _continue(model: Any) -> None:
+    """From event mode to continuous-time mode."""
+    needed = True
+    while needed:
+        needed, *_ = model.newDiscreteStates()
+    model.enterContinuousTimeMode()
 
 
 def _why_not_here(path: Path, needs_python: bool) -> str | None:
     """Why this computer cannot run the FMU."""
-    machine = platform.machine().lower()
-    if fmpy.platform not in fmpy.supported_platforms(str(path)) or machine not in ("x86_64", "amd64"):
-        return f"The FMU has no binary for this computer ({platform.system()} {machine}), so it was not run."
+    if host_name() not in binary_sizes(path):
+        computer = f"{platform.system()} {platform.machine().lower()}"
+        return f"The FMU has no binary for this computer ({computer}), so it was not run."
     folder = Path(tempfile.gettempdir())
     # pythonfmu's binary decodes no character of a URI but the space, and crashes where it then finds nothing.
     if needs_python and "%" in folder.as_uri().replace("%20", ""):

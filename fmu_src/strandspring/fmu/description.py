@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass, field
 from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
 from ..modelfile import ModelFile
@@ -15,16 +16,35 @@ LOG_CATEGORIES = {
 }
 
 
-def model_description(model: ModelFile, guid: str, generation_tool: str, co_simulation: Mapping[str, str]) -> bytes:
-    """The description of one spring as UTF-8 XML; the same arguments give the same bytes.
+# What the interfaces of both back ends can do.
+_ABILITIES = {
+    "canBeInstantiatedOnlyOncePerProcess": "false",
+    "canGetAndSetFMUstate": "true",
+    "canSerializeFMUstate": "true",
+}
 
-    Parameters
+
+@dataclass(frozen=True)
+class Backend:
+    """That in which the descriptions of the back ends differ.
+
+    Attributes
     ----------
-    model : ModelFile
-    guid : str
-    generation_tool : str
-    co_simulation : mapping of str to str   Attributes of CoSimulation in which the back ends differ.
+    co_simulation, model_exchange : mapping of str to str   Attributes of the two interfaces; None if there is none.
+    event_indicators : int                                  Of model exchange.
+    log_categories : mapping of str to str                  Names and descriptions, besides those of every spring.
+    sources : tuple of str                                  The C files below ``sources/`` to be compiled.
     """
+
+    co_simulation: Mapping[str, str]
+    model_exchange: Mapping[str, str] | None = None
+    event_indicators: int = 0
+    log_categories: Mapping[str, str] = field(default_factory=dict)
+    sources: tuple[str, ...] = ()
+
+
+def model_description(model: ModelFile, guid: str, generation_tool: str, backend: Backend) -> bytes:
+    """The description of one spring as UTF-8 XML; the same arguments give the same bytes."""
     spring = model.parameters.spring()
     counts = len(spring.kE), len(spring.kA)
     table = variables(*counts)
@@ -42,27 +62,30 @@ def model_description(model: ModelFile, guid: str, generation_tool: str, co_simu
         },
     )
     # No generation date: the same model gives the same bytes.
-    SubElement(
-        root,
-        "CoSimulation",
-        {
-            "modelIdentifier": model.name,
-            "canHandleVariableCommunicationStepSize": "true",
-            "canBeInstantiatedOnlyOncePerProcess": "false",
-            "canGetAndSetFMUstate": "true",
-            "canSerializeFMUstate": "true",
-            **co_simulation,
-        },
-    )
+    if backend.model_exchange is not None:
+        root.set("numberOfEventIndicators", str(backend.event_indicators))
+        _append_interface(root, "ModelExchange", model.name, backend.model_exchange, backend.sources)
+    variable_steps = {"canHandleVariableCommunicationStepSize": "true"}
+    _append_interface(root, "CoSimulation", model.name, {**variable_steps, **backend.co_simulation}, backend.sources)
     _append_units(SubElement(root, "UnitDefinitions"), units(*counts))
     categories = SubElement(root, "LogCategories")
-    for name, text in LOG_CATEGORIES.items():
+    for name, text in {**LOG_CATEGORIES, **backend.log_categories}.items():
         SubElement(categories, "Category", {"name": name, "description": text})
     SubElement(root, "DefaultExperiment", {"startTime": "0", "stopTime": "1", "stepSize": "0.001"})
     _append_variables(SubElement(root, "ModelVariables"), table, start_values(spring))
     _append_structure(SubElement(root, "ModelStructure"), table)
     indent(root)
     return bytes(tostring(root, encoding="UTF-8", xml_declaration=True)) + b"\n"
+
+
+def _append_interface(
+    parent: Element, kind: str, identifier: str, abilities: Mapping[str, str], sources: tuple[str, ...]
+) -> None:
+    element = SubElement(parent, kind, {"modelIdentifier": identifier, **_ABILITIES, **abilities})
+    if sources:
+        listed = SubElement(element, "SourceFiles")
+        for name in sources:
+            SubElement(listed, "File", {"name": name})
 
 
 def _append_units(parent: Element, all_units: tuple[Unit, ...]) -> None:

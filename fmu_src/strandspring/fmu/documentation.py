@@ -13,8 +13,11 @@ from .plot import loops_svg
 from .variables import start_values, variables
 
 
-def documentation_page(model: ModelFile) -> str:
-    """HTML of one file: model, variables, behaviour, fit, provenance; the same model gives the same text."""
+def documentation_page(model: ModelFile, platforms: tuple[str, ...] | None) -> str:
+    """HTML of one file: model, variables, behaviour, fit, provenance; the same arguments give the same text.
+
+    `platforms` are those of a native FMU; None stands for a Python-backed one.
+    """
     spring = model.parameters.spring()
     start = start_values(spring)
     template = Environment(
@@ -23,6 +26,8 @@ def documentation_page(model: ModelFile) -> str:
     return template.render(
         model=model,
         spring=spring,
+        native=platforms is not None,
+        platforms=platforms,
         variables=[(v, start.get(v.name)) for v in variables(len(spring.kE), len(spring.kA))],
         # The SVG is made by ElementTree from numbers and fixed text.
         plot=Markup(loops_svg(spring)),

@@ -12,18 +12,20 @@ from ..errors import BuildError
 from ..files import replacing
 from ..modelfile import ModelFile
 from .archive import common_contents, content_guid, installed_version, write_archive
-from .description import model_description
+from .description import Backend, model_description
 from .facade import INSIDE_FMU
 
-_CO_SIMULATION = {
-    # The binary runs on the Python of the host.
-    "needsExecutionTool": "true",
-    "canInterpolateInputs": "false",
-    "maxOutputDerivativeOrder": "0",
-    "canRunAsynchronuously": "false",
-    "canNotUseMemoryManagementFunctions": "true",
-    "providesDirectionalDerivative": "false",
-}
+_BACKEND = Backend(
+    {
+        # The binary runs on the Python of the host.
+        "needsExecutionTool": "true",
+        "canInterpolateInputs": "false",
+        "maxOutputDerivativeOrder": "0",
+        "canRunAsynchronuously": "false",
+        "canNotUseMemoryManagementFunctions": "true",
+        "providesDirectionalDerivative": "false",
+    }
+)
 
 # Every file of Python that an FMU runs, besides the module with its own parameters.
 _OUR_SOURCES = (
@@ -83,7 +85,7 @@ def fmu_contents(model: ModelFile) -> dict[str, bytes]:
     sources = _sources()
     binaries = _binaries(model.name)
     # Without a GUID yet, the description holds the table, start values, name, texts and versions.
-    parts = [model_description(model, "", tool, _CO_SIMULATION)]
+    parts = [model_description(model, "", tool, _BACKEND)]
     for name, content in sorted({**sources, **binaries}.items()):
         parts += [name.encode(), content]
     guid = content_guid(parts)
@@ -91,7 +93,7 @@ def fmu_contents(model: ModelFile) -> dict[str, bytes]:
     package = "strandspring_" + guid.strip("{}").replace("-", "")[:12]
     slave = _SLAVE_MODULE.format(name=model.name, package=package, guid=guid, parameters=model.parameters.spring())
     return {
-        **common_contents(model, model_description(model, guid, tool, _CO_SIMULATION), ("pythonfmu",)),
+        **common_contents(model, model_description(model, guid, tool, _BACKEND), ("pythonfmu",)),
         **binaries,
         **{f"resources/{package}/{name}": content for name, content in sources.items()},
         f"resources/{package}_slave.py": slave.encode("utf-8"),

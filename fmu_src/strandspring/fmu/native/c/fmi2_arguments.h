@@ -1,0 +1,37 @@
+/* Checks at the beginning of a call of FMI, named without "fmi2"; they leave it with fmi2Error. */
+#ifndef FMI2_ARGUMENTS_H
+#define FMI2_ARGUMENTS_H
+
+#include "fmi2_instance.h"
+
+/* The mode must allow the call. */
+#define FMU_REQUIRE(instance, call) \
+    do { \
+        if ((instance) == NULL) \
+            return fmi2Error; \
+        if (!((instance)->state.mode & ALLOWED_##call)) \
+            return fmu_refuse_call((instance), "fmi2" #call, ALLOWED_##call); \
+    } while (0)
+
+/* A pointer to `count` elements may be NULL if there are none. */
+#define FMU_REQUIRE_ARRAY(instance, call, pointer, count) \
+    do { \
+        if ((count) > 0 && (pointer) == NULL) \
+            return fmu_refuse(&(instance)->log, "`%s` of %s must not be NULL.", #pointer, "fmi2" #call); \
+    } while (0)
+
+/* Value references must be those of variables of one type. */
+#define FMU_REQUIRE_VARIABLES(instance, call, references, count, values, type) \
+    do { \
+        FMU_REQUIRE_ARRAY(instance, call, references, count); \
+        FMU_REQUIRE_ARRAY(instance, call, values, count); \
+        if (fmu_require_type((instance), (references), (count), (type)) != fmi2OK) \
+            return fmi2Error; \
+    } while (0)
+
+fmi2Status fmu_refuse_call(const Instance *instance, const char *call, int allowed);
+
+fmi2Status fmu_require_type(
+    const Instance *instance, const fmi2ValueReference references[], size_t count, VariableType type);
+
+#endif

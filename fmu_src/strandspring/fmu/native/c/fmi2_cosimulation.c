@@ -1,0 +1,103 @@
+/* The calls of FMI 2.0 for co-simulation.
+ *
+ * A step commits the straight path to the displacement set last, whatever the times that the host gives; or, if it has
+ * set input derivatives, the parabola that begins at that displacement. The derivatives hold for one step. A step of no
+ * finite size is an error, not discarded: discarding would ask the host to try a smaller one.
+ */
+#include "fmi2_arguments.h"
+#include "fmi2_instance.h"
+
+#include <math.h>
+
+fmi2Status fmi2SetRealInputDerivatives(fmi2Component c, const fmi2ValueReference vr[], size_t nvr,
+                                       const fmi2Integer order[], const fmi2Real value[])
+{
+    Instance *instance = c;
+    FMU_REQUIRE(instance, SetRealInputDerivatives);
+    FMU_REQUIRE_VARIABLES(instance, SetRealInputDerivatives, vr, nvr, value, VARIABLE_REAL);
+    FMU_REQUIRE_ARRAY(instance, SetRealInputDerivatives, order, nvr);
+    for (size_t i = 0; i < nvr; i++) {
+        const char *name = fmu_variables[vr[i]].name;
+        if (fmu_variables[vr[i]].causality != VARIABLE_INPUT)
+            return fmu_refuse(&instance->log, "`%s` is no input: it has no derivative that can be set.", name);
+        if (order[i] != 1 && order[i] != 2)
+            return fmu_refuse(&instance->log, "The order of a derivative of `%s` must be 1 or 2, got %d.", name, order[i]);
+        if (!isfinite(value[i]))
+            return fmu_refuse(&instance->log, "The derivative of order %d of `%s` must be finite, got %s.", order[i], name,
+                              fmu_number(value[i]).text);
+    }
+    for (size_t i = 0; i < nvr; i++) {
+        *(order[i] == 1 ? &instance->state.velocity : &instance->state.acceleration) = value[i];
+        instance->state.interpolated = 1;
+    }
+    return fmi2OK;
+}
+
+fmi2Status fmi2DoStep(fmi2Component c, fmi2Real currentCommunicationPoint, fmi2Real communicationStepSize,
+                      fmi2Boolean noSetFMUStatePriorToCurrentPoint)
+{
+    Instance *instance = c;
+    (void)noSetFMUStatePriorToCurrentPoint;
+    FMU_REQUIRE(instance, DoStep);
+    return fmu_step(instance, currentCommunicationPoint, communicationStepSize);
+}
+
+fmi2Status fmi2CancelStep(fmi2Component c)
+{
+    Instance *instance = c;
+    FMU_REQUIRE(instance, CancelStep);
+    return fmi2OK;
+}
+
+/* No step is ever pending, so nothing is known of one. */
+static fmi2Status no_such_status(const Instance *instance, const char *call, fmi2StatusKind kind)
+{
+    return fmu_discard(&instance->log, "%s has no answer to the kind of status %d, since no step is ever pending.", call,
+                       (int)kind);
+}
+
+fmi2Status fmi2GetStatus(fmi2Component c, const fmi2StatusKind s, fmi2Status *value)
+{
+    Instance *instance = c;
+    FMU_REQUIRE(instance, GetStatus);
+    FMU_REQUIRE_ARRAY(instance, GetStatus, value, 1);
+    return no_such_status(instance, "fmi2GetStatus", s);
+}
+
+fmi2Status fmi2GetRealStatus(fmi2Component c, const fmi2StatusKind s, fmi2Real *value)
+{
+    Instance *instance = c;
+    FMU_REQUIRE(instance, GetRealStatus);
+    FMU_REQUIRE_ARRAY(instance, GetRealStatus, value, 1);
+    if (s != fmi2LastSuccessfulTime)
+        return no_such_status(instance, "fmi2GetRealStatus", s);
+    *value = instance->state.time;
+    return fmi2OK;
+}
+
+fmi2Status fmi2GetIntegerStatus(fmi2Component c, const fmi2StatusKind s, fmi2Integer *value)
+{
+    Instance *instance = c;
+    FMU_REQUIRE(instance, GetIntegerStatus);
+    FMU_REQUIRE_ARRAY(instance, GetIntegerStatus, value, 1);
+    return no_such_status(instance, "fmi2GetIntegerStatus", s);
+}
+
+fmi2Status fmi2GetBooleanStatus(fmi2Component c, const fmi2StatusKind s, fmi2Boolean *value)
+{
+    Instance *instance = c;
+    FMU_REQUIRE(instance, GetBooleanStatus);
+    FMU_REQUIRE_ARRAY(instance, GetBooleanStatus, value, 1);
+    if (s != fmi2Terminated)
+        return no_such_status(instance, "fmi2GetBooleanStatus", s);
+    *value = fmi2False;
+    return fmi2OK;
+}
+
+fmi2Status fmi2GetStringStatus(fmi2Component c, const fmi2StatusKind s, fmi2String *value)
+{
+    Instance *instance = c;
+    FMU_REQUIRE(instance, GetStringStatus);
+    FMU_REQUIRE_ARRAY(instance, GetStringStatus, value, 1);
+    return no_such_status(instance, "fmi2GetStringStatus", s);
+}

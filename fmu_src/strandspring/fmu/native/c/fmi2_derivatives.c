@@ -1,0 +1,99 @@
+/* The calls of FMI 2.0 that ask for derivatives of outputs. */
+#include "fmi2_arguments.h"
+#include "fmi2_instance.h"
+
+/* Derivatives of force and stiffness where the path to the displacement set last ends. */
+typedef struct {
+    SpringGradient of_force, of_stiffness;
+    double force;
+} Gradients;
+
+static Gradients reached_gradients(Instance *instance)
+{
+    Gradients found;
+    const SpringMemory *reached = &instance->reached;
+    SpringSensitivity sensitivity = fmu_reached_sensitivity(instance);
+    spring_gradient(&instance->law, reached, &sensitivity, &found.of_force, &found.of_stiffness);
+    found.force = spring_force(&instance->law, reached);
+    return found;
+}
+
+/* Where a path begins omega is given, and only the place of the displacement in the range counts: moving it is moving the
+ * range the other way. */
+static double by_place(const SpringGradient *gradient)
+{
+    return -(gradient->by_displacement_offset + gradient->by_displacement_min + gradient->by_displacement_max);
+}
+
+static double partial(const Gradients *at, unsigned unknown, unsigned known, int at_start)
+{
+    const SpringGradient *gradient = unknown == SPRING_FORCE ? &at->of_force : &at->of_stiffness;
+    if (unknown == SPRING_ABSORBED_ENERGY)
+        return at_start ? 0.0 : at->force;
+    if (known != SPRING_DISPLACEMENT)
+        return fmu_derivative_by(gradient, known);
+    return at_start ? by_place(gradient) : gradient->by_displacement;
+}
+
+fmi2Status fmi2GetDirectionalDerivative(
+    fmi2Component c, const fmi2ValueReference vUnknown_ref[], size_t nUnknown, const fmi2ValueReference vKnown_ref[],
+    size_t nKnown, const fmi2Real dvKnown[], fmi2Real dvUnknown[])
+{
+    Instance *instance = c;
+    FMU_REQUIRE(instance, GetDirectionalDerivative);
+    FMU_REQUIRE_VARIABLES(instance, GetDirectionalDerivative, vUnknown_ref, nUnknown, dvUnknown, VARIABLE_REAL);
+    FMU_REQUIRE_VARIABLES(instance, GetDirectionalDerivative, vKnown_ref, nKnown, dvKnown, VARIABLE_REAL);
+    int at_start = instance->state.mode & INITIALIZATION;
+    for (size_t i = 0; i < nUnknown; i++)
+        if (fmu_variables[vUnknown_ref[i]].causality != VARIABLE_OUTPUT)
+            return fmu_refuse(&instance->log, "`%s` is no output: it has no derivative.",
+                              fmu_variables[vUnknown_ref[i]].name);
+    for (size_t k = 0; k < nKnown; k++) {
+        const Variable *known = &fmu_variables[vKnown_ref[k]];
+        if (known->causality != VARIABLE_INPUT && known->causality != VARIABLE_PARAMETER)
+            return fmu_refuse(&instance->log, "`%s` is computed: there is no derivative by it.", known->name);
+        for (size_t i = 0; i < nUnknown; i++)
+            if (vUnknown_ref[i] == SPRING_ABSORBED_ENERGY && known->causality == VARIABLE_PARAMETER && !at_start)
+                return fmu_refuse(&instance->log,
+                                  "The derivative of `absorbed_energy` by `%s` is known in initialization mode only.",
+                                  known->name);
+    }
+    if (fmu_reach(instance) != fmi2OK)
+        return fmi2Error;
+    Gradients at = reached_gradients(instance);
+    for (size_t i = 0; i < nUnknown; i++) {
+        dvUnknown[i] = 0.0;
+        for (size_t k = 0; k < nKnown; k++)
+            dvUnknown[i] += partial(&at, vUnknown_ref[i], vKnown_ref[k], at_start) * dvKnown[k];
+    }
+    return fmi2OK;
+}
+
+/* Of the path up to the end of the last step, whatever displacement has been set since. */
+fmi2Status fmi2GetRealOutputDerivatives(fmi2Component c, const fmi2ValueReference vr[], size_t nvr,
+                                        const fmi2Integer order[], fmi2Real value[])
+{
+    Instance *instance = c;
+    FMU_REQUIRE(instance, GetRealOutputDerivatives);
+    FMU_REQUIRE_VARIABLES(instance, GetRealOutputDerivatives, vr, nvr, value, VARIABLE_REAL);
+    FMU_REQUIRE_ARRAY(instance, GetRealOutputDerivatives, order, nvr);
+    for (size_t i = 0; i < nvr; i++) {
+        const char *name = fmu_variables[vr[i]].name;
+        if (fmu_variables[vr[i]].causality != VARIABLE_OUTPUT)
+            return fmu_refuse(&instance->log, "`%s` is no output: it has no derivative.", name);
+        if (order[i] != 1)
+            return fmu_refuse(&instance->log, "The order of the derivative of `%s` must be 1, got %d.", name, order[i]);
+    }
+    if (fmu_reach(instance) != fmi2OK)
+        return fmi2Error;
+    const State *state = &instance->state;
+    SpringGradient of_force, of_stiffness;
+    spring_gradient(&instance->law, &state->memory, &state->sensitivity, &of_force, &of_stiffness);
+    for (size_t i = 0; i < nvr; i++) {
+        double by_displacement = vr[i] == SPRING_FORCE       ? of_force.by_displacement
+                                 : vr[i] == SPRING_STIFFNESS ? of_stiffness.by_displacement
+                                                             : spring_force(&instance->law, &state->memory);
+        value[i] = by_displacement * state->rate;
+    }
+    return fmi2OK;
+}

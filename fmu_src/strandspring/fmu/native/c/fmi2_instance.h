@@ -1,0 +1,58 @@
+/* One instance as FMI sees it: values set and read, steps, states; the behaviour of fmu/instance.py, call by call.
+ *
+ * The response to a displacement is computed at most once, from the committed memory, and kept until the displacement
+ * changes; only a commit makes it part of the path. A call that is refused has changed nothing.
+ */
+#ifndef FMI2_INSTANCE_H
+#define FMI2_INSTANCE_H
+
+#include "fmi2_api.h"
+#include "fmi2_log.h"
+#include "fmi2_state.h"
+#include "fmi2_states.h"
+#include "spring.h"
+
+typedef struct {
+    State state;
+    SpringMemory reached; /* after the path from the last commit to the displacement set last, if has_reached */
+    int has_reached, has_law;
+    SpringLaw law; /* of the present parameters, if has_law */
+    Log log;
+    fmi2CallbackAllocateMemory allocate;
+    fmi2CallbackFreeMemory free;
+    char name[];
+} Instance;
+
+/* Everything as it is after instantiation, in the first mode of model exchange or co-simulation. */
+void fmu_begin(Instance *instance, int mode);
+
+/* Values by reference, which must be of a Real that may be read or set. Reading an output fails while the parameters
+ * are no possible spring. */
+fmi2Status fmu_read(Instance *instance, unsigned reference, double *value);
+void fmu_write(Instance *instance, unsigned reference, double value);
+
+/* displacement_max - displacement_min [m] */
+double fmu_range(const State *state);
+
+/* Whether the displacement lies outside the identified range. */
+int fmu_extrapolating(const Instance *instance);
+
+/* Makes the law and the response to the displacement present, or fails while the parameters are no possible spring. */
+fmi2Status fmu_reach(Instance *instance);
+
+/* The sensitivity that belongs to what has been reached. */
+SpringSensitivity fmu_reached_sensitivity(const Instance *instance);
+
+/* Starts the path at the displacement that holds, if the parameters are a possible spring. */
+fmi2Status fmu_end_initialization(Instance *instance);
+
+/* Commits the path to the displacement that holds, as of the present time of model exchange. */
+fmi2Status fmu_accept(Instance *instance);
+
+/* Commits the path through a step of co-simulation. */
+fmi2Status fmu_step(Instance *instance, double time, double size);
+
+/* Takes the instance to a state of this FMU. */
+void fmu_restore(Instance *instance, const State *state);
+
+#endif

@@ -1,0 +1,41 @@
+/* Messages to the host: one sentence for each call that is refused and for each excursion out of the range. */
+#ifndef FMI2_LOG_H
+#define FMI2_LOG_H
+
+#include "fmi2_api.h"
+
+#include <stddef.h>
+
+/* Categories of the model description. */
+enum { LOG_WARNINGS = 1, LOG_ERRORS = 2, LOG_ALL = LOG_WARNINGS | LOG_ERRORS };
+
+/* Where messages go; copied from what the host gave. */
+typedef struct {
+    fmi2CallbackLogger logger; /* may be NULL */
+    fmi2ComponentEnvironment environment;
+    fmi2String instance_name;
+    int categories;
+} Log;
+
+/* The category of that name, or 0 if there is none. */
+int fmu_log_category(const char *name);
+
+/* Log a message, written as by printf, and return fmi2Error. */
+fmi2Status fmu_refuse(const Log *log, const char *format, ...);
+
+/* The same with fmi2Discard: what was asked for is not known. */
+fmi2Status fmu_discard(const Log *log, const char *format, ...);
+
+void fmu_warn(const Log *log, const char *format, ...);
+
+typedef struct {
+    char text[64];
+} ShortText;
+
+/* Text of the host as it may stand in a message: cut short, and every character but plain ASCII replaced. */
+ShortText fmu_printable(const char *text);
+
+/* A number as Python's repr writes it, whatever the locale. */
+ShortText fmu_number(double value);
+
+#endif

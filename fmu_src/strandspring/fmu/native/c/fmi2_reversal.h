@@ -1,0 +1,45 @@
+/* The event indicator of model exchange: where the displacement turns back.
+ *
+ * A reversal must become a vertex of the committed path, or the tip of the hysteresis loop between two accepted
+ * points is lost; and the force has a kink there, at which a solver must restart or creep. Only the displacement is an
+ * input, so its rate at the time t of the solver's trial is taken from the parabola through the trial and the last two
+ * accepted points. It errs by the square of the step, and the turning point, where the displacement is flat, by the
+ * fourth power; a cubic would err less and be led astray by the uneven steps after a restart.
+ *
+ * With d the heading, +1 or -1, and h the time since the last accepted point, the indicator is
+ *
+ *     z = d*h*(rate of the parabola at t)/(displacement_max - displacement_min) + slack.
+ *
+ * It depends on the trial and on accepted points only. It is the slack, and so positive, wherever a step begins, and falls
+ * through zero once the displacement has come back from its turning point by the slack, a share of the range so
+ * small that the path does not notice. Then the point is accepted, the heading changes and z is positive again.
+ *
+ * Measured with masses on springs under CVODE (tests/test_native_fmi.py), against committing accepted points only:
+ * with the indicator the error falls with the tolerance as it does when the solver watches the true velocity, at as
+ * many evaluations; without it the error stalls, at a relative tolerance of 1e-8 some 40 times as large, for some 15 %
+ * fewer evaluations.
+ */
+#ifndef FMI2_REVERSAL_H
+#define FMI2_REVERSAL_H
+
+/* Accepted points, and what is known of the motion. */
+typedef struct {
+    int count;                         /* accepted points below: 0, 1 or 2 */
+    double time[2], displacement[2];   /* the latest first */
+    int heading;                       /* +1 or -1; 0 while it is unknown */
+    double turn;                       /* displacement where the heading changed last [m] */
+    double slack;                      /* [-] */
+} ReversalWatch;
+
+/* The watch on a path that begins or jumps. */
+ReversalWatch fmu_watch_from(double time, double displacement);
+
+/* Accept a point; `range` is displacement_max - displacement_min [m]. */
+void fmu_watch_accept(ReversalWatch *watch, double time, double displacement, double range);
+
+double fmu_watch_indicator(const ReversalWatch *watch, double time, double displacement, double range);
+
+/* Whether bytes from outside may be such a watch. */
+int fmu_watch_is_sound(const ReversalWatch *watch);
+
+#endif

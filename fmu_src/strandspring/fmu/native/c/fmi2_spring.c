@@ -1,0 +1,235 @@
+/* The calls of FMI 2.0 that model exchange and co-simulation share, but for states and derivatives. */
+#include "fmi2_arguments.h"
+#include "fmi2_instance.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+const char *fmi2GetTypesPlatform(void)
+{
+    return fmi2TypesPlatform;
+}
+
+const char *fmi2GetVersion(void)
+{
+    return fmi2Version;
+}
+
+static void *allocate(size_t count, size_t size)
+{
+    return calloc(count, size);
+}
+
+/* Memory comes from the host, or from the C library if the host gives no functions for it. */
+fmi2Component fmi2Instantiate(fmi2String instanceName, fmi2Type fmuType, fmi2String fmuGUID,
+                              fmi2String fmuResourceLocation, const fmi2CallbackFunctions *functions,
+                              fmi2Boolean visible, fmi2Boolean loggingOn)
+{
+    (void)fmuResourceLocation;
+    (void)visible;
+    /* Warnings and errors are no debug logging: fmi2SetDebugLogging can silence them. */
+    (void)loggingOn;
+    if (functions == NULL)
+        return NULL;
+    int named = instanceName != NULL && instanceName[0] != '\0';
+    Log log = {functions->logger, functions->componentEnvironment, named ? instanceName : "unnamed", LOG_ALL};
+    int own_memory = functions->allocateMemory == NULL && functions->freeMemory == NULL;
+    if (!named) {
+        fmu_refuse(&log, "The name of an instance must not be empty.");
+        return NULL;
+    }
+    if (fmuType != fmi2ModelExchange && fmuType != fmi2CoSimulation) {
+        fmu_refuse(&log, "The type must be fmi2ModelExchange (0) or fmi2CoSimulation (1), got %d.", (int)fmuType);
+        return NULL;
+    }
+    if (fmuGUID == NULL || strcmp(fmuGUID, SPRING_GUID) != 0) {
+        fmu_refuse(&log, "The GUID must be %s, got %s.", SPRING_GUID,
+                   fmuGUID == NULL ? "none" : fmu_printable(fmuGUID).text);
+        return NULL;
+    }
+    if (!own_memory && (functions->allocateMemory == NULL || functions->freeMemory == NULL)) {
+        fmu_refuse(&log, "The callbacks allocateMemory and freeMemory must both be given or both be NULL.");
+        return NULL;
+    }
+    fmi2CallbackAllocateMemory allocator = own_memory ? allocate : functions->allocateMemory;
+    Instance *instance = allocator(1, sizeof *instance + strlen(instanceName) + 1);
+    if (instance == NULL) {
+        fmu_refuse(&log, "There is not enough memory for an instance.");
+        return NULL;
+    }
+    memset(instance, 0, sizeof *instance);
+    strcpy(instance->name, instanceName);
+    log.instance_name = instance->name;
+    instance->log = log;
+    instance->allocate = allocator;
+    instance->free = own_memory ? free : functions->freeMemory;
+    fmu_begin(instance, fmuType == fmi2ModelExchange ? ME_INSTANTIATED : CS_INSTANTIATED);
+    return instance;
+}
+
+void fmi2FreeInstance(fmi2Component c)
+{
+    Instance *instance = c;
+    if (instance != NULL)
+        instance->free(instance);
+}
+
+fmi2Status fmi2SetDebugLogging(fmi2Component c, fmi2Boolean loggingOn, size_t nCategories, const fmi2String categories[])
+{
+    Instance *instance = c;
+    int chosen = 0;
+    FMU_REQUIRE(instance, SetDebugLogging);
+    FMU_REQUIRE_ARRAY(instance, SetDebugLogging, categories, nCategories);
+    for (size_t i = 0; i < nCategories; i++) {
+        int category = categories[i] == NULL ? 0 : fmu_log_category(categories[i]);
+        if (category == 0)
+            return fmu_refuse(&instance->log,
+                              "A log category must be logAll, logStatusWarning or logStatusError, got %s.",
+                              categories[i] == NULL ? "NULL" : fmu_printable(categories[i]).text);
+        chosen |= category;
+    }
+    instance->log.categories = !loggingOn ? 0 : nCategories == 0 ? LOG_ALL : chosen;
+    return fmi2OK;
+}
+
+fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean toleranceDefined, fmi2Real tolerance, fmi2Real startTime,
+                               fmi2Boolean stopTimeDefined, fmi2Real stopTime)
+{
+    Instance *instance = c;
+    (void)toleranceDefined;
+    (void)tolerance; /* the response is exact */
+    FMU_REQUIRE(instance, SetupExperiment);
+    if (!isfinite(startTime))
+        return fmu_refuse(&instance->log, "The start time must be finite [s], got %s.", fmu_number(startTime).text);
+    if (stopTimeDefined && !(stopTime >= startTime))
+        return fmu_refuse(&instance->log, "The stop time must not be before the start time %s s, got %s.",
+                          fmu_number(startTime).text, fmu_number(stopTime).text);
+    instance->state.time = startTime;
+    instance->state.stop_time = stopTimeDefined ? stopTime : INFINITY;
+    return fmi2OK;
+}
+
+fmi2Status fmi2EnterInitializationMode(fmi2Component c)
+{
+    Instance *instance = c;
+    FMU_REQUIRE(instance, EnterInitializationMode);
+    instance->state.mode = instance->state.mode & MODEL_EXCHANGE ? ME_INITIALIZATION : CS_INITIALIZATION;
+    return fmi2OK;
+}
+
+fmi2Status fmi2ExitInitializationMode(fmi2Component c)
+{
+    Instance *instance = c;
+    FMU_REQUIRE(instance, ExitInitializationMode);
+    return fmu_end_initialization(instance);
+}
+
+fmi2Status fmi2Terminate(fmi2Component c)
+{
+    Instance *instance = c;
+    FMU_REQUIRE(instance, Terminate);
+    instance->state.mode = instance->state.mode & MODEL_EXCHANGE ? ME_TERMINATED : CS_TERMINATED;
+    return fmi2OK;
+}
+
+fmi2Status fmi2Reset(fmi2Component c)
+{
+    Instance *instance = c;
+    FMU_REQUIRE(instance, Reset);
+    fmu_begin(instance, instance->state.mode & MODEL_EXCHANGE ? ME_INSTANTIATED : CS_INSTANTIATED);
+    return fmi2OK;
+}
+
+fmi2Status fmi2GetReal(fmi2Component c, const fmi2ValueReference vr[], size_t nvr, fmi2Real value[])
+{
+    Instance *instance = c;
+    FMU_REQUIRE(instance, GetReal);
+    FMU_REQUIRE_VARIABLES(instance, GetReal, vr, nvr, value, VARIABLE_REAL);
+    for (size_t i = 0; i < nvr; i++)
+        if (fmu_read(instance, vr[i], &value[i]) != fmi2OK)
+            return fmi2Error;
+    return fmi2OK;
+}
+
+fmi2Status fmi2GetInteger(fmi2Component c, const fmi2ValueReference vr[], size_t nvr, fmi2Integer value[])
+{
+    Instance *instance = c;
+    FMU_REQUIRE(instance, GetInteger);
+    FMU_REQUIRE_VARIABLES(instance, GetInteger, vr, nvr, value, VARIABLE_INTEGER);
+    return fmi2OK;
+}
+
+fmi2Status fmi2GetBoolean(fmi2Component c, const fmi2ValueReference vr[], size_t nvr, fmi2Boolean value[])
+{
+    Instance *instance = c;
+    FMU_REQUIRE(instance, GetBoolean);
+    FMU_REQUIRE_VARIABLES(instance, GetBoolean, vr, nvr, value, VARIABLE_BOOLEAN);
+    for (size_t i = 0; i < nvr; i++)
+        value[i] = fmu_extrapolating(instance) ? fmi2True : fmi2False;
+    return fmi2OK;
+}
+
+fmi2Status fmi2GetString(fmi2Component c, const fmi2ValueReference vr[], size_t nvr, fmi2String value[])
+{
+    Instance *instance = c;
+    FMU_REQUIRE(instance, GetString);
+    FMU_REQUIRE_VARIABLES(instance, GetString, vr, nvr, value, VARIABLE_STRING);
+    return fmi2OK;
+}
+
+/* Whether a variable may be set now. */
+static fmi2Status require_settable(const Instance *instance, fmi2ValueReference reference)
+{
+    const Variable *variable = &fmu_variables[reference];
+    if (variable->causality == VARIABLE_INPUT)
+        return fmi2OK;
+    if (variable->causality != VARIABLE_PARAMETER)
+        return fmu_refuse(&instance->log, "`%s` is computed and cannot be set.", variable->name);
+    if (!(instance->state.mode & (INSTANTIATED | INITIALIZATION)))
+        return fmu_refuse(&instance->log,
+                          "`%s` is fixed once initialization has ended; reset the instance to change it.",
+                          variable->name);
+    return fmi2OK;
+}
+
+fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference vr[], size_t nvr, const fmi2Real value[])
+{
+    Instance *instance = c;
+    FMU_REQUIRE(instance, SetReal);
+    FMU_REQUIRE_VARIABLES(instance, SetReal, vr, nvr, value, VARIABLE_REAL);
+    for (size_t i = 0; i < nvr; i++) {
+        if (require_settable(instance, vr[i]) != fmi2OK)
+            return fmi2Error;
+        if (vr[i] == SPRING_DISPLACEMENT && !isfinite(value[i]))
+            return fmu_refuse(&instance->log, "`displacement` must be finite [m], got %s; it was not taken over.",
+                              fmu_number(value[i]).text);
+    }
+    for (size_t i = 0; i < nvr; i++)
+        fmu_write(instance, vr[i], value[i]);
+    return fmi2OK;
+}
+
+fmi2Status fmi2SetInteger(fmi2Component c, const fmi2ValueReference vr[], size_t nvr, const fmi2Integer value[])
+{
+    Instance *instance = c;
+    FMU_REQUIRE(instance, SetInteger);
+    FMU_REQUIRE_VARIABLES(instance, SetInteger, vr, nvr, value, VARIABLE_INTEGER);
+    return fmi2OK;
+}
+
+fmi2Status fmi2SetBoolean(fmi2Component c, const fmi2ValueReference vr[], size_t nvr, const fmi2Boolean value[])
+{
+    Instance *instance = c;
+    FMU_REQUIRE(instance, SetBoolean);
+    FMU_REQUIRE_VARIABLES(instance, SetBoolean, vr, nvr, value, VARIABLE_BOOLEAN);
+    return nvr == 0 ? fmi2OK : require_settable(instance, vr[0]);
+}
+
+fmi2Status fmi2SetString(fmi2Component c, const fmi2ValueReference vr[], size_t nvr, const fmi2String value[])
+{
+    Instance *instance = c;
+    FMU_REQUIRE(instance, SetString);
+    FMU_REQUIRE_VARIABLES(instance, SetString, vr, nvr, value, VARIABLE_STRING);
+    return fmi2OK;
+}

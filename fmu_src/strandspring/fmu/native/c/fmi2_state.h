@@ -1,0 +1,37 @@
+/* Everything an instance remembers, and its serialized form. */
+#ifndef FMI2_STATE_H
+#define FMI2_STATE_H
+
+#include "fmi2_reversal.h"
+#include "fmi2_variables.h"
+#include "spring.h"
+
+#include <stddef.h>
+
+/* Plain numbers, so that a copy is a snapshot. */
+typedef struct {
+    int mode;                               /* one of fmi2_states.h */
+    double time, stop_time;                 /* [s]; stop_time is infinite if there is none */
+    double settings[SPRING_PARAMETERS];     /* values of the parameters, in the order of the table */
+    double displacement;                    /* as set last [m] */
+    double velocity, acceleration;          /* input derivatives for the next step [m/s], [m/s^2] */
+    int interpolated;                       /* whether they were set */
+    SpringMemory memory;                    /* the committed path, once initialization has ended */
+    SpringSensitivity sensitivity;          /* that belongs to it */
+    double rate;                            /* of the displacement at the end of the last step [m/s] */
+    int energy_wanted;                      /* whether absorbed_energy has been read, so that each step pays for it */
+    int side;                               /* where the path ended: -1 below the range, +1 above it, 0 inside */
+    int extrapolating;                      /* what the discrete output holds in continuous-time mode */
+    ReversalWatch watch;                    /* of model exchange */
+} State;
+
+/* The size of the serialized form, which is the same for all states of one FMU. */
+size_t fmu_state_size(void);
+
+void fmu_state_write(const State *state, unsigned char *bytes);
+
+/* Reads a state written by the same FMU, and checks that it can be one. Returns 0, or 1 with the reason in `problem`
+ * (always terminated) if it is none; *state is then undefined. */
+int fmu_state_read(State *state, const unsigned char *bytes, size_t size, char *problem, size_t problem_size);
+
+#endif

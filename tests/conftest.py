@@ -1,0 +1,18 @@
+"""Fixtures of several test files."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from fmu_tools import SPRING
+from strandspring.fmu.native.compiler import chosen_platforms
+from strandspring.fmu.native.package import build_native_fmu
+from strandspring.modelfile import model_file
+
+
+@pytest.fixture(scope="session")
+def native_fmu(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The native FMU of SPRING with a binary for every platform: built once, for it takes seconds."""
+    return build_native_fmu(model_file("spring", SPRING), tmp_path_factory.mktemp("native"), chosen_platforms("all"))

@@ -1,0 +1,196 @@
+"""The C kernel compiled into a shared library and reached by ctypes, for the tests of the native back end."""
+
+from __future__ import annotations
+
+import atexit
+import ctypes
+import functools
+import shutil
+import subprocess
+import tempfile
+import weakref
+from ctypes import POINTER, Structure, c_char_p, c_double, c_int, c_size_t, c_void_p
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+import strandspring
+from springs import along, spring
+from strandspring import SpringParameters
+from strandspring.model.parameters import MAXIMUM_DEGREE, N_RANGE, SIGMA_RANGE
+
+FloatArray = NDArray[np.float64]
+
+KERNEL = Path(strandspring.__file__).parent / "fmu" / "native" / "c"
+HERE = Path(__file__).parent
+WARNINGS = ("-std=c11", "-Wall", "-Wextra", "-Wpedantic", "-Werror", "-Wshadow", "-Wconversion")
+FLAGS = (*WARNINGS, "-ffp-contract=off")
+
+SCALARS = ("kappa_omega", "rho", "sigma", "n", "displacement_offset", "displacement_min", "displacement_max")
+_COEFFICIENTS = c_double * (MAXIMUM_DEGREE + 1)
+
+
+class Parameters(Structure):
+    """SpringParameters of spring.h."""
+
+    _fields_ = [
+        ("elastic", c_int),
+        ("amplifier", c_int),
+        ("kE", _COEFFICIENTS),
+        ("kA", _COEFFICIENTS),
+        *((name, c_double) for name in SCALARS),
+    ]
+
+
+class Gradient(Structure):
+    """SpringGradient of spring.h."""
+
+    _fields_ = [
+        ("displacement", c_double),
+        ("kE", _COEFFICIENTS),
+        ("kA", _COEFFICIENTS),
+        *((name, c_double) for name in SCALARS),
+        ("omega_start", c_double),
+    ]
+
+
+def compiled(output: Path, *arguments: str | Path, compiler: tuple[str, ...] = ("cc",)) -> Path:
+    """Run a C compiler; a warning, like the compiler's absence, is an error."""
+    command = [*compiler, *FLAGS, f"-I{KERNEL}", "-o", str(output), *map(str, arguments)]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    if done.returncode:
+        raise RuntimeError(f"{' '.join(command)}\n{done.stdout}{done.stderr}")
+    return output
+
+
+@functools.cache
+def build_folder() -> Path:
+    """Where this session's compilations go; removed when the interpreter ends."""
+    folder = Path(tempfile.mkdtemp(prefix="strandspring-kernel-"))
+    atexit.register(shutil.rmtree, folder, ignore_errors=True)
+    return folder
+
+
+@functools.cache
+def library() -> ctypes.CDLL:
+    """The kernel and the test driver in one shared library."""
+    sources = KERNEL / "spring.c", HERE / "kernel_driver.c"
+    kernel = ctypes.CDLL(str(compiled(build_folder() / "kernel.so", "-O2", "-shared", "-fPIC", *sources, "-lm")))
+    kernel.driver_law.restype = c_void_p
+    kernel.driver_law.argtypes = [POINTER(Parameters)]
+    kernel.driver_free.argtypes = [c_void_p]
+    kernel.driver_limits.argtypes = [POINTER(c_int)]
+    kernel.driver_taken.argtypes = [c_void_p, POINTER(c_int)]
+    kernel.driver_saturation.argtypes = [c_void_p, c_int, c_void_p, c_void_p]
+    kernel.driver_inverse_saturation.argtypes = [c_void_p, c_int, c_void_p, c_void_p]
+    kernel.driver_path.argtypes = [c_void_p, c_int, c_void_p, c_double, c_void_p]
+    kernel.driver_gradient.argtypes = [c_void_p, c_int, c_void_p, c_double, c_void_p, c_void_p]
+    kernel.spring_problem.argtypes = [POINTER(Parameters), c_char_p, c_size_t]
+    return kernel
+
+
+def c_parameters(parameters: SpringParameters) -> Parameters:
+    """The same spring for C."""
+    p = parameters
+    return Parameters(
+        len(p.kE), len(p.kA), _COEFFICIENTS(*p.kE), _COEFFICIENTS(*p.kA), p.kappa_omega, p.rho, p.sigma, p.n,
+        p.displacement_offset, p.displacement_min, p.displacement_max,
+    )  # fmt: skip
+
+
+def problem(parameters: Parameters, size: int = 200) -> str:
+    """What the kernel says is wrong with parameters; empty if nothing is."""
+    text = ctypes.create_string_buffer(size)
+    refused = library().spring_problem(ctypes.byref(parameters), text, size)
+    assert refused == bool(text.value)
+    return text.value.decode("ascii")
+
+
+def limits() -> dict[str, int]:
+    """Room for nodes, pieces and buckets of a branch of W."""
+    room = (c_int * 3)()
+    library().driver_limits(room)
+    return dict(zip(("nodes", "pieces", "buckets"), room, strict=True))
+
+
+class Kernel:
+    """One spring prepared by the kernel.
+
+    Parameters
+    ----------
+    parameters : SpringParameters or Parameters   The latter unchecked, as C takes them.
+    """
+
+    def __init__(self, parameters: SpringParameters | Parameters) -> None:
+        self._library = library()
+        given = parameters if isinstance(parameters, Parameters) else c_parameters(parameters)
+        self._law = self._library.driver_law(ctypes.byref(given))
+        weakref.finalize(self, self._library.driver_free, self._law)
+
+    def taken(self) -> dict[str, int]:
+        """What of `limits` this spring takes."""
+        counts = (c_int * 3)()
+        self._library.driver_taken(self._law, counts)
+        return dict(zip(limits(), counts, strict=True))
+
+    def saturation(self, xi: FloatArray) -> FloatArray:
+        """W(xi) elementwise."""
+        u = np.empty(xi.shape)
+        points = np.ascontiguousarray(xi)
+        self._library.driver_saturation(self._law, points.size, points.ctypes.data, u.ctypes.data)
+        return u
+
+    def inverse_saturation(self, u: FloatArray) -> FloatArray:
+        """W^-1(u) elementwise."""
+        xi = np.empty(u.shape)
+        points = np.ascontiguousarray(u)
+        self._library.driver_inverse_saturation(self._law, points.size, points.ctypes.data, xi.ctypes.data)
+        return xi
+
+    def path(self, displacement: FloatArray, omega_start: float = 0.0) -> FloatArray:
+        """omega [-], force [N], stiffness [N/m] and absorbed energy [J] at each sample, shape (4, K)."""
+        response = np.empty((4, displacement.size))
+        path = np.ascontiguousarray(displacement)
+        self._library.driver_path(self._law, path.size, path.ctypes.data, omega_start, response.ctypes.data)
+        return response
+
+    def gradients(self, displacement: FloatArray, omega_start: float = 0.0) -> tuple[list[Gradient], list[Gradient]]:
+        """Derivatives of force and of stiffness at each sample."""
+        path = np.ascontiguousarray(displacement)
+        of_force, of_stiffness = (Gradient * path.size)(), (Gradient * path.size)()
+        self._library.driver_gradient(
+            self._law, path.size, path.ctypes.data, omega_start, ctypes.byref(of_force), ctypes.byref(of_stiffness)
+        )
+        return list(of_force), list(of_stiffness)
+
+
+def random_spring(random: np.random.Generator) -> SpringParameters:
+    """Any possible spring: all of the supported range of n and sigma, its corners often, and all degrees."""
+    edge = random.random() < 0.2
+    degree = int(random.integers(0, MAXIMUM_DEGREE + 1 if random.random() < 0.3 else 7))
+    weights = random.uniform(-1.0, 1.0, degree)
+    weights *= random.uniform(0.0, 0.95) / max(1.0, float(np.sum(np.abs(weights))))
+    return spring(
+        n=float(random.choice([N_RANGE[0], 1.0, 2.0, N_RANGE[1]]) if edge else 10.0 ** random.uniform(-2.0, 2.0)),
+        sigma=float(random.choice(SIGMA_RANGE) if edge else 0.5 + 10.0 ** random.uniform(-2.0, 2.99)),
+        saturations=10.0 ** random.uniform(-1.0, 2.0),
+        elastic=tuple(random.uniform(-5.0, 5.0, random.integers(1, MAXIMUM_DEGREE + 2))),
+        amplifier=tuple(weights),
+        kappa_omega=float(random.choice([1e-3, 25.0, 1e6])),
+        middle=float(random.choice([0.0, -0.3, 0.05])),
+        half=float(random.choice([1e-4, 0.02, 3.0])),
+    )
+
+
+def random_path(random: np.random.Generator, parameters: SpringParameters, steps: int) -> FloatArray:
+    """Steps from 1e-12 to three times the range, standstills, many reversals, and excursions out of the range."""
+    sizes = random.choice([0.0, 1e-12, 1e-6, 1e-3, 0.1, 1.0, 6.0], steps) * random.standard_normal(steps)
+    fraction = float(random.uniform(-1.0, 1.0))
+    path = [fraction]
+    for size in sizes:
+        fraction += size
+        if abs(fraction) > 1.6:
+            fraction = random.uniform(-1.4, 1.4)
+        path.append(fraction)
+    return along(parameters, path)

@@ -1,0 +1,38 @@
+"""The plant of the SSP example as a slave for PythonFMU: a mass above a shaking base, force in, mount displacement out.
+
+Between communication points the force is held, so that the motion is a parabola and the step exact.
+"""
+
+import math
+
+from pythonfmu import Fmi2Causality, Fmi2Slave, Fmi2Variability, Real
+
+
+class ShakenMass(Fmi2Slave):
+    """Position counts from where mass and base begin, the spring at rest between them."""
+
+    author = "strandspring"
+    description = "Mass above a base that moves as a sine"
+
+    def __init__(self, **kwargs):
+        super().__init__(**kwargs)
+        self.mass = 10.0
+        self.amplitude = 0.004
+        self.frequency = 7.0
+        self.force = 0.0
+        self.displacement = 0.0
+        self.position = 0.0
+        self.speed = 0.0
+        for name in ("mass", "amplitude", "frequency"):
+            self.register_variable(Real(name, causality=Fmi2Causality.parameter, variability=Fmi2Variability.fixed))
+        self.register_variable(Real("force", causality=Fmi2Causality.input))
+        for name in ("displacement", "position", "speed"):
+            self.register_variable(Real(name, causality=Fmi2Causality.output))
+
+    def do_step(self, current_time, step_size):
+        acceleration = -self.force / self.mass
+        self.position += step_size * (self.speed + 0.5 * step_size * acceleration)
+        self.speed += step_size * acceleration
+        end = current_time + step_size
+        self.displacement = self.position - self.amplitude * math.sin(2.0 * math.pi * self.frequency * end)
+        return True

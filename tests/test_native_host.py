@@ -1,0 +1,74 @@
+"""The native FMU in a C host of our own, with no Python in the process: a million steps, memory, messages, threads."""
+
+from __future__ import annotations
+
+import subprocess
+from functools import cache
+from importlib.resources import files
+from pathlib import Path
+
+import numpy as np
+
+from fmu_tools import SPRING, wandering_path
+from kernel_tools import HERE, KERNEL, build_folder, compiled
+from native_tools import ROUNDING, library
+from strandspring.model.path import PathSolver
+
+HEADERS = f"-I{files('fmpy') / 'c-code'}"
+
+
+@cache
+def host(*flags: str) -> Path:
+    """The host compiled with these flags."""
+    output = build_folder() / f"native_calls{len(flags)}"
+    return compiled(output, "-O1", *flags, HEADERS, HERE / "native_calls.c", "-ldl", "-lm", "-lpthread")
+
+
+def run(task: str, *, given: bytes = b"", program: Path | None = None, binary: Path | None = None) -> bytes:
+    """Standard output of the host."""
+    command = [str(program or host()), str(binary or library().path), library().guid, task]
+    done = subprocess.run(command, input=given, capture_output=True, timeout=100, check=False)
+    assert done.returncode == 0, done.stderr.decode()
+    return done.stdout
+
+
+def test_a_million_steps_give_the_force_of_the_model():
+    """With trials, excursions, steps of any size, states taken back and states that go on in another instance."""
+    path = wandering_path(SPRING, 1_000_000, seed=11)
+    assert path.size > 1_000_000
+    found = np.frombuffer(run("path", given=path.tobytes()))
+    expected = PathSolver(SPRING).force(path)
+    np.testing.assert_allclose(found, expected, rtol=0.0, atol=ROUNDING * np.abs(expected).max())
+
+
+def test_memory_of_the_host_is_asked_for_and_given_back():
+    said = run("memory").decode()
+    assert "must both be given or both be NULL" in said
+    assert said.count("There is not enough memory") == 2
+
+
+def test_messages_are_no_formats():
+    lines = [line.split("|") for line in run("messages").decode().splitlines()]
+    assert [line[:3] for line in lines] == [
+        ["%s%n", "3", "logStatusError"],
+        ["50 %s%n", "3", "logStatusError"],
+        ["50 %s%n", "3", "logStatusError"],
+        ["50 %s%n", "1", "logStatusWarning"],
+    ]
+    assert lines[0][3] == f"The GUID must be {library().guid}, got {{%s%n}}."
+    assert lines[1][3].endswith("got 100 %s%n%d.")
+
+
+def test_many_instances_in_many_threads():
+    run("threads")
+
+
+def test_threads_share_nothing_that_changes():
+    """The same under the thread sanitizer, which sees what good luck hides."""
+    sanitizer = ("-g", "-fsanitize=thread")
+    sources = [path for path in KERNEL.iterdir() if path.suffix == ".c"]
+    binary = compiled(
+        build_folder() / "sanitized.so", "-O1", "-shared", "-fPIC", *sanitizer, f"-I{library().folder / 'sources'}",
+        *sources, "-lm",
+    )  # fmt: skip
+    run("threads", program=host(*sanitizer), binary=binary)

@@ -1,0 +1,179 @@
+"""The C kernel against the Python model, of which it is a second transcription, step by step."""
+
+from __future__ import annotations
+
+import math
+from itertools import product
+
+import mpmath
+import numpy as np
+import pytest
+
+from fmu_tools import SPRING
+from kernel_tools import Kernel, random_path, random_spring
+from springs import EXAMPLES, along, energy_scale, force_scale, spring
+from strandspring import SpringParameters
+from strandspring.model import stepper
+from strandspring.model.parameters import N_RANGE, SIGMA_RANGE
+from strandspring.model.path import PathSolver
+from strandspring.model.restoring import SpringLaw
+from strandspring.model.saturation import Saturation, inverse_saturation, saturation
+
+CORNERS = tuple(product((N_RANGE[0], 0.22, 1.0, 2.5, 12.0, N_RANGE[1]), (0.5, 3.0, SIGMA_RANGE[1])))
+
+
+def stepped(parameters: SpringParameters, path: np.ndarray, omega: float, energies: bool) -> np.ndarray:
+    """omega, force and stiffness, or the absorbed energy, of Python's stepper at each sample."""
+    law = SpringLaw(parameters)
+    # Reversals integrate the energy, in Python for milliseconds: where it is not asked for, by a single piece. Where it
+    # is, by one piece per cell: over two, as Python does, the error for abrupt springs comes to 4e-11.
+    law.work_edges = sorted({*law.work_edges, *(-zeta for zeta in law.table.falling.integral)}) if energies else []
+    memory = stepper.rest(float(path[0]), omega)
+    rows = []
+    for displacement in path.tolist():
+        memory = stepper.advance(law, memory, displacement)
+        if energies:
+            memory = stepper.settle(law, memory)
+            rows.append((memory.energy,))
+        else:
+            rows.append((memory.omega, stepper.force(law, memory), stepper.stiffness(law, memory)))
+    return np.array(rows).T
+
+
+def rounding_of_stiffness(parameters: SpringParameters) -> float:
+    """By how much of itself the stiffness may change when xi is rounded.
+
+    u changes by W' roundings, near u = -1 by 2 sigma of them, and there |u|^n by n times that.
+    """
+    return 4.0 * np.finfo(float).eps * parameters.n * 2.0 * parameters.sigma
+
+
+@pytest.mark.parametrize(("n", "sigma"), CORNERS)
+def test_saturation_function(n: float, sigma: float) -> None:
+    kernel = Kernel(spring(n, sigma, 1.0))
+    table = Saturation(n, sigma)
+    end = inverse_saturation(table, -1.0)
+    rising = np.geomspace(1e-16, 60.0 / n, 3000)
+    xi = np.concatenate([rising, end * np.geomspace(1e-16, 1.0, 3000), [0.0, -0.0, 1e300, math.inf]])
+    expected = np.array([saturation(table, value) for value in xi.tolist()])
+    # Relative, so that |u|^n is right for small n too. Near -1 a rounding of ln(-xi) in Python counts W' <= 2 sigma
+    # times; below its table, xi < 1.3e-14, Python errs by n*xi/2.
+    rtol = 2e-13 + 4e-16 * sigma + 7e-15 * n
+    np.testing.assert_allclose(kernel.saturation(xi), expected, rtol=rtol, atol=1e-299)
+    u = saturation(table, 0.3 * end)
+    for value in (-1.0, u, -1e-20, 0.0, 1e-20, 0.4, 1.0 - 1e-15, 1.0):
+        # The same sums, but for the libraries' last bits.
+        assert kernel.inverse_saturation(np.array([value]))[0] == pytest.approx(
+            inverse_saturation(table, value), rel=1e-14
+        )
+
+
+@pytest.mark.parametrize("seed", range(60))
+def test_steps_equal_those_of_the_stepper(seed: int) -> None:
+    random = np.random.default_rng(seed)
+    parameters = random_spring(random)
+    path = random_path(random, parameters, 500)
+    omega = float(random.choice([-1.0, -0.4, 0.0, 1e-9, 0.7, 1.0]))
+    got = Kernel(parameters).path(path, omega)
+    expected = stepped(parameters, path, omega, energies=False)
+    scales = 1.0, force_scale(parameters, path), np.max(np.abs(expected[2]))
+    # Python's W through logarithms, the kernel's by polynomials fitted to it: both within some 1e-13.
+    tolerances = 1e-12, 1e-12, 1e-12 + rounding_of_stiffness(parameters)
+    for name, ours, theirs, scale, tolerance in zip(
+        ("omega", "force", "stiffness"), got[:3], expected, scales, tolerances, strict=True
+    ):
+        assert np.max(np.abs(ours - theirs)) <= tolerance * scale, (name, parameters)
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_energy_equals_that_of_the_stepper(seed: int) -> None:
+    random = np.random.default_rng(1000 + seed)
+    parameters = random_spring(random)
+    path = random_path(random, parameters, 40)
+    got = Kernel(parameters).path(path, 0.7)[3]
+    expected = stepped(parameters, path, 0.7, energies=True)[0]
+    way = np.cumsum(np.abs(np.diff(path, prepend=path[0])))
+    # The accuracy that restoring.py claims for its quadrature, 1e-12 of the force times the path; and for short steps
+    # the rounding of xi, whose origin may lie far away.
+    origin = inverse_saturation(Saturation(parameters.n, parameters.sigma), 0.7) / parameters.rho
+    rounding = np.finfo(float).eps * (origin + np.ptp(path)) * np.arange(path.size)
+    assert np.all(np.abs(got - expected) <= force_scale(parameters, path) * (1e-12 * way + rounding)), parameters
+
+
+@pytest.mark.parametrize(
+    ("n", "sigma", "degree", "saturations"),
+    [(0.22, 3.0, 2, 10.0), (2.5, 0.7, 6, 3.0), (9.7, 68.0, 4, 3.0), (47.0, 1000.0, 1, 2.0), (1.3, 2.0, 12, 4.0)],
+)
+def test_energy_of_one_stroke(n: float, sigma: float, degree: int, saturations: float) -> None:
+    """From omega = -1 to 0.9, against quadrature over omega in 20 digits; with degree 12 the moments do not serve."""
+    weights = 0.9 / degree * (-1.0) ** np.arange(degree)
+    parameters = spring(n, sigma, saturations, elastic=(0.0,), amplifier=tuple(weights))
+    start = along(parameters, -0.9)
+    end, work = stroke_to(0.9, parameters, float(start))
+    got = Kernel(parameters).path(np.array([start, end]), -1.0)
+    assert got[0, -1] == pytest.approx(0.9, abs=1e-10)  # the accuracy asked of W
+    # 300 roundings, which the sum of moments may cost.
+    assert got[3, -1] == pytest.approx(work, rel=300.0 * np.finfo(float).eps)
+
+
+def stroke_to(omega: float, parameters: SpringParameters, start: float) -> tuple[float, float]:
+    """Where a loading stroke from omega = -1 at `start` reaches `omega` [m], and its hysteretic work [J].
+
+    xi and the work are integrals over omega, of 1/slope and of kappa_omega*omega*FA/(rho*slope).
+    """
+    p = parameters
+    with mpmath.workdps(20):
+        n, curvature = mpmath.mpf(p.n), 2 * mpmath.mpf(p.sigma) - 1
+
+        def xi(u: mpmath.mpf) -> mpmath.mpf:
+            power = u**n if u >= 0 else -curvature * (-u) ** n
+            return u * mpmath.hyp2f1(1, 1 / n, 1 + 1 / n, power)
+
+        def rate(u: mpmath.mpf) -> mpmath.mpf:
+            slope = 1 - u**n if u >= 0 else 1 + curvature * (-u) ** n
+            x = mpmath.mpf(start) - p.displacement_offset + (xi(u) - xi(mpmath.mpf(-1))) / p.rho
+            return u * mpmath.polyval(p.kA, x, asc=True) / slope
+
+        end = mpmath.mpf(start) + (xi(mpmath.mpf(omega)) - xi(mpmath.mpf(-1))) / p.rho
+        assert end < p.displacement_max
+        work = p.kappa_omega / p.rho * mpmath.quad(rate, [-1, -0.95, -0.9, -0.5, 0, 0.5, omega])
+        return float(end), float(work)
+
+
+def test_a_million_steps_equal_the_vectorised_path() -> None:
+    random = np.random.default_rng(5)
+    turns = along(SPRING, random.uniform(-1.3, 1.3, 20_001))
+    shares = np.sort(random.uniform(0.0, 1.0, (20_000, 50)), axis=1)
+    path = (turns[:-1, None] + shares * np.diff(turns)[:, None]).ravel()
+    omega, force, stiffness, energy = Kernel(SPRING).path(path, 0.3)
+    solver = PathSolver(SPRING)
+    np.testing.assert_allclose(omega, solver.omega(path, 0.3), rtol=0.0, atol=1e-12)
+    assert np.max(np.abs(force - solver.force(path, 0.3))) <= 1e-12 * force_scale(SPRING, path)
+    expected = solver.stiffness(path, 0.3)
+    assert np.max(np.abs(stiffness - expected)) <= 1e-12 * np.max(np.abs(expected))
+    # Sums of a million pieces of work, each rounded by 1e-16 of itself, in a different order.
+    assert np.max(np.abs(energy - solver.absorbed_energy(path, 0.3))) <= 1e-12 * energy_scale(SPRING, path)
+
+
+@pytest.mark.parametrize("name", EXAMPLES)
+def test_cutting_a_stroke_changes_no_bit(name: str) -> None:
+    parameters = EXAMPLES[name]
+    random = np.random.default_rng(7)
+    corners = along(parameters, random.uniform(-1.3, 1.3, 40))
+    kernel = Kernel(parameters)
+    whole = kernel.path(corners, 0.2)
+    pieces = [np.sort(random.uniform(0.0, 1.0, random.integers(0, 20))) for _ in corners[1:]]
+    path = [corners[:1]]
+    for start, end, shares in zip(corners[:-1], corners[1:], pieces, strict=True):
+        path += [start + shares * (end - start), [end]]
+    ends = np.cumsum([len(part) for part in path])[0::2] - 1
+    cut = kernel.path(np.concatenate(path), 0.2)[:, ends]
+    np.testing.assert_array_equal(cut[:3], whole[:3])
+    # The energy is a sum over the pieces: equal but for rounding.
+    assert np.max(np.abs(cut[3] - whole[3])) <= 1e-14 * energy_scale(parameters, corners)
+
+
+def test_an_input_that_stands_still_changes_nothing() -> None:
+    path = np.repeat(along(SPRING, [0.0, 0.7, -0.4]), 3)
+    got = Kernel(SPRING).path(path, 0.2)
+    np.testing.assert_array_equal(got[:, ::3], got[:, 2::3])

@@ -1,0 +1,148 @@
+"""What the C kernel refuses, the memory it takes, and how it compiles."""
+
+from __future__ import annotations
+
+import math
+import subprocess
+import sys
+from dataclasses import replace
+from itertools import product
+
+import numpy as np
+import pytest
+
+import kernel_tools
+from fmu_tools import SPRING
+from kernel_tools import KERNEL, SCALARS, Kernel, c_parameters, compiled
+from springs import spring
+from strandspring.model.parameters import N_RANGE, SIGMA_RANGE
+
+BAD = {
+    "no kE": {"kE": ()},
+    "no kA": {"kA": ()},
+    "long kE": {"kE": (1.0,) * 22},
+    "long kA": {"kA": (1.0,) * 25},
+    "kA[0]": {"kA": (1.5, 2.0)},
+    "kA[0] by a bit": {"kA": (1.0 + 2.0**-52,)},
+    "kE nan": {"kE": (3.0, math.nan, math.inf)},
+    "kA inf": {"kA": (1.0, 0.0, -math.inf)},
+    **{f"{name} {value}": {name: value} for name in SCALARS for value in (math.nan, math.inf, -math.inf)},
+    **{
+        f"{name} {value}": {name: value}
+        for name in ("kappa_omega", "rho", "sigma", "n")
+        for value in (
+            0.0,
+            -0.0,
+            -1.0,
+            -1.0 / 3.0,
+            -1e-5,
+            -1e-4,
+            -0.00012,
+            -1e15,
+            -1.5e16,
+            -1e22,
+            -2.5e-308,
+            -1.7976931348623157e308,
+        )
+    },
+    **{
+        f"sigma {value}": {"sigma": value}
+        for value in (0.1, 0.49999999999999994, 1000.0000000000001, 1e16, 123456789.125)
+    },
+    **{f"n {value}": {"n": value} for value in (0.1 - 0.0901, 0.009999999999999998, 100.1, 1e100)},
+    "order": {"displacement_min": 0.5, "displacement_max": -0.1},
+    "empty range": {"displacement_min": 0.1, "displacement_max": 0.1},
+    "range overflows": {"displacement_min": -1.7e308, "displacement_max": 1.7e308},
+    "offset below": {"displacement_offset": -3.0},
+    "offset above": {"displacement_offset": 0.05000000000000001},
+    "FA at the end": {"kA": (1.0, 60.0)},
+    "FA inside": {"kA": (1.0, -300.0, 1.5e4)},
+    "FA zero": {"kA": (1.0, 0.0, -1.0 / SPRING.x_max**2)},
+    "FA overflows": {"kA": (1.0, 1e308, -1e308), "displacement_max": 10.0},
+    "FA of degree 20": {"kA": (1.0, *(0.0,) * 18, -1e30, 1e28)},
+}
+
+
+@pytest.mark.parametrize("changes", BAD.values(), ids=BAD)
+def test_problems_are_told_in_the_same_words(changes: dict[str, object]) -> None:
+    with pytest.raises(ValueError, match=r".") as refusal:
+        replace(SPRING, **changes)
+    values = {name: getattr(SPRING, name) for name in ("kE", "kA", *SCALARS)} | changes
+    given = c_parameters(SPRING)
+    for name in SCALARS:
+        setattr(given, name, values[name])
+    for name, count in (("kE", "elastic"), ("kA", "amplifier")):
+        setattr(given, count, len(values[name]))
+        for i, value in enumerate(values[name][:21]):
+            getattr(given, name)[i] = value
+    assert kernel_tools.problem(given) == str(refusal.value)
+
+
+def test_no_problem_and_counts_out_of_range() -> None:
+    assert kernel_tools.problem(c_parameters(SPRING)) == ""
+    given = c_parameters(SPRING)
+    for count in (-2147483648, -1, 0, 22, 2147483647):
+        given.elastic = count
+        assert kernel_tools.problem(given) == f"`kE` must have between 1 and 21 coefficients, got {count}."
+
+
+def test_problem_is_cut_where_the_room_ends() -> None:
+    given = c_parameters(SPRING)
+    given.rho = -1.0
+    assert kernel_tools.problem(given, 10) == "`rho` must"[:9]
+
+
+def test_room_suffices_for_all_n_and_sigma() -> None:
+    random = np.random.default_rng(3)
+    smoothness = [*np.geomspace(*N_RANGE, 121), *np.geomspace(1.2, 1.5, 31), *10.0 ** random.uniform(-2.0, 2.0, 50)]
+    recoveries = (0.5, 0.5001, 0.6, 1.0, 3.0, 30.0, 300.0, SIGMA_RANGE[1])
+    room = kernel_tools.limits()
+    most = dict.fromkeys(room, 0)
+    for n, sigma in product(smoothness, recoveries):
+        taken = Kernel(spring(float(n), sigma, 1.0)).taken()
+        most = {kind: max(most[kind], taken[kind]) for kind in most}
+    # Nodes are counted by a formula; pieces, halved as needed, must never have been refused for want of room.
+    assert most["nodes"] <= room["nodes"]
+    assert most["pieces"] <= room["pieces"] - 8
+    assert most["buckets"] <= room["buckets"]
+
+
+def test_sanitizers_find_nothing() -> None:
+    program = compiled(
+        kernel_tools.build_folder() / "shaken",
+        "-g", "-O1", "-fsanitize=address,undefined", "-fno-sanitize-recover=all",
+        kernel_tools.HERE / "kernel_shaken.c", KERNEL / "spring.c", "-lm",
+    )  # fmt: skip
+    done = subprocess.run([program, "60", "400"], capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
+
+
+# What C and its mathematics library offer.
+LIBRARY = {
+    *("ceil", "cos", "exp", "expm1", "log", "log1p", "pow"),
+    *("memcpy", "memset", "snprintf", "strlen", "strpbrk", "strtod"),
+}
+
+
+def test_object_holds_no_variable_and_asks_for_the_c_library_only() -> None:
+    compiled_object = compiled(kernel_tools.build_folder() / "spring.o", "-O2", "-c", KERNEL / "spring.c")
+    listed = subprocess.run(["nm", "-P", compiled_object], capture_output=True, text=True, check=True).stdout
+    kinds: dict[str, set[str]] = {}
+    for line in listed.splitlines():
+        name, kind = line.split()[:2]
+        kinds.setdefault(kind, set()).add(name)
+    # T and t are functions, r constants; D, d, B, b, C would be variables.
+    assert set(kinds) <= {"T", "t", "r", "U"}, kinds
+    assert kinds["U"] <= LIBRARY, kinds["U"] - LIBRARY
+    assert all(name.startswith("spring_") for name in kinds["T"])
+
+
+@pytest.mark.parametrize("target", ["x86_64-linux-gnu.2.17", "x86_64-windows-gnu", "aarch64-macos.11.0"])
+def test_every_target_compiles_without_a_warning(target: str) -> None:
+    clang = (sys.executable, "-m", "ziglang", "cc", "-target", target)
+    # A frame above one page would ask for the compiler's own library on Windows.
+    compiled(
+        kernel_tools.build_folder() / f"{target}.o",
+        "-O2", "-Wframe-larger-than=4000", "-c", KERNEL / "spring.c",
+        compiler=clang,
+    )  # fmt: skip
