@@ -62,13 +62,15 @@ void driver_inverse_saturation(const SpringLaw *law, int count, const double *u,
         xi[k] = spring_inverse_saturation(&law->table, u[k]);
 }
 
-/* Rows of omega, force, stiffness and energy at each of `count` displacements; the first is where the path starts. */
+/* Rows of omega, force, stiffness and energy at each of `count` displacements; the first is where the path starts. The
+ * energy is settled at every second one, so that the work of a step is asked for from the memory and by a reversal. */
 void driver_path(const SpringLaw *law, int count, const double *displacement, double omega_start, double *response)
 {
     SpringMemory memory = spring_rest(displacement[0], omega_start);
     for (int k = 0; k < count; k++) {
         memory = spring_advance(law, &memory, displacement[k]);
-        memory = spring_settle(law, &memory);
+        if (k % 2)
+            memory = spring_settle(law, &memory);
         response[k] = memory.omega;
         response[count + k] = spring_force(law, &memory);
         response[2 * count + k] = spring_stiffness(law, &memory);

@@ -24,8 +24,9 @@ FloatArray = NDArray[np.float64]
 
 KERNEL = Path(strandspring.__file__).parent / "fmu" / "native" / "c"
 HERE = Path(__file__).parent
-WARNINGS = ("-std=c11", "-Wall", "-Wextra", "-Wpedantic", "-Werror", "-Wshadow", "-Wconversion")
-FLAGS = (*WARNINGS, "-ffp-contract=off")
+FLAGS = (
+    "-std=c11", "-ffp-contract=off", "-Wall", "-Wextra", "-Wpedantic", "-Werror", "-Wshadow", "-Wconversion",
+)  # fmt: skip
 
 SCALARS = ("kappa_omega", "rho", "sigma", "n", "displacement_offset", "displacement_min", "displacement_max")
 _COEFFICIENTS = c_double * (MAXIMUM_DEGREE + 1)

@@ -25,9 +25,9 @@ CORNERS = tuple(product((N_RANGE[0], 0.22, 1.0, 2.5, 12.0, N_RANGE[1]), (0.5, 3.
 def stepped(parameters: SpringParameters, path: np.ndarray, omega: float, energies: bool) -> np.ndarray:
     """omega, force and stiffness, or the absorbed energy, of Python's stepper at each sample."""
     law = SpringLaw(parameters)
-    # Reversals integrate the energy, in Python for milliseconds: where it is not asked for, by a single piece. Where it
-    # is, by one piece per cell: over two, as Python does, the error for abrupt springs comes to 4e-11.
-    law.work_edges = sorted({*law.work_edges, *(-zeta for zeta in law.table.falling.integral)}) if energies else []
+    if not energies:
+        # Reversals integrate the energy, in Python for milliseconds: where it is not asked for, by a single piece.
+        law.work_edges = []
     memory = stepper.rest(float(path[0]), omega)
     rows = []
     for displacement in path.tolist():
@@ -54,12 +54,15 @@ def test_saturation_function(n: float, sigma: float) -> None:
     table = Saturation(n, sigma)
     end = inverse_saturation(table, -1.0)
     rising = np.geomspace(1e-16, 60.0 / n, 3000)
-    xi = np.concatenate([rising, end * np.geomspace(1e-16, 1.0, 3000), [0.0, -0.0, 1e300, math.inf]])
+    near, close = np.geomspace(1e-16, 1.0, 3000), 1.0 - np.geomspace(1e-16, 0.5, 1000)
+    xi = np.concatenate([rising, end * near, end * close, [0.0, -0.0, 1e300, math.inf]])
     expected = np.array([saturation(table, value) for value in xi.tolist()])
     # Relative, so that |u|^n is right for small n too. Near -1 a rounding of ln(-xi) in Python counts W' <= 2 sigma
     # times; below its table, xi < 1.3e-14, Python errs by n*xi/2.
     rtol = 2e-13 + 4e-16 * sigma + 7e-15 * n
-    np.testing.assert_allclose(kernel.saturation(xi), expected, rtol=rtol, atol=1e-299)
+    got = kernel.saturation(xi)
+    np.testing.assert_allclose(got, expected, rtol=rtol, atol=1e-299)
+    assert np.max(np.abs(got)) <= 1.0
     u = saturation(table, 0.3 * end)
     for value in (-1.0, u, -1e-20, 0.0, 1e-20, 0.4, 1.0 - 1e-15, 1.0):
         # The same sums, but for the libraries' last bits.
@@ -138,6 +141,23 @@ def stroke_to(omega: float, parameters: SpringParameters, start: float) -> tuple
         assert end < p.displacement_max
         work = p.kappa_omega / p.rho * mpmath.quad(rate, [-1, -0.95, -0.9, -0.5, 0, 0.5, omega])
         return float(end), float(work)
+
+
+@pytest.mark.parametrize(("degree", "saturations", "distance"), [(6, 1.75, 34.0), (14, 0.05, 0.1)])
+def test_energy_where_the_amplifier_is_hard_to_integrate(degree: int, saturations: float, distance: float) -> None:
+    """n = 1, W = 1 - exp(-xi), over the whole range: with xi = 0 many times the range away, where an expansion of FA
+    about it cancels; and with all of the range on one piece of W."""
+    wave = np.polynomial.chebyshev.cheb2poly([1.0, *(0.0,) * (degree - 1), 0.9])
+    parameters = spring(1.0, 1.0, saturations, elastic=(0.0,), amplifier=tuple(wave[1:] / wave[0]))
+    low, high = parameters.displacement_min, parameters.displacement_max
+    start = low - distance / parameters.rho
+    response = Kernel(parameters).path(np.array([start, low, high]), 0.0)[3]
+    nodes, weights = np.polynomial.legendre.leggauss(60)
+    x = parameters.x_max * nodes
+    xi = parameters.rho * (x + parameters.displacement_offset - start)
+    force = parameters.kappa_omega * -np.expm1(-xi) * np.polynomial.polynomial.polyval(x, parameters.kA)
+    # Rounding of FA itself, whose coefficients are 1e4 times its values and alternate.
+    assert response[2] - response[1] == pytest.approx(parameters.x_max * float(weights @ force), rel=2e-12)
 
 
 def test_a_million_steps_equal_the_vectorised_path() -> None:
