@@ -11,6 +11,11 @@ from strandspring import SpringParameters
 
 FloatArray = NDArray[np.float64]
 
+# A hardening, asymmetric mount of a few kilograms.
+MOUNT = SpringParameters(
+    (50.0, 20_000.0, 1e5, 2e7), (1.0, 10.0, 100.0), 15.0, 400.0, 1.0, 0.5, 0.05, 0.02, 0.08
+)  # fmt: skip
+
 
 def spring(
     n: float,

@@ -9,13 +9,11 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from strandspring import Spring, SpringParameters
+from springs import MOUNT
+from strandspring import Spring
 from strandspring.isolation import Excitation, IsolatedMass, frequency_response
 from terminal import Terminal
 
-MOUNT = SpringParameters(
-    (50.0, 20_000.0, 1e5, 2e7), (1.0, 10.0, 100.0), 15.0, 400.0, 1.0, 0.5, 0.05, 0.02, 0.08
-)  # fmt: skip
 FEW = ("--points", "12")
 
 

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from shaken import shaken
+from springs import MOUNT
 from strandspring import Spring, SpringParameters
 from strandspring.isolation import (
     Excitation,
@@ -22,9 +23,6 @@ from strandspring.model.ni import PAPER_NI
 from strandspring.model.paper import NormalizedBoucWen
 from synthetic import spring_of
 
-MOUNT = SpringParameters(
-    (50.0, 20_000.0, 1e5, 2e7), (1.0, 10.0, 100.0), 15.0, 400.0, 1.0, 0.5, 0.05, 0.02, 0.08
-)  # fmt: skip
 FORCES = {
     Excitation.BASE_DISPLACEMENT: 1e-3,
     Excitation.BASE_ACCELERATION: 2.0,

@@ -9,13 +9,11 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from readme import program_with
-from strandspring import Spring, SpringParameters
+from springs import MOUNT
+from strandspring import Spring
 from strandspring.fmu.package import build_fmu
 from strandspring.model.restoring import SpringLaw, restoring_force
 
-MOUNT = SpringParameters(
-    (50.0, 20_000.0, 1e5, 2e7), (1.0, 10.0, 100.0), 15.0, 400.0, 1.0, 0.5, 0.05, 0.02, 0.08
-)  # fmt: skip
 MASS, LOAD, MIDDLE = 5.0, 50.0, 0.05
 AMPLITUDE, CIRCULAR = 0.004, 2.0 * np.pi * 7.0
 STOP = 0.5

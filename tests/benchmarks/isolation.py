@@ -20,12 +20,9 @@ from rich.table import Table
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 
 from shaken import shaken
-from strandspring import SpringParameters
+from springs import MOUNT
 from strandspring.isolation import Excitation, IsolatedMass, frequency_response
 
-MOUNT = SpringParameters(
-    (50.0, 20_000.0, 1e5, 2e7), (1.0, 10.0, 100.0), 15.0, 400.0, 1.0, 0.5, 0.05, 0.02, 0.08
-)  # fmt: skip
 LEVELS = (2e-4, 6e-4, 1.2e-3)
 BAND = np.geomspace(2.5, 40.0, 200)
 console = Console(width=118)
