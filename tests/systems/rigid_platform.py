@@ -10,7 +10,6 @@ from __future__ import annotations
 
 from contextlib import ExitStack
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -31,7 +30,7 @@ from strandspring.cosimulation import (
 
 MASS, PITCH_INERTIA, ROLL_INERTIA = 60.0, 8.0, 3.5  # kg, kg m^2
 FRONT, REAR, HALF_TRACK = 0.5, 0.4, 0.3  # m, from the centre of gravity
-STOP = 0.5  # s
+STOP = 0.4  # s
 BEGIN = 0.03  # m: compression of the springs where q is zero
 WAVE = Sine(amplitude=0.0025, frequency=6.0)
 LAG = 0.045  # s, from the front axle to the rear one
@@ -80,14 +79,12 @@ class Result:
 def run(soft: Path, stiff: Path, step: float, master: Master | None = None) -> Result:
     """Set the platform down on its springs, then drive."""
     with ExitStack() as stack:
-        opened = partial(_opened, stack)
-        springs = [opened(fmu, corner.name) for fmu, corner in zip((soft, soft, stiff, stiff), CORNERS, strict=True)]
+        springs = [
+            stack.enter_context(spring_unit(fmu, corner.name))
+            for fmu, corner in zip((soft, soft, stiff, stiff), CORNERS, strict=True)
+        ]
         rest = loaded_slowly(plant(), springs)
         return Result(rest, simulate(plant(), springs, STOP, step, master or Iterative(), q=rest))
-
-
-def _opened(stack: ExitStack, fmu: Path, name: str):
-    return stack.enter_context(spring_unit(fmu, name))
 
 
 def main() -> None:
@@ -105,9 +102,11 @@ def main() -> None:
         ):
             print(f"{name:6} range {factor * np.ptp(values):8.3f} {unit}")
         print(f"peak acceleration {np.abs(motion.acceleration[:, 0]).max() / GRAVITY:.2f} g at the centre of gravity")
-        for corner, stroke, energy in zip(CORNERS, motion.stroke, motion.absorbed_energy[-1], strict=True):
-            print(f"{corner.name:12} stroke {1e3 * stroke:6.2f} mm, absorbed {energy:6.3f} J")
-        print(f"energy balance {energy_balance(plant(), motion).error:.0e} of what was exchanged")
+        for corner, stroke, force in zip(CORNERS, motion.stroke, motion.force.T, strict=True):
+            print(f"{corner.name:12} stroke {1e3 * stroke:6.2f} mm, force {force.min():4.0f} to {force.max():4.0f} N")
+        balance = energy_balance(plant(), motion)
+        print(f"the ground put in {balance.by_bases[-1]:.2f} J")
+        print(f"balance closed to {balance.error:.0e} of what plant and springs exchanged")
 
 
 if __name__ == "__main__":

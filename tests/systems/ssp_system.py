@@ -3,8 +3,8 @@
     python tests/systems/ssp_system.py [--backend python]
 
 Both couple as `Jacobi()` does: each FMU steps with what the other had put out at the beginning of the step. That is of
-first order and feeds energy in, so the step must be small. Both begin with every connector at zero, which suits a spring
-whose displacement and force count from where it rests.
+first order and feeds energy in, so the step must be small. FMPy begins with every connector at zero, which suits a
+spring whose displacement and force count from where it rests.
 """
 
 from __future__ import annotations
@@ -16,10 +16,6 @@ from pathlib import Path
 import numpy as np
 from excitations import Sine
 from fmpy.ssp.simulation import simulate_ssp
-from libcosimpy.CosimEnums import CosimVariableType
-from libcosimpy.CosimExecution import CosimExecution
-from libcosimpy.CosimLogging import CosimLogLevel, log_output_level
-from libcosimpy.CosimObserver import CosimObserver
 from mounts import RECOIL_SPRING, fmu_of, workplace
 from pythonfmu import FmuBuilder
 
@@ -89,6 +85,12 @@ def by_fmpy(ssp: Path, step: float) -> Run:
 
 def by_libcosim(ssp: Path, step: float) -> Run:
     """libcosim with its fixed-step algorithm; it counts in nanoseconds."""
+    # Here, because there is no libcosimpy for macOS and Python 3.10.
+    from libcosimpy.CosimEnums import CosimVariableType
+    from libcosimpy.CosimExecution import CosimExecution
+    from libcosimpy.CosimLogging import CosimLogLevel, log_output_level
+    from libcosimpy.CosimObserver import CosimObserver
+
     log_output_level(CosimLogLevel.WARNING)
     execution = CosimExecution.from_ssp_file(str(ssp), round(1e9 * step))
     observer = CosimObserver.create_time_series(buffer_size=100_000)

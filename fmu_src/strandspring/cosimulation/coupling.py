@@ -28,7 +28,7 @@ MEAN = np.array([1.0, 1.0 / 2.0, 1.0 / 3.0])  # of 1, s, s^2 over the step
 END = np.ones(3)  # their values at s = 1
 
 
-class Spring(Protocol):
+class SpringPort(Protocol):
     """What masters ask of a spring; `SpringUnit` is one."""
 
     displacement_min: float
@@ -56,7 +56,7 @@ class Point:
     reached : ndarray, shape (J,)            Where the springs' paths end [m]; masters that extrapolate get elsewhere.
     forces : ndarray, shape (3, J)           Of the springs here and at the two points before [N].
     energies : ndarray, shape (J,)           Absorbed by each spring [J].
-    past : int                               Communication points before this one that are remembered, 2 at most.
+    past : int                               Points before this one that are remembered, 1 or 2.
     """
 
     q: FloatArray
@@ -68,12 +68,12 @@ class Point:
     past: int
 
     def extrapolated(self, values: FloatArray, order: int) -> FloatArray:
-        """Coefficients of 1, s, s^2 for `forces` or `displacements`, of lower order while too few are remembered."""
+        """Coefficients of 1, s, s^2 for `forces` or `displacements`; a line while too few points are remembered."""
         return EXTRAPOLATION[min(order, self.past)] @ values
 
     def interpolated(self, newest: FloatArray, values: FloatArray, order: int) -> FloatArray:
         """The same between the value at the end of the step and those remembered."""
-        return INTERPOLATION[min(order, self.past + 1)] @ _with_newest(newest, values)
+        return INTERPOLATION[order] @ _with_newest(newest, values)
 
     def followed_by(
         self,
@@ -120,7 +120,7 @@ class Advance:
 
 
 # Time at the beginning of the step, the point there, the springs.
-Stepper = Callable[[float, Point, Sequence[Spring]], Advance]
+Stepper = Callable[[float, Point, Sequence[SpringPort]], Advance]
 
 
 class Master(Protocol):
@@ -136,13 +136,13 @@ def checked_order(name: str, order: int) -> None:
         raise CosimulationError(f"`{name}` must be 0, 1 or 2, got {order!r}.")
 
 
-def stepped_to(springs: Sequence[Spring], time: float, step: float, displacements: FloatArray) -> list[Response]:
+def stepped_to(springs: Sequence[SpringPort], time: float, step: float, displacements: FloatArray) -> list[Response]:
     """Step every spring along the straight path to its displacement."""
     pairs = zip(springs, displacements.tolist(), strict=True)
     return [spring.stepped(time, step, displacement) for spring, displacement in pairs]
 
 
-def stepped_along(springs: Sequence[Spring], time: float, step: float, paths: FloatArray) -> list[Response]:
+def stepped_along(springs: Sequence[SpringPort], time: float, step: float, paths: FloatArray) -> list[Response]:
     """Step every spring along a_0 + a_1*s + a_2*s^2, s = tau/step, for `paths` of shape (3, J)."""
     scaled = paths * np.array([[1.0], [1.0 / step], [2.0 / step**2]])
     pairs = zip(springs, scaled.T.tolist(), strict=True)

@@ -47,8 +47,8 @@ class EnergyBalance:
 
     @property
     def error(self) -> float:
-        """Largest magnitude of the gap over the energy exchanged by then at the end of the motion."""
-        return float(np.max(np.abs(self.gap)) / self.exchanged[-1])
+        """Largest magnitude of the gap over the energy exchanged in all; 0 if nothing was."""
+        return float(np.max(np.abs(self.gap)) / self.exchanged[-1]) if self.exchanged[-1] > 0.0 else 0.0
 
 
 def energy_balance(plant: Plant, motion: Motion) -> EnergyBalance:

@@ -24,7 +24,7 @@ from enum import Enum
 
 import numpy as np
 
-from .coupling import MEAN, Advance, Point, Spring, Stepper, stepped_to
+from .coupling import MEAN, Advance, Point, SpringPort, Stepper, stepped_to
 from .plants import FloatArray, Plant, quadratic_load
 from .unit import CosimulationError, Response
 
@@ -84,7 +84,7 @@ class Iterative:
         yielding = inverse @ (plant.G * plant.counts)
         compliance = plant.G.T @ yielding
 
-        def advance(time: float, point: Point, springs: Sequence[Spring]) -> Advance:
+        def advance(time: float, point: Point, springs: Sequence[SpringPort]) -> Advance:
             load = MEAN @ quadratic_load(plant, time, step)
             momentum = 2.0 / step * plant.M @ point.speed
             free = inverse @ (momentum - plant.K @ point.q + load)
@@ -131,7 +131,9 @@ class Iterative:
 class _Trials:
     """Answers of all springs to travels from one point."""
 
-    def __init__(self, master: Iterative, time: float, step: float, springs: Sequence[Spring], point: Point) -> None:
+    def __init__(
+        self, master: Iterative, time: float, step: float, springs: Sequence[SpringPort], point: Point
+    ) -> None:
         self.time = time
         self._master = master
         self._step = step
@@ -158,7 +160,7 @@ class _Trials:
             return 0.5 * (before + after), 0.5 * tangent, _EPSILON * (abs(before) + abs(after))
         return gained / travel, (after - gained / travel) / travel, noise / abs(travel)
 
-    def _response(self, spring: Spring, displacement: float) -> tuple[Response, float]:
+    def _response(self, spring: SpringPort, displacement: float) -> tuple[Response, float]:
         """Response and tangent stiffness [N/m]."""
         if self._master.trial is Trial.FEEDTHROUGH:
             response = spring.tried(displacement)
@@ -167,7 +169,7 @@ class _Trials:
             response = spring.stepped(self.time, self._step, displacement)
             return response, self._tangent(spring, response)
 
-    def _tangent(self, spring: Spring, response: Response) -> float:
+    def _tangent(self, spring: SpringPort, response: Response) -> float:
         if self._master.slope is Slope.DIRECTIONAL_DERIVATIVE:
             return spring.directional_derivative()
         return response.stiffness

@@ -18,7 +18,7 @@ from .coupling import (
     MEAN,
     Advance,
     Point,
-    Spring,
+    SpringPort,
     Stepper,
     checked_order,
     stepped_along,
@@ -71,7 +71,7 @@ class Jacobi:
     def stepper(self, plant: Plant, step: float) -> Stepper:
         flow = LinearFlow(plant, step)
 
-        def advance(time: float, point: Point, springs: Sequence[Spring]) -> Advance:
+        def advance(time: float, point: Point, springs: Sequence[SpringPort]) -> Advance:
             forces = point.extrapolated(point.forces, self.force_order)
             q, speed = _plant_step(plant, flow, time, step, point, forces)
             paths = point.extrapolated(point.displacements, self.displacement_order)
@@ -106,7 +106,7 @@ class GaussSeidel:
     def stepper(self, plant: Plant, step: float) -> Stepper:
         flow = LinearFlow(plant, step)
 
-        def plant_first(time: float, point: Point, springs: Sequence[Spring]) -> Advance:
+        def plant_first(time: float, point: Point, springs: Sequence[SpringPort]) -> Advance:
             forces = point.extrapolated(point.forces, self.force_order)
             q, speed = _plant_step(plant, flow, time, step, point, forces)
             given = plant.displacements(time + step, q)
@@ -114,7 +114,7 @@ class GaussSeidel:
             responses = _springs_step(springs, time, step, point, paths, self.course)
             return Advance(point.followed_by(q, speed, given, given, responses), MEAN @ forces)
 
-        def springs_first(time: float, point: Point, springs: Sequence[Spring]) -> Advance:
+        def springs_first(time: float, point: Point, springs: Sequence[SpringPort]) -> Advance:
             paths = point.extrapolated(point.displacements, self.displacement_order)
             responses = _springs_step(springs, time, step, point, paths, self.course)
             newest = np.array([response.force for response in responses])
@@ -138,7 +138,7 @@ class Verlet:
         flow = LinearFlow(plant, step)
         kick = -0.5 * step * plant.inverse_mass @ (plant.G * plant.counts)
 
-        def advance(time: float, point: Point, springs: Sequence[Spring]) -> Advance:
+        def advance(time: float, point: Point, springs: Sequence[SpringPort]) -> Advance:
             speed = point.speed + kick @ point.forces[0]
             q, speed = flow.advance(point.q, speed, quadratic_load(plant, time, step))
             given = plant.displacements(time + step, q)
@@ -159,7 +159,7 @@ def _plant_step(
 
 
 def _springs_step(
-    springs: Sequence[Spring], time: float, step: float, point: Point, given: FloatArray, course: Course
+    springs: Sequence[SpringPort], time: float, step: float, point: Point, given: FloatArray, course: Course
 ) -> list[Response]:
     """Step the springs to the end of displacements of shape (3, J) in powers of s."""
     if course is Course.STRAIGHT:

@@ -81,10 +81,10 @@ class Plant:
             given = getattr(self, name)
             square[name] = np.zeros_like(M) if given is None else np.atleast_2d(np.asarray(given, dtype=np.float64))
         for name, matrix in square.items():
-            if matrix.shape != (size, size) or not np.isfinite(matrix).all():
-                raise CosimulationError(
-                    f"`{name}` must be a finite square matrix of {size} rows, got shape {matrix.shape}."
-                )
+            if matrix.shape != (size, size):
+                raise CosimulationError(f"`{name}` must be a square matrix of {size} rows, got shape {matrix.shape}.")
+            if not np.isfinite(matrix).all():
+                raise CosimulationError(f"`{name}` must be finite, got {matrix.tolist()!r}.")
         if not (np.array_equal(M, M.T) and np.linalg.eigvalsh(M)[0] > 0.0):
             raise CosimulationError(f"`mass` must be symmetric and positive definite, got {M.tolist()!r}.")
         directions = [np.atleast_1d(np.asarray(one.direction, dtype=np.float64)) for one in self.attachments]
@@ -151,7 +151,14 @@ def one_mass(
     offset : float               Displacement of each spring where q and the base are zero [m].
     damping : float              Between the mass and the frame of q [N s/m].
     parallel, series : int       P rows side by side of S springs each.
+
+    Raises
+    ------
+    CosimulationError            If the mass is not positive or a number of springs below 1.
     """
+    for name, rows in (("parallel", parallel), ("series", series)):
+        if rows < 1:
+            raise CosimulationError(f"`{name}` must be >= 1, got {rows!r}.")
     of_load = load if callable(load) else lambda _, constant=load: constant
     spring = Attachment([1.0 / series], offset, lambda t: base(t) / series, parallel * series)
     return Plant([[mass]], [spring], lambda t: [of_load(t)], [[damping]])

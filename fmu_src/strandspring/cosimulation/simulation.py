@@ -86,7 +86,7 @@ def simulate(
         )
     steps = round((stop - begin) / step)
     times: FloatArray = begin + step * np.arange(steps + 1, dtype=np.float64)
-    point = start(plant, springs, begin, q, speed)
+    point = start(plant, springs, begin, step, q, speed)
     points, felt, iterations = [point], [], []
     advance = master.stepper(plant, step)
     for time in times[:-1].tolist():
@@ -122,10 +122,15 @@ def start(
     plant: Plant,
     springs: Sequence[SpringUnit],
     time: float,
+    step: float = 0.0,
     q: ArrayLike | None = None,
     speed: ArrayLike | None = None,
 ) -> Point:
-    """The point where a simulation begins; starts those springs whose path has not begun."""
+    """The point where a simulation begins; starts those springs whose path has not begun.
+
+    What was one step before, which masters that extrapolate ask for, is taken to mirror what a step at constant speed
+    would lead to: a motion that begins with a speed would cost them an order otherwise.
+    """
     zero = np.zeros(plant.coordinates)
     position = zero if q is None else np.atleast_1d(np.asarray(q, dtype=np.float64))
     velocity = zero if speed is None else np.atleast_1d(np.asarray(speed, dtype=np.float64))
@@ -133,17 +138,20 @@ def start(
         if given.shape != zero.shape or not np.isfinite(given).all():
             raise CosimulationError(f"`{name}` must be {zero.size} finite numbers, got {given.tolist()!r}.")
     displacements = plant.displacements(time, position)
+    ahead = plant.displacements(time + step, position + step * velocity)
     responses = [
         spring.tried(spring.reached) if spring.started else spring.start(displacement, time)
         for spring, displacement in zip(springs, displacements.tolist(), strict=True)
     ]
     forces = np.array([response.force for response in responses])
+    expected = np.array([spring.tried(d).force for spring, d in zip(springs, ahead.tolist(), strict=True)])
+    before = 2.0 * displacements - ahead
     return Point(
         position,
         velocity,
-        np.tile(displacements, (3, 1)),
+        np.array([displacements, before, before]),
         np.array([spring.reached for spring in springs]),
-        np.tile(forces, (3, 1)),
+        np.array([forces, 2.0 * forces - expected, 2.0 * forces - expected]),
         np.array([response.absorbed_energy for response in responses]),
-        0,
+        1,
     )
