@@ -172,7 +172,8 @@ static void follow_path(void)
             wander(instance, displacement, &random);
         if (step % 9973 == 0)
             instance = reborn(instance);
-        force = force_after_step(instance, displacement, draw(&random) < 0.1 ? 0.0 : pow(10.0, 6.0 * draw(&random) - 5.0));
+        double size = draw(&random) < 0.1 ? 0.0 : pow(10.0, 6.0 * draw(&random) - 5.0);
+        force = force_after_step(instance, displacement, size);
         CHECK(fwrite(&force, sizeof force, 1, stdout) == 1);
     }
     FreeInstance(instance);

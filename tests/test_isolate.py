@@ -61,6 +61,16 @@ def test_plots_have_the_kind_of_their_name(terminal: Terminal, ending: str) -> N
     assert Path(f"out.{ending}").read_bytes()[:4] == {"png": b"\x89PNG", "pdf": b"%PDF"}[ending]
 
 
+@pytest.mark.parametrize("mass", ["0.012", "0.025"])
+def test_spikes_of_superharmonics_do_not_stop_the_curve(terminal: Terminal, mass: str) -> None:
+    """Small loops of the hinge (n = 3) have next to no damping: its superharmonic resonances are needles."""
+    model = Path(__file__).resolve().parent.parent / "models/rubber_hinge.json"
+    told = json.loads(terminal("isolate", str(model), "--mass", mass, "--json"))
+    for level in told["levels"]:
+        assert sum(point["wanted"] for point in level["points"]) >= 190
+        assert level["resonance"]["frequency"] == pytest.approx(14.0, rel=0.2)
+
+
 def test_folds_are_told(terminal: Terminal) -> None:
     text = terminal("isolate", "mount.json", "--mass", "5.1", "--damping", "20", "--base-displacement", "2",
                     "--band", "5", "25", "--extrapolate", "--points", "60")  # fmt: skip

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ctypes
 import subprocess
 from functools import cache
 from importlib.resources import files
@@ -12,7 +13,9 @@ import numpy as np
 from fmu_tools import SPRING, wandering_path
 from kernel_tools import HERE, KERNEL, build_folder, compiled
 from native_tools import ROUNDING, library
+from strandspring.fmu.native.config import configuration
 from strandspring.model.path import PathSolver
+from strandspring.modelfile import model_file
 
 HEADERS = f"-I{files('fmpy') / 'c-code'}"
 
@@ -63,12 +66,31 @@ def test_many_instances_in_many_threads():
     run("threads")
 
 
+def from_sources(name: str, *flags: str | Path) -> Path:
+    """Compiled with the C sources of the FMU of SPRING."""
+    sources = sorted(KERNEL.glob("*.c"))
+    return compiled(build_folder() / name, *flags, f"-I{library().folder / 'sources'}", *sources, "-lm")
+
+
 def test_threads_share_nothing_that_changes():
     """The same under the thread sanitizer, which sees what good luck hides."""
     sanitizer = ("-g", "-fsanitize=thread")
-    sources = [path for path in KERNEL.iterdir() if path.suffix == ".c"]
-    binary = compiled(
-        build_folder() / "sanitized.so", "-O1", "-shared", "-fPIC", *sanitizer, f"-I{library().folder / 'sources'}",
-        *sources, "-lm",
-    )  # fmt: skip
+    binary = from_sources("sanitized.so", "-O1", "-shared", "-fPIC", *sanitizer)
     run("threads", program=host(*sanitizer), binary=binary)
+
+
+def test_functions_take_the_prefix_of_static_linking():
+    binary = from_sources("prefixed.so", "-shared", "-fPIC", "-DFMI2_FUNCTION_PREFIX=spring_")
+    functions = ctypes.CDLL(str(binary))
+    for call in ("Instantiate", "DoStep", "GetEventIndicators", "SerializeFMUstate", "GetDirectionalDerivative"):
+        assert hasattr(functions, f"spring_fmi2{call}")
+        assert not hasattr(functions, f"fmi2{call}")
+
+
+def test_the_header_of_a_model_holds_no_text_as_it_is():
+    guid = '{"\\\n*/ ??/ %s ä}'
+    text = configuration(model_file("spring", SPRING, "*/ #error"), guid)
+    (line,) = (line for line in text.splitlines() if line.startswith("#define SPRING_GUID"))
+    assert line == r'#define SPRING_GUID "{\042\134\012*/ \077\077/ \045s \303\244}"'
+    assert "#error" not in text
+    assert f"VARIABLE_PARAMETER, {SPRING.rho.hex()})" in text

@@ -81,6 +81,9 @@ def test_input_derivatives_hold_for_one_step(spring):
     assert spring.get("displacement") == [pytest.approx(0.03, rel=1e-15)]
     assert spring.step(0.025, "displacement", size=0.01) == [0.025]
     close(spring.get("force"), PathSolver(SPRING).force(np.array([0.02, 0.03, 0.025]))[-1:])
+    # Nor is the rate at its end that of the derivatives.
+    (stiffness,) = spring.get("stiffness")
+    close(spring.output_derivatives("force"), [stiffness * (0.025 - 0.03) / 0.01])
 
 
 def test_the_order_in_which_value_and_derivatives_are_set_does_not_matter():

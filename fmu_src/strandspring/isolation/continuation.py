@@ -21,6 +21,7 @@ from .system import IsolationError, StaticPoint
 _PARTS = 32  # of the way to the next wanted frequency, at the finest
 _CHANGE = 0.6  # most of the motion's size by which it may change in one step
 _SURPRISE = 0.3  # most of it by which it may differ from its prediction
+_SPIKE = 10  # wanted frequencies over which a spike that cannot be followed may reach
 # Along the curve
 _WEIGHT = 4.0  # of ln(Omega) against the relative change of the motion in the length of a step
 _LONGEST = 0.4
@@ -86,9 +87,15 @@ def follow(balance: HarmonicBalance, rest: StaticPoint, frequencies: FloatArray)
             yield there
             here = there
             continue
-        for motion in _along(balance, here, logs, float(after[0])):
-            yield motion
-            here = motion
+        try:
+            # All or nothing: what leads up a spike that cannot be followed is no part of the curve.
+            motions = list(_along(balance, here, logs, float(after[0])))
+        except IsolationError:
+            motions = _across(balance, here, after)
+            if not motions:
+                raise
+        yield from motions
+        here = motions[-1]
 
 
 def refine_peak(
@@ -164,6 +171,18 @@ def _ahead(balance: HarmonicBalance, here: SteadyMotion, target: float) -> Stead
         if step < least:
             return None
     return here
+
+
+def _across(balance: HarmonicBalance, here: SteadyMotion, after: FloatArray) -> list[SteadyMotion]:
+    """The motion beyond a spike, at the first of the next wanted frequencies where its first harmonic is alike."""
+    first = [1, 1 + balance.basis.harmonics]
+    plain = np.zeros_like(here.z)
+    plain[[0, *first]] = here.z[[0, *first]]
+    for log in after[:_SPIKE].tolist():
+        solved = balance.solve(plain, float(np.exp(log)))
+        if solved is not None and np.linalg.norm((solved[0] - plain)[first]) <= _CHANGE * np.linalg.norm(plain[first]):
+            return [SteadyMotion(log, *solved, wanted=True)]
+    return []
 
 
 def _along(balance: HarmonicBalance, here: SteadyMotion, logs: FloatArray, target: float) -> Iterator[SteadyMotion]:

@@ -56,8 +56,8 @@ class SpringLaw:
 
 def _work_edges(table: Saturation) -> list[float]:
     """xi between which W is one analytic piece: the cell edges of both branches and the zero between them."""
-    # For small n two cells of the falling branch span one e-fold at most, as one of the rising branch does; for larger n
-    # the cells are as fine as the bend of W asks for.
+    # For small n two cells of the falling branch span one e-fold at most, as one of the rising branch does; for larger
+    # n the cells are as fine as the bend of W asks for.
     before = [-zeta for zeta in list(table.falling.integral)[:: -2 if table.n <= 0.5 else -1]]
     # Below its table the falling branch is a straight line, but the work's integrand still spans e-folds.
     while before[-1] < -_FINEST:

@@ -17,7 +17,11 @@ static const struct {
 enum { NAMES_COUNT = sizeof NAMES / sizeof *NAMES };
 
 static const char *const TYPE_NAMES[] = {
-    [VARIABLE_REAL] = "Real", [VARIABLE_INTEGER] = "Integer", [VARIABLE_BOOLEAN] = "Boolean", [VARIABLE_STRING] = "String"};
+    [VARIABLE_REAL] = "Real",
+    [VARIABLE_INTEGER] = "Integer",
+    [VARIABLE_BOOLEAN] = "Boolean",
+    [VARIABLE_STRING] = "String",
+};
 
 fmi2Status fmu_refuse_call(const Instance *instance, const char *call, int allowed)
 {
@@ -38,7 +42,8 @@ fmi2Status fmu_refuse_call(const Instance *instance, const char *call, int allow
         if (NAMES[i].modes & mode)
             actual = NAMES[i].name;
     }
-    return fmu_refuse(&instance->log, "%s must be called while the instance is %s, but it is %s.", call, expected, actual);
+    return fmu_refuse(&instance->log, "%s must be called while the instance is %s, but it is %s.", call, expected,
+                      actual);
 }
 
 fmi2Status fmu_require_type(

@@ -21,10 +21,11 @@ fmi2Status fmi2SetRealInputDerivatives(fmi2Component c, const fmi2ValueReference
         if (fmu_variables[vr[i]].causality != VARIABLE_INPUT)
             return fmu_refuse(&instance->log, "`%s` is no input: it has no derivative that can be set.", name);
         if (order[i] != 1 && order[i] != 2)
-            return fmu_refuse(&instance->log, "The order of a derivative of `%s` must be 1 or 2, got %d.", name, order[i]);
+            return fmu_refuse(&instance->log, "The order of a derivative of `%s` must be 1 or 2, got %d.", name,
+                              order[i]);
         if (!isfinite(value[i]))
-            return fmu_refuse(&instance->log, "The derivative of order %d of `%s` must be finite, got %s.", order[i], name,
-                              fmu_number(value[i]).text);
+            return fmu_refuse(&instance->log, "The derivative of order %d of `%s` must be finite, got %s.", order[i],
+                              name, spring_number(value[i]).text);
     }
     for (size_t i = 0; i < nvr; i++) {
         *(order[i] == 1 ? &instance->state.velocity : &instance->state.acceleration) = value[i];
@@ -52,8 +53,8 @@ fmi2Status fmi2CancelStep(fmi2Component c)
 /* No step is ever pending, so nothing is known of one. */
 static fmi2Status no_such_status(const Instance *instance, const char *call, fmi2StatusKind kind)
 {
-    return fmu_discard(&instance->log, "%s has no answer to the kind of status %d, since no step is ever pending.", call,
-                       (int)kind);
+    return fmu_discard(&instance->log, "%s has no answer to the kind of status %d, since no step is ever pending.",
+                       call, (int)kind);
 }
 
 fmi2Status fmi2GetStatus(fmi2Component c, const fmi2StatusKind s, fmi2Status *value)

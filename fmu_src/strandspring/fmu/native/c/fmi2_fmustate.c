@@ -14,8 +14,8 @@ typedef struct {
     do { \
         FMU_REQUIRE_ARRAY(instance, call, snapshot, 1); \
         if ((snapshot)->of != fmu_variables) \
-            return fmu_refuse(&(instance)->log, "The state given to fmi2%s must come from an instance of the same FMU.", \
-                              #call); \
+            return fmu_refuse(&(instance)->log, \
+                              "The state given to fmi2%s must come from an instance of the same FMU.", #call); \
     } while (0)
 
 static Snapshot *new_snapshot(const Instance *instance)
@@ -93,8 +93,8 @@ fmi2Status fmi2SerializeFMUstate(fmi2Component c, fmi2FMUstate FMUstate, fmi2Byt
     REQUIRE_SNAPSHOT(instance, SerializeFMUstate, snapshot);
     FMU_REQUIRE_ARRAY(instance, SerializeFMUstate, serializedState, 1);
     if (size != fmu_state_size())
-        return fmu_refuse(&instance->log, "A serialized state must have %.0f bytes, got %.0f.", (double)fmu_state_size(),
-                          (double)size);
+        return fmu_refuse(&instance->log, "A serialized state must have %.0f bytes, got %.0f.",
+                          (double)fmu_state_size(), (double)size);
     fmu_state_write(&snapshot->state, (unsigned char *)serializedState);
     return fmi2OK;
 }

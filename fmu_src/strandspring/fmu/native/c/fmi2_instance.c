@@ -49,7 +49,8 @@ static fmi2Status require_law(Instance *instance)
     if (instance->has_law)
         return fmi2OK;
     if (!(fabs(omega_start) <= 1.0))
-        return fmu_refuse(&instance->log, "`omega_start` must be within [-1, 1], got %s.", fmu_number(omega_start).text);
+        return fmu_refuse(&instance->log, "`omega_start` must be within [-1, 1], got %s.",
+                          spring_number(omega_start).text);
     SpringParameters parameters = fmu_spring_parameters(instance->state.settings);
     if (spring_problem(&parameters, problem, sizeof problem))
         return fmu_refuse(&instance->log, "%s", problem);
@@ -63,7 +64,7 @@ fmi2Status fmu_reach(Instance *instance)
     const State *state = &instance->state;
     if (instance->has_reached)
         return fmi2OK;
-    if (!instance->has_law && require_law(instance) != fmi2OK)
+    if (require_law(instance) != fmi2OK)
         return fmi2Error;
     instance->reached = state->mode & INITIALIZATION
                             ? spring_rest(state->displacement, setting(state, SPRING_OMEGA_START))
@@ -119,6 +120,17 @@ int fmu_extrapolating(const Instance *instance)
     return state->mode & ME_CONTINUOUS_TIME ? state->extrapolating : side(state) != 0;
 }
 
+static void warn_of_excursion(const Instance *instance)
+{
+    const State *state = &instance->state;
+    SpringNumber low = spring_number(setting(state, SPRING_DISPLACEMENT_MIN));
+    SpringNumber high = spring_number(setting(state, SPRING_DISPLACEMENT_MAX));
+    fmu_warn(&instance->log,
+             "`displacement` %s m lies outside the identified range [%s, %s] m: the force is extrapolated until it "
+             "comes back.",
+             spring_number(state->displacement).text, low.text, high.text);
+}
+
 /* Makes what has been reached part of the path. */
 static void commit(Instance *instance)
 {
@@ -128,11 +140,7 @@ static void commit(Instance *instance)
         instance->reached = spring_settle(&instance->law, &instance->reached);
     if (at != state->side) {
         if (at != 0)
-            fmu_warn(&instance->log,
-                     "`displacement` %s m lies outside the identified range [%s, %s] m: the force is extrapolated "
-                     "until it comes back.",
-                     fmu_number(state->displacement).text, fmu_number(setting(state, SPRING_DISPLACEMENT_MIN)).text,
-                     fmu_number(setting(state, SPRING_DISPLACEMENT_MAX)).text);
+            warn_of_excursion(instance);
         state->side = at;
     }
     if (instance->reached.direction != state->memory.direction)
@@ -160,14 +168,12 @@ fmi2Status fmu_end_initialization(Instance *instance)
     return fmi2OK;
 }
 
-fmi2Status fmu_accept(Instance *instance)
+void fmu_accept(Instance *instance)
 {
     State *state = &instance->state;
-    if (fmu_reach(instance) != fmi2OK)
-        return fmi2Error;
+    fmu_reach(instance);
     commit(instance);
     fmu_watch_accept(&state->watch, state->time, state->displacement, fmu_range(state));
-    return fmi2OK;
 }
 
 /* Commits the path x(s) = x + v*s + a*s^2/2 for 0 <= s <= size, which begins at the displacement set last. */
@@ -175,14 +181,14 @@ static fmi2Status commit_parabola(Instance *instance, double time, double size)
 {
     State *state = &instance->state;
     double x = state->displacement, v = state->velocity, a = state->acceleration;
-    double turn = -v / a, end = x + size * (v + 0.5 * a * size);
-    int turns = 0.0 < turn && turn < size; /* false for a = 0, where turn is infinite or NaN */
-    double vertex = turns ? x + 0.5 * v * turn : x;
+    double end = x + size * (v + 0.5 * a * size);
+    double turn = a == 0.0 ? 0.0 : -v / a;
+    double vertex = 0.0 < turn && turn < size ? x + 0.5 * v * turn : x;
     if (!isfinite(end) || !isfinite(vertex))
         return fmu_refuse(&instance->log,
-                          "The derivatives %s m/s and %s m/s^2 of `displacement` must keep it finite [m] in the step of "
-                          "%s s at time %s s.",
-                          fmu_number(v).text, fmu_number(a).text, fmu_number(size).text, fmu_number(time).text);
+                          "The derivatives %s m/s and %s m/s^2 of `displacement` must keep it finite [m] in the step "
+                          "at time %s s.",
+                          spring_number(v).text, spring_number(a).text, spring_number(time).text);
     commit_at(instance, x);
     commit_at(instance, vertex);
     commit_at(instance, end);
@@ -191,15 +197,13 @@ static fmi2Status commit_parabola(Instance *instance, double time, double size)
 }
 
 /* Commits the straight path to the displacement set last. */
-static fmi2Status commit_line(Instance *instance, double size)
+static void commit_line(Instance *instance, double size)
 {
     State *state = &instance->state;
-    if (fmu_reach(instance) != fmi2OK)
-        return fmi2Error;
+    fmu_reach(instance);
     if (size > 0.0)
         state->rate = (state->displacement - state->memory.displacement) / size;
     commit(instance);
-    return fmi2OK;
 }
 
 fmi2Status fmu_step(Instance *instance, double time, double size)
@@ -207,17 +211,17 @@ fmi2Status fmu_step(Instance *instance, double time, double size)
     State *state = &instance->state;
     double end = time + size;
     if (!isfinite(time))
-        return fmu_refuse(&instance->log, "The time of a step must be finite [s], got %s.", fmu_number(time).text);
+        return fmu_refuse(&instance->log, "The time of a step must be finite [s], got %s.", spring_number(time).text);
     if (!(isfinite(size) && size >= 0.0 && isfinite(end)))
         return fmu_refuse(&instance->log, "The step size at time %s s must be finite and >= 0 [s], got %s.",
-                          fmu_number(time).text, fmu_number(size).text);
+                          spring_number(time).text, spring_number(size).text);
     if (end > state->stop_time + ROUNDING * fmax(fabs(end), fabs(state->stop_time)))
         return fmu_refuse(&instance->log, "The step of %s s at time %s s must not go beyond the stop time %s s.",
-                          fmu_number(size).text, fmu_number(time).text, fmu_number(state->stop_time).text);
-    fmi2Status status =
-        state->interpolated ? commit_parabola(instance, time, size) : commit_line(instance, size);
-    if (status != fmi2OK)
-        return status;
+                          spring_number(size).text, spring_number(time).text, spring_number(state->stop_time).text);
+    if (!state->interpolated)
+        commit_line(instance, size);
+    else if (commit_parabola(instance, time, size) != fmi2OK)
+        return fmi2Error;
     state->time = end;
     state->velocity = state->acceleration = 0.0;
     state->interpolated = 0;

@@ -37,7 +37,8 @@ double fmu_range(const State *state);
 /* Whether the displacement lies outside the identified range. */
 int fmu_extrapolating(const Instance *instance);
 
-/* Makes the law and the response to the displacement present, or fails while the parameters are no possible spring. */
+/* Makes the law and the response to the displacement present. Fails while the parameters are no possible spring, which
+ * they are once initialization has ended. */
 fmi2Status fmu_reach(Instance *instance);
 
 /* The sensitivity that belongs to what has been reached. */
@@ -47,7 +48,7 @@ SpringSensitivity fmu_reached_sensitivity(const Instance *instance);
 fmi2Status fmu_end_initialization(Instance *instance);
 
 /* Commits the path to the displacement that holds, as of the present time of model exchange. */
-fmi2Status fmu_accept(Instance *instance);
+void fmu_accept(Instance *instance);
 
 /* Commits the path through a step of co-simulation. */
 fmi2Status fmu_step(Instance *instance, double time, double size);

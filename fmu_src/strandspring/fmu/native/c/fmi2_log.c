@@ -1,9 +1,7 @@
 #include "fmi2_log.h"
 
-#include <math.h>
 #include <stdarg.h>
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 
 static const struct {
@@ -71,22 +69,4 @@ ShortText fmu_printable(const char *text)
     }
     copy.text[length] = '\0';
     return copy;
-}
-
-ShortText fmu_number(double value)
-{
-    ShortText number = {"nan"};
-    if (isnan(value))
-        return number;
-    for (int digits = fabs(value) < 1e15 ? 15 : 16; digits <= 17; digits++) {
-        snprintf(number.text, sizeof number.text, "%.*g", digits, value);
-        if (strtod(number.text, NULL) == value)
-            break;
-    }
-    for (char *c = number.text; *c != '\0'; c++)
-        if (*c == ',')
-            *c = '.';
-    if (strpbrk(number.text, ".en") == NULL)
-        strcat(number.text, ".0");
-    return number;
 }

@@ -35,7 +35,4 @@ typedef struct {
 /* Text of the host as it may stand in a message: cut short, and every character but plain ASCII replaced. */
 ShortText fmu_printable(const char *text);
 
-/* A number as Python's repr writes it, whatever the locale. */
-ShortText fmu_number(double value);
-
 #endif

@@ -41,8 +41,7 @@ fmi2Status fmi2EnterContinuousTimeMode(fmi2Component c)
 {
     Instance *instance = c;
     FMU_REQUIRE(instance, EnterContinuousTimeMode);
-    if (fmu_accept(instance) != fmi2OK)
-        return fmi2Error;
+    fmu_accept(instance);
     instance->state.extrapolating = fmu_extrapolating(instance);
     instance->state.mode = ME_CONTINUOUS_TIME;
     return fmi2OK;
@@ -56,8 +55,7 @@ fmi2Status fmi2CompletedIntegratorStep(fmi2Component c, fmi2Boolean noSetFMUStat
     FMU_REQUIRE(instance, CompletedIntegratorStep);
     FMU_REQUIRE_ARRAY(instance, CompletedIntegratorStep, enterEventMode, 1);
     FMU_REQUIRE_ARRAY(instance, CompletedIntegratorStep, terminateSimulation, 1);
-    if (fmu_accept(instance) != fmi2OK)
-        return fmi2Error;
+    fmu_accept(instance);
     /* `extrapolating` is discrete: it may change at events only. */
     *enterEventMode = (instance->state.side != 0) != instance->state.extrapolating ? fmi2True : fmi2False;
     *terminateSimulation = fmi2False;
@@ -69,7 +67,7 @@ fmi2Status fmi2SetTime(fmi2Component c, fmi2Real time)
     Instance *instance = c;
     FMU_REQUIRE(instance, SetTime);
     if (!isfinite(time))
-        return fmu_refuse(&instance->log, "The time must be finite [s], got %s.", fmu_number(time).text);
+        return fmu_refuse(&instance->log, "The time must be finite [s], got %s.", spring_number(time).text);
     instance->state.time = time;
     return fmi2OK;
 }

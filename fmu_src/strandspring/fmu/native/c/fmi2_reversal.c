@@ -31,7 +31,7 @@ static int sign(double value)
 
 void fmu_watch_accept(ReversalWatch *watch, double time, double displacement, double range)
 {
-    if (watch->count == 0 || time < watch->time[0]) {
+    if (time < watch->time[0]) {
         *watch = fmu_watch_from(time, displacement);
         return;
     }
@@ -70,10 +70,11 @@ double fmu_watch_indicator(const ReversalWatch *watch, double time, double displ
 
 int fmu_watch_is_sound(const ReversalWatch *watch)
 {
-    int sound = watch->count >= 0 && watch->count <= 2 && watch->heading >= -1 && watch->heading <= 1 &&
-                (watch->heading == 0 || watch->count == 2) && isfinite(watch->turn) &&
-                watch->slack >= LEAST_SLACK && watch->slack <= LARGEST_SLACK;
-    for (int i = 0; sound && i < watch->count; i++)
-        sound = isfinite(watch->time[i]) && isfinite(watch->displacement[i]);
-    return sound && (watch->count < 2 || watch->time[0] > watch->time[1]);
+    int parabola = watch->count == 2 && watch->time[0] > watch->time[1];
+    int heading = watch->heading == 0 || (parabola && (watch->heading == 1 || watch->heading == -1));
+    for (int i = 0; i < 2; i++)
+        if (!isfinite(watch->time[i]) || !isfinite(watch->displacement[i]))
+            return 0;
+    return (watch->count == 1 || parabola) && heading && isfinite(watch->turn) && watch->slack >= LEAST_SLACK &&
+           watch->slack <= LARGEST_SLACK;
 }

@@ -75,7 +75,8 @@ void fmi2FreeInstance(fmi2Component c)
         instance->free(instance);
 }
 
-fmi2Status fmi2SetDebugLogging(fmi2Component c, fmi2Boolean loggingOn, size_t nCategories, const fmi2String categories[])
+fmi2Status fmi2SetDebugLogging(
+    fmi2Component c, fmi2Boolean loggingOn, size_t nCategories, const fmi2String categories[])
 {
     Instance *instance = c;
     int chosen = 0;
@@ -101,10 +102,10 @@ fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean toleranceDefined, fm
     (void)tolerance; /* the response is exact */
     FMU_REQUIRE(instance, SetupExperiment);
     if (!isfinite(startTime))
-        return fmu_refuse(&instance->log, "The start time must be finite [s], got %s.", fmu_number(startTime).text);
+        return fmu_refuse(&instance->log, "The start time must be finite [s], got %s.", spring_number(startTime).text);
     if (stopTimeDefined && !(stopTime >= startTime))
         return fmu_refuse(&instance->log, "The stop time must not be before the start time %s s, got %s.",
-                          fmu_number(startTime).text, fmu_number(stopTime).text);
+                          spring_number(startTime).text, spring_number(stopTime).text);
     instance->state.time = startTime;
     instance->state.stop_time = stopTimeDefined ? stopTime : INFINITY;
     return fmi2OK;
@@ -203,7 +204,7 @@ fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference vr[], size_t nv
             return fmi2Error;
         if (vr[i] == SPRING_DISPLACEMENT && !isfinite(value[i]))
             return fmu_refuse(&instance->log, "`displacement` must be finite [m], got %s; it was not taken over.",
-                              fmu_number(value[i]).text);
+                              spring_number(value[i]).text);
     }
     for (size_t i = 0; i < nvr; i++)
         fmu_write(instance, vr[i], value[i]);

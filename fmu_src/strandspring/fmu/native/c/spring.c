@@ -89,19 +89,16 @@ static double least_value(const double *coefficients, int count, double low, dou
     return least;
 }
 
-typedef struct {
-    char text[32];
-} Number;
-
-/* The number as Python's repr writes it, whatever the locale. */
-static Number repr(double value)
+SpringNumber spring_number(double value)
 {
-    Number number;
+    SpringNumber number;
     if (isnan(value)) {
         strcpy(number.text, "nan");
         return number;
     }
-    for (int digits = fabs(value) < 1e15 ? 15 : 16; digits <= 17; digits++) {
+    /* repr writes 1e15, but not 1e16, without an exponent. */
+    int least = fabs(value) >= 1e15 && fabs(value) < 1e16 ? 16 : 15;
+    for (int digits = least; digits <= 17; digits++) {
         snprintf(number.text, sizeof number.text, "%.*g", digits, value);
         if (strtod(number.text, NULL) == value)
             break;
@@ -146,43 +143,45 @@ int spring_problem(const SpringParameters *parameters, char *text, size_t size)
         for (int k = 0; k < columns[i].count; k++)
             if (!isfinite(columns[i].values[k])) {
                 snprintf(text, size, "`%s[%d]` must be finite, got %s.", columns[i].name, k,
-                         repr(columns[i].values[k]).text);
+                         spring_number(columns[i].values[k]).text);
                 return 1;
             }
     for (size_t i = 0; i < sizeof named / sizeof *named; i++)
         if (!isfinite(named[i].value)) {
-            snprintf(text, size, "`%s` must be finite, got %s.", named[i].name, repr(named[i].value).text);
+            snprintf(text, size, "`%s` must be finite, got %s.", named[i].name, spring_number(named[i].value).text);
             return 1;
         }
     if (p->kA[0] != 1.0) {
-        snprintf(text, size, "`kA[0]` must be 1 (kappa_omega carries the scale), got %s.", repr(p->kA[0]).text);
+        snprintf(text, size, "`kA[0]` must be 1 (kappa_omega carries the scale), got %s.",
+                 spring_number(p->kA[0]).text);
         return 1;
     }
     if (!(p->kappa_omega > 0.0)) {
-        snprintf(text, size, "`kappa_omega` must be > 0 [N], got %s.", repr(p->kappa_omega).text);
+        snprintf(text, size, "`kappa_omega` must be > 0 [N], got %s.", spring_number(p->kappa_omega).text);
         return 1;
     }
     if (!(p->rho > 0.0)) {
-        snprintf(text, size, "`rho` must be > 0 [1/m], got %s.", repr(p->rho).text);
+        snprintf(text, size, "`rho` must be > 0 [1/m], got %s.", spring_number(p->rho).text);
         return 1;
     }
     if (!(SIGMA_LOW <= p->sigma && p->sigma <= SIGMA_HIGH)) {
-        snprintf(text, size, "`sigma` must be within [%g, %g], got %s.", SIGMA_LOW, SIGMA_HIGH, repr(p->sigma).text);
+        snprintf(text, size, "`sigma` must be within [%g, %g], got %s.", SIGMA_LOW, SIGMA_HIGH,
+                 spring_number(p->sigma).text);
         return 1;
     }
     if (!(N_LOW <= p->n && p->n <= N_HIGH)) {
-        snprintf(text, size, "`n` must be within [%g, %g], got %s.", N_LOW, N_HIGH, repr(p->n).text);
+        snprintf(text, size, "`n` must be within [%g, %g], got %s.", N_LOW, N_HIGH, spring_number(p->n).text);
         return 1;
     }
     if (!(p->displacement_min < p->displacement_max && isfinite(p->displacement_max - p->displacement_min))) {
         snprintf(text, size, "`displacement_min` must be below `displacement_max` [m], got %s and %s.",
-                 repr(p->displacement_min).text, repr(p->displacement_max).text);
+                 spring_number(p->displacement_min).text, spring_number(p->displacement_max).text);
         return 1;
     }
     if (!(p->displacement_min <= p->displacement_offset && p->displacement_offset <= p->displacement_max)) {
         snprintf(text, size,
                  "`displacement_offset` must lie between `displacement_min` and `displacement_max` [m], got %s.",
-                 repr(p->displacement_offset).text);
+                 spring_number(p->displacement_offset).text);
         return 1;
     }
     double where;

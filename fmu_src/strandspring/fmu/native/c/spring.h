@@ -102,6 +102,13 @@ typedef struct {
     double by_displacement_offset, by_displacement_min, by_displacement_max, by_omega_start;
 } SpringGradient;
 
+/* A number as Python's repr writes it, whatever the locale. */
+typedef struct {
+    char text[32];
+} SpringNumber;
+
+SpringNumber spring_number(double value);
+
 /* The first reason why the parameters are no physically possible spring, written into text (always terminated), in
  * the words of problems() in parameters.py. Returns 0 if they are possible, else 1. */
 int spring_problem(const SpringParameters *parameters, char *text, size_t size);
@@ -134,8 +141,9 @@ SpringSensitivity spring_advance_sensitivity(
     const SpringLaw *law, const SpringMemory *before, const SpringSensitivity *sensitivity, const SpringMemory *after);
 
 /* Exact derivatives of force and stiffness where the path ends. The force's derivative by displacement is the tangent
- * stiffness; a path that has not moved yet (direction 0) answers for the loading direction. For n < 1 the stiffness has a
- * cusp at omega = 0, where its derivative is that of the nearest omega a double resolves, so that it stays finite. */
+ * stiffness; a path that has not moved yet (direction 0) answers for the loading direction. For n < 1 the stiffness has
+ * a cusp at omega = 0, where its derivative is that of the nearest omega a double resolves beside 1, 2e-16, so that it
+ * stays finite. */
 void spring_gradient(
     const SpringLaw *law, const SpringMemory *memory, const SpringSensitivity *sensitivity,
     SpringGradient *of_force, SpringGradient *of_stiffness);

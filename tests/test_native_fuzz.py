@@ -1,0 +1,78 @@
+"""Random sequences of FMI calls under the sanitizers: no crash, no leak, no wrong status (tests/fuzzing.py)."""
+
+from __future__ import annotations
+
+import os
+import shutil
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+import pytest
+
+from fuzzing import SANITIZED, add_up, build, link, run, write_sources
+from kernel_tools import compiled
+
+# Of the million that `python tests/fuzzing.py` does: some 20 s of one core.
+SEQUENCES = 4000
+FIRST_SEED = 1
+# No step is ever pending: nothing can be cancelled, and nothing is known of it.
+NEVER_DONE = {"CancelStep", "GetStatus", "GetIntegerStatus", "GetStringStatus"}
+DISCARDED = {"GetStatus", "GetRealStatus", "GetIntegerStatus", "GetBooleanStatus", "GetStringStatus"}
+
+# What the fuzzer must find: the file, what stands there and what is put in its place.
+FAULTS = {
+    "a state of another FMU is taken": ("fmi2_state.c", "memcmp(bytes + GUID_AT, SPRING_GUID, GUID_SIZE) != 0", "0"),
+    "a sensitivity is not serialized": ("fmi2_state.c", "double_field(cursor, &sensitivity->by_n);", ""),
+    "a state is not freed": ("fmi2_fmustate.c", "snapshot->free(snapshot);", ""),
+    "a reference too many": ("fmi2_arguments.c", ">= SPRING_VARIABLES", "> SPRING_VARIABLES"),
+    "text of the host as a format": ("fmi2_log.c", '"%s", text);', "text);"),
+    "a step before initialization": ("fmi2_states.h", "(DoStep, CS_STEP)", "(DoStep, CS_STEP | CS_INITIALIZATION)"),
+}  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def sources(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return write_sources(tmp_path_factory.mktemp("fuzz") / "sources")
+
+
+@pytest.fixture(scope="module")
+def program(sources: Path) -> Path:
+    return build(sources, sources.parent / "objects")
+
+
+def test_random_sequences_of_calls(program: Path) -> None:
+    jobs = min(4, os.cpu_count() or 1)
+    share = SEQUENCES // jobs
+    with ThreadPoolExecutor(jobs) as pool:
+        outcomes = list(pool.map(lambda k: run(program, FIRST_SEED + 10_000 * k, share), range(jobs)))
+    for outcome in outcomes:
+        assert outcome.found == "", outcome.found
+    total = add_up(outcomes)
+    print(f"{total['sequences']} sequences, {total['calls']} calls")
+    assert total["sequences"] == share * jobs
+    # Every call has been made in every way.
+    calls = set(total["done"])
+    assert len(calls) == 40
+    assert {call for call in calls if total["done"][call] == 0} == NEVER_DONE
+    assert {call for call in calls if total["discarded"][call] > 0} == DISCARDED
+    assert all(total["refused"][call] > 0 for call in calls)
+    assert min(total["starved"], total["copies"], total["crafted_taken"], total["crafted_refused"]) > 100
+
+
+@pytest.mark.parametrize("fault", FAULTS)
+def test_planted_faults_are_found(fault: str, sources: Path, program: Path, tmp_path: Path) -> None:
+    name, sound, faulty = FAULTS[fault]
+    folder = Path(shutil.copytree(sources, tmp_path / "sources"))
+    text = (folder / name).read_text()
+    assert sound in text, f"the fault cannot be planted: {name} has changed"
+    (folder / name).write_text(text.replace(sound, faulty))
+    # A header concerns whoever includes it by way of fmi2_arguments.h.
+    units = [name] if name.endswith(".c") else ["fmi2_cosimulation.c"]
+    objects = {path.name: path for path in program.parent.glob("*.o")}
+    for unit in units:
+        made = f"{Path(unit).stem}.o"
+        objects[made] = compiled(
+            tmp_path / made, *SANITIZED, "-Wno-format-security", "-Wno-unused", "-c", folder / unit
+        )  # fmt: skip
+    outcome = run(link(list(objects.values()), tmp_path / "fuzz"), FIRST_SEED, SEQUENCES)
+    assert "with the seed" in outcome.found
