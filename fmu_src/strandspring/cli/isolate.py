@@ -9,88 +9,34 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
-import numpy as np
 
 from ..files import replacing
 from ..isolation import (
     Excitation,
     FrequencyResponse,
     IsolatedMass,
-    IsolationError,
     ResponsePoint,
     StaticPoint,
     frequency_response,
     static_point,
 )
+from ..isolation.band import band_frequencies
 from ..modelfile import ModelFile, load_model
+from .mount import chosen_levels, curve_options, level_options, mount_options, shares_of_room
 from .output import progress, result, result_json
 
 if TYPE_CHECKING:
     from ..cosimulation.steady import SteadyCheck
 
-_DEFAULT_SHARES = (0.005, 0.01, 0.02)  # of the room between rest and the nearer end of the range
-_DEFAULT_BAND = (0.23, 5.0)  # of the frequency of small motion; not at a superharmonic resonance
-
-# Excitation, factor from what people write to SI.
-_EXCITATIONS = {
-    "base_displacement": (Excitation.BASE_DISPLACEMENT, 1e-3),
-    "base_acceleration": (Excitation.BASE_ACCELERATION, 1.0),
-    "force": (Excitation.FORCE, 1.0),
-}
+_DEFAULT_SHARES = (0.005, 0.01, 0.02)  # see `shares_of_room`
 
 
 @click.command()
 @click.argument("model", metavar="MODEL.json")
 @click.option("--mass", type=float, required=True, metavar="KG", help="Mass on the mount [kg].")
-@click.option("--load", type=float, metavar="N", help="Static load along the axis [N].  [default: the weight]")
-@click.option("--parallel", type=int, default=1, show_default=True, help="Rows of springs side by side.")
-@click.option("--series", type=int, default=1, show_default=True, help="Springs in series in each row.")
-@click.option(
-    "--damping",
-    type=float,
-    default=0.0,
-    show_default=True,
-    metavar="N*S/M",
-    help="Viscous damping besides the springs' [N s/m].",
-)
-@click.option(
-    "--base-displacement",
-    type=float,
-    multiple=True,
-    metavar="MM",
-    help="Amplitude of the base's displacement [mm]; repeat for more levels.  [default: 0.5, 1 and 2 % of "
-    "the room the spring has]",
-)
-@click.option(
-    "--base-acceleration",
-    type=float,
-    multiple=True,
-    metavar="M/S2",
-    help="Amplitude of the base's acceleration [m/s^2]; repeat for more levels.",
-)
-@click.option(
-    "--force",
-    type=float,
-    multiple=True,
-    metavar="N",
-    help="Amplitude of a force on the mass [N]; repeat for more levels.",
-)
-@click.option(
-    "--band",
-    type=(float, float),
-    metavar="LOW HIGH",
-    help="Band of frequencies [Hz].  [default: 0.23 to 5 times the frequency of small motion]",
-)
-@click.option(
-    "--points",
-    type=click.IntRange(2, 100_000),
-    default=200,
-    show_default=True,
-    help="Frequencies over the band, evenly spaced in the logarithm.",
-)
-@click.option(
-    "--extrapolate", is_flag=True, help="Go on where the motion leaves the identified range, instead of refusing."
-)
+@mount_options
+@level_options(float, "repeat for more levels", "  [default: 0.5, 1 and 2 % of the room the spring has]")
+@curve_options(points=200)
 @click.option("-o", "--output", metavar="OUT.csv", help="Write every point of the curves here.")
 @click.option("--plot", metavar="FILE.png", help="Draw the curves (.png, .svg or .pdf).")
 @click.option(
@@ -137,8 +83,11 @@ def isolate(
     content = load_model(model)
     system = IsolatedMass(content.parameters.spring(), mass, load, parallel, series, damping)
     rest = static_point(system)
-    excitation, amplitudes = _levels(levels, system, rest)
-    frequencies = _frequencies(band, points, rest)
+    excitation, amplitudes = chosen_levels(levels) or (
+        Excitation.BASE_DISPLACEMENT,
+        shares_of_room(system, rest, _DEFAULT_SHARES),
+    )
+    frequencies = band_frequencies(band, points, rest)
     responses = [
         frequency_response(system, excitation, amplitude, frequencies, extrapolate)
         for amplitude in progress(amplitudes, "Balancing harmonics")
@@ -158,30 +107,6 @@ def isolate(
     for what, path in (("Curves", output), ("Plot", plot)):
         if path is not None:
             result(f"{what}: {path}")
-
-
-def _levels(
-    given: dict[str, tuple[float, ...]], system: IsolatedMass, rest: StaticPoint
-) -> tuple[Excitation, list[float]]:
-    """The excitation that was asked for and its levels in SI."""
-    kinds = [kind for kind, levels in given.items() if levels]
-    if len(kinds) > 1:
-        raise click.UsageError(
-            f"{' and '.join('--' + kind.replace('_', '-') for kind in kinds)} exclude each other; give one of them."
-        )
-    if not kinds:
-        p = system.spring
-        room = min(rest.displacement - p.displacement_min, p.displacement_max - rest.displacement)
-        return Excitation.BASE_DISPLACEMENT, [share * system.series * room for share in _DEFAULT_SHARES]
-    excitation, factor = _EXCITATIONS[kinds[0]]
-    return excitation, [factor * level for level in given[kinds[0]]]
-
-
-def _frequencies(band: tuple[float, float] | None, points: int, rest: StaticPoint) -> np.ndarray:
-    low, high = band or tuple(share * rest.frequency for share in _DEFAULT_BAND)
-    if not (math.isfinite(low) and math.isfinite(high) and 0.0 < low < high):
-        raise IsolationError(f"The band must rise from above 0 [Hz], got {low!r} to {high!r}.")
-    return np.geomspace(low, high, points)
 
 
 def _verified(
@@ -316,5 +241,8 @@ def _lines(system: IsolatedMass, rest: StaticPoint, responses: list[FrequencyRes
     lines += ["  " + "  ".join(text.rjust(width) for text, width in zip(row, widths, strict=True)) for row in rows]
     unstable = sum(not point.stable for response in responses for point in response.points)
     if unstable:
-        lines.append(f"  The curve folds: {unstable} points between folds are unstable, and the motion jumps there.")
+        lines.append(
+            f"  The curve folds: {unstable} points between folds are unstable, and the motion jumps there. Folds far "
+            "below the resonance are superharmonics; a little --damping removes them."
+        )
     return lines

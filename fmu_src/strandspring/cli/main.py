@@ -15,6 +15,7 @@ from .identify import identify
 from .info import info
 from .isolate import isolate
 from .predict import predict
+from .study import study
 from .synthesize import synthesize
 
 
@@ -31,13 +32,14 @@ def strandspring() -> None:
       strandspring build spring.json -o dist
       strandspring export spring.json --ssv --modelica
       strandspring isolate spring.json --mass 5 --plot curves.png
+      strandspring study spring.json --mass 4:8:5 --base-displacement 0.5 -o study.csv
       strandspring synthesize spring spring.json --amplitude 20 -o synthetic.csv
 
     Exit status: 0 done; 1 the data or the model is refused, with one sentence that says why; 2 wrong usage.
     """
 
 
-for command in (identify, predict, info, synthesize, build, export, isolate):
+for command in (identify, predict, info, synthesize, build, export, isolate, study):
     strandspring.add_command(command)
 
 

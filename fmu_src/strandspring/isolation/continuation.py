@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ..model.path import LARGEST_DISPLACEMENT
 from .harmonic_balance import Balance, HarmonicBalance
 from .periodic import FloatArray
 from .system import IsolationError, StaticPoint
@@ -264,7 +265,7 @@ def _next(balance: HarmonicBalance, place: _Place, step: float) -> tuple[_Place 
             )
         except np.linalg.LinAlgError:
             break
-        if not np.all(np.isfinite(at)) or np.linalg.norm((at - predicted) * metric) > 2.0 * step:
+        if not np.all(np.abs(at) < LARGEST_DISPLACEMENT) or np.linalg.norm((at - predicted) * metric) > 2.0 * step:
             break
     return None, _CORRECTIONS
 

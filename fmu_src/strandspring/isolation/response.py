@@ -95,9 +95,7 @@ class FrequencyResponse:
     @property
     def told_level(self) -> str:
         """The level in the unit that people read."""
-        if self.excitation is Excitation.BASE_DISPLACEMENT:
-            return f"{1e3 * self.level:.4g} mm"
-        return f"{self.level:.4g} {self.excitation.unit}"
+        return self.excitation.told(self.level)
 
     def column(self, name: str) -> FloatArray:
         """One attribute of all points, shape (P,)."""

@@ -38,6 +38,10 @@ class Excitation(Enum):
         """SI unit of its level."""
         return {"base displacement": "m", "base acceleration": "m/s^2", "force": "N"}[self.value]
 
+    def told(self, level: float) -> str:
+        """A level in the unit that people read."""
+        return f"{1e3 * level:.4g} mm" if self is Excitation.BASE_DISPLACEMENT else f"{level:.4g} {self.unit}"
+
 
 @dataclass(frozen=True)
 class IsolatedMass:

@@ -1,0 +1,102 @@
+"""Options that the commands about a mass on a mount share, and what they are turned into."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+import click
+
+from ..isolation import Excitation, IsolatedMass, StaticPoint
+from .options import Command
+
+# Excitation, factor from what people write to SI.
+_EXCITATIONS = {
+    "base_displacement": (Excitation.BASE_DISPLACEMENT, 1e-3),
+    "base_acceleration": (Excitation.BASE_ACCELERATION, 1.0),
+    "force": (Excitation.FORCE, 1.0),
+}
+
+
+def mount_options(command: Command) -> Command:
+    """Options of the mount and its load, named as in `IsolatedMass`."""
+    for option in reversed(
+        (
+            click.option("--load", type=float, metavar="N",
+                         help="Static load along the axis [N].  [default: the weight]"),
+            click.option("--parallel", type=int, default=1, show_default=True, help="Rows of springs side by side."),
+            click.option("--series", type=int, default=1, show_default=True, help="Springs in series in each row."),
+            click.option("--damping", type=float, default=0.0, show_default=True, metavar="N*S/M",
+                         help="Viscous damping besides the springs' [N s/m]."),
+        )
+    ):  # fmt: skip
+        command = option(command)
+    return command
+
+
+def level_options(values: Any, how: str, default: str = "") -> Callable[[Command], Command]:
+    """Options of the three excitations, for `chosen_levels`.
+
+    Parameters
+    ----------
+    values : click type   Of one level.
+    how : str             How more than one is given, for the help.
+    default : str         Likewise, what is taken if none is.
+    """
+
+    def options(command: Command) -> Command:
+        for option in reversed(
+            (
+                click.option("--base-displacement", type=values, multiple=True, metavar="MM",
+                             help=f"Amplitude of the base's displacement [mm]; {how}.{default}"),
+                click.option("--base-acceleration", type=values, multiple=True, metavar="M/S2",
+                             help=f"Amplitude of the base's acceleration [m/s^2]; {how}."),
+                click.option("--force", type=values, multiple=True, metavar="N",
+                             help=f"Amplitude of a force on the mass [N]; {how}."),
+            )
+        ):  # fmt: skip
+            command = option(command)
+        return command
+
+    return options
+
+
+def curve_options(points: int) -> Callable[[Command], Command]:
+    """Options of the curve over the frequencies, with a default for their number."""
+
+    def options(command: Command) -> Command:
+        for option in reversed(
+            (
+                click.option("--band", type=(float, float), metavar="LOW HIGH",
+                             help="Band of frequencies [Hz].  [default: 0.23 to 5 times the frequency of small "
+                             "motion]"),
+                click.option("--points", type=click.IntRange(2, 100_000), default=points, show_default=True,
+                             help="Frequencies over the band, evenly spaced in the logarithm."),
+                click.option("--extrapolate", is_flag=True,
+                             help="Go on where the motion leaves the identified range, instead of refusing."),
+            )
+        ):  # fmt: skip
+            command = option(command)
+        return command
+
+    return options
+
+
+def chosen_levels(given: Mapping[str, Sequence[float]]) -> tuple[Excitation, list[float]] | None:
+    """The one excitation for which levels are given, and they in SI; None if there is none."""
+    kinds = [kind for kind, levels in given.items() if levels]
+    if len(kinds) > 1:
+        raise click.UsageError(
+            f"{' and '.join('--' + kind.replace('_', '-') for kind in kinds)} exclude each other; give one of them."
+        )
+    if not kinds:
+        return None
+    excitation, factor = _EXCITATIONS[kinds[0]]
+    return excitation, [factor * level for level in given[kinds[0]]]
+
+
+def shares_of_room(system: IsolatedMass, rest: StaticPoint, shares: Sequence[float]) -> list[float]:
+    """Amplitudes of the mount [m] that are shares of the room between rest and the nearer end of the range."""
+    p = system.spring
+    room = min(rest.displacement - p.displacement_min, p.displacement_max - rest.displacement)
+    return [share * system.series * room for share in shares]

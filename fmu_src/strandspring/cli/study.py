@@ -1,0 +1,260 @@
+"""`strandspring study`."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+import click
+import numpy as np
+
+from ..errors import ModelError
+from ..isolation import Excitation, IsolatedMass, static_point
+from ..isolation.study import (
+    Cluster,
+    GridPointSummary,
+    InProcess,
+    LocalProcesses,
+    Runner,
+    Spread,
+    Study,
+    journal_path,
+    run_study,
+    summarize,
+)
+from ..modelfile import ModelFile, load_model
+from .mount import chosen_levels, curve_options, level_options, mount_options, shares_of_room
+from .output import advancing, note, result, result_json
+
+# Title of a column: figure, factor to what people read.
+_COLUMNS = {
+    "resonance Hz": ("frequency", 1.0),
+    "transmissibility": ("transmissibility", 1.0),
+    "amplitude mm": ("amplitude", 1e3),
+    "loss factor": ("loss_factor", 1.0),
+    "isolates from Hz": ("isolation_frequency", 1.0),
+}
+_QUANTILES = {"median": "median", "5 %": "low", "95 %": "high"}
+_DEFAULT_SHARE = 0.01  # see `shares_of_room`
+_MOST_VALUES = 10_000  # of one LOW:HIGH:COUNT
+
+
+def _values(text: str) -> tuple[float, ...]:
+    """The values of one grid option."""
+    parts = text.split(":")
+    try:
+        if len(parts) == 1:
+            return (float(text),)
+        low, high, count = float(parts[0]), float(parts[1]), int(parts[2])
+        if len(parts) == 3 and math.isfinite(low) and math.isfinite(high) and 2 <= count <= _MOST_VALUES:
+            return tuple(np.linspace(low, high, count).tolist())
+    except (ValueError, IndexError):
+        pass
+    raise click.BadParameter(f"{text!r} is neither a number nor LOW:HIGH:COUNT with COUNT from 2 to {_MOST_VALUES}.")
+
+
+_SEVERAL = "repeat, or give LOW:HIGH:COUNT, for more"
+
+
+@click.command()
+@click.argument("model", metavar="MODEL.json")
+@click.option(
+    "--mass", type=_values, multiple=True, required=True, metavar="KG", help=f"Mass on the mount [kg]; {_SEVERAL}."
+)
+@level_options(_values, _SEVERAL, "  [default: 1 % of the room the spring has under the least mass]")
+@click.option(
+    "--stiffness",
+    type=_values,
+    multiple=True,
+    metavar="FACTOR",
+    help=f"Factor on all forces of the spring (FE and kappa_omega); {_SEVERAL}.  [default: 1]",
+)
+@click.option(
+    "--draws",
+    type=click.IntRange(0, 1_000_000),
+    default=100,
+    show_default=True,
+    help="Springs drawn from the model's uncertainty for each grid point; 0 for the identified one alone.",
+)
+@click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Of the draws.")
+@mount_options
+@curve_options(points=24)
+@click.option(
+    "--workers",
+    type=click.IntRange(1, 1024),
+    metavar="N",
+    help="Processes of this machine; 1 for this one alone.  [default: as many as cores]",
+)
+@click.option(
+    "--scheduler", metavar="tcp://HOST:PORT", help="Run on the cluster of this dask.distributed scheduler instead."
+)
+@click.option("-o", "--output", required=True, metavar="RESULTS.csv", help="Write one line for each run here.")
+@click.option("--json", "as_json", is_flag=True, help="Print one JSON object instead of text.")
+def study(
+    model: str,
+    mass: tuple[tuple[float, ...], ...],
+    stiffness: tuple[tuple[float, ...], ...],
+    draws: int,
+    seed: int,
+    load: float | None,
+    parallel: int,
+    series: int,
+    damping: float,
+    band: tuple[float, float] | None,
+    points: int,
+    extrapolate: bool,
+    workers: int | None,
+    scheduler: str | None,
+    output: str,
+    as_json: bool,
+    **levels: tuple[tuple[float, ...], ...],
+) -> None:
+    """Tell how resonance and isolation scatter over masses, levels, stiffness and the spring's uncertainty.
+
+    Every grid point (mass, level, stiffness factor) is run with every spring drawn from the standard errors and
+    correlations of kappa_omega, rho, sigma and n in the model file. Draw k of a seed is the same spring whatever else
+    the study holds. A run that is refused, because the motion leaves the identified range for one, is a line that says
+    why. Finished runs are kept in RESULTS.csv.part.jsonl until all are done; the same command goes on from there.
+
+    \b
+    Examples:
+      strandspring study spring.json --mass 5 --base-displacement 0.5 -o study.csv
+      strandspring study spring.json --mass 4:8:5 --base-displacement 0.2 --base-displacement 0.5 --draws 0 -o grid.csv
+      strandspring study spring.json --mass 5 --stiffness 0.9:1.1:3 --force 10 --scheduler tcp://host:8786 -o s.csv
+    """
+    chosen = chosen_levels({kind: _flat(given) for kind, given in levels.items()})
+    if workers is not None and scheduler is not None:
+        raise click.UsageError("--workers and --scheduler exclude each other; give one of them.")
+    content = load_model(model)
+    spring = content.parameters.spring()
+    if chosen is None:
+        lightest = IsolatedMass(spring, min(_flat(mass)), load, parallel, series, damping)
+        amplitudes = shares_of_room(lightest, static_point(lightest), [_DEFAULT_SHARE])
+        chosen = Excitation.BASE_DISPLACEMENT, amplitudes
+    planned = Study(
+        spring=spring,
+        excitation=chosen[0],
+        masses=_flat(mass),
+        levels=tuple(chosen[1]),
+        stiffness_factors=_flat(stiffness) or (1.0,),
+        draws=draws,
+        seed=seed,
+        spread=_spread(model, content) if draws else None,
+        load=load,
+        parallel=parallel,
+        series=series,
+        damping=damping,
+        band=band,
+        points=points,
+        extrapolate=extrapolate,
+    )
+    summaries = _run(planned, Path(output), _runner(workers, scheduler))
+    if as_json:
+        result_json(_json(model, planned, summaries, output))
+        return
+    for line in _lines(planned, summaries):
+        result(line)
+    result(f"Results: {output}")
+
+
+def _flat(given: tuple[tuple[float, ...], ...]) -> tuple[float, ...]:
+    return tuple(value for values in given for value in values)
+
+
+def _spread(path: str, content: ModelFile) -> Spread:
+    try:
+        return Spread.of(content.parameters.spring(), content.uncertainty)
+    except ModelError as problem:
+        raise ModelError(f"{path}: {problem}") from None
+
+
+def _runner(workers: int | None, scheduler: str | None) -> Runner:
+    if scheduler is not None:
+        return Cluster(scheduler, tell=note)
+    return InProcess() if workers == 1 else LocalProcesses(workers)
+
+
+def _run(planned: Study, output: Path, runner: Runner) -> list[GridPointSummary]:
+    """Run the study with a progress bar; what an interrupt leaves is told."""
+    finished: int | None = None
+
+    try:
+        with advancing("Running", len(planned)) as advance:
+
+            def done(runs: int) -> None:
+                nonlocal finished
+                if finished is None and runs:
+                    note(f"{runs} of {len(planned)} runs were finished before.")
+                finished = runs
+                advance(runs)
+
+            rows = run_study(planned, output, runner, done)
+    except KeyboardInterrupt:
+        if finished:
+            note(
+                f"{finished} of {len(planned)} runs are kept in {journal_path(output)}; the same command goes on "
+                "from there."
+            )
+        raise
+    return summarize(planned, rows)
+
+
+def _json(model: str, planned: Study, summaries: list[GridPointSummary], output: str) -> dict[str, Any]:
+    return {
+        "model": model,
+        "runs": len(planned),
+        "draws": planned.draws,
+        "seed": planned.seed,
+        "excitation": planned.excitation.value,
+        "unit": planned.excitation.unit,
+        "points": [
+            {
+                **asdict(summary.point),
+                "runs": summary.runs,
+                "refused": summary.refused,
+                "reason": summary.reason,
+                "at_end_of_band": summary.at_end,
+                "figures": {
+                    name: None if found is None else {"q05": found.low, "median": found.median, "q95": found.high}
+                    for name, found in summary.figures.items()
+                },
+            }
+            for summary in summaries
+        ],
+        "output": output,
+    }
+
+
+def _lines(planned: Study, summaries: list[GridPointSummary]) -> list[str]:
+    drawn = f"{planned.draws} draws (seed {planned.seed})" if planned.draws else "the identified spring"
+    refused = sum(summary.refused for summary in summaries)
+    lines = [f"{len(planned)} runs: {drawn} at each of {len(summaries)} grid points, {refused} refused"]
+    rows = [["mass kg", "level", "stiffness", "refused", "", *_COLUMNS]]
+    for summary in summaries:
+        shown = _QUANTILES if planned.draws else {"": "median"}
+        point = [*_point(planned.excitation, summary), str(summary.refused)]
+        for title, quantile in shown.items():
+            figures = [_cell(summary, name, scale, quantile) for name, scale in _COLUMNS.values()]
+            rows.append([*(point if quantile == "median" else [""] * len(point)), title, *figures])
+    widths = [max(len(row[k]) for row in rows) for k in range(len(rows[0]))]
+    lines += ["  " + "  ".join(text.rjust(width) for text, width in zip(row, widths, strict=True)) for row in rows]
+    for summary in summaries:
+        mass, level, stiffness = _point(planned.excitation, summary)
+        where = f"{mass} kg, {level}, stiffness x {stiffness}"
+        if summary.refused:
+            lines.append(f"  {where}: {summary.refused} of {summary.runs} refused, most often: {summary.reason}")
+        if summary.at_end:
+            lines.append(f"  {where}: {summary.at_end} of {summary.runs} greatest at an end of the band")
+    return lines
+
+
+def _point(excitation: Excitation, summary: GridPointSummary) -> list[str]:
+    point = summary.point
+    return [f"{point.mass:g}", excitation.told(point.level), f"{point.stiffness_factor:g}"]
+
+
+def _cell(summary: GridPointSummary, name: str, scale: float, quantile: str) -> str:
+    found = summary.figures[name]
+    return "-" if found is None else f"{scale * getattr(found, quantile):.4g}"

@@ -1,0 +1,239 @@
+"""Parameter studies: the same bytes wherever the runs are done, and nothing lost when that breaks."""
+
+from __future__ import annotations
+
+import json
+import multiprocessing
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+
+import psutil
+import pytest
+from distributed import LocalCluster
+
+from strandspring import __version__
+from strandspring.isolation import Excitation, IsolationError
+from strandspring.isolation.study import Cluster, InProcess, LocalProcesses, Spread, Study, journal_path, run_study
+from strandspring.modelfile import model_file, save_model
+from studies import CHEAP, COMMAND, ERRORS, SPRING, UNCERTAINTY, Counter
+from terminal import Terminal
+
+
+@pytest.fixture
+def terminal(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Terminal:
+    monkeypatch.chdir(tmp_path)
+    save_model("mount.json", model_file("mount", SPRING, uncertainty=UNCERTAINTY))
+    return Terminal(capsys)
+
+
+@pytest.fixture(scope="module")
+def expected(tmp_path_factory: pytest.TempPathFactory) -> bytes:
+    """The results of CHEAP, one run after the other."""
+    path = tmp_path_factory.mktemp("serial") / "results.csv"
+    run_study(CHEAP, path, InProcess())
+    return path.read_bytes()
+
+
+@pytest.fixture(scope="module")
+def cluster() -> Iterator[LocalCluster]:
+    with LocalCluster(n_workers=2, threads_per_worker=1, processes=True, dashboard_address=":0") as cluster:
+        yield cluster
+
+
+# Where they are done
+
+
+def test_several_processes_give_the_same_bytes(expected: bytes, tmp_path: Path) -> None:
+    results = tmp_path / "new folder" / "results.csv"
+    counter = Counter()
+    run_study(CHEAP, results, LocalProcesses(2), counter)
+    assert results.read_bytes() == expected
+    assert (counter.first, counter.last) == (0, len(CHEAP))
+    assert list(results.parent.iterdir()) == [results]
+
+
+def test_a_cluster_that_loses_a_worker_gives_the_same_bytes(
+    expected: bytes, tmp_path: Path, cluster: LocalCluster
+) -> None:
+    results = tmp_path / "results.csv"
+    victim = cluster.workers[0].process.pid
+    counter = Counter(60, lambda: os.kill(victim, signal.SIGKILL))
+    run_study(CHEAP, results, Cluster(cluster.scheduler_address), counter)
+    assert not psutil.pid_exists(victim)
+    assert results.read_bytes() == expected
+    assert counter.last == len(CHEAP)
+
+
+def test_a_cluster_of_another_version_is_refused(
+    tmp_path: Path, cluster: LocalCluster, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("strandspring.isolation.study.cluster.__version__", "0.0.0")
+    with pytest.raises(IsolationError, match=f"has strandspring {__version__}, but the study is run by 0.0.0"):
+        run_study(CHEAP, tmp_path / "results.csv", Cluster(cluster.scheduler_address))
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_cluster_that_goes_away_loses_no_finished_run(expected: bytes, tmp_path: Path) -> None:
+    results = tmp_path / "results.csv"
+    with LocalCluster(n_workers=1, threads_per_worker=1, processes=False, dashboard_address=":0") as short_lived:
+        address = short_lived.scheduler_address
+        with pytest.raises(IsolationError, match=r"was lost; \d+ of 180 runs are kept in .*part.jsonl, and the same"):
+            run_study(CHEAP, results, Cluster(address), Counter(60, short_lived.close))
+    counter = Counter()
+    run_study(CHEAP, results, InProcess(), counter)
+    assert counter.first is not None
+    assert counter.first >= 60
+    assert results.read_bytes() == expected
+
+
+def test_a_worker_process_that_dies_loses_no_finished_run(expected: bytes, tmp_path: Path) -> None:
+    results = tmp_path / "results.csv"
+    others = multiprocessing.active_children()  # of the cluster
+
+    def workers() -> list[multiprocessing.process.BaseProcess]:
+        return [child for child in multiprocessing.active_children() if child not in others]
+
+    def kill_one() -> None:
+        workers()[0].kill()
+
+    with pytest.raises(IsolationError, match=r"A worker process died, .*; \d+ of 180 runs are kept"):
+        run_study(CHEAP, results, LocalProcesses(2), Counter(60, kill_one))
+    assert not workers()
+    counter = Counter()
+    run_study(CHEAP, results, InProcess(), counter)
+    assert counter.first is not None
+    assert counter.first >= 60
+    assert results.read_bytes() == expected
+
+
+@pytest.mark.parametrize("end", [signal.SIGKILL, signal.SIGINT], ids=["killed", "interrupted"])
+def test_a_study_that_is_ended_goes_on(end: signal.Signals, expected: bytes, terminal: Terminal) -> None:
+    results = Path("results.csv")
+    journal = journal_path(results)
+    command = [*COMMAND, "-o", str(results)]
+    program = subprocess.Popen(
+        [sys.executable, "-m", "strandspring", *command, "--workers", "2"],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    deadline = time.monotonic() + 60.0
+    while not (journal.exists() and journal.read_bytes().count(b"\n") > 40):
+        assert program.poll() is None, program.communicate()
+        assert time.monotonic() < deadline
+        time.sleep(0.01)
+    workers = psutil.Process(program.pid).children(recursive=True)
+    program.send_signal(end)
+    said, complained = program.communicate(timeout=60)
+    assert (said, results.exists()) == ("", False)
+    assert len(workers) >= 2
+    assert not psutil.wait_procs(workers, timeout=20)[1]  # none is left behind
+    kept = journal.read_bytes().count(b"\n") - 1
+    if end is signal.SIGINT:
+        assert program.returncode == 1
+        assert f"{kept} of 180 runs are kept in results.csv.part.jsonl; the same command goes on" in complained
+        assert "Traceback" not in complained
+    terminal(*command, "--workers", "1")
+    assert f"{kept} of 180 runs were finished before." in terminal.err
+    assert results.read_bytes() == expected
+    assert not journal.exists()
+
+
+# The journal
+
+
+@pytest.fixture
+def half_done(tmp_path: Path) -> Path:
+    """Where the results of CHEAP belong, of which some runs are finished."""
+    results = tmp_path / "results.csv"
+
+    def stop() -> None:
+        raise IsolationError("Enough.")
+
+    with pytest.raises(IsolationError, match=r"Enough; 20 of 180 runs are kept"):
+        run_study(CHEAP, results, InProcess(), Counter(20, stop))
+    return results
+
+
+def test_a_line_that_was_cut_off_is_run_again(half_done: Path, expected: bytes) -> None:
+    journal = journal_path(half_done)
+    journal.write_bytes(journal.read_bytes()[:-10])
+    counter = Counter()
+    run_study(CHEAP, half_done, InProcess(), counter)
+    assert counter.first == 19
+    assert half_done.read_bytes() == expected
+
+
+def test_a_manifest_that_was_cut_off_begins_anew(half_done: Path) -> None:
+    journal = journal_path(half_done)
+    journal.write_bytes(journal.read_bytes()[:30])
+    counter = Counter()
+    run_study(replace(CHEAP, draws=1), half_done, InProcess(), counter)
+    assert (counter.first, counter.last) == (0, 3)
+
+
+@pytest.mark.parametrize(
+    ("study", "told"),
+    [
+        (replace(CHEAP, seed=8), r"\(seed 7 instead of 8\); finish that one with its own options, or remove the file"),
+        (replace(CHEAP, draws=59, load=20.0), r"\(draws 60 instead of 59, load null instead of 20.0\)"),
+        (replace(CHEAP, excitation=Excitation.FORCE), '"base displacement" instead of "force"'),
+        (replace(CHEAP, spring=replace(SPRING, rho=1.01 * SPRING.rho)), r"\(another model\)"),
+        (replace(CHEAP, spread=Spread.of(SPRING, ERRORS)), r"\(another model\)"),
+    ],
+)
+def test_the_journal_of_another_study_is_refused(half_done: Path, study: Study, told: str) -> None:
+    before = journal_path(half_done).read_bytes()
+    with pytest.raises(IsolationError, match=told):
+        run_study(study, half_done, InProcess())
+    assert journal_path(half_done).read_bytes() == before
+
+
+def test_the_journal_of_another_version_is_refused(half_done: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("strandspring.isolation.study.journal.__version__", "9.9")
+    with pytest.raises(IsolationError, match=rf'\(version "{__version__}" instead of "9.9"\)'):
+        run_study(CHEAP, half_done, InProcess())
+
+
+@pytest.mark.parametrize("line", ["nothing", "[1, 2]", "{}", json.dumps([180, *[None] * 18])])
+def test_a_spoilt_journal_is_refused(half_done: Path, line: str) -> None:
+    lines = journal_path(half_done).read_text().splitlines()
+    journal_path(half_done).write_text("\n".join([*lines[:5], line, *lines[5:], ""]))
+    with pytest.raises(IsolationError, match=r"part.jsonl, line 6: not a finished run of this study; remove the file"):
+        run_study(CHEAP, half_done, InProcess())
+
+
+def test_a_file_that_is_no_journal_is_left_alone(tmp_path: Path) -> None:
+    results = tmp_path / "results.csv"
+    journal_path(results).write_text("my notes\n")
+    with pytest.raises(IsolationError, match="is not the journal of a study"):
+        run_study(CHEAP, results, InProcess())
+    assert journal_path(results).read_text() == "my notes\n"
+
+
+def test_a_folder_cannot_be_the_results(tmp_path: Path) -> None:
+    with pytest.raises(IsolationError, match="is a directory"):
+        run_study(CHEAP, tmp_path, InProcess())
+    (tmp_path / "file").touch()
+    with pytest.raises(IsolationError, match="cannot be written"):
+        run_study(CHEAP, tmp_path / "file" / "results.csv", InProcess())
+
+
+def test_a_scheduler_that_does_not_answer_is_told_within_seconds(terminal: Terminal) -> None:
+    begin = time.monotonic()
+    terminal(*COMMAND, "--scheduler", "tcp://127.0.0.1:1", "-o", "results.csv", status=1)
+    assert time.monotonic() - begin < 15.0  # it gives up after 5; a busy machine may take its time
+    assert "No scheduler answers at 'tcp://127.0.0.1:1'" in terminal.err
+    assert not [path for path in Path().iterdir() if "results" in path.name]
+
+
+def test_a_missing_package_is_told_with_the_command(terminal: Terminal, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "distributed", None)
+    terminal(*COMMAND, "--scheduler", "tcp://127.0.0.1:1", "-o", "results.csv", status=1)
+    assert "install it with: pip install distributed" in terminal.err
