@@ -35,7 +35,7 @@ def shaken(
     excitation: Excitation,
     level: float,
     frequency: float,
-    rtol: float = 1e-6,
+    rtol: float = 1e-7,
     repeat: float = 1e-5,
     most: int = 2000,
 ) -> Shaken:
