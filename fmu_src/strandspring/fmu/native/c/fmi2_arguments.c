@@ -46,17 +46,12 @@ fmi2Status fmu_refuse_call(const Instance *instance, const char *call, int allow
                       actual);
 }
 
-fmi2Status fmu_require_type(
-    const Instance *instance, const fmi2ValueReference references[], size_t count, VariableType type)
+fmi2Status fmu_refuse_type(const Instance *instance, fmi2ValueReference reference, VariableType expected)
 {
-    for (size_t i = 0; i < count; i++) {
-        if (references[i] >= SPRING_VARIABLES)
-            return fmu_refuse(&instance->log, "There is no variable with value reference %u; they go from 0 to %d.",
-                              references[i], SPRING_VARIABLES - 1);
-        const Variable *variable = &fmu_variables[references[i]];
-        if (variable->type != type)
-            return fmu_refuse(&instance->log, "`%s` (value reference %u) is %s, not %s.", variable->name, references[i],
-                              TYPE_NAMES[variable->type], TYPE_NAMES[type]);
-    }
-    return fmi2OK;
+    if (reference >= SPRING_VARIABLES)
+        return fmu_refuse(&instance->log, "There is no variable with value reference %u; they go from 0 to %d.",
+                          reference, SPRING_VARIABLES - 1);
+    const Variable *variable = &fmu_variables[reference];
+    return fmu_refuse(&instance->log, "`%s` (value reference %u) is %s, not %s.", variable->name, reference,
+                      TYPE_NAMES[variable->type], TYPE_NAMES[expected]);
 }

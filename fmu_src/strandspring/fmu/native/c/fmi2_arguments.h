@@ -25,13 +25,23 @@
     do { \
         FMU_REQUIRE_ARRAY(instance, call, references, count); \
         FMU_REQUIRE_ARRAY(instance, call, values, count); \
-        if (fmu_require_type((instance), (references), (count), (type)) != fmi2OK) \
-            return fmi2Error; \
+        size_t other = fmu_first_of_other_type((references), (count), (type)); \
+        if (other < (count)) \
+            return fmu_refuse_type((instance), (references)[other], (type)); \
     } while (0)
 
 fmi2Status fmu_refuse_call(const Instance *instance, const char *call, int allowed);
 
-fmi2Status fmu_require_type(
-    const Instance *instance, const fmi2ValueReference references[], size_t count, VariableType type);
+/* The place of the first reference that is not of a variable of the type, or `count`. Inline, for each exchange asks
+ * twice. */
+static inline size_t fmu_first_of_other_type(const fmi2ValueReference references[], size_t count, VariableType type)
+{
+    size_t i = 0;
+    while (i < count && references[i] < SPRING_VARIABLES && fmu_variables[references[i]].type == type)
+        i++;
+    return i;
+}
+
+fmi2Status fmu_refuse_type(const Instance *instance, fmi2ValueReference reference, VariableType expected);
 
 #endif

@@ -8,11 +8,10 @@ typedef struct {
     double force;
 } Gradients;
 
-static Gradients reached_gradients(Instance *instance)
+static Gradients reached_gradients(const Instance *instance, const SpringMemory *reached)
 {
     Gradients found;
-    const SpringMemory *reached = &instance->reached;
-    SpringSensitivity sensitivity = fmu_reached_sensitivity(instance);
+    SpringSensitivity sensitivity = fmu_sensitivity(instance, reached);
     spring_gradient(&instance->law, reached, &sensitivity, &found.of_force, &found.of_stiffness);
     found.force = spring_force(&instance->law, reached);
     return found;
@@ -58,9 +57,10 @@ fmi2Status fmi2GetDirectionalDerivative(
                                   "The derivative of `absorbed_energy` by `%s` is known in initialization mode only.",
                                   known->name);
     }
-    if (fmu_reach(instance) != fmi2OK)
+    const SpringMemory *reached = fmu_reach(instance);
+    if (reached == NULL)
         return fmi2Error;
-    Gradients at = reached_gradients(instance);
+    Gradients at = reached_gradients(instance, reached);
     for (size_t i = 0; i < nUnknown; i++) {
         dvUnknown[i] = 0.0;
         for (size_t k = 0; k < nKnown; k++)

@@ -1,5 +1,6 @@
 #include "fmi2_instance.h"
 
+#include <float.h>
 #include <math.h>
 #include <string.h>
 
@@ -37,17 +38,15 @@ void fmu_restore(Instance *instance, const State *state)
 {
     if (memcmp(instance->state.settings, state->settings, sizeof state->settings) != 0)
         instance->has_law = 0;
-    instance->has_reached = 0;
+    instance->has_trial = 0;
     instance->state = *state;
 }
 
 /* Makes the law of the present parameters, or says why they are no possible spring. */
-static fmi2Status require_law(Instance *instance)
+static fmi2Status make_law(Instance *instance)
 {
     char problem[256];
     double omega_start = setting(&instance->state, SPRING_OMEGA_START);
-    if (instance->has_law)
-        return fmi2OK;
     if (!(fabs(omega_start) <= 1.0))
         return fmu_refuse(&instance->log, "`omega_start` must be within [-1, 1], got %s.",
                           spring_number(omega_start).text);
@@ -59,58 +58,80 @@ static fmi2Status require_law(Instance *instance)
     return fmi2OK;
 }
 
-fmi2Status fmu_reach(Instance *instance)
+/* Computes the response to the displacement set last. */
+static const SpringMemory *make_trial(Instance *instance)
 {
     const State *state = &instance->state;
-    if (instance->has_reached)
-        return fmi2OK;
-    if (require_law(instance) != fmi2OK)
-        return fmi2Error;
-    instance->reached = state->mode & INITIALIZATION
-                            ? spring_rest(state->displacement, setting(state, SPRING_OMEGA_START))
-                            : spring_advance(&instance->law, &state->memory, state->displacement);
-    instance->has_reached = 1;
-    return fmi2OK;
+    if (!instance->has_law && make_law(instance) != fmi2OK)
+        return NULL;
+    if (state->mode & INITIALIZATION) {
+        instance->trial = spring_rest(state->displacement, setting(state, SPRING_OMEGA_START));
+    } else {
+        instance->trial = state->memory;
+        spring_move(&instance->law, &instance->trial, NULL, state->displacement);
+    }
+    instance->has_trial = 1;
+    return &instance->trial;
 }
 
-SpringSensitivity fmu_reached_sensitivity(const Instance *instance)
+const SpringMemory *fmu_reach(Instance *instance)
 {
     const State *state = &instance->state;
-    return spring_advance_sensitivity(&instance->law, &state->memory, &state->sensitivity, &instance->reached);
+    int committed = instance->has_law && !(state->mode & INITIALIZATION) &&
+                    state->displacement == state->memory.displacement;
+    return instance->has_trial ? &instance->trial : committed ? &state->memory : make_trial(instance);
 }
 
-fmi2Status fmu_read(Instance *instance, unsigned reference, double *value)
+SpringSensitivity fmu_sensitivity(const Instance *instance, const SpringMemory *reached)
 {
-    State *state = &instance->state;
-    if (reference >= SPRING_FIRST_PARAMETER)
-        *value = setting(state, reference);
-    else if (reference == SPRING_DISPLACEMENT)
-        *value = state->displacement;
-    else if (fmu_reach(instance) != fmi2OK)
-        return fmi2Error;
-    else if (reference == SPRING_FORCE)
-        *value = spring_force(&instance->law, &instance->reached);
-    else if (reference == SPRING_STIFFNESS)
-        *value = spring_stiffness(&instance->law, &instance->reached);
-    else if (reference == SPRING_OMEGA)
-        *value = instance->reached.omega;
-    else {
-        state->energy_wanted = 1;
-        instance->reached = spring_settle(&instance->law, &instance->reached);
-        *value = instance->reached.energy;
+    const State *state = &instance->state;
+    return spring_advance_sensitivity(&instance->law, &state->memory, &state->sensitivity, reached);
+}
+
+static double output(Instance *instance, const SpringMemory *reached, unsigned reference)
+{
+    switch (reference) {
+    case SPRING_FORCE: return spring_force(&instance->law, reached);
+    case SPRING_STIFFNESS: return spring_stiffness(&instance->law, reached);
+    case SPRING_OMEGA: return reached->omega;
+    default:
+        instance->state.energy_wanted = 1;
+        /* A trial is settled once; the committed memory only by steps, or reading it would change their last bits. */
+        if (instance->has_trial)
+            instance->trial = spring_settle(&instance->law, reached);
+        return spring_absorbed_energy(&instance->law, reached);
+    }
+}
+
+fmi2Status fmu_read(Instance *instance, const fmi2ValueReference references[], size_t count, double values[])
+{
+    const State *state = &instance->state;
+    for (size_t i = 0; i < count; i++) {
+        if (references[i] == SPRING_DISPLACEMENT) {
+            values[i] = state->displacement;
+        } else if (references[i] >= SPRING_FIRST_PARAMETER) {
+            values[i] = setting(state, references[i]);
+        } else {
+            const SpringMemory *reached = fmu_reach(instance);
+            if (reached == NULL)
+                return fmi2Error;
+            values[i] = output(instance, reached, references[i]);
+        }
     }
     return fmi2OK;
 }
 
-void fmu_write(Instance *instance, unsigned reference, double value)
+void fmu_write(Instance *instance, const fmi2ValueReference references[], size_t count, const double values[])
 {
     State *state = &instance->state;
-    instance->has_reached = 0;
-    if (reference == SPRING_DISPLACEMENT) {
-        state->displacement = value;
-    } else {
-        state->settings[reference - SPRING_FIRST_PARAMETER] = value;
-        instance->has_law = 0;
+    instance->has_trial = 0;
+    for (size_t i = 0; i < count; i++) {
+        if (references[i] == SPRING_DISPLACEMENT) {
+            state->displacement = values[i];
+        } else {
+            state->settings[references[i] - SPRING_FIRST_PARAMETER] = values[i];
+            instance->has_law = 0;
+        }
     }
 }
 
@@ -131,36 +152,41 @@ static void warn_of_excursion(const Instance *instance)
              spring_number(state->displacement).text, low.text, high.text);
 }
 
-/* Makes what has been reached part of the path. */
+/* Makes the way to the displacement set last part of the path. */
 static void commit(Instance *instance)
 {
     State *state = &instance->state;
     int at = side(state);
+    if (!instance->has_law)
+        make_law(instance); /* possible, as it was in the state that has been restored */
+    if (instance->has_trial) {
+        state->sensitivity = fmu_sensitivity(instance, &instance->trial);
+        state->memory = instance->trial;
+        instance->has_trial = 0;
+    } else {
+        spring_move(&instance->law, &state->memory, &state->sensitivity, state->displacement);
+    }
     if (state->energy_wanted)
-        instance->reached = spring_settle(&instance->law, &instance->reached);
+        state->memory = spring_settle(&instance->law, &state->memory);
     if (at != state->side) {
         if (at != 0)
             warn_of_excursion(instance);
         state->side = at;
     }
-    if (instance->reached.direction != state->memory.direction)
-        state->sensitivity = fmu_reached_sensitivity(instance);
-    state->memory = instance->reached;
 }
 
 /* Goes straight on to a displacement. */
 static void commit_at(Instance *instance, double displacement)
 {
     instance->state.displacement = displacement;
-    instance->has_reached = 0;
-    fmu_reach(instance);
+    instance->has_trial = 0;
     commit(instance);
 }
 
 fmi2Status fmu_end_initialization(Instance *instance)
 {
     State *state = &instance->state;
-    if (fmu_reach(instance) != fmi2OK)
+    if (fmu_reach(instance) == NULL)
         return fmi2Error;
     commit(instance);
     state->watch = fmu_watch_from(state->time, state->displacement);
@@ -171,7 +197,6 @@ fmi2Status fmu_end_initialization(Instance *instance)
 void fmu_accept(Instance *instance)
 {
     State *state = &instance->state;
-    fmu_reach(instance);
     commit(instance);
     fmu_watch_accept(&state->watch, state->time, state->displacement, fmu_range(state));
 }
@@ -200,7 +225,6 @@ static fmi2Status commit_parabola(Instance *instance, double time, double size)
 static void commit_line(Instance *instance, double size)
 {
     State *state = &instance->state;
-    fmu_reach(instance);
     if (size > 0.0)
         state->rate = (state->displacement - state->memory.displacement) / size;
     commit(instance);
@@ -210,12 +234,12 @@ fmi2Status fmu_step(Instance *instance, double time, double size)
 {
     State *state = &instance->state;
     double end = time + size;
-    if (!isfinite(time))
+    if (!(fabs(time) <= DBL_MAX))
         return fmu_refuse(&instance->log, "The time of a step must be finite [s], got %s.", spring_number(time).text);
-    if (!(isfinite(size) && size >= 0.0 && isfinite(end)))
+    if (!(size >= 0.0 && end <= DBL_MAX))
         return fmu_refuse(&instance->log, "The step size at time %s s must be finite and >= 0 [s], got %s.",
                           spring_number(time).text, spring_number(size).text);
-    if (end > state->stop_time + ROUNDING * fmax(fabs(end), fabs(state->stop_time)))
+    if (end > state->stop_time && end > state->stop_time + ROUNDING * fmax(fabs(end), fabs(state->stop_time)))
         return fmu_refuse(&instance->log, "The step of %s s at time %s s must not go beyond the stop time %s s.",
                           spring_number(size).text, spring_number(time).text, spring_number(state->stop_time).text);
     if (!state->interpolated)

@@ -1,7 +1,7 @@
 /* One instance as FMI sees it: values set and read, steps, states; the behaviour of fmu/instance.py, call by call.
  *
- * The response to a displacement is computed at most once, from the committed memory, and kept until the displacement
- * changes; only a commit makes it part of the path. A call that is refused has changed nothing.
+ * The response to a displacement that is read before a step commits it is a trial: computed from the committed memory,
+ * and kept until the displacement changes or the step comes. A call that is refused has changed nothing.
  */
 #ifndef FMI2_INSTANCE_H
 #define FMI2_INSTANCE_H
@@ -14,8 +14,8 @@
 
 typedef struct {
     State state;
-    SpringMemory reached; /* after the path from the last commit to the displacement set last, if has_reached */
-    int has_reached, has_law;
+    SpringMemory trial; /* after the path from the last commit to the displacement set last, if has_trial */
+    int has_trial, has_law;
     SpringLaw law; /* of the present parameters, if has_law */
     Log log;
     fmi2CallbackAllocateMemory allocate;
@@ -28,8 +28,8 @@ void fmu_begin(Instance *instance, int mode);
 
 /* Values by reference, which must be of a Real that may be read or set. Reading an output fails while the parameters
  * are no possible spring. */
-fmi2Status fmu_read(Instance *instance, unsigned reference, double *value);
-void fmu_write(Instance *instance, unsigned reference, double value);
+fmi2Status fmu_read(Instance *instance, const fmi2ValueReference references[], size_t count, double values[]);
+void fmu_write(Instance *instance, const fmi2ValueReference references[], size_t count, const double values[]);
 
 /* displacement_max - displacement_min [m] */
 double fmu_range(const State *state);
@@ -37,12 +37,12 @@ double fmu_range(const State *state);
 /* Whether the displacement lies outside the identified range. */
 int fmu_extrapolating(const Instance *instance);
 
-/* Makes the law and the response to the displacement present. Fails while the parameters are no possible spring, which
- * they are once initialization has ended. */
-fmi2Status fmu_reach(Instance *instance);
+/* The memory where the path to the displacement set last ends, with the law present: the committed one or a trial. NULL
+ * while the parameters are no possible spring, which they are once initialization has ended. */
+const SpringMemory *fmu_reach(Instance *instance);
 
 /* The sensitivity that belongs to what has been reached. */
-SpringSensitivity fmu_reached_sensitivity(const Instance *instance);
+SpringSensitivity fmu_sensitivity(const Instance *instance, const SpringMemory *reached);
 
 /* Starts the path at the displacement that holds, if the parameters are a possible spring. */
 fmi2Status fmu_end_initialization(Instance *instance);

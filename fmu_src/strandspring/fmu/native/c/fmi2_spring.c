@@ -147,10 +147,7 @@ fmi2Status fmi2GetReal(fmi2Component c, const fmi2ValueReference vr[], size_t nv
     Instance *instance = c;
     FMU_REQUIRE(instance, GetReal);
     FMU_REQUIRE_VARIABLES(instance, GetReal, vr, nvr, value, VARIABLE_REAL);
-    for (size_t i = 0; i < nvr; i++)
-        if (fmu_read(instance, vr[i], &value[i]) != fmi2OK)
-            return fmi2Error;
-    return fmi2OK;
+    return fmu_read(instance, vr, nvr, value);
 }
 
 fmi2Status fmi2GetInteger(fmi2Component c, const fmi2ValueReference vr[], size_t nvr, fmi2Integer value[])
@@ -206,8 +203,7 @@ fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference vr[], size_t nv
             return fmu_refuse(&instance->log, "`displacement` must be finite [m], got %s; it was not taken over.",
                               spring_number(value[i]).text);
     }
-    for (size_t i = 0; i < nvr; i++)
-        fmu_write(instance, vr[i], value[i]);
+    fmu_write(instance, vr, nvr, value);
     return fmi2OK;
 }
 

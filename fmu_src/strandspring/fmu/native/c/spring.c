@@ -630,9 +630,12 @@ static double elastic_work(const SpringLaw *law, double x)
     const SpringParameters *p = &law->parameters;
     double inside = clip(x, law->x_min, law->x_max);
     double out = x - inside;
+    double work = polynomial(law->FE_work, p->elastic + 1, inside);
+    if (out == 0.0)
+        return work;
     double force = polynomial(p->kE, p->elastic, inside);
     double slope = polynomial(law->dFE, slopes(p->elastic), inside);
-    return polynomial(law->FE_work, p->elastic + 1, inside) + out * (force + 0.5 * slope * out);
+    return work + out * (force + 0.5 * slope * out);
 }
 
 static double amplifier(const SpringLaw *law, double x)
@@ -755,6 +758,14 @@ static void reverse(const SpringLaw *law, SpringMemory *memory, int direction)
     memory->direction = direction;
 }
 
+/* The stroke goes on to a displacement. */
+static void go_on(const SpringLaw *law, SpringMemory *memory, double displacement)
+{
+    double xi = memory->start_xi + law->parameters.rho * fabs(displacement - memory->start);
+    memory->displacement = displacement;
+    memory->omega = memory->direction * spring_saturation(&law->table, xi);
+}
+
 SpringMemory spring_advance(const SpringLaw *law, const SpringMemory *memory, double displacement)
 {
     SpringMemory after = *memory;
@@ -764,9 +775,7 @@ SpringMemory spring_advance(const SpringLaw *law, const SpringMemory *memory, do
     int direction = travel > 0.0 ? 1 : -1;
     if (direction != memory->direction)
         reverse(law, &after, direction);
-    double xi = after.start_xi + law->parameters.rho * fabs(displacement - after.start);
-    after.displacement = displacement;
-    after.omega = direction * spring_saturation(&law->table, xi);
+    go_on(law, &after, displacement);
     return after;
 }
 
@@ -916,6 +925,21 @@ SpringSensitivity spring_advance_sensitivity(
         .by_n = (direction * change.by_n - at.by_n) / slope,
         .by_omega_start = direction * change.by_omega_start / slope,
     };
+}
+
+void spring_move(const SpringLaw *law, SpringMemory *memory, SpringSensitivity *sensitivity, double displacement)
+{
+    double travel = displacement - memory->displacement;
+    if (travel == 0.0)
+        return;
+    if (memory->direction == (travel > 0.0 ? 1 : -1)) {
+        go_on(law, memory, displacement);
+        return;
+    }
+    SpringMemory after = spring_advance(law, memory, displacement);
+    if (sensitivity != NULL)
+        *sensitivity = spring_advance_sensitivity(law, memory, sensitivity, &after);
+    *memory = after;
 }
 
 /* x^i and its derivatives. */

@@ -1,0 +1,77 @@
+/* The kernel of the native FMU without its mathematics: each output is the displacement. What is left is the FMI layer. */
+#include "spring.h"
+
+#include <string.h>
+
+SpringNumber spring_number(double value)
+{
+    (void)value;
+    return (SpringNumber){""};
+}
+
+int spring_problem(const SpringParameters *parameters, char *text, size_t size)
+{
+    (void)parameters;
+    (void)text;
+    (void)size;
+    return 0;
+}
+
+void spring_prepare(SpringLaw *law, const SpringParameters *parameters)
+{
+    law->parameters = *parameters;
+}
+
+SpringMemory spring_rest(double displacement, double omega)
+{
+    return (SpringMemory){.displacement = displacement, .omega = omega};
+}
+
+void spring_move(const SpringLaw *law, SpringMemory *memory, SpringSensitivity *sensitivity, double displacement)
+{
+    (void)law;
+    (void)sensitivity;
+    memory->displacement = displacement;
+}
+
+double spring_force(const SpringLaw *law, const SpringMemory *memory)
+{
+    (void)law;
+    return memory->displacement;
+}
+
+double spring_stiffness(const SpringLaw *law, const SpringMemory *memory)
+{
+    return spring_force(law, memory);
+}
+
+double spring_absorbed_energy(const SpringLaw *law, const SpringMemory *memory)
+{
+    return spring_force(law, memory);
+}
+
+SpringMemory spring_settle(const SpringLaw *law, const SpringMemory *memory)
+{
+    (void)law;
+    return *memory;
+}
+
+SpringSensitivity spring_advance_sensitivity(
+    const SpringLaw *law, const SpringMemory *before, const SpringSensitivity *sensitivity, const SpringMemory *after)
+{
+    (void)law;
+    (void)before;
+    (void)after;
+    return *sensitivity;
+}
+
+void spring_gradient(
+    const SpringLaw *law, const SpringMemory *memory, const SpringSensitivity *sensitivity,
+    SpringGradient *of_force, SpringGradient *of_stiffness)
+{
+    (void)law;
+    (void)memory;
+    (void)sensitivity;
+    memset(of_force, 0, sizeof *of_force);
+    memset(of_stiffness, 0, sizeof *of_stiffness);
+}

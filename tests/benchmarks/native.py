@@ -1,0 +1,194 @@
+"""What one exchange with the native FMU costs: python tests/benchmarks/native.py [MODEL.json]
+
+Set the displacement, do a step, get outputs; in a C host without Python and through fmpy, beside the Python-backed FMU
+of the same model; beside the least that an FMU can do, to copy its input (feedthrough.c); and beside our own FMI layer
+without the mathematics (empty_kernel.c). All FMUs of a table take turns in one process; figures are medians, and ratios
+are between figures of one run.
+"""
+
+from __future__ import annotations
+
+import os
+import platform
+import subprocess
+import sys
+import sysconfig
+import tempfile
+import time
+import zipfile
+from dataclasses import dataclass
+from importlib.resources import files
+from pathlib import Path
+
+import fmpy
+import numpy as np
+from rich.console import Console
+from rich.table import Table
+
+from strandspring import Spring
+from strandspring.fmu.archive import installed_version
+from strandspring.fmu.check import running
+from strandspring.fmu.native.compiler import chosen_platforms, compile_binary, host_name
+from strandspring.fmu.native.package import build_native_fmu
+from strandspring.fmu.package import build_fmu
+
+HERE = Path(__file__).resolve().parent
+MODEL = HERE.parents[1] / "models" / "rubber_hinge.json"
+HEADERS = files("fmpy") / "c-code"
+ROUNDS = 31
+STEPS = 20_000
+# One period of the sine, now and then: an exchange takes up to milliseconds.
+PYTHON_STEPS, PYTHON_EVERY = 200, 10
+# Fractions of the identified range: excursions would print warnings.
+REACH = 0.95
+CASES = {
+    "stroke,force": "one long stroke: force",
+    "stroke,all": "  with stiffness, absorbed_energy",
+    "sine,force": "sine, 200 steps to the period: force",
+    "sine,all": "  with stiffness, absorbed_energy",
+    "reversals,force": "a reversal at every step: force",
+    "reversals,all": "  with stiffness, absorbed_energy",
+    "exchange,force": "model exchange, each 4th accepted: force",
+}
+console = Console(width=118)
+
+
+@dataclass(frozen=True)
+class Loadable:
+    """An FMU for the C host."""
+
+    name: str
+    guid: str
+    library: Path
+    resources: str = ""
+    steps: int = STEPS
+    every: int = 1
+    kinds: int = 2
+
+    def arguments(self) -> list[str]:
+        return [self.guid, str(self.library), self.resources, str(self.steps), str(self.every), str(self.kinds)]
+
+
+def unpacked(fmu: Path, folder: Path) -> tuple[str, Path, str]:
+    """GUID, library and resources of an FMU, unpacked."""
+    with zipfile.ZipFile(fmu) as archive:
+        archive.extractall(folder)
+    description = fmpy.read_model_description(str(folder), validate=False)
+    (library,) = (folder / "binaries" / str(host_name())).iterdir()
+    return str(description.guid), library, (folder / "resources").as_uri()
+
+
+def compiled(sources: dict[str, bytes], library: Path) -> Path:
+    """C sources compiled as the native FMU is."""
+    (target,) = chosen_platforms("host")
+    library.write_bytes(compile_binary(target, sources, library.stem))
+    return library
+
+
+def copying(folder: Path) -> Loadable:
+    """An FMU that copies its input to its outputs."""
+    names = ("fmi2Functions.h", "fmi2FunctionTypes.h", "fmi2TypesPlatform.h")
+    sources = {name: (HEADERS / name).read_bytes() for name in names}
+    sources["feedthrough.c"] = (HERE / "feedthrough.c").read_bytes()
+    return Loadable("copies", "any", compiled(sources, folder / "feedthrough.so"))
+
+
+def without_kernel(native: Loadable, folder: Path) -> Loadable:
+    """The native FMU with an empty kernel."""
+    sources = {path.name: path.read_bytes() for path in (native.library.parents[2] / "sources").iterdir()}
+    sources["spring.c"] = (HERE / "empty_kernel.c").read_bytes()
+    return Loadable("empty kernel", native.guid, compiled(sources, folder / "empty.so"))
+
+
+def libpython() -> Path | None:
+    """The shared library that a host without Python preloads for the Python-backed FMU."""
+    library = Path(sysconfig.get_config_var("LIBDIR") or "") / str(sysconfig.get_config_var("INSTSONAME"))
+    return library if ".so" in library.name and library.exists() else None
+
+
+def measured(fmus: list[Loadable], middle: float, half: float, preloaded: Path | None) -> dict[str, list[float]]:
+    """Median nanoseconds by case, one for each FMU that has it."""
+    host = fmus[0].library.parent / "host"
+    flags = ["-std=c11", "-O2", "-Wall", "-Wextra", "-Wpedantic", "-Werror", "-Wshadow", "-Wconversion"]
+    source = str(HERE / "native_host.c")
+    subprocess.run(["cc", *flags, f"-I{HEADERS}", source, "-o", str(host), "-lm", "-ldl"], check=True)
+    environment = dict(os.environ)
+    if preloaded is not None:
+        environment |= {"LD_PRELOAD": str(preloaded), "PYTHONHOME": sys.base_prefix}
+    said = subprocess.run(
+        [str(host), str(ROUNDS), str(middle), str(half), *(a for fmu in fmus for a in fmu.arguments())],
+        capture_output=True, text=True, env=environment, check=True,
+    ).stdout  # fmt: skip
+    medians: dict[str, list[float]] = {}
+    for line in said.splitlines():
+        path, what, _, median, *_ = line.split(",")
+        medians.setdefault(f"{path},{what}", []).append(float(median))
+    return medians
+
+
+def in_a_c_host(fmus: list[Loadable], middle: float, half: float, preloaded: Path | None) -> None:
+    table = Table(title="In a C host: ns an exchange")
+    ratios = ("native / copies", "native / empty", "Python / native")
+    for column in ("exchange", *(fmu.name for fmu in fmus), *ratios):
+        table.add_column(column, justify="left" if column == "exchange" else "right")
+    medians = measured(fmus, middle, half, preloaded)
+    for case, title in CASES.items():
+        copies, empty, native, *python = medians[case]
+        table.add_row(
+            title, *(f"{value:.1f}" if value < 1000 else f"{value:.0f}" for value in medians[case]),
+            *[""] * (len(fmus) - len(medians[case])),
+            f"{native / copies:.2f}", f"{native / empty:.2f}", f"{python[0] / native:.0f}" if python else "",
+        )  # fmt: skip
+    console.print(table)
+
+
+def through_fmpy(fmus: dict[str, Path], middle: float, half: float) -> None:
+    """Microseconds per exchange through fmpy, where its own work weighs most."""
+    table = Table(title="Through fmpy, sine: us an exchange")
+    for column in ("FMU", "set, step, get force"):
+        table.add_column(column, justify="left" if column == "FMU" else "right")
+    path = (middle + half * np.sin(np.linspace(0.0, 20.0 * np.pi, 2000))).tolist()
+    for name, fmu in fmus.items():
+        seconds = []
+        with running(fmu) as slave:
+            slave.setupExperiment()
+            slave.enterInitializationMode()
+            slave.exitInitializationMode()
+            for _ in range(7):
+                begin = time.perf_counter()
+                for k, displacement in enumerate(path):
+                    slave.setReal([0], [displacement])
+                    slave.doStep(1e-3 * k, 1e-3)
+                    slave.getReal([1])
+                seconds.append((time.perf_counter() - begin) / len(path))
+            slave.terminate()
+        table.add_row(name, f"{1e6 * float(np.median(seconds)):.2f}")
+    console.print(table)
+
+
+def main() -> None:
+    model = Spring.load(Path(sys.argv[1]) if len(sys.argv) > 1 else MODEL).model
+    p = model.parameters.spring()
+    middle = 0.5 * (p.displacement_min + p.displacement_max)
+    half = 0.5 * REACH * (p.displacement_max - p.displacement_min)
+    console.print(
+        f"{model.name} (degrees {len(p.kE) - 1} and {len(p.kA) - 1}, n = {p.n:.3g}), "
+        f"ziglang {installed_version('ziglang')}, Python {platform.python_version()}, {os.cpu_count()} cores"
+    )
+    with tempfile.TemporaryDirectory() as temporary:
+        folder = Path(temporary)
+        native = build_native_fmu(model, folder / "native")
+        python = build_fmu(model, folder / "python")
+        preloaded = libpython()
+        ours = Loadable("native", *unpacked(native, folder / "n"))
+        fmus = [copying(folder), without_kernel(ours, folder), ours]
+        if preloaded is None:
+            console.print("This Python has no shared library: the Python-backed FMU runs through fmpy only.")
+        else:
+            fmus.append(Loadable("Python-backed", *unpacked(python, folder / "p"), PYTHON_STEPS, PYTHON_EVERY, 1))
+        in_a_c_host(fmus, middle, half, preloaded)
+        through_fmpy({"native": native, "Python-backed": python}, middle, half)
+
+
+if __name__ == "__main__":
+    main()

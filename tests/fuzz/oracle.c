@@ -1,0 +1,217 @@
+/* What FMI 2.0 (the state machines of sections 3.2.3 and 4.2.4) and the documentation of the FMU lead a host to expect. */
+#include "fuzz.h"
+
+#include <math.h>
+#include <string.h>
+
+/* Columns: model exchange instantiated, in initialization, event and continuous-time mode, terminated; co-simulation
+ * instantiated, in initialization mode, between steps, terminated. The states that no instance reaches are left out. The
+ * tables of the standard and of the reference implementations do not agree where there is a question mark. */
+static const char *const TABLE[CALL_COUNT] = {
+    [CALL_SetDebugLogging] = "xxxxx xxxx",
+    [CALL_SetupExperiment] = "x---- x---",
+    [CALL_EnterInitializationMode] = "x---- x---",
+    [CALL_ExitInitializationMode] = "-x--- -x--",
+    [CALL_Terminate] = "--xx- --x-",
+    [CALL_Reset] = "xxxxx xxxx",
+    [CALL_GetReal] = "-xxxx -xxx",
+    [CALL_GetInteger] = "-xxxx -xxx",
+    [CALL_GetBoolean] = "-xxxx -xxx",
+    [CALL_GetString] = "-xxxx -xxx",
+    [CALL_SetReal] = "xxxx- xxx-",
+    [CALL_SetInteger] = "xxx-- xxx-",
+    [CALL_SetBoolean] = "xxx-- xxx-",
+    [CALL_SetString] = "xxx-- xxx-",
+    [CALL_GetFMUstate] = "xxxxx xxxx",
+    [CALL_SetFMUstate] = "xxxxx xxxx",
+    [CALL_FreeFMUstate] = "xxxxx xxxx",
+    [CALL_SerializedFMUstateSize] = "xxxxx xxxx",
+    [CALL_SerializeFMUstate] = "xxxxx xxxx",
+    [CALL_DeSerializeFMUstate] = "xxxxx xxxx",
+    [CALL_GetDirectionalDerivative] = "-xxxx -xxx",
+    [CALL_EnterEventMode] = "--xx- ----",
+    [CALL_NewDiscreteStates] = "--x-- ----",
+    [CALL_EnterContinuousTimeMode] = "--x-- ----",
+    [CALL_CompletedIntegratorStep] = "---x- ----",
+    [CALL_SetTime] = "--xx- ----",
+    [CALL_SetContinuousStates] = "---x- ----",
+    [CALL_GetDerivatives] = "-?xxx ----",
+    [CALL_GetEventIndicators] = "-xxxx ----",
+    [CALL_GetContinuousStates] = "-xxxx ----",
+    [CALL_GetNominalsOfContinuousStates] = "x-xxx ----",
+    [CALL_SetRealInputDerivatives] = "----- xxx-",
+    [CALL_GetRealOutputDerivatives] = "----- --xx",
+    [CALL_DoStep] = "----- --x-",
+    [CALL_CancelStep] = "----- ----",
+    [CALL_GetStatus] = "----- --xx",
+    [CALL_GetRealStatus] = "----- --xx",
+    [CALL_GetIntegerStatus] = "----- --xx",
+    [CALL_GetBooleanStatus] = "----- --xx",
+    [CALL_GetStringStatus] = "----- --xx",
+};
+
+#define DESCRIBED(name, type, causality, start) {name, type, causality, start},
+const Described described[MODEL_VARIABLES] = {MODEL_TABLE(DESCRIBED)};
+
+int variable(const char *name)
+{
+    for (int i = 0; i < MODEL_VARIABLES; i++)
+        if (strcmp(described[i].name, name) == 0)
+            return i;
+    FAIL("there is no variable %s", name);
+}
+
+Answer may_call(const Twin *twin, Call call)
+{
+    static const int exchange[] = {
+        [INSTANTIATED] = 0, [INITIALIZATION] = 1, [EVENT] = 2, [CONTINUOUS_TIME] = 3, [TERMINATED] = 4};
+    static const int simulation[] = {[INSTANTIATED] = 6, [INITIALIZATION] = 7, [STEP] = 8, [TERMINATED] = 9};
+    const int *columns = twin->type == fmi2ModelExchange ? exchange : simulation;
+    if (twin->mode == UNKNOWN)
+        return UNSURE;
+    switch (TABLE[call][columns[twin->mode]]) {
+    case 'x': return YES;
+    case '-': return NO;
+    default: return UNSURE;
+    }
+}
+
+Twin twin_of(fmi2Type type)
+{
+    Twin twin = {.type = type, .mode = INSTANTIATED, .stop_time = INFINITY, .tame = 1, .tame_rate = 1};
+    for (int i = 0; i < MODEL_VARIABLES; i++)
+        twin.value[i] = described[i].start;
+    return twin;
+}
+
+/* ---- parameters ---------------------------------------------------------------------------------------------------- */
+
+static double named(const Twin *twin, const char *name)
+{
+    return twin->value[variable(name)];
+}
+
+/* Whether FA = sum(kA[i]*x^i) is positive from low to high; sampled, and sure where its slope cannot hide a zero. */
+static Answer amplifier_positive(const Twin *twin, double low, double high)
+{
+    enum { SAMPLES = 400 };
+    const double *kA = &twin->value[variable("kA[0]")];
+    double reach = fmax(fabs(low), fabs(high)), slope = 0.0, size = 0.0, least = INFINITY;
+    for (int i = 0; i < MODEL_AMPLIFIER; i++) {
+        slope += i * fabs(kA[i]) * pow(reach, i - 1.0);
+        size += fabs(kA[i]) * pow(reach, i);
+    }
+    for (int k = 0; k <= SAMPLES; k++) {
+        double x = low + (high - low) * k / SAMPLES, value = 0.0;
+        for (int i = MODEL_AMPLIFIER - 1; i >= 0; i--)
+            value = value * x + kA[i];
+        if (!isfinite(value))
+            return UNSURE;
+        least = fmin(least, value);
+    }
+    double doubt = 0.5 * slope * (high - low) / SAMPLES + 1e-12 * size;
+    if (!isfinite(doubt))
+        return UNSURE;
+    return least > doubt + 1e-9 ? YES : least < -1e-12 * size ? NO : UNSURE;
+}
+
+static Answer asked(const Twin *twin)
+{
+    for (int i = 0; i < MODEL_VARIABLES; i++)
+        if (described[i].causality == 'p' && !isfinite(twin->value[i]))
+            return NO;
+    double low = named(twin, "displacement_min"), high = named(twin, "displacement_max");
+    double offset = named(twin, "displacement_offset"), sigma = named(twin, "sigma"), n = named(twin, "n");
+    if (fabs(named(twin, "omega_start")) > 1.0 || named(twin, "kA[0]") != 1.0 || named(twin, "kappa_omega") <= 0.0 ||
+        named(twin, "rho") <= 0.0 || sigma < 0.5 || sigma > 1000.0 || n < 0.01 || n > 100.0)
+        return NO;
+    if (low >= high || !isfinite(high - low) || offset < low || offset > high)
+        return NO;
+    return amplifier_positive(twin, low - offset, high - offset);
+}
+
+Answer possible(Twin *twin)
+{
+    if (twin->mode == UNKNOWN)
+        return UNSURE;
+    if (!twin->asked)
+        twin->possible = asked(twin);
+    twin->asked = 1;
+    return twin->possible;
+}
+
+/* ---- the path ------------------------------------------------------------------------------------------------------ */
+
+int side_of(const Twin *twin)
+{
+    double displacement = named(twin, "displacement");
+    return (displacement > named(twin, "displacement_max")) - (displacement < named(twin, "displacement_min"));
+}
+
+void twin_set(Twin *twin, fmi2ValueReference reference, double value)
+{
+    double usual = fabs(described[reference].start);
+    twin->value[reference] = value;
+    if (described[reference].causality == 'p') {
+        twin->asked = 0;
+        /* A coefficient of zero may take any size that is not absurd; others a hundredth to a hundred times theirs. */
+        if (!(fabs(value) <= fmax(100.0 * usual, 1.0)) || (usual != 0.0 && fabs(value) < 0.01 * usual && value != 0.0))
+            twin->tame = 0;
+    } else {
+        twin->moved = 0;
+        if (!(fabs(value) <= 1e6))
+            twin->tame = 0;
+    }
+}
+
+int twin_commit(Twin *twin)
+{
+    int before = twin->side;
+    twin->side = side_of(twin);
+    return twin->side != 0 && twin->side != before;
+}
+
+static double end_of_step(const Twin *twin, double size)
+{
+    return named(twin, "displacement") + size * (twin->velocity + 0.5 * twin->acceleration * size);
+}
+
+/* Whether a displacement of the path through a step is finite; unsure where rounding has a say. */
+static Answer path_finite(const Twin *twin, double size)
+{
+    long double x = named(twin, "displacement"), v = twin->velocity, a = twin->acceleration, turn = -v / a;
+    long double end = fabsl(x + size * (v + 0.5L * a * size));
+    long double tip = 0.0L < turn && turn < size ? fabsl(x + 0.5L * v * turn) : 0.0L;
+    long double farthest = fmaxl(end, tip);
+    return farthest < 1e290L ? YES : farthest > 1e310L ? NO : UNSURE;
+}
+
+Answer step_possible(const Twin *twin, double time, double size)
+{
+    double end = time + size, reach = fmax(fabs(end), fabs(twin->stop_time));
+    if (!isfinite(time) || !isfinite(size) || size < 0.0 || !isfinite(end))
+        return NO;
+    if (isfinite(twin->stop_time) && end > twin->stop_time + 1e-6 * reach)
+        return NO;
+    if (twin->interpolated && path_finite(twin, size) != YES)
+        return path_finite(twin, size);
+    return end > twin->stop_time ? UNSURE : YES; /* times that a host adds up are never exact */
+}
+
+void twin_step(Twin *twin, double time, double size)
+{
+    twin->time = time + size;
+    if (twin->interpolated) {
+        int displacement = variable("displacement");
+        twin->value[displacement] = end_of_step(twin, size);
+        twin->moved = 1;
+        if (!(fabs(twin->velocity) <= 1e6 && fabs(twin->acceleration) <= 1e6 && size <= 1e3))
+            twin->tame = 0;
+    }
+    if (!twin->interpolated && size > 0.0)
+        twin->tame_rate = size >= 1e-9;
+    else if (twin->interpolated)
+        twin->tame_rate = 1;
+    twin->interpolated = 0;
+    twin->velocity = twin->acceleration = 0.0;
+}

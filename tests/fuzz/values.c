@@ -1,0 +1,205 @@
+#include "fuzz.h"
+
+#include <limits.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* ---- values --------------------------------------------------------------------------------------------------------- */
+
+static void check_value(Slot *slot, fmi2ValueReference reference, double value)
+{
+    Twin *twin = &slot->twin;
+    char causality = described[reference].causality;
+    const char *name = described[reference].name;
+    if (strcmp(name, "omega") == 0)
+        CHECK(fabs(value) <= 1.0, "omega is %g", value);
+    if (twin->mode == UNKNOWN)
+        return;
+    if (causality == 'o' || causality == 'l') {
+        CHECK(!twin->tame || isfinite(value), "%s is %g", name, value);
+    } else if (twin->moved && causality == 'i') {
+        double expected = twin->value[reference];
+        CHECK(fabs(value - expected) <= 1e-9 * fabs(expected) + 1e-9 || !twin->tame, "%s is %.17g, not %.17g", name, value,
+              expected);
+        twin->value[reference] = value;
+    } else {
+        CHECK(memcmp(&value, &twin->value[reference], sizeof value) == 0, "%s is %.17g, not %.17g", name, value,
+              twin->value[reference]);
+    }
+}
+
+void get_real(Trial *trial)
+{
+    Slot *slot = trial->slot;
+    References of = references('R', "iolp");
+    double *values = elements(of.count, sizeof *values);
+    must_be_references(trial, &of);
+    must_be_given(trial, values, of.count);
+    if (!all_have(&of, "ip"))
+        must(trial, possible(&slot->twin));
+    fmi2Status status = fmi2GetReal(trial->component, of.at, of.count, values);
+    int energy = variable("absorbed_energy"), effect = LOOKS;
+    for (size_t i = 0; of.at != NULL && i < of.count; i++)
+        if (of.at[i] == (fmi2ValueReference)energy)
+            effect = CHANGES; /* from now on each step keeps account of it */
+    if (judged(trial, status, effect))
+        for (size_t i = 0; i < of.count; i++)
+            check_value(slot, of.at[i], values[i]);
+    free(of.at);
+    free(values);
+}
+
+void set_real(Trial *trial)
+{
+    Twin *twin = &trial->slot->twin;
+    int early = twin->mode == INSTANTIATED || twin->mode == INITIALIZATION;
+    References of = references('R', early ? "ip" : "i");
+    double *values = usual_values(&of);
+    must_be_references(trial, &of);
+    must_be_given(trial, values, of.count);
+    must(trial, all_have(&of, "ip") ? YES : NO);
+    if (!all_have(&of, "i"))
+        must(trial, twin->mode == UNKNOWN ? UNSURE : early ? YES : NO);
+    for (size_t i = 0; values != NULL && of.at != NULL && of.sound && i < of.count; i++) {
+        trace("    value %.17g", values[i]);
+        must(trial, isfinite(values[i]) || described[of.at[i]].causality != 'i' ? YES : NO);
+    }
+    if (judged(trial, fmi2SetReal(trial->component, of.at, of.count, values), CHANGES))
+        for (size_t i = 0; i < of.count; i++)
+            twin_set(twin, of.at[i], values[i]);
+    free(of.at);
+    free(values);
+}
+
+void get_others(Trial *trial, char type)
+{
+    Twin *twin = &trial->slot->twin;
+    References of = references(type, "iolp");
+    void *values = elements(of.count, sizeof(fmi2String));
+    must_be_references(trial, &of);
+    must_be_given(trial, values, of.count);
+    fmi2Status status = type == 'I'   ? fmi2GetInteger(trial->component, of.at, of.count, values)
+                        : type == 'B' ? fmi2GetBoolean(trial->component, of.at, of.count, values)
+                                      : fmi2GetString(trial->component, of.at, of.count, values);
+    if (judged(trial, status, LOOKS) && type == 'B')
+        for (size_t i = 0; i < of.count; i++) {
+            int value = ((fmi2Boolean *)values)[i];
+            CHECK(value == fmi2True || value == fmi2False, "extrapolating is %d", value);
+            if (possible(twin) == YES && !twin->moved)
+                CHECK(value == (twin->mode == CONTINUOUS_TIME ? twin->held : side_of(twin) != 0), "extrapolating is %d",
+                      value);
+        }
+    free(of.at);
+    free(values);
+}
+
+void set_others(Trial *trial, char type)
+{
+    References of = references(type, "iolp");
+    void *values = elements(of.count, sizeof(fmi2String));
+    must_be_references(trial, &of);
+    must_be_given(trial, values, of.count);
+    must(trial, of.count == 0 ? YES : NO); /* none of them is an input or a parameter */
+    fmi2Status status = type == 'I'   ? fmi2SetInteger(trial->component, of.at, of.count, values)
+                        : type == 'B' ? fmi2SetBoolean(trial->component, of.at, of.count, values)
+                                      : fmi2SetString(trial->component, of.at, of.count, values);
+    judged(trial, status, LOOKS);
+    free(of.at);
+    free(values);
+}
+
+/* ---- derivatives ---------------------------------------------------------------------------------------------------- */
+
+static int all_finite(const double *values, size_t count)
+{
+    for (size_t i = 0; i < count; i++)
+        if (!(fabs(values[i]) <= 1e6))
+            return 0;
+    return 1;
+}
+
+void directional_derivative(Trial *trial)
+{
+    Twin *twin = &trial->slot->twin;
+    References unknown = references('R', "o"), known = references('R', "ip");
+    if (unknown.count * known.count > 100000)
+        known.count = 1; /* the rest of the array is for nobody */
+    double *seed = usual_values(&known), *found = elements(unknown.count, sizeof *found);
+    must_be_references(trial, &unknown);
+    must_be_references(trial, &known);
+    must_be_given(trial, seed, known.count);
+    must_be_given(trial, found, unknown.count);
+    must(trial, all_have(&unknown, "o") && all_have(&known, "ip") ? YES : NO);
+    if (any_is(&unknown, "absorbed_energy") && !all_have(&known, "i"))
+        must(trial, twin->mode == INITIALIZATION ? YES : twin->mode == UNKNOWN ? UNSURE : NO);
+    must(trial, possible(twin));
+    fmi2Status status =
+        fmi2GetDirectionalDerivative(trial->component, unknown.at, unknown.count, known.at, known.count, seed, found);
+    if (judged(trial, status, LOOKS) && twin->mode != UNKNOWN && twin->tame && all_finite(seed, known.count))
+        for (size_t i = 0; i < unknown.count; i++)
+            CHECK(isfinite(found[i]), "the derivative of %s is %g", described[unknown.at[i]].name, found[i]);
+    free(unknown.at);
+    free(known.at);
+    free(seed);
+    free(found);
+}
+
+static int *orders(size_t count, int highest)
+{
+    int *made = elements(count, sizeof *made);
+    for (size_t i = 0; made != NULL && i < count; i++)
+        made[i] = careless() ? (int[]){0, -1, 3, INT_MIN}[below(4)] : 1 + below(highest);
+    return made;
+}
+
+static int orders_sound(const int *order, size_t count, int highest)
+{
+    for (size_t i = 0; order != NULL && i < count; i++)
+        if (order[i] < 1 || order[i] > highest)
+            return 0;
+    return 1;
+}
+
+void input_derivatives(Trial *trial)
+{
+    Twin *twin = &trial->slot->twin;
+    References of = references('R', "i");
+    int *order = orders(of.count, 2);
+    double *values = elements(of.count, sizeof *values);
+    must_be_references(trial, &of);
+    must_be_given(trial, order, of.count);
+    must_be_given(trial, values, of.count);
+    must(trial, all_have(&of, "i") && orders_sound(order, of.count, 2) ? YES : NO);
+    for (size_t i = 0; values != NULL && i < of.count; i++) {
+        values[i] = careless() ? awkward() : uniform(-1.0, 1.0) * pow(10.0, uniform(-3.0, 3.0));
+        must(trial, isfinite(values[i]) ? YES : NO);
+    }
+    if (judged(trial, fmi2SetRealInputDerivatives(trial->component, of.at, of.count, order, values), CHANGES))
+        for (size_t i = 0; i < of.count; i++) {
+            *(order[i] == 1 ? &twin->velocity : &twin->acceleration) = values[i];
+            twin->interpolated = 1;
+        }
+    free(of.at);
+    free(order);
+    free(values);
+}
+
+void output_derivatives(Trial *trial)
+{
+    Twin *twin = &trial->slot->twin;
+    References of = references('R', "o");
+    int *order = orders(of.count, 1);
+    double *values = elements(of.count, sizeof *values);
+    must_be_references(trial, &of);
+    must_be_given(trial, order, of.count);
+    must_be_given(trial, values, of.count);
+    must(trial, all_have(&of, "o") && orders_sound(order, of.count, 1) ? YES : NO);
+    fmi2Status status = fmi2GetRealOutputDerivatives(trial->component, of.at, of.count, order, values);
+    if (judged(trial, status, LOOKS) && twin->mode != UNKNOWN && twin->tame && twin->tame_rate)
+        for (size_t i = 0; i < of.count; i++)
+            CHECK(isfinite(values[i]), "the rate of %s is %g", described[of.at[i]].name, values[i]);
+    free(of.at);
+    free(order);
+    free(values);
+}

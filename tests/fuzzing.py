@@ -1,0 +1,155 @@
+"""Random sequences of FMI calls against the C sources of the native FMU, under sanitizers (tests/fuzz/fuzz.h).
+
+    python tests/fuzzing.py [SEQUENCES] [--seed SEED] [--jobs N] [--trace]
+
+A sequence is the life of one instance. The test does a share of the million that this does by default; a seed that
+fails is repeated by `--seed SEED 1`, and `--trace` prints its calls.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import fmpy
+
+from fmu_tools import OTHER, SPRING
+from kernel_tools import compiled
+from native_tools import library
+from strandspring.fmu.native.config import c_string
+from strandspring.fmu.native.package import native_contents
+from strandspring.modelfile import model_file
+
+FUZZER = Path(__file__).with_name("fuzz")
+# Variables that are not initialized get a value of their own, so that whoever uses them is found out.
+SANITIZED = (
+    "-O1", "-g", "-fno-omit-frame-pointer", "-ftrivial-auto-var-init=pattern",
+    "-fsanitize=address,undefined", "-fsanitize=float-cast-overflow", "-fno-sanitize-recover=all",
+)  # fmt: skip
+# Freed memory is kept to find who uses it: 32 MB instead of 256, which is still that of a hundred instances.
+OPTIONS = {"ASAN_OPTIONS": "detect_leaks=1:quarantine_size_mb=32", "UBSAN_OPTIONS": "print_stacktrace=1"}
+# Sequences that share a seed (RUN in main.c).
+RUN = 50
+
+# How often each call was done, discarded and refused, and other counts.
+Statistics = dict[str, Any]
+
+
+def write_sources(folder: Path) -> Path:
+    """The C sources of the native FMU of SPRING, and what its model description says of it for the fuzzer."""
+    folder.mkdir()
+    for name, content in native_contents(model_file("spring", SPRING), ()).items():
+        if name == "modelDescription.xml" or name.startswith("sources/"):
+            (folder / Path(name).name).write_bytes(content)
+    (folder / "fuzz_model.h").write_text(_description(folder))
+    return folder
+
+
+def _description(folder: Path) -> str:
+    description = fmpy.read_model_description(str(folder), validate=False)
+    variables = sorted(description.modelVariables, key=lambda variable: int(variable.valueReference))
+    starts = [float(v.start or 0.0) if v.type == "Real" else 0.0 for v in variables]
+    entries = [
+        f"V({c_string(v.name)}, '{v.type[0]}', '{v.causality[0]}', {start!r})"
+        for v, start in zip(variables, starts, strict=True)
+    ]
+    amplifier = sum(v.name.startswith("kA[") for v in variables)
+    return "\n".join(
+        [
+            f"#define MODEL_GUID {c_string(str(description.guid))}",
+            f"enum {{ MODEL_VARIABLES = {len(variables)}, MODEL_AMPLIFIER = {amplifier} }};",
+            "#define MODEL_TABLE(V) \\\n    " + " \\\n    ".join(entries),
+            "",
+        ]
+    )
+
+
+def build(sources: Path, folder: Path) -> Path:
+    """The fuzzer with the FMU that the sources make."""
+    folder.mkdir()
+
+    def compile_unit(unit: Path) -> Path:
+        return compiled(
+            folder / f"{unit.stem}.o", *SANITIZED, "-D_POSIX_C_SOURCE=200809L", f"-I{sources}", "-c", unit
+        )  # fmt: skip
+
+    with ThreadPoolExecutor(os.cpu_count()) as pool:
+        objects = list(pool.map(compile_unit, [*sources.glob("*.c"), *FUZZER.glob("*.c")]))
+    return link(objects, folder / "fuzz")
+
+
+def link(objects: list[Path], program: Path) -> Path:
+    return compiled(program, *SANITIZED, *objects, "-lm", "-ldl")
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What a run of the fuzzer gave: what it found, if anything, and statistics otherwise."""
+
+    found: str
+    statistics: Statistics
+
+
+def run(program: Path, seed: int, sequences: int, *more: str) -> Outcome:
+    """Do so many sequences from a seed on."""
+    other = library(OTHER)
+    command = [str(program), str(seed), str(sequences), str(other.path), other.guid, *more]
+    done = subprocess.run(
+        command, capture_output=True, text=True, errors="replace", env={**os.environ, **OPTIONS}, check=False
+    )
+    if done.returncode == 0:
+        return Outcome(done.stderr, json.loads(done.stdout))
+    return Outcome(f"exit status {done.returncode}\n{done.stderr}", {})
+
+
+def add_up(outcomes: Sequence[Outcome]) -> Statistics:
+    """The statistics of several runs in one."""
+    parts = [outcome.statistics for outcome in outcomes]
+    return {
+        name: sum(part[name] for part in parts)
+        if isinstance(value, int)
+        else {call: sum(part[name][call] for part in parts) for call in value}
+        for name, value in parts[0].items()
+    }
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description="Random sequences of FMI calls against the native FMU.")
+    parser.add_argument("sequences", nargs="?", type=int, default=1_000_000)
+    parser.add_argument("--seed", type=int, default=1_000_000)
+    parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1)
+    parser.add_argument("--trace", action="store_true")
+    given = parser.parse_args()
+    with tempfile.TemporaryDirectory(prefix="strandspring-fuzz-") as temporary:
+        folder = Path(temporary)
+        program = build(write_sources(folder / "sources"), folder / "objects")
+        if given.trace:
+            print(run(program, given.seed, given.sequences, "trace").found)
+            return 0
+        shares = [range(given.sequences)[k :: given.jobs] for k in range(given.jobs)]
+        seeds = [given.seed + k * (given.sequences // RUN + 1) for k in range(given.jobs)]
+        begin = time.perf_counter()
+        with ThreadPoolExecutor(given.jobs) as pool:
+            outcomes = list(pool.map(lambda job: run(program, job[0], len(job[1])), zip(seeds, shares, strict=True)))
+    print(f"{time.perf_counter() - begin:.0f} s, {given.jobs} jobs, first seeds {seeds}")
+    for outcome in outcomes:
+        if outcome.found:
+            print(outcome.found, file=sys.stderr)
+    if any(outcome.found for outcome in outcomes):
+        return 1
+    print(json.dumps(add_up(outcomes), indent=1))
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
