@@ -1,4 +1,5 @@
-/* The kernel of the native FMU without its mathematics: each output is the displacement. What is left is the FMI layer. */
+/* The kernel of the native FMU without its mathematics, each output being the displacement: what is left is the FMI
+ * layer. */
 #include "spring.h"
 
 #include <string.h>

@@ -8,7 +8,8 @@
 #include <stdarg.h>
 #include <stdio.h>
 
-enum { INSTANTIATED = 1, INITIALIZATION = 2, STEP = 4, EVENT = 8, CONTINUOUS_TIME = 16, TERMINATED = 32, VARIABLES = 4 };
+enum { INSTANTIATED = 1, INITIALIZATION = 2, STEP = 4, EVENT = 8, CONTINUOUS_TIME = 16, TERMINATED = 32 };
+enum { VARIABLES = 4 };
 
 typedef struct {
     int mode, model_exchange;

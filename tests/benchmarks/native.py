@@ -43,12 +43,12 @@ PYTHON_STEPS, PYTHON_EVERY = 200, 10
 REACH = 0.95
 CASES = {
     "stroke,force": "one long stroke: force",
-    "stroke,all": "  with stiffness, absorbed_energy",
-    "sine,force": "sine, 200 steps to the period: force",
-    "sine,all": "  with stiffness, absorbed_energy",
-    "reversals,force": "a reversal at every step: force",
-    "reversals,all": "  with stiffness, absorbed_energy",
-    "exchange,force": "model exchange, each 4th accepted: force",
+    "stroke,all": "  stiffness, energy as well",
+    "sine,force": "sine of 200 steps: force",
+    "sine,all": "  stiffness, energy as well",
+    "reversals,force": "turns at each step: force",
+    "reversals,all": "  stiffness, energy as well",
+    "exchange,force": "model exchange on the sine",
 }
 console = Console(width=118)
 
@@ -128,7 +128,7 @@ def measured(fmus: list[Loadable], middle: float, half: float, preloaded: Path |
 
 def in_a_c_host(fmus: list[Loadable], middle: float, half: float, preloaded: Path | None) -> None:
     table = Table(title="In a C host: ns an exchange")
-    ratios = ("native / copies", "native / empty", "Python / native")
+    ratios = ("/ copies", "/ empty", "Python / native")
     for column in ("exchange", *(fmu.name for fmu in fmus), *ratios):
         table.add_column(column, justify="left" if column == "exchange" else "right")
     medians = measured(fmus, middle, half, preloaded)
@@ -185,7 +185,7 @@ def main() -> None:
         if preloaded is None:
             console.print("This Python has no shared library: the Python-backed FMU runs through fmpy only.")
         else:
-            fmus.append(Loadable("Python-backed", *unpacked(python, folder / "p"), PYTHON_STEPS, PYTHON_EVERY, 1))
+            fmus.append(Loadable("Python", *unpacked(python, folder / "p"), PYTHON_STEPS, PYTHON_EVERY, 1))
         in_a_c_host(fmus, middle, half, preloaded)
         through_fmpy({"native": native, "Python-backed": python}, middle, half)
 

@@ -1,6 +1,6 @@
-/* Serialized states: whole, damaged, of another FMU or version, and made up. The FMU documents the layout of their head:
- * 8 bytes that name the format, its version (uint32), the size of the whole and the checksum (FNV-1a) of what follows
- * (uint64 each), the GUID of the FMU; then its fields, of 4 or 8 bytes. All numbers are little-endian.
+/* Serialized states: whole, damaged, of another FMU or version, and made up. The FMU documents how they begin: 8 bytes
+ * that name the format, its version (uint32), the size of the whole and the checksum (FNV-1a) of what follows (uint64
+ * each), the GUID of the FMU; then come its fields, of 4 or 8 bytes. All numbers are little-endian.
  */
 #include "fuzz.h"
 

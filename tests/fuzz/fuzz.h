@@ -1,8 +1,8 @@
 /* Random sequences of FMI calls against the sources of an FMU, for the sanitizers to watch and an oracle to judge.
  *
- * A sequence is the life of one instance, from fmi2Instantiate to fmi2FreeInstance; several instances of either type live
- * at once and share states. What a simulator can know of the FMU comes from fuzz_model.h, which the test writes from
- * modelDescription.xml; what the standard demands is in oracle.c. Nothing is taken from the headers of the FMU.
+ * A sequence is the life of one instance, from fmi2Instantiate to fmi2FreeInstance; several instances of either type
+ * live at once and share states. What a simulator can know of the FMU comes from fuzz_model.h, which fuzzing.py writes
+ * from modelDescription.xml; what the standard demands is in oracle.c. Nothing is taken from the headers of the FMU.
  */
 #ifndef FUZZ_H
 #define FUZZ_H
@@ -13,20 +13,20 @@
 #include "fmi2Functions.h"
 #include "fuzz_model.h"
 
-/* ---- random.c: everything that is random comes from one seed ------------------------------------------------------ */
+/* ---- random.c: everything that is random comes from one seed ----------------------------------------------------- */
 
 void random_seed(uint64_t seed);
 uint64_t random_bits(void);
 int below(int count);     /* 0 .. count - 1 */
 int chance(int percent);
-int careless(void);       /* whether an argument becomes wrong; how often, the driver decides by setting `carelessness` */
-extern int carelessness;  /* [percent] */
+int careless(void);       /* whether an argument becomes wrong */
+extern int carelessness;  /* how often it does [percent] */
 double uniform(double low, double high);
 double awkward(void);     /* any double, with a taste for zeros, denormals, huge numbers, infinities and NaN */
 size_t count_of_elements(void);
 const char *awkward_text(void);
 
-/* ---- host.c: what a host gives to the FMU ------------------------------------------------------------------------- */
+/* ---- host.c: what a host gives to the FMU ------------------------------------------------------------------------ */
 
 /* Stops the program with the seed to repeat it by. */
 #define FAIL(...) fail(__FILE__, __LINE__, __VA_ARGS__)
@@ -52,7 +52,7 @@ fmi2CallbackFunctions host_callbacks(void *environment, int logging, int countin
 void *exactly(const void *content, size_t size);
 void *allocated(size_t size);
 
-/* ---- oracle.c: what the standard and the documentation say --------------------------------------------------------- */
+/* ---- oracle.c: what the standard and the documentation say ------------------------------------------------------- */
 
 #define CALLS(CALL) \
     CALL(SetDebugLogging) CALL(SetupExperiment) CALL(EnterInitializationMode) CALL(ExitInitializationMode) \
@@ -106,7 +106,7 @@ void twin_step(Twin *twin, double time, double size);
 /* What committing the path to the displacement that holds changes: 1 if it must give a warning. */
 int twin_commit(Twin *twin);
 
-/* ---- trial.c: a call, what is predicted, what comes ---------------------------------------------------------------- */
+/* ---- trial.c: a call, what is predicted, what comes -------------------------------------------------------------- */
 
 typedef struct {
     fmi2Component component; /* NULL while there is no instance */
@@ -146,7 +146,7 @@ size_t state_size(void);
 /* Memory given out must be that of instances and states, and so much more. */
 void check_blocks(long more);
 
-/* ---- arguments.c ---------------------------------------------------------------------------------------------------- */
+/* ---- arguments.c ------------------------------------------------------------------------------------------------- */
 
 typedef struct {
     size_t count;
@@ -165,7 +165,7 @@ double usual_displacement(void);
 void must_be_given(Trial *trial, const void *array, size_t count);
 void must_be_references(Trial *trial, const References *of);
 
-/* ---- bytes.c: serialized states ------------------------------------------------------------------------------------- */
+/* ---- bytes.c: serialized states ---------------------------------------------------------------------------------- */
 
 typedef enum { SOUND, BROKEN, CRAFTED } Quality;
 
@@ -180,7 +180,7 @@ Serialized serialized_from(const unsigned char *bytes, const unsigned char *othe
 /* Crafted from the bytes of a state, with parts of another one of this FMU unless it is NULL. */
 Serialized made_up(const unsigned char *bytes, const unsigned char *part);
 
-/* ---- values.c, modes.c, states.c: each call makes arguments, predicts, calls and compares --------------------------- */
+/* ---- values.c, modes.c, states.c: each call makes arguments, predicts, calls and compares ------------------------ */
 
 void get_real(Trial *trial);
 void set_real(Trial *trial);
@@ -199,21 +199,21 @@ void release_states(Slot *slot);
 void open_other(const char *library, const char *guid);
 void close_other(void);
 
-/* ---- detours.c: after which the instance is where it was ------------------------------------------------------------ */
+/* ---- detours.c: after which the instance is where it was --------------------------------------------------------- */
 
 /* A copy of the instance made by its serialized state must go on like it, bit for bit. */
 void compare_with_a_copy(Slot *slot);
 /* Whatever numbers a state holds whose checksum is right, it is refused or does no harm. */
 void live_through_a_made_up_state(Slot *slot);
 
-/* ---- life.c --------------------------------------------------------------------------------------------------------- */
+/* ---- life.c ------------------------------------------------------------------------------------------------------ */
 
 int instantiate(Slot *slot); /* whether there is an instance now */
 void free_instance(Slot *slot);
 Call next_call(const Slot *slot); /* one that leads on, most often */
 void move_on(Slot *slot);         /* some steps of the path */
 
-/* ---- main.c --------------------------------------------------------------------------------------------------------- */
+/* ---- main.c ------------------------------------------------------------------------------------------------------ */
 
 typedef struct {
     long done[CALL_COUNT], discarded[CALL_COUNT], refused[CALL_COUNT];

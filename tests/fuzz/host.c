@@ -28,8 +28,8 @@ static void check_text(const char *text)
         CHECK(text[i] >= ' ' && text[i] <= '~', "the message `%s` holds the byte %d", text, (unsigned char)text[i]);
 }
 
-static void log_message(
-    fmi2ComponentEnvironment environment, fmi2String name, fmi2Status status, fmi2String category, fmi2String format, ...)
+static void log_message(fmi2ComponentEnvironment environment, fmi2String name, fmi2Status status, fmi2String category,
+                        fmi2String format, ...)
 {
     char text[8192];
     va_list arguments;

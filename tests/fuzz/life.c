@@ -85,8 +85,8 @@ void free_instance(Slot *slot)
 Call next_call(const Slot *slot)
 {
     static const Call forth[][8] = {
-        [INSTANTIATED] = {CALL_SetupExperiment, CALL_EnterInitializationMode, CALL_EnterInitializationMode, CALL_SetReal,
-                          CALL_SetRealInputDerivatives, CALL_EnterInitializationMode, CALL_SetFMUstate,
+        [INSTANTIATED] = {CALL_SetupExperiment, CALL_EnterInitializationMode, CALL_EnterInitializationMode,
+                          CALL_EnterInitializationMode, CALL_SetReal, CALL_SetRealInputDerivatives, CALL_SetFMUstate,
                           CALL_DeSerializeFMUstate},
         [INITIALIZATION] = {CALL_SetReal, CALL_GetReal, CALL_ExitInitializationMode, CALL_ExitInitializationMode,
                             CALL_ExitInitializationMode, CALL_ExitInitializationMode, CALL_GetBoolean,

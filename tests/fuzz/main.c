@@ -1,7 +1,7 @@
 /*     fuzz SEED SEQUENCES OTHER_LIBRARY OTHER_GUID [trace]
  *
- * Does so many sequences of calls in runs of RUN; the first run has the seed, the next one the seed after it. What fails
- * names its seed: `fuzz SEED 1 ... trace` prints the calls that lead there. Prints statistics in JSON.
+ * Does so many sequences of calls in runs of RUN; the first run has the seed, the next one the seed after it. What
+ * fails names its seed: `fuzz SEED 50 ... trace` prints the calls that lead there. Prints statistics in JSON.
  */
 #include "fuzz.h"
 
@@ -129,6 +129,7 @@ int main(int count, char **arguments)
     print_counts("refused", statistics.refused);
     printf("  \"sequences\": %ld, \"calls\": %ld, \"starved\": %ld, \"copies\": %ld,\n", statistics.sequences,
            statistics.calls, statistics.starved, statistics.copies);
-    printf("  \"crafted_taken\": %ld, \"crafted_refused\": %ld\n}\n", statistics.crafted_taken, statistics.crafted_refused);
+    printf("  \"crafted_taken\": %ld, \"crafted_refused\": %ld\n}\n", statistics.crafted_taken,
+           statistics.crafted_refused);
     return 0;
 }

@@ -1,12 +1,12 @@
-/* What FMI 2.0 (the state machines of sections 3.2.3 and 4.2.4) and the documentation of the FMU lead a host to expect. */
+/* What a host may expect by FMI 2.0 (the state machines of sections 3.2.3 and 4.2.4) and the FMU's documentation. */
 #include "fuzz.h"
 
 #include <math.h>
 #include <string.h>
 
 /* Columns: model exchange instantiated, in initialization, event and continuous-time mode, terminated; co-simulation
- * instantiated, in initialization mode, between steps, terminated. The states that no instance reaches are left out. The
- * tables of the standard and of the reference implementations do not agree where there is a question mark. */
+ * instantiated, in initialization mode, between steps, terminated. States that no instance reaches are left out. Where
+ * there is a question mark, tables in use differ. */
 static const char *const TABLE[CALL_COUNT] = {
     [CALL_SetDebugLogging] = "xxxxx xxxx",
     [CALL_SetupExperiment] = "x---- x---",
@@ -84,7 +84,7 @@ Twin twin_of(fmi2Type type)
     return twin;
 }
 
-/* ---- parameters ---------------------------------------------------------------------------------------------------- */
+/* ---- parameters -------------------------------------------------------------------------------------------------- */
 
 static double named(const Twin *twin, const char *name)
 {
@@ -140,7 +140,7 @@ Answer possible(Twin *twin)
     return twin->possible;
 }
 
-/* ---- the path ------------------------------------------------------------------------------------------------------ */
+/* ---- the path ---------------------------------------------------------------------------------------------------- */
 
 int side_of(const Twin *twin)
 {

@@ -43,8 +43,8 @@ double uniform(double low, double high)
 
 double awkward(void)
 {
-    static const double numbers[] = {0.0, -0.0, 1.0, -1.0, 0.5, 2.0, DBL_EPSILON, DBL_MIN, 5e-324, -5e-324, 1e-300, 1e-9,
-                                     1e9, 1e15, 1e16, 1e154, -1e155, 1e300, -1e300, DBL_MAX, -DBL_MAX};
+    static const double numbers[] = {0.0, -0.0, 1.0, -1.0, 0.5, 2.0, DBL_EPSILON, DBL_MIN, 5e-324, -5e-324, 1e-300,
+                                     1e-9, 1e9, 1e15, 1e16, 1e154, -1e155, 1e300, -1e300, DBL_MAX, -DBL_MAX};
     double number;
     uint64_t bits = random_bits();
     switch (below(5)) {

@@ -17,7 +17,8 @@ void look(Slot *slot)
     starving = 0;
     CHECK(fmi2GetFMUstate(slot->component, &slot->probe) == fmi2OK, "a state cannot be taken");
     if (size_of_states == 0)
-        CHECK(fmi2SerializedFMUstateSize(slot->component, slot->probe, &size_of_states) == fmi2OK, "a state has no size");
+        CHECK(fmi2SerializedFMUstateSize(slot->component, slot->probe, &size_of_states) == fmi2OK,
+              "a state has no size");
     if (slot->bytes == NULL)
         slot->bytes = allocated(size_of_states);
     CHECK(fmi2SerializeFMUstate(slot->component, slot->probe, (fmi2Byte *)slot->bytes, size_of_states) == fmi2OK,
@@ -85,7 +86,8 @@ int judged(Trial *trial, fmi2Status status, int effect)
     slot->bytes = NULL;
     look(slot);
     if (status != fmi2OK || effect == LOOKS)
-        CHECK(memcmp(before, slot->bytes, size_of_states) == 0, "the state has changed with the status %d", (int)status);
+        CHECK(memcmp(before, slot->bytes, size_of_states) == 0, "the state has changed with the status %d",
+              (int)status);
     free(before);
     long *count = status == fmi2OK        ? statistics.done
                   : status == fmi2Discard ? statistics.discarded

@@ -5,7 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* ---- values --------------------------------------------------------------------------------------------------------- */
+/* ---- values ------------------------------------------------------------------------------------------------------ */
 
 static void check_value(Slot *slot, fmi2ValueReference reference, double value)
 {
@@ -20,8 +20,8 @@ static void check_value(Slot *slot, fmi2ValueReference reference, double value)
         CHECK(!twin->tame || isfinite(value), "%s is %g", name, value);
     } else if (twin->moved && causality == 'i') {
         double expected = twin->value[reference];
-        CHECK(fabs(value - expected) <= 1e-9 * fabs(expected) + 1e-9 || !twin->tame, "%s is %.17g, not %.17g", name, value,
-              expected);
+        CHECK(fabs(value - expected) <= 1e-9 * fabs(expected) + 1e-9 || !twin->tame, "%s is %.17g, not %.17g", name,
+              value, expected);
         twin->value[reference] = value;
     } else {
         CHECK(memcmp(&value, &twin->value[reference], sizeof value) == 0, "%s is %.17g, not %.17g", name, value,
@@ -109,7 +109,7 @@ void set_others(Trial *trial, char type)
     free(values);
 }
 
-/* ---- derivatives ---------------------------------------------------------------------------------------------------- */
+/* ---- derivatives ------------------------------------------------------------------------------------------------- */
 
 static int all_finite(const double *values, size_t count)
 {
