@@ -67,12 +67,13 @@ def library(parameters: SpringParameters = SPRING) -> Library:
 _numbers = itertools.count(1)
 
 # FMPy's proxy knows one logger for all instances.
-_messages: dict[int, list[tuple[int, str, str]]] = {}
+_messages: dict[int | None, list[tuple[int, str, str]]] = {}
 
 
 @fmi2CallbackLoggerTYPE
-def _logger(environment: int, _name: bytes, status: int, category: bytes, text: bytes) -> None:
-    _messages[environment].append((status, category.decode(), text.decode()))
+def _logger(environment: int | None, _name: bytes, status: int, category: bytes, text: bytes) -> None:
+    # Instances that FMPy itself makes later come here too, with no environment.
+    _messages.setdefault(environment, []).append((status, category.decode(), text.decode()))
 
 
 class Native:
