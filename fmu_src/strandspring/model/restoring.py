@@ -21,6 +21,8 @@ _FINEST = 1e-6
 
 # Up to this degree of FA, 8 points on a piece of W give the work to 1e-12 of the force times the path.
 _SMOOTH_DEGREE = 4
+# Up to this 2 sigma - 1, two cells of the falling branch are one piece for them.
+_BENT = 5.0
 
 
 class SpringLaw:
@@ -56,9 +58,10 @@ class SpringLaw:
 
 def _work_edges(table: Saturation) -> list[float]:
     """xi between which W is one analytic piece: the cell edges of both branches and the zero between them."""
-    # For small n two cells of the falling branch span one e-fold at most, as one of the rising branch does; for larger
-    # n the cells are as fine as the bend of W asks for.
-    before = [-zeta for zeta in list(table.falling.integral)[:: -2 if table.n <= 0.5 else -1]]
+    # Two cells of the falling branch span one e-fold at most, as one of the rising branch does. Where n and sigma are
+    # large W bends within less, and the cells are as fine as that asks for.
+    step = -1 if table.n > 0.5 and table.curvature > _BENT else -2
+    before = [-zeta for zeta in list(table.falling.integral)[::step]]
     # Below its table the falling branch is a straight line, but the work's integrand still spans e-folds.
     while before[-1] < -_FINEST:
         before.append(before[-1] / math.e)
