@@ -17,8 +17,8 @@ from scipy.optimize import brentq
 from fmu_tools import SPRING, wandering_path
 from native_tools import ERROR, MODEL_EXCHANGE, OK, WARNING, Native, close, library
 from strandspring import SpringParameters
+from strandspring.model.law import SpringLaw
 from strandspring.model.path import PathSolver
-from strandspring.model.restoring import SpringLaw
 from strandspring.model.stepper import advance, force, rest
 
 RANGE = SPRING.displacement_max - SPRING.displacement_min

@@ -13,8 +13,8 @@ from collections.abc import Callable, Sequence
 from functools import lru_cache, partial
 from typing import Any
 
+from ..model.law import SpringLaw
 from ..model.parameters import SpringParameters
-from ..model.restoring import SpringLaw
 from ..model.stepper import Memory, advance, force, rest, settle, stiffness
 from .state import State
 from .variables import Variable, spring_parameters, start_values, variables

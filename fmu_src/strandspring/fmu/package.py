@@ -30,7 +30,8 @@ _BACKEND = Backend(
 # Every file of Python that an FMU runs, besides the module with its own parameters.
 _OUR_SOURCES = (
     "fmu/instance.py", "fmu/slave.py", "fmu/state.py", "fmu/variables.py",
-    "model/parameters.py", "model/restoring.py", "model/saturation.py", "model/stepper.py",
+    "model/law.py", "model/parameters.py", "model/restoring.py", "model/saturation.py", "model/stepper.py",
+    "model/work.py",
 )  # fmt: skip
 # The rest of pythonfmu, and with it half its import time, serves to build FMUs.
 _PYTHONFMU_SOURCES = (

@@ -9,19 +9,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from .law import SpringLaw
 from .parameters import SpringParameters, polynomial
-from .restoring import (
-    SpringLaw,
-    amplifier,
-    elastic_force,
-    elastic_work,
-    falling_work,
-    is_narrow,
-    restoring_force,
-    rising_work,
-    tangent_stiffness,
-)
+from .restoring import amplifier, elastic_force, restoring_force, tangent_stiffness
 from .saturation import GAUSS_3, Saturation, falling, inverse_saturation, rising, saturation
+from .work import elastic_work, falling_work, is_narrow, rising_work
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]

@@ -9,20 +9,12 @@ Standard library only: this file travels inside the FMU.
 
 from __future__ import annotations
 
-from bisect import bisect_left, bisect_right
-from itertools import pairwise
 from typing import NamedTuple
 
-from .restoring import (
-    SpringLaw,
-    elastic_work,
-    falling_work,
-    is_narrow,
-    restoring_force,
-    rising_work,
-    tangent_stiffness,
-)
-from .saturation import GAUSS_3, inverse_saturation, saturation
+from .law import SpringLaw
+from .restoring import restoring_force, tangent_stiffness
+from .saturation import inverse_saturation, saturation
+from .work import elastic_work, hysteretic_work
 
 
 class Memory(NamedTuple):
@@ -82,37 +74,17 @@ def stiffness(law: SpringLaw, memory: Memory) -> float:
 
 def absorbed_energy(law: SpringLaw, memory: Memory) -> float:
     """Integral of the force over the displacement since the beginning of the path [J]."""
-    offset = law.parameters.displacement_offset
-    before, now = memory.settled - offset, memory.displacement - offset
+    p = law.parameters
+    before, now = memory.settled - p.displacement_offset, memory.displacement - p.displacement_offset
     if before == now:
         return memory.energy
     elastic = elastic_work(law, now) - elastic_work(law, before)
-    return float(memory.energy + elastic + _hysteretic_work(law, memory, before, now))
+    start = memory.start - p.displacement_offset
+    x_at_zero = start - memory.direction * memory.start_xi / p.rho
+    low, high = (memory.start_xi + p.rho * abs(x - start) for x in (before, now))
+    return float(memory.energy + elastic + hysteretic_work(law, memory.direction, x_at_zero, low, high))
 
 
 def settle(law: SpringLaw, memory: Memory) -> Memory:
     """The same memory with its energy integrated up to now, so that asking again costs little."""
     return memory._replace(settled=memory.displacement, energy=absorbed_energy(law, memory))
-
-
-def _hysteretic_work(law: SpringLaw, memory: Memory, before: float, now: float) -> float:
-    """Integral of kappa_omega*omega*FA from x = `before` to `now` on the present stroke [J]."""
-    rho = law.parameters.rho
-    direction = memory.direction
-    start = memory.start - law.parameters.displacement_offset
-
-    def xi_at(x: float) -> float:
-        return memory.start_xi + rho * abs(x - start)
-
-    first, last = xi_at(before), xi_at(now)
-    edges = law.work_edges
-    cuts = edges[bisect_right(edges, first) : bisect_left(edges, last)]
-    cuts += [xi_at(x) for x in (law.x_min, law.x_max) if min(before, now) < x < max(before, now)]
-    corners = [first, *sorted(cuts), last]
-    x_at_zero = start - direction * memory.start_xi / rho
-    total = 0.0
-    for low, high in pairwise(corners):
-        work = rising_work if low >= 0.0 else falling_work
-        rule = GAUSS_3 if is_narrow(law, low, high) else law.work_rule
-        total += work(law, direction, x_at_zero, low, high, rule)
-    return total

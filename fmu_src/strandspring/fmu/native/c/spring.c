@@ -572,12 +572,10 @@ double spring_inverse_saturation(const SpringSaturation *table, double u)
     return -integral_to(&table->falling, falling_rate, table, log(-u));
 }
 
-/* ---- restoring.py ----------------------------------------------------------------------------------------------- */
+/* ---- law.py ----------------------------------------------------------------------------------------------------- */
 
 /* Up to this degree of FA, 8 points give the work within a piece exactly: with W's 9 that is degree 15. */
 enum { SMOOTH_DEGREE = SPRING_MOMENTS - 1 };
-/* Where sums of moments would lose more than this factor in accuracy, they are not used. */
-static const double WORST_CANCELLATION = 300.0;
 
 static void work_rule(SpringLaw *law)
 {
@@ -611,6 +609,8 @@ void spring_prepare(SpringLaw *law, const SpringParameters *parameters)
     work_rule(law);
 }
 
+/* ---- restoring.py ----------------------------------------------------------------------------------------------- */
+
 static int slopes(int coefficients)
 {
     return coefficients > 1 ? coefficients - 1 : 1;
@@ -623,19 +623,6 @@ static double elastic_force(const SpringLaw *law, double x)
     double out = x - inside;
     double force = polynomial(p->kE, p->elastic, inside);
     return out == 0.0 ? force : force + polynomial(law->dFE, slopes(p->elastic), inside) * out;
-}
-
-static double elastic_work(const SpringLaw *law, double x)
-{
-    const SpringParameters *p = &law->parameters;
-    double inside = clip(x, law->x_min, law->x_max);
-    double out = x - inside;
-    double work = polynomial(law->FE_work, p->elastic + 1, inside);
-    if (out == 0.0)
-        return work;
-    double force = polynomial(p->kE, p->elastic, inside);
-    double slope = polynomial(law->dFE, slopes(p->elastic), inside);
-    return work + out * (force + 0.5 * slope * out);
 }
 
 static double amplifier(const SpringLaw *law, double x)
@@ -658,6 +645,24 @@ static double tangent_stiffness(const SpringLaw *law, double x, double omega, in
     double amplifier_slope = x == inside ? polynomial(law->dFA, slopes(p->amplifier), inside) : 0.0;
     double hysteretic = omega * amplifier_slope + polynomial(p->kA, p->amplifier, inside) * p->rho * slope;
     return polynomial(law->dFE, slopes(p->elastic), inside) + p->kappa_omega * hysteretic;
+}
+
+/* ---- work.py ---------------------------------------------------------------------------------------------------- */
+
+/* Where sums of moments would lose more than this factor in accuracy, they are not used. */
+static const double WORST_CANCELLATION = 300.0;
+
+static double elastic_work(const SpringLaw *law, double x)
+{
+    const SpringParameters *p = &law->parameters;
+    double inside = clip(x, law->x_min, law->x_max);
+    double out = x - inside;
+    double work = polynomial(law->FE_work, p->elastic + 1, inside);
+    if (out == 0.0)
+        return work;
+    double force = polynomial(p->kE, p->elastic, inside);
+    double slope = polynomial(law->dFE, slopes(p->elastic), inside);
+    return work + out * (force + 0.5 * slope * out);
 }
 
 /* A part of a stroke on one branch, x = x_at_zero + per_z*|xi|, which crosses no end of the range. */
@@ -740,6 +745,27 @@ static double falling_work(const SpringLaw *law, int direction, double x_at_zero
     return -p->kappa_omega / p->rho * branch_work(&part, fabs(high), fabs(low));
 }
 
+static double hysteretic_work(const SpringLaw *law, int direction, double x_at_zero, double low, double high)
+{
+    double total = 0.0;
+    /* Where the stroke crosses the ends of the range, and xi = 0, the integrand changes. */
+    for (int k = 0; k < 3; k++) {
+        double end = high;
+        if (k < 2) {
+            double x = (k == 0) == (direction > 0) ? law->x_min : law->x_max;
+            end = direction * law->parameters.rho * (x - x_at_zero);
+            if (!(low < end && end < high))
+                continue;
+        }
+        if (low < 0.0)
+            total += falling_work(law, direction, x_at_zero, low, end < 0.0 ? end : 0.0);
+        if (end > 0.0)
+            total += rising_work(law, direction, x_at_zero, low > 0.0 ? low : 0.0, end);
+        low = end;
+    }
+    return total;
+}
+
 /* ---- stepper.py ------------------------------------------------------------------------------------------------- */
 
 SpringMemory spring_rest(double displacement, double omega)
@@ -790,41 +816,17 @@ double spring_stiffness(const SpringLaw *law, const SpringMemory *memory)
     return tangent_stiffness(law, x, memory->omega, memory->direction ? memory->direction : 1);
 }
 
-static double hysteretic_work(const SpringLaw *law, const SpringMemory *memory, double before, double now)
-{
-    double rho = law->parameters.rho;
-    int direction = memory->direction;
-    double start = memory->start - law->parameters.displacement_offset;
-    double x_at_zero = start - direction * memory->start_xi / rho;
-    /* Where the path crosses the ends of the range, and xi = 0, the integrand changes. */
-    double low = memory->start_xi + rho * fabs(before - start);
-    double last = memory->start_xi + rho * fabs(now - start);
-    double total = 0.0;
-    for (int k = 0; k < 3; k++) {
-        double high = last;
-        if (k < 2) {
-            double x = (k == 0) == (direction > 0) ? law->x_min : law->x_max;
-            if (!(direction * before < direction * x && direction * x < direction * now))
-                continue;
-            high = memory->start_xi + rho * fabs(x - start);
-        }
-        if (low < 0.0)
-            total += falling_work(law, direction, x_at_zero, low, high < 0.0 ? high : 0.0);
-        if (high > 0.0)
-            total += rising_work(law, direction, x_at_zero, low > 0.0 ? low : 0.0, high);
-        low = high;
-    }
-    return total;
-}
-
 double spring_absorbed_energy(const SpringLaw *law, const SpringMemory *memory)
 {
-    double before = memory->settled - law->parameters.displacement_offset;
-    double now = memory->displacement - law->parameters.displacement_offset;
+    const SpringParameters *p = &law->parameters;
+    double before = memory->settled - p->displacement_offset, now = memory->displacement - p->displacement_offset;
     if (before == now)
         return memory->energy;
     double elastic = elastic_work(law, now) - elastic_work(law, before);
-    return memory->energy + elastic + hysteretic_work(law, memory, before, now);
+    double start = memory->start - p->displacement_offset;
+    double x_at_zero = start - memory->direction * memory->start_xi / p->rho;
+    double low = memory->start_xi + p->rho * fabs(before - start), high = memory->start_xi + p->rho * fabs(now - start);
+    return memory->energy + elastic + hysteretic_work(law, memory->direction, x_at_zero, low, high);
 }
 
 SpringMemory spring_settle(const SpringLaw *law, const SpringMemory *memory)

@@ -1,10 +1,10 @@
 /* Hysteretic spring of the modified normalized Bouc-Wen model (Zhao et al. 2013), one step at a time.
  *
- * A second transcription of the Python files model/parameters.py, saturation.py, restoring.py and stepper.py, which
- * are normative: the same functions, under the same names, in the same order; a test holds the two together. Those
- * files derive the method; the comments here say only what C adds. That is speed: W, which Python takes from its cells
- * through logarithms and exponentials, is turned once into polynomials of xi itself over short pieces, so that a step
- * costs a search among their edges and one polynomial. They give the work of a stroke too, whole pieces at a time.
+ * A second transcription of the Python files model/parameters.py, saturation.py, law.py, restoring.py, work.py,
+ * stepper.py and sensitivity.py, which are normative: the same functions, under the same names, in the same order; a
+ * test holds the two together. Those files derive the method; the comments here say only what C adds. That is speed: W,
+ * which Python takes from its cells through logarithms and exponentials, is turned once into polynomials of xi itself
+ * over short pieces, so that a step costs a search among their edges and one polynomial.
  *
  * C11 and its mathematics library. No global that changes, no allocation, no platform code but that a double is of
  * IEEE 754: the caller owns all memory, and one SpringLaw may be read by any number of threads at once. Compile without
