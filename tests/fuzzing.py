@@ -84,7 +84,7 @@ def build(sources: Path, folder: Path) -> Path:
         )  # fmt: skip
 
     with ThreadPoolExecutor(os.cpu_count()) as pool:
-        objects = list(pool.map(compile_unit, [*sources.glob("*.c"), *FUZZER.glob("*.c")]))
+        objects = list(pool.map(compile_unit, [sources / "all.c", *FUZZER.glob("*.c")]))
     return link(objects, folder / "fuzz")
 
 

@@ -5,9 +5,11 @@ from __future__ import annotations
 import ctypes
 import functools
 import itertools
+import re
 import zipfile
 from collections.abc import Sequence
 from ctypes import byref, c_double, c_int, c_size_t, c_uint, c_void_p
+from importlib.resources import files
 from pathlib import Path
 from types import TracebackType
 from typing import Any
@@ -24,6 +26,9 @@ from strandspring.fmu.native.package import build_native_fmu
 from strandspring.model.parameters import SpringParameters
 from strandspring.modelfile import model_file
 
+# The headers of FMI, and the functions of both interfaces that they declare.
+HEADERS = Path(str(files("fmpy") / "c-code"))
+FUNCTIONS = set(re.findall(r"FMI2_Export fmi2\w+TYPE +(fmi2\w+);", (HEADERS / "fmi2Functions.h").read_text()))
 OK, WARNING, DISCARD, ERROR = range(4)
 MODEL_EXCHANGE, CO_SIMULATION = range(2)
 # The same closed form, step by step in C and vectorised in Python.

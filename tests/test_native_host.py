@@ -4,27 +4,25 @@ from __future__ import annotations
 
 import ctypes
 import subprocess
+from copy import copy
 from functools import cache
-from importlib.resources import files
 from pathlib import Path
 
 import numpy as np
 
-from fmu_tools import SPRING, wandering_path
-from kernel_tools import HERE, KERNEL, build_folder, compiled
-from native_tools import ROUNDING, library
+from fmu_tools import OTHER, SPRING, wandering_path
+from kernel_tools import HERE, build_folder, compiled
+from native_tools import FUNCTIONS, HEADERS, ROUNDING, Native, close, library
 from strandspring.fmu.native.config import configuration
 from strandspring.model.path import PathSolver
 from strandspring.modelfile import model_file
-
-HEADERS = f"-I{files('fmpy') / 'c-code'}"
 
 
 @cache
 def host(*flags: str) -> Path:
     """The host compiled with these flags."""
     output = build_folder() / f"native_calls{len(flags)}"
-    return compiled(output, "-O1", *flags, HEADERS, HERE / "native_calls.c", "-ldl", "-lm", "-lpthread")
+    return compiled(output, "-O1", *flags, f"-I{HEADERS}", HERE / "native_calls.c", "-ldl", "-lm", "-lpthread")
 
 
 def run(task: str, *, given: bytes = b"", program: Path | None = None, binary: Path | None = None) -> bytes:
@@ -68,8 +66,7 @@ def test_many_instances_in_many_threads():
 
 def from_sources(name: str, *flags: str | Path) -> Path:
     """Compiled with the C sources of the FMU of SPRING."""
-    sources = sorted(KERNEL.glob("*.c"))
-    return compiled(build_folder() / name, *flags, f"-I{library().folder / 'sources'}", *sources, "-lm")
+    return compiled(build_folder() / name, *flags, library().folder / "sources" / "all.c", "-lm")
 
 
 def test_threads_share_nothing_that_changes():
@@ -79,12 +76,41 @@ def test_threads_share_nothing_that_changes():
     run("threads", program=host(*sanitizer), binary=binary)
 
 
-def test_functions_take_the_prefix_of_static_linking():
-    binary = from_sources("prefixed.so", "-shared", "-fPIC", "-DFMI2_FUNCTION_PREFIX=spring_")
-    functions = ctypes.CDLL(str(binary))
-    for call in ("Instantiate", "DoStep", "GetEventIndicators", "SerializeFMUstate", "GetDirectionalDerivative"):
-        assert hasattr(functions, f"spring_fmi2{call}")
-        assert not hasattr(functions, f"fmi2{call}")
+class Prefixed:
+    """The functions of one of several FMUs linked into one library."""
+
+    def __init__(self, functions: ctypes.CDLL, prefix: str) -> None:
+        self._functions, self._prefix = functions, prefix
+        self.fmi2Instantiate.restype = ctypes.c_void_p
+
+    def __getattr__(self, name):
+        return getattr(self._functions, self._prefix + name)
+
+
+def test_two_springs_linked_into_one_program():
+    springs = {"one_": SPRING, "other_": OTHER}
+    objects = [
+        compiled(
+            build_folder() / f"{prefix}.o",
+            "-O2", "-fPIC", f"-DFMI2_FUNCTION_PREFIX={prefix}", "-c", library(of).folder / "sources" / "all.c",
+        )
+        for prefix, of in springs.items()
+    ]  # fmt: skip
+    listed = [
+        subprocess.run(["nm", "-g", "--defined-only", "-P", unit], capture_output=True, text=True, check=True).stdout
+        for unit in objects
+    ]
+    for prefix, names in zip(springs, listed, strict=True):
+        assert {line.split()[0] for line in names.splitlines()} == {prefix + name for name in FUNCTIONS}
+    functions = ctypes.CDLL(str(compiled(build_folder() / "linked.so", "-shared", *objects, "-lm")))
+    for prefix, parameters in springs.items():
+        linked = copy(library(parameters))
+        linked.functions = Prefixed(functions, prefix)
+        path = wandering_path(parameters, 200, seed=3)
+        with Native(linked) as spring:
+            spring.initialize(displacement=path[0])
+            found = [spring.get("force"), *(spring.step(displacement, "force") for displacement in path[1:])]
+        close(np.ravel(found), PathSolver(parameters).force(path))
 
 
 def test_the_header_of_a_model_holds_no_text_as_it_is():

@@ -11,7 +11,6 @@ import shutil
 import subprocess
 import sys
 import zipfile
-from importlib.resources import files
 from pathlib import Path
 
 import fmpy
@@ -19,6 +18,7 @@ import numpy as np
 import pytest
 
 from fmu_tools import SPRING, run_python, wandering_path
+from native_tools import HEADERS
 from strandspring import Spring
 from strandspring.fmu.check import check_fmu
 from strandspring.fmu.native.compiler import host_name
@@ -26,7 +26,6 @@ from strandspring.fmu.native.package import build_native_fmu
 from strandspring.modelfile import model_file
 
 HOST_SOURCE = Path(__file__).with_name("portable_host.c")
-HEADERS = files("fmpy") / "c-code"
 STEP = 1e-3
 # The same closed form in C and in Python, stroke by stroke: rounding of the mathematics libraries.
 RTOL = 1e-12

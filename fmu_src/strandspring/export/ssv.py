@@ -1,7 +1,8 @@
 """Parameter values of SSP 1.0 (System Structure Parameter Values, SSV), named as the FMU's parameters.
 
 A tool that builds systems of FMUs applies such a file to an FMU of a spring with as many coefficients, so that
-another identification of the same mount needs no other FMU.
+another identification of the same mount needs no other FMU. The displacement is among them, for a path that nobody
+starts elsewhere starts at the offset, not at that of the FMU's own spring.
 """
 
 from __future__ import annotations
@@ -16,11 +17,11 @@ _NAMESPACE = "http://ssp-standard.org/SSP1/SystemStructure"
 
 
 def parameter_values(model: ModelFile) -> str:
-    """The XML of an SSV file with every parameter of the model's FMU; the same model gives the same text."""
+    """The XML of an SSV file with every variable of the model's FMU that can be set; the same model, the same text."""
     spring = model.parameters.spring()
     counts = len(spring.kE), len(spring.kA)
     start = start_values(spring)
-    table = [variable for variable in variables(*counts) if variable.causality == "parameter"]
+    table = [variable for variable in variables(*counts) if variable.name in start]
     root = Element(
         "ssv:ParameterSet",
         {

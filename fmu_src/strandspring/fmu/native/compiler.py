@@ -8,6 +8,7 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from importlib.resources import files
 from importlib.util import find_spec
@@ -74,6 +75,8 @@ _HOSTS = {
     ("Darwin", "aarch64"): "darwin64",
 }
 
+# Variables that say where the compiler has its cache, the first that is set.
+_HOMES = ("ZIG_GLOBAL_CACHE_DIR", "XDG_CACHE_HOME", "HOME", "LOCALAPPDATA")
 # Variables by which the compiler would find other headers and libraries than those it brings.
 _FOREIGN = ("CPATH", "C_INCLUDE_PATH", "LIBRARY_PATH", "SDKROOT")
 
@@ -105,13 +108,14 @@ def chosen_platforms(names: str) -> tuple[Platform, ...]:
     return tuple(chosen.values())
 
 
-def compile_binary(target: Platform, sources: Mapping[str, bytes], name: str) -> bytes:
-    """The shared library of C sources for one platform; the same arguments give the same bytes.
+def compile_binary(target: Platform, sources: Mapping[str, bytes], unit: str, name: str) -> bytes:
+    """The shared library of a C source for one platform; the same arguments give the same bytes.
 
     Parameters
     ----------
     target : Platform
-    sources : mapping of str to bytes   Content of each .c and .h file by its name.
+    sources : mapping of str to bytes   Content of each C file by its name.
+    unit : str                          The file to be compiled; it includes the others.
     name : str                          Of the library, without suffix.
 
     Raises
@@ -126,22 +130,21 @@ def compile_binary(target: Platform, sources: Mapping[str, bytes], name: str) ->
         folder = Path(temporary)
         for file, content in sources.items():
             (folder / file).write_bytes(content)
-        units = sorted(file for file in sources if file.endswith(".c"))
-        images = [_image(folder, triple, target, units, f"{name}{target.suffix}") for triple in target.targets]
+        images = [_image(folder, triple, target, unit, f"{name}{target.suffix}") for triple in target.targets]
     return images[0] if len(images) == 1 else universal(images)
 
 
-def _image(folder: Path, triple: str, target: Platform, units: list[str], library: str) -> bytes:
+def _image(folder: Path, triple: str, target: Platform, unit: str, library: str) -> bytes:
     output = ("-shared", "-s", "-o", library)
     if target.runtime is None:
-        _run(folder, triple, *_FLAGS, *units, *target.linking, *output)
+        _run(folder, triple, *_FLAGS, unit, *target.linking, *output)
     else:
         (folder / "runtime.c").write_bytes((files(__package__) / target.runtime).read_bytes())
         # Told to link without its own libraries, the compiler finds no headers either.
-        for unit in (*units, "runtime.c"):
-            _run(folder, triple, *_FLAGS, "-c", unit, "-o", f"{unit}.o")
+        for part in (unit, "runtime.c"):
+            _run(folder, triple, *_FLAGS, "-c", part, "-o", f"{part}.o")
         # Without -O2 the linker writes the time into the file.
-        _run(folder, triple, "-O2", *(f"{unit}.o" for unit in (*units, "runtime.c")), *target.linking, *output)
+        _run(folder, triple, "-O2", f"{unit}.o", "runtime.c.o", *target.linking, *output)
     return (folder / library).read_bytes()
 
 
@@ -155,12 +158,28 @@ def _of_host() -> dict[str, Platform]:
     return {name: PLATFORMS[name]}
 
 
+def _environment(folder: Path) -> dict[str, str]:
+    environment = {key: value for key, value in os.environ.items() if key not in _FOREIGN}
+    home = next((environment[key] for key in _HOMES if environment.get(key)), None)
+    if home is None or not _can_write(home):
+        # As in services and containers. Without a cache the compiler fails or never ends.
+        environment["ZIG_GLOBAL_CACHE_DIR"] = str(folder / "cache")
+    return environment
+
+
+def _can_write(folder: str) -> bool:
+    with suppress(OSError):
+        Path(folder).mkdir(parents=True, exist_ok=True)
+        return os.access(folder, os.W_OK)
+    return False
+
+
 def _run(folder: Path, triple: str, *arguments: str) -> None:
     # File names are relative to where the compiler runs: no path of this computer reaches the binary.
     done = subprocess.run(
         [sys.executable, "-m", "ziglang", "cc", "-target", triple, *arguments],
         cwd=folder,
-        env={key: value for key, value in os.environ.items() if key not in _FOREIGN},
+        env=_environment(folder),
         stdin=subprocess.DEVNULL,
         capture_output=True,
         text=True,

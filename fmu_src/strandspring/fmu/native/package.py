@@ -27,6 +27,8 @@ _STATE_AND_DERIVATIVES = {
 }
 _LOG_CATEGORIES = {"logAll": "Every message."}
 
+# Includes all other sources.
+_UNIT = "all.c"
 _FMI_HEADERS = ("fmi2FunctionTypes.h", "fmi2Functions.h", "fmi2TypesPlatform.h")
 
 
@@ -79,7 +81,7 @@ def native_contents(
         model_exchange={**_STATE_AND_DERIVATIVES, "completedIntegratorStepNotNeeded": "false"},
         event_indicators=1,
         log_categories=_LOG_CATEGORIES,
-        sources=tuple(sorted(name for name in fixed if name.endswith(".c"))),
+        sources=(_UNIT,),
     )
     tool = f"strandspring {installed_version('strandspring')} with ziglang {installed_version('ziglang')}"
     # The binaries hold the GUID, so it comes from what they are made of.
@@ -90,7 +92,7 @@ def native_contents(
     sources = {**fixed, "spring_config.h": configuration(model, guid).encode("utf-8")}
 
     def binary(platform: Platform) -> tuple[str, bytes]:
-        content = compile_binary(platform, sources, model.name)
+        content = compile_binary(platform, sources, _UNIT, model.name)
         compiled(platform.name)
         return f"binaries/{platform.name}/{model.name}{platform.suffix}", content
 

@@ -30,7 +30,7 @@
             return fmu_refuse_type((instance), (references)[other], (type)); \
     } while (0)
 
-fmi2Status fmu_refuse_call(const Instance *instance, const char *call, int allowed);
+SPRING_LOCAL fmi2Status fmu_refuse_call(const Instance *instance, const char *call, int allowed);
 
 /* The place of the first reference that is not of a variable of the type, or `count`. Inline, for each exchange asks
  * twice. */
@@ -42,6 +42,6 @@ static inline size_t fmu_first_of_other_type(const fmi2ValueReference references
     return i;
 }
 
-fmi2Status fmu_refuse_type(const Instance *instance, fmi2ValueReference reference, VariableType expected);
+SPRING_LOCAL fmi2Status fmu_refuse_type(const Instance *instance, fmi2ValueReference reference, VariableType expected);
 
 #endif

@@ -24,36 +24,38 @@ typedef struct {
 } Instance;
 
 /* Everything as it is after instantiation, in the first mode of model exchange or co-simulation. */
-void fmu_begin(Instance *instance, int mode);
+SPRING_LOCAL void fmu_begin(Instance *instance, int mode);
 
 /* Values by reference, which must be of a Real that may be read or set. Reading an output fails while the parameters
  * are no possible spring. */
-fmi2Status fmu_read(Instance *instance, const fmi2ValueReference references[], size_t count, double values[]);
-void fmu_write(Instance *instance, const fmi2ValueReference references[], size_t count, const double values[]);
+SPRING_LOCAL fmi2Status fmu_read(
+    Instance *instance, const fmi2ValueReference references[], size_t count, double values[]);
+SPRING_LOCAL void fmu_write(
+    Instance *instance, const fmi2ValueReference references[], size_t count, const double values[]);
 
 /* displacement_max - displacement_min [m] */
-double fmu_range(const State *state);
+SPRING_LOCAL double fmu_range(const State *state);
 
 /* Whether the displacement lies outside the identified range. */
-int fmu_extrapolating(const Instance *instance);
+SPRING_LOCAL int fmu_extrapolating(const Instance *instance);
 
 /* The memory where the path to the displacement set last ends, with the law present: the committed one or a trial. NULL
  * while the parameters are no possible spring, which they are once initialization has ended. */
-const SpringMemory *fmu_reach(Instance *instance);
+SPRING_LOCAL const SpringMemory *fmu_reach(Instance *instance);
 
 /* The sensitivity that belongs to what has been reached. */
-SpringSensitivity fmu_sensitivity(const Instance *instance, const SpringMemory *reached);
+SPRING_LOCAL SpringSensitivity fmu_sensitivity(const Instance *instance, const SpringMemory *reached);
 
 /* Starts the path at the displacement that holds, if the parameters are a possible spring. */
-fmi2Status fmu_end_initialization(Instance *instance);
+SPRING_LOCAL fmi2Status fmu_end_initialization(Instance *instance);
 
 /* Commits the path to the displacement that holds, as of the present time of model exchange. */
-void fmu_accept(Instance *instance);
+SPRING_LOCAL void fmu_accept(Instance *instance);
 
 /* Commits the path through a step of co-simulation. */
-fmi2Status fmu_step(Instance *instance, double time, double size);
+SPRING_LOCAL fmi2Status fmu_step(Instance *instance, double time, double size);
 
 /* Takes the instance to a state of this FMU. */
-void fmu_restore(Instance *instance, const State *state);
+SPRING_LOCAL void fmu_restore(Instance *instance, const State *state);
 
 #endif

@@ -3,6 +3,7 @@
 #define FMI2_LOG_H
 
 #include "fmi2_api.h"
+#include "spring_local.h"
 
 #include <stddef.h>
 
@@ -18,21 +19,21 @@ typedef struct {
 } Log;
 
 /* The category of that name, or 0 if there is none. */
-int fmu_log_category(const char *name);
+SPRING_LOCAL int fmu_log_category(const char *name);
 
 /* Log a message, written as by printf, and return fmi2Error. */
-fmi2Status fmu_refuse(const Log *log, const char *format, ...);
+SPRING_LOCAL fmi2Status fmu_refuse(const Log *log, const char *format, ...);
 
 /* The same with fmi2Discard: what was asked for is not known. */
-fmi2Status fmu_discard(const Log *log, const char *format, ...);
+SPRING_LOCAL fmi2Status fmu_discard(const Log *log, const char *format, ...);
 
-void fmu_warn(const Log *log, const char *format, ...);
+SPRING_LOCAL void fmu_warn(const Log *log, const char *format, ...);
 
 typedef struct {
     char text[64];
 } ShortText;
 
 /* Text of the host as it may stand in a message: cut short, and every character but plain ASCII replaced. */
-ShortText fmu_printable(const char *text);
+SPRING_LOCAL ShortText fmu_printable(const char *text);
 
 #endif

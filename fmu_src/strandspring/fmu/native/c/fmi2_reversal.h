@@ -22,6 +22,8 @@
 #ifndef FMI2_REVERSAL_H
 #define FMI2_REVERSAL_H
 
+#include "spring_local.h"
+
 /* Accepted points, and what is known of the motion. */
 typedef struct {
     int count;                       /* accepted points below: 1 or 2 */
@@ -32,14 +34,14 @@ typedef struct {
 } ReversalWatch;
 
 /* The watch on a path that begins or jumps. */
-ReversalWatch fmu_watch_from(double time, double displacement);
+SPRING_LOCAL ReversalWatch fmu_watch_from(double time, double displacement);
 
 /* Accept a point; `range` is displacement_max - displacement_min [m]. */
-void fmu_watch_accept(ReversalWatch *watch, double time, double displacement, double range);
+SPRING_LOCAL void fmu_watch_accept(ReversalWatch *watch, double time, double displacement, double range);
 
-double fmu_watch_indicator(const ReversalWatch *watch, double time, double displacement, double range);
+SPRING_LOCAL double fmu_watch_indicator(const ReversalWatch *watch, double time, double displacement, double range);
 
 /* Whether bytes from outside may be such a watch. */
-int fmu_watch_is_sound(const ReversalWatch *watch);
+SPRING_LOCAL int fmu_watch_is_sound(const ReversalWatch *watch);
 
 #endif

@@ -26,12 +26,13 @@ typedef struct {
 } State;
 
 /* The size of the serialized form, which is the same for all states of one FMU. */
-size_t fmu_state_size(void);
+SPRING_LOCAL size_t fmu_state_size(void);
 
-void fmu_state_write(const State *state, unsigned char *bytes);
+SPRING_LOCAL void fmu_state_write(const State *state, unsigned char *bytes);
 
 /* Reads a state written by the same FMU, and checks that it can be one. Returns 0, or 1 with the reason in `problem`
  * (always terminated) if it is none; *state is then undefined. */
-int fmu_state_read(State *state, const unsigned char *bytes, size_t size, char *problem, size_t problem_size);
+SPRING_LOCAL int fmu_state_read(
+    State *state, const unsigned char *bytes, size_t size, char *problem, size_t problem_size);
 
 #endif

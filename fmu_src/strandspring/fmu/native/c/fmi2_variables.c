@@ -2,10 +2,6 @@
 
 #include <string.h>
 
-#define VARIABLE(name, type, causality, start) {name, type, causality, start},
-const Variable fmu_variables[SPRING_VARIABLES] = {SPRING_VARIABLE_TABLE(VARIABLE)};
-#undef VARIABLE
-
 SpringParameters fmu_spring_parameters(const double settings[SPRING_PARAMETERS])
 {
     SpringParameters p = {

@@ -19,12 +19,14 @@ typedef struct {
 } Variable;
 
 /* By value reference. */
-extern const Variable fmu_variables[SPRING_VARIABLES];
+#define VARIABLE(name, type, causality, start) {name, type, causality, start},
+static const Variable fmu_variables[SPRING_VARIABLES] = {SPRING_VARIABLE_TABLE(VARIABLE)};
+#undef VARIABLE
 
 /* The values of the parameters, in the order of the table, as the kernel takes them; omega_start is none of these. */
-SpringParameters fmu_spring_parameters(const double settings[SPRING_PARAMETERS]);
+SPRING_LOCAL SpringParameters fmu_spring_parameters(const double settings[SPRING_PARAMETERS]);
 
 /* The derivative by a parameter. */
-double fmu_derivative_by(const SpringGradient *gradient, unsigned parameter);
+SPRING_LOCAL double fmu_derivative_by(const SpringGradient *gradient, unsigned parameter);
 
 #endif

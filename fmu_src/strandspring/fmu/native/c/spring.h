@@ -14,6 +14,8 @@
 #ifndef SPRING_H
 #define SPRING_H
 
+#include "spring_local.h"
+
 #include <stddef.h>
 
 #define SPRING_MAXIMUM_DEGREE 20
@@ -107,48 +109,49 @@ typedef struct {
     char text[32];
 } SpringNumber;
 
-SpringNumber spring_number(double value);
+SPRING_LOCAL SpringNumber spring_number(double value);
 
 /* The first reason why the parameters are no physically possible spring, written into text (always terminated), in
  * the words of problems() in parameters.py. Returns 0 if they are possible, else 1. */
-int spring_problem(const SpringParameters *parameters, char *text, size_t size);
+SPRING_LOCAL int spring_problem(const SpringParameters *parameters, char *text, size_t size);
 
 /* Prepares a law; the parameters must be possible. Takes one or two milliseconds. */
-void spring_prepare(SpringLaw *law, const SpringParameters *parameters);
+SPRING_LOCAL void spring_prepare(SpringLaw *law, const SpringParameters *parameters);
 
 /* W(xi) and its inverse for -1 <= u <= 1. */
-double spring_saturation(const SpringSaturation *table, double xi);
-double spring_inverse_saturation(const SpringSaturation *table, double u);
+SPRING_LOCAL double spring_saturation(const SpringSaturation *table, double xi);
+SPRING_LOCAL double spring_inverse_saturation(const SpringSaturation *table, double u);
 
 /* The memory at the start of a path. */
-SpringMemory spring_rest(double displacement, double omega);
+SPRING_LOCAL SpringMemory spring_rest(double displacement, double omega);
 
 /* The memory after a straight path to displacement [m], finite; *memory is left as it was. */
-SpringMemory spring_advance(const SpringLaw *law, const SpringMemory *memory, double displacement);
+SPRING_LOCAL SpringMemory spring_advance(const SpringLaw *law, const SpringMemory *memory, double displacement);
 
 /* Restoring force [N], tangent stiffness in the direction of the last motion [N/m], and energy absorbed since the
  * beginning [J], where the path ends. */
-double spring_force(const SpringLaw *law, const SpringMemory *memory);
-double spring_stiffness(const SpringLaw *law, const SpringMemory *memory);
-double spring_absorbed_energy(const SpringLaw *law, const SpringMemory *memory);
+SPRING_LOCAL double spring_force(const SpringLaw *law, const SpringMemory *memory);
+SPRING_LOCAL double spring_stiffness(const SpringLaw *law, const SpringMemory *memory);
+SPRING_LOCAL double spring_absorbed_energy(const SpringLaw *law, const SpringMemory *memory);
 
 /* The same memory with its energy integrated up to now, so that asking again costs little. */
-SpringMemory spring_settle(const SpringLaw *law, const SpringMemory *memory);
+SPRING_LOCAL SpringMemory spring_settle(const SpringLaw *law, const SpringMemory *memory);
 
 /* The sensitivity that belongs to `after`, which spring_advance made of `before`. Costs nothing while the direction
  * holds. */
-SpringSensitivity spring_advance_sensitivity(
+SPRING_LOCAL SpringSensitivity spring_advance_sensitivity(
     const SpringLaw *law, const SpringMemory *before, const SpringSensitivity *sensitivity, const SpringMemory *after);
 
 /* spring_advance and, unless `sensitivity` is NULL, spring_advance_sensitivity in place. This takes a third of the time
  * while the direction holds, for what a step has just written is not copied, which would have to wait for it. */
-void spring_move(const SpringLaw *law, SpringMemory *memory, SpringSensitivity *sensitivity, double displacement);
+SPRING_LOCAL void spring_move(
+    const SpringLaw *law, SpringMemory *memory, SpringSensitivity *sensitivity, double displacement);
 
 /* Exact derivatives of force and stiffness where the path ends. The force's derivative by displacement is the tangent
  * stiffness; a path that has not moved yet (direction 0) answers for the loading direction. For n < 1 the stiffness has
  * a cusp at omega = 0, where its derivative is that of the nearest omega a double resolves beside 1, 2e-16, so that it
  * stays finite. */
-void spring_gradient(
+SPRING_LOCAL void spring_gradient(
     const SpringLaw *law, const SpringMemory *memory, const SpringSensitivity *sensitivity,
     SpringGradient *of_force, SpringGradient *of_stiffness);
 

@@ -1,0 +1,16 @@
+/* The FMU as one unit, of which the other files are parts. No name but those of FMI's functions leaves it, so that
+ * several FMUs can be linked into one program, each with its FMI2_FUNCTION_PREFIX. */
+#define SPRING_LOCAL static
+
+#include "fmi2_arguments.c"
+#include "fmi2_cosimulation.c"
+#include "fmi2_derivatives.c"
+#include "fmi2_fmustate.c"
+#include "fmi2_instance.c"
+#include "fmi2_log.c"
+#include "fmi2_model_exchange.c"
+#include "fmi2_reversal.c"
+#include "fmi2_spring.c"
+#include "fmi2_state.c"
+#include "fmi2_variables.c"
+#include "spring.c"
