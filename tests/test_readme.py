@@ -70,7 +70,7 @@ def test_python_programs_run_in_order(folder: Path) -> None:
     done = run([sys.executable, "-W", "error", "program.py"], folder)
     assert done.returncode == 0, done.stderr
     assert "RNL 0.9" in done.stdout
-    assert "mJ absorbed" in done.stdout
+    assert "mJ of work done on the spring" in done.stdout
     assert (folder / "hinge.json").exists()
     assert "def simulate" in program_with("def simulate")
 

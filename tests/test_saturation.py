@@ -14,8 +14,8 @@ from hypothesis import strategies as st
 from strandspring.model.path import Vector, saturation_of
 from strandspring.model.saturation import Saturation, inverse_saturation, saturation
 
-# The accuracy the design asks for; the worst measured anywhere below is 6e-13, and 2e-12 at n = 100, sigma = 1000.
-ACCURACY = 1e-10
+# The design asks for 1e-10; the worst measured below is 1.3e-13, and 2e-12 at n = 100, sigma = 1000.
+ACCURACY = 5e-13
 
 LAW = settings(derandomize=True, deadline=None, max_examples=150)
 
@@ -76,7 +76,7 @@ def test_w_is_accurate_at_random_exponents_and_levels() -> None:
 @pytest.mark.parametrize("n", [0.01, 100.0])
 @pytest.mark.parametrize("sigma", [0.5, 1000.0])
 def test_w_keeps_its_accuracy_at_the_limits_of_the_supported_range(n: float, sigma: float) -> None:
-    assert worst_omega_error(n, sigma, LEVELS) <= ACCURACY
+    assert worst_omega_error(n, sigma, LEVELS) <= 1e-11
 
 
 @pytest.mark.parametrize(("n", "sigma"), [(0.01, 1000.0), (0.05, 50.0), (0.22, 3.0), (1.0, 1.0), (20.0, 0.5)])

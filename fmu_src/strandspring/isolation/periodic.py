@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from ..model.parameters import SpringParameters
 from ..model.path import PathSolver, saturation_of, tables
-from ..model.saturation import inverse_saturation, saturation
+from ..model.saturation import inverse_saturation, saturation, stroke_start
 
 FloatArray = NDArray[np.float64]
 
@@ -181,7 +181,7 @@ class PeriodicSpring:
             before = omega
             strokes = []
             for along, sign in zip(ways, signs, strict=True):
-                xi = inverse_saturation(self._lists, sign * omega)
+                xi = stroke_start(self._lists, sign * omega)
                 strokes.append((xi, sign * omega, saturation(self._lists, xi + along)))
                 omega = sign * strokes[-1][2]
             change = omega - before

@@ -10,8 +10,8 @@ import math
 from .parameters import SpringParameters, antiderivative, derivative
 from .saturation import GAUSS_8, Saturation, Scalar, xi_of_abscissa
 
-# Down to this |xi| W is cut into e-folds; the work of the piece that is left is below 1e-12*kappa_omega/rho.
-_FINEST = 1e-6
+# Down to this |xi| W is cut into e-folds; the work of the piece that is left is below sigma*1e-16*kappa_omega/rho.
+_FINEST = 1e-8
 # Up to this degree of FA, 8 points on a piece of W give the work to 1e-12 of the force times the path.
 _SMOOTH_DEGREE = 4
 # Up to this 2 sigma - 1, two cells of the falling branch are one piece for them.
@@ -59,9 +59,9 @@ class SpringLaw:
 
 def _work_edges(table: Saturation) -> list[float]:
     """The cell edges of both branches of W and the zero between them."""
-    # Two cells of the falling branch span one e-fold at most, as one of the rising branch does. Where n and sigma are
-    # large W bends within less, and the cells are as fine as that asks for.
-    step = -1 if table.n > 0.5 and table.curvature > _BENT else -2
+    # Two cells of the falling branch span one e-fold at most, as one of the rising branch does. Where sigma is large
+    # W bends within less, and the cells are as fine as that asks for.
+    step = -1 if table.curvature > _BENT else -2
     before = [-zeta for zeta in list(table.falling.integral)[::step]]
     # Below its table the falling branch is a straight line, but the work's integrand still spans e-folds.
     while before[-1] < -_FINEST:

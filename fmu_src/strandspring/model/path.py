@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from .law import SpringLaw
 from .parameters import SpringParameters, polynomial
 from .restoring import amplifier, elastic_force, restoring_force, tangent_stiffness
-from .saturation import GAUSS_3, Saturation, falling, inverse_saturation, rising, saturation
+from .saturation import GAUSS_3, Saturation, falling, rising, saturation, stroke_start
 from .work import elastic_work, falling_work, is_narrow, rising_work
 
 FloatArray = NDArray[np.float64]
@@ -130,7 +130,7 @@ def stroke_start_xi(
         if k:
             travelled = rho * abs(starts[k] - starts[k - 1])
             omega = -sign * saturation(table, xis[-1] + travelled)
-        xis.append(inverse_saturation(table, sign * omega))
+        xis.append(stroke_start(table, sign * omega))
     return np.array(xis)
 
 

@@ -44,13 +44,15 @@ GAUSS_8 = tuple(
     for sign in (-1.0, 1.0)
 )
 
-# Degree of the interpolant per cell; with cells of width 1 in t its error is below 2e-13 in u.
+# Degree of the interpolant per cell; with cells of width 1 in t its error is below 2e-13 in u, and 2e-12 where n and
+# sigma are as large as they may be.
 _DEGREE = 9
 _CHEBYSHEV = tuple(math.cos(math.pi * (1.0 - k / _DEGREE)) for k in range(_DEGREE + 1))
 
 _LOWEST = -32.0  # ln of the smallest u resolved, 1.3e-14: below it W(xi) = xi within that
 _HIGHEST = 40.0  # logit of the largest u resolved: above it 1 - u < 5e-18, which a double cannot hold
 _QUADRATURE_STEP = 0.25  # cell of the quadrature in q
+_CORRECTED = 1e-3  # of what W bends in, the most by which xi is corrected
 _NEWTON_STEPS = 3  # quadratic convergence from a linear start within a cell: 1e-2, 1e-4, 1e-8, 1e-16
 
 
@@ -258,8 +260,12 @@ def _interpolants(values: Any, ops: Any) -> list[Any]:
     """Coefficients per power from values at the Chebyshev points (ordered as `_chebyshev_points`)."""
     cells = len(values) // (_DEGREE + 1)
     columns = [values[k * cells : (k + 1) * cells] for k in range(_DEGREE + 1)]
-
-    return [ops.combine(row, columns) for row in _TO_MONOMIALS]
+    # Of differences from the middle, or the matrix would magnify the rounding of large values.
+    middle = columns[_DEGREE // 2]
+    columns = [ops.map(lambda value, m: value - m, column, middle) for column in columns]
+    coefficients = [ops.combine(row, columns) for row in _TO_MONOMIALS]
+    coefficients[0] = ops.map(lambda c, m: c + m, coefficients[0], middle)
+    return coefficients
 
 
 def _interpolate(branch: Branch, abscissa: Any, ops: Any) -> Any:
@@ -303,6 +309,20 @@ def inverse_saturation(table: Saturation, u: float) -> float:
         q = math.log(u) - math.log1p(-u) if u < 1.0 else _HIGHEST
         return _integral_to(table.rising, _rising_rate(table.n, Scalar), min(q, _HIGHEST))
     return -_integral_to(table.falling, _falling_rate(table.n, table.curvature, Scalar), math.log(-u))
+
+
+def stroke_start(table: Saturation, u: float) -> float:
+    """xi where a stroke begins that takes over u: the inverse of the tabulated W itself.
+
+    W^-1 by quadrature is exact, but W is not: without this last correction each reversal would change u by the
+    difference, some 1e-13, which many small ones add up.
+    """
+    xi = inverse_saturation(table, u)
+    error = saturation(table, xi) - u
+    # Paper eq. (22).
+    slope = 1.0 - u**table.n if u >= 0.0 else 1.0 + table.curvature * (-u) ** table.n
+    # Where W is nearly level, xi matters little and cannot be told.
+    return xi - error / slope if abs(error) * (1.0 + table.n) < _CORRECTED * slope else xi
 
 
 def _integral_to(branch: Branch, rate: Any, p: float) -> float:

@@ -16,7 +16,7 @@ from collections.abc import Callable
 import numpy as np
 
 from .path import FloatArray, IntArray, Vector, saturation_of
-from .saturation import GAUSS_3, Branch, Saturation, inverse_saturation, quadrature, saturation
+from .saturation import GAUSS_3, Branch, Saturation, quadrature, saturation, stroke_start
 
 Rate = Callable[[FloatArray], FloatArray]
 
@@ -121,7 +121,7 @@ def omega_with_derivatives(
     begin = np.empty(strokes)
     omega = omega_start
     for k, (sign, span) in enumerate(zip(direction.tolist(), length.tolist(), strict=True)):
-        begin[k] = inverse_saturation(lists, sign * omega)
+        begin[k] = stroke_start(lists, sign * omega)
         omega = sign * saturation(lists, begin[k] + rho * span)
     _, slope_0, sigma_0, n_0 = sensitivity(begin)
     _, slope_1, sigma_1, n_1 = sensitivity(begin + rho * length)

@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 from .law import SpringLaw
 from .restoring import restoring_force, tangent_stiffness
-from .saturation import inverse_saturation, saturation
+from .saturation import saturation, stroke_start
 from .work import elastic_work, hysteretic_work
 
 
@@ -53,7 +53,7 @@ def advance(law: SpringLaw, memory: Memory, displacement: float) -> Memory:
     start, start_xi, settled, energy = memory.start, memory.start_xi, memory.settled, memory.energy
     if direction != memory.direction:
         start = memory.displacement
-        start_xi = inverse_saturation(law.table, direction * memory.omega)
+        start_xi = stroke_start(law.table, direction * memory.omega)
         settled, energy = start, absorbed_energy(law, memory)
     # Paper eq. (22) in closed form.
     omega = direction * saturation(law.table, start_xi + law.parameters.rho * abs(displacement - start))

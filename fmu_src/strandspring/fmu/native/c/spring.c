@@ -208,6 +208,7 @@ enum {
 
 static const double PI = 3.14159265358979323846;
 static const double LOWEST = -32.0, HIGHEST = 40.0, QUADRATURE_STEP = 0.25;
+static const double CORRECTED = 1e-3;
 /* Last Chebyshev coefficient of a piece over its middle value; those left out are at least ten times smaller. */
 static const double LARGEST_LAST = 1e-14;
 /* Of the Chebyshev polynomial of degree 9, the coefficient of theta^9. */
@@ -246,12 +247,14 @@ static void monomials_from_chebyshev_values(Basis *basis)
 
 static void interpolant(const Basis *basis, const double *values, double *coefficients)
 {
+    double middle = values[DEGREE / 2];
     for (int power = 0; power < SPRING_POWERS; power++) {
         double total = 0.0;
         for (int j = 0; j < SPRING_POWERS; j++)
-            total += basis->to_monomials[power][j] * values[j];
+            total += basis->to_monomials[power][j] * (values[j] - middle);
         coefficients[power] = total;
     }
+    coefficients[0] += middle;
 }
 
 static double chebyshev_point(double theta, double a, double b)
@@ -572,6 +575,14 @@ double spring_inverse_saturation(const SpringSaturation *table, double u)
     return -integral_to(&table->falling, falling_rate, table, log(-u));
 }
 
+static double stroke_start(const SpringSaturation *table, double u)
+{
+    double xi = spring_inverse_saturation(table, u);
+    double error = spring_saturation(table, xi) - u;
+    double slope = 1.0 + (u >= 0.0 ? -1.0 : table->curvature) * pow(fabs(u), table->n);
+    return fabs(error) * (1.0 + table->n) < CORRECTED * slope ? xi - error / slope : xi;
+}
+
 /* ---- law.py ----------------------------------------------------------------------------------------------------- */
 
 /* Up to this degree of FA, 8 points give the work within a piece exactly: with W's 9 that is degree 15. */
@@ -778,7 +789,7 @@ SpringMemory spring_rest(double displacement, double omega)
 static void reverse(const SpringLaw *law, SpringMemory *memory, int direction)
 {
     memory->energy = spring_absorbed_energy(law, memory);
-    memory->start_xi = spring_inverse_saturation(&law->table, direction * memory->omega);
+    memory->start_xi = stroke_start(&law->table, direction * memory->omega);
     memory->settled = memory->displacement;
     memory->start = memory->displacement;
     memory->direction = direction;
