@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 from mounts import EQUIPMENT_MOUNT
 from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
 
 from monolithic import Reference, monolithic
 from strandspring.cosimulation import (
@@ -186,6 +187,14 @@ def test_largest_stable_steps_that_are_known() -> None:
         0.02, rel=0.02
     )
     assert largest_stable_step(Jacobi(), damped(0.005), [1e4]) * omega == pytest.approx(0.02 / 3.0, rel=0.02)
+
+
+@pytest.mark.parametrize("share", [1.0, 1e-1, 1e-3])
+def test_narrow_windows_of_instability_are_found(share: float) -> None:
+    """Impulses on a mass that has a spring of its own: cos(w) - share*w/2*sin(w) reaches -1 where cot(w/2) does."""
+    plant = Plant([[1.0]], [Attachment([1.0])], stiffness=[[1.0]])
+    expected = 2.0 * brentq(lambda half: 1.0 / math.tan(half) - share * half, 0.1, 0.5 * math.pi)
+    assert largest_stable_step(Verlet(), plant, [share]) == pytest.approx(expected, rel=1e-6)
 
 
 def test_iterative_closes_the_energy_at_any_step() -> None:

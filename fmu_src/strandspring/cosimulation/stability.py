@@ -76,8 +76,11 @@ def largest_stable_step(master: Master, plant: Plant, stiffness: ArrayLike) -> f
     """
     tangents = np.atleast_1d(np.asarray(stiffness, dtype=np.float64))
     total = plant.K + plant.G * (plant.counts * tangents) @ plant.G.T
-    highest = float(np.sqrt(np.max(np.abs(np.linalg.eigvals(np.linalg.solve(plant.M, total))))))
-    grid = np.linspace(0.0, 10.0 / highest, _GRID + 1)[1:]
+    coupled = _natural_frequencies(plant.M, total)
+    end = 10.0 / float(coupled[-1])
+    grid = np.union1d(
+        np.linspace(0.0, end, _GRID + 1)[1:], _half_periods(_natural_frequencies(plant.M, plant.K), coupled, end)
+    )
 
     def stable(step: float) -> bool:
         return growth(master, plant, tangents, step) <= 1.0 + _MARGIN
@@ -92,6 +95,26 @@ def largest_stable_step(master: Master, plant: Plant, stiffness: ArrayLike) -> f
     # At small steps slow growth cannot be told from none, but damping can.
     only_by_rounding = first == 0 and growth(master, plant, tangents, 0.5 * low) > 1.0 - _MARGIN
     return 0.0 if only_by_rounding else low
+
+
+def _natural_frequencies(mass: FloatArray, stiffness: FloatArray) -> FloatArray:
+    """In ascending order [rad/s]."""
+    return np.sort(np.sqrt(np.abs(np.linalg.eigvals(np.linalg.solve(mass, stiffness)))))
+
+
+def _half_periods(alone: FloatArray, coupled: FloatArray, end: float) -> FloatArray:
+    """Steps up to `end` in the middle between whole numbers of half periods of the plant alone and coupled [s].
+
+    Forces that come once in a step, as impulses, feed a motion that the plant itself turns over between them: in
+    windows that the springs' share of the stiffness makes as narrow as it is small.
+    """
+    modes = [(a, b) for a, b in zip(alone.tolist(), coupled.tolist(), strict=True) if a > 0.0]
+    steps = [
+        0.5 * np.pi * count * (1.0 / a + 1.0 / b)
+        for a, b in modes
+        for count in range(1, 1 + int(end * max(a, b) / np.pi))
+    ]
+    return np.array([step for step in steps if step <= end])
 
 
 def _point(memory: FloatArray, coordinates: int, tangents: FloatArray) -> Point:
