@@ -23,10 +23,13 @@ _AGREE = 3  # periods in a row that must repeat
 
 @dataclass(frozen=True)
 class Shaken:
-    """A steady period: first harmonic of the relative motion as a cos + b sin (a - i b), half the stroke [m]."""
+    """A steady period: first harmonic of the relative motion as a cos + b sin (a - i b) and half the stroke [m], and
+    the largest acceleration of the mass, not relative to the base [m/s^2].
+    """
 
     relative: complex
     amplitude: float
+    acceleration: float
     periods: int
 
 
@@ -58,6 +61,10 @@ def shaken(
         push = system.static_load + strength * math.cos(circular * t) - system.damping * v - system.parallel * force
         return [v, push / m, p.rho * slope * v / system.series]
 
+    def acceleration(t: float, state: np.ndarray, direction: float) -> float:
+        of_base = 0.0 if excitation is Excitation.FORCE else strength * math.cos(circular * t) / m
+        return abs(rate(t, state, direction)[1] - of_base)
+
     def turn(_: float, state: np.ndarray, direction: float) -> float:
         return float(direction * state[1])
 
@@ -71,6 +78,7 @@ def shaken(
         phases = period * np.arange(_PHASES) / _PHASES
         now, motion = 0.0, np.empty(0)
         low = high = state[0]
+        largest = 0.0
         while now < period:
             piece = solve_ivp(
                 rate, (now, period), state, events=turn, dense_output=True, args=(direction,), rtol=rtol, atol=1e-12,
@@ -78,9 +86,12 @@ def shaken(
             )  # fmt: skip
             assert piece.success, piece.message
             inside = phases[(phases >= now) & (phases < piece.t[-1])]
-            if inside.size:
-                motion = np.append(motion, piece.sol(inside)[0])
             now, state = float(piece.t[-1]), piece.y[:, -1]
+            largest = max(largest, acceleration(now, state, direction))
+            if inside.size:
+                states = piece.sol(inside)
+                motion = np.append(motion, states[0])
+                largest = max(largest, *(acceleration(t, s, direction) for t, s in zip(inside, states.T, strict=True)))
             state[2] = min(max(state[2], -1.0), 1.0)
             if piece.t_events[0].size:
                 direction = -direction
@@ -89,5 +100,5 @@ def shaken(
         agreed = agreed + 1 if abs(relative - last) <= repeat * abs(relative) else 0
         last = relative
         if agreed == _AGREE:
-            return Shaken(relative, 0.5 * (high - low), k + 1)
+            return Shaken(relative, 0.5 * (high - low), largest, k + 1)
     raise AssertionError(f"no steady motion at {frequency} Hz within {most} periods")

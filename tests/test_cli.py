@@ -283,8 +283,124 @@ def test_an_output_that_cannot_be_written_is_refused(run: Any, loop: str, model:
     assert Path("file").read_text(encoding="utf-8") == "kept"
 
 
+@pytest.mark.parametrize(
+    ("arguments", "told"),
+    [
+        ("identify loop.csv -o loop.csv", "--output loop.csv would overwrite the input loop.csv"),
+        ("identify loop.csv -o new.json --report ./loop.csv", "--report ./loop.csv would overwrite the input loop.csv"),
+        ("identify link.csv -o loop.csv", "--output loop.csv would overwrite the input link.csv"),
+        ("identify loop.csv -o new.json --report sub/../new.json", "--report must be another file than --output"),
+        ("predict mount.json loop.csv -o link.csv", "--output link.csv would overwrite the input loop.csv"),
+        ("predict mount.json loop.csv -o mount.json", "--output mount.json would overwrite the input mount.json"),
+        ("isolate mount.json --mass 5 -o mount.json", "--output mount.json would overwrite the input mount.json"),
+        ("isolate mount.json --mass 5 -o x.png --plot ./x.png", "--plot must be another file than --output"),
+        ("study mount.json --mass 5 -o ./mount.json", "--output ./mount.json would overwrite the input mount.json"),
+        ("study r.csv.part.jsonl --mass 5 -o r.csv", "--output's journal r.csv.part.jsonl would overwrite the input"),
+        ("synthesize spring mount.json -o mount.json", "--output mount.json would overwrite the input mount.json"),
+        ("synthesize ni -o x.csv --clean ./x.csv", "--clean must be another file than --output"),
+        ("export mount.ssv --ssv -o .", "--ssv mount.ssv would overwrite the input mount.ssv"),
+        ("build loop.json loop.csv --models .", "--models loop.json would overwrite the input loop.json"),
+        ("build mount.fmu -o . --name mount", "--output mount.fmu would overwrite the input mount.fmu"),
+        ("build fmu.json -o .", "--output mount.fmu would overwrite the input fmu.json"),
+    ],
+)
+def test_no_output_takes_the_place_of_an_input_or_another_output(
+    run: Any, loop: str, model: str, arguments: str, told: str
+) -> None:
+    for copy, of in (("loop.json", loop), ("mount.fmu", model), ("mount.ssv", model), ("r.csv.part.jsonl", model)):
+        Path(copy).write_bytes(Path(of).read_bytes())
+    Path("link.csv").symlink_to("loop.csv")
+    Path("fmu.json").symlink_to("mount.fmu")
+    before = {path: path.read_bytes() for path in Path().iterdir()}
+    done = run(*arguments.split())
+    assert done.status == 2
+    assert f"Error: {told}" in done.err.strip().splitlines()[-1]
+    assert {path: path.read_bytes() for path in Path().iterdir()} == before
+
+
+@pytest.mark.parametrize(
+    ("arguments", "told"),
+    [
+        ("--name other", "--name can only be given with records"),
+        ("--description text --filter moving-average", "--description, --filter can only be given with records"),
+        ("--reverse force --force-unit kN", "--force-unit, --reverse can only be given with records"),
+        ("--degrees 3,2 --method scan", "--degrees, --method can only be given with records"),
+    ],
+)
+def test_what_concerns_records_is_refused_for_a_model_file(run: Any, model: str, arguments: str, told: str) -> None:
+    done = run("build", model, *arguments.split())
+    assert done.status == 2
+    assert f"Error: {told}, and {model} is a model file; leave that out." in done.err
+    assert not Path("dist").exists()
+
+
+def test_two_columns_to_reverse_are_refused(run: Any, loop: str, model: str) -> None:
+    for command in (["identify", loop, "-o", "m.json"], ["info", model, loop], ["predict", model, loop]):
+        done = run(*command, "--reverse", "displacement", "--reverse", "force")
+        assert done.status == 2
+        assert "'--reverse': must be one column, got displacement and force; turn the other's sign" in done.err
+    assert run("info", model, loop, "--reverse", "force", "--reverse", "force").err.count("is turned") == 1
+
+
+def test_a_synthesized_record_beyond_the_identified_range_is_told(run: Any, model: str) -> None:
+    done = run("synthesize", "spring", model, "--amplitude", "25", "--mean", "50", "-o", "wide.csv")
+    assert done.status == 0
+    # |sin| > 0.8 for 1 - 2*asin(0.8)/pi of the time.
+    assert "Caution: wide.csv: 41 % of the samples lie outside the identified range 30 to 70 mm, where" in done.err
+    assert run("synthesize", "spring", model, "-o", "within.csv").err == ""
+
+
+def program(*arguments: str) -> list[str]:
+    """The command line as a process of its own."""
+    return [sys.executable, "-W", "error", "-m", "strandspring", *arguments]
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    ["info mount.json", "info mount.json --json", "identify loop.csv -o m.json", "--help",
+     "study mount.json --mass 5 --draws 0 --points 2 --workers 1 --force 0.1 -o r.csv"],
+)  # fmt: skip
+def test_standard_output_that_cannot_be_written_is_one_sentence(
+    loop: str, model: str, tmp_path: Path, arguments: str
+) -> None:
+    assert Path(loop).parent == Path(model).parent == tmp_path
+    with Path("/dev/full").open("w") as full:
+        done = subprocess.run(
+            program(*arguments.split()), cwd=tmp_path, stdout=full, stderr=subprocess.PIPE, text=True, timeout=120,
+            check=False,
+        )  # fmt: skip
+    assert done.returncode == 1
+    assert "Traceback" not in done.stderr
+    assert done.stderr.splitlines()[-1] == (
+        "strandspring: Standard output cannot be written: No space left on device; send it elsewhere."
+    )
+
+
+def test_a_reader_that_leaves_early_is_no_error_to_tell(model: str, tmp_path: Path) -> None:
+    process = subprocess.Popen(
+        program("info", model, "--json"), cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE
+    )
+    assert process.stdout is not None
+    process.stdout.close()
+    assert process.stderr is not None
+    assert process.stderr.read() == b""
+    process.stderr.close()
+    process.wait(timeout=120)
+
+
+def test_a_failure_that_is_not_of_standard_output_is_not_called_so(
+    run: Any, model: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def fail(*_: object) -> None:
+        raise OSError("the disk is gone")
+
+    monkeypatch.setattr("strandspring.cli.build.build_fmu", fail)
+    with pytest.raises(OSError, match="the disk is gone"):
+        run("build", model)
+
+
 def test_json_goes_alone_to_standard_output_of_the_real_program(loop: str, tmp_path: Path) -> None:
-    command = [sys.executable, "-W", "error", "-m", "strandspring", "identify", loop, "-o", "m.json", "--json"]
+    command = program("identify", loop, "-o", "m.json", "--json")
     done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=120, check=False)
     assert done.returncode == 0, done.stderr
     assert json.loads(done.stdout)["model"] == "m.json"

@@ -173,11 +173,13 @@ def test_wrong_usage_writes_nothing(terminal: Terminal, arguments: list[str], ex
 def test_bad_input_gets_one_sentence(terminal: Terminal) -> None:
     Path("bad.json").write_text("{}", encoding="utf-8")
     Path("plain").write_text("", encoding="utf-8")
+    os.mkfifo("pipe.ssv")  # which `files` leaves out
     for arguments, expected in (
         (["bad.json", "--ssv"], "bad.json"),
         (["missing.json", "--modelica"], "missing.json"),
         (["mount.json", "--ssv", "-o", "plain/folder"], "cannot be written"),
         (["mount.json", "--ssv", "-o", f"{'x' * 300}.ssv"], "cannot be written"),
+        (["mount.json", "--ssv", "-o", "pipe.ssv"], "pipe.ssv cannot be written: it is a folder or a device"),
     ):
         assert terminal("export", *arguments, status=1) == ""
         (refusal,) = terminal.err.strip().splitlines()

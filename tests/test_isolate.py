@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 
 import numpy as np
@@ -77,17 +78,45 @@ def test_folds_are_told(terminal: Terminal) -> None:
     assert "The curve folds" in text
 
 
+def test_motion_beyond_the_identified_range_is_told(terminal: Terminal) -> None:
+    command = ["isolate", "mount.json", "--mass", "5.1", "--damping", "20", "--base-displacement", "0.1",
+               "--base-displacement", "5", "--band", "5", "25", *FEW, "--extrapolate"]  # fmt: skip
+    within, beyond = json.loads(terminal(*command, "-o", "out.csv", "--json"))["levels"]
+    assert (within["extrapolating"], beyond["extrapolating"]) == (False, True)
+    assert not any(point["extrapolating"] for point in within["points"])
+    outside = [point["least"] < 0.02 or point["greatest"] > 0.08 for point in beyond["points"]]
+    assert [point["extrapolating"] for point in beyond["points"]] == outside
+    table = pd.read_csv("out.csv")
+    assert table[table["level [m]"] == 0.005]["extrapolating"].tolist() == outside
+    frequencies = [point["frequency"] for point in beyond["points"] if point["extrapolating"]]
+    (told,) = (line for line in terminal(*command).splitlines() if "Caution" in line)
+    assert told == (
+        f"  Caution: 5 mm: at {sum(outside)} of {len(outside)} points, from {min(frequencies):.4g} to "
+        f"{max(frequencies):.4g} Hz, the spring moves outside the identified range 20 to 80 mm, where the model is "
+        "continued linearly."
+    )
+
+
+def test_the_masses_that_can_rest_are_told(terminal: Terminal) -> None:
+    terminal("isolate", "mount.json", "--mass", "1000", "--parallel", "2", *FEW, status=1)
+    told = re.search(r"where (\S+) to (\S+) kg can rest; use another mass", terminal.err)
+    assert told is not None
+    least, greatest = map(float, told.groups())
+    few = ("--parallel", "2", "--base-displacement", "0.001", "--points", "2")
+    assert least == 0.0  # the force at the lower end is negative
+    terminal("isolate", "mount.json", "--mass", f"{0.99 * greatest}", *few)
+    terminal("isolate", "mount.json", "--mass", f"{1.01 * greatest}", *few, status=1)
+    terminal("isolate", "mount.json", "--mass", "5", "--load", "9000", *FEW, status=1)
+    assert "can rest" not in terminal.err
+
+
 @pytest.mark.parametrize(
     ("arguments", "told"),
     [
-        (("--mass", "0"), "`mass` must be finite and > 0 [kg], got 0.0."),
-        (("--mass", "-2"), "`mass` must be finite and > 0 [kg], got -2.0."),
-        (("--mass", "nan"), "`mass` must be finite and > 0 [kg], got nan."),
         (("--mass", "1000"), "The static load of 9806.65 N on each spring must lie within the forces"),
-        (("--mass", "5", "--band", "0", "10"), "The band must rise from above 0 [Hz], got 0.0 to 10.0."),
-        (("--mass", "5", "--force", "0"), "`level` must be finite and > 0 [N], got 0.0."),
-        (("--mass", "5", "--parallel", "0"), "`parallel` must be a number of springs from 1 to 1000000, got 0."),
+        (("--mass", "1000"), "kg can rest; use another mass"),
         (("--mass", "5", "--base-displacement", "5"), "outside the identified range of 20 to 80 mm"),
+        (("--mass", "5", "--base-displacement", "5"), "Hz and a level of 5 mm the spring moves from"),
     ],
 )
 def test_impossible_systems_get_one_sentence(terminal: Terminal, arguments: tuple[str, ...], told: str) -> None:
@@ -104,8 +133,22 @@ def test_impossible_systems_get_one_sentence(terminal: Terminal, arguments: tupl
         ((), "Missing option '--mass'"),
         (("--mass", "5", "--force", "1", "--base-displacement", "1"), "exclude each other"),
         (("--mass", "5", "--plot", "out.txt"), "--plot must end in .png, .svg, .pdf"),
+        (("--mass", "0"), "'--mass': must be a finite number > 0 [kg], got 0."),
+        (("--mass", "-2"), "'--mass': must be a finite number > 0 [kg], got -2."),
+        (("--mass", "nan"), "'--mass': must be a finite number > 0 [kg], got nan."),
+        (("--mass", "heavy"), "'--mass': must be a finite number > 0 [kg], got heavy."),
+        (("--mass", "5", "--force", "0"), "'--force': must be a finite number > 0 [N], got 0."),
+        (("--mass", "5", "--base-displacement", "-1"),
+         "'--base-displacement': must be a finite number > 0 [mm], got -1."),
+        (("--mass", "5", "--base-acceleration", "-0.5"),
+         "'--base-acceleration': must be a finite number > 0 [m/s^2], got -0.5."),
+        (("--mass", "5", "--band", "0", "10"), "'--band': The band must rise from above 0 [Hz], got 0 to 10."),
+        (("--mass", "5", "--band", "10", "5"), "'--band': The band must rise from above 0 [Hz], got 10 to 5."),
+        (("--mass", "5", "--parallel", "0"), "'--parallel': 0 is not in the range 1<=x<=1000000."),
+        (("--mass", "5", "--damping", "-1"), "'--damping': must be a finite number >= 0 [N s/m], got -1."),
+        (("--mass", "5", "--load", "inf"), "'--load': must be a finite number [N], got inf."),
     ],
-)
+)  # fmt: skip
 def test_wrong_usage(terminal: Terminal, arguments: tuple[str, ...], told: str) -> None:
     terminal("isolate", "mount.json", *arguments, status=2)
     assert told in terminal.err

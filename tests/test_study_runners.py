@@ -209,12 +209,21 @@ def test_a_spoilt_journal_is_refused(half_done: Path, line: str) -> None:
         run_study(CHEAP, half_done, InProcess())
 
 
-def test_a_file_that_is_no_journal_is_left_alone(tmp_path: Path) -> None:
+@pytest.mark.parametrize("notes", ["my notes\n", "my notes", '{"format": "notes"}'])
+def test_a_file_that_is_no_journal_is_left_alone(notes: str, tmp_path: Path) -> None:
     results = tmp_path / "results.csv"
-    journal_path(results).write_text("my notes\n")
+    journal_path(results).write_text(notes)
     with pytest.raises(IsolationError, match="is not the journal of a study"):
         run_study(CHEAP, results, InProcess())
-    assert journal_path(results).read_text() == "my notes\n"
+    assert journal_path(results).read_text() == notes
+
+
+def test_a_journal_cut_off_in_its_first_line_is_begun_anew(half_done: Path) -> None:
+    whole = journal_path(half_done).read_bytes()
+    journal_path(half_done).write_bytes(whole[:40])
+    run_study(CHEAP, half_done, InProcess())
+    assert half_done.is_file()
+    assert not journal_path(half_done).exists()
 
 
 def test_a_folder_cannot_be_the_results(tmp_path: Path) -> None:

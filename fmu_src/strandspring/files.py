@@ -36,9 +36,11 @@ def replacing(path: Path) -> Iterator[Path]:
 
     Raises
     ------
-    StrandspringError   If the folder cannot be written to.
+    StrandspringError   If the folder cannot be written to, or what is there is no file that can be replaced.
     """
     try:
+        if path.exists() and not path.is_file():
+            raise StrandspringError(f"{path} cannot be written: it is a folder or a device; give the path of a file.")
         path.parent.mkdir(parents=True, exist_ok=True)
         handle, name = tempfile.mkstemp(prefix=f".{path.name[:40]}.", suffix=".part", dir=path.parent)
         os.close(handle)

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import click
+from click.core import ParameterSource
 
 from ..errors import BuildError, StrandspringError
 from ..fmu.archive import binary_sizes
@@ -17,6 +18,7 @@ from ..modelfile import ModelFile, checked_name, load_model, save_model
 from .identify import identified, print_identification
 from .options import ColumnOptions, column_options, identification_options, identifier, method_options
 from .output import counting, result, result_json, working
+from .paths import refuse_overwriting
 
 # The bundled record, below the folder of models: its machine position counts down while the sample is stretched.
 EXAMPLE_RECORD = Path("records") / "rubber_stretch.csv"
@@ -83,9 +85,12 @@ def build(
     """
     if platforms is not None and backend != "native":
         raise click.UsageError("--platform is for --backend native; the python back end has fixed binaries.")
+    of_records = {"name", "description", *options}
     method = method_options(options)
     if len(sources) == 1 and sources[0].lower().endswith(".json"):
+        _refuse_given(of_records, sources[0])
         model, model_path, identification = load_model(sources[0]), Path(sources[0]), None
+        refuse_overwriting(sources, {"--output": _fmu_path(output, model.name)})
     else:
         if not sources:
             example = Path(models) / EXAMPLE_RECORD
@@ -94,8 +99,9 @@ def build(
             sources, name = (str(example),), EXAMPLE_NAME if name is None else name
             options = {**options, **{key: options[key] or value for key, value in EXAMPLE_COLUMNS.items()}}
         chosen = identifier(sources[0]) if name is None else checked_name(name)
+        model_path = Path(models) / f"{chosen}.json"
+        refuse_overwriting(sources, {"--models": model_path, "--output": _fmu_path(output, chosen)})
         model, identification = identified(sources, ColumnOptions(**options), method, chosen, description)
-        model_path = Path(models) / f"{model.name}.json"
         save_model(model_path, model)
     fmu, report = _built(model, Path(output), backend, platforms)
     sizes = binary_sizes(fmu)
@@ -120,6 +126,24 @@ def build(
     result(f"FMU: {fmu} ({fmu.stat().st_size / 1024:.0f} KiB)")
     result("Binaries: " + ", ".join(f"{name} {size / 1024:.0f} KiB" for name, size in sizes.items()))
     result(f"Check: {report.summary}")
+
+
+def _refuse_given(names: set[str], model: str) -> None:
+    """Refuse options that were given although they say nothing about a model file."""
+    context = click.get_current_context()
+    given = [
+        parameter.opts[0]
+        for parameter in context.command.params
+        if parameter.name in names and context.get_parameter_source(parameter.name) is ParameterSource.COMMANDLINE
+    ]
+    if given:
+        raise click.UsageError(
+            f"{', '.join(given)} can only be given with records, and {model} is a model file; leave that out."
+        )
+
+
+def _fmu_path(folder: str, name: str) -> Path:
+    return Path(folder) / f"{name}.fmu"
 
 
 def _built(

@@ -12,6 +12,7 @@ from ..export.ssv import parameter_values
 from ..files import write_text
 from ..modelfile import load_model
 from .output import note, result, result_json
+from .paths import refuse_overwriting
 
 
 @click.command()
@@ -47,6 +48,7 @@ def export(model: str, ssv: bool, modelica: bool, output: str, as_json: bool) ->
         raise click.UsageError(
             f"Modelica wants the file of package {package} to be called {package}.mo, got {modelica_path.name}."
         )
+    refuse_overwriting([model], {"--ssv": ssv_path, "--modelica": modelica_path})
     if ssv_path is not None:
         write_text(ssv_path, parameter_values(content))
     if modelica_path is not None:

@@ -13,6 +13,7 @@ from ..identification.campaign import campaign_verdicts
 from ..modelfile import ModelFile, checked_name, save_model
 from .options import ColumnOptions, column_options, identification_options, identifier, method_options, read_records
 from .output import note, result, result_json, working
+from .paths import refuse_overwriting
 from .summary import fit_json, fit_lines, parameter_lines, verdict_json
 
 
@@ -46,6 +47,7 @@ def identify(
       strandspring identify a13.csv a46.csv --degrees 3,2 -o spring.json
     """
     method = method_options(options)
+    refuse_overwriting(records, {"--output": output, "--report": report})
     chosen = identifier(output) if name is None else checked_name(name)
     model, identification = identified(records, ColumnOptions(**options), method, chosen, description)
     save_model(output, model)

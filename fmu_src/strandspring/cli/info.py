@@ -13,6 +13,7 @@ from ..loop_figures import Loop, LoopFigures, MeasuredLoop, measured_loops, mode
 from ..model.parameters import SpringParameters
 from ..model.path import PathSolver
 from ..modelfile import ModelFile, load_model
+from .extrapolation import outside_range
 from .options import ColumnOptions, FiniteRange, column_options, read_records
 from .output import note, progress, result, result_json
 from .summary import parameter_lines, verdict_json
@@ -41,7 +42,7 @@ _COLUMNS = (
 @click.option(
     "--amplitude",
     "amplitudes",
-    type=FiniteRange(1e-6, 1e6),
+    type=FiniteRange(1e-6, 1e6, unit="mm"),
     multiple=True,
     metavar="MM",
     help="Amplitude of a loop about the offset [mm]; repeat for more.  [default: those of the records, or quarters "
@@ -111,8 +112,7 @@ def _caution(p: SpringParameters, loops: list[tuple[str, LoopFigures]]) -> None:
         if figures.low < p.displacement_min - slack or figures.high > p.displacement_max + slack:
             note(
                 f"Caution: {source}: the loop from {figures.low * 1e3:.6g} to {figures.high * 1e3:.6g} mm reaches "
-                f"outside the identified range {p.displacement_min * 1e3:.6g} to {p.displacement_max * 1e3:.6g} mm, "
-                "where the model is continued linearly."
+                f"{outside_range(p)}"
             )
 
 

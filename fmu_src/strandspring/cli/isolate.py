@@ -22,8 +22,10 @@ from ..isolation import (
 )
 from ..isolation.band import band_frequencies
 from ..modelfile import ModelFile, load_model
-from .mount import chosen_levels, curve_options, level_options, mount_options, shares_of_room
+from .extrapolation import outside_range
+from .mount import chosen_levels, curve_options, level_options, mount_options, positive, shares_of_room
 from .output import progress, result, result_json
+from .paths import refuse_overwriting
 
 if TYPE_CHECKING:
     from ..cosimulation.steady import SteadyCheck
@@ -33,9 +35,9 @@ _DEFAULT_SHARES = (0.005, 0.01, 0.02)  # see `shares_of_room`
 
 @click.command()
 @click.argument("model", metavar="MODEL.json")
-@click.option("--mass", type=float, required=True, metavar="KG", help="Mass on the mount [kg].")
+@click.option("--mass", type=positive("kg"), required=True, metavar="KG", help="Mass on the mount [kg].")
 @mount_options
-@level_options(float, "repeat for more levels", "  [default: 0.5, 1 and 2 % of the room the spring has]")
+@level_options(lambda level: level, "repeat for more levels", "  [default: 0.5, 1 and 2 % of the room the spring has]")
 @curve_options(points=200)
 @click.option("-o", "--output", metavar="OUT.csv", help="Write every point of the curves here.")
 @click.option("--plot", metavar="FILE.png", help="Draw the curves (.png, .svg or .pdf).")
@@ -80,6 +82,7 @@ def isolate(
 
         if Path(plot).suffix.lower() not in SUFFIXES:
             raise click.UsageError(f"--plot must end in {', '.join(SUFFIXES)}, got {plot!r}.")
+    refuse_overwriting([model], {"--output": output, "--plot": plot})
     content = load_model(model)
     system = IsolatedMass(content.parameters.spring(), mass, load, parallel, series, damping)
     rest = static_point(system)
@@ -189,6 +192,7 @@ def _json(
                 "level": response.level,
                 "unit": response.excitation.unit,
                 "resonance": _finite(asdict(response.resonance)),
+                "extrapolating": any(point.extrapolating for point in response.points),
                 "points": [asdict(point) for point in response.points],
                 "verification": [{**asdict(c), "agrees": c.agrees} for of, c in checks if of is response],
             }
@@ -245,4 +249,15 @@ def _lines(system: IsolatedMass, rest: StaticPoint, responses: list[FrequencyRes
             f"  The curve folds: {unstable} points between folds are unstable, and the motion jumps there. Folds far "
             "below the resonance are superharmonics; a little --damping removes them."
         )
-    return lines
+    return lines + [line for response in responses for line in _outside_lines(system, response)]
+
+
+def _outside_lines(system: IsolatedMass, response: FrequencyResponse) -> list[str]:
+    """Where the motion of a level leaves the identified range, if it does."""
+    outside = [point.frequency for point in response.points if point.extrapolating]
+    if not outside:
+        return []
+    return [
+        f"  Caution: {response.told_level}: at {len(outside)} of {len(response.points)} points, from "
+        f"{min(outside):.4g} to {max(outside):.4g} Hz, the spring moves {outside_range(system.spring)}"
+    ]

@@ -14,6 +14,7 @@ from .export import export
 from .identify import identify
 from .info import info
 from .isolate import isolate
+from .output import drop_failing_output
 from .predict import predict
 from .study import study
 from .synthesize import synthesize
@@ -54,6 +55,11 @@ def main(arguments: Sequence[str] | None = None) -> None:
         sys.exit(problem.exit_code)
     except (click.Abort, KeyboardInterrupt):
         click.echo("strandspring: interrupted; no output file was changed.", err=True)
+        sys.exit(1)
+    except OSError as problem:
+        if not drop_failing_output():
+            raise
+        click.echo(f"strandspring: Standard output cannot be written: {problem.strerror}; send it elsewhere.", err=True)
         sys.exit(1)
     except StrandspringError as refusal:
         click.echo(f"strandspring: {refusal}", err=True)

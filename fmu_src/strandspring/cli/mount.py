@@ -7,8 +7,9 @@ from typing import Any
 
 import click
 
-from ..isolation import Excitation, IsolatedMass, StaticPoint
-from .options import Command
+from ..isolation import Excitation, IsolatedMass, IsolationError, StaticPoint
+from ..isolation.band import checked_limits
+from .options import Command, FiniteRange
 
 # Excitation, factor from what people write to SI.
 _EXCITATIONS = {
@@ -16,30 +17,38 @@ _EXCITATIONS = {
     "base_acceleration": (Excitation.BASE_ACCELERATION, 1.0),
     "force": (Excitation.FORCE, 1.0),
 }
+_SPRINGS = click.IntRange(1, 1_000_000)
+
+
+def positive(unit: str) -> FiniteRange:
+    """Numbers above 0 in a unit."""
+    return FiniteRange(min=0.0, min_open=True, unit=unit)
 
 
 def mount_options(command: Command) -> Command:
     """Options of the mount and its load, named as in `IsolatedMass`."""
     for option in reversed(
         (
-            click.option("--load", type=float, metavar="N",
+            click.option("--load", type=FiniteRange(unit="N"), metavar="N",
                          help="Static load along the axis [N].  [default: the weight]"),
-            click.option("--parallel", type=int, default=1, show_default=True, help="Rows of springs side by side."),
-            click.option("--series", type=int, default=1, show_default=True, help="Springs in series in each row."),
-            click.option("--damping", type=float, default=0.0, show_default=True, metavar="N*S/M",
-                         help="Viscous damping besides the springs' [N s/m]."),
+            click.option("--parallel", type=_SPRINGS, default=1, show_default=True,
+                         help="Rows of springs side by side."),
+            click.option("--series", type=_SPRINGS, default=1, show_default=True,
+                         help="Springs in series in each row."),
+            click.option("--damping", type=FiniteRange(min=0.0, unit="N s/m"), default=0.0, show_default=True,
+                         metavar="N*S/M", help="Viscous damping besides the springs' [N s/m]."),
         )
     ):  # fmt: skip
         command = option(command)
     return command
 
 
-def level_options(values: Any, how: str, default: str = "") -> Callable[[Command], Command]:
+def level_options(values: Callable[[FiniteRange], Any], how: str, default: str = "") -> Callable[[Command], Command]:
     """Options of the three excitations, for `chosen_levels`.
 
     Parameters
     ----------
-    values : click type   Of one level.
+    values : callable     From the range of one level to the type of the option.
     how : str             How more than one is given, for the help.
     default : str         Likewise, what is taken if none is.
     """
@@ -47,11 +56,11 @@ def level_options(values: Any, how: str, default: str = "") -> Callable[[Command
     def options(command: Command) -> Command:
         for option in reversed(
             (
-                click.option("--base-displacement", type=values, multiple=True, metavar="MM",
+                click.option("--base-displacement", type=values(positive("mm")), multiple=True, metavar="MM",
                              help=f"Amplitude of the base's displacement [mm]; {how}.{default}"),
-                click.option("--base-acceleration", type=values, multiple=True, metavar="M/S2",
+                click.option("--base-acceleration", type=values(positive("m/s^2")), multiple=True, metavar="M/S2",
                              help=f"Amplitude of the base's acceleration [m/s^2]; {how}."),
-                click.option("--force", type=values, multiple=True, metavar="N",
+                click.option("--force", type=values(positive("N")), multiple=True, metavar="N",
                              help=f"Amplitude of a force on the mass [N]; {how}."),
             )
         ):  # fmt: skip
@@ -67,7 +76,7 @@ def curve_options(points: int) -> Callable[[Command], Command]:
     def options(command: Command) -> Command:
         for option in reversed(
             (
-                click.option("--band", type=(float, float), metavar="LOW HIGH",
+                click.option("--band", type=(float, float), metavar="LOW HIGH", callback=_rising,
                              help="Band of frequencies [Hz].  [default: 0.23 to 5 times the frequency of small "
                              "motion]"),
                 click.option("--points", type=click.IntRange(2, 100_000), default=points, show_default=True,
@@ -80,6 +89,15 @@ def curve_options(points: int) -> Callable[[Command], Command]:
         return command
 
     return options
+
+
+def _rising(
+    _context: click.Context, _option: click.Parameter, limits: tuple[float, float] | None
+) -> tuple[float, float] | None:
+    try:
+        return None if limits is None else checked_limits(limits)
+    except IsolationError as refusal:
+        raise click.BadParameter(str(refusal)) from None
 
 
 def chosen_levels(given: Mapping[str, Sequence[float]]) -> tuple[Excitation, list[float]] | None:

@@ -17,13 +17,37 @@ from .output import progress
 
 
 class FiniteRange(click.FloatRange):
-    """A range that refuses NaN and infinity, which `click.FloatRange` lets pass."""
+    """A range in a unit that refuses NaN and infinity, which `click.FloatRange` lets pass; values are told as typed."""
+
+    def __init__(
+        self,
+        min: float | None = None,  # noqa: A002 - named as in `click.FloatRange`
+        max: float | None = None,  # noqa: A002
+        min_open: bool = False,
+        unit: str = "",
+    ) -> None:
+        super().__init__(min, max, min_open)
+        self.unit = unit
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
-        number = float(super().convert(value, param, ctx))
+        try:
+            number = float(super().convert(value, param, ctx))
+        except click.BadParameter:
+            number = math.nan
         if not math.isfinite(number):
-            self.fail(f"{value} is not a finite number.", param, ctx)
+            self.fail(f"must be {self.allowed}, got {value}.", param, ctx)
         return number
+
+    def _describe_range(self) -> str:
+        """What the help says of it, where `click.FloatRange` says "x<=None" if there are no bounds."""
+        return "finite" if self.min is None and self.max is None else super()._describe_range()
+
+    @property
+    def allowed(self) -> str:
+        """What is taken, in words."""
+        low = "" if self.min is None else f" {'>' if self.min_open else '>='} {self.min:g}"
+        high = "" if self.max is None else f" <= {self.max:g}"
+        return f"a finite number{low}{' and' if low and high else ''}{high}" + (f" [{self.unit}]" if self.unit else "")
 
 
 Command = TypeVar("Command", bound=Callable[..., Any])
@@ -50,9 +74,10 @@ def column_options(command: Command) -> Command:
             click.option("--time", metavar="COLUMN", help="Time column, if any; the model does not need it."),
             click.option("--displacement-unit", metavar="UNIT", help="mm, m, in, ...  [default: the file's, or mm]"),
             click.option("--force-unit", metavar="UNIT", help="N, kN, lbf, kip, ...  [default: the file's, or N]"),
-            click.option("--reverse", type=click.Choice(["displacement", "force"]), help="Negate this column."),
+            click.option("--reverse", type=click.Choice(["displacement", "force"]), multiple=True, callback=_one_column,
+                         help="Negate this column."),
         )
-    ):
+    ):  # fmt: skip
         command = option(command)
     return command
 
@@ -124,6 +149,12 @@ def identifier(text: str) -> str:
     """An identifier as near to `text` as possible, for names that nobody has chosen."""
     name = re.sub(r"[^A-Za-z0-9_]+", "_", Path(text).stem).strip("_")
     return (name if name[:1].isalpha() and name.isascii() else f"spring_{name}").rstrip("_")[:64]
+
+
+def _one_column(_context: click.Context, _option: click.Parameter, columns: tuple[str, ...]) -> str | None:
+    if len(set(columns)) > 1:
+        raise click.BadParameter(f"must be one column, got {' and '.join(columns)}; turn the other's sign in the file.")
+    return columns[0] if columns else None
 
 
 def _degrees(_context: click.Context, _option: click.Parameter, text: str) -> tuple[int, int] | None:

@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import json
+import os
+import sys
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
+from pathlib import Path
 from typing import Any, TypeVar
 
 import click
@@ -61,6 +64,17 @@ def note(text: str) -> None:
 def result(text: str) -> None:
     """A line of the result on standard output."""
     click.echo(text)
+
+
+def drop_failing_output() -> bool:
+    """Whether standard output cannot be written; then what it holds is dropped, or Python would try it on leaving."""
+    try:
+        click.echo()
+    except OSError:
+        with Path(os.devnull).open("w") as nowhere:
+            os.dup2(nowhere.fileno(), sys.stdout.fileno())
+        return True
+    return False
 
 
 def result_json(content: dict[str, Any]) -> None:

@@ -6,15 +6,16 @@ from pathlib import Path
 from typing import Any
 
 import click
-import numpy as np
 
 from ..files import replacing
 from ..identification.figures import RecordFit, overall, predict_record
 from ..model.path import PathSolver
 from ..modelfile import load_model
 from ..records import Record
+from .extrapolation import caution_samples
 from .options import ColumnOptions, column_options, read_records
 from .output import note, progress, result, result_json
+from .paths import refuse_overwriting
 from .summary import fit_json, fit_lines
 
 
@@ -35,6 +36,7 @@ def predict(model: str, records: tuple[str, ...], output: str | None, as_json: b
       strandspring predict spring.json other.csv
       strandspring predict spring.json a13.csv a46.csv -o predicted.csv --json
     """
+    refuse_overwriting((model, *records), {"--output": output})
     parameters = load_model(model).parameters.spring()
     group = read_records(records, ColumnOptions(**columns))
     solver = PathSolver(parameters)
@@ -42,13 +44,7 @@ def predict(model: str, records: tuple[str, ...], output: str | None, as_json: b
     for record in group:
         for sentence in record.notes:
             note(f"{record.path}: {sentence}")
-        low, high = parameters.displacement_min, parameters.displacement_max
-        outside = np.mean((record.displacement < low) | (record.displacement > high))
-        if outside > 0.0:
-            note(
-                f"Caution: {record.path}: {100 * outside:.3g} % of the samples lie outside the identified range "
-                f"{low * 1e3:.6g} to {high * 1e3:.6g} mm, where the model is continued linearly."
-            )
+        caution_samples(record.path, record.displacement, parameters)
     if output is not None:
         _write(Path(output), group, fits)
     rmse, rnl = overall(fits)

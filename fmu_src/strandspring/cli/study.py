@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import math
+from collections.abc import Callable
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -13,6 +13,7 @@ import numpy as np
 from ..errors import ModelError
 from ..isolation import Excitation, IsolatedMass, static_point
 from ..isolation.study import (
+    STIFFNESS_FACTORS,
     Cluster,
     GridPointSummary,
     InProcess,
@@ -25,8 +26,10 @@ from ..isolation.study import (
     summarize,
 )
 from ..modelfile import ModelFile, load_model
-from .mount import chosen_levels, curve_options, level_options, mount_options, shares_of_room
+from .mount import chosen_levels, curve_options, level_options, mount_options, positive, shares_of_room
+from .options import FiniteRange
 from .output import advancing, note, result, result_json
+from .paths import refuse_overwriting
 
 # Title of a column: figure, factor to what people read.
 _COLUMNS = {
@@ -41,18 +44,21 @@ _DEFAULT_SHARE = 0.01  # see `shares_of_room`
 _MOST_VALUES = 10_000  # of one LOW:HIGH:COUNT
 
 
-def _values(text: str) -> tuple[float, ...]:
-    """The values of one grid option."""
-    parts = text.split(":")
-    try:
-        if len(parts) == 1:
-            return (float(text),)
-        low, high, count = float(parts[0]), float(parts[1]), int(parts[2])
-        if len(parts) == 3 and math.isfinite(low) and math.isfinite(high) and 2 <= count <= _MOST_VALUES:
-            return tuple(np.linspace(low, high, count).tolist())
-    except (ValueError, IndexError):
-        pass
-    raise click.BadParameter(f"{text!r} is neither a number nor LOW:HIGH:COUNT with COUNT from 2 to {_MOST_VALUES}.")
+def _grid(one: FiniteRange) -> Callable[[str], tuple[float, ...]]:
+    """The type of a grid option: a number within a range, or LOW:HIGH:COUNT."""
+
+    def values(text: str) -> tuple[float, ...]:
+        low, *rest = text.split(":")
+        if not rest:
+            return (one.convert(low, None, None),)
+        if len(rest) != 2 or not rest[1].isdecimal() or not 2 <= int(rest[1]) <= _MOST_VALUES:
+            raise click.BadParameter(
+                f"{text!r} is neither a number nor LOW:HIGH:COUNT with COUNT from 2 to {_MOST_VALUES}."
+            )
+        first, last = (one.convert(end, None, None) for end in (low, rest[0]))
+        return tuple(np.linspace(first, last, int(rest[1])).tolist())
+
+    return values
 
 
 _SEVERAL = "repeat, or give LOW:HIGH:COUNT, for more"
@@ -61,12 +67,17 @@ _SEVERAL = "repeat, or give LOW:HIGH:COUNT, for more"
 @click.command()
 @click.argument("model", metavar="MODEL.json")
 @click.option(
-    "--mass", type=_values, multiple=True, required=True, metavar="KG", help=f"Mass on the mount [kg]; {_SEVERAL}."
+    "--mass",
+    type=_grid(positive("kg")),
+    multiple=True,
+    required=True,
+    metavar="KG",
+    help=f"Mass on the mount [kg]; {_SEVERAL}.",
 )
-@level_options(_values, _SEVERAL, "  [default: 1 % of the room the spring has under the least mass]")
+@level_options(_grid, _SEVERAL, "  [default: 1 % of the room the spring has under the least mass]")
 @click.option(
     "--stiffness",
-    type=_values,
+    type=_grid(FiniteRange(*STIFFNESS_FACTORS)),
     multiple=True,
     metavar="FACTOR",
     help=f"Factor on all forces of the spring (FE and kappa_omega); {_SEVERAL}.  [default: 1]",
@@ -127,6 +138,7 @@ def study(
     chosen = chosen_levels({kind: _flat(given) for kind, given in levels.items()})
     if workers is not None and scheduler is not None:
         raise click.UsageError("--workers and --scheduler exclude each other; give one of them.")
+    refuse_overwriting([model], {"--output": output, "--output's journal": journal_path(Path(output))})
     content = load_model(model)
     spring = content.parameters.spring()
     if chosen is None:

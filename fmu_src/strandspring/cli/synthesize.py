@@ -14,8 +14,10 @@ from ..model.ni import PAPER_NI, sine_period, with_noise
 from ..model.parameters import N_RANGE
 from ..model.path import PathSolver
 from ..modelfile import load_model
+from .extrapolation import caution_samples
 from .options import FiniteRange
 from .output import note, result
+from .paths import refuse_overwriting
 
 
 @click.group()
@@ -29,19 +31,22 @@ def synthesize() -> None:
 @click.option(
     "--amplitude",
     "amplitudes",
-    type=FiniteRange(min=0.0, min_open=True),
+    type=FiniteRange(min=0.0, min_open=True, unit="mm"),
     multiple=True,
     metavar="MM",
     help="Amplitude of the sine [mm]; repeat for one after the other.  [default: the identified range]",
 )
 @click.option(
-    "--mean", type=FiniteRange(), metavar="MM", help="Displacement it swings about [mm].  [default: mid-stroke]"
+    "--mean",
+    type=FiniteRange(unit="mm"),
+    metavar="MM",
+    help="Displacement it swings about [mm].  [default: mid-stroke]",
 )
 @click.option("--cycles", type=click.IntRange(1, 100_000), default=3, show_default=True, help="For each amplitude.")
 @click.option("--samples", type=click.IntRange(8, 1_000_000), default=1000, show_default=True, help="Per cycle.")
 @click.option(
     "--frequency",
-    type=FiniteRange(min=0.0, min_open=True),
+    type=FiniteRange(min=0.0, min_open=True, unit="Hz"),
     default=1.0,
     show_default=True,
     metavar="HZ",
@@ -64,8 +69,16 @@ def synthesize() -> None:
     metavar="SHARE",
     help="Growth of the force from the first sample to the last.",
 )
-@click.option("--displacement-resolution", type=FiniteRange(min=0.0), default=0.0, metavar="MM", help="Of its sensor.")
-@click.option("--force-resolution", type=FiniteRange(min=0.0), default=0.0, metavar="N", help="Of its sensor.")
+@click.option(
+    "--displacement-resolution",
+    type=FiniteRange(min=0.0, unit="mm"),
+    default=0.0,
+    metavar="MM",
+    help="Of its sensor.",
+)
+@click.option(
+    "--force-resolution", type=FiniteRange(min=0.0, unit="N"), default=0.0, metavar="N", help="Of its sensor."
+)
 def spring(
     model: str,
     output: str,
@@ -88,11 +101,13 @@ def spring(
       strandspring synthesize spring spring.json --amplitude 13 --amplitude 46 --mean 57 --noise 0.03 -o campaign.csv
     """
     _refuse_too_many(max(1, len(amplitudes)) * cycles * samples)
+    refuse_overwriting([model], {"--output": output})
     parameters = load_model(model).parameters.spring()
     centre = parameters.displacement_offset if mean is None else mean * 1e-3
     reaches = [a * 1e-3 for a in amplitudes] or [0.5 * (parameters.displacement_max - parameters.displacement_min)]
     phase = np.arange(cycles * samples) / samples
     path = np.concatenate([*(centre + reach * np.sin(2.0 * np.pi * phase) for reach in reaches), [centre]])
+    caution_samples(output, path, parameters)
     force = PathSolver(parameters).force(path)
     if noise > 0.0:
         note(f"Noise level {noise:g}, seed {seed}")
@@ -112,7 +127,7 @@ def spring(
 @click.option("-o", "--output", required=True, metavar="RECORD.csv", help="Record to write.")
 @click.option(
     "--amplitude",
-    type=FiniteRange(min=0.0, min_open=True, max=100.0),
+    type=FiniteRange(min=0.0, min_open=True, max=100.0, unit="mm"),
     default=5.0,
     show_default=True,
     metavar="MM",
@@ -158,8 +173,7 @@ def ni(
       strandspring synthesize ni --amplitude 5.45 --exponent 1 --seed 7 -o drowned.csv
     """
     _refuse_too_many(cycles * samples)
-    if clean is not None and Path(clean).resolve() == Path(output).resolve():
-        raise click.UsageError("--clean must be another file than --output.")
+    refuse_overwriting((), {"--output": output, "--clean": clean})
     path = sine_period(amplitude, samples)
     response = np.tile(replace(PAPER_NI, n=exponent).steady_force(path), cycles)
     columns = {

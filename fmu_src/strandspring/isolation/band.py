@@ -39,5 +39,5 @@ def checked_limits(limits: tuple[float, float]) -> tuple[float, float]:
     """
     low, high = limits
     if not (math.isfinite(low) and math.isfinite(high) and 0.0 < low < high):
-        raise IsolationError(f"The band must rise from above 0 [Hz], got {low!r} to {high!r}.")
+        raise IsolationError(f"The band must rise from above 0 [Hz], got {low:.10g} to {high:.10g}.")
     return low, high

@@ -143,7 +143,7 @@ def _start(balance: HarmonicBalance, rest: StaticPoint, log: float) -> SteadyMot
 
 
 def _told(balance: HarmonicBalance, log: float) -> str:
-    return f"{np.exp(log) / (2.0 * np.pi):.6g} Hz and a level of {balance.level:.6g} {balance.excitation.unit}"
+    return f"{np.exp(log) / (2.0 * np.pi):.6g} Hz and a level of {balance.excitation.told(balance.level)}"
 
 
 def _ahead(balance: HarmonicBalance, here: SteadyMotion, target: float) -> SteadyMotion | None:

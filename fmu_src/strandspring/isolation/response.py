@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..loop_figures import model_loop
+from ..model.parameters import SpringParameters
 from ..model.path import PathSolver
 from .continuation import SteadyMotion, follow, refine_peak
 from .harmonic_balance import HARMONICS, SAMPLES, HarmonicBalance
@@ -36,11 +37,12 @@ class ResponsePoint:
     mean : float                    Mean displacement of one spring [m].
     least, greatest : float         Displacement of one spring [m].
     force : float                   First harmonic of the force on the base [N].
-    acceleration : float            Largest absolute acceleration of the mass [m/s^2].
+    acceleration : float            Largest acceleration of the mass, not relative to the base, of either sign [m/s^2].
     start_displacement, start_speed, start_omega : float   Of the mount [m, m/s] and of a spring [-] at the crest of the
                                     excitation: a simulation that begins there is steady at once.
     stable : bool                   False between two folds of the curve, where no steady motion stays.
     wanted : bool                   Whether this frequency was asked for; the others are steps along the curve.
+    extrapolating : bool            Whether the spring leaves the identified range.
     """
 
     frequency: float
@@ -59,6 +61,7 @@ class ResponsePoint:
     start_omega: float
     stable: bool
     wanted: bool
+    extrapolating: bool
 
 
 @dataclass(frozen=True)
@@ -163,18 +166,27 @@ def checked_band(frequencies: Sequence[float] | FloatArray) -> FloatArray:
 def _inside(motions: Iterator[SteadyMotion], balance: HarmonicBalance, extrapolate: bool) -> Iterator[SteadyMotion]:
     """The motions, refused where they leave the identified range."""
     p = balance.system.spring
-    slack = _SLACK * (p.displacement_max - p.displacement_min)
     for motion in motions:
-        turns = motion.balance.spring.turns
-        least, greatest = float(turns.min()), float(turns.max())
-        if not extrapolate and (least < p.displacement_min - slack or greatest > p.displacement_max + slack):
+        least, greatest = _ends(motion)
+        if not extrapolate and _is_outside(p, least, greatest):
             raise IsolationError(
-                f"At {motion.omega / (2.0 * np.pi):.4g} Hz and a level of {balance.level:.4g} "
-                f"{balance.excitation.unit} the spring moves from {1e3 * least:.4g} to {1e3 * greatest:.4g} mm, "
-                f"outside the identified range of {1e3 * p.displacement_min:.4g} to {1e3 * p.displacement_max:.4g} mm; "
-                "use a lower level, more springs, or a model identified over a larger range."
+                f"At {motion.omega / (2.0 * np.pi):.4g} Hz and a level of {balance.excitation.told(balance.level)} the "
+                f"spring moves from {1e3 * least:.4g} to {1e3 * greatest:.4g} mm, outside the identified range of "
+                f"{1e3 * p.displacement_min:.4g} to {1e3 * p.displacement_max:.4g} mm; use a lower level, more "
+                "springs, or a model identified over a larger range."
             )
         yield motion
+
+
+def _ends(motion: SteadyMotion) -> tuple[float, float]:
+    """Least and greatest displacement of one spring [m]."""
+    turns = motion.balance.spring.turns
+    return float(turns.min()), float(turns.max())
+
+
+def _is_outside(p: SpringParameters, least: float, greatest: float) -> bool:
+    slack = _SLACK * (p.displacement_max - p.displacement_min)
+    return least < p.displacement_min - slack or greatest > p.displacement_max + slack
 
 
 def _point(balance: HarmonicBalance, motion: SteadyMotion) -> ResponsePoint:
@@ -192,27 +204,38 @@ def _point(balance: HarmonicBalance, motion: SteadyMotion) -> ResponsePoint:
     force = -inertia + (balance.level if balance.excitation is Excitation.FORCE else 0.0)
     ratio = force / balance.level if balance.excitation is Excitation.FORCE else (relative + base) / base
     of_relative = relative / (balance.level if balance.excitation is Excitation.FORCE else base)
-    second = basis.differentiate(basis.differentiate(z))
-    second[1] -= base
-    turns = motion.balance.spring.turns
+    speed = omega * (basis.columns @ basis.differentiate(z))
+    least, greatest = _ends(motion)
     return ResponsePoint(
         frequency=omega / (2.0 * math.pi),
         transmissibility=abs(ratio),
         phase=_degrees(ratio),
         relative=abs(of_relative),
         relative_phase=_degrees(of_relative),
-        amplitude=0.5 * system.series * float(turns.max() - turns.min()),
+        amplitude=0.5 * system.series * (greatest - least),
         mean=float(z[0]) / system.series,
-        least=float(turns.min()),
-        greatest=float(turns.max()),
+        least=least,
+        greatest=greatest,
         force=abs(force),
-        acceleration=omega**2 * float(np.abs(basis.columns @ second).max()),
+        acceleration=float(np.abs(_pushed(balance, motion, speed)).max()) / system.mass,
         start_displacement=float(basis.columns[0] @ z),
-        start_speed=omega * float(basis.columns[0] @ basis.differentiate(z)),
+        start_speed=float(speed[0]),
         start_omega=float(motion.balance.spring.omega[0]),
         stable=motion.rising,
         wanted=motion.wanted,
+        extrapolating=_is_outside(system.spring, least, greatest),
     )
+
+
+def _pushed(balance: HarmonicBalance, motion: SteadyMotion, speed: FloatArray) -> FloatArray:
+    """Force on the mass at each sample of the period [N].
+
+    The springs' force has kinks, which the second derivative of the motion's few harmonics would smear.
+    """
+    system = balance.system
+    exciting = balance.level * np.cos(balance.basis.phase) if balance.excitation is Excitation.FORCE else 0.0
+    springs = system.parallel * motion.balance.spring.force
+    return np.asarray(system.static_load + exciting - springs - system.damping * speed)
 
 
 def _degrees(value: complex) -> float:

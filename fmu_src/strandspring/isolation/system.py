@@ -132,7 +132,8 @@ def static_point(system: IsolatedMass) -> StaticPoint:
     if not middle.min() <= each <= middle.max():
         raise IsolationError(
             f"The static load of {each:.6g} N on each spring must lie within the forces of the identified range, "
-            f"{middle.min():.6g} to {middle.max():.6g} N; use another mass, load or number of springs."
+            f"{middle.min():.6g} to {middle.max():.6g} N{_masses(system, middle)}; use another mass, load or number of "
+            "springs."
         )
     rest = _crossing(grid, middle, each)
     zero = _crossing(grid, middle, 0.0) if middle.min() <= 0.0 <= middle.max() else math.nan
@@ -143,8 +144,10 @@ def static_point(system: IsolatedMass) -> StaticPoint:
             f"The rest position at {1e3 * rest:.6g} mm is not stable, because the force falls there as the "
             "displacement rises; use another mass or load."
         )
-    # Loaded from below omega is 1 at most, unloaded from above -1 at least.
-    reached = [float(np.interp(each, np.maximum.accumulate(f), grid)) for f in (backbone(1.0), backbone(-1.0))]
+    # Loaded from below omega is 1 at most, unloaded from above -1 at least; the first place with the load holds.
+    from_below = np.maximum.accumulate(backbone(1.0))
+    from_above = np.minimum.accumulate(backbone(-1.0)[::-1])[::-1]
+    reached = [float(np.interp(each, forces, grid)) for forces in (from_below, from_above)]
     return StaticPoint(
         displacement=rest,
         sag=system.series * (rest - zero),
@@ -153,6 +156,16 @@ def static_point(system: IsolatedMass) -> StaticPoint:
         stiffness=stiffness,
         frequency=math.sqrt(stiffness / system.mass) / (2.0 * math.pi),
     )
+
+
+def _masses(system: IsolatedMass, forces: np.ndarray) -> str:
+    """Which masses rest within these forces of one spring, in words; nothing where the load is not the weight."""
+    if system.load is not None:
+        return ""
+    least, greatest = (
+        max(0.0, float(end)) * system.parallel / STANDARD_GRAVITY for end in (forces.min(), forces.max())
+    )
+    return f", where {least:.6g} to {greatest:.6g} kg can rest" if greatest > 0.0 else ", where no mass can rest"
 
 
 def _crossing(grid: np.ndarray, force: np.ndarray, level: float) -> float:

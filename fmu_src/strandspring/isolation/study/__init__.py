@@ -1,7 +1,7 @@
 """Parameter studies of a mass on a mount: grids, springs drawn from their uncertainty, many cores, resumption."""
 
 from .cluster import Cluster
-from .definition import DONE, GridPoint, RunRow, Study
+from .definition import DONE, STIFFNESS_FACTORS, GridPoint, RunRow, Study
 from .journal import journal_path
 from .run import run_study
 from .runners import InProcess, LocalProcesses, Runner
@@ -11,6 +11,7 @@ from .summary import FIGURES, GridPointSummary, Quantiles, summarize
 __all__ = [
     "DONE",
     "FIGURES",
+    "STIFFNESS_FACTORS",
     "Cluster",
     "GridPoint",
     "GridPointSummary",

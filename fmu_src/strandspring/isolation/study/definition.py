@@ -17,7 +17,7 @@ from .spread import Spread
 
 DONE = "done"
 _MOST_RUNS = 1_000_000
-_FACTORS = (1e-6, 1e6)
+STIFFNESS_FACTORS = (1e-6, 1e6)
 
 
 @dataclass(frozen=True)
@@ -115,14 +115,13 @@ class Study:
         for level in self.levels:
             if not (math.isfinite(level) and level > 0.0):
                 raise IsolationError(f"Every level must be finite and > 0 [{self.excitation.unit}], got {level!r}.")
+        least, most = STIFFNESS_FACTORS
         for factor in self.stiffness_factors:
-            if not _FACTORS[0] <= factor <= _FACTORS[1]:
-                raise IsolationError(
-                    f"Every stiffness factor must be within [{_FACTORS[0]:g}, {_FACTORS[1]:g}], got {factor!r}."
-                )
-        for name, least in (("draws", 0), ("seed", 0), ("points", 2)):
-            if getattr(self, name) < least:
-                raise IsolationError(f"`{name}` must be >= {least}, got {getattr(self, name)!r}.")
+            if not least <= factor <= most:
+                raise IsolationError(f"Every stiffness factor must be within [{least:g}, {most:g}], got {factor!r}.")
+        for name, lowest in (("draws", 0), ("seed", 0), ("points", 2)):
+            if getattr(self, name) < lowest:
+                raise IsolationError(f"`{name}` must be >= {lowest}, got {getattr(self, name)!r}.")
         if self.band is not None:
             checked_limits(self.band)
         if self.draws and self.spread is None:

@@ -23,7 +23,7 @@ _FORMAT_VERSION = 1
 
 def journal_path(results: Path) -> Path:
     """Where the journal of a study lies whose results are to be written to a path."""
-    return results.with_name(results.name + ".part.jsonl")
+    return results.parent / f"{results.name}.part.jsonl"
 
 
 class Journal:
@@ -63,12 +63,15 @@ class Journal:
         self._file.seek(0)
         content = self._file.read()
         whole = content.rfind(b"\n") + 1
-        self._file.truncate(whole)
         lines = content[:whole].splitlines()
+        if lines:
+            self._check(_parsed(lines[0]), manifest)
+        elif not _line(manifest).startswith(content):
+            self._check(None, manifest)
+        self._file.truncate(whole)
         if not lines:
             self._append([manifest])
             return
-        self._check(_parsed(lines[0]), manifest)
         for number, line in enumerate(lines[1:], start=2):
             row = _row(_parsed(line), len(study))
             if row is None:
@@ -108,9 +111,8 @@ class Journal:
         self.rows.update((row.run, row) for row in rows)
 
     def _append(self, entries: list[Any]) -> None:
-        text = "".join(json.dumps(entry, ensure_ascii=False, allow_nan=False) + "\n" for entry in entries)
         try:
-            self._file.write(text.encode("utf-8"))
+            self._file.write(b"".join(map(_line, entries)))
             self._file.flush()
         except OSError as problem:
             raise IsolationError(f"{self.path} cannot be written: {problem.strerror}.") from None
@@ -138,6 +140,10 @@ def _manifest(study: Study) -> dict[str, Any]:
         "options": {"excitation": study.excitation.value, **options},
     }
     return dict(json.loads(json.dumps(manifest)))  # as it will be read back: tuples are lists
+
+
+def _line(entry: Any) -> bytes:
+    return f"{json.dumps(entry, ensure_ascii=False, allow_nan=False)}\n".encode()
 
 
 def _parsed(line: bytes) -> Any:
