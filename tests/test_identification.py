@@ -11,11 +11,14 @@ from strandspring import (
     IdentificationError,
     Outcome,
     Record,
+    RefinedOptions,
     Spring,
     TwoStageOptions,
     identify,
     read_record,
 )
+from strandspring.errors import RecordError
+from strandspring.identification.direction import backwards
 from strandspring.identification.figures import predict_record, rmse, rnl
 from strandspring.identification.loops import gather
 from strandspring.identification.smoothing import moving_average
@@ -255,3 +258,82 @@ def test_an_amplifier_that_would_turn_negative_is_lowered_until_positive() -> No
     found = identify(record, TwoStageOptions(degrees=(3, 1)))
     assert Outcome.AMPLIFIER_REDUCED in found.outcomes
     assert found.degrees == (3, 0)
+
+
+def spoiled(value: float) -> Record:
+    """A record with one bad force sample, the 701st."""
+    record = record_of(spring_of(1.0, 1.0), sine(), noise=0.01)
+    force = record.force.copy()
+    force[700] = value
+    return Record(record.displacement, force, path="r.csv")
+
+
+def test_a_bad_sample_is_cautioned_unless_the_fit_is_robust() -> None:
+    record = spoiled(250.0)
+    assert Outcome.SPIKES in identify(record).outcomes
+    assert Outcome.SPIKES not in identify(record, RefinedOptions(robust=True)).outcomes
+    for good in (hinge(), friction(), record_of(spring_of(1.0, 1.0), sine(), noise=0.03)):
+        assert Outcome.SPIKES not in identify(good, TwoStageOptions()).outcomes
+
+
+@pytest.mark.parametrize("value", [1e5, 1e8, -1e25])
+def test_a_bad_sample_that_decides_all_is_named(value: float) -> None:
+    with pytest.raises(IdentificationError, match=r"r\.csv, sample 701 \(force .* N\): ") as refusal:
+        identify(spoiled(value))
+    assert refusal.value.outcome is Outcome.SPIKES_DECIDE
+
+
+def test_the_same_samples_twice_are_refused() -> None:
+    record = record_of(spring_of(1.0, 1.0), sine())
+    again = Record(record.displacement, record.force, path="copy.csv")
+    with pytest.raises(RecordError, match=r"copy\.csv: holds the same samples as synthetic\.csv"):
+        identify([record, again])
+    # A run at another frequency is another measurement, even of a spring that repeats exactly.
+    times = np.arange(record.force.size, dtype=float)
+    identify([Record(record.displacement, record.force, rate * times) for rate in (1.0, 2.0)], CUBIC)
+
+
+@pytest.mark.parametrize("scale", [1e-200, 1e-100, 1e-31, 1e31, 1e100, 1e200])
+def test_absurd_sizes_are_refused(scale: float) -> None:
+    record = record_of(spring_of(1.0, 1.0), sine())
+    with pytest.raises(RecordError, match="check its unit"):
+        identify(Record(scale * record.displacement, scale * record.force))
+
+
+@pytest.mark.parametrize("scale", [1e-25, 1e25])
+def test_sizes_far_from_any_rig_are_identified_all_the_same(scale: float) -> None:
+    record = record_of(spring_of(1.0, 1.0), sine())
+    assert identify(Record(scale * record.displacement, scale * record.force)).rnl > 0.999
+
+
+def test_loops_that_run_backwards_are_told_as_identify_does() -> None:
+    record = record_of(spring_of(1.0, 1.0), sine(), noise=0.03)
+    x, r = record.displacement, record.force
+    assert backwards(record) is None
+    assert backwards(Record(-x, -r)) is None
+    for turned in (Record(-x, r), Record(x, -r)):
+        assert backwards(turned) is Outcome.FORCE_REVERSED
+    assert "--reverse" in Outcome.FORCE_REVERSED.value
+    assert backwards(Record(r, x)) is Outcome.COLUMNS_SWAPPED
+    for real in (hinge(), friction()):
+        assert backwards(real) is None
+        assert backwards(Record(-real.displacement, real.force)) is Outcome.FORCE_REVERSED
+    # No loop, and no way round.
+    assert backwards(Record(x, 1e3 * x + np.random.default_rng(0).standard_normal(x.size))) is None
+
+
+def test_a_path_without_cycles_can_run_backwards_too() -> None:
+    time = np.linspace(0.0, 1.0, 4000)
+    path = MEAN + AMPLITUDE * np.sin(60.0 * time) * np.cos(17.0 * time + 1.0)
+    force = Spring(spring_of(1.0, 1.0)).response(path)
+    assert backwards(Record(path, force)) is None
+    assert backwards(Record(-path, force)) is Outcome.FORCE_REVERSED
+    # Half a stroke tells nothing.
+    assert backwards(Record(-path[:60], force[:60])) is None
+
+
+def test_a_name_that_is_not_utf_8_goes_into_the_model_file(tmp_path: Path) -> None:
+    record = record_of(spring_of(1.0, 1.0), sine())
+    found = identify(Record(record.displacement, record.force, path="m\udcfc\x1b.csv"), CUBIC)
+    found.spring("a").save(tmp_path / "a.json")
+    assert Spring.load(tmp_path / "a.json").model.provenance["records"][0]["file"] == "m\ufffd\ufffd.csv"

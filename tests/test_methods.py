@@ -63,7 +63,7 @@ def test_nis_method_says_when_its_model_does_not_fit() -> None:
     record = record_of(spring_of(1.0, 1.0), sine(4, 2000))
     assert Outcome.NI_MODEL in identify(record, NiOptions()).outcomes
     with pytest.raises(RecordError, match="one periodic record"):
-        identify([record, record], NiOptions())
+        identify([record, record_of(spring_of(1.0, 1.0), sine(5, 2000))], NiOptions())
 
 
 def test_scan_is_a_method_of_its_own() -> None:

@@ -215,11 +215,20 @@ def test_json_of_something_else_is_refused(tmp_path: Path, text: str) -> None:
     )
 
 
-@pytest.mark.parametrize("version", [0, 2, -1, "1", None, [1]], ids=repr)
+@pytest.mark.parametrize("version", [0, -1, "1", None, [1]], ids=repr)
 def test_another_format_version_is_refused(tmp_path: Path, content: Content, version: object) -> None:
     content["format_version"] = version
     sentence = refusal(written(tmp_path, json.dumps(content)))
     assert sentence == f': field "format_version": input should be 1, got {version!r}; correct this field.'
+
+
+@pytest.mark.parametrize("version", [2, 3, 10**30])
+def test_a_newer_format_version_asks_for_an_upgrade(tmp_path: Path, content: Content, version: int) -> None:
+    # A newer file may hold fields that this version does not know.
+    content |= {"format_version": version, "temperature": 20.0}
+    sentence = refusal(written(tmp_path, json.dumps(content)))
+    assert "newer strandspring" in sentence
+    assert sentence.endswith("upgrade strandspring.")
 
 
 def test_bytes_that_are_not_text_are_refused(tmp_path: Path, content: Content) -> None:

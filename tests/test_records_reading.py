@@ -17,6 +17,7 @@ from hypothesis import strategies as st
 
 from strandspring.errors import RecordError
 from strandspring.records import Record, read_record, source, units
+from strandspring.records.spikes import find_spikes, spikes_of
 
 ROOT = Path(__file__).parent.parent
 RUBBER = ROOT / "models" / "records" / "rubber_stretch.csv"
@@ -80,7 +81,7 @@ def test_columns_of_a_file_without_header_are_given_by_number() -> None:
 
 def test_many_columns_without_header_are_listed() -> None:
     message = refusal(CIRCLE)
-    assert "column 7 (149.425 first, 149.425 to 156.935)" in message
+    assert "column 7 (149.425 first, 149.425 to 156.935) (in the first 200 rows)" in message
     assert "--displacement and --force" in message
 
 
@@ -332,7 +333,7 @@ def test_line_numbers_hold_far_down_a_long_file(write: Write) -> None:
         ("Disp [kN],Force [mm]\n1,2\n2,3\n", {}, "the columns look swapped"),
         ("disp_kN,force_mm\n1,2\n2,3\n", {"displacement_unit": "mm"}, "the columns look swapped"),
         ("Disp [m],Force\n1,2\n20,3\n", {}, "found 19 m with the unit m; is the unit mm?"),
-        ("Disp,Force [kN]\n1,2\n2,3e9\n", {}, "found 3e+12 N with the unit kN; is the unit N?"),
+        ("Disp,Force [kN]\n1,2\n2,3e8\n", {}, "found 3e+11 N with the unit kN; is the unit N?"),
         ("Disp,Force\n1,2\n2,\0\n2,3\n", {}, "line 3: must be text, found a NUL byte"),
         ("\x89PNG\r\n\x1a\n" + "\0\1\2" * 50, {}, "found a NUL byte"),
         ("Disp,Force\n1,2\n2," + "x" * 99 + "\n3,4\n", {}, repr("x" * 39 + "…")),
@@ -442,3 +443,107 @@ def test_numbers_of_a_big_file_agree_with_numpy(write: Write) -> None:
     np.savetxt(buffer, table, delimiter="\t", header="t\tx\tF\tspare")
     record = read_record(write(buffer.getvalue()), displacement="X", force="f")
     np.testing.assert_allclose(record.displacement, 1e-3 * table[:, 1], rtol=1e-12)
+
+
+# ------------------------------------------------------------------------------------------ single bad values
+
+
+def cycles(samples: int = 600) -> tuple[np.ndarray, np.ndarray]:
+    """Displacement [mm] and force [N] of three cycles with a loop."""
+    phase = np.linspace(0.0, 6.0 * np.pi, samples)
+    return 20.0 * np.sin(phase), 300.0 * np.sin(phase + 0.2)
+
+
+def table(displacement: np.ndarray, force: np.ndarray) -> str:
+    rows = "\n".join(f"{x!r},{r!r}" for x, r in zip(displacement.tolist(), force.tolist(), strict=True))
+    return f"Displacement (mm),Force (N)\n\n{rows}\n"
+
+
+def spike_notes(record: Record) -> list[str]:
+    return [note for note in record.notes if "far outside" in note]
+
+
+@pytest.mark.parametrize("value", [1e3, -1e3, 1e8])
+def test_a_single_bad_force_is_told_with_its_line(write: Write, value: float) -> None:
+    displacement, force = cycles()
+    force[200] = value
+    (note,) = spike_notes(read_record(write(table(displacement, force))))
+    # The header, a blank line and 200 samples lie above.
+    assert f"force in line 203 ({value:.6g} N)" in note
+    assert "correct or delete" in note
+
+
+@pytest.mark.parametrize("value", [1e10, 1e200])
+def test_an_impossible_force_is_refused_with_its_line(write: Write, value: float) -> None:
+    displacement, force = cycles()
+    force[200] = value
+    message = refusal(write(table(displacement, force)))
+    assert "line 203" in message
+    assert "correct or delete the line" in message
+    assert "is the unit" not in message
+
+
+def test_an_impossible_displacement_is_no_matter_of_the_unit(write: Write) -> None:
+    displacement, force = cycles()
+    assert "is the unit um?" in refusal(write(table(1e3 * displacement, force)))
+    assert "is the unit" not in refusal(write(table(1e190 * displacement, force)))
+    displacement[200] = 4e198
+    message = refusal(write(table(displacement, force)))
+    assert "line 203" in message
+    assert "is the unit" not in message
+
+
+@pytest.mark.parametrize("scale", [1e-200, 1e-100])
+def test_absurdly_small_numbers_are_refused(write: Write, scale: float) -> None:
+    displacement, force = cycles()
+    assert "check its unit" in refusal(write(table(scale * displacement, scale * force)))
+
+
+def test_samples_that_stand_alone_are_found() -> None:
+    _, force = cycles()
+    assert find_spikes(force).size == 0
+    force[[100, 300, 301, 302]] = 1000.0, -900.0, -950.0, -1e6
+    assert find_spikes(force).tolist() == [100, 300, 301, 302]
+    force[303:305] = -1e5
+    # Five in a row are no single samples, and what they reach others may reach.
+    assert find_spikes(force).size == 0
+
+
+@pytest.mark.parametrize("samples", [2, 3, 4, 7, 20, 200])
+@pytest.mark.parametrize("seed", range(20))
+def test_few_samples_noise_and_coarse_sensors_are_no_spikes(samples: int, seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    phase = np.arange(12 * samples) / samples
+    amplitude = rng.uniform(0.2, 1.0, 12)[phase.astype(int)]
+    wave = 2.0 / np.pi * np.arcsin(np.sin(2.0 * np.pi * (phase + rng.uniform()))) if seed % 2 else np.sin(6.3 * phase)
+    force = 300.0 * amplitude * wave * (1.0 + 0.03 * rng.standard_normal(phase.size))
+    assert find_spikes(force).size == 0
+    assert find_spikes(50.0 * np.round(force / 50.0)).size == 0
+
+
+def test_a_preload_and_a_short_stroke_are_no_spikes() -> None:
+    displacement, force = cycles()
+    preloaded = force + 5000.0
+    preloaded[0] = 0.0
+    assert find_spikes(preloaded).size == 0
+    displacement[200], force[200] = 100.0, 1500.0
+    assert not any(found.size for found in spikes_of(displacement, force))
+
+
+def test_real_records_have_no_spikes() -> None:
+    for path, options in ((RUBBER, {}), (PLASTIC, {}), (CIRCLE, {"displacement": 5, "force": 7})):
+        assert not spike_notes(read_record(path, **options))
+
+
+def test_a_name_that_is_not_utf_8_is_made_printable(tmp_path: Path) -> None:
+    path = tmp_path / "m\udcfc\n.csv"
+    try:
+        path.write_text(table(*cycles()), encoding="utf-8")
+    except OSError:
+        path = tmp_path / "m\n.csv"  # this file system takes UTF-8 only
+        path.write_text(table(*cycles()), encoding="utf-8")
+    record = read_record(path)
+    record.path.encode("utf-8")
+    assert record.path.isprintable()
+    assert "\ufffd" in record.path
+    assert Record.from_arrays([0.0, 1.0], [0.0, 1.0], path="m\udcfc.csv").path == "m\ufffd.csv"

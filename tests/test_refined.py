@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -22,6 +23,7 @@ from strandspring.identification.noise import force_noise
 from strandspring.model.path import PathSolver, tables
 from strandspring.model.sensitivity import omega_with_derivatives
 from strandspring.records.strokes import find_strokes
+from strandspring.report.html import write_report
 from synthetic import AMPLITUDE, MEAN, record_of, sine, spring_of
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -226,3 +228,34 @@ def test_the_hinge_is_predicted_from_another_cycle() -> None:
 def test_options_check_themselves() -> None:
     with pytest.raises(ValueError, match="degrees"):
         RefinedOptions(degrees=(0, 1))
+
+
+@pytest.mark.parametrize("noise", [0.0, 0.01])
+def test_sigma_at_its_physical_bound_is_told_well_by_dense_records(noise: float) -> None:
+    """The classic Bouc-Wen model with beta = 0 lies on the bound sigma = 1/2."""
+    known = SpringParameters((0.0, 3000.0), (1.0,), 25.0, 500.0, 0.5, 1.5, 0.0, -AMPLITUDE, AMPLITUDE)
+    found = identify(record_of(known, sine(3, 3001) - MEAN, noise))
+    assert found.parameters.sigma == pytest.approx(0.5, rel=0.02)
+    assert Outcome.SIGMA_AT_BOUND not in found.outcomes
+
+
+def test_sigma_that_few_samples_leave_open_is_cautioned() -> None:
+    known = SpringParameters((0.0, 3000.0), (1.0,), 25.0, 500.0, 0.5, 1.5, 0.0, -AMPLITUDE, AMPLITUDE)
+    found = identify(record_of(known, sine(3, 61) - MEAN, 0.03))
+    assert Outcome.SIGMA_AT_BOUND in found.outcomes
+
+
+def test_the_report_prints_digits_that_mean_something(tmp_path: Path) -> None:
+    found = identify(record_of(spring_of(1.0, 1.0), sine(), noise=0.01), CUBIC)
+    model = found.spring("a").model
+    write_report(tmp_path / "r.html", model, found)
+    page = (tmp_path / "r.html").read_text(encoding="utf-8")
+    values = re.findall(r"<td>(?:kappa_omega|rho|sigma|n)</td><td>([^<]*)</td>", page)
+    assert len(values) == 8
+    assert max(map(len, values)) <= 8
+    for text, name in zip(values, ("kappa_omega", "rho", "sigma", "n"), strict=False):
+        # Half a unit of the error's second digit at most.
+        assert abs(float(text) - getattr(found.parameters, name)) < 0.06 * found.uncertainty[name]
+    assert repr(found.parameters.kE[1]) not in page
+    assert model.parameters.kE == found.parameters.kE
+    assert re.search(r"The band reaches [0-9.]+ N to either side in the median", page)

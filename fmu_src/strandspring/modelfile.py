@@ -16,6 +16,7 @@ from .files import read_text, write_text
 from .model.parameters import MAXIMUM_DEGREE, N_RANGE, SIGMA_RANGE, SpringParameters
 
 MAXIMUM_BYTES = 10_000_000
+_VERSION = 1
 
 # An identifier of C and Python that is also a safe file name.
 NAME_PATTERN = r"^[A-Za-z][A-Za-z0-9_]{0,63}$"
@@ -91,8 +92,8 @@ class ModelFile(_Strict):
     @classmethod
     def _whole_number(cls, version: object) -> object:
         # Python takes true and 1.0 for 1.
-        if type(version) is not int or version != 1:
-            raise ValueError("input should be 1")
+        if type(version) is not int or version != _VERSION:
+            raise ValueError(f"input should be {_VERSION}")
         return version
 
     @field_validator("name")
@@ -128,7 +129,7 @@ def model_file(name: str, parameters: SpringParameters, description: str = "", *
     """
     content = {
         "format": "strandspring-model",
-        "format_version": 1,
+        "format_version": _VERSION,
         "name": name,
         "parameters": asdict(parameters),
         "description": description,
@@ -164,6 +165,12 @@ def load_model(path: str | Path) -> ModelFile:
         raise ModelError(
             f'{path}: field "format" must be "strandspring-model"; give a model file written by '
             "`strandspring identify`."
+        )
+    version = content.get("format_version")
+    if type(version) is int and version > _VERSION:
+        raise ModelError(
+            f'{path}: field "format_version" is {str(version)[:20]}, so a newer strandspring has written the file, '
+            f"and this one reads {_VERSION} only; upgrade strandspring."
         )
     try:
         return ModelFile.model_validate_json(text)

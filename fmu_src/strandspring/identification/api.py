@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
+from itertools import combinations
 from typing import Any
 
 import numpy as np
@@ -12,6 +13,7 @@ from ..errors import RecordError
 from ..model.parameters import SpringParameters
 from ..model.path import PathSolver
 from ..records.record import Record
+from ..records.spikes import spikes_of
 from ..spring import Spring
 from .export import identified_model
 from .figures import RecordFit, overall, predict_record, record_fit
@@ -19,12 +21,12 @@ from .filtering import filtered_record
 from .loops import join
 from .ni_spring import NiOptions, ni
 from .outcomes import IdentificationError, Outcome
-from .refined import RefinedOptions, bootstrap, refined
+from .refined import RefinedOptions, bootstrap, linearised, refined
 from .scan import ScanOptions, scan
 from .spring_of_fit import Solution, finished
 from .steady import SteadyRecord, find_steady_part
 from .two_stage import TwoStageOptions, two_stage
-from .uncertainty import PredictionBand, uncertainty
+from .uncertainty import PredictionBand, hides_recovery, uncertainty
 
 _POOR_RNL = 0.9
 
@@ -95,12 +97,47 @@ def identify(records: Record | Sequence[Record], options: Options | None = None)
     Raises
     ------
     IdentificationError   With an `Outcome`, if no physically possible spring can have made the records.
+    RecordError           If a record is given twice, or does not suit the method.
     ValueError            If no record is given.
     """
     options = options or RefinedOptions()
     group = (records,) if isinstance(records, Record) else tuple(records)
     if not group:
         raise ValueError("`records` must hold at least one record, got none.")
+    _refuse_twins(group)
+    spikes = [told for record in group if (told := _spikes(record))]
+    try:
+        found = _identified(group, options)
+    except IdentificationError:
+        if spikes:
+            raise IdentificationError(Outcome.SPIKES_DECIDE, "; ".join(spikes)) from None
+        raise
+    if not spikes or (isinstance(options, RefinedOptions) and options.robust):
+        return found
+    return replace(found, outcomes=(*found.outcomes, Outcome.SPIKES))
+
+
+def _refuse_twins(group: Sequence[Record]) -> None:
+    """Refuse the same samples twice: their noise would count as if it had been measured twice."""
+    for first, second in combinations(group, 2):
+        columns = ((first.displacement, second.displacement), (first.force, second.force), (first.time, second.time))
+        if all(a is b or (a is not None and b is not None and np.array_equal(a, b)) for a, b in columns):
+            raise RecordError(f"{second.path}: holds the same samples as {first.path}; give each record once.")
+
+
+def _spikes(record: Record) -> str:
+    """The samples of a record that stand alone, in words; empty without any."""
+    columns = (("displacement", record.displacement, "m"), ("force", record.force, "N"))
+    places = [
+        f"sample {k + 1} ({name} {values[k]:.6g} {unit})"
+        for (name, values, unit), spikes in zip(columns, spikes_of(record.displacement, record.force), strict=True)
+        for k in spikes
+    ]
+    return f"{record.path}, {', '.join(places)}" if places else ""
+
+
+def _identified(group: tuple[Record, ...], options: Options) -> Identification:
+    """The identification without a look at the records' samples one by one."""
     kind = options.filter if isinstance(options, TwoStageOptions) else "moving-average"
     parts = [find_steady_part(filtered_record(record, kind)) for record in group]
     where = ", ".join(record.path for record in group)
@@ -110,6 +147,7 @@ def identify(records: Record | Sequence[Record], options: Options | None = None)
     if isinstance(options, RefinedOptions):
         parameters, fit, cautions = refined(parts, options, where)
         start, starts = fit.start, fit.refinement.omega_start
+        sigma_is_hidden = hides_recovery(fit.loops, fit.basis, fit.refinement)
         errors = uncertainty(fit.loops, fit.basis, fit.refinement)
         told = {**errors.as_json(), "indistinct": errors.indistinct(fit.refinement)}
         band = PredictionBand.of(fit.loops, fit.refinement, errors.force)
@@ -133,6 +171,7 @@ def identify(records: Record | Sequence[Record], options: Options | None = None)
             raise IdentificationError(Outcome.NO_STEADY_SECTION, where)
         parameters, start, cautions = finished(loops, solution, where)
         cautions += extra
+        sigma_is_hidden = hides_recovery(loops, start.basis, linearised(loops, start))
     solver = PathSolver(parameters)
     if kind == "fourier":
         fits = tuple(predict_record(solver, record) for record in group)
@@ -142,6 +181,8 @@ def identify(records: Record | Sequence[Record], options: Options | None = None)
         fits = tuple(_fit(solver, part, float(omega)) for part, omega in zip(measured, starts, strict=True))
     rmse, rnl = overall(fits)
     found = [caution for part in parts for caution in part.cautions] + cautions
+    if sigma_is_hidden:
+        found.append(Outcome.SIGMA_AT_BOUND)
     if rnl < _POOR_RNL:
         found.append(Outcome.POOR_FIT)
     return Identification(

@@ -34,7 +34,16 @@ class Outcome(Enum):
         "record larger strokes."
     )
 
+    SPIKES_DECIDE = (
+        "Single samples stand alone, far outside all the others, and no spring can be identified with them; correct or "
+        "delete their lines."
+    )
+
     # Cautions: a model is returned
+    SPIKES = (
+        "Single samples stand alone, far outside all the others, and pull at the fit; correct or delete their lines, "
+        "or identify with --robust."
+    )
     NO_STEADY_SECTION = (
         "The strokes end before the hysteresis saturates, so there is no steady section; sigma, n and the split "
         "between elastic and hysteretic force are uncertain: record longer strokes."

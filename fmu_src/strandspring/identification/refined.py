@@ -165,6 +165,16 @@ def refined(
     return spring_of(fit.basis, found.backbone, found.hysteresis), fit, cautions
 
 
+def linearised(loops: Loops, solution: Solution) -> Refinement:
+    """The solution of another method as a refinement that has not begun, with the derivatives there."""
+    problem = _Problem(loops, solution.basis, solution.hysteresis)
+    theta = problem.parameters(solution.hysteresis)
+    omega, derivatives = problem.omega(theta)
+    return Refinement(
+        solution.hysteresis, theta[3:], solution.backbone, omega, derivatives, loops.weight, Convergence.STOPPED, 0
+    )
+
+
 def bootstrap(fit: RefinedFit, repetitions: int, seed: int) -> dict[str, FloatArray]:
     """kappa_omega, rho, sigma and n refitted to strokes drawn with replacement, each shape (repetitions,).
 

@@ -10,7 +10,7 @@ from ..model.parameters import SpringParameters, least_value
 from .loops import FloatArray, Loops
 from .outcomes import IdentificationError, Outcome
 from .polynomials import Basis
-from .stages import N_BOUNDS, SIGMA_BOUNDS, Backbone, Hysteresis, fit_backbone
+from .stages import N_BOUNDS, Backbone, Hysteresis, fit_backbone
 
 # |omega| that full strokes must reach for a steady section to exist.
 _SATURATED = 0.9
@@ -78,17 +78,13 @@ def is_positive(basis: Basis, backbone: Backbone) -> bool:
 
 
 def cautions_of(loops: Loops, hysteresis: Hysteresis, omega: FloatArray) -> list[Outcome]:
-    """What a user should know about a fit."""
+    """What a user should know about a fit, but for how well it tells sigma."""
     found = []
     full = loops.length[loops.stroke] >= 0.9 * float(loops.length[np.unique(loops.stroke)].max())
     if np.max(np.abs(omega[full])) < _SATURATED:
         found.append(Outcome.NO_STEADY_SECTION)
-    for value, bounds, outcome in (
-        (hysteresis.sigma, SIGMA_BOUNDS, Outcome.SIGMA_AT_BOUND),
-        (hysteresis.n, N_BOUNDS, Outcome.N_AT_BOUND),
-    ):
-        if any(abs(value - bound) <= _AT_BOUND * bound for bound in bounds):
-            found.append(outcome)
+    if any(abs(hysteresis.n - bound) <= _AT_BOUND * bound for bound in N_BOUNDS):
+        found.append(Outcome.N_AT_BOUND)
     return found
 
 

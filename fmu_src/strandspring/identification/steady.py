@@ -8,6 +8,7 @@ import numpy as np
 
 from ..records.record import Record
 from ..records.strokes import Strokes, find_strokes, noise_level
+from .direction import correlation, wrong_way
 from .loops import POINTS_PER_STROKE, FloatArray, Loops, gather
 from .outcomes import IdentificationError, Outcome
 
@@ -189,15 +190,14 @@ def _refuse_impossible(record: Record, mean: MeanLoop) -> None:
         rise = float(np.max(branch - np.minimum.accumulate(branch)))
         if min(rise, fall) > _SNAP * max(span, 6.0 * abs(mean.half_height)):
             refuse(Outcome.SNAP_THROUGH)
-    correlation = np.corrcoef(record.displacement, record.force)[0, 1]
     height = mean.half_height
     noise = noise_level(record.force)
-    if correlation < -0.5:
+    if correlation(record) < -0.5:
         refuse(Outcome.FORCE_REVERSED)
     if abs(height) <= max(4.0 * noise / np.sqrt(record.force.size), _NO_LOOP * span):
         refuse(Outcome.NO_LOOP)
     if height < 0.0:
-        refuse(Outcome.FORCE_REVERSED if correlation < 0.0 else Outcome.COLUMNS_SWAPPED)
+        refuse(wrong_way(record))
     crossed = mean.unloading > mean.loading + max(4.0 * noise, 0.02 * span)
     if np.mean(crossed) > _CROSSED:
         refuse(Outcome.BRANCHES_CROSS)

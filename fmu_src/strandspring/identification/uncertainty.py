@@ -8,10 +8,11 @@ rho, sigma and n follow by linear propagation. A parameter at its bound is taken
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.polynomial import legendre
+from numpy.typing import NDArray
 
 from .loops import FloatArray, Loops
 from .polynomials import Basis
@@ -22,6 +23,7 @@ _NAMES = ("kappa_omega", "rho", "sigma", "n")
 # Two parameters with a larger correlation, or one with a larger relative error, cannot be told from these records.
 _CORRELATED = 0.98
 _UNCERTAIN = 0.5
+_UNSURE_RECOVERY = 0.1  # standard error of ln(sigma) from which a sigma at its bound 1/2 is not told well
 _NORMAL_95 = 1.96  # standard errors to either side
 
 
@@ -112,13 +114,70 @@ class PredictionBand:
 
 def uncertainty(loops: Loops, basis: Basis, refinement: Refinement) -> Uncertainty:
     """Standard errors of a refined fit."""
-    columns_E, columns_A = basis.columns(loops.displacement)
-    h, backbone = refinement.hysteresis, refinement.backbone
-    # ln(sigma), ln(n) and omega_start at a bound, and an omega_start that no point remembers, do not vary.
+    free = _free(refinement)
+    fitted = _covariance(loops, basis, refinement, free)
+    change = _propagation(basis, refinement, free)
+    natural = change @ fitted.covariance @ change.T
+    errors = np.sqrt(np.maximum(np.diag(natural), 0.0))
+    n_E, n_A = basis.elastic + 1, basis.amplifier + 1
+    four = [n_E + n_A + k for k in range(4)]
+    scale = np.where(errors[four] > 0.0, errors[four], np.nan)
+    correlation = natural[np.ix_(four, four)] / np.outer(scale, scale)
+    kappa, rho, sigma, n = (float(s) for s in scale)
+    force = np.sqrt(np.einsum("pi,ij,pj->p", fitted.jacobian, fitted.covariance, fitted.jacobian))
+    return Uncertainty(
+        errors[:n_E],
+        errors[n_E : n_E + n_A],
+        kappa,
+        rho,
+        sigma,
+        n,
+        np.asarray(correlation),
+        float(np.sqrt(fitted.noise)),
+        force,
+    )
+
+
+def hides_recovery(loops: Loops, basis: Basis, refinement: Refinement) -> bool:
+    """Whether sigma ended on a bound because the points do not tell how the force recovers after a reversal.
+
+    The lower bound is a physical one, which springs may lie on: there the standard error that sigma would have
+    decides, unless n is on a bound too.
+    """
+    free = _free(refinement)
+    if free[1]:
+        return False
+    if refinement.hysteresis.sigma > SIGMA_BOUNDS[0] * 1.001 or not free[2]:
+        return True
+    free[1] = True
+    covariance = _covariance(loops, basis, refinement, free).covariance
+    place = -int(free[1:].sum())
+    # A coefficient that no point depends on has the variance 0 here.
+    return not 0.0 < float(np.sqrt(covariance[place, place])) <= _UNSURE_RECOVERY
+
+
+def _free(refinement: Refinement) -> NDArray[np.bool_]:
+    """Which of ln(rho), ln(sigma), ln(n) and omega_start vary: not at a bound, and not what no point remembers."""
+    h = refinement.hysteresis
     free = np.ones(refinement.derivatives.shape[0], dtype=bool)
     free[1] = SIGMA_BOUNDS[0] * 1.001 < h.sigma < SIGMA_BOUNDS[1] * 0.999
     free[2] = N_BOUNDS[0] * 1.001 < h.n < N_BOUNDS[1] * 0.999
     free[3:] = (np.abs(refinement.omega_start) < 0.999) & (np.abs(refinement.derivatives[3:]).max(axis=1) > 1e-6)
+    return free
+
+
+class _Fitted(NamedTuple):
+    """Jacobian of the force by the fitted coefficients, their covariance and the mean square weighted misfit."""
+
+    jacobian: FloatArray
+    covariance: FloatArray
+    noise: float
+
+
+def _covariance(loops: Loops, basis: Basis, refinement: Refinement, free: NDArray[np.bool_]) -> _Fitted:
+    """Of the coefficients of FE and G and of those of the nonlinear ones that are free."""
+    columns_E, columns_A = basis.columns(loops.displacement)
+    backbone = refinement.backbone
     jacobian = np.hstack(
         [columns_E, refinement.omega[:, None] * columns_A, (refinement.derivatives[free] * backbone.G).T]
     )
@@ -128,30 +187,10 @@ def uncertainty(loops: Loops, basis: Basis, refinement: Refinement) -> Uncertain
     noise = float(misfit @ misfit) / degrees_of_freedom
     _, r = np.linalg.qr(jacobian * root[:, None])
     inverse = np.linalg.pinv(r)
-    covariance = noise * inverse @ inverse.T
-    change = _propagation(basis, refinement, free)
-    natural = change @ covariance @ change.T
-    errors = np.sqrt(np.maximum(np.diag(natural), 0.0))
-    n_E, n_A = columns_E.shape[1], columns_A.shape[1]
-    four = [n_E + n_A + k for k in range(4)]
-    scale = np.where(errors[four] > 0.0, errors[four], np.nan)
-    correlation = natural[np.ix_(four, four)] / np.outer(scale, scale)
-    kappa, rho, sigma, n = (float(s) for s in scale)
-    force = np.sqrt(np.einsum("pi,ij,pj->p", jacobian, covariance, jacobian))
-    return Uncertainty(
-        errors[:n_E],
-        errors[n_E : n_E + n_A],
-        kappa,
-        rho,
-        sigma,
-        n,
-        np.asarray(correlation),
-        float(np.sqrt(noise)),
-        force,
-    )
+    return _Fitted(jacobian, noise * inverse @ inverse.T, noise)
 
 
-def _propagation(basis: Basis, refinement: Refinement, free: FloatArray) -> FloatArray:
+def _propagation(basis: Basis, refinement: Refinement, free: NDArray[np.bool_]) -> FloatArray:
     """Derivatives of kE, kA, kappa_omega, rho, sigma, n with respect to the fitted coefficients."""
 
     def to_powers(size: int) -> FloatArray:

@@ -241,14 +241,15 @@ def _undecided(
 
 
 def _listed(columns: Sequence[Column]) -> str:
-    """Columns with first value and range in the head, such as "column 1 'Time' (0.0, 0 to 12)"."""
+    """Columns with first value and range in the head, such as "column 1 'Time' (0.0 first, 0 to 12)"."""
     texts = []
     for column in columns[:_LISTED_COLUMNS]:
         values = [cell for cell in column.cells if cell]
         content = f" ({quoted(values[0])[1:-1]} first{_range(values)})" if values else " (empty)"
         texts.append(f"{column}{content}")
     more = len(columns) - _LISTED_COLUMNS
-    return ", ".join(texts) + (f" and {more} more" if more > 0 else "")
+    rows = max((len(column.cells) for column in columns), default=0)
+    return ", ".join(texts) + (f" and {more} more" if more > 0 else "") + f" (in the first {rows} rows)"
 
 
 def _range(cells: Sequence[str]) -> str:

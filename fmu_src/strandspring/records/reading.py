@@ -13,13 +13,15 @@ from ..errors import RecordError
 from .columns import Column, choose_columns, choose_unit, table_columns
 from .dialect import Dialect, find_dialect
 from .record import Record
-from .source import load
-from .table import read_numbers
-from .units import Quantity, quoted
+from .source import Source, load
+from .spikes import find_spikes, spikes_of
+from .table import lines_of_rows, read_numbers
+from .units import Quantity, quoted, unit_factor
 
 # Larger than any rig: the unit is wrong.
 _MAX_TRAVEL = 10.0  # [m]
 _MAX_FORCE = 1e9  # [N]
+_SI: Mapping[Quantity, str] = {"displacement": "m", "force": "N"}
 
 
 def read_record(
@@ -87,7 +89,8 @@ def read_record(
     if time is None and "time" in values and not _is_a_clock(values["time"]):
         notes.append(f"time is left out: {columns['time']} does not grow")
         del values["time"]
-    _refuse_impossible(values, columns, units, source.path)
+    _refuse_impossible(values, columns, units, source, dialect)
+    notes += _spike_notes(values, source, dialect)
     if reverse is not None:
         values[reverse] = -values[reverse]
         notes.append(f"the sign of {reverse} is turned, as asked")
@@ -115,33 +118,63 @@ def _is_a_clock(time: NDArray[np.float64]) -> bool:
     return time.size > 1 and bool((np.diff(time) >= 0.0).all() and time[-1] > time[0])
 
 
+def _spike_notes(values: Mapping[Quantity, NDArray[np.float64]], source: Source, dialect: Dialect) -> list[str]:
+    """A sentence about the samples of each quantity that stand alone, with their lines."""
+    notes = []
+    for quantity, spikes in zip(_SI, spikes_of(values["displacement"], values["force"]), strict=True):
+        if spikes.size:
+            lines = lines_of_rows(source, dialect, spikes.tolist())
+            found = zip(lines, values[quantity][spikes], strict=True)
+            places = ", ".join(f"line {line} ({value:.6g} {_SI[quantity]})" for line, value in found)
+            notes.append(
+                f"the {quantity} in {places} is far outside all others and from its neighbours; "
+                "correct or delete what was not measured so"
+            )
+    return notes
+
+
 def _refuse_impossible(
     values: Mapping[Quantity, NDArray[np.float64]],
     columns: Mapping[Quantity, Column],
     units: Mapping[Quantity, str],
-    path: str,
+    source: Source,
+    dialect: Dialect,
 ) -> None:
-    """Refuse what no rig measures: a single sample, a constant, a size that only a wrong unit explains."""
+    """Refuse what no rig measures: a single sample, a constant, a size that only a wrong unit or value explains."""
     for quantity in ("displacement", "force"):
-        series, where = values[quantity], f"{path}, {columns[quantity]}"
+        series, where = values[quantity], f"{source.path}, {columns[quantity]}"
         if series.size < 2:
-            raise RecordError(f"{path}: must have at least 2 rows of numbers, found {series.size}.")
+            raise RecordError(f"{source.path}: must have at least 2 rows of numbers, found {series.size}.")
         if series.min() == series.max():
             raise RecordError(
                 f"{where}: the {quantity} must change, found {series[0]:.6g} in all {series.size} rows; "
                 f"name the column of the {quantity}."
             )
-    travel = float(np.ptp(values["displacement"]))
-    if travel > _MAX_TRAVEL:
-        unit = units["displacement"]
-        raise RecordError(
-            f"{path}, {columns['displacement']}: the displacement must range over at most {_MAX_TRAVEL:g} m, "
-            f"found {travel:.6g} m with the unit {unit}; is the unit {'um' if unit == 'mm' else 'mm'}?"
-        )
+    # The range of the largest doubles is no double.
+    with np.errstate(over="ignore"):
+        travel = float(np.ptp(values["displacement"]))
     largest = float(np.abs(values["force"]).max())
-    if largest > _MAX_FORCE:
-        unit = units["force"]
-        raise RecordError(
-            f"{path}, {columns['force']}: the force must be at most {_MAX_FORCE:g} N, "
-            f"found {largest:.6g} N with the unit {unit}; is the unit {'mN' if unit == 'N' else 'N'}?"
-        )
+    sizes: Mapping[Quantity, tuple[float, float, str]] = {
+        "displacement": (travel, _MAX_TRAVEL, "range over"),
+        "force": (largest, _MAX_FORCE, "be"),
+    }
+    for quantity, (size, limit, rule) in sizes.items():
+        if size > limit:
+            series, unit = values[quantity], units[quantity]
+            middle = np.median(series) if quantity == "displacement" else 0.0
+            (line,) = lines_of_rows(source, dialect, [int(np.argmax(np.abs(0.5 * series - 0.5 * middle)))])
+            raise RecordError(
+                f"{source.path}, line {line}, {columns[quantity]}: the {quantity} must {rule} at most "
+                f"{limit:g} {_SI[quantity]}, found {size:.6g} {_SI[quantity]} with the unit {unit}; "
+                f"{_advice(series, quantity, unit, limit / size)}"
+            )
+
+
+def _advice(series: NDArray[np.float64], quantity: Quantity, unit: str, needed: float) -> str:
+    """What to do about too large numbers: another unit only if it makes all of them possible."""
+    if find_spikes(series).size:
+        return "correct or delete the line."
+    smaller = {"mm": "um", "N": "mN"}.get(unit, "mm" if quantity == "displacement" else "N")
+    if unit_factor(smaller, quantity) <= needed * unit_factor(unit, quantity):
+        return f"is the unit {smaller}?"
+    return "correct the values, or name another column."

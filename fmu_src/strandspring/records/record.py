@@ -8,6 +8,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..errors import RecordError
+from .source import readable
+
+# No rig measures in units so small or so large [m], [N], and powers of such numbers leave the range of doubles.
+_LEAST, _GREATEST = 1e-30, 1e30
 
 
 @dataclass(frozen=True, eq=False)
@@ -21,7 +25,7 @@ class Record:
     displacement : ndarray, shape (K,)   Displacement [m], K >= 2, finite.
     force : ndarray, shape (K,)          Force [N], finite.
     time : ndarray, shape (K,), or None  Time [s], finite; the model is rate independent and never needs it.
-    path : str                           Where the record comes from, as given; used in messages.
+    path : str                           Where the record comes from, as given but printable; used in messages.
     sha256 : str or None                 Digest of the file's bytes (hexadecimal), None without a file.
     notes : tuple of str                 Sentences worth telling: columns and units chosen, rows dropped.
 
@@ -38,16 +42,19 @@ class Record:
     notes: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "displacement", _checked(self.displacement, "displacement", self.path))
-        object.__setattr__(self, "force", _checked(self.force, "force", self.path))
+        object.__setattr__(self, "path", readable(self.path))
+        for name in ("displacement", "force"):
+            values = _checked(getattr(self, name), name, self.path)
+            _refuse_absurd(values, name, self.path)
+            object.__setattr__(self, name, values)
         if self.time is not None:
             object.__setattr__(self, "time", _checked(self.time, "time", self.path))
         object.__setattr__(self, "notes", tuple(self.notes))
-        for name, values in (("force", self.force), ("time", self.time)):
-            if values is not None and values.size != self.displacement.size:
+        for name, column in (("force", self.force), ("time", self.time)):
+            if column is not None and column.size != self.displacement.size:
                 raise RecordError(
                     f"{self.path}: `{name}` must have as many samples as `displacement`, "
-                    f"got {values.size} and {self.displacement.size}; pass arrays of one length."
+                    f"got {column.size} and {self.displacement.size}; pass arrays of one length."
                 )
 
     @classmethod
@@ -103,3 +110,12 @@ def _checked(values: ArrayLike, name: str, path: str) -> NDArray[np.float64]:
         raise RecordError(f"{path}: `{name}` must be finite, got {array[index]} at index {index}; remove the sample.")
     array.setflags(write=False)
     return array
+
+
+def _refuse_absurd(values: NDArray[np.float64], name: str, path: str) -> None:
+    largest = float(max(values.max(), -values.min()))
+    if largest > 0.0 and not _LEAST <= largest <= _GREATEST:
+        raise RecordError(
+            f"{path}: the largest `{name}` must be within [{_LEAST:g}, {_GREATEST:g}] in SI units, "
+            f"found {largest:.6g}; check its unit."
+        )

@@ -12,6 +12,7 @@ import hashlib
 import os
 import re
 import stat
+import unicodedata
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -22,6 +23,7 @@ MAX_ROWS = 50_000_000
 HEAD_BYTES = 64 * 1024
 
 _BOMS = ((codecs.BOM_UTF8, "utf-8"), (codecs.BOM_UTF16_LE, "utf-16-le"), (codecs.BOM_UTF16_BE, "utf-16-be"))
+_UNREADABLE = ("Cc", "Cn", "Cs")  # control characters, no characters, bytes that are no UTF-8
 _BLANK = b" \t,;\n\0\x1a"
 # Chinese text uses the punctuation and the first level of GB 2312 nearly always (lead bytes A1-A9, B0-D7);
 # two accented small letters in a row, as in German "Größe", have lead bytes from E0 on.
@@ -34,7 +36,7 @@ class Source:
 
     Attributes
     ----------
-    path : str        As given by the user.
+    path : str        As given by the user, made printable.
     data : bytes      Text whose lines end in a line feed; blank ends of the file are cut off.
     encoding : str    How to decode `data`.
     sha256 : str      Digest of the file as it is on disk (hexadecimal).
@@ -56,6 +58,11 @@ class Source:
         return [line.decode(self.encoding, errors="replace") for line in head.split(b"\n")]
 
 
+def readable(name: str | os.PathLike[str]) -> str:
+    """A file name without what no terminal shows and no UTF-8 file holds: each such character is replaced."""
+    return "".join("\ufffd" if unicodedata.category(c) in _UNREADABLE else c for c in os.fspath(name))
+
+
 def load(path: str | os.PathLike[str]) -> Source:
     """Read the bytes of a record file.
 
@@ -63,8 +70,8 @@ def load(path: str | os.PathLike[str]) -> Source:
     ------
     RecordError   If the file cannot be read, is empty, too large or no text.
     """
-    name = os.fspath(path)
-    raw = _read(name)
+    name = readable(path)
+    raw = _read(Path(path), name)
     data, encoding = _as_bytes_of_ascii(raw)
     notes = [f"the text is read as {encoding}"] if encoding != "utf-8" else []
     if encoding.startswith("utf-16"):
@@ -87,8 +94,7 @@ def load(path: str | os.PathLike[str]) -> Source:
     return Source(name, text, encoding, hashlib.sha256(raw).hexdigest(), tuple(notes))
 
 
-def _read(name: str) -> bytes:
-    path = Path(name)
+def _read(path: Path, name: str) -> bytes:
     try:
         status = path.stat()
         if stat.S_ISDIR(status.st_mode):

@@ -7,6 +7,7 @@ import io
 import re
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
+from itertools import islice
 
 import numpy as np
 from numpy.typing import NDArray
@@ -87,6 +88,14 @@ def read_numbers(
             raise RecordError(f"{source.path}, line {first.line}{place}: {first.message}; correct or delete the line.")
 
 
+def lines_of_rows(source: Source, dialect: Dialect, rows: Collection[int]) -> list[int]:
+    """1-based lines in the file of rows of the table, which count from 0 and pass over blank lines."""
+    wanted = set(rows)
+    start = _offset_of_line(source.data, dialect.first_line)
+    every = _rows(source.data, dialect, dialect.first_line, start)
+    return [line for row, (line, _, _) in enumerate(islice(every, max(wanted, default=-1) + 1)) if row in wanted]
+
+
 def _parsed(body: bytes, dialect: Dialect, numbers: Sequence[int]) -> dict[int, NDArray[np.float64]] | None:
     """Read columns, or None if a cell is no finite number or a row is wider than the table."""
     import pandas as pd  # slow to import, and not needed to import this package
@@ -138,15 +147,21 @@ def _judged_rows(body: bytes, dialect: Dialect, wanted: Sequence[Column]) -> Ite
     while (end := body.find(b"\n", offset + _BLOCK_BYTES) + 1) and _parsed(body[offset:end], dialect, numbers):
         line += body.count(b"\n", offset, end)
         offset = end
+    for number, start, text in _rows(body, dialect, line, offset):
+        decoded = text.decode("utf-8", "replace").rstrip("\n")
+        cells = split_cells(decoded, dialect.separator, dialect.has_quotes)
+        yield _judged(cells, number, start, dialect, wanted, is_cut=not text.endswith(b"\n"))
+
+
+def _rows(body: bytes, dialect: Dialect, line: int, offset: int) -> Iterator[tuple[int, int, bytes]]:
+    """Line, offset and text of each row from an offset on, which is that of the given line."""
     # A line of tabs alone is a row of empty cells where tabs separate cells, as Pandas sees it.
     blanks = b" \n" if dialect.separator == "\t" else b" \t\n"
     stream = io.BytesIO(body)
     stream.seek(offset)
     for text in stream:
         if text.strip(blanks):
-            decoded = text.decode("utf-8", "replace").rstrip("\n")
-            cells = split_cells(decoded, dialect.separator, dialect.has_quotes)
-            yield _judged(cells, line, offset, dialect, wanted, is_cut=not text.endswith(b"\n"))
+            yield line, offset, text
         offset += len(text)
         line += 1
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import math
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -32,6 +33,7 @@ def write_report(path: Path, model: ModelFile, identification: Identification) -
     page = environment.get_template("report.html.j2").render(
         model=model,
         p=model.parameters,
+        values=_values(model),
         identification=identification,
         version=__version__,
         plots=[
@@ -42,6 +44,24 @@ def write_report(path: Path, model: ModelFile, identification: Identification) -
         ],
     )
     write_text(path, page)
+
+
+def _values(model: ModelFile) -> dict[str, str]:
+    """The parameters with as many digits as their standard errors justify."""
+    numbers, errors = model.parameters.model_dump(), model.uncertainty
+    texts = {name: _digits(numbers[name], errors.get(name)) for name in ("kappa_omega", "rho", "sigma", "n")}
+    for name in ("kE", "kA"):
+        of_each = errors.get(name) or [None] * len(numbers[name])
+        texts[name] = ", ".join(_digits(*pair) for pair in zip(numbers[name], of_each, strict=True))
+    return texts
+
+
+def _digits(value: float, error: float | None) -> str:
+    """A number down to the second digit of its standard error; six digits if that is unknown or zero."""
+    if not error or not value:
+        return f"{value:.6g}"
+    figures = math.floor(math.log10(abs(value))) - math.floor(math.log10(error)) + 2
+    return f"{value:.{min(max(figures, 2), 15)}g}"
 
 
 def _loops(identification: Identification) -> tuple[str, str]:
@@ -82,11 +102,19 @@ def _backbone(identification: Identification) -> tuple[str, str]:
 
 
 def _band(band: PredictionBand) -> tuple[str, str]:
-    figure, (axis,) = _figure(1)
-    axis.plot(band.displacement * 1e3, band.force, color="C3", lw=0.9, label="model")
+    figure, (loop, width) = _figure(2)
+    half = 0.5 * (band.high - band.low)
+    loop.plot(band.displacement * 1e3, band.force, color="C3", lw=0.9, label="model")
     for bound in (band.low, band.high):
-        axis.plot(band.displacement * 1e3, bound, color="C3", lw=0.5, ls="--")
-    axis.set(xlabel="displacement [mm]", ylabel="force [N]", title="Last loop with the 95 % band of its prediction")
+        loop.plot(band.displacement * 1e3, bound, color="C3", lw=0.5, ls="--")
+    loop.set(xlabel="displacement [mm]", ylabel="force [N]", title="Last loop with the 95 % band of its prediction")
+    width.plot(band.displacement * 1e3, half, color="C3", lw=0.9)
+    width.set(
+        xlabel="displacement [mm]",
+        ylabel="half-width of the band [N]",
+        title=f"The band reaches {np.median(half):.2g} N to either side in the median, {half.max():.2g} N at most",
+        ylim=(0.0, None),
+    )
     return "How certain the prediction is", _svg(figure)
 
 

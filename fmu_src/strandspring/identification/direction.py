@@ -1,0 +1,52 @@
+"""Whether the loops of a record run the way a spring's do."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..loop_figures import find_cycles
+from ..records.record import Record
+from ..records.strokes import noise_level
+from .outcomes import Outcome
+
+_NOISE = 4.0  # standard deviations of the work that noise seems to do
+_LEAST = 1e-4  # height of a loop that is called none, share of the force range
+
+
+def backwards(record: Record) -> Outcome | None:
+    """Why the measured loops give energy away, in the words of `identify`; None if they do not.
+
+    The energy is that of the full cycles. Without one it is that of the whole path, as far as no elastic force can
+    have done the work between its ends.
+
+    Parameters
+    ----------
+    record : Record
+
+    Returns
+    -------
+    Outcome or None   FORCE_REVERSED or COLUMNS_SWAPPED.
+    """
+    x, r = record.displacement, record.force
+    steps = np.diff(x)
+    span = float(np.ptp(r))
+    doubt = _NOISE * noise_level(r) * float(np.linalg.norm(steps)) + _LEAST * span * float(np.abs(steps).sum())
+    cycles = find_cycles(record)
+    if cycles:
+        energy = sum(cycle.figures.energy_per_cycle for cycle in cycles)
+    else:
+        closing = 0.5 * (r[0] + r[-1]) * (x[0] - x[-1])
+        energy = float(0.5 * (r[1:] + r[:-1]) @ steps + closing)
+        doubt += span * abs(float(x[-1] - x[0]))
+    return wrong_way(record) if energy < -doubt else None
+
+
+def wrong_way(record: Record) -> Outcome:
+    """The reason why the loops of a record run the wrong way round."""
+    falling = correlation(record) < 0.0
+    return Outcome.FORCE_REVERSED if falling else Outcome.COLUMNS_SWAPPED
+
+
+def correlation(record: Record) -> float:
+    """Correlation of displacement and force [-]."""
+    return float(np.corrcoef(record.displacement, record.force)[0, 1])

@@ -1,0 +1,84 @@
+"""Single samples that stand far outside all the others: damaged readings, not what a spring does."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+IndexArray = NDArray[np.intp]
+
+_MOST = 6  # spikes looked for at either end of the range; more of them are no spikes
+_LEAST_SAMPLES = 60  # for each of them
+_LONGEST = 3  # samples in a row
+_BEYOND = 0.5  # distance from the range of the other samples, share of that range
+_JUMP = 5.0  # distance from both neighbours, in steps that 95 % of the samples do not exceed
+_LOOKED_AT = 4096  # samples that show whether a closer look is needed
+
+
+def find_spikes(values: FloatArray) -> IndexArray:
+    """Samples that stand alone: beyond the range of all others by half of it, and far from both neighbours.
+
+    Up to three in a row and a few in all are spikes. Records with few samples in a cycle have none, since their
+    neighbours are far apart everywhere; nor are there any at the first and the last sample.
+
+    Parameters
+    ----------
+    values : ndarray, shape (K,)   Displacement or force.
+
+    Returns
+    -------
+    ndarray of int                 Indices, rising; mostly empty.
+    """
+    sample = values[:: max(1, values.size // _LOOKED_AT)]
+    none = np.empty(0, dtype=np.intp)
+    if not _beyond(np.array([values.min(), values.max()]), *_trimmed_range(sample)).any():
+        return none
+    suspects = np.flatnonzero(_beyond(values, *_trimmed_range(values)))
+    if suspects.size == 0 or suspects.size > 2 * _MOST:
+        return none
+    step = float(np.quantile(np.abs(np.diff(values)), 0.95))
+    runs = [run for run in _runs(suspects) if _stands_alone(values, run, step)]
+    if not runs:
+        return none
+    spikes = np.concatenate(runs)
+    rest = np.delete(values, spikes)
+    return spikes[_beyond(values[spikes], float(rest.min()), float(rest.max()))]
+
+
+def spikes_of(displacement: FloatArray, force: FloatArray) -> tuple[IndexArray, IndexArray]:
+    """Spikes of displacement and of force; a sample at which both depart is a short stroke and none of them."""
+    of_displacement, of_force = find_spikes(displacement), find_spikes(force)
+    return np.setdiff1d(of_displacement, of_force), np.setdiff1d(of_force, of_displacement)
+
+
+def _trimmed_range(values: FloatArray) -> tuple[float, float]:
+    """Least and greatest value without the few at either end that may be spikes."""
+    cut = min(_MOST, values.size // _LEAST_SAMPLES)
+    middle = np.partition(values, (cut, values.size - 1 - cut))
+    return float(middle[cut]), float(middle[values.size - 1 - cut])
+
+
+def _beyond(values: FloatArray, low: float, high: float) -> NDArray[np.bool_]:
+    # Halves first: the range of what the largest doubles bound is no double.
+    margin = _BEYOND * high - _BEYOND * low
+    return np.asarray((values > high + margin) | (values < low - margin))
+
+
+def _runs(indices: IndexArray) -> Sequence[IndexArray]:
+    """Neighbouring indices together."""
+    edges = [0, *(np.flatnonzero(np.diff(indices) > 1) + 1), indices.size]
+    return [indices[a:b] for a, b in pairwise(edges)]
+
+
+def _stands_alone(values: FloatArray, run: IndexArray, step: float) -> bool:
+    """Whether a run is short and far from the samples before and after it, as steps of the record go."""
+    before, after = int(run[0]) - 1, int(run[-1]) + 1
+    if run.size > _LONGEST or before < 0 or after >= values.size:
+        return False
+    reach = values[run][:, None] - values[[before, after]]
+    one_way = bool((reach > 0.0).all() or (reach < 0.0).all())
+    return one_way and float(np.abs(reach).min()) > _JUMP * step
