@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from strandspring import (
+    IdentificationError,
     Outcome,
     Record,
     RefinedOptions,
@@ -123,6 +124,24 @@ def test_outliers_hardly_move_the_robust_fit() -> None:
     assert errors[1] < 0.1 * errors[0]
 
 
+@pytest.mark.parametrize("outliers", [0.0, 0.1])
+def test_standard_errors_of_the_robust_fit(outliers: float) -> None:
+    known = spring_of(1.0, 1.0, 2.0)
+    clean = record_of(known, sine())
+    deviations = []
+    for seed in range(25):
+        rng = np.random.default_rng(seed)
+        noise = rng.standard_normal(clean.force.size)
+        noise += 20.0 * rng.standard_normal(noise.size) * (rng.random(noise.size) < outliers)
+        found = identify(Record(clean.displacement, clean.force + noise), RefinedOptions((3, 2), robust=True))
+        deviations += [
+            (getattr(found.parameters, name) - getattr(known, name)) / found.uncertainty[name]
+            for name in ("rho", "sigma", "n")
+        ]
+    # 75 deviations, of which n's and rho's go together, should have the mean square 1 to within some 30 %.
+    assert 0.6 < np.mean(np.square(deviations)) < 1.5
+
+
 def test_noise_is_split_into_additive_and_relative() -> None:
     rng = np.random.default_rng(0)
     force = record_of(spring_of(1.0, 1.0), sine(samples=20_000)).force
@@ -163,6 +182,10 @@ def test_bootstrap_and_jacobian_agree_on_independent_noise() -> None:
     assert few["bootstrap"]["kappa_omega"] < 10.0 * few["kappa_omega"]
     again = identify(record, RefinedOptions((3, 2), bootstrap=60, seed=1)).uncertainty
     assert again["bootstrap"] == told["bootstrap"]
+    with pytest.raises(
+        IdentificationError, match=r"synthetic\.csv: A bootstrap draws from at least two steady strokes"
+    ):
+        identify(record_of(spring_of(1.0, 1.0), sine(1, 500), noise=0.03), RefinedOptions((3, 2), bootstrap=30))
 
 
 def test_the_band_holds_the_true_force() -> None:

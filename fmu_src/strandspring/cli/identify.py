@@ -11,6 +11,7 @@ from ..identification import Identification, Options
 from ..identification import identify as identify_records
 from ..identification.campaign import campaign_verdicts
 from ..modelfile import ModelFile, checked_name, save_model
+from .cautions import tell_notes
 from .options import ColumnOptions, column_options, identification_options, identifier, method_options, read_records
 from .output import note, result, result_json, working
 from .paths import refuse_overwriting
@@ -95,9 +96,7 @@ def identified(
 ) -> tuple[ModelFile, Identification]:
     """Read the records, identify the spring and tell its cautions on standard error."""
     group = read_records(records, columns)
-    for record in group:
-        for sentence in record.notes:
-            note(f"{record.path}: {sentence}")
+    tell_notes(group)
     with working("Identifying"):
         identification = identify_records(group, options)
     for outcome in identification.outcomes:

@@ -13,7 +13,7 @@ from ..loop_figures import Loop, LoopFigures, MeasuredLoop, measured_loops, mode
 from ..model.parameters import SpringParameters
 from ..model.path import PathSolver
 from ..modelfile import ModelFile, load_model
-from .extrapolation import outside_range
+from .cautions import caution_backwards, outside_range, tell_notes
 from .options import ColumnOptions, FiniteRange, column_options, read_records
 from .output import note, progress, result, result_json
 from .summary import parameter_lines, verdict_json
@@ -68,9 +68,8 @@ def info(model: str, records: tuple[str, ...], amplitudes: tuple[float, ...], as
     parameters = content.parameters.spring()
     solver = PathSolver(parameters)
     group = read_records(records, ColumnOptions(**columns))
-    for record in group:
-        for sentence in record.notes:
-            note(f"{record.path}: {sentence}")
+    tell_notes(group)
+    caution_backwards(group)
     measured = [loop for record in progress(group, "Measuring loops") for loop in measured_loops(record)]
     wanted = [model_curve(solver, *ends) for ends in _wanted(parameters, amplitudes, bool(records))]
     pairs = [(loop, model_curve(solver, loop.figures.low, loop.figures.high)) for loop in measured]

@@ -22,7 +22,7 @@ from ..isolation import (
 )
 from ..isolation.band import band_frequencies
 from ..modelfile import ModelFile, load_model
-from .extrapolation import outside_range
+from .cautions import outside_range
 from .mount import chosen_levels, curve_options, level_options, mount_options, positive, shares_of_room
 from .output import progress, result, result_json
 from .paths import refuse_overwriting

@@ -12,9 +12,9 @@ from ..identification.figures import RecordFit, overall, predict_record
 from ..model.path import PathSolver
 from ..modelfile import load_model
 from ..records import Record
-from .extrapolation import caution_samples
+from .cautions import caution_backwards, caution_samples, tell_notes
 from .options import ColumnOptions, column_options, read_records
-from .output import note, progress, result, result_json
+from .output import progress, result, result_json
 from .paths import refuse_overwriting
 from .summary import fit_json, fit_lines
 
@@ -41,9 +41,9 @@ def predict(model: str, records: tuple[str, ...], output: str | None, as_json: b
     group = read_records(records, ColumnOptions(**columns))
     solver = PathSolver(parameters)
     fits = tuple(predict_record(solver, record) for record in progress(group, "Predicting"))
+    tell_notes(group)
+    caution_backwards(group)
     for record in group:
-        for sentence in record.notes:
-            note(f"{record.path}: {sentence}")
         caution_samples(record.path, record.displacement, parameters)
     if output is not None:
         _write(Path(output), group, fits)

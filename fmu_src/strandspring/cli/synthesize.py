@@ -14,7 +14,7 @@ from ..model.ni import PAPER_NI, sine_period, with_noise
 from ..model.parameters import N_RANGE
 from ..model.path import PathSolver
 from ..modelfile import load_model
-from .extrapolation import caution_samples
+from .cautions import caution_samples
 from .options import FiniteRange
 from .output import note, result
 from .paths import refuse_overwriting

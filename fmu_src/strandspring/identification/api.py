@@ -152,8 +152,7 @@ def _identified(group: tuple[Record, ...], options: Options) -> Identification:
         told = {**errors.as_json(), "indistinct": errors.indistinct(fit.refinement)}
         band = PredictionBand.of(fit.loops, fit.refinement, errors.force)
         if options.bootstrap:
-            drawn = bootstrap(fit, options.bootstrap, options.seed)
-            spread = {name: float(np.std(values, ddof=1)) for name, values in drawn.items()}
+            spread = bootstrap(fit, options.bootstrap, options.seed, where)
             told["bootstrap"] = {"repetitions": options.bootstrap, "seed": options.seed, **spread}
         if told["indistinct"]:
             cautions.append(Outcome.INDISTINCT)

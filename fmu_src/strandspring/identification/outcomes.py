@@ -39,6 +39,11 @@ class Outcome(Enum):
         "delete their lines."
     )
 
+    TOO_FEW_TO_DRAW = (
+        "A bootstrap draws from at least two steady strokes in each direction, and there are fewer; record more "
+        "cycles, or go without --bootstrap."
+    )
+
     # Cautions: a model is returned
     SPIKES = (
         "Single samples stand alone, far outside all the others, and pull at the fit; correct or delete their lines, "

@@ -103,6 +103,7 @@ class Refinement:
     omega : ndarray, shape (P,)
     derivatives : ndarray, shape (3 + R, P)   d omega by ln(rho), ln(sigma), ln(n) and each omega_start.
     weight : ndarray, shape (P,)           Weight of each squared misfit [1/N^2], counts included.
+    full_weight : ndarray, shape (P,)      The same before Huber's loss lowered the weight of outliers.
     convergence : Convergence
     evaluations : int
     """
@@ -113,6 +114,7 @@ class Refinement:
     omega: FloatArray
     derivatives: FloatArray
     weight: FloatArray
+    full_weight: FloatArray
     convergence: Convergence
     evaluations: int
 
@@ -171,32 +173,48 @@ def linearised(loops: Loops, solution: Solution) -> Refinement:
     theta = problem.parameters(solution.hysteresis)
     omega, derivatives = problem.omega(theta)
     return Refinement(
-        solution.hysteresis, theta[3:], solution.backbone, omega, derivatives, loops.weight, Convergence.STOPPED, 0
+        solution.hysteresis,
+        theta[3:],
+        solution.backbone,
+        omega,
+        derivatives,
+        loops.weight,
+        loops.weight,
+        Convergence.STOPPED,
+        0,
     )
 
 
-def bootstrap(fit: RefinedFit, repetitions: int, seed: int) -> dict[str, FloatArray]:
-    """kappa_omega, rho, sigma and n refitted to strokes drawn with replacement, each shape (repetitions,).
+def bootstrap(fit: RefinedFit, repetitions: int, seed: int, where: str) -> dict[str, float]:
+    """Standard errors of kappa_omega, rho, sigma and n from refits to strokes drawn with replacement.
 
     Whole strokes are drawn, because what a model leaves over is alike along a stroke. The weights stay those of the
     fit.
+
+    Raises
+    ------
+    IdentificationError   If there are not two strokes in each direction to draw from; `where` names the records.
     """
     loops, found = fit.loops, fit.refinement
     generator = np.random.default_rng(seed)
     strokes = np.unique(loops.stroke)
+    # Loading and unloading are drawn apart: without one of them FE and FA cannot be told apart.
+    kinds = [strokes[loops.direction[strokes] == side] for side in (1, -1)]
+    fewest = min(kind.size for kind in kinds)
+    if fewest < 2:
+        raise IdentificationError(Outcome.TOO_FEW_TO_DRAW, where)
     problem = _Problem(loops, fit.basis, fit.start.hysteresis)
     rows = []
     for _ in range(repetitions):
         count = np.zeros(int(strokes.max()) + 1)
-        for side in (1, -1):
-            # Loading and unloading are drawn apart: without one of them FE and FA cannot be told apart.
-            kind = strokes[loops.direction[strokes] == side]
+        for kind in kinds:
             count[kind] = generator.multinomial(kind.size, np.full(kind.size, 1.0 / kind.size))
         again = problem.solve(problem.vector(found), found.weight * count[loops.stroke], _FIRST_TOLERANCE)
         powers = fit.basis.powers(again.backbone.amplified)
         rows.append((powers[0], again.hysteresis.rho, again.hysteresis.sigma, again.hysteresis.n))
-    columns = np.array(rows).reshape(-1, 4).T
-    return dict(zip(("kappa_omega", "rho", "sigma", "n"), columns, strict=True))
+    # Draws from m strokes vary by m - 1 parts in m of what m strokes do.
+    errors = np.std(np.array(rows), axis=0, ddof=1) * np.sqrt(fewest / (fewest - 1.0))
+    return dict(zip(("kappa_omega", "rho", "sigma", "n"), errors.tolist(), strict=True))
 
 
 def _possible(loops: Loops, start: Solution, noise: list[ForceNoise], robust: bool, where: str) -> RefinedFit:
@@ -256,13 +274,18 @@ def refine(loops: Loops, basis: Basis, start: Hysteresis, noise: list[ForceNoise
     problem = _Problem(loops, basis, start)
     found = problem.solve(problem.parameters(start), loops.weight, _FIRST_TOLERANCE, _FIRST_EVALUATIONS)
     for _ in range(_ROBUST_ROUNDS if robust else 1):
-        weight = _weights(loops, found, noise, robust)
-        found = problem.solve(problem.vector(found), weight, _TOLERANCE)
+        full_weight = _weights(loops, found, noise, robust)
+        pull = np.sqrt(full_weight) * np.abs(_misfit(loops, found))
+        bend = np.minimum(1.0, _HUBER / np.maximum(pull, 1e-300)) if robust else 1.0
+        found = replace(problem.solve(problem.vector(found), full_weight * bend, _TOLERANCE), full_weight=full_weight)
     return found
 
 
 def _weights(loops: Loops, found: Refinement, noise: list[ForceNoise], robust: bool) -> FloatArray:
-    """Inverse variance of each point from the noise and from what the model leaves over beyond it."""
+    """Inverse variance of each point from the noise and from what the model leaves over beyond it.
+
+    With outliers about, the typical misfit decides.
+    """
     predicted = found.backbone.FE + found.omega * found.backbone.G
     squared = (loops.force - predicted) ** 2
     record = loops.record[loops.stroke]
@@ -273,9 +296,6 @@ def _weights(loops: Loops, found: Refinement, noise: list[ForceNoise], robust: b
         of = record == k
         beyond = max(_misfit_variance(squared[of], variance[of], robust), (_FINEST * level) ** 2)
         weight[of] = 1.0 / (variance[of] + beyond)
-    if robust:
-        pull = np.sqrt(squared * weight)
-        weight *= np.minimum(1.0, _HUBER / np.maximum(pull, 1e-300))
     return weight
 
 
@@ -413,6 +433,7 @@ class _Problem:
             best.backbone,
             best.omega,
             best.derivatives,
+            weight,
             weight,
             Convergence.CONVERGED if found.success else Convergence.STOPPED,
             int(found.nfev),

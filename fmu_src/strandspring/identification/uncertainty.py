@@ -1,7 +1,9 @@
 """How certain the refined parameters are: standard errors and correlations from the Jacobian.
 
 At the optimum the covariance of all coefficients (Legendre coefficients of FE and G, ln rho, ln sigma, ln n,
-omega_start) is the inverse of J'WJ, with W the inverse variances of the points. The errors of kE, kA, kappa_omega,
+omega_start) is the inverse of J'WJ, with W the inverse variances of the points, times the mean square of the weighted
+misfits r. With Huber's loss, whose derivative psi is r held within bounds, that factor is mean(psi^2)/mean(psi')^2
+(Huber, Ann. Math. Statist. 35, 1964). The errors of kE, kA, kappa_omega,
 rho, sigma and n follow by linear propagation. A parameter at its bound is taken as known.
 """
 
@@ -24,6 +26,7 @@ _NAMES = ("kappa_omega", "rho", "sigma", "n")
 _CORRELATED = 0.98
 _UNCERTAIN = 0.5
 _UNSURE_RECOVERY = 0.1  # standard error of ln(sigma) from which a sigma at its bound 1/2 is not told well
+_LEAST_FREE = 0.1  # share of misfits within the bounds; if fewer were, those beyond would be no outliers
 _NORMAL_95 = 1.96  # standard errors to either side
 
 
@@ -181,10 +184,12 @@ def _covariance(loops: Loops, basis: Basis, refinement: Refinement, free: NDArra
     jacobian = np.hstack(
         [columns_E, refinement.omega[:, None] * columns_A, (refinement.derivatives[free] * backbone.G).T]
     )
-    root = np.sqrt(refinement.weight)
+    root = np.sqrt(refinement.full_weight)
     misfit = root * (loops.force - backbone.FE - refinement.omega * backbone.G)
+    bend = refinement.weight / refinement.full_weight
+    held = bend * misfit
     degrees_of_freedom = max(1, misfit.size - jacobian.shape[1])
-    noise = float(misfit @ misfit) / degrees_of_freedom
+    noise = float(held @ held) / degrees_of_freedom / max(float(np.mean(bend == 1.0)), _LEAST_FREE) ** 2
     _, r = np.linalg.qr(jacobian * root[:, None])
     inverse = np.linalg.pinv(r)
     return _Fitted(jacobian, noise * inverse @ inverse.T, noise)

@@ -1,15 +1,34 @@
-"""Cautions about displacements beyond the identified range."""
+"""What is told about records besides the results: notes on how they were read, and cautions."""
 
 from __future__ import annotations
+
+from collections.abc import Iterable
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ..identification.direction import backwards
 from ..model.parameters import SpringParameters
+from ..records import Record
 from .output import note
 
 # Share of the identified range by which rounding may take a sample beyond its ends.
 _ROUNDING = 1e-9
+
+
+def tell_notes(records: Iterable[Record]) -> None:
+    """Tell what was assumed when records were read."""
+    for record in records:
+        for sentence in record.notes:
+            note(f"{record.path}: {sentence}")
+
+
+def caution_backwards(records: Iterable[Record]) -> None:
+    """Tell which records have loops that run the other way than a spring's, as if a column's sign were turned."""
+    for record in records:
+        turned = backwards(record)
+        if turned is not None:
+            note(f"Caution: {record.path}: {turned.value}")
 
 
 def outside_range(p: SpringParameters) -> str:
