@@ -209,6 +209,18 @@ def test_the_text_is_the_json_in_words(terminal: Terminal) -> None:
         assert said in text, said
 
 
+def test_motion_beyond_the_identified_range_is_told(terminal: Terminal) -> None:
+    command = ["study", "mount.json", "--mass", "5", "--base-displacement", "0.1", "--base-displacement", "3",
+               "--band", "2", "40", "--points", "20", "--draws", "0", "--workers", "1", "-o", "results.csv"]  # fmt: skip
+    refused = json.loads(terminal(*command, "--json"))
+    assert [point["refused"] for point in refused["points"]] == [0, 1]
+    told = json.loads(terminal(*command, "--extrapolate", "--json"))
+    assert [point["extrapolating"] for point in told["points"]] == [0, 1]
+    rows = pd.read_csv("results.csv")
+    assert rows["beyond the identified range"].tolist() == [False, True]
+    assert "in 1 of 1 the spring moves outside the identified range" in terminal(*command, "--extrapolate")
+
+
 def test_the_most_frequent_reason_is_told_whatever_its_numbers() -> None:
     study = replace(CHEAP, masses=(5.0,), draws=3)
     rows = [

@@ -201,7 +201,7 @@ def test_the_journal_of_another_version_is_refused(half_done: Path, monkeypatch:
         run_study(CHEAP, half_done, InProcess())
 
 
-@pytest.mark.parametrize("line", ["nothing", "[1, 2]", "{}", json.dumps([180, *[None] * 18])])
+@pytest.mark.parametrize("line", ["nothing", "[1, 2]", "{}", json.dumps([180, *[None] * 19])])
 def test_a_spoilt_journal_is_refused(half_done: Path, line: str) -> None:
     lines = journal_path(half_done).read_text().splitlines()
     journal_path(half_done).write_text("\n".join([*lines[:5], line, *lines[5:], ""]))

@@ -192,7 +192,7 @@ def _json(
                 "level": response.level,
                 "unit": response.excitation.unit,
                 "resonance": _finite(asdict(response.resonance)),
-                "extrapolating": any(point.extrapolating for point in response.points),
+                "extrapolating": response.extrapolating,
                 "points": [asdict(point) for point in response.points],
                 "verification": [{**asdict(c), "agrees": c.agrees} for of, c in checks if of is response],
             }

@@ -26,6 +26,7 @@ from ..isolation.study import (
     summarize,
 )
 from ..modelfile import ModelFile, load_model
+from .cautions import outside_range
 from .mount import chosen_levels, curve_options, level_options, mount_options, positive, shares_of_room
 from .options import FiniteRange
 from .output import advancing, note, result, result_json
@@ -228,6 +229,7 @@ def _json(model: str, planned: Study, summaries: list[GridPointSummary], output:
                 "refused": summary.refused,
                 "reason": summary.reason,
                 "at_end_of_band": summary.at_end,
+                "extrapolating": summary.extrapolating,
                 "figures": {
                     name: None if found is None else {"q05": found.low, "median": found.median, "q95": found.high}
                     for name, found in summary.figures.items()
@@ -259,6 +261,11 @@ def _lines(planned: Study, summaries: list[GridPointSummary]) -> list[str]:
             lines.append(f"  {where}: {summary.refused} of {summary.runs} refused, most often: {summary.reason}")
         if summary.at_end:
             lines.append(f"  {where}: {summary.at_end} of {summary.runs} greatest at an end of the band")
+        if summary.extrapolating:
+            lines.append(
+                f"  Caution: {where}: in {summary.extrapolating} of {summary.runs} the spring moves "
+                f"{outside_range(planned.spring)}"
+            )
     return lines
 
 

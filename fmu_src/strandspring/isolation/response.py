@@ -100,6 +100,11 @@ class FrequencyResponse:
         """The level in the unit that people read."""
         return self.excitation.told(self.level)
 
+    @property
+    def extrapolating(self) -> bool:
+        """Whether the spring leaves the identified range anywhere on the curve."""
+        return any(point.extrapolating for point in self.points)
+
     def column(self, name: str) -> FloatArray:
         """One attribute of all points, shape (P,)."""
         return np.array([getattr(point, name) for point in self.points], dtype=np.float64)

@@ -23,7 +23,7 @@ from .parameters import polynomial
 from .restoring import amplifier
 from .saturation import GAUSS_3, Scalar, abscissa, falling, rising, xi_of_abscissa
 
-# Work done within this distance of xi = 0 is below 1e-20*kappa_omega/rho and is left out.
+# Work done within this distance of xi = 0 is below sigma*1e-20*kappa_omega/rho and is left out.
 _LEAST = 1e-10
 # Where sums of moments would lose more than this factor in accuracy, they are not used.
 _WORST_CANCELLATION = 300.0

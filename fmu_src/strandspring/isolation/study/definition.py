@@ -34,6 +34,7 @@ class RunRow:
     frequency, transmissibility, amplitude, stiffness, loss_factor, isolation_frequency : float or None
                                             See `Resonance`; None where the run is refused or there is none.
     inside : bool or None                   Whether the resonance lies inside the band, not at one of its ends.
+    extrapolating : bool or None            Whether the spring leaves the identified range anywhere in the band.
     outcome : str                           `DONE`, or the sentence that says why the run is refused.
     """
 
@@ -55,6 +56,7 @@ class RunRow:
     loss_factor: float | None = None
     isolation_frequency: float | None = None
     inside: bool | None = None
+    extrapolating: bool | None = None
     outcome: str = DONE
 
 
@@ -173,6 +175,7 @@ class Study:
             loss_factor=_told(r.loss_factor),
             isolation_frequency=_told(r.isolation_frequency),
             inside=bool(r.inside),
+            extrapolating=response.extrapolating,
         )
 
     def _system(self, spring: SpringParameters, mass: float) -> IsolatedMass:

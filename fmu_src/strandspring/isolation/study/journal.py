@@ -18,7 +18,7 @@ from ..system import IsolationError
 from .definition import RunRow, Study
 
 _FORMAT = "strandspring-study"
-_FORMAT_VERSION = 1
+_FORMAT_VERSION = 2
 
 
 def journal_path(results: Path) -> Path:

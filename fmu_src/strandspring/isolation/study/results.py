@@ -33,6 +33,7 @@ def write_results(path: Path, rows: Iterable[RunRow], excitation: Excitation) ->
         "loss_factor": "loss factor [1]",
         "isolation_frequency": "isolation frequency [Hz]",
         "inside": "resonance inside the band",
+        "extrapolating": "beyond the identified range",
         "outcome": "outcome",
     }
     with replacing(path) as part, part.open("w", encoding="utf-8", newline="") as file:

@@ -37,6 +37,7 @@ class GridPointSummary:
     runs, refused : int
     reason : str or None     The most frequent reason among the refused, as its first run gives it.
     at_end : int             Runs whose greatest transmissibility lies at an end of the band.
+    extrapolating : int      Runs in which the spring leaves the identified range.
     figures : dict           Quantiles by figure, over the runs that tell it; None if none does.
     """
 
@@ -45,6 +46,7 @@ class GridPointSummary:
     refused: int
     reason: str | None
     at_end: int
+    extrapolating: int
     figures: dict[str, Quantiles | None]
 
 
@@ -62,6 +64,7 @@ def _summary(point: GridPoint, rows: Sequence[RunRow]) -> GridPointSummary:
         refused=len(refusals),
         reason=_most_frequent(refusals),
         at_end=sum(row.inside is False for row in rows),
+        extrapolating=sum(row.extrapolating is True for row in rows),
         figures={name: _quantiles([getattr(row, name) for row in rows if row.outcome == DONE]) for name in FIGURES},
     )
 
