@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any
+from typing import Any, NoReturn
 
 import click
 
 from ..isolation import Excitation, IsolatedMass, IsolationError, StaticPoint
 from ..isolation.band import checked_limits
-from .options import Command, FiniteRange
+from .options import Command, ImpossibleValueError, Quantity
 
 # Excitation, factor from what people write to SI.
 _EXCITATIONS = {
@@ -17,25 +17,34 @@ _EXCITATIONS = {
     "base_acceleration": (Excitation.BASE_ACCELERATION, 1.0),
     "force": (Excitation.FORCE, 1.0),
 }
-_SPRINGS = click.IntRange(1, 1_000_000)
 
 
-def positive(unit: str) -> FiniteRange:
+def positive(unit: str) -> Quantity:
     """Numbers above 0 in a unit."""
-    return FiniteRange(min=0.0, min_open=True, unit=unit)
+    return Quantity(min=0.0, min_open=True, unit=unit)
+
+
+class _Springs(click.IntRange):
+    """Numbers of springs."""
+
+    def __init__(self) -> None:
+        super().__init__(1, 1_000_000)
+
+    def fail(self, message: str, param: click.Parameter | None = None, ctx: click.Context | None = None) -> NoReturn:
+        raise ImpossibleValueError(message, ctx, param)
 
 
 def mount_options(command: Command) -> Command:
     """Options of the mount and its load, named as in `IsolatedMass`."""
     for option in reversed(
         (
-            click.option("--load", type=FiniteRange(unit="N"), metavar="N",
+            click.option("--load", type=Quantity(unit="N"), metavar="N",
                          help="Static load along the axis [N].  [default: the weight]"),
-            click.option("--parallel", type=_SPRINGS, default=1, show_default=True,
+            click.option("--parallel", type=_Springs(), default=1, show_default=True,
                          help="Rows of springs side by side."),
-            click.option("--series", type=_SPRINGS, default=1, show_default=True,
+            click.option("--series", type=_Springs(), default=1, show_default=True,
                          help="Springs in series in each row."),
-            click.option("--damping", type=FiniteRange(min=0.0, unit="N s/m"), default=0.0, show_default=True,
+            click.option("--damping", type=Quantity(min=0.0, unit="N s/m"), default=0.0, show_default=True,
                          metavar="N*S/M", help="Viscous damping besides the springs' [N s/m]."),
         )
     ):  # fmt: skip
@@ -43,7 +52,7 @@ def mount_options(command: Command) -> Command:
     return command
 
 
-def level_options(values: Callable[[FiniteRange], Any], how: str, default: str = "") -> Callable[[Command], Command]:
+def level_options(values: Callable[[Quantity], Any], how: str, default: str = "") -> Callable[[Command], Command]:
     """Options of the three excitations, for `chosen_levels`.
 
     Parameters
@@ -97,7 +106,7 @@ def _rising(
     try:
         return None if limits is None else checked_limits(limits)
     except IsolationError as refusal:
-        raise click.BadParameter(str(refusal)) from None
+        raise ImpossibleValueError(str(refusal)) from None
 
 
 def chosen_levels(given: Mapping[str, Sequence[float]]) -> tuple[Excitation, list[float]] | None:

@@ -7,7 +7,7 @@ import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal, TypeVar
+from typing import IO, Any, Literal, NoReturn, TypeVar
 
 import click
 
@@ -48,6 +48,22 @@ class FiniteRange(click.FloatRange):
         low = "" if self.min is None else f" {'>' if self.min_open else '>='} {self.min:g}"
         high = "" if self.max is None else f" <= {self.max:g}"
         return f"a finite number{low}{' and' if low and high else ''}{high}" + (f" [{self.unit}]" if self.unit else "")
+
+
+class ImpossibleValueError(click.BadParameter):
+    """A value that nothing can have, such as a negative mass: refused as bad input, with one sentence and status 1."""
+
+    exit_code = 1
+
+    def show(self, file: IO[Any] | None = None) -> None:
+        click.echo(f"strandspring: {self.format_message()}", file=file, err=file is None)
+
+
+class Quantity(FiniteRange):
+    """A range of what is possible, not of what is sensible."""
+
+    def fail(self, message: str, param: click.Parameter | None = None, ctx: click.Context | None = None) -> NoReturn:
+        raise ImpossibleValueError(message, ctx, param)
 
 
 Command = TypeVar("Command", bound=Callable[..., Any])

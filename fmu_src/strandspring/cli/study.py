@@ -28,7 +28,7 @@ from ..isolation.study import (
 from ..modelfile import ModelFile, load_model
 from .cautions import outside_range
 from .mount import chosen_levels, curve_options, level_options, mount_options, positive, shares_of_room
-from .options import FiniteRange
+from .options import Quantity
 from .output import advancing, note, result, result_json
 from .paths import refuse_overwriting
 
@@ -45,7 +45,7 @@ _DEFAULT_SHARE = 0.01  # see `shares_of_room`
 _MOST_VALUES = 10_000  # of one LOW:HIGH:COUNT
 
 
-def _grid(one: FiniteRange) -> Callable[[str], tuple[float, ...]]:
+def _grid(one: Quantity) -> Callable[[str], tuple[float, ...]]:
     """The type of a grid option: a number within a range, or LOW:HIGH:COUNT."""
 
     def values(text: str) -> tuple[float, ...]:
@@ -78,7 +78,7 @@ _SEVERAL = "repeat, or give LOW:HIGH:COUNT, for more"
 @level_options(_grid, _SEVERAL, "  [default: 1 % of the room the spring has under the least mass]")
 @click.option(
     "--stiffness",
-    type=_grid(FiniteRange(*STIFFNESS_FACTORS)),
+    type=_grid(Quantity(*STIFFNESS_FACTORS)),
     multiple=True,
     metavar="FACTOR",
     help=f"Factor on all forces of the spring (FE and kappa_omega); {_SEVERAL}.  [default: 1]",
