@@ -9,7 +9,7 @@ import click
 from click.core import ParameterSource
 
 from ..errors import BuildError, StrandspringError
-from ..fmu.archive import binary_sizes
+from ..fmu.archive import binary_sizes, fmu_path
 from ..fmu.check import CheckReport, check_fmu
 from ..fmu.native.compiler import PLATFORMS, Platform, chosen_platforms
 from ..fmu.native.package import build_native_fmu
@@ -90,7 +90,7 @@ def build(
     if len(sources) == 1 and sources[0].lower().endswith(".json"):
         _refuse_given(of_records, sources[0])
         model, model_path, identification = load_model(sources[0]), Path(sources[0]), None
-        refuse_overwriting(sources, {"--output": _fmu_path(output, model.name)})
+        refuse_overwriting(sources, {"--output": fmu_path(output, model.name)})
     else:
         if not sources:
             example = Path(models) / EXAMPLE_RECORD
@@ -100,7 +100,7 @@ def build(
             options = {**options, **{key: options[key] or value for key, value in EXAMPLE_COLUMNS.items()}}
         chosen = identifier(sources[0]) if name is None else checked_name(name)
         model_path = Path(models) / f"{chosen}.json"
-        refuse_overwriting(sources, {"--models": model_path, "--output": _fmu_path(output, chosen)})
+        refuse_overwriting(sources, {"--models": model_path, "--output": fmu_path(output, chosen)})
         model, identification = identified(sources, ColumnOptions(**options), method, chosen, description)
         save_model(model_path, model)
     fmu, report = _built(model, Path(output), backend, platforms)
@@ -140,10 +140,6 @@ def _refuse_given(names: set[str], model: str) -> None:
         raise click.UsageError(
             f"{', '.join(given)} can only be given with records, and {model} is a model file; leave that out."
         )
-
-
-def _fmu_path(folder: str, name: str) -> Path:
-    return Path(folder) / f"{name}.fmu"
 
 
 def _built(

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any, NoReturn
+from typing import Any
 
 import click
 
 from ..isolation import Excitation, IsolatedMass, IsolationError, StaticPoint
 from ..isolation.band import checked_limits
-from .options import Command, ImpossibleValueError, Quantity
+from ..isolation.system import MOST_SPRINGS
+from .options import Command, Count, ImpossibleValueError, Quantity
 
 # Excitation, factor from what people write to SI.
 _EXCITATIONS = {
@@ -24,25 +25,15 @@ def positive(unit: str) -> Quantity:
     return Quantity(min=0.0, min_open=True, unit=unit)
 
 
-class _Springs(click.IntRange):
-    """Numbers of springs."""
-
-    def __init__(self) -> None:
-        super().__init__(1, 1_000_000)
-
-    def fail(self, message: str, param: click.Parameter | None = None, ctx: click.Context | None = None) -> NoReturn:
-        raise ImpossibleValueError(message, ctx, param)
-
-
 def mount_options(command: Command) -> Command:
     """Options of the mount and its load, named as in `IsolatedMass`."""
     for option in reversed(
         (
             click.option("--load", type=Quantity(unit="N"), metavar="N",
                          help="Static load along the axis [N].  [default: the weight]"),
-            click.option("--parallel", type=_Springs(), default=1, show_default=True,
+            click.option("--parallel", type=Count(1, MOST_SPRINGS), default=1, show_default=True,
                          help="Rows of springs side by side."),
-            click.option("--series", type=_Springs(), default=1, show_default=True,
+            click.option("--series", type=Count(1, MOST_SPRINGS), default=1, show_default=True,
                          help="Springs in series in each row."),
             click.option("--damping", type=Quantity(min=0.0, unit="N s/m"), default=0.0, show_default=True,
                          metavar="N*S/M", help="Viscous damping besides the springs' [N s/m]."),

@@ -59,11 +59,19 @@ class ImpossibleValueError(click.BadParameter):
         click.echo(f"strandspring: {self.format_message()}", file=file, err=file is None)
 
 
-class Quantity(FiniteRange):
-    """A range of what is possible, not of what is sensible."""
+class _Possible:
+    """For types of options whose bounds are those of what is possible, not of what is sensible."""
 
     def fail(self, message: str, param: click.Parameter | None = None, ctx: click.Context | None = None) -> NoReturn:
         raise ImpossibleValueError(message, ctx, param)
+
+
+class Quantity(_Possible, FiniteRange):
+    """A number in a unit."""
+
+
+class Count(_Possible, click.IntRange):
+    """A number of things."""
 
 
 Command = TypeVar("Command", bound=Callable[..., Any])

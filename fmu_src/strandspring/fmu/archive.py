@@ -54,6 +54,11 @@ def common_contents(
     return contents
 
 
+def fmu_path(directory: str | Path, name: str) -> Path:
+    """Where the FMU of a model of this name is written."""
+    return Path(directory) / f"{name}.fmu"
+
+
 def write_archive(path: Path, contents: Mapping[str, bytes]) -> None:
     """Write a zip archive whose bytes depend on the contents alone."""
     with zipfile.ZipFile(path, "w") as archive:

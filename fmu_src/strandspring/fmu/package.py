@@ -11,7 +11,7 @@ from pathlib import Path
 from ..errors import BuildError
 from ..files import replacing
 from ..modelfile import ModelFile
-from .archive import common_contents, content_guid, installed_version, write_archive
+from .archive import common_contents, content_guid, fmu_path, installed_version, write_archive
 from .description import Backend, model_description
 from .facade import INSIDE_FMU
 
@@ -73,7 +73,7 @@ def build_fmu(model: ModelFile, directory: Path) -> Path:
     ------
     StrandspringError  If a file of pythonfmu is missing, or the folder cannot be written to.
     """
-    path = Path(directory) / f"{model.name}.fmu"
+    path = fmu_path(directory, model.name)
     contents = fmu_contents(model)
     with replacing(path) as part:
         write_archive(part, contents)

@@ -26,7 +26,7 @@ from .scan import ScanOptions, scan
 from .spring_of_fit import Solution, finished
 from .steady import SteadyRecord, find_steady_part
 from .two_stage import TwoStageOptions, two_stage
-from .uncertainty import PredictionBand, hides_recovery, uncertainty
+from .uncertainty import PredictionBand, hides_recovery, is_sigma_free, uncertainty
 
 _POOR_RNL = 0.9
 
@@ -147,7 +147,9 @@ def _identified(group: tuple[Record, ...], options: Options) -> Identification:
     if isinstance(options, RefinedOptions):
         parameters, fit, cautions = refined(parts, options, where)
         start, starts = fit.start, fit.refinement.omega_start
-        sigma_is_hidden = hides_recovery(fit.loops, fit.basis, fit.refinement)
+        sigma_is_hidden = not is_sigma_free(fit.refinement.hysteresis) and hides_recovery(
+            fit.loops, fit.basis, fit.refinement
+        )
         errors = uncertainty(fit.loops, fit.basis, fit.refinement)
         told = {**errors.as_json(), "indistinct": errors.indistinct(fit.refinement)}
         band = PredictionBand.of(fit.loops, fit.refinement, errors.force)
@@ -170,7 +172,9 @@ def _identified(group: tuple[Record, ...], options: Options) -> Identification:
             raise IdentificationError(Outcome.NO_STEADY_SECTION, where)
         parameters, start, cautions = finished(loops, solution, where)
         cautions += extra
-        sigma_is_hidden = hides_recovery(loops, start.basis, linearised(loops, start))
+        sigma_is_hidden = not is_sigma_free(start.hysteresis) and hides_recovery(
+            loops, start.basis, linearised(loops, start)
+        )
     solver = PathSolver(parameters)
     if kind == "fourier":
         fits = tuple(predict_record(solver, record) for record in group)

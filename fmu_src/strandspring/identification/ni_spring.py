@@ -66,7 +66,7 @@ def ni(record: Record, loops: Loops, options: NiOptions) -> tuple[Solution, list
     hysteresis = Hysteresis(result.parameters.rho / _MILLIMETRE, result.parameters.sigma, result.parameters.n)
     backbone = _backbone(result.parameters, basis, loops)
     omega = loops.omega(hysteresis.rho, hysteresis.sigma, hysteresis.n)
-    misfit = loops.rms(loops.force - backbone.FE - omega * backbone.G)
+    misfit = loops.rms(backbone.misfit(loops.force, omega))
     cautions = [Outcome.NI_MODEL] if result.outcome is NiOutcome.LOCAL_MINIMUM else []
     return Solution(basis, backbone, hysteresis, omega, 0.0, misfit), cautions
 

@@ -234,7 +234,7 @@ def _is_steady(loops: Loops, fit: RefinedFit) -> bool:
 
 
 def _misfit(loops: Loops, found: Refinement) -> FloatArray:
-    return np.asarray(loops.force - found.backbone.FE - found.omega * found.backbone.G)
+    return found.backbone.misfit(loops.force, found.omega)
 
 
 def _rms(loops: Loops, found: Refinement) -> float:
@@ -286,7 +286,7 @@ def _weights(loops: Loops, found: Refinement, noise: list[ForceNoise], robust: b
 
     With outliers about, the typical misfit decides.
     """
-    predicted = found.backbone.FE + found.omega * found.backbone.G
+    predicted = found.backbone.force(found.omega)
     squared = (loops.force - predicted) ** 2
     record = loops.record[loops.stroke]
     variance = _noise_variance(loops, predicted, noise) / loops.weight

@@ -64,7 +64,7 @@ def finished(loops: Loops, solution: Solution, where: str) -> tuple[SpringParame
             raise IdentificationError(Outcome.BRANCHES_CROSS, where)
         backbone = fitted
         cautions = [Outcome.AMPLIFIER_REDUCED]
-    misfit = loops.rms(loops.force - backbone.FE - solution.omega * backbone.G)
+    misfit = loops.rms(backbone.misfit(loops.force, solution.omega))
     solution = replace(solution, basis=basis, backbone=backbone, misfit=misfit)
     cautions += cautions_of(loops, solution.hysteresis, solution.omega)
     return spring_of(basis, backbone, solution.hysteresis), solution, cautions

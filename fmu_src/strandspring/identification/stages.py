@@ -55,6 +55,14 @@ class Backbone:
     FE: FloatArray
     G: FloatArray
 
+    def force(self, omega: FloatArray) -> FloatArray:
+        """Predicted force at the points [N]."""
+        return self.FE + omega * self.G
+
+    def misfit(self, force: FloatArray, omega: FloatArray) -> FloatArray:
+        """What the model leaves of a force at the points [N]."""
+        return np.asarray(force - self.FE - omega * self.G)
+
 
 def fit_backbone(
     loops: Loops, basis: Basis, omega: FloatArray, chosen: NDArray[np.bool_] | None = None

@@ -91,7 +91,7 @@ def _solve(loops: Loops, degrees: tuple[int, int], options: TwoStageOptions) -> 
         omega = loops.omega(hysteresis.rho, hysteresis.sigma, hysteresis.n)
         backbone = fit_backbone(loops, basis, omega)
         if backbone is not None and is_distinct(omega):
-            misfit = loops.rms(loops.force - backbone.FE - omega * backbone.G)
+            misfit = loops.rms(backbone.misfit(loops.force, omega))
             solutions.append(Solution(basis, backbone, hysteresis, omega, share, misfit))
     return min(solutions, key=lambda s: s.misfit, default=None)
 
@@ -110,7 +110,7 @@ def _stages(
     if hysteresis is None:
         return None
     omega = loops.omega(hysteresis.rho, hysteresis.sigma, hysteresis.n)
-    return hysteresis, loops.rms(loops.force - backbone.FE - omega * backbone.G)
+    return hysteresis, loops.rms(backbone.misfit(loops.force, omega))
 
 
 def _three_points_of_loading(

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from .loops import FloatArray, Loops
 from .polynomials import Basis
 from .refined import Refinement
-from .stages import N_BOUNDS, SIGMA_BOUNDS
+from .stages import N_BOUNDS, SIGMA_BOUNDS, Hysteresis
 
 _NAMES = ("kappa_omega", "rho", "sigma", "n")
 # Two parameters with a larger correlation, or one with a larger relative error, cannot be told from these records.
@@ -110,7 +110,7 @@ class PredictionBand:
     def of(cls, loops: Loops, refinement: Refinement, error: FloatArray) -> PredictionBand:
         """The band on the last two strokes from the standard error at each point."""
         last = loops.stroke >= loops.stroke[-1] - 1
-        force = (refinement.backbone.FE + refinement.omega * refinement.backbone.G)[last]
+        force = refinement.backbone.force(refinement.omega)[last]
         reach = _NORMAL_95 * error[last]
         return cls(loops.displacement[last], force - reach, force, force + reach)
 
@@ -141,15 +141,18 @@ def uncertainty(loops: Loops, basis: Basis, refinement: Refinement) -> Uncertain
     )
 
 
+def is_sigma_free(hysteresis: Hysteresis) -> bool:
+    """Whether sigma lies off its bounds."""
+    return SIGMA_BOUNDS[0] * 1.001 < hysteresis.sigma < SIGMA_BOUNDS[1] * 0.999
+
+
 def hides_recovery(loops: Loops, basis: Basis, refinement: Refinement) -> bool:
-    """Whether sigma ended on a bound because the points do not tell how the force recovers after a reversal.
+    """Whether a sigma that is not free is so because the points do not tell how the force recovers after a reversal.
 
     The lower bound is a physical one, which springs may lie on: there the standard error that sigma would have
     decides, unless n is on a bound too.
     """
     free = _free(refinement)
-    if free[1]:
-        return False
     if refinement.hysteresis.sigma > SIGMA_BOUNDS[0] * 1.001 or not free[2]:
         return True
     free[1] = True
@@ -163,7 +166,7 @@ def _free(refinement: Refinement) -> NDArray[np.bool_]:
     """Which of ln(rho), ln(sigma), ln(n) and omega_start vary: not at a bound, and not what no point remembers."""
     h = refinement.hysteresis
     free = np.ones(refinement.derivatives.shape[0], dtype=bool)
-    free[1] = SIGMA_BOUNDS[0] * 1.001 < h.sigma < SIGMA_BOUNDS[1] * 0.999
+    free[1] = is_sigma_free(h)
     free[2] = N_BOUNDS[0] * 1.001 < h.n < N_BOUNDS[1] * 0.999
     free[3:] = (np.abs(refinement.omega_start) < 0.999) & (np.abs(refinement.derivatives[3:]).max(axis=1) > 1e-6)
     return free
@@ -185,7 +188,7 @@ def _covariance(loops: Loops, basis: Basis, refinement: Refinement, free: NDArra
         [columns_E, refinement.omega[:, None] * columns_A, (refinement.derivatives[free] * backbone.G).T]
     )
     root = np.sqrt(refinement.full_weight)
-    misfit = root * (loops.force - backbone.FE - refinement.omega * backbone.G)
+    misfit = root * backbone.misfit(loops.force, refinement.omega)
     bend = refinement.weight / refinement.full_weight
     held = bend * misfit
     degrees_of_freedom = max(1, misfit.size - jacobian.shape[1])

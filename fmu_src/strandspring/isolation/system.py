@@ -19,6 +19,7 @@ from ..model.parameters import SpringParameters
 from ..model.path import PathSolver
 
 STANDARD_GRAVITY = 9.80665  # m/s^2
+MOST_SPRINGS = 1_000_000  # side by side, and in series
 _GRID = 2001  # displacements over the identified range among which the static equilibrium is looked for
 
 
@@ -74,8 +75,8 @@ class IsolatedMass:
         if self.load is not None and not math.isfinite(self.load):
             raise IsolationError(f"`load` must be finite [N], got {self.load!r}.")
         for name, count in (("parallel", self.parallel), ("series", self.series)):
-            if not 1 <= count <= 1_000_000:
-                raise IsolationError(f"`{name}` must be a number of springs from 1 to 1000000, got {count!r}.")
+            if not 1 <= count <= MOST_SPRINGS:
+                raise IsolationError(f"`{name}` must be a number of springs from 1 to {MOST_SPRINGS}, got {count!r}.")
         if not (math.isfinite(self.damping) and self.damping >= 0.0):
             raise IsolationError(f"`damping` must be finite and >= 0 [N s/m], got {self.damping!r}.")
 

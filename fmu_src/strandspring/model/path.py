@@ -113,23 +113,32 @@ def tables(n: float, sigma: float) -> tuple[Saturation, Saturation]:
 def stroke_start_xi(
     table: Saturation, rho: float, start: FloatArray, direction: NDArray[np.int64], omega_start: float
 ) -> FloatArray:
+    """xi at the beginning of each of S strokes that begin at the displacements `start`, shape (S,) [m].
+
+    The rest as in `inherited_xi`.
+    """
+    return inherited_xi(table, rho, np.abs(np.diff(start)), direction, omega_start)
+
+
+def inherited_xi(
+    table: Saturation, rho: float, length: FloatArray, direction: NDArray[np.int64], omega_start: float
+) -> FloatArray:
     """xi at the beginning of each of S strokes; sequential, since each inherits from the one before.
 
     Parameters
     ----------
     table : Saturation                Tables as lists, several times faster here than arrays.
     rho : float                       [1/m]
-    start : ndarray, shape (S,)       Displacement at which each stroke begins [m].
+    length : ndarray                  Of each stroke but the last, which may be there or not [m].
     direction : ndarray, shape (S,)   +1 or -1, alternating.
     omega_start : float               omega at the beginning of the first stroke.
     """
     xis: list[float] = []
     omega = omega_start
-    starts = start.tolist()
+    lengths = length.tolist()
     for k, sign in enumerate(direction.tolist()):
         if k:
-            travelled = rho * abs(starts[k] - starts[k - 1])
-            omega = -sign * saturation(table, xis[-1] + travelled)
+            omega = -sign * saturation(table, xis[-1] + rho * lengths[k - 1])
         xis.append(stroke_start(table, sign * omega))
     return np.array(xis)
 

@@ -15,8 +15,8 @@ from collections.abc import Callable
 
 import numpy as np
 
-from .path import FloatArray, IntArray, Vector, saturation_of
-from .saturation import GAUSS_3, Branch, Saturation, quadrature, saturation, stroke_start
+from .path import FloatArray, IntArray, Vector, inherited_xi, saturation_of
+from .saturation import GAUSS_3, Branch, Saturation, quadrature
 
 Rate = Callable[[FloatArray], FloatArray]
 
@@ -118,11 +118,7 @@ def omega_with_derivatives(
     _, lists = tables
     strokes = direction.size
     # Values first, in sequence and as floats; then all ends of strokes at once.
-    begin = np.empty(strokes)
-    omega = omega_start
-    for k, (sign, span) in enumerate(zip(direction.tolist(), length.tolist(), strict=True)):
-        begin[k] = stroke_start(lists, sign * omega)
-        omega = sign * saturation(lists, begin[k] + rho * span)
+    begin = inherited_xi(lists, rho, length, direction, omega_start)
     _, slope_0, sigma_0, n_0 = sensitivity(begin)
     _, slope_1, sigma_1, n_1 = sensitivity(begin + rho * length)
     # d(xi0) of each stroke from d(u) at the end of the one before: u0 = -u1, and W(xi0; theta) = u0.

@@ -15,7 +15,7 @@ from pathlib import Path
 from ...errors import BuildError
 from ...files import replacing
 from ...modelfile import ModelFile
-from ..archive import common_contents, content_guid, installed_version, write_archive
+from ..archive import common_contents, content_guid, fmu_path, installed_version, write_archive
 from ..description import Backend, model_description
 from .compiler import Platform, chosen_platforms, compile_binary
 from .config import configuration
@@ -59,7 +59,7 @@ def build_native_fmu(
     ------
     StrandspringError  If ziglang is missing or fails, or the folder cannot be written to.
     """
-    path = Path(directory) / f"{model.name}.fmu"
+    path = fmu_path(directory, model.name)
     contents = native_contents(model, chosen_platforms("host") if platforms is None else platforms, compiled)
     with replacing(path) as part:
         write_archive(part, contents)
