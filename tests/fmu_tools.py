@@ -18,8 +18,8 @@ from fmpy.fmi2 import (
     fmi2CallbackLoggerTYPE,
 )
 
-from strandspring.fmu.package import build_fmu
-from strandspring.model.parameters import SpringParameters
+from strandspring.core.parameters import SpringParameters
+from strandspring.fmu.python_backed import build_fmu
 from strandspring.modelfile import model_file
 
 SPRING = SpringParameters(

@@ -27,7 +27,7 @@ from fmu_tools import OTHER, SPRING
 from kernel_tools import compiled
 from native_tools import library
 from strandspring.fmu.native.config import c_string
-from strandspring.fmu.native.package import native_contents
+from strandspring.fmu.native.native_fmu import native_contents
 from strandspring.modelfile import model_file
 
 FUZZER = Path(__file__).with_name("fuzz")

@@ -18,11 +18,11 @@ from numpy.typing import NDArray
 import strandspring
 from springs import along, spring
 from strandspring import SpringParameters
-from strandspring.model.parameters import MAXIMUM_DEGREE, N_RANGE, SIGMA_RANGE
+from strandspring.core.parameters import MAXIMUM_DEGREE, N_RANGE, SIGMA_RANGE
 
 FloatArray = NDArray[np.float64]
 
-KERNEL = Path(strandspring.__file__).parent / "fmu" / "native" / "c"
+KERNEL = Path(strandspring.__file__).parent / "core" / "c"
 HERE = Path(__file__).parent
 FLAGS = (
     "-std=c11", "-ffp-contract=off", "-Wall", "-Wextra", "-Wpedantic", "-Werror", "-Wshadow", "-Wconversion",

@@ -17,8 +17,8 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 from strandspring import SpringParameters
+from strandspring.core.parameters import derivative, polynomial
 from strandspring.cosimulation import Plant
-from strandspring.model.parameters import derivative, polynomial
 
 
 @dataclass(frozen=True, eq=False)

@@ -14,8 +14,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from strandspring.isolation import Excitation, IsolatedMass, static_point
-from strandspring.model.parameters import polynomial
+from strandspring.core.parameters import polynomial
+from strandspring.isolation.system import Excitation, IsolatedMass, static_point
 
 _PHASES = 256
 _AGREE = 3  # periods in a row that must repeat

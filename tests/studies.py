@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from strandspring.isolation import Excitation
-from strandspring.isolation.study import Spread, Study
+from strandspring.isolation.system import Excitation
+from strandspring.study.definition import Study
+from strandspring.study.spread import Spread
 from synthetic import spring_of
 
 SPRING = spring_of(1.0, 1.0)

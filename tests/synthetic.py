@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from strandspring import Record, Spring, SpringParameters
-from strandspring.model.saturation import Saturation, inverse_saturation
+from strandspring.core.saturation import Saturation, inverse_saturation
 
 AMPLITUDE = 0.02
 MEAN = 0.05

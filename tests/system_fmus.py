@@ -6,7 +6,7 @@ import tempfile
 from functools import cache
 from pathlib import Path
 
-import mounts
+from strandspring.examples import mounts
 
 _FOLDER = tempfile.TemporaryDirectory(prefix="strandspring-fmus-", ignore_cleanup_errors=True)
 

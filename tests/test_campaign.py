@@ -15,8 +15,9 @@ from strandspring.identification.campaign import (
     loading_overlap,
     rate_independence,
 )
-from strandspring.loop_figures import find_cycles, model_curve
-from strandspring.model.path import PathSolver
+from strandspring.kernel.path import PathSolver
+from strandspring.loops.cycles import find_cycles
+from strandspring.loops.modelled import model_curve
 from synthetic import AMPLITUDE, MEAN, spring_of
 
 FREQUENCIES = (0.13, 0.5, 2.12)  # the paper's range [Hz]

@@ -15,9 +15,9 @@ from fmpy.ssp.ssd import ParameterSet, read_ssv
 from fmu_tools import SPRING, built, instance, run_python, wandering_path
 from springs import force_scale
 from strandspring import Spring, SpringParameters
+from strandspring.core.variables import spring_parameters, start_values, variables
 from strandspring.export.modelica import modelica_package
 from strandspring.export.ssv import parameter_values
-from strandspring.fmu.variables import spring_parameters, start_values, variables
 from strandspring.modelfile import model_file
 from terminal import Terminal
 

@@ -19,8 +19,8 @@ from scipy.optimize import brentq
 from fmu_tools import OTHER, SPRING
 from springs import force_by_definition, force_scale, spring
 from strandspring import Spring, SpringParameters
+from strandspring.core.variables import SCALARS, variables
 from strandspring.export.modelica import modelica_package, package_name
-from strandspring.fmu.variables import SCALARS, variables
 from strandspring.modelfile import ModelFile, load_model, model_file
 
 TESTS = Path(__file__).resolve().parent

@@ -8,8 +8,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from strandspring.identification.filters import fourier_filter, low_pass
-from strandspring.model.ni import PAPER_NI, sine_period, with_noise
+from strandspring.peers.filters import fourier_filter, low_pass
+from strandspring.peers.ni import PAPER_NI, sine_period, with_noise
 
 FloatArray = np.ndarray
 Filter = Callable[[FloatArray], FloatArray]

@@ -14,11 +14,11 @@ import pytest
 from fmpy.validation import validate_fmu
 
 from fmu_tools import OTHER, SPRING, built, instance, run_python
+from strandspring.core.parameters import SpringParameters
+from strandspring.core.variables import SCALARS, spring_parameters, start_values, units, variables
 from strandspring.errors import StrandspringError
 from strandspring.fmu.documentation import flat
-from strandspring.fmu.package import build_fmu, fmu_contents
-from strandspring.fmu.variables import SCALARS, spring_parameters, start_values, units, variables
-from strandspring.model.parameters import SpringParameters
+from strandspring.fmu.python_backed import build_fmu, fmu_contents
 from strandspring.modelfile import model_file
 
 AWKWARD = "\"quoted\" 'single' <b>bold</b> &amp; ]]> <!-- \nnew line\ttab äöü 弹簧 %s %n {name} {{ 7*7 }}"

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from fmu_tools import OTHER, SPRING, built, instance, run_python, status_of
-from strandspring.model.path import PathSolver
+from strandspring.kernel.path import PathSolver
 
 DISCARD, FATAL = 2, 4
 ERROR = 3

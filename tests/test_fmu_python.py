@@ -17,7 +17,7 @@ from hypothesis import strategies as st
 from fmu_tools import OTHER, SPRING, Instance, built, instance, run_python, wandering_path
 from strandspring.errors import BuildError
 from strandspring.fmu.check import check_fmu
-from strandspring.model.path import PathSolver
+from strandspring.kernel.path import PathSolver
 
 ROUNDING = 1e-12
 

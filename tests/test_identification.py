@@ -17,16 +17,16 @@ from strandspring import (
     identify,
     read_record,
 )
+from strandspring.core.parameters import least_value
 from strandspring.errors import RecordError
 from strandspring.identification.direction import backwards
 from strandspring.identification.figures import predict_record, rmse, rnl
 from strandspring.identification.loops import gather
 from strandspring.identification.smoothing import moving_average
-from strandspring.identification.steady import find_steady_part
-from strandspring.identification.three_point import three_points
-from strandspring.model.parameters import least_value
-from strandspring.model.path import PathSolver
-from strandspring.records.strokes import find_strokes
+from strandspring.identification.steady_part import find_steady_part
+from strandspring.kernel.path import PathSolver
+from strandspring.loops.strokes import find_strokes
+from strandspring.peers.three_point import three_points
 from synthetic import AMPLITUDE, MEAN, record_of, sine, spring_of
 
 ROOT = Path(__file__).resolve().parent.parent

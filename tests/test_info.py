@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 from strandspring import Spring
-from strandspring.loop_figures import model_loop
-from strandspring.model.path import PathSolver
+from strandspring.kernel.path import PathSolver
+from strandspring.loops.modelled import model_loop
 from synthetic import AMPLITUDE, MEAN, spring_of
 from terminal import Terminal
 

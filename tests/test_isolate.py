@@ -12,7 +12,8 @@ import pytest
 
 from springs import MOUNT
 from strandspring import Spring
-from strandspring.isolation import Excitation, IsolatedMass, frequency_response
+from strandspring.isolation.response import frequency_response
+from strandspring.isolation.system import Excitation, IsolatedMass
 from terminal import Terminal
 
 FEW = ("--points", "12")

@@ -10,17 +10,11 @@ import pytest
 from shaken import shaken
 from springs import MOUNT
 from strandspring import Spring, SpringParameters
-from strandspring.isolation import (
-    Excitation,
-    FrequencyResponse,
-    IsolatedMass,
-    IsolationError,
-    frequency_response,
-    static_point,
-)
+from strandspring.conversions import NormalizedBoucWen
 from strandspring.isolation.periodic import FourierBasis, PeriodicSpring
-from strandspring.model.ni import PAPER_NI
-from strandspring.model.paper import NormalizedBoucWen
+from strandspring.isolation.response import FrequencyResponse, frequency_response
+from strandspring.isolation.system import Excitation, IsolatedMass, IsolationError, static_point
+from strandspring.peers.ni import PAPER_NI
 from synthetic import spring_of
 
 FORCES = {

@@ -7,9 +7,9 @@ import pytest
 
 from strandspring import NormalizedBoucWen
 from strandspring.errors import RecordError
-from strandspring.identification import IdentificationError, Outcome
-from strandspring.identification.limit_cycle import limit_cycle
-from strandspring.model.path import PathSolver
+from strandspring.identification.outcomes import IdentificationError, Outcome
+from strandspring.kernel.path import PathSolver
+from strandspring.peers.limit_cycle import limit_cycle
 
 AMPLITUDE = 0.02  # [m]
 

@@ -13,8 +13,11 @@ from hypothesis import strategies as st
 
 from strandspring import Record, Spring, SpringParameters, read_record
 from strandspring.errors import RecordError
-from strandspring.loop_figures import LoopFigures, find_cycles, measured_loops, model_loop, steady_omega
-from strandspring.model.path import PathSolver
+from strandspring.kernel.path import PathSolver
+from strandspring.loops.cycles import find_cycles
+from strandspring.loops.loop import LoopFigures
+from strandspring.loops.measured import measured_loops
+from strandspring.loops.modelled import model_loop, steady_omega
 from synthetic import AMPLITUDE, MEAN, record_of, sine, spring_of
 
 ROOT = Path(__file__).resolve().parent.parent

@@ -11,7 +11,6 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
-from mounts import EQUIPMENT_MOUNT
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
@@ -40,6 +39,7 @@ from strandspring.cosimulation import (
     spring_unit,
 )
 from strandspring.cosimulation.plants import LinearFlow
+from strandspring.examples.mounts import EQUIPMENT_MOUNT
 from system_fmus import fmu
 
 MASS, LOAD, MIDDLE, STOP = 5.0, 50.0, 0.05, 0.3

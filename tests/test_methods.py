@@ -18,7 +18,7 @@ from strandspring import (
     identify,
 )
 from strandspring.identification.api import Options
-from strandspring.model.ni import PAPER_NI, sine_period, with_noise
+from strandspring.peers.ni import PAPER_NI, sine_period, with_noise
 from synthetic import record_of, sine, spring_of
 
 SEEDS = range(5)

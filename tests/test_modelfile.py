@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 
 from springs import EXAMPLES, springs
 from strandspring import ModelError, Spring, SpringParameters, StrandspringError
-from strandspring.model.parameters import problems
+from strandspring.core.parameters import problems
 from strandspring.modelfile import MAXIMUM_BYTES, ModelFile, load_model, model_file, model_schema, save_model
 
 # Files are rewritten example by example, so that one folder per test is enough.

@@ -25,7 +25,7 @@ from strandspring.errors import BuildError
 from strandspring.fmu.check import check_fmu
 from strandspring.fmu.native.compiler import PLATFORMS, chosen_platforms, compile_binary, host_name
 from strandspring.fmu.native.macho import universal
-from strandspring.fmu.native.package import build_native_fmu, native_contents
+from strandspring.fmu.native.native_fmu import build_native_fmu, native_contents
 from strandspring.modelfile import model_file
 from strandspring.spring import Spring
 
@@ -359,7 +359,7 @@ def test_without_ziglang_one_sentence_says_what_to_do(
 
 def test_a_failing_compiler_leaves_the_old_fmu(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "spring.fmu").write_text("kept")
-    monkeypatch.setattr("strandspring.fmu.native.package.configuration", lambda *_: '#error "broken here"\n')
+    monkeypatch.setattr("strandspring.fmu.native.native_fmu.configuration", lambda *_: '#error "broken here"\n')
     with pytest.raises(BuildError, match=r"ziglang \S+ failed to compile for x86_64-linux-gnu\.2\.17.*broken here"):
         build_native_fmu(model_file("spring", SPRING), tmp_path, chosen_platforms("linux64"))
     assert [(path.name, path.read_text()) for path in tmp_path.iterdir()] == [("spring.fmu", "kept")]

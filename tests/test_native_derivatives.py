@@ -9,7 +9,7 @@ import pytest
 
 from fmu_tools import OTHER, SPRING, wandering_path
 from native_tools import ERROR, MODEL_EXCHANGE, OK, Native, close, doubles, library
-from strandspring.fmu.variables import start_values
+from strandspring.core.variables import start_values
 
 UNKNOWNS = ("force", "stiffness")
 OUTPUTS = (*UNKNOWNS, "absorbed_energy")

@@ -17,9 +17,9 @@ from scipy.optimize import brentq
 from fmu_tools import SPRING, wandering_path
 from native_tools import ERROR, MODEL_EXCHANGE, OK, WARNING, Native, close, library
 from strandspring import SpringParameters
-from strandspring.model.law import SpringLaw
-from strandspring.model.path import PathSolver
-from strandspring.model.stepper import advance, force, rest
+from strandspring.core.law import SpringLaw
+from strandspring.core.stepper import advance, force, rest
+from strandspring.kernel.path import PathSolver
 
 RANGE = SPRING.displacement_max - SPRING.displacement_min
 SLACK = 1e-9  # of the range, by which a displacement comes back before an event

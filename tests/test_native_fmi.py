@@ -11,7 +11,7 @@ import pytest
 from fmu_tools import OTHER, SPRING, run_python, wandering_path
 from native_tools import OK, WARNING, Native, close, library
 from strandspring import SpringParameters
-from strandspring.model.path import PathSolver
+from strandspring.kernel.path import PathSolver
 
 OUTPUTS = ("force", "stiffness", "absorbed_energy", "omega")
 

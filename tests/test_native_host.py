@@ -14,7 +14,7 @@ from fmu_tools import OTHER, SPRING, wandering_path
 from kernel_tools import HERE, build_folder, compiled
 from native_tools import FUNCTIONS, HEADERS, ROUNDING, Native, close, library
 from strandspring.fmu.native.config import configuration
-from strandspring.model.path import PathSolver
+from strandspring.kernel.path import PathSolver
 from strandspring.modelfile import model_file
 
 

@@ -22,7 +22,7 @@ from native_tools import HEADERS
 from strandspring import Spring
 from strandspring.fmu.check import check_fmu
 from strandspring.fmu.native.compiler import host_name
-from strandspring.fmu.native.package import build_native_fmu
+from strandspring.fmu.native.native_fmu import build_native_fmu
 from strandspring.modelfile import model_file
 
 HOST_SOURCE = Path(__file__).with_name("portable_host.c")

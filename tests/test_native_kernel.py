@@ -13,11 +13,11 @@ from fmu_tools import SPRING
 from kernel_tools import Kernel, random_path, random_spring
 from springs import EXAMPLES, along, energy_scale, force_scale, spring
 from strandspring import SpringParameters
-from strandspring.model import stepper
-from strandspring.model.law import SpringLaw
-from strandspring.model.parameters import N_RANGE, SIGMA_RANGE
-from strandspring.model.path import PathSolver
-from strandspring.model.saturation import Saturation, inverse_saturation, saturation
+from strandspring.core import stepper
+from strandspring.core.law import SpringLaw
+from strandspring.core.parameters import N_RANGE, SIGMA_RANGE
+from strandspring.core.saturation import Saturation, inverse_saturation, saturation
+from strandspring.kernel.path import PathSolver
 
 CORNERS = tuple(product((N_RANGE[0], 0.22, 1.0, 2.5, 12.0, N_RANGE[1]), (0.5, 3.0, SIGMA_RANGE[1])))
 

@@ -15,7 +15,7 @@ import kernel_tools
 from fmu_tools import SPRING
 from kernel_tools import KERNEL, SCALARS, Kernel, c_parameters, compiled
 from springs import spring
-from strandspring.model.parameters import N_RANGE, SIGMA_RANGE
+from strandspring.core.parameters import N_RANGE, SIGMA_RANGE
 
 BAD = {
     "no kE": {"kE": ()},

@@ -12,9 +12,9 @@ from fmu_tools import SPRING
 from kernel_tools import SCALARS, Kernel, c_parameters
 from springs import EXAMPLES, along, force_scale
 from strandspring import SpringParameters
-from strandspring.model.parameters import N_RANGE, SIGMA_RANGE
-from strandspring.model.path import split_strokes, tables
-from strandspring.model.sensitivity import omega_with_derivatives
+from strandspring.core.parameters import N_RANGE, SIGMA_RANGE
+from strandspring.kernel.path import split_strokes, tables
+from strandspring.kernel.sensitivity import omega_with_derivatives
 
 
 def response_to(

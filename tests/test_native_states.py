@@ -11,7 +11,7 @@ from fmpy.fmi2 import fmi2EventInfo
 
 from fmu_tools import SPRING
 from native_tools import CO_SIMULATION, DISCARD, ERROR, MODEL_EXCHANGE, OK, WARNING, Native, close, doubles, library
-from strandspring.model.path import PathSolver
+from strandspring.kernel.path import PathSolver
 
 NOT_FINITE = [math.nan, math.inf, -math.inf]
 

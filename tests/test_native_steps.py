@@ -9,7 +9,7 @@ import pytest
 
 from fmu_tools import SPRING
 from native_tools import DISCARD, ERROR, OK, Native, close
-from strandspring.model.path import PathSolver
+from strandspring.kernel.path import PathSolver
 
 OUTPUTS = ("force", "stiffness", "absorbed_energy", "omega")
 

@@ -14,7 +14,7 @@ from scipy.integrate import solve_ivp
 
 from springs import EXAMPLES, along, force_scale, springs
 from strandspring import ClassicBoucWen, NormalizedBoucWen, Spring, SpringParameters
-from strandspring.model.paper import centred_powers, raw_powers, shifted_powers
+from strandspring.conversions import centred_powers, raw_powers, shifted_powers
 
 LAW = settings(derandomize=True, deadline=None, max_examples=100)
 

@@ -13,7 +13,7 @@ from numpy.polynomial.polynomial import polyval
 
 from springs import EXAMPLES, springs
 from strandspring import SpringParameters
-from strandspring.model.parameters import antiderivative, derivative, least_value, polynomial, problems
+from strandspring.core.parameters import antiderivative, derivative, least_value, polynomial, problems
 
 LAW = settings(derandomize=True, deadline=None, max_examples=200)
 

@@ -16,10 +16,10 @@ from scipy.optimize import brentq
 
 from springs import EXAMPLES, along, energy_scale, force_by_definition, force_scale, fractions, omegas, spring, springs
 from strandspring import Spring, SpringParameters
-from strandspring.model import stepper
-from strandspring.model.law import SpringLaw
-from strandspring.model.path import PathSolver
-from strandspring.model.restoring import tangent_stiffness
+from strandspring.core import stepper
+from strandspring.core.law import SpringLaw
+from strandspring.core.restoring import tangent_stiffness
+from strandspring.kernel.path import PathSolver
 
 LAW = settings(derandomize=True, deadline=None, max_examples=100)
 

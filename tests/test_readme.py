@@ -12,8 +12,8 @@ import pytest
 
 from readme import README, ROOT, blocks, program_with
 from strandspring import Spring
-from strandspring.fmu.variables import SCALARS, variables
-from strandspring.model.parameters import SpringParameters
+from strandspring.core.parameters import SpringParameters
+from strandspring.core.variables import SCALARS, variables
 
 
 @pytest.fixture(scope="module")

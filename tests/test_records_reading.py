@@ -16,7 +16,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from strandspring.errors import RecordError
-from strandspring.records import Record, read_record, source, units
+from strandspring.records import source, units
+from strandspring.records.reading import read_record
+from strandspring.records.record import Record
 from strandspring.records.spikes import find_spikes, spikes_of
 
 ROOT = Path(__file__).parent.parent

@@ -21,9 +21,9 @@ from strandspring import (
 )
 from strandspring.identification.figures import predict_record, rmse, rnl
 from strandspring.identification.noise import force_noise
-from strandspring.model.path import PathSolver, tables
-from strandspring.model.sensitivity import omega_with_derivatives
-from strandspring.records.strokes import find_strokes
+from strandspring.kernel.path import PathSolver, tables
+from strandspring.kernel.sensitivity import omega_with_derivatives
+from strandspring.loops.strokes import find_strokes
 from strandspring.report.html import write_report
 from synthetic import AMPLITUDE, MEAN, record_of, sine, spring_of
 

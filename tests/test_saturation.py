@@ -11,8 +11,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from strandspring.model.path import Vector, saturation_of
-from strandspring.model.saturation import Saturation, inverse_saturation, saturation
+from strandspring.core.saturation import Saturation, inverse_saturation, saturation
+from strandspring.kernel.path import Vector, saturation_of
 
 # The design asks for 1e-10; the worst measured below is 1.3e-13, and 2e-12 at n = 100, sigma = 1000.
 ACCURACY = 5e-13

@@ -12,10 +12,12 @@ import pandas as pd
 import pytest
 
 from strandspring import ModelError
-from strandspring.isolation import Excitation, IsolatedMass, IsolationError, frequency_response, static_point
-from strandspring.isolation.study import DONE, Spread, Study, summarize
-from strandspring.isolation.study.spread import DRAWN
+from strandspring.isolation.response import frequency_response
+from strandspring.isolation.system import Excitation, IsolatedMass, IsolationError, static_point
 from strandspring.modelfile import model_file, save_model
+from strandspring.study.definition import DONE, Study
+from strandspring.study.quantiles import summarize
+from strandspring.study.spread import DRAWN, Spread
 from studies import CHEAP, COMMAND, CORRELATION, ERRORS, SPREAD, SPRING, UNCERTAINTY
 from terminal import Terminal
 

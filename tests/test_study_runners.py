@@ -18,9 +18,14 @@ import pytest
 from distributed import LocalCluster
 
 from strandspring import __version__
-from strandspring.isolation import Excitation, IsolationError
-from strandspring.isolation.study import Cluster, InProcess, LocalProcesses, Spread, Study, journal_path, run_study
+from strandspring.isolation.system import Excitation, IsolationError
 from strandspring.modelfile import model_file, save_model
+from strandspring.study.cluster import Cluster
+from strandspring.study.definition import Study
+from strandspring.study.journal import journal_path
+from strandspring.study.run import run_study
+from strandspring.study.runners import InProcess, LocalProcesses
+from strandspring.study.spread import Spread
 from studies import CHEAP, COMMAND, ERRORS, SPRING, UNCERTAINTY, Counter
 from terminal import Terminal
 
@@ -73,7 +78,7 @@ def test_a_cluster_that_loses_a_worker_gives_the_same_bytes(
 def test_a_cluster_of_another_version_is_refused(
     tmp_path: Path, cluster: LocalCluster, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("strandspring.isolation.study.cluster.__version__", "0.0.0")
+    monkeypatch.setattr("strandspring.study.cluster.__version__", "0.0.0")
     with pytest.raises(IsolationError, match=f"has strandspring {__version__}, but the study is run by 0.0.0"):
         run_study(CHEAP, tmp_path / "results.csv", Cluster(cluster.scheduler_address))
     assert not list(tmp_path.iterdir())
@@ -196,7 +201,7 @@ def test_the_journal_of_another_study_is_refused(half_done: Path, study: Study, 
 
 
 def test_the_journal_of_another_version_is_refused(half_done: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("strandspring.isolation.study.journal.__version__", "9.9")
+    monkeypatch.setattr("strandspring.study.journal.__version__", "9.9")
     with pytest.raises(IsolationError, match=rf'\(version "{__version__}" instead of "9.9"\)'):
         run_study(CHEAP, half_done, InProcess())
 

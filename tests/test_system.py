@@ -11,9 +11,9 @@ from scipy.integrate import solve_ivp
 from readme import program_with
 from springs import MOUNT
 from strandspring import Spring
-from strandspring.fmu.package import build_fmu
-from strandspring.model.law import SpringLaw
-from strandspring.model.restoring import restoring_force
+from strandspring.core.law import SpringLaw
+from strandspring.core.restoring import restoring_force
+from strandspring.fmu.python_backed import build_fmu
 
 MASS, LOAD, MIDDLE = 5.0, 50.0, 0.05
 AMPLITUDE, CIRCULAR = 0.004, 2.0 * np.pi * 7.0

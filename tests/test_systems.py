@@ -1,4 +1,4 @@
-"""The spring FMU at work: every system of tests/systems against a monolithic solution of the same equations.
+"""The spring FMU at work: every system of strandspring.examples against a monolithic solution of the same equations.
 
 Errors are in units of each quantity's range and fall fourfold when the step is halved.
 """
@@ -11,17 +11,8 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from types import ModuleType
 
-import mounts
 import numpy as np
-import preloaded
 import pytest
-import recoil
-import rigid_platform
-import shaken_mass
-import ssp_system
-import two_stage
-from excitations import GRAVITY, Still
-from mounts import EQUIPMENT_MOUNT, RECOIL_SPRING, SOFT_CORNER
 
 from monolithic import Reference, loaded, monolithic
 from strandspring.cosimulation import (
@@ -35,6 +26,17 @@ from strandspring.cosimulation import (
     simulate,
     spring_unit,
 )
+from strandspring.examples import (
+    equipment_on_platform,
+    mounts,
+    preloaded,
+    recoil,
+    rigid_platform,
+    shaken_mass,
+    ssp_system,
+)
+from strandspring.examples.excitations import GRAVITY, Still
+from strandspring.examples.mounts import EQUIPMENT_MOUNT, RECOIL_SPRING, SOFT_CORNER
 from system_fmus import fmu
 
 QUANTITIES = ("q", "force", "absorbed_energy")
@@ -159,13 +161,15 @@ def test_rigid_platform_on_four_springs() -> None:
 
 
 def test_two_stages() -> None:
-    plant, models = two_stage.plant(), (SOFT_CORNER, EQUIPMENT_MOUNT)
-    results = [two_stage.run(fmu("SOFT_CORNER"), fmu("EQUIPMENT_MOUNT"), 1e-3 / 2**k) for k in range(3)]
+    plant, models = equipment_on_platform.plant(), (SOFT_CORNER, EQUIPMENT_MOUNT)
+    results = [equipment_on_platform.run(fmu("SOFT_CORNER"), fmu("EQUIPMENT_MOUNT"), 1e-3 / 2**k) for k in range(3)]
     directions = np.sign(plant.G.T @ results[0].rest).astype(int).tolist()
     rest = loaded(plant, models, directions)
     np.testing.assert_allclose(results[0].rest, rest.q, rtol=1e-8, atol=1e-12)
-    times = np.linspace(0.0, two_stage.STOP, round(two_stage.STOP / 1e-3) + 1)
-    reference = monolithic(plant, models, times, base_speeds=[two_stage.BASE.speed, Still().speed], rest=rest)
+    times = np.linspace(0.0, equipment_on_platform.STOP, round(equipment_on_platform.STOP / 1e-3) + 1)
+    reference = monolithic(
+        plant, models, times, base_speeds=[equipment_on_platform.BASE.speed, Still().speed], rest=rest
+    )
     check([result.motion for result in results], reference, 3.6e-4)
     check_energy(plant, results[0].motion)
 
@@ -184,7 +188,7 @@ def test_recoil_on_the_python_back_end() -> None:
         (preloaded, "static sag              8.69 mm under 196 N"),
         (recoil, "recoil                  69.2 mm after 54 ms"),
         (rigid_platform, "rear right   stroke  19.06 mm"),
-        (two_stage, "equipment  rests at   0.60 mm"),
+        (equipment_on_platform, "equipment  rests at   0.60 mm"),
         (ssp_system, "libcosim at 0.1 ms: largest excursion 10.300 mm"),
     ],
     ids=lambda value: getattr(value, "__name__", ""),
@@ -202,7 +206,7 @@ def test_examples_print_what_an_engineer_reads(
 
 
 def test_an_example_runs_as_a_script() -> None:
-    command = [sys.executable, "-W", "error", recoil.__file__, "--backend", "python"]
+    command = [sys.executable, "-W", "error", "-m", recoil.__name__, "--backend", "python"]
     done = subprocess.run(command, capture_output=True, text=True, timeout=120, check=False)
     assert done.returncode == 0, done.stderr
     assert "recoil                  69.2 mm after 54 ms" in done.stdout

@@ -7,23 +7,25 @@ Examples
 >>> Spring(identification.parameters).response([0.05, 0.06, 0.05])           # doctest: +SKIP
 """
 
-from ._version import __version__
-from .errors import BuildError, ModelError, RecordError, StrandspringError
-from .identification import (
-    Identification,
-    IdentificationError,
-    NiOptions,
-    Outcome,
-    RefinedOptions,
-    ScanOptions,
-    TwoStageOptions,
-    identify,
-    limit_cycle,
-)
-from .model.paper import ClassicBoucWen, NormalizedBoucWen
-from .model.parameters import SpringParameters
-from .records import Record, read_record
-from .spring import Spring
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from ._version import __version__
+    from .conversions import ClassicBoucWen, NormalizedBoucWen
+    from .core.parameters import SpringParameters
+    from .errors import BuildError, ModelError, RecordError, StrandspringError
+    from .identification.api import identify
+    from .identification.outcomes import IdentificationError, Outcome
+    from .identification.refined import RefinedOptions
+    from .identification.result import Identification
+    from .identification.scan import ScanOptions
+    from .identification.two_stage import TwoStageOptions
+    from .peers.limit_cycle import limit_cycle
+    from .peers.ni_spring import NiOptions
+    from .records.reading import read_record
+    from .records.record import Record
+    from .spring import Spring
 
 __all__ = [
     "BuildError",
@@ -47,3 +49,39 @@ __all__ = [
     "limit_cycle",
     "read_record",
 ]
+
+# Where each name is defined: a module is loaded when the first of its names is asked for.
+_MODULES = {
+    "BuildError": "errors",
+    "ClassicBoucWen": "conversions",
+    "Identification": "identification.result",
+    "IdentificationError": "identification.outcomes",
+    "ModelError": "errors",
+    "NiOptions": "peers.ni_spring",
+    "NormalizedBoucWen": "conversions",
+    "Outcome": "identification.outcomes",
+    "Record": "records.record",
+    "RecordError": "errors",
+    "RefinedOptions": "identification.refined",
+    "ScanOptions": "identification.scan",
+    "Spring": "spring",
+    "SpringParameters": "core.parameters",
+    "StrandspringError": "errors",
+    "TwoStageOptions": "identification.two_stage",
+    "__version__": "_version",
+    "identify": "identification.api",
+    "limit_cycle": "peers.limit_cycle",
+    "read_record": "records.reading",
+}
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _MODULES:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    value = getattr(import_module(f".{_MODULES[name]}", __name__), name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})

@@ -11,9 +11,9 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator, model_validator
 
+from .core.parameters import MAXIMUM_DEGREE, N_RANGE, SIGMA_RANGE, SpringParameters
 from .errors import ModelError
 from .files import read_text, write_text
-from .model.parameters import MAXIMUM_DEGREE, N_RANGE, SIGMA_RANGE, SpringParameters
 
 MAXIMUM_BYTES = 10_000_000
 _VERSION = 1

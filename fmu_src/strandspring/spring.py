@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .model.parameters import SpringParameters
-from .model.path import PathSolver, as_path
+from .core.parameters import SpringParameters
+from .kernel.path import PathSolver, as_path
 from .modelfile import ModelFile, load_model, model_file, save_model
 
 FloatArray = NDArray[np.float64]

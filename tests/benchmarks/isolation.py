@@ -21,7 +21,8 @@ sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 
 from shaken import shaken
 from springs import MOUNT
-from strandspring.isolation import Excitation, IsolatedMass, frequency_response
+from strandspring.isolation.response import frequency_response
+from strandspring.isolation.system import Excitation, IsolatedMass
 
 LEVELS = (2e-4, 6e-4, 1.2e-3)
 BAND = np.geomspace(2.5, 40.0, 200)

@@ -13,8 +13,8 @@ from rich.console import Console
 from rich.table import Table
 
 from strandspring import Record, RefinedOptions, Spring, SpringParameters, identify
-from strandspring.identification.ni_method import ni_method
-from strandspring.model.ni import PAPER_NI, sine_period, with_noise
+from strandspring.peers.ni import PAPER_NI, sine_period, with_noise
+from strandspring.peers.ni_method import ni_method
 
 SEEDS = range(200)
 KNOWN = SpringParameters(

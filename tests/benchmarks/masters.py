@@ -18,8 +18,6 @@ from rich.table import Table
 
 sys.path[:0] = [str(Path(__file__).parents[1]), str(Path(__file__).parents[1] / "systems")]
 
-from mounts import BACKENDS, EQUIPMENT_MOUNT, RECOIL_SPRING, fmu_of  # noqa: E402
-
 from monolithic import monolithic  # noqa: E402
 from strandspring.cosimulation import (  # noqa: E402
     Course,
@@ -38,6 +36,7 @@ from strandspring.cosimulation import (  # noqa: E402
     simulate,
     spring_unit,
 )
+from strandspring.examples.mounts import BACKENDS, EQUIPMENT_MOUNT, RECOIL_SPRING, fmu_of  # noqa: E402
 
 MASTERS: dict[str, Master] = {
     "Jacobi, held": Jacobi(),

@@ -29,8 +29,8 @@ from strandspring import Spring
 from strandspring.fmu.archive import installed_version
 from strandspring.fmu.check import running
 from strandspring.fmu.native.compiler import chosen_platforms, compile_binary, host_name
-from strandspring.fmu.native.package import build_native_fmu
-from strandspring.fmu.package import build_fmu
+from strandspring.fmu.native.native_fmu import build_native_fmu
+from strandspring.fmu.python_backed import build_fmu
 
 HERE = Path(__file__).resolve().parent
 MODEL = HERE.parents[1] / "models" / "rubber_hinge.json"

@@ -20,7 +20,7 @@ from scipy.integrate import solve_ivp
 
 from strandspring import Record, Spring, SpringParameters, TwoStageOptions, identify, read_record
 from strandspring.fmu.check import running
-from strandspring.fmu.package import build_fmu
+from strandspring.fmu.python_backed import build_fmu
 
 SPRING = SpringParameters(
     (5.0, 3000.0, 2e4, 1e6), (1.0, 10.0, 100.0), 25.0, 400.0, 1.0, 0.5, 0.05, 0.03, 0.07

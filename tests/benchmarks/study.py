@@ -22,8 +22,12 @@ from rich.table import Table
 
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 
-from strandspring.isolation import Excitation
-from strandspring.isolation.study import Cluster, InProcess, Runner, Spread, Study, run_study
+from strandspring.isolation.system import Excitation
+from strandspring.study.cluster import Cluster
+from strandspring.study.definition import Study
+from strandspring.study.run import run_study
+from strandspring.study.runners import InProcess, Runner
+from strandspring.study.spread import Spread
 from synthetic import spring_of
 
 console = Console(width=118)

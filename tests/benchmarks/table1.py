@@ -15,8 +15,8 @@ from rich.console import Console
 from rich.table import Table
 
 from strandspring import Record, RefinedOptions, ScanOptions, TwoStageOptions, identify
-from strandspring.identification.ni_method import ni_method, plausible_start, random_start
-from strandspring.model.ni import PAPER_NI, NiParameters, sine_period, with_noise
+from strandspring.peers.ni import PAPER_NI, NiParameters, sine_period, with_noise
+from strandspring.peers.ni_method import ni_method, plausible_start, random_start
 
 SEEDS = range(20)
 SAMPLES = 1000

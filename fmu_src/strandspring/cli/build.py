@@ -12,8 +12,8 @@ from ..errors import BuildError, StrandspringError
 from ..fmu.archive import binary_sizes, fmu_path
 from ..fmu.check import CheckReport, check_fmu
 from ..fmu.native.compiler import PLATFORMS, Platform, chosen_platforms
-from ..fmu.native.package import build_native_fmu
-from ..fmu.package import build_fmu
+from ..fmu.native.native_fmu import build_native_fmu
+from ..fmu.python_backed import build_fmu
 from ..modelfile import ModelFile, checked_name, load_model, save_model
 from .identify import identified, print_identification
 from .options import ColumnOptions, column_options, identification_options, identifier, method_options

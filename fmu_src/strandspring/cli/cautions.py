@@ -7,9 +7,9 @@ from collections.abc import Iterable
 import numpy as np
 from numpy.typing import NDArray
 
+from ..core.parameters import SpringParameters
 from ..identification.direction import backwards
-from ..model.parameters import SpringParameters
-from ..records import Record
+from ..records.record import Record
 from .output import note
 
 # Share of the identified range by which rounding may take a sample beyond its ends.

@@ -7,15 +7,16 @@ from typing import Any
 
 import click
 
-from ..identification import Identification, Options
-from ..identification import identify as identify_records
+from ..identification.api import Options
+from ..identification.api import identify as identify_records
 from ..identification.campaign import campaign_verdicts
+from ..identification.result import Identification
 from ..modelfile import ModelFile, checked_name, save_model
 from .cautions import tell_notes
+from .fit_tables import fit_json, fit_lines, parameter_lines, verdict_json
 from .options import ColumnOptions, column_options, identification_options, identifier, method_options, read_records
 from .output import note, result, result_json, working
 from .paths import refuse_overwriting
-from .summary import fit_json, fit_lines, parameter_lines, verdict_json
 
 
 @click.command()

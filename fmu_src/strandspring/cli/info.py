@@ -8,15 +8,17 @@ from typing import Any
 
 import click
 
+from ..core.parameters import SpringParameters
 from ..identification.campaign import campaign_verdicts
-from ..loop_figures import Loop, LoopFigures, MeasuredLoop, measured_loops, model_curve
-from ..model.parameters import SpringParameters
-from ..model.path import PathSolver
+from ..kernel.path import PathSolver
+from ..loops.loop import Loop, LoopFigures
+from ..loops.measured import MeasuredLoop, measured_loops
+from ..loops.modelled import model_curve
 from ..modelfile import ModelFile, load_model
 from .cautions import caution_backwards, outside_range, tell_notes
+from .fit_tables import parameter_lines, verdict_json
 from .options import ColumnOptions, FiniteRange, column_options, read_records
 from .output import note, progress, result, result_json
-from .summary import parameter_lines, verdict_json
 
 _DEFAULT_SHARES = (0.25, 0.5, 0.75, 1.0)  # of the identified half range
 _SLACK = 1e-3  # share of the identified range by which a loop may pass it: cycles differ by as much

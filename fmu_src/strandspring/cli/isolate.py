@@ -11,16 +11,9 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from ..files import replacing
-from ..isolation import (
-    Excitation,
-    FrequencyResponse,
-    IsolatedMass,
-    ResponsePoint,
-    StaticPoint,
-    frequency_response,
-    static_point,
-)
 from ..isolation.band import band_frequencies
+from ..isolation.response import FrequencyResponse, ResponsePoint, frequency_response
+from ..isolation.system import Excitation, IsolatedMass, StaticPoint, static_point
 from ..modelfile import ModelFile, load_model
 from .cautions import outside_range
 from .mount import chosen_levels, curve_options, level_options, mount_options, positive, shares_of_room
@@ -28,7 +21,7 @@ from .output import progress, result, result_json
 from .paths import refuse_overwriting
 
 if TYPE_CHECKING:
-    from ..cosimulation.steady import SteadyCheck
+    from ..cosimulation.steady_check import SteadyCheck
 
 _DEFAULT_SHARES = (0.005, 0.01, 0.02)  # see `shares_of_room`
 
@@ -78,7 +71,7 @@ def isolate(
       strandspring isolate spring.json --mass 5 --verify
     """
     if plot is not None:
-        from ..isolation.plot import SUFFIXES
+        from ..isolation.curves_plot import SUFFIXES
 
         if Path(plot).suffix.lower() not in SUFFIXES:
             raise click.UsageError(f"--plot must end in {', '.join(SUFFIXES)}, got {plot!r}.")
@@ -99,7 +92,7 @@ def isolate(
     if output is not None:
         _write(Path(output), responses)
     if plot is not None:
-        from ..isolation.plot import write_plot
+        from ..isolation.curves_plot import write_plot
 
         write_plot(Path(plot), responses, f"{content.name}: {mass:g} kg")
     if as_json:
@@ -116,8 +109,8 @@ def _verified(
     content: ModelFile, system: IsolatedMass, responses: list[FrequencyResponse]
 ) -> list[tuple[FrequencyResponse, SteadyCheck]]:
     """Co-simulations of stable motions of each level: at both ends of the band and at the greatest transmissibility."""
-    from ..cosimulation.steady import check_steady
-    from ..fmu.package import build_fmu
+    from ..cosimulation.steady_check import check_steady
+    from ..fmu.python_backed import build_fmu
 
     runs = []
     for response in responses:

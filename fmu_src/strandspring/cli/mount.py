@@ -7,9 +7,8 @@ from typing import Any
 
 import click
 
-from ..isolation import Excitation, IsolatedMass, IsolationError, StaticPoint
 from ..isolation.band import checked_limits
-from ..isolation.system import MOST_SPRINGS
+from ..isolation.system import MOST_SPRINGS, Excitation, IsolatedMass, IsolationError, StaticPoint
 from .options import Command, Count, ImpossibleValueError, Quantity
 
 # Excitation, factor from what people write to SI.

@@ -11,8 +11,13 @@ from typing import IO, Any, Literal, NoReturn, TypeVar
 
 import click
 
-from ..identification import NiOptions, Options, RefinedOptions, ScanOptions, TwoStageOptions
-from ..records import Record, read_record
+from ..identification.api import Options
+from ..identification.refined import RefinedOptions
+from ..identification.scan import ScanOptions
+from ..identification.two_stage import TwoStageOptions
+from ..peers.ni_spring import NiOptions
+from ..records.reading import read_record
+from ..records.record import Record
 from .output import progress
 
 

@@ -9,14 +9,14 @@ import click
 
 from ..files import replacing
 from ..identification.figures import RecordFit, overall, predict_record
-from ..model.path import PathSolver
+from ..kernel.path import PathSolver
 from ..modelfile import load_model
-from ..records import Record
+from ..records.record import Record
 from .cautions import caution_backwards, caution_samples, tell_notes
+from .fit_tables import fit_json, fit_lines
 from .options import ColumnOptions, column_options, read_records
 from .output import progress, result, result_json
 from .paths import refuse_overwriting
-from .summary import fit_json, fit_lines
 
 
 @click.command()

@@ -11,21 +11,15 @@ import click
 import numpy as np
 
 from ..errors import ModelError
-from ..isolation import Excitation, IsolatedMass, static_point
-from ..isolation.study import (
-    STIFFNESS_FACTORS,
-    Cluster,
-    GridPointSummary,
-    InProcess,
-    LocalProcesses,
-    Runner,
-    Spread,
-    Study,
-    journal_path,
-    run_study,
-    summarize,
-)
+from ..isolation.system import Excitation, IsolatedMass, static_point
 from ..modelfile import ModelFile, load_model
+from ..study.cluster import Cluster
+from ..study.definition import STIFFNESS_FACTORS, Study
+from ..study.journal import journal_path
+from ..study.quantiles import GridPointSummary, summarize
+from ..study.run import run_study
+from ..study.runners import InProcess, LocalProcesses, Runner
+from ..study.spread import Spread
 from .cautions import outside_range
 from .mount import chosen_levels, curve_options, level_options, mount_options, positive, shares_of_room
 from .options import Quantity

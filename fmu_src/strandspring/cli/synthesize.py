@@ -9,11 +9,11 @@ import click
 import numpy as np
 from numpy.typing import NDArray
 
+from ..core.parameters import N_RANGE
 from ..files import replacing
-from ..model.ni import PAPER_NI, sine_period, with_noise
-from ..model.parameters import N_RANGE
-from ..model.path import PathSolver
+from ..kernel.path import PathSolver
 from ..modelfile import load_model
+from ..peers.ni import PAPER_NI, sine_period, with_noise
 from .cautions import caution_samples
 from .options import FiniteRange
 from .output import note, result

@@ -13,17 +13,7 @@ from enum import Enum
 
 import numpy as np
 
-from .coupling import (
-    END,
-    MEAN,
-    Advance,
-    Point,
-    SpringPort,
-    Stepper,
-    checked_order,
-    stepped_along,
-    stepped_to,
-)
+from .coupling import END, MEAN, Advance, Point, SpringPort, Stepper, checked_order, stepped_along, stepped_to
 from .plants import FloatArray, LinearFlow, Plant, quadratic_load
 from .unit import Response
 

@@ -12,7 +12,7 @@ from importlib.resources import files
 from jinja2 import Environment, StrictUndefined
 
 from .._version import __version__
-from ..fmu.variables import Variable, start_values, variables
+from ..core.variables import Variable, start_values, variables
 from ..modelfile import ModelFile
 
 # Keywords of Modelica 3.6, its predefined types and the names that the package looks up from outside: a package

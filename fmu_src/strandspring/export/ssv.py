@@ -10,7 +10,7 @@ from __future__ import annotations
 from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
 from .._version import __version__
-from ..fmu.variables import start_values, units, variables
+from ..core.variables import start_values, units, variables
 from ..modelfile import ModelFile
 
 _NAMESPACE = "http://ssp-standard.org/SSP1/SystemStructure"

@@ -1,1 +1,1 @@
-"""The FMU: variable table, model description, slave and package; knows the model, nothing of identification."""
+"""The FMU as a file: model description, documentation, checks and packages; knows nothing of identification."""

@@ -18,12 +18,12 @@ from fmpy.fmi2 import FMU2Model, FMU2Slave
 from fmpy.model_description import ModelDescription
 from fmpy.validation import validate_fmu
 
+from ..core.parameters import SpringParameters
+from ..core.variables import spring_parameters
 from ..errors import BuildError
-from ..model.parameters import SpringParameters
-from ..model.path import FloatArray, PathSolver
+from ..kernel.path import FloatArray, PathSolver
 from .archive import binary_sizes
 from .native.compiler import host_name
-from .variables import spring_parameters
 
 # The FMU and the vectorised path share one source and differ by rounding.
 FORCE_TOLERANCE = 1e-9  # of the largest force

@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
+from ..core.variables import Unit, Variable, start_values, units, variables
 from ..modelfile import ModelFile
-from .variables import Unit, Variable, start_values, units, variables
 
 # Of the categories that FMI names, those that a spring uses.
 LOG_CATEGORIES = {

@@ -8,9 +8,9 @@ from typing import Any
 from jinja2 import Environment, StrictUndefined
 from markupsafe import Markup
 
+from ..core.variables import start_values, variables
 from ..modelfile import ModelFile
-from .plot import loops_svg
-from .variables import start_values, variables
+from .check_plot import loops_svg
 
 
 def documentation_page(model: ModelFile, platforms: tuple[str, ...] | None) -> str:

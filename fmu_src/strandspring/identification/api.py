@@ -3,28 +3,26 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, replace
 from itertools import combinations
 from typing import Any
 
 import numpy as np
 
 from ..errors import RecordError
-from ..model.parameters import SpringParameters
-from ..model.path import PathSolver
+from ..kernel.path import PathSolver
+from ..peers.filtering import filtered_record
+from ..peers.ni_spring import NiOptions, ni
 from ..records.record import Record
 from ..records.spikes import spikes_of
-from ..spring import Spring
-from .export import identified_model
 from .figures import RecordFit, overall, predict_record, record_fit
-from .filtering import filtered_record
 from .loops import join
-from .ni_spring import NiOptions, ni
 from .outcomes import IdentificationError, Outcome
 from .refined import RefinedOptions, bootstrap, linearised, refined
+from .result import Identification
 from .scan import ScanOptions, scan
 from .spring_of_fit import Solution, finished
-from .steady import SteadyRecord, find_steady_part
+from .steady_part import SteadyRecord, find_steady_part
 from .two_stage import TwoStageOptions, two_stage
 from .uncertainty import PredictionBand, hides_recovery, is_sigma_free, uncertainty
 
@@ -37,48 +35,6 @@ METHODS: dict[type, str] = {
     RefinedOptions: "refined",
     NiOptions: "ni",
 }
-
-
-@dataclass(frozen=True, eq=False)
-class Identification:
-    """An identified spring and how it was found.
-
-    Attributes
-    ----------
-    parameters : SpringParameters
-    records : tuple of Record
-    fits : tuple of RecordFit       Prediction of each record over its steady part.
-    rmse, rnl : float               Over all compared samples [N], [-].
-    degrees : (int, int)            N of FE and M of FA.
-    steady_share : float            Where the steady section was taken to begin, share of the longest stroke.
-    outcomes : tuple of Outcome     Cautions worth telling the user.
-    uncertainty : dict              Standard errors and correlations; empty but for the refined method.
-    band : PredictionBand or None   95 % band of the predicted force; of the refined method only.
-    method : str
-    options : dict                  The options, for the provenance.
-    """
-
-    parameters: SpringParameters
-    records: tuple[Record, ...]
-    fits: tuple[RecordFit, ...]
-    rmse: float
-    rnl: float
-    degrees: tuple[int, int]
-    steady_share: float
-    outcomes: tuple[Outcome, ...]
-    uncertainty: dict[str, Any]
-    band: PredictionBand | None
-    method: str
-    options: dict[str, Any]
-
-    def spring(self, name: str = "spring", description: str = "") -> Spring:
-        """The spring with its figures and provenance, ready to respond, to save and to build an FMU from.
-
-        Raises
-        ------
-        ModelError   If the name is not an identifier.
-        """
-        return Spring.of(identified_model(self, name, description))
 
 
 def identify(records: Record | Sequence[Record], options: Options | None = None) -> Identification:

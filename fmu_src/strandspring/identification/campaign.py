@@ -8,7 +8,8 @@ from enum import Enum
 
 import numpy as np
 
-from ..loop_figures import Cycle, Loop, alike_loops, find_cycles
+from ..loops.cycles import Cycle, find_cycles
+from ..loops.loop import Loop, alike_loops
 from ..records.record import Record
 from .loops import FloatArray
 

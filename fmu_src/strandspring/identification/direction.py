@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..loop_figures import find_cycles
+from ..loops.cycles import find_cycles
+from ..loops.strokes import noise_level
 from ..records.record import Record
-from ..records.strokes import noise_level
 from .outcomes import Outcome
 
 _NOISE = 4.0  # standard deviations of the work that noise seems to do

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..model.path import PathSolver
+from ..kernel.path import PathSolver
+from ..loops.strokes import Strokes, find_strokes
 from ..records.record import Record
-from ..records.strokes import Strokes, find_strokes
 
 FloatArray = NDArray[np.float64]
 

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..model.path import saturation_of, stroke_start_xi, tables
-from ..records.strokes import Strokes
+from ..kernel.path import saturation_of, stroke_start_xi, tables
+from ..loops.strokes import Strokes
 
 FloatArray = NDArray[np.float64]
 IndexArray = NDArray[np.intp]

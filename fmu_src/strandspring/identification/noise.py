@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..records.strokes import noise_level
+from ..loops.strokes import noise_level
 from .loops import FloatArray
 
 # Groups of like |force|, each with its own variance; many, because a median over unlike scales is too small.

@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..errors import RecordError
+from ..loops.strokes import FloatArray, Strokes, find_strokes, noise_level
 from ..records.record import Record
-from ..records.strokes import FloatArray, Strokes, find_strokes, noise_level
 
 _REPEATS = 0.02  # rms difference between two periods that is called none, share of the range
 _TRANSIENT = 1e-3  # the same for the force of the first period, which may hold a virgin curve, beyond its noise

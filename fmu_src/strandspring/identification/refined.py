@@ -18,9 +18,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..model.parameters import SpringParameters
-from ..model.path import tables
-from ..model.sensitivity import omega_with_derivatives
+from ..core.parameters import SpringParameters
+from ..kernel.path import tables
+from ..kernel.sensitivity import omega_with_derivatives
 from .loops import POINTS_PER_STROKE, FloatArray, Loops, join
 from .noise import ForceNoise, force_noise
 from .outcomes import IdentificationError, Outcome
@@ -28,7 +28,7 @@ from .polynomials import Basis
 from .scan import ScanOptions, scan
 from .spring_of_fit import Solution, cautions_of, is_positive, spring_of
 from .stages import N_BOUNDS, SIGMA_BOUNDS, Backbone, Hysteresis
-from .steady import SteadyRecord
+from .steady_part import SteadyRecord
 from .two_stage import TwoStageOptions, two_stage
 
 # rho times the longest stroke: from a loop that hardly saturates (below, FA and rho cannot be told apart) to one

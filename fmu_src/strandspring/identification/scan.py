@@ -10,8 +10,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..model.path import tables
-from ..model.saturation import inverse_saturation
+from ..core.saturation import inverse_saturation
+from ..kernel.path import tables
 from .degrees import choose_degrees
 from .loops import FloatArray, Loops
 from .polynomials import Basis

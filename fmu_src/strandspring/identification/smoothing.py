@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..records.strokes import noise_level
+from ..loops.strokes import noise_level
 from .loops import FloatArray, Loops
 
 # Smooth until the noise is below this share of the loop's half height...

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..model.parameters import SpringParameters, least_value
+from ..core.parameters import SpringParameters, least_value
 from .loops import FloatArray, Loops
 from .outcomes import IdentificationError, Outcome
 from .polynomials import Basis

@@ -13,20 +13,15 @@ from typing import Literal
 
 import numpy as np
 
+from ..peers.filtering import Filter
+from ..peers.three_point import fit_backbone_paper, three_points
 from .degrees import choose_degrees
-from .filtering import Filter
 from .loops import Loops, single_branch
 from .polynomials import Basis
 from .smoothing import automatic_half_width, moving_average
 from .spring_of_fit import Solution, is_distinct
-from .stages import (
-    Backbone,
-    Hysteresis,
-    fit_backbone,
-    fit_hysteresis,
-)
-from .steady import mean_loop
-from .three_point import fit_backbone_paper, three_points
+from .stages import Backbone, Hysteresis, fit_backbone, fit_hysteresis
+from .steady_part import mean_loop
 
 # Distances from a reversal, as shares of the longest stroke, at which the steady section is taken to begin.
 _STEADY_SHARES = (0.1, 0.25, 0.45, 0.65, 0.8)

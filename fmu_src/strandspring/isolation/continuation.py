@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..model.path import LARGEST_DISPLACEMENT
+from ..kernel.path import LARGEST_DISPLACEMENT
 from .harmonic_balance import Balance, HarmonicBalance
 from .periodic import FloatArray
 from .system import IsolationError, StaticPoint

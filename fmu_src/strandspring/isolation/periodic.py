@@ -19,9 +19,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..model.parameters import SpringParameters
-from ..model.path import PathSolver, saturation_of, tables
-from ..model.saturation import inverse_saturation, saturation, stroke_start
+from ..core.parameters import SpringParameters
+from ..core.saturation import inverse_saturation, saturation, stroke_start
+from ..kernel.path import PathSolver, saturation_of, tables
 
 FloatArray = NDArray[np.float64]
 

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..loop_figures import model_loop
-from ..model.parameters import SpringParameters
-from ..model.path import PathSolver
+from ..core.parameters import SpringParameters
+from ..kernel.path import PathSolver
+from ..loops.modelled import model_loop
 from .continuation import SteadyMotion, follow, refine_peak
 from .harmonic_balance import HARMONICS, SAMPLES, HarmonicBalance
 from .periodic import FloatArray

@@ -14,9 +14,9 @@ from enum import Enum
 
 import numpy as np
 
+from ..core.parameters import SpringParameters
 from ..errors import StrandspringError
-from ..model.parameters import SpringParameters
-from ..model.path import PathSolver
+from ..kernel.path import PathSolver
 
 STANDARD_GRAVITY = 9.80665  # m/s^2
 MOST_SPRINGS = 1_000_000  # side by side, and in series

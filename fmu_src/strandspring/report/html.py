@@ -16,9 +16,9 @@ from numpy.typing import NDArray
 
 from .._version import __version__
 from ..files import write_text
-from ..identification import Identification
+from ..identification.result import Identification
 from ..identification.uncertainty import PredictionBand
-from ..model.path import PathSolver
+from ..kernel.path import PathSolver
 from ..modelfile import ModelFile
 
 # More points than this do not show in a plot and make the file heavy.

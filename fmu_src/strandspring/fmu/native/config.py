@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import string
 
+from ...core.variables import Variable, start_values, variables
 from ...modelfile import ModelFile
-from ..variables import Variable, start_values, variables
 
 # Written as they are; anything else, and with it every quote, backslash and trigraph, as an octal escape.
 _PLAIN = set(string.ascii_letters + string.digits + " {}[]().,:;-_+=/*")

@@ -1,0 +1,60 @@
+"""Figures and parameters in words and as JSON."""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+from typing import Any
+
+from ..core.parameters import SpringParameters
+from ..identification.campaign import Overlap, RateIndependence
+from ..identification.figures import RecordFit
+
+
+def fit_json(fit: RecordFit) -> dict[str, Any]:
+    """One entry of `records` in the JSON output."""
+    return {
+        "path": fit.path,
+        "samples": fit.samples,
+        "rmse": fit.rmse,
+        "rnl": fit.rnl,
+        "omega_start": fit.omega_start,
+        "compared": fit.compared,
+    }
+
+
+def verdict_json(told: RateIndependence | Overlap | None) -> dict[str, Any] | None:
+    """A verdict on a test campaign as JSON."""
+    if told is None:
+        return None
+    return {**asdict(told), "verdict": told.verdict.name.lower(), "sentence": told.sentence}
+
+
+def fit_lines(fits: tuple[RecordFit, ...]) -> list[str]:
+    """One line for each record."""
+    return [
+        f"  {fit.path}: rmse {fit.rmse:.4g} N, RNL {fit.rnl:.4f} over {fit.samples} samples ({fit.compared})"
+        for fit in fits
+    ]
+
+
+def parameter_lines(p: SpringParameters, uncertainty: dict[str, Any]) -> list[str]:
+    """The parameters, with their standard errors where they are known, in units that people read."""
+    numbers = asdict(p)
+    errors = {
+        name: f"+- {uncertainty[name]:.2g}" if uncertainty.get(name) is not None else ""
+        for name in ("kappa_omega", "rho", "sigma", "n")
+    }
+    lines = [
+        f"  {name:<12} {numbers[name]:<12.6g} {errors[name]} {unit}"
+        for name, unit in (("kappa_omega", "N"), ("rho", "1/m"), ("sigma", ""), ("n", ""))
+    ]
+    lines.append(f"  FE degree {len(p.kE) - 1}, kE: {', '.join(f'{c:.6g}' for c in p.kE)}  N/m^i")
+    lines.append(f"  FA degree {len(p.kA) - 1}, kA: {', '.join(f'{c:.6g}' for c in p.kA)}  1/m^i")
+    low, high, middle = (1e3 * v for v in (p.displacement_min, p.displacement_max, p.displacement_offset))
+    lines.append(f"  identified from {low:.6g} to {high:.6g} mm, polynomials about {middle:.6g} mm")
+    if "bootstrap" in uncertainty:
+        drawn = uncertainty["bootstrap"]
+        spread = ", ".join(f"{name} +- {drawn[name]:.2g}" for name in ("kappa_omega", "rho", "sigma", "n"))
+        lines.append(f"  bootstrap of {drawn['repetitions']} (seed {drawn['seed']}): {spread}")
+    lines += [f"  {sentence}" for sentence in uncertainty.get("indistinct", [])]
+    return [line.rstrip() for line in lines]

@@ -1,0 +1,218 @@
+"""One instance of the FMU as FMI sees it: values set and read, steps, state; nothing of pythonfmu.
+
+The response to a displacement is computed at most once, from the committed memory, and kept until the
+displacement changes; a step commits it.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from functools import lru_cache, partial
+from typing import Any
+
+from .law import SpringLaw
+from .parameters import SpringParameters
+from .state import State
+from .stepper import Memory, advance, force, rest, settle, stiffness
+from .variables import Variable, spring_parameters, start_values, variables
+
+# Building the tables of W takes some 15 ms; instances with the same parameters share them.
+_law_of = lru_cache(maxsize=16)(SpringLaw)
+
+
+class RefusedCallError(ValueError):
+    """A call that must fail; its text is written for the user, and nothing has changed."""
+
+
+class SpringInstance:
+    """The behaviour of the FMU.
+
+    Parameters
+    ----------
+    identified : SpringParameters     Start values of the parameters.
+    warn, refuse : callable of str    Take messages to the host about calls that do not raise.
+    """
+
+    def __init__(
+        self, identified: SpringParameters, warn: Callable[[str], None], refuse: Callable[[str], None]
+    ) -> None:
+        self._warn = warn
+        self._refuse = refuse
+        self._counts = len(identified.kE), len(identified.kA)
+        self._table = variables(*self._counts)
+        names = [variable.name for variable in self._table]
+        self._input = names.index("displacement")
+        start = start_values(identified)
+        settings = [v.name for v in self._table if v.causality == "parameter"]
+        self._place = {name: place for place, name in enumerate(settings)}
+        self._state = State(tuple(start[name] for name in settings), start["displacement"])
+        self._law: SpringLaw | None = None
+        self._reached: Memory | None = None
+        readers: dict[str, Callable[[], float]] = {
+            "displacement": lambda: self._state.displacement,
+            "force": partial(self._output, force),
+            "stiffness": partial(self._output, stiffness),
+            "absorbed_energy": partial(self._output, self._absorbed_energy),
+            "omega": partial(self._output, lambda _, reached: reached.omega),
+            "extrapolating": lambda: self._side() != 0,
+            **{name: partial(self._setting, name) for name in settings},
+        }
+        self._readers = [readers[name] for name in names]
+
+    @property
+    def state(self) -> State:
+        """Everything the instance remembers; setting it takes the instance back there."""
+        return self._state
+
+    @state.setter
+    def state(self, state: State) -> None:
+        if not isinstance(state, State) or len(state.settings) != len(self._place):
+            raise RefusedCallError("The state must come from an instance of the same FMU.")
+        before = self._state
+        self._change(state)
+        self._reached = None
+        if state.memory is not None:
+            try:
+                self._require_law()
+            except RefusedCallError:
+                self._change(before)
+                raise
+
+    def read(self, references: Sequence[int], kind: str) -> list[Any]:
+        """Values of variables of one type.
+
+        Outputs answer to the path from the last commit to the displacement set last. They are NaN while that is
+        not finite, and while the parameters set before the end of initialization are not a possible spring.
+        """
+        for reference in references:
+            self._variable(reference, kind)
+        return [self._readers[reference]() for reference in references]
+
+    def write(self, references: Sequence[int], values: Sequence[Any], kind: str) -> None:
+        """Set variables of one type: the displacement, and parameters before initialization ends; all or none.
+
+        A displacement that is not finite is reported, but does not raise.
+        """
+        for reference in references:
+            self._require_settable(self._variable(reference, kind))
+        state = self._state
+        for reference, value in zip(references, values, strict=True):
+            if reference != self._input:
+                place = self._place[self._table[reference].name]
+                settings = (*state.settings[:place], value, *state.settings[place + 1 :])
+                state = state._replace(settings=settings)
+            elif math.isfinite(value):
+                state = state._replace(displacement=value, refused=False)
+            else:
+                state = state._replace(refused=True)
+                self._refuse(f"`displacement` must be finite [m], got {value!r}; it was not taken over.")
+        self._change(state)
+
+    def end_initialization(self) -> None:
+        """Start the path at the displacement that holds, if the parameters are a possible spring."""
+        state = self._state
+        if state.memory is not None:
+            raise RefusedCallError("Initialization has ended before; reset the instance to initialize it again.")
+        if state.refused:
+            raise RefusedCallError("`displacement` must be finite [m] when initialization ends, got the refused value.")
+        self._require_law()
+        self._commit(self._end_of_path())
+
+    def step(self, time: float, size: float) -> bool:
+        """Commit the path to the displacement that holds; False, with nothing changed, if that cannot be."""
+        state = self._state
+        if state.memory is None:
+            self._refuse(f"The step at time {time!r} s came before initialization had ended.")
+        elif not (math.isfinite(size) and size >= 0.0):
+            self._refuse(f"The step size at time {time!r} s must be finite and >= 0 [s], got {size!r}.")
+        elif state.refused:
+            self._refuse(f"The step at time {time!r} s needs a finite `displacement`; set one.")
+        else:
+            reached = self._end_of_path()
+            self._commit(settle(self._require_law(), reached) if state.energy_wanted else reached)
+            return True
+        return False
+
+    def _variable(self, reference: int, kind: str) -> Variable:
+        if not 0 <= reference < len(self._table):
+            raise RefusedCallError(
+                f"There is no variable with value reference {reference}; they go from 0 to {len(self._table) - 1}."
+            )
+        variable = self._table[reference]
+        if variable.kind != kind:
+            raise RefusedCallError(f"`{variable.name}` (value reference {reference}) is {variable.kind}, not {kind}.")
+        return variable
+
+    def _require_settable(self, variable: Variable) -> None:
+        if variable.causality not in ("input", "parameter"):
+            raise RefusedCallError(f"`{variable.name}` is computed and cannot be set.")
+        if variable.causality == "parameter" and self._state.memory is not None:
+            raise RefusedCallError(
+                f"`{variable.name}` is fixed once initialization has ended; reset the instance to change it."
+            )
+
+    def _change(self, state: State) -> None:
+        if state.settings != self._state.settings:
+            self._law = self._reached = None
+        if state.displacement != self._state.displacement:
+            self._reached = None
+        self._state = state
+
+    def _require_law(self) -> SpringLaw:
+        """The law of the present parameters, or a refusal that says why they are no possible spring."""
+        if self._law is None:
+            omega_start = self._setting("omega_start")
+            if not -1.0 <= omega_start <= 1.0:
+                raise RefusedCallError(f"`omega_start` must be within [-1, 1], got {omega_start!r}.")
+            values = dict(zip(self._place, self._state.settings, strict=True))
+            try:
+                self._law = _law_of(spring_parameters(values, *self._counts))
+            except ValueError as problem:
+                raise RefusedCallError(str(problem)) from None
+        return self._law
+
+    def _end_of_path(self) -> Memory:
+        """The memory after the path from the last commit to the displacement set last."""
+        if self._reached is None:
+            state = self._state
+            if state.memory is None:
+                self._reached = rest(state.displacement, self._setting("omega_start"))
+            else:
+                self._reached = advance(self._require_law(), state.memory, state.displacement)
+        return self._reached
+
+    def _commit(self, memory: Memory) -> None:
+        side = self._side()
+        if side not in (0, self._state.side):
+            low, high = self._setting("displacement_min"), self._setting("displacement_max")
+            self._warn(
+                f"`displacement` {memory.displacement!r} m lies outside the identified range "
+                f"[{low!r}, {high!r}] m: the force is extrapolated until it comes back."
+            )
+        self._state = self._state._replace(memory=memory, side=side)
+        self._reached = memory
+
+    def _setting(self, name: str) -> float:
+        return self._state.settings[self._place[name]]
+
+    def _output(self, output: Callable[[SpringLaw, Memory], float]) -> float:
+        if self._state.refused:
+            return math.nan
+        try:
+            law = self._require_law()
+        except RefusedCallError:
+            return math.nan
+        return output(law, self._end_of_path())
+
+    def _absorbed_energy(self, law: SpringLaw, reached: Memory) -> float:
+        if not self._state.energy_wanted:
+            self._state = self._state._replace(energy_wanted=True)
+        self._reached = settle(law, reached)
+        return self._reached.energy
+
+    def _side(self) -> int:
+        """Where the displacement lies: -1 below the identified range, +1 above it, 0 inside."""
+        displacement = self._state.displacement
+        above = displacement > self._setting("displacement_max")
+        return above - (displacement < self._setting("displacement_min"))

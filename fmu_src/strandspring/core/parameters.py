@@ -1,0 +1,168 @@
+"""Parameters of the modified normalized Bouc-Wen spring, and when they are physically possible."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Any
+
+# Outside these the closed form's accuracy of 1e-10 has not been shown; real springs lie far inside.
+N_RANGE = (0.01, 100.0)
+SIGMA_RANGE = (0.5, 1000.0)
+MAXIMUM_DEGREE = 20
+# FA is 1 at the offset: below this it is zero within rounding.
+LEAST_AMPLIFIER = 1e-12
+
+
+def polynomial(coefficients: Any, x: Any) -> Any:
+    """Sum of coefficients[i]*x**i by Horner's rule, for a float or an array."""
+    total = coefficients[-1] + 0.0 * x
+    for coefficient in reversed(coefficients[:-1]):
+        total = total * x + coefficient
+    return total
+
+
+def derivative(coefficients: tuple[float, ...]) -> tuple[float, ...]:
+    """Coefficients of the derivative of a polynomial given by ascending powers."""
+    return tuple(i * c for i, c in enumerate(coefficients))[1:] or (0.0,)
+
+
+def antiderivative(coefficients: tuple[float, ...]) -> tuple[float, ...]:
+    """Coefficients of the antiderivative that is zero at x = 0."""
+    return (0.0, *(c / (i + 1) for i, c in enumerate(coefficients)))
+
+
+@dataclass(frozen=True)
+class SpringParameters:
+    """One identified spring, paper eqs. (8)-(11), in SI units.
+
+    With x = displacement - displacement_offset:
+    r = sum(kE[i]*x**i) + kappa_omega*omega*sum(kA[i]*x**i).
+
+    Parameters
+    ----------
+    kE : tuple of float        Elastic coefficients of ascending powers [N/m^i].
+    kA : tuple of float        Amplifier coefficients of ascending powers [1/m^i]; kA[0] = 1.
+    kappa_omega : float        Hysteretic force at x = 0 when saturated [N], > 0.
+    rho : float                Slope of omega at its zero crossing [1/m], > 0.
+    sigma : float              Recovery after a reversal [-], >= 1/2.
+    n : float                  Smoothness exponent [-], > 0.
+    displacement_offset : float   Displacement at x = 0 [m].
+    displacement_min, displacement_max : float   Identified range of displacement [m].
+    """
+
+    kE: tuple[float, ...]
+    kA: tuple[float, ...]
+    kappa_omega: float
+    rho: float
+    sigma: float
+    n: float
+    displacement_offset: float
+    displacement_min: float
+    displacement_max: float
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "kE", tuple(map(float, self.kE)))
+        object.__setattr__(self, "kA", tuple(map(float, self.kA)))
+        for problem in problems(self):
+            raise ValueError(problem)
+
+    @property
+    def x_min(self) -> float:
+        """Lower end of the identified range about the offset [m]."""
+        return self.displacement_min - self.displacement_offset
+
+    @property
+    def x_max(self) -> float:
+        """Upper end of the identified range about the offset [m]."""
+        return self.displacement_max - self.displacement_offset
+
+
+def problems(p: SpringParameters) -> list[str]:
+    """Why these parameters are not a physically possible spring, one sentence each; empty if they are.
+
+    Physically possible (paper eqs. 6-7): rho > 0, kappa_omega > 0, n > 0, sigma >= 1/2 and FA > 0 over the
+    range, which together make every closed loop absorb energy.
+    """
+    found = [
+        f"`{name}` must have between 1 and {MAXIMUM_DEGREE + 1} coefficients, got {len(values)}."
+        for name, values in (("kE", p.kE), ("kA", p.kA))
+        if not 1 <= len(values) <= MAXIMUM_DEGREE + 1
+    ]
+    if found:
+        return found
+    named = [(f"kE[{i}]", c) for i, c in enumerate(p.kE)]
+    named += [(f"kA[{i}]", c) for i, c in enumerate(p.kA)]
+    named += [
+        (name, getattr(p, name))
+        for name in (
+            "kappa_omega", "rho", "sigma", "n", "displacement_offset", "displacement_min", "displacement_max"
+        )
+    ]  # fmt: skip
+    found = [f"`{name}` must be finite, got {value!r}." for name, value in named if not math.isfinite(value)]
+    if found:
+        return found
+    if p.kA[0] != 1.0:
+        found.append(f"`kA[0]` must be 1 (kappa_omega carries the scale), got {p.kA[0]!r}.")
+    found += [
+        f"`{name}` must be > 0 [{unit}], got {value!r}."
+        for name, value, unit in (("kappa_omega", p.kappa_omega, "N"), ("rho", p.rho, "1/m"))
+        if not value > 0.0
+    ]
+    found += [
+        f"`{name}` must be within [{low:g}, {high:g}], got {value!r}."
+        for name, value, (low, high) in (("sigma", p.sigma, SIGMA_RANGE), ("n", p.n, N_RANGE))
+        if not low <= value <= high
+    ]
+    if not (p.displacement_min < p.displacement_max and math.isfinite(p.displacement_max - p.displacement_min)):
+        found.append(
+            f"`displacement_min` must be below `displacement_max` [m], "
+            f"got {p.displacement_min!r} and {p.displacement_max!r}."
+        )
+    elif not p.displacement_min <= p.displacement_offset <= p.displacement_max:
+        found.append(
+            f"`displacement_offset` must lie between `displacement_min` and `displacement_max` [m], "
+            f"got {p.displacement_offset!r}."
+        )
+    elif not found:
+        least, where = least_value(p.kA, p.x_min, p.x_max)
+        if not least > LEAST_AMPLIFIER:
+            found.append(
+                f"the amplifier FA (coefficients `kA`) must be > 0 over the identified range, "
+                f"got {least:.6g} at displacement {where + p.displacement_offset:.6g} m."
+            )
+    return found
+
+
+def least_value(coefficients: tuple[float, ...], low: float, high: float) -> tuple[float, float]:
+    """Least value of a polynomial on [low, high] and where it is taken.
+
+    Exact up to rounding: the interval is cut at the real roots of the derivative, found by bisection between
+    the roots of the next derivative, where each derivative is monotone.
+    """
+    candidates = [low, *_roots(derivative(coefficients), low, high), high]
+    return min((polynomial(coefficients, x), x) for x in candidates)
+
+
+def _roots(coefficients: tuple[float, ...], low: float, high: float) -> list[float]:
+    """Real roots inside (low, high) at which the polynomial changes sign."""
+    if len(coefficients) < 2:
+        return []
+    corners = [low, *_roots(derivative(coefficients), low, high), high]
+    roots = []
+    for left, right in pairwise(corners):
+        at_left = polynomial(coefficients, left)
+        if at_left * polynomial(coefficients, right) >= 0.0:
+            continue
+        a, b = left, right
+        while True:
+            middle = 0.5 * (a + b)
+            if not a < middle < b:
+                break
+            if at_left * polynomial(coefficients, middle) > 0.0:
+                a = middle
+            else:
+                b = middle
+        roots.append(a)
+    return roots

@@ -1,0 +1,154 @@
+"""The spring as a slave of pythonfmu: each FMI call goes to `SpringInstance`, each exception through one place.
+
+pythonfmu's binary answers an exception in a callback with fmi2Fatal, and each time gives up a reference to the
+instance, to its log queue and to its class that it does not own, so that the host crashes after a few. Those
+references are added back right before an exception leaves (see `_keep`). The binary logs the exception's text
+itself; a message queued before it would reach the host's logger while the exception is pending, which a logger
+written in Python (FMPy's) does not survive: it swallows the exception, and from Python 3.13 on the message too.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import sys
+from collections.abc import Callable
+from functools import wraps
+from typing import Any, ClassVar
+from weakref import WeakSet
+
+from .facade import Fmi2Slave, Fmi2Status
+from .instance import SpringInstance
+from .parameters import SpringParameters
+from .state import State, from_bytes, to_bytes
+
+
+def _keep(*owned: object) -> None:
+    for one in owned:
+        ctypes.pythonapi.Py_IncRef(ctypes.py_object(one))
+
+
+def keep_module(namespace: dict[str, Any]) -> None:
+    """Add the reference to a slave module's namespace that pythonfmu's binary gives up per instance.
+
+    Without it the namespace of a module that holds no functions is freed at the first instance.
+    """
+    _keep(namespace)
+
+
+def _guarded(callback: Callable[..., Any]) -> Callable[..., Any]:
+    """A callback of one instance whose exceptions leave without harm to the host."""
+
+    @wraps(callback)
+    def run(self: SpringSlave, *arguments: Any) -> Any:
+        try:
+            return callback(self, *arguments)
+        except BaseException:
+            _keep(self, self.log_queue, type(self))
+            raise
+
+    return run
+
+
+def _guarded_for_class(callback: Callable[..., Any]) -> Callable[..., Any]:
+    """The same for a callback of the class: which instance it is called for is not known, so all are kept."""
+
+    @wraps(callback)
+    def run(cls: type[SpringSlave], *arguments: Any) -> Any:
+        try:
+            return callback(cls, *arguments)
+        except BaseException:
+            _keep(cls)
+            for slave in cls.alive:
+                _keep(slave, slave.log_queue)
+            raise
+
+    return run
+
+
+class SpringSlave(Fmi2Slave):  # type: ignore[misc]
+    """Base of the slave class that each FMU brings with its own parameters.
+
+    Attributes
+    ----------
+    identified : SpringParameters   Start values of the parameters.
+    fmu_guid : str                  GUID of the FMU.
+    alive : WeakSet                 The instances of the class that exist.
+    """
+
+    identified: ClassVar[SpringParameters]
+    fmu_guid: ClassVar[str]
+    alive: ClassVar[WeakSet[SpringSlave]]
+
+    def __init_subclass__(cls) -> None:
+        cls.alive = WeakSet()
+
+    def __init__(self, **options: Any) -> None:
+        super().__init__(**options)
+        self.alive.add(self)
+        # The binary adds the FMU's folder to the path at each instance to find the slave's module, and never
+        # takes it away; the module is known by now.
+        if self.resources in sys.path:
+            sys.path.remove(self.resources)
+        self._spring = SpringInstance(
+            self.identified,
+            warn=lambda message: self.log(message, Fmi2Status.warning),
+            refuse=lambda message: self.log(message, Fmi2Status.error),
+        )
+
+    @_guarded
+    def exit_initialization_mode(self) -> None:
+        self._spring.end_initialization()
+
+    @_guarded
+    def do_step(self, current_time: float, step_size: float) -> bool:
+        return self._spring.step(current_time, step_size)
+
+    @_guarded
+    def get_real(self, vrs: list[int]) -> list[float]:
+        return self._spring.read(vrs, "Real")
+
+    @_guarded
+    def get_integer(self, vrs: list[int]) -> list[int]:
+        return self._spring.read(vrs, "Integer")
+
+    @_guarded
+    def get_boolean(self, vrs: list[int]) -> list[bool]:
+        return self._spring.read(vrs, "Boolean")
+
+    @_guarded
+    def get_string(self, vrs: list[int]) -> list[str]:
+        return self._spring.read(vrs, "String")
+
+    @_guarded
+    def set_real(self, vrs: list[int], values: list[float]) -> None:
+        self._spring.write(vrs, values, "Real")
+
+    @_guarded
+    def set_integer(self, vrs: list[int], values: list[int]) -> None:
+        self._spring.write(vrs, values, "Integer")
+
+    @_guarded
+    def set_boolean(self, vrs: list[int], values: list[bool]) -> None:
+        self._spring.write(vrs, values, "Boolean")
+
+    @_guarded
+    def set_string(self, vrs: list[int], values: list[str]) -> None:
+        self._spring.write(vrs, values, "String")
+
+    @_guarded
+    def _get_fmu_state(self) -> State:
+        return self._spring.state
+
+    @_guarded
+    def _set_fmu_state(self, state: State) -> None:
+        self._spring.state = state
+
+    @classmethod
+    @_guarded_for_class
+    def _fmu_state_to_bytes(cls, state: State) -> bytes:
+        return to_bytes(state, cls.fmu_guid)
+
+    @classmethod
+    @_guarded_for_class
+    def _fmu_state_from_bytes(cls, data: bytes) -> State:
+        return from_bytes(data, cls.fmu_guid)

@@ -1,0 +1,97 @@
+"""Everything one FMU instance remembers, and its serialized form."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+from .stepper import Memory
+
+_FORMAT = "strandspring-state"
+_FORMAT_VERSION = 1
+
+
+class State(NamedTuple):
+    """Immutable, so that a snapshot of an instance is the state itself.
+
+    Attributes
+    ----------
+    settings : tuple of float   Values of the FMU's parameters, in the order of the variable table.
+    displacement : float        The last finite displacement set [m].
+    refused : bool              Whether the displacement set after it was not finite.
+    memory : Memory or None     The committed path; None before initialization ends.
+    energy_wanted : bool        Whether absorbed_energy has been read, so that each step pays for it.
+    side : int                  Where the path ended: -1 below the identified range, +1 above it, 0 inside.
+    """
+
+    settings: tuple[float, ...]
+    displacement: float
+    refused: bool = False
+    memory: Memory | None = None
+    energy_wanted: bool = False
+    side: int = 0
+
+
+def to_bytes(state: State, guid: str) -> bytes:
+    """The state of an instance of the FMU `guid` as JSON, which keeps every bit of a float."""
+    content = {"format": _FORMAT, "format_version": _FORMAT_VERSION, "guid": guid, **state._asdict()}
+    return json.dumps(content).encode("utf-8")
+
+
+def from_bytes(data: bytes, guid: str) -> State:
+    """The state that `to_bytes` wrote for the FMU `guid`.
+
+    Raises
+    ------
+    ValueError   If the bytes are no such state.
+    """
+    try:
+        content = json.loads(data.decode("utf-8"))
+    except (ValueError, RecursionError):
+        raise ValueError(
+            f"The serialized state of {len(data)} bytes must be JSON, but it is cut off or damaged."
+        ) from None
+    if not isinstance(content, dict) or content.pop("format", None) != _FORMAT:
+        raise ValueError("The serialized state must come from a strandspring FMU, but it does not.")
+    if content.pop("format_version", None) != _FORMAT_VERSION:
+        raise ValueError(f"The serialized state must have format version {_FORMAT_VERSION}, but it has another.")
+    if content.pop("guid", None) != guid:
+        raise ValueError(f"The serialized state must be of the FMU {guid}, but it is of another one.")
+    for field, fits in _FIELDS.items():
+        if field not in content or not fits(content[field]):
+            raise ValueError(f"The serialized state is damaged in its field `{field}`.")
+    if len(content) != len(_FIELDS):
+        raise ValueError("The serialized state is damaged: it has too many fields.")
+    memory = content["memory"]
+    content["memory"] = None if memory is None else Memory(*memory)
+    content["settings"] = tuple(content["settings"])
+    return State(**content)
+
+
+def _is_float(value: Any) -> bool:
+    return type(value) is float
+
+
+def _is_memory(value: Any) -> bool:
+    if value is None:
+        return True
+    types = [float, float, int, float, float, float, float]
+    return (
+        isinstance(value, list)
+        and [type(part) for part in value] == types
+        and all(map(math.isfinite, value[:6]))  # the energy of an absurd displacement may overflow
+        and -1.0 <= value[1] <= 1.0
+        and value[2] in (-1, 0, 1)
+    )
+
+
+_FIELDS: dict[str, Callable[[Any], bool]] = {
+    "settings": lambda value: isinstance(value, list) and all(map(_is_float, value)),
+    "displacement": lambda value: _is_float(value) and math.isfinite(value),
+    "refused": lambda value: type(value) is bool,
+    "memory": _is_memory,
+    "energy_wanted": lambda value: type(value) is bool,
+    "side": lambda value: type(value) is int and value in (-1, 0, 1),
+}

@@ -1,0 +1,127 @@
+"""An SSP system: a plant FMU and the spring FMU in one .ssp file, run by FMPy and by libcosim.
+
+    python -m strandspring.examples.ssp_system [--backend python]
+
+Both couple as `Jacobi()` does: each FMU steps with what the other had put out at the beginning of the step. That is of
+first order and feeds energy in, so the step must be small. FMPy begins with every connector at zero, which suits a
+spring whose displacement and force count from where it rests.
+"""
+
+from __future__ import annotations
+
+import zipfile
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from fmpy.ssp.simulation import simulate_ssp
+from pythonfmu import FmuBuilder
+
+from .excitations import Sine
+from .mounts import RECOIL_SPRING, fmu_of, workplace
+
+# As in shaken_mass_slave.py, the plant.
+MASS = 10.0  # kg
+BASE = Sine(amplitude=0.004, frequency=7.0)
+STOP = 0.4  # s
+
+STRUCTURE = """<?xml version="1.0" encoding="UTF-8"?>
+<ssd:SystemStructureDescription xmlns:ssc="http://ssp-standard.org/SSP1/SystemStructureCommon"
+    xmlns:ssd="http://ssp-standard.org/SSP1/SystemStructureDescription" version="1.0" name="shaken_mass">
+  <ssd:System name="shaken_mass">
+    <ssd:Elements>
+      <ssd:Component name="plant" type="application/x-fmu-sharedlibrary" source="resources/ShakenMass.fmu">
+        <ssd:Connectors>
+          <ssd:Connector name="force" kind="input"><ssc:Real unit="N"/></ssd:Connector>
+          <ssd:Connector name="displacement" kind="output"><ssc:Real unit="m"/></ssd:Connector>
+          <ssd:Connector name="position" kind="output"><ssc:Real unit="m"/></ssd:Connector>
+        </ssd:Connectors>
+      </ssd:Component>
+      <ssd:Component name="mount" type="application/x-fmu-sharedlibrary" source="resources/mount.fmu">
+        <ssd:Connectors>
+          <ssd:Connector name="displacement" kind="input"><ssc:Real unit="m"/></ssd:Connector>
+          <ssd:Connector name="force" kind="output"><ssc:Real unit="N"/></ssd:Connector>
+        </ssd:Connectors>
+      </ssd:Component>
+    </ssd:Elements>
+    <ssd:Connections>
+      <ssd:Connection startElement="plant" startConnector="displacement"
+                      endElement="mount" endConnector="displacement"/>
+      <ssd:Connection startElement="mount" startConnector="force"
+                      endElement="plant" endConnector="force"/>
+    </ssd:Connections>
+  </ssd:System>
+  <ssd:DefaultExperiment startTime="0.0" stopTime="0.4"/>
+</ssd:SystemStructureDescription>
+"""
+
+
+@dataclass(frozen=True, eq=False)
+class Run:
+    """Position of the mass [m] and force of the spring [N] at times [s], each of shape (K + 1,)."""
+
+    times: np.ndarray
+    position: np.ndarray
+    force: np.ndarray
+
+
+def build(folder: Path, spring: Path) -> Path:
+    """The .ssp file of the plant and a spring FMU."""
+    FmuBuilder.build_FMU(str(Path(__file__).parent / "shaken_mass_slave.py"), dest=str(folder))
+    path = folder / "shaken_mass.ssp"
+    with zipfile.ZipFile(path, "w") as archive:
+        archive.writestr("SystemStructure.ssd", STRUCTURE)
+        archive.write(spring, "resources/mount.fmu")
+        archive.write(folder / "ShakenMass.fmu", "resources/ShakenMass.fmu")
+    return path
+
+
+def by_fmpy(ssp: Path, step: float) -> Run:
+    """FMPy's own SSP simulation; each of its rows bears the time at which the step began."""
+    # Half a step less, because FMPy adds up the time and must not take one step too many.
+    rows = simulate_ssp(str(ssp), stop_time=STOP - 0.5 * step, step_size=step)
+    columns = ([0.0, *(rows["time"] + step)], [0.0, *rows["plant.position"]], [0.0, *rows["mount.force"]])
+    return Run(*map(np.array, columns))
+
+
+def by_libcosim(ssp: Path, step: float) -> Run:
+    """libcosim with its fixed-step algorithm; it counts in nanoseconds."""
+    # Here, because there is no libcosimpy for macOS and Python 3.10.
+    from libcosimpy.CosimEnums import CosimVariableType
+    from libcosimpy.CosimExecution import CosimExecution
+    from libcosimpy.CosimLogging import CosimLogLevel, log_output_level
+    from libcosimpy.CosimObserver import CosimObserver
+
+    log_output_level(CosimLogLevel.WARNING)
+    execution = CosimExecution.from_ssp_file(str(ssp), round(1e9 * step))
+    observer = CosimObserver.create_time_series(buffer_size=100_000)
+    execution.add_observer(observer)
+    watched = []
+    for component, name in (("plant", "position"), ("mount", "force")):
+        index = execution.slave_index_from_instance_name(component)
+        (reference,) = (v.reference for v in execution.slave_variables(index) if v.name.decode() == name)
+        observer.start_time_series(index, reference, CosimVariableType.REAL)
+        watched.append((index, reference))
+    if not execution.simulate_until(round(1e9 * STOP)):
+        raise RuntimeError("libcosim could not simulate the system")
+    columns = []
+    for index, reference in watched:
+        times, _, samples = observer.time_series_real_samples(index, reference, 1, round(STOP / step))
+        columns.append([0.0, *samples])
+    return Run(np.array([0.0, *(1e-9 * t for t in times)]), *map(np.array, columns))
+
+
+def main() -> None:
+    with workplace(__doc__) as (folder, backend):
+        ssp = build(folder, fmu_of(RECOIL_SPRING, "mount", folder, backend))
+        for step in (2e-4, 1e-4):
+            for name, run in (("FMPy", by_fmpy), ("libcosim", by_libcosim)):
+                found = run(ssp, step)
+                print(
+                    f"{name:8} at {1e3 * step:.1f} ms: largest excursion {1e3 * np.abs(found.position).max():.3f} mm, "
+                    f"largest force {np.abs(found.force).max():.2f} N"
+                )
+
+
+if __name__ == "__main__":
+    main()

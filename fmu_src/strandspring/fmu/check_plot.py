@@ -1,0 +1,87 @@
+"""Steady hysteresis loops of a spring as inline SVG with reproducible bytes."""
+
+from __future__ import annotations
+
+import math
+from xml.etree.ElementTree import Element, SubElement, tostring
+
+import numpy as np
+
+from ..core.parameters import SpringParameters
+from ..kernel.path import FloatArray, PathSolver
+
+_SHARES = (1.0, 2.0 / 3.0, 1.0 / 3.0)  # amplitudes, as shares of half the identified range
+_COLOURS = ("#1f5fa8", "#c8601a", "#3d8b46")
+_WIDTH, _HEIGHT = 640.0, 420.0
+_LEFT, _RIGHT, _TOP, _BOTTOM = 76.0, 624.0, 14.0, 366.0
+_CYCLES = 4  # the last one repeats itself as far as the eye can see
+_SAMPLES = 160  # per half cycle, a multiple of 2
+
+
+def steady_loop(parameters: SpringParameters, amplitude: float) -> tuple[FloatArray, FloatArray]:
+    """Displacement [m] and force [N] of the last of a few cycles about the middle of the identified range."""
+    middle = 0.5 * (parameters.displacement_min + parameters.displacement_max)
+    phase = np.linspace(0.0, 2.0 * np.pi * _CYCLES, 2 * _SAMPLES * _CYCLES + 1)
+    path = middle + amplitude * np.sin(phase)
+    force = PathSolver(parameters).force(path)
+    last = slice(-2 * _SAMPLES - 1, None)
+    return path[last], force[last]
+
+
+def loops_svg(parameters: SpringParameters) -> str:
+    """Steady loops at three amplitudes, displacement in mm and force in N."""
+    half_range = 0.5 * (parameters.displacement_max - parameters.displacement_min)
+    loops = [steady_loop(parameters, share * half_range) for share in _SHARES]
+    x_ticks = _ticks(*_span([1e3 * x for x, _ in loops]))
+    y_ticks = _ticks(*_span([force for _, force in loops]))
+
+    def across(values: FloatArray) -> FloatArray:
+        return np.interp(values, x_ticks[[0, -1]], [_LEFT, _RIGHT])
+
+    def up(values: FloatArray) -> FloatArray:
+        return np.interp(values, y_ticks[[0, -1]], [_BOTTOM, _TOP])
+
+    svg = Element(
+        "svg",
+        {
+            "viewBox": f"0 0 {_WIDTH:g} {_HEIGHT:g}", "role": "img", "font-family": "sans-serif",
+            "font-size": "13", "aria-label": "Steady force-displacement loops at three amplitudes",
+        },
+    )  # fmt: skip
+    for value, at in zip(x_ticks, across(x_ticks), strict=True):
+        _line(svg, at, _TOP, at, _BOTTOM)
+        _label(svg, at, _BOTTOM + 18.0, f"{value:g}", "middle")
+    for value, at in zip(y_ticks, up(y_ticks), strict=True):
+        _line(svg, _LEFT, at, _RIGHT, at)
+        _label(svg, _LEFT - 8.0, at + 4.0, f"{value:g}", "end")
+    _label(svg, 0.5 * (_LEFT + _RIGHT), _HEIGHT - 12.0, "displacement [mm]", "middle")
+    _label(svg, 16.0, 0.5 * (_TOP + _BOTTOM), "force [N]", "middle", turned=True)
+    for (x, force), colour in zip(loops, _COLOURS, strict=True):
+        points = " ".join(f"{a:.2f},{b:.2f}" for a, b in zip(across(1e3 * x), up(force), strict=True))
+        SubElement(svg, "polyline", {"points": points, "fill": "none", "stroke": colour, "stroke-width": "1.6"})
+    return tostring(svg, encoding="unicode")
+
+
+def _span(curves: list[FloatArray]) -> tuple[float, float]:
+    return min(float(c.min()) for c in curves), max(float(c.max()) for c in curves)
+
+
+def _ticks(low: float, high: float) -> FloatArray:
+    """Some five round values that enclose the span."""
+    rough = (high - low) / 5.0
+    decade = 10.0 ** math.floor(math.log10(rough))
+    step = next(factor * decade for factor in (1.0, 2.0, 2.5, 5.0, 10.0) if factor * decade >= rough)
+    first, last = math.floor(low / step), math.ceil(high / step)
+    return np.array([k * step for k in range(first, last + 1)])
+
+
+def _line(svg: Element, x1: float, y1: float, x2: float, y2: float) -> None:
+    ends = {"x1": x1, "y1": y1, "x2": x2, "y2": y2}
+    SubElement(svg, "line", {**{k: f"{v:.2f}" for k, v in ends.items()}, "stroke": "#d5d9de"})
+
+
+def _label(svg: Element, x: float, y: float, text: str, anchor: str, turned: bool = False) -> None:
+    place = {"x": f"{x:.2f}", "y": f"{y:.2f}", "text-anchor": anchor, "fill": "#333"}
+    if turned:
+        place["transform"] = f"rotate(-90 {x:g} {y:g})"
+    SubElement(svg, "text", place).text = text

@@ -1,0 +1,105 @@
+"""What an identification gives: the spring, its figures and where it comes from; also as a model file."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import PurePath
+from typing import Any
+
+from .._version import __version__
+from ..core.parameters import SpringParameters
+from ..modelfile import ModelFile, model_file
+from ..records.record import Record
+from ..spring import Spring
+from .figures import RecordFit
+from .outcomes import Outcome
+from .uncertainty import PredictionBand
+
+
+@dataclass(frozen=True, eq=False)
+class Identification:
+    """An identified spring and how it was found.
+
+    Attributes
+    ----------
+    parameters : SpringParameters
+    records : tuple of Record
+    fits : tuple of RecordFit       Prediction of each record over its steady part.
+    rmse, rnl : float               Over all compared samples [N], [-].
+    degrees : (int, int)            N of FE and M of FA.
+    steady_share : float            Where the steady section was taken to begin, share of the longest stroke.
+    outcomes : tuple of Outcome     Cautions worth telling the user.
+    uncertainty : dict              Standard errors and correlations; empty but for the refined method.
+    band : PredictionBand or None   95 % band of the predicted force; of the refined method only.
+    method : str
+    options : dict                  The options, for the provenance.
+    """
+
+    parameters: SpringParameters
+    records: tuple[Record, ...]
+    fits: tuple[RecordFit, ...]
+    rmse: float
+    rnl: float
+    degrees: tuple[int, int]
+    steady_share: float
+    outcomes: tuple[Outcome, ...]
+    uncertainty: dict[str, Any]
+    band: PredictionBand | None
+    method: str
+    options: dict[str, Any]
+
+    def spring(self, name: str = "spring", description: str = "") -> Spring:
+        """The spring with its figures and provenance, ready to respond, to save and to build an FMU from.
+
+        Raises
+        ------
+        ModelError   If the name is not an identifier.
+        """
+        return Spring.of(_model_file(self, name, description))
+
+
+def _model_file(identification: Identification, name: str, description: str = "") -> ModelFile:
+    """The model file of an identification: file names without folders and no dates, so that bytes are stable."""
+    i = identification
+    text = description or (
+        f"Hysteretic spring identified from {', '.join(PurePath(record.path).name for record in i.records)}"
+    )
+    return model_file(
+        name,
+        i.parameters,
+        text[:2000],
+        fit={
+            "rmse": i.rmse,
+            "rnl": i.rnl,
+            "degrees": list(i.degrees),
+            "steady_share": i.steady_share,
+            "outcomes": [{"name": o.name.lower(), "sentence": o.value} for o in i.outcomes],
+            "records": [
+                {
+                    "file": PurePath(fit.path).name,
+                    "samples": fit.samples,
+                    "first_sample": fit.first_sample,
+                    "rmse": fit.rmse,
+                    "rnl": fit.rnl,
+                    "omega_start": fit.omega_start,
+                    "compared": fit.compared,
+                }
+                for fit in i.fits
+            ],
+        },
+        uncertainty=i.uncertainty,
+        provenance={
+            "records": [
+                {
+                    "file": PurePath(record.path).name,
+                    "sha256": record.sha256,
+                    "samples": int(record.force.size),
+                    "notes": list(record.notes),
+                }
+                for record in i.records
+            ],
+            "method": i.method,
+            "options": i.options,
+            "version": __version__,
+        },
+    )

@@ -1,0 +1,222 @@
+"""Which part of a record is steady, and whether a physically possible spring can have made it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..loops.strokes import Strokes, find_strokes, noise_level
+from ..records.record import Record
+from .direction import correlation, wrong_way
+from .loops import POINTS_PER_STROKE, FloatArray, Loops, gather
+from .outcomes import IdentificationError, Outcome
+
+_SHARES = (np.arange(100) + 0.5) / 100  # where the mean loop is taken by default
+_FULL = 0.9  # share of the longest stroke from which a stroke counts as a full one
+_RETURN = 0.4  # share of the longest stroke that must be gone back at least
+_SNAP = 0.2  # counter-movement of the force within a branch, share of its range
+_NO_LOOP = 1e-4  # half height of a loop that is called none, share of the force range
+_CROSSED = 0.1  # share of the displacement range over which the branches may be crossed
+_ALIKE = 0.015  # difference between two strokes that is called none, share of the force range
+_DRIFT = 0.05  # drift over the record, share of the rms force about its mean
+
+
+@dataclass(frozen=True, eq=False)
+class SteadyRecord:
+    """A record cut into strokes with its steady part marked.
+
+    Attributes
+    ----------
+    record : Record
+    strokes : Strokes        Of the whole record.
+    first_used : int         First stroke of the steady part.
+    loops : Loops            Points of the steady part; memory strokes included.
+    periodic : bool          The record is one closed period.
+    cautions : tuple of Outcome
+    """
+
+    record: Record
+    strokes: Strokes
+    first_used: int
+    loops: Loops
+    periodic: bool
+    cautions: tuple[Outcome, ...]
+
+    def loops_with(self, points: int) -> Loops:
+        """The points again, strokes averaged over another number of cells."""
+        return _points_of(self.record, self.strokes, self.first_used, self.periodic, points)
+
+    @property
+    def first_sample(self) -> int:
+        """Index of the first steady sample."""
+        return int(self.strokes.turning[self.first_used])
+
+
+def find_steady_part(record: Record) -> SteadyRecord:
+    """Cut a record into strokes, choose its steady part and refuse what no spring of this kind can do.
+
+    Raises
+    ------
+    IdentificationError   With the outcome that names the reason.
+    """
+    strokes = find_strokes(record.displacement)
+    cautions: list[Outcome] = []
+    periodic = strokes.count in (2, 3) and _is_closed(record, strokes)
+    first_used = 0 if periodic else _first_steady_stroke(strokes, record, cautions)
+    loops = _points_of(record, strokes, first_used, periodic, POINTS_PER_STROKE)
+    mean = mean_loop(loops)
+    _refuse_impossible(record, mean)
+    if _drift(loops) > _DRIFT:
+        cautions.append(Outcome.DRIFT)
+    return SteadyRecord(record, strokes, first_used, loops, periodic, tuple(cautions))
+
+
+@dataclass(frozen=True, eq=False)
+class MeanLoop:
+    """Mean branches of the full strokes on common cells of displacement [m], [N]."""
+
+    displacement: FloatArray
+    loading: FloatArray
+    unloading: FloatArray
+
+    @property
+    def half_height(self) -> float:
+        """Mean of half the distance between the branches [N]; negative if the loop runs the wrong way round."""
+        return float(np.mean(self.loading - self.unloading)) / 2.0
+
+
+def mean_loop(loops: Loops, shares: FloatArray = _SHARES) -> MeanLoop:
+    """Average the full strokes on common displacements, loading and unloading apart.
+
+    Parameters
+    ----------
+    loops : Loops
+    shares : ndarray, shape (G,)   Where on the common range the loop is wanted, 0 to 1, rising.
+    """
+    used = np.unique(loops.stroke)
+    chosen = []
+    for side in (1, -1):
+        kind = used[loops.direction[used] == side]
+        chosen.append(kind[loops.length[kind] >= _FULL * loops.length[kind].max()])
+    both = np.concatenate(chosen)
+    ends = np.stack([loops.start[both], loops.start[both] + loops.direction[both] * loops.length[both]])
+    low, high = ends.min(axis=0).max(), ends.max(axis=0).min()
+    grid = low + (high - low) * shares
+    branches = []
+    for side, kind in zip((1, -1), chosen, strict=True):
+        pieces = [slice(*np.searchsorted(loops.stroke, [stroke, stroke + 1])) for stroke in kind]
+        profiles = [np.interp(grid, loops.displacement[p][::side], loops.force[p][::side]) for p in pieces]
+        branches.append(np.mean(profiles, axis=0))
+    return MeanLoop(grid, *branches)
+
+
+def _is_closed(record: Record, strokes: Strokes) -> bool:
+    """Whether the record is one whole period: it ends where it began, in displacement and force."""
+    x, r = record.displacement, record.force
+    step = 3.0 * float(np.max(np.abs(np.diff(strokes.displacement))))
+    noise = 6.0 * noise_level(r)
+    return bool(
+        abs(x[-1] - x[0]) <= max(step, 0.01 * np.ptp(x)) and abs(r[-1] - r[0]) <= max(noise, _ALIKE * np.ptp(r))
+    )
+
+
+def _points_of(record: Record, strokes: Strokes, first_used: int, periodic: bool, points: int) -> Loops:
+    if periodic:
+        return _closed_loops(record, strokes, points)
+    return gather(strokes, record.force, first_used, points)
+
+
+def _closed_loops(record: Record, strokes: Strokes, points: int) -> Loops:
+    """One period, begun at its first reversal and preceded by itself, so that the memory is steady."""
+    turn = 0 if strokes.count == 2 else int(strokes.turning[1])
+    order = np.concatenate([np.arange(turn, len(record.force)), np.arange(1, turn + 1)])
+    if turn == 0:
+        order = order[: len(record.force)]
+    twice = np.concatenate([order, order[1:]])
+    repeated = find_strokes(record.displacement[twice])
+    return gather(repeated, record.force[twice], 2, points)
+
+
+def _first_steady_stroke(strokes: Strokes, record: Record, cautions: list[Outcome]) -> int:
+    """First stroke of the steady part: not the very first, whose memory is unknown, if the others suffice."""
+    differs = [_difference(strokes, record.force, k) > _ALIKE * float(np.ptp(record.force)) for k in (0, 1)]
+    if any(differs):
+        cautions.append(Outcome.FIRST_CYCLE_DIFFERS)
+    # If the second stroke differs from its successor, the first cycle reaches into it.
+    for first in (2, 1, 0) if differs[1] else (1, 0):
+        if _goes_forth_and_back(strokes, first):
+            return first
+    raise IdentificationError(Outcome.TOO_FEW_STROKES, record.path)
+
+
+def _goes_forth_and_back(strokes: Strokes, first: int) -> bool:
+    """Whether the strokes from `first` on hold a full one and a good part of one the other way."""
+    length = strokes.length[first:] / float(strokes.length.max())
+    direction = strokes.direction[first:]
+    reach = [float(np.max(length[direction == side], initial=0.0)) for side in (1, -1)]
+    return max(reach) >= _FULL and min(reach) >= _RETURN
+
+
+def _difference(strokes: Strokes, force: FloatArray, k: int) -> float:
+    """rms difference between stroke k and the next one of its kind, beyond what later cycles differ by [N]."""
+
+    def apart(a: int, b: int) -> float:
+        if b >= strokes.count:
+            return 0.0
+        ends = strokes.turning_displacement
+        tolerance = 0.02 * float(strokes.length.max())
+        if abs(ends[a + 1] - ends[b + 1]) > tolerance or abs(ends[a] - ends[b]) > tolerance:
+            return 0.0
+        profiles = []
+        for stroke in (a, b):
+            piece = slice(strokes.turning[stroke], strokes.turning[stroke + 1] + 1)
+            grid = np.linspace(0.05, 0.95, 64) * strokes.length[stroke]
+            distance = np.abs(strokes.displacement[piece] - ends[stroke])
+            profiles.append(np.interp(grid, distance, force[piece]))
+        return float(np.sqrt(np.mean((profiles[0] - profiles[1]) ** 2)))
+
+    return apart(k, k + 2) - 2.0 * apart(k + 2, k + 4)
+
+
+def _refuse_impossible(record: Record, mean: MeanLoop) -> None:
+    def refuse(outcome: Outcome) -> None:
+        raise IdentificationError(outcome, record.path)
+
+    span = float(max(np.ptp(mean.loading), np.ptp(mean.unloading)))
+    # Rise and fall within one branch: a snap is both, whatever the sign convention of the columns.
+    for branch in (mean.loading, mean.unloading):
+        fall = float(np.max(np.maximum.accumulate(branch) - branch))
+        rise = float(np.max(branch - np.minimum.accumulate(branch)))
+        if min(rise, fall) > _SNAP * max(span, 6.0 * abs(mean.half_height)):
+            refuse(Outcome.SNAP_THROUGH)
+    height = mean.half_height
+    noise = noise_level(record.force)
+    if correlation(record) < -0.5:
+        refuse(Outcome.FORCE_REVERSED)
+    if abs(height) <= max(4.0 * noise / np.sqrt(record.force.size), _NO_LOOP * span):
+        refuse(Outcome.NO_LOOP)
+    if height < 0.0:
+        refuse(wrong_way(record))
+    crossed = mean.unloading > mean.loading + max(4.0 * noise, 0.02 * span)
+    if np.mean(crossed) > _CROSSED:
+        refuse(Outcome.BRANCHES_CROSS)
+
+
+def _drift(loops: Loops) -> float:
+    """Change of the strokes' mean force from the first to the last full stroke of a kind, share of the rms force."""
+    used = np.unique(loops.stroke)
+    total = np.bincount(loops.stroke, weights=loops.weight * loops.force)
+    weight = np.bincount(loops.stroke, weights=loops.weight)
+    spread = np.sqrt(
+        np.average((loops.force - np.average(loops.force, weights=loops.weight)) ** 2, weights=loops.weight)
+    )
+    full = [k for k in used if loops.length[k] >= _FULL * loops.length[used].max()]
+    changes = [0.0]
+    for side in (1, -1):
+        kind = [k for k in full if loops.direction[k] == side]
+        if len(kind) >= 3:
+            means = total[kind] / weight[kind]
+            slope = np.polyfit(np.arange(len(kind)), means, 1)[0]
+            changes.append(abs(slope) * (len(kind) - 1))
+    return float(max(changes) / max(spread, 1e-300))

@@ -1,0 +1,1 @@
+"""The spring over whole paths, and its derivatives by the hysteresis parameters."""

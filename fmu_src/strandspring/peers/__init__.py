@@ -1,0 +1,1 @@
+"""What the identification is compared with: Ni's model and method, three-point formulas, limit cycle, filters."""

@@ -1,0 +1,219 @@
+"""Ni's modified Bouc-Wen model, paper eqs. (26)-(29), which made the data of the paper's simulated experiment.
+
+    r  = F2*(Z + F1)                                                      (26)
+    F1 = K1*x + K2*sgn(x)*x^2 + K3*x^3                                    (27)
+    F2 = B^(C*x)                                                          (28)
+    dZ = dx*{eta - [theta + lambda*sgn(dx)*sgn(Z)]*|Z|^n}                 (29)
+
+With z0 = (eta/(theta + lambda))^(1/n) and omega = Z/z0, eq. (29) is the normalized eq. (11) with
+
+    rho = eta/z0,   sigma = lambda/(theta + lambda),
+
+so that Z has the closed form of `strandspring.core.saturation`: no differential equation is solved.
+
+Units are the paper's own, unlike elsewhere in this package: displacement in mm, force in N. The paper prints
+eq. (28) as "BCx" and gives no n. Only the product C*ln(B), here `growth`, can be identified; B and C are kept
+apart for the paper's numbers.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, fields
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..core.parameters import N_RANGE, SIGMA_RANGE
+from ..core.saturation import saturation
+from ..kernel.path import FloatArray, as_path, saturation_of, split_strokes, stroke_start_xi, tables
+
+# Memory that changes by less than this over a period is that of the steady state.
+_STEADY = 1e-13
+_LARGEST_LOG = 200.0  # of z0 and rho, so that their products stay finite
+
+
+@dataclass(frozen=True)
+class NiParameters:
+    """Parameters of Ni's model, in mm and N; the force is zero at displacement 0 when Z is.
+
+    Parameters
+    ----------
+    K1, K2, K3 : float           Elastic part [N/mm], [N/mm^2], [N/mm^3].
+    B : float                    Base of the amplifier [-], > 0.
+    C : float                    Exponent of the amplifier [1/mm].
+    eta : float                  Slope of Z at its zero crossing [N/mm], > 0.
+    theta, lambda_ : float       Shape [N^(1-n)/mm]; theta + lambda > 0 (bounded Z) and lambda >= theta, which is
+                                 sigma >= 1/2 (paper eqs. 6-7).
+    n : float                    Smoothness [-]. The text does not give it; 0.222 reproduces its rms force at the
+                                 amplitude 5 mm.
+
+    Raises
+    ------
+    ValueError                   If the parameters are not physically possible or outside the closed form's range.
+    """
+
+    K1: float
+    K2: float
+    K3: float
+    B: float
+    C: float
+    eta: float
+    theta: float
+    lambda_: float
+    n: float = 0.222
+
+    def __post_init__(self) -> None:
+        for field in fields(self):
+            value = getattr(self, field.name)
+            if not math.isfinite(value):
+                raise ValueError(f"`{field.name}` must be finite, got {value!r}.")
+        checks = (
+            ("B", self.B > 0.0, "> 0"),
+            ("eta", self.eta > 0.0, "> 0 [N/mm]"),
+            ("lambda_", self.theta + self.lambda_ > 0.0, "above -theta (paper eq. 6)"),
+            ("lambda_", self.lambda_ >= self.theta, "at least theta (paper eq. 6)"),
+            ("n", N_RANGE[0] <= self.n <= N_RANGE[1], f"within [{N_RANGE[0]:g}, {N_RANGE[1]:g}]"),
+        )
+        for name, holds, condition in checks:
+            if not holds:
+                raise ValueError(f"`{name}` must be {condition}, got {getattr(self, name)!r}.")
+        if self.sigma > SIGMA_RANGE[1]:
+            raise ValueError(f"`lambda_`/(theta + lambda_) must be at most {SIGMA_RANGE[1]:g}, got {self.sigma!r}.")
+        # In logarithms, since the power itself could overflow.
+        log_z0 = math.log(self.eta / (self.theta + self.lambda_)) / self.n
+        if max(abs(log_z0), abs(math.log(self.eta) - log_z0)) > _LARGEST_LOG:
+            raise ValueError(
+                f"`n` must keep z0 = (eta/(theta + lambda))^(1/n) [N] and eta/z0 [1/mm] within 1e-86 and 1e86, got "
+                f"{self.n!r} with ln(z0) = {log_z0:.4g}."
+            )
+
+    @property
+    def growth(self) -> float:
+        """C*ln(B), the rate at which the amplifier grows [1/mm]."""
+        return self.C * math.log(self.B)
+
+    @property
+    def z0(self) -> float:
+        """Z when saturated [N]."""
+        return float((self.eta / (self.theta + self.lambda_)) ** (1.0 / self.n))
+
+    @property
+    def rho(self) -> float:
+        """Slope of Z/z0 at its zero crossing [1/mm]."""
+        return self.eta / self.z0
+
+    @property
+    def sigma(self) -> float:
+        """Recovery after a reversal [-]."""
+        return self.lambda_ / (self.theta + self.lambda_)
+
+    def elastic(self, displacement: FloatArray) -> FloatArray:
+        """F1 of eq. (27) [N]."""
+        x = displacement
+        return np.asarray(x * (self.K1 + np.abs(x) * self.K2 + x * x * self.K3))
+
+    def amplifier(self, displacement: FloatArray) -> FloatArray:
+        """F2 of eq. (28) [-]."""
+        return np.exp(self.growth * displacement)
+
+    def hysteretic(self, displacement: ArrayLike, Z_start: float = 0.0) -> FloatArray:
+        """Z of eq. (29) along a path in closed form.
+
+        Parameters
+        ----------
+        displacement : array_like, shape (K,)   Path from its first sample on [mm].
+        Z_start : float                         Z at the first sample [N], between -z0 and z0.
+
+        Returns
+        -------
+        ndarray, shape (K,)                     [N]
+        """
+        path = as_path(displacement)
+        z0 = self.z0
+        if not abs(Z_start) <= z0:
+            raise ValueError(f"`Z_start` must be within -z0 and z0 = {z0!r} N, got {Z_start!r}.")
+        strokes = split_strokes(path)
+        if strokes.direction.size == 0:
+            return np.full(path.shape, Z_start)
+        table, lists = tables(self.n, self.sigma)
+        start = path[strokes.first]
+        xi0 = stroke_start_xi(lists, self.rho, start, strokes.direction, Z_start / z0)
+        of = strokes.of_sample
+        Z = z0 * strokes.direction[of] * saturation_of(table, xi0[of] + self.rho * np.abs(path - start[of]))
+        Z[: strokes.first_moved] = Z_start
+        return np.asarray(Z)
+
+    def force(self, displacement: ArrayLike, Z_start: float = 0.0) -> FloatArray:
+        """Restoring force along a path [N], eq. (26); parameters as those of `hysteretic`."""
+        path = as_path(displacement)
+        return np.asarray(self.amplifier(path) * (self.hysteretic(path, Z_start) + self.elastic(path)))
+
+    def steady_hysteretic(self, period: ArrayLike) -> FloatArray:
+        """Z over one period of the steady state.
+
+        Parameters
+        ----------
+        period : array_like, shape (K,)   One period [mm]; its first sample follows its last.
+
+        Returns
+        -------
+        ndarray, shape (K,)               [N]
+        """
+        path = as_path(period)
+        top = int(np.argmax(path))
+        # Begun and ended at its top, so that the memory at the start is that at the end.
+        rolled = np.append(np.roll(path, -top), path[top])
+        strokes = split_strokes(rolled)
+        if strokes.direction.size == 0:
+            raise ValueError(f"`period` must move forth and back, got {path.size} samples at {path[0]!r} mm.")
+        _, lists = tables(self.n, self.sigma)
+        start = rolled[strokes.first]
+        last = self.rho * abs(float(rolled[-1] - start[-1]))
+
+        def after_a_period(omega: float) -> float:
+            xi0 = stroke_start_xi(lists, self.rho, start, strokes.direction, omega)
+            return float(strokes.direction[-1]) * saturation(lists, float(xi0[-1]) + last)
+
+        omega = after_a_period(1.0)
+        if abs(after_a_period(omega) - omega) > _STEADY:
+            # Imported here because it takes a third of a second, and saturating loops do without it.
+            from scipy.optimize import brentq
+
+            # The map contracts within [-1, 1], slowly when the loops are small; its fixed point is bracketed.
+            omega = float(brentq(lambda w: after_a_period(w) - w, -1.0, 1.0, xtol=_STEADY))
+        return np.roll(self.hysteretic(rolled, self.z0 * omega)[:-1], top)
+
+    def steady_force(self, period: ArrayLike) -> FloatArray:
+        """Restoring force over one period of the steady state [N]; `period` as that of `steady_hysteretic`."""
+        path = as_path(period)
+        return np.asarray(self.amplifier(path) * (self.steady_hysteretic(path) + self.elastic(path)))
+
+
+# Section 4 of the paper; B and C enter the force through C*ln(B) only.
+PAPER_NI = NiParameters(
+    K1=39.145, K2=1.360, K3=0.156, B=1.799, C=0.202, eta=147.761, theta=15.512, lambda_=44.726, n=0.222
+)
+
+
+def sine_period(amplitude: float, samples: int) -> FloatArray:
+    """One period of x = X*sin(t), paper eq. (30).
+
+    Parameters
+    ----------
+    amplitude : float   X [mm].
+    samples : int       Number of samples K; the first sample of the next period is not among them.
+    """
+    return np.asarray(amplitude * np.sin(2.0 * np.pi * np.arange(samples) / samples))
+
+
+def with_noise(force: FloatArray, level: float, seed: int) -> FloatArray:
+    """r*(1 + eps*R) of paper eq. (31).
+
+    Parameters
+    ----------
+    force : ndarray, shape (K,)   r [N].
+    level : float                 eps [-]; 0.03 in the paper.
+    seed : int                    Of the standard normal R, whose distribution the paper does not give.
+    """
+    return np.asarray(force * (1.0 + level * np.random.default_rng(seed).standard_normal(force.size)))

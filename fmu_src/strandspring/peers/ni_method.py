@@ -1,0 +1,245 @@
+"""Ni's method for Ni's model: Levenberg-Marquardt on the force's Fourier coefficients (paper section 4).
+
+The method needs one steady period (or several) and start values. In every iteration the response predicted for
+the period is transformed by FFT and its complex coefficients are compared with those of the measured force; by
+Parseval's theorem, with all harmonics kept, that is a least-squares fit over the samples.
+
+Two choices the paper leaves open. The optimizer varies ln(eta), ln(theta + lambda), ln(sigma - 1/2) and ln(n) in
+place of eta, theta, lambda and n, so that no step leaves the physically possible models (sigma >= 1/2), for which
+alone the response has its closed form; sigma and n stop at the ends of the closed form's range, and a step to a
+saturation that no double holds is refused like any step that worsens the fit. And of B and C only C*ln(B) is
+varied, by changing C, since the force depends on nothing else.
+
+Units are those of `strandspring.peers.ni`: mm and N.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from enum import Enum
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..core.parameters import N_RANGE, SIGMA_RANGE
+from ..identification.periods import Periods, whole_periods
+from ..loops.strokes import FloatArray, noise_level
+from .ni import PAPER_NI, NiParameters
+
+_MAX_STEPS = 500  # of the optimizer, refused ones included
+# A sum of squares that improves by less than this share says nothing more about the parameters: with K samples,
+# one standard error changes it by 1/K.
+_FTOL = 1e-6
+_XTOL = _GTOL = 1e-8
+_DIFFERENCE = 1e-6  # step of the forward differences in the logarithms
+_LARGEST_LOG_EXCESS = math.log(SIGMA_RANGE[1] - 0.501)
+_LOG_N = (math.log(N_RANGE[0]), math.log(N_RANGE[1]))
+_FAR_OFF = 1e3  # a refused step counts as a prediction this many times the force away
+_LEFT_OVER = 1.2  # misfit that is more than noise, share of the noise...
+_SHAPE = 0.01  # ...or of the rms force, whichever is larger
+
+
+class NiOutcome(Enum):
+    """How Ni's method ended; the value is the sentence for the user."""
+
+    CONVERGED = "Ni's method converged and leaves no more than the record's noise."
+    LOCAL_MINIMUM = (
+        "Ni's method converged, but leaves more than the record's noise: the start values led it to a local minimum, "
+        "or Ni's model does not describe this spring; try other start values or another method."
+    )
+    OUT_OF_STEPS = (
+        f"Ni's method did not converge within its {_MAX_STEPS} steps; try other start values or another method."
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class NiResult:
+    """What Ni's method found.
+
+    Attributes
+    ----------
+    parameters : NiParameters
+    displacement : ndarray, shape (K,)  The period that was fitted [mm].
+    predicted : ndarray, shape (K,)     Steady force over it [N].
+    iterations : int                    Steps of the optimizer, each with its Jacobian.
+    evaluations : int                   Responses computed, those for the Jacobians included.
+    rmse : float                        Against the mean period of the record [N].
+    outcome : NiOutcome
+    """
+
+    parameters: NiParameters
+    displacement: FloatArray
+    predicted: FloatArray
+    iterations: int
+    evaluations: int
+    rmse: float
+    outcome: NiOutcome
+
+
+def ni_method(
+    displacement: ArrayLike,
+    force: ArrayLike,
+    start: NiParameters,
+    harmonics: int | None = None,
+    time: ArrayLike | None = None,
+) -> NiResult:
+    """Fit Ni's model to a periodic record.
+
+    Parameters
+    ----------
+    displacement, force : array_like, shape (K,)   Whole steady periods, from the neutral position [mm], [N].
+    start : NiParameters                           Start values: exact, a guess, `random_start` or `plausible_start`.
+    harmonics : int or None                        Highest harmonic compared; all if None.
+    time : array_like, shape (K,), or None         [s]; None if the samples are uniform in time.
+
+    Returns
+    -------
+    NiResult
+
+    Raises
+    ------
+    RecordError   If the record holds no whole periods.
+    ValueError    If `harmonics` is below 1.
+    """
+    if harmonics is not None and harmonics < 1:
+        raise ValueError(f"`harmonics` must be at least 1, got {harmonics}.")
+    from scipy.optimize import least_squares  # slow to import, and only identification needs it
+
+    periods = whole_periods(displacement, force, time)
+    problem = _FourierProblem(periods, start, harmonics)
+    fit = least_squares(
+        problem.misfit, _to_vector(start), jac=problem.jacobian, method="lm", max_nfev=_MAX_STEPS,
+        xtol=_XTOL, ftol=_FTOL, gtol=_GTOL,
+    )  # fmt: skip
+    parameters = _from_vector(fit.x, start)
+    predicted = parameters.steady_force(periods.displacement)
+    measured = periods.mean_force
+    rmse = float(np.sqrt(np.mean((predicted - measured) ** 2)))
+    if fit.status == 0:
+        outcome = NiOutcome.OUT_OF_STEPS
+    elif rmse > max(_LEFT_OVER * _noise(periods), _SHAPE * float(np.sqrt(np.mean(measured**2)))):
+        outcome = NiOutcome.LOCAL_MINIMUM
+    else:
+        outcome = NiOutcome.CONVERGED
+    return NiResult(parameters, periods.displacement, predicted, problem.iterations, problem.evaluations, rmse, outcome)
+
+
+def random_start(generator: np.random.Generator, scale: NiParameters = PAPER_NI, spread: float = 10.0) -> NiParameters:
+    """Random start values: each parameter is that of `scale` times a factor, log-uniform in [1/spread, spread].
+
+    Draws that are not physically possible are drawn again. B stays, since C carries the one number of the amplifier.
+
+    Parameters
+    ----------
+    generator : numpy.random.Generator   Seeded, for results that can be repeated.
+    scale : NiParameters                 Exact values, or `plausible_start` where they are unknown.
+    spread : float                       > 1.
+    """
+    if not (spread > 1.0 and math.isfinite(spread)):
+        raise ValueError(f"`spread` must be > 1, got {spread!r}.")
+    names = ("K1", "K2", "K3", "C", "eta", "theta", "lambda_", "n")
+    while True:
+        factors = np.exp(generator.uniform(-math.log(spread), math.log(spread), len(names)))
+        drawn = {name: getattr(scale, name) * float(f) for name, f in zip(names, factors, strict=True)}
+        try:
+            return replace(scale, **drawn)
+        except ValueError:
+            continue
+
+
+def plausible_start(displacement: ArrayLike, force: ArrayLike) -> NiParameters:
+    """Start values of the right order for a record, from its secant stiffness and the height of its loop [mm], [N]."""
+    periods = whole_periods(displacement, force)
+    x, r = periods.displacement, periods.mean_force
+    reach = 0.5 * float(np.ptp(x))
+    stiffness = float(np.ptp(r)) / (2.0 * reach)
+    # The area of the loop, as that of a parallelogram of this half height [N].
+    height = max(abs(float(np.sum(r * (np.roll(x, -1) - np.roll(x, 1))))) / (8.0 * reach), 1e-3 * float(np.ptp(r)))
+    rho, sigma, n = 5.0 / reach, 0.75, 0.5
+    total = rho * height / height**n  # theta + lambda, from eta = rho*z0
+    return NiParameters(
+        K1=0.5 * stiffness, K2=0.1 * stiffness / reach, K3=0.1 * stiffness / reach**2, B=math.e, C=0.1 / reach,
+        eta=rho * height, theta=(1.0 - sigma) * total, lambda_=sigma * total, n=n,
+    )  # fmt: skip
+
+
+def _noise(periods: Periods) -> float:
+    """rms noise of the mean period [N]; multiplicative noise counts by its mean square, not by its median."""
+    difference = np.diff(periods.mean_force, 4) / math.sqrt(70.0)
+    return max(noise_level(periods.mean_force), float(np.sqrt(np.mean(difference**2))))
+
+
+def _to_vector(p: NiParameters) -> FloatArray:
+    # sigma = 1/2 itself lies at -infinity.
+    excess = math.log(max(p.sigma - 0.5, 1e-6))
+    return np.array([p.K1, p.K2, p.K3, p.growth, math.log(p.eta), math.log(p.theta + p.lambda_), excess, math.log(p.n)])
+
+
+def _from_vector(vector: FloatArray, start: NiParameters) -> NiParameters:
+    """The parameters of a vector; B is the start's, unless that is 1 and cannot carry any growth."""
+    K1, K2, K3, growth, log_eta, log_total, log_excess, log_n = vector.tolist()
+    B = start.B if start.B != 1.0 else math.e
+    try:
+        eta, total = math.exp(log_eta), math.exp(log_total)
+    except OverflowError:
+        raise ValueError("the parameters overflow.") from None
+    lambda_ = total * (0.5 + math.exp(min(log_excess, _LARGEST_LOG_EXCESS)))
+    n = float(np.clip(np.exp(np.clip(log_n, *_LOG_N)), *N_RANGE))
+    return NiParameters(K1, K2, K3, B, growth / math.log(B), eta, min(total - lambda_, lambda_), lambda_, n)
+
+
+class _FourierProblem:
+    """Misfit of the Fourier coefficients and its Jacobian, as real numbers; counts what it is asked."""
+
+    def __init__(self, periods: Periods, start: NiParameters, harmonics: int | None) -> None:
+        self._x = periods.displacement
+        self._start = start
+        size = self._x.size
+        kept = size // 2 if harmonics is None else min(harmonics, size // 2)
+        # Parseval: harmonics between 0 and the Nyquist frequency stand for two coefficients each.
+        weight = np.full(kept + 1, math.sqrt(2.0) / size)
+        weight[0] = 1.0 / size
+        if 2 * kept == size:
+            weight[-1] = 1.0 / size
+        self._weight = weight
+        self._measured = self._coefficients(periods.mean_force)
+        self._refused = np.full_like(self._measured, _FAR_OFF * max(float(np.abs(self._measured).max()), 1e-300))
+        self.iterations = 0
+        self.evaluations = 0
+
+    def misfit(self, vector: FloatArray) -> FloatArray:
+        """Predicted minus measured coefficients [N]; far off where the model has no response."""
+        self.evaluations += 1
+        try:
+            parameters = _from_vector(vector, self._start)
+        except ValueError:
+            return self._refused
+        with np.errstate(over="ignore", invalid="ignore"):
+            predicted = self._coefficients(parameters.steady_force(self._x))
+        return predicted - self._measured if np.isfinite(predicted).all() else self._refused
+
+    def jacobian(self, vector: FloatArray) -> FloatArray:
+        """Exact for K1, K2, K3 and the growth, forward differences of Z for the other four, shape (R, 8)."""
+        self.iterations += 1
+        parameters = _from_vector(vector, self._start)
+        x, amplifier = self._x, parameters.amplifier(self._x)
+        Z = parameters.steady_hysteretic(x)
+        columns = [amplifier * x, amplifier * np.abs(x) * x, amplifier * x**3]
+        columns.append(x * amplifier * (Z + parameters.elastic(x)))
+        for k in range(4, vector.size):
+            moved = vector.copy()
+            moved[k] += _DIFFERENCE
+            self.evaluations += 1
+            columns.append(amplifier * (self._hysteretic(moved, Z) - Z) / _DIFFERENCE)
+        return np.stack([self._coefficients(column) for column in columns], axis=1)
+
+    def _hysteretic(self, vector: FloatArray, at_the_edge: FloatArray) -> FloatArray:
+        try:
+            return _from_vector(vector, self._start).steady_hysteretic(self._x)
+        except ValueError:
+            return at_the_edge
+
+    def _coefficients(self, force: FloatArray) -> FloatArray:
+        spectrum = np.fft.rfft(force)[: self._weight.size] * self._weight
+        return np.concatenate([spectrum.real, spectrum.imag])

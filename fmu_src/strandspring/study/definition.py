@@ -1,0 +1,193 @@
+"""What a study is: every grid point with every draw, and what one run of it gives."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from itertools import product
+
+import numpy as np
+
+from ..core.parameters import SpringParameters
+from ..isolation.band import band_frequencies, checked_limits
+from ..isolation.response import frequency_response
+from ..isolation.system import Excitation, IsolatedMass, IsolationError, static_point
+from .spread import Spread
+
+DONE = "done"
+_MOST_RUNS = 1_000_000
+STIFFNESS_FACTORS = (1e-6, 1e6)
+
+
+@dataclass(frozen=True)
+class RunRow:
+    """One run: what went in, what came out.
+
+    Attributes
+    ----------
+    run : int                               From 0 in the study.
+    draw : int or None                      Number of the draw, from 0; None at the identified parameters.
+    mass, level, stiffness_factor : float   Of the grid point [kg], [unit of the excitation], [-].
+    kappa_omega, rho, sigma, n : float      As drawn, before the stiffness factor [N], [1/m], [-], [-].
+    rest, sag : float or None               See `StaticPoint` [m]; None where there is none.
+    frequency, transmissibility, amplitude, stiffness, loss_factor, isolation_frequency : float or None
+                                            See `Resonance`; None where the run is refused or there is none.
+    inside : bool or None                   Whether the resonance lies inside the band, not at one of its ends.
+    extrapolating : bool or None            Whether the spring leaves the identified range anywhere in the band.
+    outcome : str                           `DONE`, or the sentence that says why the run is refused.
+    """
+
+    run: int
+    draw: int | None
+    mass: float
+    level: float
+    stiffness_factor: float
+    kappa_omega: float
+    rho: float
+    sigma: float
+    n: float
+    rest: float | None = None
+    sag: float | None = None
+    frequency: float | None = None
+    transmissibility: float | None = None
+    amplitude: float | None = None
+    stiffness: float | None = None
+    loss_factor: float | None = None
+    isolation_frequency: float | None = None
+    inside: bool | None = None
+    extrapolating: bool | None = None
+    outcome: str = DONE
+
+
+@dataclass(frozen=True)
+class GridPoint:
+    """What a study varies besides the spring's spread: mass [kg], level, factor on FE and kappa_omega."""
+
+    mass: float
+    level: float
+    stiffness_factor: float
+
+
+@dataclass(frozen=True)
+class Study:
+    """Runs over a grid of masses, levels and stiffness factors, each with every spring drawn from a spread.
+
+    Run k takes grid point k modulo their number and draw k divided by it, so that all grid points advance together and
+    share their draws.
+
+    Parameters
+    ----------
+    spring : SpringParameters
+    excitation : Excitation
+    masses, levels : tuple of float       [kg], [unit of the excitation], > 0.
+    stiffness_factors : tuple of float    Scale FE and kappa_omega, 1e-6 to 1e6.
+    draws : int                           Springs drawn for each grid point; 0 for the identified spring alone.
+    seed : int                            Of the draws, >= 0.
+    spread : Spread or None               Needed for draws.
+    load, parallel, series, damping       See `IsolatedMass`.
+    band : tuple or None                  Lowest and highest frequency [Hz]; about each run's own if None.
+    points : int                          Frequencies over the band, >= 2.
+    extrapolate : bool                    Go on where the motion leaves the identified range.
+
+    Raises
+    ------
+    IsolationError                        If a value is out of its bounds.
+    """
+
+    spring: SpringParameters
+    excitation: Excitation
+    masses: tuple[float, ...]
+    levels: tuple[float, ...]
+    stiffness_factors: tuple[float, ...] = (1.0,)
+    draws: int = 0
+    seed: int = 0
+    spread: Spread | None = None
+    load: float | None = None
+    parallel: int = 1
+    series: int = 1
+    damping: float = 0.0
+    band: tuple[float, float] | None = None
+    points: int = 24
+    extrapolate: bool = False
+
+    def __post_init__(self) -> None:
+        for mass in self.masses:
+            self._system(self.spring, mass)
+        for level in self.levels:
+            if not (math.isfinite(level) and level > 0.0):
+                raise IsolationError(f"Every level must be finite and > 0 [{self.excitation.unit}], got {level!r}.")
+        least, most = STIFFNESS_FACTORS
+        for factor in self.stiffness_factors:
+            if not least <= factor <= most:
+                raise IsolationError(f"Every stiffness factor must be within [{least:g}, {most:g}], got {factor!r}.")
+        for name, lowest in (("draws", 0), ("seed", 0), ("points", 2)):
+            if getattr(self, name) < lowest:
+                raise IsolationError(f"`{name}` must be >= {lowest}, got {getattr(self, name)!r}.")
+        if self.band is not None:
+            checked_limits(self.band)
+        if self.draws and self.spread is None:
+            raise IsolationError("`spread` must be given where there are draws.")
+        if not 0 < len(self) <= _MOST_RUNS:
+            raise IsolationError(f"A study must have from 1 to {_MOST_RUNS} runs, got {len(self)}.")
+
+    @property
+    def grid(self) -> list[GridPoint]:
+        """The grid points: levels and stiffness factors of the first mass, then of the next."""
+        return [GridPoint(*values) for values in product(self.masses, self.levels, self.stiffness_factors)]
+
+    def __len__(self) -> int:
+        return len(self.masses) * len(self.levels) * len(self.stiffness_factors) * max(self.draws, 1)
+
+    def rows(self, runs: Iterable[int]) -> list[RunRow]:
+        """What these runs give."""
+        grid = self.grid
+        # A motion that is followed beyond what numbers hold is refused, and need not be warned of.
+        with np.errstate(all="ignore"):
+            return [self._row(run, run // len(grid) if self.draws else None, grid[run % len(grid)]) for run in runs]
+
+    def _row(self, run: int, draw: int | None, point: GridPoint) -> RunRow:
+        spring = self.spring
+        if draw is not None and self.spread is not None:
+            spring = self.spread.draw(spring, self.seed, draw)
+        row = RunRow(
+            run, draw, point.mass, point.level, point.stiffness_factor,
+            spring.kappa_omega, spring.rho, spring.sigma, spring.n,
+        )  # fmt: skip
+        try:
+            system = self._system(scaled(spring, point.stiffness_factor), point.mass)
+            rest = static_point(system)
+            row = replace(row, rest=rest.displacement, sag=_told(rest.sag))
+            frequencies = band_frequencies(self.band, self.points, rest)
+            response = frequency_response(system, self.excitation, point.level, frequencies, self.extrapolate)
+        except IsolationError as refusal:
+            return replace(row, outcome=str(refusal))
+        except (ArithmeticError, ValueError, np.linalg.LinAlgError) as problem:
+            # One spring at the edge of what numbers hold must not end a study of thousands.
+            return replace(row, outcome=f"No steady motion was found: {problem}.")
+        r = response.resonance
+        return replace(
+            row,
+            frequency=_told(r.frequency),
+            transmissibility=_told(r.transmissibility),
+            amplitude=_told(r.amplitude),
+            stiffness=_told(r.stiffness),
+            loss_factor=_told(r.loss_factor),
+            isolation_frequency=_told(r.isolation_frequency),
+            inside=bool(r.inside),
+            extrapolating=response.extrapolating,
+        )
+
+    def _system(self, spring: SpringParameters, mass: float) -> IsolatedMass:
+        return IsolatedMass(spring, mass, self.load, self.parallel, self.series, self.damping)
+
+
+def scaled(spring: SpringParameters, factor: float) -> SpringParameters:
+    """The spring with all its forces multiplied by a factor."""
+    return replace(
+        spring, kE=tuple(factor * coefficient for coefficient in spring.kE), kappa_omega=factor * spring.kappa_omega
+    )
+
+
+def _told(value: float) -> float | None:
+    return float(value) if math.isfinite(value) else None

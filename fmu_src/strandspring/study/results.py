@@ -1,0 +1,42 @@
+"""The results of a study as a table: one line for each run, in their order."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Iterable
+from dataclasses import astuple
+from pathlib import Path
+
+from ..files import replacing
+from ..isolation.system import Excitation
+from .definition import RunRow
+
+
+def write_results(path: Path, rows: Iterable[RunRow], excitation: Excitation) -> None:
+    """Write rows as CSV, every number with all its digits; the same rows give the same bytes."""
+    heading = {
+        "run": "run",
+        "draw": "draw",
+        "mass": "mass [kg]",
+        "level": f"level [{excitation.unit}]",
+        "stiffness_factor": "stiffness factor [1]",
+        "kappa_omega": "kappa_omega [N]",
+        "rho": "rho [1/m]",
+        "sigma": "sigma [1]",
+        "n": "n [1]",
+        "rest": "rest [m]",
+        "sag": "sag [m]",
+        "frequency": "resonance frequency [Hz]",
+        "transmissibility": "transmissibility [1]",
+        "amplitude": "amplitude [m]",
+        "stiffness": "stiffness [N/m]",
+        "loss_factor": "loss factor [1]",
+        "isolation_frequency": "isolation frequency [Hz]",
+        "inside": "resonance inside the band",
+        "extrapolating": "beyond the identified range",
+        "outcome": "outcome",
+    }
+    with replacing(path) as part, part.open("w", encoding="utf-8", newline="") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(heading[name] for name in RunRow.__dataclass_fields__)
+        writer.writerows(astuple(row) for row in rows)

@@ -1,0 +1,125 @@
+"""Springs drawn from the uncertainty of an identification.
+
+The logarithms of kappa_omega, rho, sigma and n are normal about the identified values. Their standard deviations are
+the relative standard errors and their correlations those of the model file, which is what the identification itself
+says: it fits ln(rho), ln(sigma) and ln(n), and its errors follow from them by linear propagation. So kappa_omega, rho
+and n stay positive whatever is drawn. A sigma drawn below 1/2 becomes 1/2, as the identification ends there too; n and
+sigma are kept in the same way within the ranges of the model. The coefficients of FE and FA are not drawn.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+from itertools import combinations
+from typing import Any
+
+import numpy as np
+
+from ..core.parameters import N_RANGE, SIGMA_RANGE, SpringParameters
+from ..errors import ModelError
+
+DRAWN = ("kappa_omega", "rho", "sigma", "n")
+_RANGES = {"sigma": SIGMA_RANGE, "n": N_RANGE}
+# Standard error over value beyond which a parameter is not determined at all.
+_LARGEST_RELATIVE = 10.0
+_NEGATIVE = -1e-6  # least eigenvalue of a correlation matrix, for coefficients written with few digits
+
+
+@dataclass(frozen=True)
+class Spread:
+    """How the hysteretic parameters of a spring scatter together.
+
+    Parameters
+    ----------
+    relative : tuple of 4 floats                Standard deviations of the logarithms of kappa_omega, rho, sigma and n.
+    correlation : tuple of 4 tuples of 4 floats
+    """
+
+    relative: tuple[float, ...]
+    correlation: tuple[tuple[float, ...], ...]
+
+    @classmethod
+    def of(cls, spring: SpringParameters, uncertainty: Mapping[str, Any]) -> Spread:
+        """The spread that a model file's `uncertainty` tells.
+
+        A parameter whose standard error is null was at its bound and is taken as known; a correlation that is not
+        given, or null, is 0.
+
+        Raises
+        ------
+        ModelError   If no standard error is given, or the numbers are not possible.
+        """
+        errors = {name: _number(uncertainty, name, "standard error") for name in DRAWN}
+        for name, error in errors.items():
+            if error < 0.0:
+                raise ModelError(f'field "uncertainty.{name}" must be >= 0, got {error!r}; correct this field.')
+        if not any(errors.values()):
+            raise ModelError(
+                'field "uncertainty" holds no standard errors of kappa_omega, rho, sigma or n to draw from; identify '
+                "with the refined method, or ask for no draws (--draws 0)."
+            )
+        relative = {name: error / getattr(spring, name) for name, error in errors.items()}
+        for name, share in relative.items():
+            if share > _LARGEST_RELATIVE:
+                raise ModelError(
+                    f'field "uncertainty.{name}" says that {name} is known to {100.0 * share:.0f} % only, too little '
+                    "to draw from; identify from records that determine it, or ask for no draws (--draws 0)."
+                )
+        correlation = _correlation(uncertainty.get("correlation") or {})
+        least = float(np.linalg.eigvalsh(correlation)[0])
+        if least < _NEGATIVE:
+            raise ModelError(
+                'field "uncertainty.correlation" is not possible, because the coefficients contradict each other '
+                f"(least eigenvalue {least:.3g}); correct this field."
+            )
+        return cls(tuple(relative.values()), tuple(tuple(row) for row in correlation.tolist()))
+
+    @cached_property
+    def root(self) -> list[list[float]]:
+        """What takes independent standard normal numbers to changes of the logarithms, 4 rows of 4.
+
+        The symmetric root of the correlation is unique, where the signs of eigenvectors depend on the library that
+        finds them.
+        """
+        values, vectors = np.linalg.eigh(np.array(self.correlation))
+        symmetric = vectors @ np.diag(np.sqrt(np.maximum(values, 0.0))) @ vectors.T
+        return [[share * value for value in row] for share, row in zip(self.relative, symmetric.tolist(), strict=True)]
+
+    def draw(self, spring: SpringParameters, seed: int, number: int) -> SpringParameters:
+        """Draw a spring; the same seed and number give the same spring, whatever was drawn before."""
+        normal = np.random.default_rng((seed, number)).standard_normal(len(DRAWN))
+        drawn = {}
+        for name, row in zip(DRAWN, self.root, strict=True):
+            change = math.fsum(share * z for share, z in zip(row, normal.tolist(), strict=True))
+            low, high = _RANGES.get(name, (0.0, math.inf))
+            drawn[name] = min(max(getattr(spring, name) * math.exp(change), low), high)
+        return replace(spring, **drawn)
+
+
+def _correlation(given: Any) -> np.ndarray:
+    """Correlation matrix of the drawn parameters, shape (4, 4)."""
+    if not isinstance(given, Mapping):
+        raise ModelError('field "uncertainty.correlation" must be an object; correct this field.')
+    matrix = np.eye(len(DRAWN))
+    for i, j in combinations(range(len(DRAWN)), 2):
+        pair = f"{DRAWN[i]},{DRAWN[j]}"
+        value = _number(given, pair, "correlation")
+        if abs(value) > 1.0 + 1e-9:
+            raise ModelError(
+                f'field "uncertainty.correlation.{pair}" must be within [-1, 1], got {value!r}; correct this field.'
+            )
+        matrix[i, j] = matrix[j, i] = value
+    return matrix
+
+
+def _number(content: Mapping[str, Any], name: str, meaning: str) -> float:
+    """A number of the model file; 0 where it is null or missing."""
+    value = content.get(name)
+    if value is None:
+        return 0.0
+    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+        raise ModelError(f'field "uncertainty": the {meaning} {name} must be a number, got {value!r:.60}.')
+    return float(value)
