@@ -197,427 +197,22 @@ int spring_problem(const SpringParameters *parameters, char *text, size_t size)
     return 0;
 }
 
-/* ---- saturation.py ---------------------------------------------------------------------------------------------- */
-
-enum {
-    DEGREE = SPRING_POWERS - 1,
-    NEWTON_STEPS = 3,
-    GAUSS_POINTS = 8,
-    MOST_HALVINGS = 4
-};
-
-static const double PI = 3.14159265358979323846;
-static const double LOWEST = -32.0, HIGHEST = 40.0, QUADRATURE_STEP = 0.25;
-static const double CORRECTED = 1e-3;
-/* Last Chebyshev coefficient of a piece over its middle value; those left out are at least ten times smaller. */
-static const double LARGEST_LAST = 1e-14;
-/* Of the Chebyshev polynomial of degree 9, the coefficient of theta^9. */
-static const double HIGHEST_POWER = 256.0;
-
-static const double GAUSS_8[GAUSS_POINTS][2] = {
-    {-0.18343464249564980, 0.36268378337836198}, {0.18343464249564980, 0.36268378337836198},
-    {-0.52553240991632899, 0.31370664587788729}, {0.52553240991632899, 0.31370664587788729},
-    {-0.79666647741362674, 0.22238103445337447}, {0.79666647741362674, 0.22238103445337447},
-    {-0.96028985649753623, 0.10122853629037626}, {0.96028985649753623, 0.10122853629037626}};
-
-/* The Chebyshev points on [-1, 1], and what turns values there into coefficients of powers of theta. */
-typedef struct {
-    double theta[SPRING_POWERS], to_monomials[SPRING_POWERS][SPRING_POWERS];
-} Basis;
-
-static void monomials_from_chebyshev_values(Basis *basis)
-{
-    double *theta = basis->theta;
-    for (int k = 0; k < SPRING_POWERS; k++)
-        theta[k] = cos(PI * (1.0 - k / (double)DEGREE));
-    for (int j = 0; j < SPRING_POWERS; j++) {
-        double product[SPRING_POWERS] = {1.0};
-        for (int k = 0, size = 1; k < SPRING_POWERS; k++)
-            if (k != j) {
-                double gap = theta[j] - theta[k];
-                for (int power = size; power > 0; power--)
-                    product[power] = (product[power - 1] - theta[k] * product[power]) / gap;
-                product[0] = (0.0 - theta[k] * product[0]) / gap;
-                size++;
-            }
-        for (int power = 0; power < SPRING_POWERS; power++)
-            basis->to_monomials[power][j] = product[power];
-    }
-}
-
-static void interpolant(const Basis *basis, const double *values, double *coefficients)
-{
-    double middle = values[DEGREE / 2];
-    for (int power = 0; power < SPRING_POWERS; power++) {
-        double total = 0.0;
-        for (int j = 0; j < SPRING_POWERS; j++)
-            total += basis->to_monomials[power][j] * (values[j] - middle);
-        coefficients[power] = total;
-    }
-    coefficients[0] += middle;
-}
-
-static double chebyshev_point(double theta, double a, double b)
-{
-    return 0.5 * ((1.0 - theta) * a + (1.0 + theta) * b);
-}
-
-/* The last of the edges low .. high that is <= value, or edge low. */
-static int search(const double *edges, int low, int high, double value)
-{
-    while (low < high) {
-        int middle = (low + high + 1) / 2;
-        if (value < edges[middle])
-            high = middle - 1;
-        else
-            low = middle;
-    }
-    return low;
-}
-
-static int locate(const double *edges, int count, double value)
-{
-    return search(edges, 0, count - 2, value);
-}
-
-/* An integrand; `of` is what it belongs to. */
-typedef double Rate(const SpringSaturation *of, double p);
-
-static double quadrature(Rate *rate, const SpringSaturation *of, double start, double end)
-{
-    double half = 0.5 * (end - start);
-    double middle = 0.5 * (end + start);
-    double total = 0.0;
-    for (int i = 0; i < GAUSS_POINTS; i++)
-        total = total + GAUSS_8[i][1] * rate(of, middle + half * GAUSS_8[i][0]);
-    return half * total;
-}
-
-static void accumulate(const SpringBranch *branch, Rate *rate, const SpringSaturation *of, double initial, double *sums)
-{
-    sums[0] = initial;
-    for (int i = 1; i < branch->nodes; i++)
-        sums[i] = sums[i - 1] + quadrature(rate, of, branch->grid[i - 1], branch->grid[i]);
-}
-
-static double rising_rate(const SpringSaturation *table, double q)
-{
-    double decay = exp(-q);
-    double log_u = -log1p(decay);
-    return exp(log_u) * (decay / (1.0 + decay)) / -expm1(table->n * log_u);
-}
-
-static double falling_rate(const SpringSaturation *table, double y)
-{
-    return exp(y) / (1.0 + table->curvature * exp(table->n * y));
-}
-
-static double abscissa(double n, double xi)
-{
-    double scaled = n * xi;
-    return scaled + log(-expm1(-scaled));
-}
-
-static double xi_of_abscissa(double n, double t)
-{
-    return (clip(t, 0.0, INFINITY) + log1p(exp(-fabs(t)))) / n;
-}
-
-static double zeta_of_abscissa(double n, double a)
-{
-    (void)n;
-    return exp(a);
-}
-
-static double interpolate(const SpringCells *cells, int cell, double at)
-{
-    double low = cells->edges[cell];
-    double high = cells->edges[cell + 1];
-    double theta = clip((2.0 * at - low - high) / (high - low), -1.0, 1.0);
-    return polynomial(cells->coefficients[cell], SPRING_POWERS, theta);
-}
-
-/* As e^t times a bounded factor, for t itself is rounded to 4e-15 where xi is small. */
-static double rising(double n, const SpringCells *cells, int cell, double xi)
-{
-    double odds = expm1(n * xi) * exp(interpolate(cells, cell, abscissa(n, xi)));
-    return odds / (1.0 + odds);
-}
-
-static double falling(double n, const SpringCells *cells, int cell, double zeta)
-{
-    (void)n;
-    return zeta * exp(interpolate(cells, cell, log(zeta)));
-}
-
-/* The parameter p at which the integral reaches the target. */
-static double invert(const SpringBranch *branch, Rate *rate, const SpringSaturation *of, double target)
-{
-    int cell = locate(branch->integral, branch->nodes, target);
-    double origin = branch->grid[cell];
-    double base = branch->integral[cell];
-    double share = clip((target - base) / (branch->integral[cell + 1] - base), 0.0, 1.0);
-    double p = origin + (branch->grid[cell + 1] - origin) * share;
-    for (int step = 0; step < NEWTON_STEPS; step++)
-        p = p + (target - base - quadrature(rate, of, origin, p)) / rate(of, p);
-    return p;
-}
-
-/* One branch being tabulated: xi_of(n, abscissa) is |xi|, value(n, cells, cell, |xi|) is |W|. */
-typedef struct {
-    SpringSaturation *table;
-    SpringBranch *branch;
-    Rate *rate;
-    double (*xi_of)(double n, double abscissa);
-    double (*value)(double n, const SpringCells *cells, int cell, double z);
-    Basis basis;
-} Tabulation;
-
-static void add_cells(const Tabulation *of)
-{
-    SpringCells *cells = &of->table->cells;
-    double differences[SPRING_POWERS];
-    for (int cell = 0; cell < cells->count; cell++) {
-        for (int k = 0; k < SPRING_POWERS; k++) {
-            double spot = chebyshev_point(of->basis.theta[k], cells->edges[cell], cells->edges[cell + 1]);
-            differences[k] = invert(of->branch, of->rate, of->table, of->xi_of(of->table->n, spot)) - spot;
-        }
-        interpolant(&of->basis, differences, cells->coefficients[cell]);
-    }
-}
-
-/* Adds the piece of a cell from the last piece's end to an abscissa b, or its halves if one polynomial does not do. */
-static void add_piece(const Tabulation *of, int cell, double a, double b, int halvings)
-{
-    const SpringCells *cells = &of->table->cells;
-    SpringBranch *branch = of->branch;
-    SpringPiece *piece = &branch->piece[branch->pieces];
-    double n = of->table->n, low = branch->edges[branch->pieces], high = of->xi_of(n, b);
-    *piece = (SpringPiece){.middle = 0.5 * (low + high), .per_half = 2.0 / (high - low)};
-    /* The second pass takes up what the rounding errors of the matrix and of the spots have left, some 1e-13. */
-    for (int pass = 0; pass < 2; pass++) {
-        double rest[SPRING_POWERS], correction[SPRING_POWERS];
-        for (int k = 0; k < SPRING_POWERS; k++) {
-            double spot = chebyshev_point(of->basis.theta[k], low, high);
-            double theta = (spot - piece->middle) * piece->per_half;
-            rest[k] = of->value(n, cells, cell, spot) - polynomial(piece->coefficients, SPRING_POWERS, theta);
-        }
-        interpolant(&of->basis, rest, correction);
-        for (int k = 0; k < SPRING_POWERS; k++)
-            piece->coefficients[k] += correction[k];
-    }
-    double last = fabs(piece->coefficients[DEGREE]) / HIGHEST_POWER;
-    int room = branch->pieces + cells->count - cell + MOST_HALVINGS < SPRING_PIECES;
-    if (last > LARGEST_LAST * fabs(piece->coefficients[0]) && halvings < MOST_HALVINGS && room) {
-        double middle = 0.5 * (a + b);
-        add_piece(of, cell, a, middle, halvings + 1);
-        add_piece(of, cell, middle, b, halvings + 1);
-        return;
-    }
-    branch->edges[++branch->pieces] = high;
-}
-
-static void add_pieces(const Tabulation *of)
-{
-    const SpringCells *cells = &of->table->cells;
-    SpringBranch *branch = of->branch;
-    double n = of->table->n, first = of->xi_of(n, cells->edges[0]);
-    /* Below the cells W is a straight line. */
-    branch->piece[0] = (SpringPiece){0.0, 1.0 / first, {0.0, of->value(n, cells, 0, first)}};
-    branch->pieces = 1;
-    branch->edges[0] = 0.0;
-    branch->edges[1] = first;
-    for (int cell = 0; cell < cells->count; cell++)
-        add_piece(of, cell, cells->edges[cell], cells->edges[cell + 1], 0);
-}
-
-/* |W| at |xi| = z on a piece. */
-static double value_on(const SpringBranch *branch, int index, double z)
-{
-    if (index == branch->pieces)
-        return 1.0;
-    const SpringPiece *piece = &branch->piece[index];
-    const double *c = piece->coefficients;
-    double theta = (z - piece->middle) * piece->per_half;
-    /* Not Horner's rule, whose operations each wait for the one before. */
-    double square = theta * theta, fourth = square * square;
-    double low = (c[0] + c[1] * theta) + (c[2] + c[3] * theta) * square;
-    double high = (c[4] + c[5] * theta) + (c[6] + c[7] * theta) * square;
-    double value = low + high * fourth + (c[8] + c[9] * theta) * (fourth * fourth);
-    return value < 1.0 ? value : 1.0;
-}
-
-static void add_moments(SpringBranch *branch)
-{
-    memset(branch->moments[0], 0, sizeof branch->moments[0]);
-    for (int i = 0; i < branch->pieces; i++) {
-        double half = 0.5 * (branch->edges[i + 1] - branch->edges[i]);
-        double middle = 0.5 * (branch->edges[i + 1] + branch->edges[i]);
-        memcpy(branch->moments[i + 1], branch->moments[i], sizeof branch->moments[i]);
-        for (int k = 0; k < GAUSS_POINTS; k++) {
-            double z = middle + half * GAUSS_8[k][0];
-            double share = half * GAUSS_8[k][1] * value_on(branch, i, z);
-            for (int m = 0; m < SPRING_MOMENTS; m++, share *= z)
-                branch->moments[i + 1][m] += share;
-        }
-    }
-}
-
-/* A bucket is numbered by the upper 16 bits of a double: the exponent and the first four bits of the mantissa. */
-static int bucket_of(double z)
-{
-    uint64_t bits;
-    memcpy(&bits, &z, sizeof bits);
-    return (int)(bits >> 48);
-}
-
-static double start_of_bucket(int bucket)
-{
-    uint64_t bits = (uint64_t)bucket << 48;
-    double z;
-    memcpy(&z, &bits, sizeof z);
-    return z;
-}
-
-static void add_buckets(SpringBranch *branch)
-{
-    branch->first_bucket = bucket_of(branch->edges[1]);
-    int buckets = bucket_of(branch->edges[branch->pieces]) - branch->first_bucket + 1;
-    branch->guess[0] = 0;
-    for (int k = 1; k <= buckets; k++) {
-        double start = start_of_bucket(branch->first_bucket + k);
-        branch->guess[k] = (unsigned short)search(branch->edges, branch->guess[k - 1], branch->pieces - 1, start);
-    }
-}
-
-/* The piece that holds |xi| = z, z >= +0; as many as there are beyond the last. */
-static int piece_at(const SpringBranch *branch, double z)
-{
-    if (!(z < branch->edges[branch->pieces]))
-        return branch->pieces;
-    int bucket = bucket_of(z) - branch->first_bucket;
-    bucket = bucket < 0 ? 0 : bucket;
-    return search(branch->edges, branch->guess[bucket], branch->guess[bucket + 1], z);
-}
-
-static void tabulate(Tabulation *of)
-{
-    monomials_from_chebyshev_values(&of->basis);
-    add_cells(of);
-    add_pieces(of);
-    add_moments(of->branch);
-    add_buckets(of->branch);
-}
-
-static void rising_branch(SpringSaturation *table)
-{
-    SpringBranch *branch = &table->rising;
-    SpringCells *cells = &table->cells;
-    branch->nodes = (int)((HIGHEST - LOWEST) / QUADRATURE_STEP) + 1;
-    for (int k = 0; k < branch->nodes; k++)
-        branch->grid[k] = LOWEST + QUADRATURE_STEP * k;
-    accumulate(branch, rising_rate, table, exp(LOWEST), branch->integral);
-    double first = abscissa(table->n, branch->integral[0]);
-    double last = abscissa(table->n, branch->integral[branch->nodes - 1]);
-    cells->count = (int)ceil(last - first);
-    double width = (last - first) / cells->count;
-    for (int k = 0; k < cells->count; k++)
-        cells->edges[k] = first + width * k;
-    cells->edges[cells->count] = last;
-    Tabulation of = {
-        .table = table, .branch = branch, .rate = rising_rate, .xi_of = xi_of_abscissa, .value = rising};
-    tabulate(&of);
-}
-
-static void falling_branch(SpringSaturation *table)
-{
-    SpringBranch *branch = &table->falling;
-    SpringCells *cells = &table->cells;
-    double n = table->n, curvature = table->curvature;
-    double lowest = clip(-(36.0 + log1p(curvature)) / n, LOWEST, 0.0);
-    cells->count = (int)ceil(-lowest / clip(0.25 / n, 0.0, 0.5));
-    branch->nodes = cells->count + 1;
-    for (int k = 0; k < branch->nodes; k++)
-        branch->grid[k] = lowest * (1.0 - (double)k / cells->count);
-    double start = exp(lowest) / (1.0 + curvature * exp(n * lowest) / (1.0 + n));
-    accumulate(branch, falling_rate, table, start, branch->integral);
-    for (int k = 0; k < branch->nodes; k++)
-        cells->edges[k] = log(branch->integral[k]);
-    Tabulation of = {
-        .table = table, .branch = branch, .rate = falling_rate, .xi_of = zeta_of_abscissa, .value = falling};
-    tabulate(&of);
-}
-
-double spring_saturation(const SpringSaturation *table, double xi)
-{
-    const SpringBranch *branch = xi >= 0.0 ? &table->rising : &table->falling;
-    double z = fabs(xi);
-    double value = value_on(branch, piece_at(branch, z), z);
-    return xi >= 0.0 ? value : -value;
-}
-
-static double integral_to(const SpringBranch *branch, Rate *rate, const SpringSaturation *of, double p)
-{
-    if (p <= branch->grid[0])
-        return branch->integral[0] * exp(p - branch->grid[0]);
-    int cell = locate(branch->grid, branch->nodes, p);
-    return branch->integral[cell] + quadrature(rate, of, branch->grid[cell], p);
-}
-
-double spring_inverse_saturation(const SpringSaturation *table, double u)
-{
-    if (u == 0.0)
-        return 0.0;
-    if (u > 0.0) {
-        double q = u < 1.0 ? log(u) - log1p(-u) : HIGHEST;
-        return integral_to(&table->rising, rising_rate, table, clip(q, q, HIGHEST));
-    }
-    return -integral_to(&table->falling, falling_rate, table, log(-u));
-}
-
-static double stroke_start(const SpringSaturation *table, double u)
-{
-    double xi = spring_inverse_saturation(table, u);
-    double error = spring_saturation(table, xi) - u;
-    double slope = 1.0 + (u >= 0.0 ? -1.0 : table->curvature) * pow(fabs(u), table->n);
-    return fabs(error) * (1.0 + table->n) < CORRECTED * slope ? xi - error / slope : xi;
-}
-
 /* ---- law.py ----------------------------------------------------------------------------------------------------- */
 
-/* Up to this degree of FA, 8 points give the work within a piece exactly: with W's 9 that is degree 15. */
-enum { SMOOTH_DEGREE = SPRING_MOMENTS - 1 };
-
-static void work_rule(SpringLaw *law)
-{
-    int degree = law->parameters.amplifier - 1;
-    int panels = degree <= SMOOTH_DEGREE ? 1 : degree / 2;
-    for (int panel = 0; panel < panels; panel++)
-        for (int i = 0; i < GAUSS_POINTS; i++) {
-            double *point = law->work_rule[panel * GAUSS_POINTS + i];
-            point[0] = (2.0 * panel + 1.0 + GAUSS_8[i][0]) / panels - 1.0;
-            point[1] = GAUSS_8[i][1] / panels;
-        }
-    law->work_rule_count = panels * GAUSS_POINTS;
-}
-
-static void sensitivity_sums(SpringSaturation *table);
-
-void spring_prepare(SpringLaw *law, const SpringParameters *parameters)
+void spring_prepare(SpringLaw *law, const SpringParameters *parameters, const SpringTable *table)
 {
     law->parameters = *parameters;
+    law->table = table;
     const SpringParameters *p = &law->parameters;
     derivative(p->kE, p->elastic, law->dFE);
     antiderivative(p->kE, p->elastic, law->FE_work);
     derivative(p->kA, p->amplifier, law->dFA);
+    antiderivative(p->kA, p->amplifier, law->FA_work);
     law->x_min = p->displacement_min - p->displacement_offset;
     law->x_max = p->displacement_max - p->displacement_offset;
-    law->table.n = p->n;
-    law->table.curvature = 2.0 * p->sigma - 1.0;
-    rising_branch(&law->table);
-    falling_branch(&law->table);
-    sensitivity_sums(&law->table);
-    work_rule(law);
+    /* A polynomial of degree M may change by all of itself over 1/M^2 of half its range (Markov); per unit of xi. */
+    int degree = p->amplifier - 1;
+    law->roughness = 2.0 * degree * degree / p->rho / (law->x_max - law->x_min);
 }
 
 /* ---- restoring.py ----------------------------------------------------------------------------------------------- */
@@ -651,7 +246,7 @@ static double tangent_stiffness(const SpringLaw *law, double x, double omega, in
 {
     const SpringParameters *p = &law->parameters;
     double u = direction * omega;
-    double slope = 1.0 + (u >= 0.0 ? -1.0 : law->table.curvature) * pow(fabs(u), p->n);
+    double slope = 1.0 + (u >= 0.0 ? -1.0 : law->table->curvature) * pow(fabs(u), p->n);
     double inside = clip(x, law->x_min, law->x_max);
     double amplifier_slope = x == inside ? polynomial(law->dFA, slopes(p->amplifier), inside) : 0.0;
     double hysteretic = omega * amplifier_slope + polynomial(p->kA, p->amplifier, inside) * p->rho * slope;
@@ -660,9 +255,21 @@ static double tangent_stiffness(const SpringLaw *law, double x, double omega, in
 
 /* ---- work.py ---------------------------------------------------------------------------------------------------- */
 
+enum { GAUSS_POINTS = 8, FEW_POINTS = 3 };
+
+static const double GAUSS_8[GAUSS_POINTS][2] = {
+    {-0.18343464249564980, 0.36268378337836198}, {0.18343464249564980, 0.36268378337836198},
+    {-0.52553240991632899, 0.31370664587788729}, {0.52553240991632899, 0.31370664587788729},
+    {-0.79666647741362674, 0.22238103445337447}, {0.79666647741362674, 0.22238103445337447},
+    {-0.96028985649753623, 0.10122853629037626}, {0.96028985649753623, 0.10122853629037626}};
+static const double GAUSS_3[FEW_POINTS][2] = {
+    {-0.77459666924148338, 5.0 / 9.0}, {0.0, 8.0 / 9.0}, {0.77459666924148338, 5.0 / 9.0}};
+/* Up to this share of a piece, and of what FA may change in, 3 points are enough. */
+static const double NARROW = 0.05;
 /* Where sums of moments would lose more than this factor in accuracy, they are not used. */
 static const double WORST_CANCELLATION = 300.0;
 
+/* Polynomial within the range, continued outside as if its first or second derivative stayed what it is at the end. */
 static double elastic_work(const SpringLaw *law, double x)
 {
     const SpringParameters *p = &law->parameters;
@@ -676,29 +283,49 @@ static double elastic_work(const SpringLaw *law, double x)
     return work + out * (force + 0.5 * slope * out);
 }
 
-/* A part of a stroke on one branch, x = x_at_zero + per_z*|xi|, which crosses no end of the range. */
+/* Integral of FA from the offset to x. */
+static double amplifier_work(const SpringLaw *law, double x)
+{
+    const SpringParameters *p = &law->parameters;
+    double inside = clip(x, law->x_min, law->x_max);
+    return polynomial(law->FA_work, p->amplifier + 1, inside) + (x - inside) * polynomial(p->kA, p->amplifier, inside);
+}
+
+/* A part of a stroke on one branch, x = x_at_zero + per_z*|xi|. The integrand is |W|*FA, or (1 - |W|)*FA. */
 typedef struct {
     const SpringLaw *law;
     const SpringBranch *branch;
     double x_at_zero, per_z;
+    int complement;
 } Part;
 
-/* Integral of |W|*FA over |xi| from a to b, both on one piece. */
+/* Integral over |xi| from a to b, both on one piece. */
 static double piece_work(const Part *part, int index, double a, double b)
 {
     const SpringLaw *law = part->law;
-    double half = 0.5 * (b - a), middle = 0.5 * (b + a);
-    double total = 0.0;
-    for (int i = 0; i < law->work_rule_count; i++) {
-        double z = middle + half * law->work_rule[i][0];
-        double x = part->x_at_zero + part->per_z * z;
-        total += law->work_rule[i][1] * value_on(part->branch, index, z) * amplifier(law, x);
-    }
+    const SpringBranch *branch = part->branch;
+    if (index == branch->pieces && part->complement)
+        return 0.0;
+    int next = index < branch->pieces ? index + 1 : index;
+    double rough = (b - a) * law->roughness, width = branch->edges[next] - branch->edges[index];
+    int few = rough < NARROW && b - a < NARROW * width;
+    int most = law->parameters.amplifier / 2;
+    int panels = few || rough < 16.0 ? 1 : rough < 8.0 * most ? (int)(rough / 8.0) : most;
+    int points = few ? FEW_POINTS : GAUSS_POINTS;
+    const double(*rule)[2] = few ? GAUSS_3 : GAUSS_8;
+    double half = 0.5 * (b - a) / panels, total = 0.0;
+    for (int panel = 0; panel < panels; panel++)
+        for (int i = 0; i < points; i++) {
+            double z = a + half * (2 * panel + 1 + rule[i][0]);
+            double value = spring_on_piece(branch, index, z);
+            total += rule[i][1] * (part->complement ? 1.0 - value : value) *
+                     amplifier(law, part->x_at_zero + part->per_z * z);
+        }
     return half * total;
 }
 
-/* The same over whole pieces from the moments, FA being expanded by powers of |xi|. Returns 0, which no work is, where
- * FA has too high a degree or the terms would cancel: when xi = 0 lies many times the range away. */
+/* The same over whole pieces from the moments, FA being expanded by powers of |xi|. Returns 0, which no work is, where the
+ * terms would cancel: when xi = 0 lies many times the range away, or FA is of a high degree. */
 static double moments_work(const Part *part, int from, int to)
 {
     const SpringLaw *law = part->law;
@@ -708,8 +335,6 @@ static double moments_work(const Part *part, int from, int to)
     if (x < law->x_min || x > law->x_max)
         return amplifier(law, x) * (high[0] - low[0]);
     int count = law->parameters.amplifier;
-    if (count > SPRING_MOMENTS)
-        return 0.0;
     double f[SPRING_MOMENTS], largest = 0.0, total = 0.0, scale = 1.0;
     double reach = fabs(part->x_at_zero) + fabs(part->per_z) * branch->edges[to];
     for (int k = count - 1; k >= 0; k--) {
@@ -727,15 +352,24 @@ static double moments_work(const Part *part, int from, int to)
 static double pieces_work(const Part *part, int from, int to)
 {
     double total = moments_work(part, from, to);
-    for (int i = total == 0.0 ? from : to; i < to; i++)
+    if (total != 0.0)
+        return total;
+    /* Piece by piece only where FA changes over a piece. */
+    int smooth = to;
+    while (smooth > from && part->branch->edges[smooth] * part->law->roughness > 1.0)
+        smooth--;
+    if (from < smooth && smooth < to)
+        total = moments_work(part, from, smooth);
+    for (int i = total == 0.0 ? from : smooth; i < to; i++)
         total += piece_work(part, i, part->branch->edges[i], part->branch->edges[i + 1]);
     return total;
 }
 
+/* Integral over |xi| from a to b, which crosses no end of the range. */
 static double branch_work(const Part *part, double a, double b)
 {
     const SpringBranch *branch = part->branch;
-    int from = piece_at(branch, a), to = piece_at(branch, b);
+    int from = spring_piece(branch, a), to = spring_piece(branch, b);
     if (from == to)
         return piece_work(part, from, a, b);
     double ends = piece_work(part, from, a, branch->edges[from + 1]) + piece_work(part, to, branch->edges[to], b);
@@ -745,17 +379,25 @@ static double branch_work(const Part *part, double a, double b)
 static double rising_work(const SpringLaw *law, int direction, double x_at_zero, double low, double high)
 {
     const SpringParameters *p = &law->parameters;
-    Part part = {.law = law, .branch = &law->table.rising, .x_at_zero = x_at_zero, .per_z = direction / p->rho};
-    return p->kappa_omega / p->rho * branch_work(&part, low, high);
+    const SpringBranch *branch = &law->table->rising;
+    Part part = {.law = law, .branch = branch, .x_at_zero = x_at_zero, .per_z = direction / p->rho};
+    if (high < branch->edges[branch->pieces] && spring_piece(branch, low) == spring_piece(branch, high))
+        return p->kappa_omega / p->rho * branch_work(&part, low, high);
+    /* What full saturation would do less what is missing from it, which is much shorter where FA changes little. */
+    double a = x_at_zero + part.per_z * low, b = x_at_zero + part.per_z * high;
+    double saturated = direction * (amplifier_work(law, b) - amplifier_work(law, a));
+    part.complement = 1;
+    return p->kappa_omega * (saturated - branch_work(&part, low, high) / p->rho);
 }
 
 static double falling_work(const SpringLaw *law, int direction, double x_at_zero, double low, double high)
 {
     const SpringParameters *p = &law->parameters;
-    Part part = {.law = law, .branch = &law->table.falling, .x_at_zero = x_at_zero, .per_z = -direction / p->rho};
+    Part part = {.law = law, .branch = &law->table->falling, .x_at_zero = x_at_zero, .per_z = -direction / p->rho};
     return -p->kappa_omega / p->rho * branch_work(&part, fabs(high), fabs(low));
 }
 
+/* Integral of kappa_omega*omega*FA dx while xi grows from low to high on one stroke. */
 static double hysteretic_work(const SpringLaw *law, int direction, double x_at_zero, double low, double high)
 {
     double total = 0.0;
@@ -779,31 +421,30 @@ static double hysteretic_work(const SpringLaw *law, int direction, double x_at_z
 
 /* ---- stepper.py ------------------------------------------------------------------------------------------------- */
 
-SpringMemory spring_rest(double displacement, double omega)
+SpringMemory spring_start(double displacement, double omega)
 {
     return (SpringMemory){
-        .displacement = displacement, .omega = omega, .start = displacement, .settled = displacement};
+        .displacement = displacement, .omega = omega, .start = displacement, .energy_at = displacement};
 }
 
-/* The memory at the beginning of a new stroke, which goes in the other direction. */
+/* A new stroke, which goes in the other direction. */
 static void reverse(const SpringLaw *law, SpringMemory *memory, int direction)
 {
     memory->energy = spring_absorbed_energy(law, memory);
-    memory->start_xi = stroke_start(&law->table, direction * memory->omega);
-    memory->settled = memory->displacement;
+    memory->energy_at = memory->displacement;
+    memory->start_xi = spring_inverse(law->table, direction * memory->omega);
     memory->start = memory->displacement;
     memory->direction = direction;
 }
 
-/* The stroke goes on to a displacement. */
-static void go_on(const SpringLaw *law, SpringMemory *memory, double displacement)
+static void continue_stroke(const SpringLaw *law, SpringMemory *memory, double displacement)
 {
     double xi = memory->start_xi + law->parameters.rho * fabs(displacement - memory->start);
     memory->displacement = displacement;
-    memory->omega = memory->direction * spring_saturation(&law->table, xi);
+    memory->omega = memory->direction * spring_saturation(law->table, xi);
 }
 
-SpringMemory spring_advance(const SpringLaw *law, const SpringMemory *memory, double displacement)
+SpringMemory spring_trial(const SpringLaw *law, const SpringMemory *memory, double displacement)
 {
     SpringMemory after = *memory;
     double travel = displacement - memory->displacement;
@@ -812,7 +453,7 @@ SpringMemory spring_advance(const SpringLaw *law, const SpringMemory *memory, do
     int direction = travel > 0.0 ? 1 : -1;
     if (direction != memory->direction)
         reverse(law, &after, direction);
-    go_on(law, &after, displacement);
+    continue_stroke(law, &after, displacement);
     return after;
 }
 
@@ -830,7 +471,7 @@ double spring_stiffness(const SpringLaw *law, const SpringMemory *memory)
 double spring_absorbed_energy(const SpringLaw *law, const SpringMemory *memory)
 {
     const SpringParameters *p = &law->parameters;
-    double before = memory->settled - p->displacement_offset, now = memory->displacement - p->displacement_offset;
+    double before = memory->energy_at - p->displacement_offset, now = memory->displacement - p->displacement_offset;
     if (before == now)
         return memory->energy;
     double elastic = elastic_work(law, now) - elastic_work(law, before);
@@ -840,71 +481,13 @@ double spring_absorbed_energy(const SpringLaw *law, const SpringMemory *memory)
     return memory->energy + elastic + hysteretic_work(law, memory->direction, x_at_zero, low, high);
 }
 
-SpringMemory spring_settle(const SpringLaw *law, const SpringMemory *memory)
+void spring_integrate(const SpringLaw *law, SpringMemory *memory)
 {
-    SpringMemory settled = *memory;
-    settled.energy = spring_absorbed_energy(law, memory);
-    settled.settled = memory->displacement;
-    return settled;
+    memory->energy = spring_absorbed_energy(law, memory);
+    memory->energy_at = memory->displacement;
 }
 
-/* ---- sensitivity.py --------------------------------------------------------------------------------------------- */
-
-static double rising_rate_by_n(const SpringSaturation *table, double q)
-{
-    double log_u = -log1p(exp(-q));
-    double complement = -expm1(table->n * log_u);
-    return exp((1.0 + table->n) * log_u) / (1.0 + exp(q)) * log_u / (complement * complement);
-}
-
-static double falling_rate_by_n(const SpringSaturation *table, double y)
-{
-    double power = table->curvature * exp(table->n * y);
-    return -exp(y) * y * power / ((1.0 + power) * (1.0 + power));
-}
-
-static double falling_rate_by_sigma(const SpringSaturation *table, double y)
-{
-    double power = exp(table->n * y);
-    double full = 1.0 + table->curvature * power;
-    return -2.0 * exp(y) * power / (full * full);
-}
-
-static void sensitivity_sums(SpringSaturation *table)
-{
-    accumulate(&table->rising, rising_rate_by_n, table, 0.0, table->rising.integral_by_n);
-    accumulate(&table->falling, falling_rate_by_n, table, 0.0, table->falling.integral_by_n);
-    accumulate(&table->falling, falling_rate_by_sigma, table, 0.0, table->falling.integral_by_sigma);
-}
-
-static double running(
-    const SpringBranch *branch, Rate *rate, const SpringSaturation *of, const double *sums, double p)
-{
-    int cell = locate(branch->grid, branch->nodes, p);
-    return sums[cell] + quadrature(rate, of, branch->grid[cell], clip(p, branch->grid[0], INFINITY));
-}
-
-/* W' and the derivatives of W by sigma and n at the xi where W is u. */
-typedef struct {
-    double slope, by_sigma, by_n;
-} Slopes;
-
-static Slopes slopes_of(const SpringSaturation *table, double u)
-{
-    const SpringBranch *up = &table->rising, *down = &table->falling;
-    double log_size = log(clip(fabs(u), 1e-300, 1.0));
-    Slopes found = {0.0, 0.0, 0.0};
-    if (u >= 0.0) {
-        found.slope = -expm1(table->n * log_size);
-        if (0.0 < u && u < 1.0)
-            found.by_n = -found.slope * running(up, rising_rate_by_n, table, up->integral_by_n, log(u) - log1p(-u));
-    } else {
-        found.slope = 1.0 + table->curvature * exp(table->n * log_size);
-        found.by_n = found.slope * running(down, falling_rate_by_n, table, down->integral_by_n, log_size);
-        found.by_sigma = found.slope * running(down, falling_rate_by_sigma, table, down->integral_by_sigma, log_size);
-    }
-    return found;
-}
+/* ---- derivatives ------------------------------------------------------------------------------------------------ */
 
 /* Derivatives of omega where the path ends. */
 static SpringSensitivity omega_derivatives(
@@ -913,8 +496,8 @@ static SpringSensitivity omega_derivatives(
     int direction = memory->direction;
     if (direction == 0)
         return (SpringSensitivity){.by_omega_start = 1.0};
-    Slopes at = slopes_of(&law->table, direction * memory->omega);
     double length = fabs(memory->displacement - memory->start);
+    SpringSlopes at = spring_slopes(law->table, memory->start_xi + law->parameters.rho * length);
     return (SpringSensitivity){
         .by_rho = direction * at.slope * (sensitivity->by_rho + length),
         .by_sigma = direction * (at.slope * sensitivity->by_sigma + at.by_sigma),
@@ -923,14 +506,14 @@ static SpringSensitivity omega_derivatives(
     };
 }
 
-SpringSensitivity spring_advance_sensitivity(
+SpringSensitivity spring_trial_sensitivity(
     const SpringLaw *law, const SpringMemory *before, const SpringSensitivity *sensitivity, const SpringMemory *after)
 {
     if (after->direction == before->direction)
         return *sensitivity;
     SpringSensitivity change = omega_derivatives(law, before, sensitivity);
     int direction = after->direction;
-    Slopes at = slopes_of(&law->table, direction * before->omega);
+    SpringSlopes at = spring_slopes(law->table, after->start_xi);
     double slope = clip(at.slope, 1e-12, INFINITY);
     return (SpringSensitivity){
         .by_rho = direction * change.by_rho / slope,
@@ -940,18 +523,18 @@ SpringSensitivity spring_advance_sensitivity(
     };
 }
 
-void spring_move(const SpringLaw *law, SpringMemory *memory, SpringSensitivity *sensitivity, double displacement)
+void spring_commit(const SpringLaw *law, SpringMemory *memory, SpringSensitivity *sensitivity, double displacement)
 {
     double travel = displacement - memory->displacement;
     if (travel == 0.0)
         return;
     if (memory->direction == (travel > 0.0 ? 1 : -1)) {
-        go_on(law, memory, displacement);
+        continue_stroke(law, memory, displacement);
         return;
     }
-    SpringMemory after = spring_advance(law, memory, displacement);
+    SpringMemory after = spring_trial(law, memory, displacement);
     if (sensitivity != NULL)
-        *sensitivity = spring_advance_sensitivity(law, memory, sensitivity, &after);
+        *sensitivity = spring_trial_sensitivity(law, memory, sensitivity, &after);
     *memory = after;
 }
 
@@ -989,7 +572,7 @@ void spring_gradient(
 
     /* Paper eq. (22): slope is 1 + factor*|u|^n, and these are its derivatives by u, sigma and n. */
     double u = direction * omega, size = clip(fabs(u), DBL_EPSILON, 1.0);
-    double factor = u >= 0.0 ? -1.0 : law->table.curvature;
+    double factor = u >= 0.0 ? -1.0 : law->table->curvature;
     double power = pow(fabs(u), n);
     double slope = 1.0 + factor * power;
     double slope_by_u = (u >= 0.0 ? 1.0 : -1.0) * factor * n * pow(size, n - 1.0);

@@ -1,0 +1,420 @@
+#include "saturation.h"
+
+#include <math.h>
+#include <stdint.h>
+#include <string.h>
+
+enum { DEGREE = SPRING_POWERS - 1, GAUSS_POINTS = 8 };
+
+static const double PI = 3.14159265358979323846;
+/* As in saturation.py: ln of the smallest |W| resolved. Above the highest logit 1 - W is below a rounding. */
+static const double LOWEST = -32.0, HIGHEST = 36.5;
+/* Of a piece in the logit of W, or in ln|W| and in n*ln|W| on the falling branch: its nearest singularity is then four
+ * half widths away at least, and the polynomial's error some 1e-14. */
+static const double WIDTH = 0.5;
+/* W' never quite vanishes, so that one may divide by it. */
+static const double LEAST_SLOPE = 1e-15;
+/* Of a piece's half width, the most by which Newton's method moves: more is rounding, where W is nearly level. */
+static const double LARGEST_CORRECTION = 1e-6;
+
+static const double GAUSS_8[GAUSS_POINTS][2] = {
+    {-0.18343464249564980, 0.36268378337836198}, {0.18343464249564980, 0.36268378337836198},
+    {-0.52553240991632899, 0.31370664587788729}, {0.52553240991632899, 0.31370664587788729},
+    {-0.79666647741362674, 0.22238103445337447}, {0.79666647741362674, 0.22238103445337447},
+    {-0.96028985649753623, 0.10122853629037626}, {0.96028985649753623, 0.10122853629037626}};
+
+/* The order in which interpolation takes the nodes: each far from those before, or rounding errors grow. */
+static const int ORDER[SPRING_POWERS] = {0, 11, 6, 3, 9, 1, 8, 5, 10, 2, 7, 4};
+
+/* Chebyshev-Lobatto nodes on [-1, 1], and the weights of the integral from -1 to each. */
+typedef struct {
+    double node[SPRING_POWERS], integral[SPRING_POWERS][SPRING_POWERS];
+} Rule;
+
+/* The values at the nodes of one piece. */
+typedef struct {
+    double z[SPRING_POWERS];          /* |xi| */
+    double value[SPRING_POWERS];      /* |W| */
+    double complement[SPRING_POWERS]; /* |W| - 1 */
+    double slope[SPRING_POWERS];      /* W' */
+    double rate[SPRING_POWERS], rate_by_n[SPRING_POWERS], rate_by_sigma[SPRING_POWERS];
+} Nodes;
+
+static double clip(double value, double low, double high)
+{
+    value = low > value ? low : value;
+    return high < value ? high : value;
+}
+
+/* ---- polynomials on a piece ---- */
+
+static double evaluate_slope(const double *c, double t)
+{
+    double square = t * t, fourth = square * square;
+    double low = (c[1] + 2.0 * c[2] * t) + (3.0 * c[3] + 4.0 * c[4] * t) * square;
+    double middle = (5.0 * c[5] + 6.0 * c[6] * t) + (7.0 * c[7] + 8.0 * c[8] * t) * square;
+    double high = (9.0 * c[9] + 10.0 * c[10] * t) + 11.0 * c[11] * square;
+    return low + fourth * (middle + fourth * high);
+}
+
+/* Adds the polynomial through (t[k], value[k]), k = 0 .. DEGREE, by powers of t. */
+static void add_interpolant(const double *t, const double *value, double *coefficients)
+{
+    double at[SPRING_POWERS], difference[SPRING_POWERS], power[SPRING_POWERS];
+    for (int k = 0; k < SPRING_POWERS; k++) {
+        at[k] = t[ORDER[k]];
+        difference[k] = value[ORDER[k]];
+    }
+    for (int step = 1; step < SPRING_POWERS; step++)
+        for (int k = DEGREE; k >= step; k--)
+            difference[k] = (difference[k] - difference[k - 1]) / (at[k] - at[k - step]);
+    /* Newton's form, multiplied out from the innermost bracket. */
+    power[0] = difference[DEGREE];
+    for (int k = DEGREE - 1, size = 1; k >= 0; k--, size++) {
+        power[size] = power[size - 1];
+        for (int i = size - 1; i > 0; i--)
+            power[i] = power[i - 1] - at[k] * power[i];
+        power[0] = difference[k] - at[k] * power[0];
+    }
+    for (int k = 0; k < SPRING_POWERS; k++)
+        coefficients[k] += power[k];
+}
+
+/* The polynomial of theta through (argument[k], value[k]); the arguments are monotone. */
+static void interpolate(SpringPiece *piece, const double *argument, const double *value)
+{
+    double theta[SPRING_POWERS], left[SPRING_POWERS];
+    *piece = (SpringPiece){
+        .middle = 0.5 * (argument[0] + argument[DEGREE]), .per_half = 2.0 / (argument[DEGREE] - argument[0])};
+    for (int k = 0; k < SPRING_POWERS; k++)
+        theta[k] = (argument[k] - piece->middle) * piece->per_half;
+    add_interpolant(theta, value, piece->coefficients);
+    /* Once more for what rounding has left. */
+    for (int k = 0; k < SPRING_POWERS; k++)
+        left[k] = value[k] - spring_polynomial(piece->coefficients, theta[k]);
+    add_interpolant(theta, left, piece->coefficients);
+}
+
+static void make_rule(Rule *rule)
+{
+    double cosine[2 * DEGREE];
+    for (int k = 0; k < 2 * DEGREE; k++)
+        cosine[k] = cos(PI * k / DEGREE);
+    for (int j = 0; j < SPRING_POWERS; j++)
+        rule->node[j] = cosine[DEGREE - j];
+    /* The integral of each Chebyshev polynomial, times its share in what is given at the nodes. */
+    for (int j = 0; j < SPRING_POWERS; j++)
+        for (int i = 0; i < SPRING_POWERS; i++) {
+            double x = rule->node[j], total = 0.0;
+            for (int m = 0; m < SPRING_POWERS; m++) {
+                double at_start = m % 2 ? 1.0 : -1.0, integral = m == 0 ? x + 1.0 : 0.5 * (x * x - 1.0);
+                if (m > 1)
+                    integral = 0.5 * ((cosine[(m + 1) * (DEGREE - j) % (2 * DEGREE)] - at_start) / (m + 1) -
+                                      (cosine[(m - 1) * (DEGREE - j) % (2 * DEGREE)] - at_start) / (m - 1));
+                double share = (m % DEGREE ? 2.0 : 1.0) * (i % DEGREE ? 1.0 : 0.5) / DEGREE;
+                total += share * cosine[m * (DEGREE - i) % (2 * DEGREE)] * integral;
+            }
+            rule->integral[j][i] = total;
+        }
+}
+
+/* ---- look-up ---- */
+
+static int bucket_of(double z)
+{
+    uint64_t bits;
+    memcpy(&bits, &z, sizeof bits);
+    return (int)(bits >> 48);
+}
+
+static double start_of_bucket(int bucket)
+{
+    uint64_t bits = (uint64_t)bucket << 48;
+    double z;
+    memcpy(&z, &bits, sizeof z);
+    return z;
+}
+
+/* The last of the edges low .. high that is <= value, or edge low. */
+static int search(const double *edges, int low, int high, double value)
+{
+    while (low < high) {
+        int middle = (low + high + 1) / 2;
+        if (value < edges[middle])
+            high = middle - 1;
+        else
+            low = middle;
+    }
+    return low;
+}
+
+/* Of rising edges, which are positive from edge `from` on, or negative and then indexed by their size. */
+static void make_index(SpringIndex *index, const double *edges, int from, int pieces)
+{
+    double low = fabs(edges[from]), high = fabs(edges[pieces]);
+    int up = low < high;
+    index->first = bucket_of(up ? low : high);
+    int buckets = bucket_of(up ? high : low) - index->first + 1;
+    for (int k = 0; k <= buckets; k++) {
+        double start = start_of_bucket(index->first + k);
+        index->piece[k] = (unsigned char)search(edges, 0, pieces - 1, up ? start : -start);
+    }
+}
+
+static int find(const SpringIndex *index, const double *edges, double value)
+{
+    int bucket = bucket_of(fabs(value)) - index->first;
+    int here = index->piece[bucket], next = index->piece[bucket + 1];
+    return value >= 0.0 ? search(edges, here, next, value) : search(edges, next, here, value);
+}
+
+int spring_piece(const SpringBranch *branch, double z)
+{
+    if (z < branch->edges[1])
+        return 0;
+    return z < branch->edges[branch->pieces] ? find(&branch->of_xi, branch->edges, z) : branch->pieces;
+}
+
+double spring_on_piece(const SpringBranch *branch, int index, double z)
+{
+    if (index == branch->pieces)
+        return 1.0;
+    const SpringPiece *piece = &branch->piece[index];
+    double value = spring_polynomial(piece->coefficients, (z - piece->middle) * piece->per_half);
+    return value < 1.0 ? value : 1.0;
+}
+
+/* ---- the branches ---- */
+
+/* xi = S(u) over q = logit(u); rate is d(xi)/dq. */
+static void rising_nodes(const SpringTable *table, const double *share, double start, Nodes *nodes)
+{
+    double first = exp(-start);
+    for (int k = 0; k < SPRING_POWERS; k++) {
+        double decay = first * share[k], log_u = -log1p(decay), u = 1.0 / (1.0 + decay);
+        double slope = -expm1(table->n * log_u);
+        nodes->value[k] = u;
+        nodes->complement[k] = -decay * u;
+        nodes->slope[k] = slope;
+        nodes->rate[k] = u * u * decay / slope;
+        nodes->rate_by_n[k] = nodes->rate[k] * (1.0 - slope) * log_u / slope;
+        nodes->rate_by_sigma[k] = 0.0;
+    }
+}
+
+/* -xi = T(w) over y = ln(w), w = -u; rate is d(-xi)/dy. share_n are the shares of w^n. */
+static void falling_nodes(
+    const SpringTable *table, const double *share, const double *share_n, const double *y, Nodes *nodes)
+{
+    double first = exp(y[0]), first_n = exp(table->n * y[0]);
+    for (int k = 0; k < SPRING_POWERS; k++) {
+        double w = first * share[k], power = first_n * share_n[k], slope = 1.0 + table->curvature * power;
+        nodes->value[k] = w;
+        nodes->complement[k] = expm1(y[k]);
+        nodes->slope[k] = slope;
+        nodes->rate[k] = w / slope;
+        nodes->rate_by_n[k] = -nodes->rate[k] * y[k] * table->curvature * power / slope;
+        nodes->rate_by_sigma[k] = -2.0 * nodes->rate[k] * power / slope;
+    }
+}
+
+/* Integral at each node of what its rate is at the nodes, by the piece's half width. */
+static void integrate(const Rule *rule, double half, const double *rate, double start, double *integral)
+{
+    for (int j = 0; j < SPRING_POWERS; j++) {
+        double total = 0.0;
+        for (int i = 0; i < SPRING_POWERS; i++)
+            total += rule->integral[j][i] * rate[i];
+        integral[j] = start + half * total;
+    }
+}
+
+static void add_derivatives(const Rule *rule, SpringBranch *branch, int index, double half, const Nodes *nodes,
+                            double integrals[2], double side)
+{
+    const double *rates[2] = {nodes->rate_by_n, nodes->rate_by_sigma};
+    for (int one = 0; one < (side > 0.0 ? 1 : 2); one++) {
+        double integral[SPRING_POWERS];
+        SpringPiece piece;
+        integrate(rule, half, rates[one], integrals[one], integral);
+        integrals[one] = integral[DEGREE];
+        /* With I the integral, xi = I(u) at a fixed xi gives d|W| = -W' dI. */
+        for (int k = 0; k < SPRING_POWERS; k++)
+            integral[k] *= -nodes->slope[k];
+        interpolate(&piece, nodes->z, integral);
+        memcpy(one == 0 ? branch->by_n[index] : branch->by_sigma[index], piece.coefficients, sizeof piece.coefficients);
+    }
+}
+
+/* A straight line from the origin up to the first node that is resolved. */
+static void begin_branch(SpringBranch *branch, double z, double value)
+{
+    branch->pieces = 1;
+    branch->edges[0] = branch->values[0] = 0.0;
+    branch->complements[0] = -1.0;
+    branch->piece[0] = (SpringPiece){0.0, 1.0 / z, {0.0, value}};
+    branch->inverse[0] = (SpringPiece){0.0, 1.0 / value, {0.0, 1.0}};
+    branch->edges[1] = z;
+    branch->values[1] = value;
+    branch->complements[1] = value - 1.0;
+    memset(branch->by_n[0], 0, sizeof branch->by_n[0]);
+    memset(branch->by_sigma[0], 0, sizeof branch->by_sigma[0]);
+}
+
+static void add_piece(SpringBranch *branch, const Nodes *nodes)
+{
+    int index = branch->pieces++;
+    const SpringPiece *piece = &branch->piece[index];
+    double theta[SPRING_POWERS];
+    interpolate(&branch->piece[index], nodes->z, nodes->value);
+    for (int k = 0; k < SPRING_POWERS; k++)
+        theta[k] = (nodes->z[k] - piece->middle) * piece->per_half;
+    interpolate(&branch->inverse[index], index < branch->complemented ? nodes->value : nodes->complement, theta);
+    branch->edges[index + 1] = nodes->z[DEGREE];
+    branch->values[index + 1] = nodes->value[DEGREE];
+    branch->complements[index + 1] = nodes->complement[DEGREE];
+}
+
+static void make_indices(SpringBranch *branch)
+{
+    make_index(&branch->of_xi, branch->edges, 1, branch->pieces);
+    make_index(&branch->of_value, branch->values, 1, branch->pieces);
+    if (branch->complemented < branch->pieces)
+        make_index(&branch->of_complement, branch->complements, branch->complemented, branch->pieces);
+}
+
+static void tabulate_rising(const Rule *rule, SpringTable *table, int with)
+{
+    SpringBranch *branch = &table->rising;
+    int pieces = (int)((HIGHEST - LOWEST) / WIDTH);
+    double share[SPRING_POWERS], integrals[2] = {0.0, 0.0}, z = exp(LOWEST);
+    for (int k = 0; k < SPRING_POWERS; k++)
+        share[k] = exp(-0.5 * WIDTH * (1.0 + rule->node[k]));
+    branch->complemented = 1 - (int)(LOWEST / WIDTH);
+    begin_branch(branch, z, 1.0 / (1.0 + exp(-LOWEST)));
+    for (int index = 0; index < pieces; index++) {
+        Nodes nodes;
+        rising_nodes(table, share, LOWEST + WIDTH * index, &nodes);
+        integrate(rule, 0.5 * WIDTH, nodes.rate, z, nodes.z);
+        if (with & SPRING_WITH_DERIVATIVES)
+            add_derivatives(rule, branch, branch->pieces, 0.5 * WIDTH, &nodes, integrals, 1.0);
+        add_piece(branch, &nodes);
+        z = nodes.z[DEGREE];
+    }
+    make_indices(branch);
+}
+
+static void tabulate_falling(const Rule *rule, SpringTable *table, int with)
+{
+    SpringBranch *branch = &table->falling;
+    double n = table->n, curvature = table->curvature;
+    /* Below this the term (2 sigma - 1)*w^n is lost in rounding. */
+    double lowest = clip(-(36.0 + log1p(curvature)) / n, LOWEST, 0.0);
+    int pieces = (int)ceil(-lowest / clip(WIDTH / n, 0.0, WIDTH));
+    double half = -0.5 * lowest / pieces;
+    double share[SPRING_POWERS], share_n[SPRING_POWERS], y[SPRING_POWERS], integrals[2] = {0.0, 0.0};
+    double z = exp(lowest) / (1.0 + curvature * exp(n * lowest) / (1.0 + n));
+    for (int k = 0; k < SPRING_POWERS; k++) {
+        share[k] = exp(half * (1.0 + rule->node[k]));
+        share_n[k] = exp(n * half * (1.0 + rule->node[k]));
+    }
+    branch->complemented = SPRING_PIECES;
+    begin_branch(branch, z, exp(lowest));
+    for (int index = 0; index < pieces; index++) {
+        Nodes nodes;
+        for (int k = 0; k < SPRING_POWERS; k++)
+            y[k] = lowest - lowest * index / pieces + half * (1.0 + rule->node[k]);
+        falling_nodes(table, share, share_n, y, &nodes);
+        integrate(rule, half, nodes.rate, z, nodes.z);
+        if (with & SPRING_WITH_DERIVATIVES)
+            add_derivatives(rule, branch, branch->pieces, half, &nodes, integrals, -1.0);
+        add_piece(branch, &nodes);
+        z = nodes.z[DEGREE];
+    }
+    /* Exactly, so that every u from -1 on has its place. */
+    branch->values[branch->pieces] = 1.0;
+    make_indices(branch);
+}
+
+static void add_moments(SpringBranch *branch, int complement)
+{
+    memset(branch->moments[0], 0, sizeof branch->moments[0]);
+    for (int i = 0; i < branch->pieces; i++) {
+        double half = 0.5 * (branch->edges[i + 1] - branch->edges[i]);
+        double middle = 0.5 * (branch->edges[i + 1] + branch->edges[i]);
+        memcpy(branch->moments[i + 1], branch->moments[i], sizeof branch->moments[i]);
+        for (int k = 0; k < GAUSS_POINTS; k++) {
+            double z = middle + half * GAUSS_8[k][0], value = spring_on_piece(branch, i, z);
+            double share = half * GAUSS_8[k][1] * (complement ? 1.0 - value : value);
+            for (int m = 0; m < SPRING_MOMENTS; m++, share *= z)
+                branch->moments[i + 1][m] += share;
+        }
+    }
+}
+
+void spring_tabulate(SpringTable *table, double n, double sigma, int with)
+{
+    Rule rule;
+    make_rule(&rule);
+    table->n = n;
+    table->curvature = 2.0 * sigma - 1.0;
+    tabulate_rising(&rule, table, with);
+    tabulate_falling(&rule, table, with);
+    if (with & SPRING_WITH_MOMENTS) {
+        add_moments(&table->rising, 1);
+        add_moments(&table->falling, 0);
+    }
+}
+
+double spring_saturation(const SpringTable *table, double xi)
+{
+    const SpringBranch *branch = xi >= 0.0 ? &table->rising : &table->falling;
+    double z = fabs(xi);
+    double value = spring_on_piece(branch, spring_piece(branch, z), z);
+    return xi >= 0.0 ? value : -value;
+}
+
+/* |xi| at which the tabulated |W| is `value`. */
+static double inverse_on(const SpringBranch *branch, double value)
+{
+    double complement = value - 1.0;
+    if (value < branch->values[1])
+        return value / branch->values[1] * branch->edges[1];
+    if (value >= branch->values[branch->pieces] || complement >= branch->complements[branch->pieces])
+        return branch->edges[branch->pieces];
+    int near_one = branch->complemented < branch->pieces && complement >= branch->complements[branch->complemented];
+    int index = near_one ? find(&branch->of_complement, branch->complements, complement)
+                         : find(&branch->of_value, branch->values, value);
+    const SpringPiece *inverse = &branch->inverse[index], *piece = &branch->piece[index];
+    double argument = index < branch->complemented ? value : complement;
+    double theta = spring_polynomial(inverse->coefficients, (argument - inverse->middle) * inverse->per_half);
+    double error = spring_polynomial(piece->coefficients, theta) - value;
+    double slope = evaluate_slope(piece->coefficients, theta);
+    if (fabs(error) < LARGEST_CORRECTION * slope)
+        theta -= error / slope;
+    return piece->middle + theta / piece->per_half;
+}
+
+double spring_inverse(const SpringTable *table, double u)
+{
+    return u >= 0.0 ? inverse_on(&table->rising, u) : -inverse_on(&table->falling, -u);
+}
+
+SpringSlopes spring_slopes(const SpringTable *table, double xi)
+{
+    const SpringBranch *branch = xi >= 0.0 ? &table->rising : &table->falling;
+    double z = fabs(xi), side = xi >= 0.0 ? 1.0 : -1.0;
+    int index = spring_piece(branch, z);
+    if (index == branch->pieces)
+        return (SpringSlopes){.u = side, .slope = LEAST_SLOPE};
+    const SpringPiece *piece = &branch->piece[index];
+    double theta = (z - piece->middle) * piece->per_half;
+    double value = spring_polynomial(piece->coefficients, theta);
+    double slope = evaluate_slope(piece->coefficients, theta) * piece->per_half;
+    return (SpringSlopes){
+        .u = side * (value < 1.0 ? value : 1.0),
+        .slope = slope > LEAST_SLOPE ? slope : LEAST_SLOPE,
+        .by_n = side * spring_polynomial(branch->by_n[index], theta),
+        .by_sigma = side * spring_polynomial(branch->by_sigma[index], theta),
+    };
+}

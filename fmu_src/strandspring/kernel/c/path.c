@@ -1,0 +1,289 @@
+#include "path.h"
+
+#include <math.h>
+
+enum { BLOCK = 512 };
+
+/* The stroke that a path is on. */
+typedef struct {
+    double displacement, omega; /* where the path has come to */
+    double start, start_xi;
+    int direction;
+} Stroke;
+
+static double within(double value, double low, double high)
+{
+    value = low > value ? low : value;
+    return high < value ? high : value;
+}
+
+/* W at xi = side*z, most often on the piece where the last one was. */
+static double saturation_near(const SpringBranch *branch, double side, double z, int *piece)
+{
+    if (!(branch->edges[*piece] <= z && z < branch->edges[*piece + 1]))
+        *piece = spring_piece(branch, z);
+    double value = spring_on_piece(branch, *piece, z);
+    if (*piece == branch->pieces)
+        *piece = 0;
+    return side * value;
+}
+
+enum { LANES = 8 };
+
+/* The polynomial at each sample, so many at once, which compilers vectorise. */
+static void polynomials(const double *coefficients, int coefficient_count, size_t count, const double *x, double *value)
+{
+    size_t i = 0;
+    for (; i + LANES <= count; i += LANES) {
+        double at[LANES], total[LANES];
+        for (int k = 0; k < LANES; k++) {
+            at[k] = x[i + k];
+            total[k] = coefficients[coefficient_count - 1];
+        }
+        for (int power = coefficient_count - 2; power >= 0; power--)
+            for (int k = 0; k < LANES; k++)
+                total[k] = total[k] * at[k] + coefficients[power];
+        for (int k = 0; k < LANES; k++)
+            value[i + k] = total[k];
+    }
+    for (; i < count; i++) {
+        value[i] = coefficients[coefficient_count - 1];
+        for (int power = coefficient_count - 2; power >= 0; power--)
+            value[i] = value[i] * x[i] + coefficients[power];
+    }
+}
+
+/* omega where the path moves on to a displacement, which may be back. */
+static void step(const SpringLaw *law, Stroke *at, double displacement)
+{
+    double travel = displacement - at->displacement;
+    if (travel == 0.0)
+        return;
+    int way = travel > 0.0 ? 1 : -1;
+    if (way != at->direction) {
+        at->start_xi = spring_inverse(law->table, way * at->omega);
+        at->start = at->displacement;
+        at->direction = way;
+    }
+    double xi = at->start_xi + law->parameters.rho * fabs(displacement - at->start);
+    at->omega = way * spring_saturation(law->table, xi);
+    at->displacement = displacement;
+}
+
+/* The number of the next displacements that neither turn back nor leave a piece of W, with theta at each. */
+static size_t run_along(const SpringLaw *law, const Stroke *at, const SpringPiece *piece, double side, double low, double high,
+                        size_t count, const double *displacement, double *theta)
+{
+    double rho = law->parameters.rho, way = at->direction, last = at->displacement;
+    size_t i = 0;
+    for (; i < count; i++) {
+        double z = side * (at->start_xi + rho * fabs(displacement[i] - at->start));
+        if (!(way * (displacement[i] - last) >= 0.0 && low <= z && z < high))
+            break;
+        last = displacement[i];
+        theta[i] = (z - piece->middle) * piece->per_half;
+    }
+    return i;
+}
+
+/* omega and direction at the samples of a block. */
+static void follow(const SpringLaw *law, Stroke *stroke, size_t count, const double *displacement, double *omega, int *direction)
+{
+    double theta[BLOCK];
+    for (size_t i = 0; i < count;) {
+        step(law, stroke, displacement[i]);
+        omega[i] = stroke->omega;
+        if (direction != NULL)
+            direction[i] = stroke->direction;
+        i++;
+        /* While samples follow each other closely, most are on the same piece of W as the one before. */
+        if (i == count || (displacement[i] - stroke->displacement) * stroke->direction <= 0.0)
+            continue;
+        double xi = stroke->start_xi + law->parameters.rho * fabs(stroke->displacement - stroke->start);
+        const SpringBranch *branch = xi >= 0.0 ? &law->table->rising : &law->table->falling;
+        int index = spring_piece(branch, fabs(xi));
+        if (index == branch->pieces)
+            continue;
+        double side = xi >= 0.0 ? 1.0 : -1.0, sign = side * stroke->direction;
+        size_t run = run_along(law, stroke, &branch->piece[index], side, branch->edges[index], branch->edges[index + 1],
+                               count - i, displacement + i, theta);
+        if (run == 0)
+            continue;
+        for (size_t k = 0; k < run; k++) {
+            double value = spring_polynomial(branch->piece[index].coefficients, theta[k]);
+            omega[i + k] = sign * (value < 1.0 ? value : 1.0);
+        }
+        if (direction != NULL)
+            for (size_t k = i; k < i + run; k++)
+                direction[k] = stroke->direction;
+        i += run;
+        stroke->displacement = displacement[i - 1];
+        stroke->omega = omega[i - 1];
+    }
+}
+
+typedef struct {
+    double inside[BLOCK], out[BLOCK];               /* x within the range, and how far it is outside */
+    double FE[BLOCK], FA[BLOCK], dFE[BLOCK], dFA[BLOCK];
+} Polynomials;
+
+static int slope_count(int coefficients)
+{
+    return coefficients > 1 ? coefficients - 1 : 1;
+}
+
+/* Returns whether any sample lies outside the range. */
+static int prepare_block(const SpringLaw *law, size_t count, const double *displacement, int slopes, Polynomials *at)
+{
+    const SpringParameters *p = &law->parameters;
+    int any = 0;
+    for (size_t i = 0; i < count; i++) {
+        double x = displacement[i] - p->displacement_offset;
+        at->inside[i] = within(x, law->x_min, law->x_max);
+        at->out[i] = x - at->inside[i];
+        any |= at->out[i] != 0.0;
+    }
+    polynomials(p->kE, p->elastic, count, at->inside, at->FE);
+    polynomials(p->kA, p->amplifier, count, at->inside, at->FA);
+    if (slopes || any)
+        polynomials(law->dFE, slope_count(p->elastic), count, at->inside, at->dFE);
+    if (slopes)
+        polynomials(law->dFA, slope_count(p->amplifier), count, at->inside, at->dFA);
+    return any;
+}
+
+/* Paper eq. (10); FE is continued along its tangent, FA stays what it is at the end of the range. */
+static void forces(const SpringLaw *law, size_t count, const double *omega, const Polynomials *at, int any, double *force)
+{
+    double kappa = law->parameters.kappa_omega;
+    if (any)
+        for (size_t i = 0; i < count; i++)
+            force[i] = at->FE[i] + at->dFE[i] * at->out[i] + kappa * omega[i] * at->FA[i];
+    else
+        for (size_t i = 0; i < count; i++)
+            force[i] = at->FE[i] + kappa * omega[i] * at->FA[i];
+}
+
+static void stiffnesses(const SpringLaw *law, size_t count, const double *omega, const int *direction, const Polynomials *at,
+                        double *stiffness)
+{
+    const SpringParameters *p = &law->parameters;
+    for (size_t i = 0; i < count; i++) {
+        double u = direction[i] < 0 ? -omega[i] : omega[i];
+        double slope = 1.0 + (u >= 0.0 ? -1.0 : law->table->curvature) * pow(fabs(u), p->n);
+        double of_amplifier = at->out[i] == 0.0 ? at->dFA[i] : 0.0;
+        stiffness[i] = at->dFE[i] + p->kappa_omega * (omega[i] * of_amplifier + at->FA[i] * p->rho * slope);
+    }
+}
+
+static void energies(const SpringLaw *law, SpringMemory *memory, size_t count, const double *displacement, double *energy)
+{
+    for (size_t i = 0; i < count; i++) {
+        spring_commit(law, memory, NULL, displacement[i]);
+        spring_integrate(law, memory);
+        energy[i] = memory->energy;
+    }
+}
+
+void spring_path(const SpringLaw *law, size_t count, const double *displacement, double omega_start, double *omega,
+                 double *force, double *stiffness, double *energy)
+{
+    if (count == 0)
+        return;
+    Stroke stroke = {.displacement = displacement[0], .omega = omega_start, .start = displacement[0]};
+    SpringMemory memory = spring_start(displacement[0], omega_start);
+    double block_omega[BLOCK];
+    int block_direction[BLOCK];
+    Polynomials at;
+    for (size_t first = 0; first < count; first += BLOCK) {
+        size_t size = count - first < BLOCK ? count - first : BLOCK;
+        const double *here = displacement + first;
+        if (omega != NULL || force != NULL || stiffness != NULL) {
+            double *found = omega != NULL ? omega + first : block_omega;
+            follow(law, &stroke, size, here, found, stiffness != NULL ? block_direction : NULL);
+            if (force != NULL || stiffness != NULL) {
+                int any = prepare_block(law, size, here, stiffness != NULL, &at);
+                if (stiffness != NULL)
+                    stiffnesses(law, size, found, block_direction, &at, stiffness + first);
+                if (force != NULL)
+                    forces(law, size, found, &at, any, force + first);
+            }
+        }
+        if (energy != NULL)
+            energies(law, &memory, size, here, energy + first);
+    }
+}
+
+void spring_force_at(const SpringLaw *law, size_t count, const double *displacement, const double *omega, double *force,
+                     double *by_displacement, double *by_omega)
+{
+    double kappa = law->parameters.kappa_omega;
+    Polynomials at;
+    for (size_t first = 0; first < count; first += BLOCK) {
+        size_t size = count - first < BLOCK ? count - first : BLOCK;
+        int any = prepare_block(law, size, displacement + first, 1, &at);
+        forces(law, size, omega + first, &at, any, force + first);
+        for (size_t i = 0; i < size; i++) {
+            by_displacement[first + i] = at.dFE[i] + (at.out[i] == 0.0 ? kappa * omega[first + i] * at.dFA[i] : 0.0);
+            by_omega[first + i] = kappa * at.FA[i];
+        }
+    }
+}
+
+/* xi at the beginning of a stroke and its derivatives by rho, sigma, n and omega_start. */
+typedef struct {
+    double xi, by[4];
+    double unused;
+} Beginning;
+
+static void begin_strokes(const SpringTable *table, double rho, double omega_start, size_t strokes, const int64_t *direction,
+                          const double *length, int derivatives, Beginning *begin)
+{
+    double u = 0.0, change[4] = {0.0, 0.0, 0.0, 0.0};
+    for (size_t k = 0; k < strokes; k++) {
+        Beginning *here = &begin[k];
+        if (k == 0) {
+            u = direction[0] * omega_start;
+            change[3] = (double)direction[0];
+        }
+        here->xi = spring_inverse(table, u);
+        double end = here->xi + rho * length[k];
+        if (!derivatives) {
+            u = -spring_saturation(table, end);
+            continue;
+        }
+        SpringSlopes before = spring_slopes(table, here->xi), after = spring_slopes(table, end);
+        double slope = before.slope > 1e-12 ? before.slope : 1e-12;
+        const double fixed[4] = {0.0, before.by_sigma, before.by_n, 0.0};
+        const double moved[4] = {after.slope * length[k], after.by_sigma, after.by_n, 0.0};
+        for (int i = 0; i < 4; i++) {
+            here->by[i] = (change[i] - fixed[i]) / slope;
+            change[i] = -(after.slope * here->by[i] + moved[i]);
+        }
+        u = -after.u;
+    }
+}
+
+void spring_at_points(const SpringTable *table, double rho, double omega_start, size_t strokes, const int64_t *direction,
+                      const double *length, size_t points, const int64_t *stroke, const double *travel, double *workspace,
+                      double *omega, double *derivatives)
+{
+    Beginning *begin = (Beginning *)workspace;
+    int piece = 0, falling_piece = 0;
+    begin_strokes(table, rho, omega_start, strokes, direction, length, derivatives != NULL, begin);
+    for (size_t i = 0; i < points; i++) {
+        const Beginning *at = &begin[stroke[i]];
+        double side = (double)direction[stroke[i]], xi = at->xi + rho * travel[i];
+        if (derivatives == NULL) {
+            omega[i] = side * (xi >= 0.0 ? saturation_near(&table->rising, 1.0, xi, &piece)
+                                         : saturation_near(&table->falling, -1.0, -xi, &falling_piece));
+            continue;
+        }
+        SpringSlopes here = spring_slopes(table, xi);
+        omega[i] = side * here.u;
+        derivatives[i] = side * here.slope * (at->by[0] + travel[i]);
+        derivatives[points + i] = side * (here.slope * at->by[1] + here.by_sigma);
+        derivatives[2 * points + i] = side * (here.slope * at->by[2] + here.by_n);
+        derivatives[3 * points + i] = side * here.slope * at->by[3];
+    }
+}

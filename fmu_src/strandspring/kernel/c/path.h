@@ -1,0 +1,30 @@
+/* The spring along whole paths, and at points of given strokes. */
+#ifndef PATH_H
+#define PATH_H
+
+#include "../../core/c/spring.h"
+
+#include <stddef.h>
+#include <stdint.h>
+
+/* omega [-], force [N], tangent stiffness in the direction that led to each sample [N/m] (of loading before the first
+ * motion), and energy absorbed since the first sample [J], at each of `count` displacements [m]. What is NULL is not
+ * computed. The path starts at the first displacement with omega_start. Energies need a table with moments. */
+void spring_path(const SpringLaw *law, size_t count, const double *displacement, double omega_start, double *omega,
+                 double *force, double *stiffness, double *energy);
+
+/* Force at samples with given omega [N], and its derivatives by displacement [N/m] and omega [N]. */
+void spring_force_at(const SpringLaw *law, size_t count, const double *displacement, const double *omega, double *force,
+                     double *by_displacement, double *by_omega);
+
+/* omega at points of consecutive strokes, and, unless `derivatives` is NULL, its derivatives by rho, sigma, n and omega_start
+ * (4 rows of `points`; the table must have derivatives).
+ *
+ * direction, length   of each stroke: +1 or -1, alternating; [m]
+ * stroke, travel      of each point: the stroke it is on, and how far from its beginning [m]
+ * workspace           6 doubles for each stroke */
+void spring_at_points(const SpringTable *table, double rho, double omega_start, size_t strokes, const int64_t *direction,
+                      const double *length, size_t points, const int64_t *stroke, const double *travel, double *workspace,
+                      double *omega, double *derivatives);
+
+#endif
