@@ -1,10 +1,11 @@
+#include "numerics.h"
 #include "saturation.h"
 
 #include <math.h>
 #include <stdint.h>
 #include <string.h>
 
-enum { DEGREE = SPRING_POWERS - 1, GAUSS_POINTS = 8 };
+enum { DEGREE = SPRING_POWERS - 1 };
 
 static const double PI = 3.14159265358979323846;
 /* As in saturation.py: ln of the smallest |W| resolved. Above the highest logit 1 - W is below a rounding. */
@@ -16,12 +17,6 @@ static const double WIDTH = 0.5;
 static const double LEAST_SLOPE = 1e-15;
 /* Of a piece's half width, the most by which Newton's method moves: more is rounding, where W is nearly level. */
 static const double LARGEST_CORRECTION = 1e-6;
-
-static const double GAUSS_8[GAUSS_POINTS][2] = {
-    {-0.18343464249564980, 0.36268378337836198}, {0.18343464249564980, 0.36268378337836198},
-    {-0.52553240991632899, 0.31370664587788729}, {0.52553240991632899, 0.31370664587788729},
-    {-0.79666647741362674, 0.22238103445337447}, {0.79666647741362674, 0.22238103445337447},
-    {-0.96028985649753623, 0.10122853629037626}, {0.96028985649753623, 0.10122853629037626}};
 
 /* The order in which interpolation takes the nodes: each far from those before, or rounding errors grow. */
 static const int ORDER[SPRING_POWERS] = {0, 11, 6, 3, 9, 1, 8, 5, 10, 2, 7, 4};
@@ -39,12 +34,6 @@ typedef struct {
     double slope[SPRING_POWERS];      /* W' */
     double rate[SPRING_POWERS], rate_by_n[SPRING_POWERS], rate_by_sigma[SPRING_POWERS];
 } Nodes;
-
-static double clip(double value, double low, double high)
-{
-    value = low > value ? low : value;
-    return high < value ? high : value;
-}
 
 /* ---- polynomials on a piece ---- */
 

@@ -1,5 +1,7 @@
 #include "spring.h"
 
+#include "numerics.h"
+
 #include <float.h>
 #include <math.h>
 #include <stdint.h>
@@ -12,12 +14,6 @@
 static const double SIGMA_LOW = 0.5, SIGMA_HIGH = 1000.0;
 static const double N_LOW = 0.01, N_HIGH = 100.0;
 static const double LEAST_AMPLIFIER = 1e-12;
-
-static double clip(double value, double low, double high)
-{
-    value = low > value ? low : value;
-    return high < value ? high : value;
-}
 
 static double polynomial(const double *coefficients, int count, double x)
 {
@@ -255,13 +251,8 @@ static double tangent_stiffness(const SpringLaw *law, double x, double omega, in
 
 /* ---- work.py ---------------------------------------------------------------------------------------------------- */
 
-enum { GAUSS_POINTS = 8, FEW_POINTS = 3 };
+enum { FEW_POINTS = 3 };
 
-static const double GAUSS_8[GAUSS_POINTS][2] = {
-    {-0.18343464249564980, 0.36268378337836198}, {0.18343464249564980, 0.36268378337836198},
-    {-0.52553240991632899, 0.31370664587788729}, {0.52553240991632899, 0.31370664587788729},
-    {-0.79666647741362674, 0.22238103445337447}, {0.79666647741362674, 0.22238103445337447},
-    {-0.96028985649753623, 0.10122853629037626}, {0.96028985649753623, 0.10122853629037626}};
 static const double GAUSS_3[FEW_POINTS][2] = {
     {-0.77459666924148338, 5.0 / 9.0}, {0.0, 8.0 / 9.0}, {0.77459666924148338, 5.0 / 9.0}};
 /* Up to this share of a piece, and of what FA may change in, 3 points are enough. */

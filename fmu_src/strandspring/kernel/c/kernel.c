@@ -1,6 +1,56 @@
-/* The compiled kernel of the package as one unit: what travels inside FMUs, and what only the package needs. */
+/* The compiled kernel of the package as one unit: what travels inside FMUs, what only the package needs, and here what the
+ * package calls to make tables and laws. The caller owns all memory; arrays are contiguous. */
 #define SPRING_LOCAL static
 
 #include "../../core/c/saturation.c"
 #include "../../core/c/spring.c"
 #include "path.c"
+
+/* Bytes of a table and of a law, for memory that is aligned to 8 bytes. */
+size_t kernel_table_size(void)
+{
+    return sizeof(SpringTable);
+}
+
+size_t kernel_law_size(void)
+{
+    return sizeof(SpringLaw);
+}
+
+void kernel_tabulate(SpringTable *table, double n, double sigma, int with)
+{
+    spring_tabulate(table, n, sigma, with);
+}
+
+/* scalars: kappa_omega, rho, sigma, n, displacement_offset, displacement_min, displacement_max. */
+void kernel_prepare(
+    SpringLaw *law, int elastic, const double *kE, int amplifier, const double *kA, const double *scalars, const SpringTable *table)
+{
+    SpringParameters parameters = {
+        .elastic = elastic,
+        .amplifier = amplifier,
+        .kappa_omega = scalars[0],
+        .rho = scalars[1],
+        .sigma = scalars[2],
+        .n = scalars[3],
+        .displacement_offset = scalars[4],
+        .displacement_min = scalars[5],
+        .displacement_max = scalars[6],
+    };
+    memcpy(parameters.kE, kE, (size_t)elastic * sizeof *kE);
+    memcpy(parameters.kA, kA, (size_t)amplifier * sizeof *kA);
+    spring_prepare(law, &parameters, table);
+}
+
+/* W and its inverse, elementwise. */
+void kernel_saturation(const SpringTable *table, size_t count, const double *xi, double *u)
+{
+    for (size_t i = 0; i < count; i++)
+        u[i] = spring_saturation(table, xi[i]);
+}
+
+void kernel_inverse(const SpringTable *table, size_t count, const double *u, double *xi)
+{
+    for (size_t i = 0; i < count; i++)
+        xi[i] = spring_inverse(table, u[i]);
+}

@@ -1,5 +1,7 @@
 #include "path.h"
 
+#include "../../core/c/numerics.h"
+
 #include <math.h>
 
 enum { BLOCK = 512 };
@@ -10,12 +12,6 @@ typedef struct {
     double start, start_xi;
     int direction;
 } Stroke;
-
-static double within(double value, double low, double high)
-{
-    value = low > value ? low : value;
-    return high < value ? high : value;
-}
 
 /* W at xi = side*z, most often on the piece where the last one was. */
 static double saturation_near(const SpringBranch *branch, double side, double z, int *piece)
@@ -139,7 +135,7 @@ static int prepare_block(const SpringLaw *law, size_t count, const double *displ
     int any = 0;
     for (size_t i = 0; i < count; i++) {
         double x = displacement[i] - p->displacement_offset;
-        at->inside[i] = within(x, law->x_min, law->x_max);
+        at->inside[i] = clip(x, law->x_min, law->x_max);
         at->out[i] = x - at->inside[i];
         any |= at->out[i] != 0.0;
     }

@@ -1,0 +1,20 @@
+/* Small numerical pieces that several files share. */
+#ifndef NUMERICS_H
+#define NUMERICS_H
+
+enum { GAUSS_POINTS = 8 };
+
+/* Gauss-Legendre nodes and weights on [-1, 1], exact for degree 15. */
+static const double GAUSS_8[GAUSS_POINTS][2] = {
+    {-0.18343464249564980, 0.36268378337836198}, {0.18343464249564980, 0.36268378337836198},
+    {-0.52553240991632899, 0.31370664587788729}, {0.52553240991632899, 0.31370664587788729},
+    {-0.79666647741362674, 0.22238103445337447}, {0.79666647741362674, 0.22238103445337447},
+    {-0.96028985649753623, 0.10122853629037626}, {0.96028985649753623, 0.10122853629037626}};
+
+static inline double clip(double value, double low, double high)
+{
+    value = low > value ? low : value;
+    return high < value ? high : value;
+}
+
+#endif
