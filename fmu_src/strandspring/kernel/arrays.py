@@ -1,0 +1,27 @@
+"""Arrays as the compiled kernel takes them."""
+
+from __future__ import annotations
+
+import ctypes
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+
+def floats(values: ArrayLike) -> FloatArray:
+    """Values as contiguous doubles; not copied if they are."""
+    return np.ascontiguousarray(values, dtype=np.float64)
+
+
+def integers(values: ArrayLike) -> IntArray:
+    """Values as contiguous 64-bit integers; not copied if they are."""
+    return np.ascontiguousarray(values, dtype=np.int64)
+
+
+def address(array: NDArray[Any] | None) -> ctypes.c_void_p:
+    """Where an array begins, which must be contiguous and outlive the call; null for None."""
+    return ctypes.c_void_p(None if array is None else array.__array_interface__["data"][0])
