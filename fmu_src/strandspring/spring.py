@@ -4,14 +4,12 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from .core.parameters import SpringParameters
+from .kernel.arrays import FloatArray
 from .kernel.path import PathSolver, as_path
 from .modelfile import ModelFile, load_model, model_file, save_model
-
-FloatArray = NDArray[np.float64]
 
 
 class Spring:

@@ -9,7 +9,8 @@ from typing import Protocol
 
 import numpy as np
 
-from .plants import FloatArray, Plant
+from ..kernel.arrays import FloatArray
+from .plants import Plant
 from .unit import CosimulationError, Response
 
 # Through values at s = 0, -1, -2 (newest first): coefficients of 1, s, s^2 by order.

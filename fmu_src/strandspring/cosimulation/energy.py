@@ -13,8 +13,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..kernel.arrays import FloatArray
 from .coupling import MEAN
-from .plants import FloatArray, Plant, quadratic_load
+from .plants import Plant, quadratic_load
 from .simulation import Motion
 
 

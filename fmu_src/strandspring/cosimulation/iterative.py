@@ -24,8 +24,9 @@ from enum import Enum
 
 import numpy as np
 
+from ..kernel.arrays import FloatArray
 from .coupling import MEAN, Advance, Point, SpringPort, Stepper, stepped_to
-from .plants import FloatArray, Plant, quadratic_load
+from .plants import Plant, quadratic_load
 from .unit import CosimulationError, Response
 
 _EPSILON = float(np.finfo(np.float64).eps)

@@ -13,8 +13,9 @@ from enum import Enum
 
 import numpy as np
 
+from ..kernel.arrays import FloatArray
 from .coupling import END, MEAN, Advance, Point, SpringPort, Stepper, checked_order, stepped_along, stepped_to
-from .plants import FloatArray, LinearFlow, Plant, quadratic_load
+from .plants import LinearFlow, Plant, quadratic_load
 from .unit import Response
 
 

@@ -13,12 +13,11 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.linalg import expm
 
+from ..kernel.arrays import FloatArray
 from .unit import CosimulationError
-
-FloatArray = NDArray[np.float64]
 
 
 def at_rest(_: float) -> float:

@@ -8,9 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..kernel.arrays import FloatArray
 from .coupling import Master, Point
 from .iterative import Iterative
-from .plants import FloatArray, Plant
+from .plants import Plant
 from .unit import CosimulationError, SpringUnit
 
 

@@ -12,8 +12,9 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..kernel.arrays import FloatArray
 from .coupling import Master, Point
-from .plants import Attachment, FloatArray, Plant
+from .plants import Attachment, Plant
 from .unit import Response
 
 _MARGIN = 1e-11  # growth below this is rounding

@@ -6,7 +6,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from .plants import FloatArray, Plant
+from ..kernel.arrays import FloatArray
+from .plants import Plant
 from .simulation import start
 from .unit import CosimulationError, SpringUnit
 

@@ -21,7 +21,8 @@ from fmpy.validation import validate_fmu
 from ..core.parameters import SpringParameters
 from ..core.variables import spring_parameters
 from ..errors import BuildError
-from ..kernel.path import FloatArray, PathSolver
+from ..kernel.arrays import FloatArray
+from ..kernel.path import PathSolver
 from .archive import binary_sizes
 from .native.compiler import host_name
 

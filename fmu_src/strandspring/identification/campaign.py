@@ -8,10 +8,10 @@ from enum import Enum
 
 import numpy as np
 
+from ..kernel.arrays import FloatArray
 from ..loops.cycles import Cycle, find_cycles
 from ..loops.loop import Loop, alike_loops
 from ..records.record import Record
-from .loops import FloatArray
 
 _CELLS = 40  # on each branch compared
 _SAME_FREQUENCY = 1.1  # frequencies within this factor count as one

@@ -7,7 +7,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from .loops import FloatArray, Loops
+from ..kernel.arrays import FloatArray
+from .loops import Loops
 from .noise import force_noise
 from .polynomials import Basis
 from .spring_of_fit import Solution

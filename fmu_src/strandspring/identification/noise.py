@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..kernel.arrays import FloatArray
 from ..loops.strokes import noise_level
-from .loops import FloatArray
 
 # Groups of like |force|, each with its own variance; many, because a median over unlike scales is too small.
 _GROUPS = 24

@@ -6,9 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.polynomial import legendre
-from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
+from ..kernel.arrays import FloatArray
 
 
 @dataclass(frozen=True)

@@ -3,7 +3,7 @@
 FE and FA enter linearly: for given rho, sigma, n (and omega_start of each record) their coefficients follow from one
 linear least-squares problem, so only those few parameters are iterated on. With the weighted basis A = QR, residual
 rho = (1 - QQ^T) r, and its Jacobian in Kaufman's form is -(1 - QQ^T) (d omega/d theta)*G, with the exact derivatives
-of `model.sensitivity`.
+of `kernel.points`.
 
 Weights come from the record: its noise (additive and relative parts) and, where the model itself is further from the
 force than the noise explains, that distance as a constant.
@@ -19,9 +19,9 @@ from typing import NamedTuple
 import numpy as np
 
 from ..core.parameters import SpringParameters
-from ..kernel.path import tables
-from ..kernel.sensitivity import omega_with_derivatives
-from .loops import POINTS_PER_STROKE, FloatArray, Loops, join
+from ..kernel.arrays import FloatArray
+from ..kernel.points import omega_with_derivatives
+from .loops import POINTS_PER_STROKE, Loops, join
 from .noise import ForceNoise, force_noise
 from .outcomes import IdentificationError, Outcome
 from .polynomials import Basis
@@ -374,18 +374,12 @@ class _Problem:
         rho, sigma, n = np.exp(theta[:3])
         omega = np.empty(loops.force.size)
         derivatives = np.zeros((theta.size, loops.force.size))
-        record = loops.record[loops.stroke]
-        for k in range(self.records):
-            strokes, points = np.flatnonzero(loops.record == k), record == k
+        for k, (strokes, points) in enumerate(loops.of_records()):
             omega[points], of = omega_with_derivatives(
-                tables(float(n), float(sigma)),
-                float(rho),
-                loops.direction[strokes],
-                loops.length[strokes],
-                float(theta[3 + k]),
-                loops.stroke[points] - strokes[0],
-                loops.travel[points],
-            )
+                float(rho), float(sigma), float(n), float(theta[3 + k]),
+                loops.direction[strokes], loops.length[strokes],
+                loops.stroke[points] - strokes.start, loops.travel[points],
+            )  # fmt: skip
             derivatives[:3, points] = of[:3] * np.array([rho, sigma, n])[:, None]
             derivatives[3 + k, points] = of[3]
         return omega, derivatives

@@ -10,10 +10,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..core.saturation import inverse_saturation
-from ..kernel.path import tables
+from ..kernel.arrays import FloatArray
+from ..kernel.table import table
 from .degrees import choose_degrees
-from .loops import FloatArray, Loops
+from .loops import Loops
 from .polynomials import Basis
 from .spring_of_fit import Solution, is_distinct
 from .stages import Hysteresis, fit_backbone
@@ -55,8 +55,8 @@ class _Grid:
         self.points: list[tuple[Hysteresis, float]] = []
         for n in _N:
             for sigma in _SIGMA:
-                _, lists = tables(n, sigma)
-                needed = inverse_saturation(lists, _SATURATED) - inverse_saturation(lists, -1.0)
+                saturated, reversed_ = table(n, sigma).inverse(np.array([_SATURATED, -1.0]))
+                needed = float(saturated - reversed_)
                 self.points += [(Hysteresis(needed / (share * longest), sigma, n), share) for share in _SHARES]
         self.omega = [loops.omega(h.rho, h.sigma, h.n) for h, _ in self.points]
 

@@ -7,7 +7,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..core.parameters import SpringParameters, least_value
-from .loops import FloatArray, Loops
+from ..kernel.arrays import FloatArray
+from .loops import Loops
 from .outcomes import IdentificationError, Outcome
 from .polynomials import Basis
 from .stages import N_BOUNDS, Backbone, Hysteresis, fit_backbone

@@ -22,11 +22,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ..kernel.arrays import FloatArray
 from .loops import Loops
 from .polynomials import Basis
 from .smoothing import automatic_half_width, moving_average
-
-FloatArray = NDArray[np.float64]
 
 SIGMA_BOUNDS = (0.5, 50.0)
 N_BOUNDS = (0.05, 20.0)

@@ -16,7 +16,8 @@ import numpy as np
 from numpy.polynomial import legendre
 from numpy.typing import NDArray
 
-from .loops import FloatArray, Loops
+from ..kernel.arrays import FloatArray
+from .loops import Loops
 from .polynomials import Basis
 from .refined import Refinement
 from .stages import N_BOUNDS, SIGMA_BOUNDS, Hysteresis

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from .periodic import FloatArray
+from ..kernel.arrays import FloatArray
 from .system import IsolationError, StaticPoint
 
 # Of the frequency of small motion; the lower end is not at a superharmonic resonance.

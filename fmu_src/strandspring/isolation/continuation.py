@@ -13,9 +13,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ..kernel.arrays import FloatArray
 from ..kernel.path import LARGEST_DISPLACEMENT
 from .harmonic_balance import Balance, HarmonicBalance
-from .periodic import FloatArray
 from .system import IsolationError, StaticPoint
 
 # At fixed frequencies

@@ -14,7 +14,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .periodic import FloatArray, FourierBasis, PeriodicForce, PeriodicSpring
+from ..kernel.arrays import FloatArray
+from .periodic import FourierBasis, PeriodicForce, PeriodicSpring
 from .system import Excitation, IsolatedMass
 
 # The force has kinks at the reversals, so that its harmonics fall with k^2 and those of the motion with k^4.

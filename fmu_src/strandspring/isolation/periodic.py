@@ -14,20 +14,18 @@ point moves with the series itself, since dz/dtau = 0 there.
 
 from __future__ import annotations
 
+import ctypes
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..core.parameters import SpringParameters
-from ..core.saturation import inverse_saturation, saturation, stroke_start
-from ..kernel.path import PathSolver, saturation_of, tables
-
-FloatArray = NDArray[np.float64]
+from ..kernel.arrays import FloatArray, address
+from ..kernel.library import library
+from ..kernel.path import PathSolver
+from ..kernel.table import table
 
 _NEWTON_STEPS = 3  # for turning points between samples: 1e-3 of their distance, 1e-6, 1e-12
-_MEMORY_STEPS = 60
-_MEMORY_TOLERANCE = 1e-13
 _STEEPEST = 1.0 - 1e-9  # slope of omega after a period over omega before it; it is 1 for motion too small for a loop
 
 
@@ -91,8 +89,8 @@ class PeriodicSpring:
         self.basis = basis
         self.parameters = parameters
         self._solver = PathSolver(parameters)
-        self._arrays, self._lists = tables(parameters.n, parameters.sigma)
-        self._omega = 0.5
+        self._table = table(parameters.n, parameters.sigma)
+        self._omega = np.array([0.5])
 
     def respond(self, coefficients: FloatArray) -> PeriodicForce:
         """The steady force under ``basis.columns @ coefficients`` [m], which must move."""
@@ -112,7 +110,7 @@ class PeriodicSpring:
         side = direction[stroke]
         # Samples within rounding of a turning point may lie a bit beyond it.
         xi = start_xi[stroke] + p.rho * np.maximum(side * (z - turns[stroke]), 0.0)
-        u = saturation_of(self._arrays, xi)
+        u = self._table.saturation(xi)
         omega = side * u
         slope = self._slope(u)
         begin = self._start_derivatives(direction, columns, start_slope, end_slope)
@@ -146,58 +144,17 @@ class PeriodicSpring:
 
     def _memory(self, way: FloatArray, direction: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """xi at the beginning of each stroke of the steady period, and W' at the beginning and end of each."""
-        strokes = self._two_strokes(float(way[0])) if way.size == 2 else self._many_strokes(way, direction)
-        xi, start, end = np.array(strokes).T
-        return xi, self._slope(start), self._slope(end)
-
-    def _two_strokes(self, way: float) -> list[tuple[float, float, float]]:
-        """xi, W(xi) and W(xi + way) of both strokes of a loop; omega is opposite at its turns, so their sum is 0.
-
-        See `loop_figures.modelled`.
-        """
-        start = end = 0.0
-        # No stroke begins before omega = -1.
-        low, high = max(-way, inverse_saturation(self._lists, -1.0)), 0.0
-        xi = max(-0.5 * way, low)
-        for _ in range(_MEMORY_STEPS):
-            start, end = saturation(self._lists, xi), saturation(self._lists, xi + way)
-            step = -(start + end) / float(np.sum(self._slope(np.array([start, end]))))
-            if abs(step) <= _MEMORY_TOLERANCE * way:
-                break
-            low, high = (low, xi) if step < 0.0 else (xi, high)
-            xi = xi + step if low < xi + step < high else 0.5 * (low + high)
-        return [(xi, start, end)] * 2
-
-    def _many_strokes(self, way: FloatArray, direction: FloatArray) -> list[tuple[float, float, float]]:
-        """The same with inner loops: omega after a period is a rising function of omega before it, of slope below 1.
-
-        Its fixed point is unique; Newton's method is kept between bounds.
-        """
-        ways, signs = way.tolist(), direction.tolist()
-        low, high, last = -1.0, 1.0, 4.0
-        omega = self._omega
-        strokes: list[tuple[float, float, float]] = []
-        for _ in range(_MEMORY_STEPS):
-            before = omega
-            strokes = []
-            for along, sign in zip(ways, signs, strict=True):
-                xi = stroke_start(self._lists, sign * omega)
-                strokes.append((xi, sign * omega, saturation(self._lists, xi + along)))
-                omega = sign * strokes[-1][2]
-            change = omega - before
-            if abs(change) <= _MEMORY_TOLERANCE:
-                break
-            low, high = (before, high) if change > 0.0 else (low, before)
-            _, starts, ends = np.array(strokes).T
-            slope = float(np.prod(self._slope(ends) / self._slope(starts)))
-            step = change / (1.0 - min(slope, _STEEPEST))
-            # For n < 1 Newton's method alone may go to and fro about omega = 0.
-            if low < before + step < high and abs(step) < 0.5 * last:
-                omega, last = before + step, abs(step)
-            else:
-                omega, last = 0.5 * (low + high), high - low
-        self._omega = omega
-        return strokes
+        way = np.ascontiguousarray(way)
+        xi = np.empty(way.size)
+        library().spring_steady(
+            self._table.address,
+            ctypes.c_size_t(way.size),
+            address(way),
+            int(direction[0]),
+            address(self._omega),
+            address(xi),
+        )
+        return xi, self._slope(self._table.saturation(xi)), self._slope(self._table.saturation(xi + way))
 
     def _slope(self, u: FloatArray) -> FloatArray:
         """W' where W is u, paper eq. (22); never quite zero, so that it may divide."""

@@ -9,11 +9,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..core.parameters import SpringParameters
+from ..kernel.arrays import FloatArray
 from ..kernel.path import PathSolver
 from ..loops.modelled import model_loop
 from .continuation import SteadyMotion, follow, refine_peak
 from .harmonic_balance import HARMONICS, SAMPLES, HarmonicBalance
-from .periodic import FloatArray
 from .system import Excitation, IsolatedMass, IsolationError, static_point
 
 # Motion this share of the identified range beyond its ends still counts as inside.

@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..core.parameters import SpringParameters
-from .arrays import FloatArray, address, floats
+from ..kernel.arrays import FloatArray
+from .arrays import address, floats
 from .library import library
 from .table import table
 

@@ -1,11 +1,12 @@
 """omega at points of given strokes, with exact derivatives, for those who fit springs to records.
 
-u = W(xi; n, sigma) is the inverse of the integrals S and T of `core.saturation`, whose integrands depend on n and sigma at
-a fixed u. With I(u) the integral and I_theta(u) its derivative at fixed u, xi = I(u) gives
+u = W(xi; n, sigma) is the inverse of the integrals S and T of `core.saturation`, whose integrands depend on n and sigma
+at a fixed u. With I(u) the integral and I_theta(u) its derivative at fixed u, xi = I(u) gives
 
     dW/dtheta = -W'(xi) * I_theta(u),        W'(xi) = du/dxi.
 
-On a stroke xi = xi0 + rho*s, and xi0 = W^-1(u0) inherits its derivatives from the end of the stroke before, u0 = -u(end).
+On a stroke xi = xi0 + rho*s, and xi0 = W^-1(u0) inherits its derivatives from the end of the stroke before,
+u0 = -u(end).
 """
 
 from __future__ import annotations
@@ -14,7 +15,8 @@ import ctypes
 
 import numpy as np
 
-from .arrays import FloatArray, IntArray, address, floats, integers
+from ..kernel.arrays import FloatArray
+from .arrays import IntArray, address, floats, integers
 from .library import library
 from .table import table
 

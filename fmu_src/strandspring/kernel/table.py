@@ -10,7 +10,8 @@ from functools import lru_cache
 
 import numpy as np
 
-from .arrays import FloatArray, address, floats
+from ..kernel.arrays import FloatArray
+from .arrays import address, floats
 from .library import library
 
 _WITH_DERIVATIVES, _WITH_MOMENTS = 1, 2  # as in saturation.h

@@ -6,8 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..kernel.arrays import FloatArray
 from ..records.record import Record
-from .loop import ALIKE, Branch, FloatArray, Loop, LoopFigures
+from .loop import ALIKE, Branch, Loop, LoopFigures
 from .strokes import Strokes, find_strokes, noise_level
 
 # The force at a turning point is read from this last share of the stroke that leads there by a parabola, so that the

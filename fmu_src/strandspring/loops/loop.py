@@ -8,9 +8,8 @@ from dataclasses import dataclass
 from typing import TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
+from ..kernel.arrays import FloatArray
 
 # Loops are of like amplitude if both their turning points agree within this share of the amplitude.
 ALIKE = 0.03

@@ -9,31 +9,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..core.parameters import SpringParameters
-from ..core.saturation import saturation
-from ..kernel.path import PathSolver, tables
+from ..kernel.path import PathSolver
+from ..kernel.steady import steady_omega
 from .loop import Branch, Loop, LoopFigures
 
 _POINTS = 513  # on each branch; they serve the peak forces and the comparison of branches only
-
-
-def steady_omega(parameters: SpringParameters, stroke: float) -> float:
-    """omega at the high turning point of the steady loop; it is the opposite at the low one.
-
-    Parameters
-    ----------
-    parameters : SpringParameters
-    stroke : float                  Distance between the turning points [m], >= 0.
-    """
-    _, table = tables(parameters.n, parameters.sigma)
-    way = parameters.rho * stroke
-    low, high = 0.0, way
-    while low < (middle := 0.5 * (low + high)) < high:
-        if saturation(table, middle) + saturation(table, middle - way) > 0.0:
-            high = middle
-        else:
-            low = middle
-    return saturation(table, high)
 
 
 def model_curve(solver: PathSolver, low: float, high: float) -> Loop:

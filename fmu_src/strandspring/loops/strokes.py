@@ -12,7 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
+from ..kernel.arrays import FloatArray
+
 IndexArray = NDArray[np.intp]
 
 # A reversal must exceed this many standard deviations of the displacement's noise (a million samples of white

@@ -8,10 +8,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..identification.loops import FloatArray, Loops
+from ..identification.loops import Loops
 from ..identification.polynomials import Basis
 from ..identification.stages import N_BOUNDS, SIGMA_BOUNDS, Backbone, Hysteresis
 from ..identification.steady_part import mean_loop
+from ..kernel.arrays import FloatArray
 
 # omega at the points H1 (recovering), H2 and H3 (approaching saturation). H1 moves towards zero if the branch is
 # sampled from later on only.

@@ -37,7 +37,7 @@ typedef struct {
 
 /* ---- polynomials on a piece ---- */
 
-static double evaluate_slope(const double *c, double t)
+static double polynomial_slope(const double *c, double t)
 {
     double square = t * t, fourth = square * square;
     double low = (c[1] + 2.0 * c[2] * t) + (3.0 * c[3] + 4.0 * c[4] * t) * square;
@@ -378,7 +378,7 @@ static double inverse_on(const SpringBranch *branch, double value)
     double argument = index < branch->complemented ? value : complement;
     double theta = spring_polynomial(inverse->coefficients, (argument - inverse->middle) * inverse->per_half);
     double error = spring_polynomial(piece->coefficients, theta) - value;
-    double slope = evaluate_slope(piece->coefficients, theta);
+    double slope = polynomial_slope(piece->coefficients, theta);
     if (fabs(error) < LARGEST_CORRECTION * slope)
         theta -= error / slope;
     return piece->middle + theta / piece->per_half;
@@ -389,21 +389,44 @@ double spring_inverse(const SpringTable *table, double u)
     return u >= 0.0 ? inverse_on(&table->rising, u) : -inverse_on(&table->falling, -u);
 }
 
+/* A place on a branch. */
+typedef struct {
+    const SpringBranch *branch;
+    int index;
+    double theta, value, slope; /* |W| and W' */
+} Place;
+
+static Place place_of(const SpringTable *table, double xi)
+{
+    Place at = {.branch = xi >= 0.0 ? &table->rising : &table->falling, .value = 1.0, .slope = LEAST_SLOPE};
+    double z = fabs(xi);
+    at.index = spring_piece(at.branch, z);
+    if (at.index == at.branch->pieces)
+        return at;
+    const SpringPiece *piece = &at.branch->piece[at.index];
+    at.theta = (z - piece->middle) * piece->per_half;
+    double value = spring_polynomial(piece->coefficients, at.theta);
+    double slope = polynomial_slope(piece->coefficients, at.theta) * piece->per_half;
+    at.value = value < 1.0 ? value : 1.0;
+    at.slope = slope > LEAST_SLOPE ? slope : LEAST_SLOPE;
+    return at;
+}
+
+double spring_saturation_slope(const SpringTable *table, double xi, double *slope)
+{
+    Place at = place_of(table, xi);
+    *slope = at.slope;
+    return xi >= 0.0 ? at.value : -at.value;
+}
+
 SpringSlopes spring_slopes(const SpringTable *table, double xi)
 {
-    const SpringBranch *branch = xi >= 0.0 ? &table->rising : &table->falling;
-    double z = fabs(xi), side = xi >= 0.0 ? 1.0 : -1.0;
-    int index = spring_piece(branch, z);
-    if (index == branch->pieces)
-        return (SpringSlopes){.u = side, .slope = LEAST_SLOPE};
-    const SpringPiece *piece = &branch->piece[index];
-    double theta = (z - piece->middle) * piece->per_half;
-    double value = spring_polynomial(piece->coefficients, theta);
-    double slope = evaluate_slope(piece->coefficients, theta) * piece->per_half;
-    return (SpringSlopes){
-        .u = side * (value < 1.0 ? value : 1.0),
-        .slope = slope > LEAST_SLOPE ? slope : LEAST_SLOPE,
-        .by_n = side * spring_polynomial(branch->by_n[index], theta),
-        .by_sigma = side * spring_polynomial(branch->by_sigma[index], theta),
-    };
+    Place at = place_of(table, xi);
+    double side = xi >= 0.0 ? 1.0 : -1.0;
+    SpringSlopes slopes = {.u = side * at.value, .slope = at.slope};
+    if (at.index < at.branch->pieces) {
+        slopes.by_n = side * spring_polynomial(at.branch->by_n[at.index], at.theta);
+        slopes.by_sigma = xi >= 0.0 ? 0.0 : -spring_polynomial(at.branch->by_sigma[at.index], at.theta);
+    }
+    return slopes;
 }

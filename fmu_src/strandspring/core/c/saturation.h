@@ -76,6 +76,9 @@ SPRING_LOCAL double spring_saturation(const SpringTable *table, double xi);
  * many small reversals do not drift. u = 1 gives the largest xi of the table. */
 SPRING_LOCAL double spring_inverse(const SpringTable *table, double u);
 
+/* W and W' at xi. */
+SPRING_LOCAL double spring_saturation_slope(const SpringTable *table, double xi, double *slope);
+
 /* W and its derivatives at xi; those by n and sigma are valid if the table has been filled with them. */
 SPRING_LOCAL SpringSlopes spring_slopes(const SpringTable *table, double xi);
 
