@@ -296,6 +296,18 @@ static double rising_series(double n, double u)
     return total;
 }
 
+/* T(w) for a small w: 2F1 after Pfaff's transformation, as saturation.py has it. */
+static double falling_series(double n, double curvature, double w)
+{
+    double p = curvature * pow(w, n), term = w / (1.0 + p), total = term, before = 0.0;
+    for (int k = 1; total != before; k++) {
+        before = total;
+        term *= k / (k + 1.0 / n) * (p / (1.0 + p));
+        total += term;
+    }
+    return total;
+}
+
 static void tabulate_rising(const Rule *rule, SpringTable *table, int with)
 {
     SpringBranch *branch = &table->rising;
@@ -326,7 +338,7 @@ static void tabulate_falling(const Rule *rule, SpringTable *table, int with)
     int pieces = (int)ceil(-lowest / clip(WIDTH / n, 0.0, WIDTH));
     double half = -0.5 * lowest / pieces;
     double share[SPRING_POWERS], share_n[SPRING_POWERS], y[SPRING_POWERS], integrals[2] = {0.0, 0.0};
-    double z = exp(lowest) / (1.0 + curvature * exp(n * lowest) / (1.0 + n)), lost = 0.0;
+    double z = falling_series(n, curvature, exp(lowest)), lost = 0.0;
     for (int k = 0; k < SPRING_POWERS; k++) {
         share[k] = exp(half * (1.0 + rule->node[k]));
         share_n[k] = exp(n * half * (1.0 + rule->node[k]));
