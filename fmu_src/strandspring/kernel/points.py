@@ -15,8 +15,7 @@ import ctypes
 
 import numpy as np
 
-from ..kernel.arrays import FloatArray
-from .arrays import IntArray, address, floats, integers
+from .arrays import FloatArray, IntArray, address, floats, integers
 from .library import library
 from .table import table
 
