@@ -16,10 +16,10 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-sys.path[:0] = [str(Path(__file__).parents[1]), str(Path(__file__).parents[1] / "systems")]
+sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "helpers"))
 
-from monolithic import monolithic  # noqa: E402
-from strandspring.cosimulation import (  # noqa: E402
+from monolithic import monolithic
+from strandspring.cosimulation import (
     Course,
     First,
     GaussSeidel,
@@ -36,7 +36,7 @@ from strandspring.cosimulation import (  # noqa: E402
     simulate,
     spring_unit,
 )
-from strandspring.examples.mounts import BACKENDS, EQUIPMENT_MOUNT, RECOIL_SPRING, fmu_of  # noqa: E402
+from strandspring.examples.mounts import BACKENDS, EQUIPMENT_MOUNT, RECOIL_SPRING, fmu_of
 
 MASTERS: dict[str, Master] = {
     "Jacobi, held": Jacobi(),

@@ -93,6 +93,7 @@ def test_problem_is_cut_where_the_room_ends() -> None:
     assert kernel_tools.problem(given, 10) == "`rho` must"[:9]
 
 
+@pytest.mark.slow
 def test_room_suffices_for_all_n_and_sigma() -> None:
     random = np.random.default_rng(3)
     smoothness = [*np.geomspace(*N_RANGE, 121), *np.geomspace(1.2, 1.5, 31), *10.0 ** random.uniform(-2.0, 2.0, 50)]
@@ -108,6 +109,7 @@ def test_room_suffices_for_all_n_and_sigma() -> None:
     assert most["buckets"] <= room["buckets"]
 
 
+@pytest.mark.slow
 def test_sanitizers_find_nothing() -> None:
     program = compiled(
         kernel_tools.build_folder() / "shaken",

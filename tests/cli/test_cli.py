@@ -16,7 +16,7 @@ from strandspring.cli.main import main
 from strandspring.modelfile import load_model
 from synthetic import record_of, sine, spring_of
 
-ROOT = Path(__file__).resolve().parent.parent
+ROOT = Path(__file__).resolve().parents[2]
 HINGE = str(ROOT / "models/records/rubber_stretch.csv")
 FRICTION = str(ROOT / "tests/data/actuator/circle_3bar.csv")
 SNAP = str(ROOT / "tests/data/hinge/plastic_compress.csv")
@@ -406,6 +406,7 @@ def test_a_failure_that_is_not_of_standard_output_is_not_called_so(
         run("build", model)
 
 
+@pytest.mark.slow
 def test_json_goes_alone_to_standard_output_of_the_real_program(loop: str, tmp_path: Path) -> None:
     command = program("identify", loop, "-o", "m.json", "--json")
     done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=120, check=False)

@@ -27,7 +27,7 @@ from strandspring.loops.strokes import find_strokes
 from strandspring.report.html import write_report
 from synthetic import AMPLITUDE, MEAN, record_of, sine, spring_of
 
-ROOT = Path(__file__).resolve().parent.parent
+ROOT = Path(__file__).resolve().parents[2]
 CUBIC = RefinedOptions(degrees=(3, 2))
 
 

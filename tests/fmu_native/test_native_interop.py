@@ -25,7 +25,7 @@ from strandspring.fmu.native.compiler import host_name
 from strandspring.fmu.native.native_fmu import build_native_fmu
 from strandspring.modelfile import model_file
 
-HOST_SOURCE = Path(__file__).with_name("portable_host.c")
+HOST_SOURCE = Path(__file__).parents[1] / "helpers" / "portable_host.c"
 STEP = 1e-3
 # The same closed form in C and in Python, stroke by stroke: rounding of the mathematics libraries.
 RTOL = 1e-12

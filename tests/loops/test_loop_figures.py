@@ -20,7 +20,7 @@ from strandspring.loops.measured import measured_loops
 from strandspring.loops.modelled import model_loop, steady_omega
 from synthetic import AMPLITUDE, MEAN, record_of, sine, spring_of
 
-ROOT = Path(__file__).resolve().parent.parent
+ROOT = Path(__file__).resolve().parents[2]
 FIGURES = ("secant_stiffness", "energy_per_cycle", "loss_factor", "mean_force", "least_force", "greatest_force")
 
 

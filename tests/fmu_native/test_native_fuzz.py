@@ -1,4 +1,4 @@
-"""Random sequences of FMI calls under the sanitizers: no crash, no leak, no wrong status (tests/fuzzing.py)."""
+"""Random sequences of FMI calls under the sanitizers: no crash, no leak, no wrong status (tests/helpers/fuzzing.py)."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import pytest
 from fuzzing import SANITIZED, add_up, build, link, run, write_sources
 from kernel_tools import compiled
 
-# Of the million that `python tests/fuzzing.py` does: some 20 s of one core.
+# Of the million that `python tests/helpers/fuzzing.py` does: some 20 s of one core.
 SEQUENCES = 4000
 FIRST_SEED = 1
 # No step is ever pending: nothing can be cancelled, and nothing is known of it.
@@ -41,6 +41,7 @@ def program(sources: Path) -> Path:
     return build(sources, sources.parent / "objects")
 
 
+@pytest.mark.slow
 def test_random_sequences_of_calls(program: Path) -> None:
     jobs = min(4, os.cpu_count() or 1)
     share = SEQUENCES // jobs
@@ -60,6 +61,7 @@ def test_random_sequences_of_calls(program: Path) -> None:
     assert min(total["starved"], total["copies"], total["crafted_taken"], total["crafted_refused"]) > 100
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("fault", FAULTS)
 def test_planted_faults_are_found(fault: str, sources: Path, program: Path, tmp_path: Path) -> None:
     name, sound, faulty = FAULTS[fault]

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from strandspring import read_record
 from strandspring.loops.strokes import find_strokes, noise_level, turning_points
 
-ROOT = Path(__file__).resolve().parent.parent
+ROOT = Path(__file__).resolve().parents[2]
 
 
 def test_a_sine_has_one_stroke_between_neighbouring_extremes() -> None:

@@ -63,10 +63,11 @@ def test_plots_have_the_kind_of_their_name(terminal: Terminal, ending: str) -> N
     assert Path(f"out.{ending}").read_bytes()[:4] == {"png": b"\x89PNG", "pdf": b"%PDF"}[ending]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("mass", ["0.012", "0.025"])
 def test_spikes_of_superharmonics_do_not_stop_the_curve(terminal: Terminal, mass: str) -> None:
     """Small loops of the hinge (n = 3) have next to no damping: its superharmonic resonances are needles."""
-    model = Path(__file__).resolve().parent.parent / "models/rubber_hinge.json"
+    model = Path(__file__).resolve().parents[2] / "models/rubber_hinge.json"
     told = json.loads(terminal("isolate", str(model), "--mass", mass, "--json"))
     for level in told["levels"]:
         assert sum(point["wanted"] for point in level["points"]) >= 190
@@ -155,6 +156,7 @@ def test_wrong_usage(terminal: Terminal, arguments: tuple[str, ...], told: str) 
     assert told in terminal.err
 
 
+@pytest.mark.slow
 def test_the_fmu_moves_as_the_balance_says(terminal: Terminal) -> None:
     command = ["isolate", "mount.json", "--mass", "16", "--parallel", "3", "--series", "2", *FEW]
     told = json.loads(terminal(*command, "--base-acceleration", "1.5", "--verify", "--json"))

@@ -13,7 +13,7 @@ from strandspring.loops.modelled import model_loop
 from synthetic import AMPLITUDE, MEAN, spring_of
 from terminal import Terminal
 
-ROOT = Path(__file__).resolve().parent.parent
+ROOT = Path(__file__).resolve().parents[2]
 HINGE_MODEL = str(ROOT / "models/rubber_hinge.json")
 HINGE = [str(ROOT / "models/records/rubber_stretch.csv"), "--reverse", "displacement"]
 FIGURES = {"low", "high", "amplitude", "secant_stiffness", "energy_per_cycle", "loss_factor", "damping_ratio",

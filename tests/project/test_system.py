@@ -69,6 +69,7 @@ def runs(tmp_path_factory: pytest.TempPathFactory) -> list[np.ndarray]:
     return [namespace["simulate"](str(fmu), MASS, LOAD, base, MIDDLE, step, STOP) for step in STEPS]
 
 
+@pytest.mark.slow
 def test_displacement_force_and_energy_agree_with_the_expected_order(runs: list[np.ndarray]) -> None:
     times = np.linspace(0.0, STOP, round(STOP / STEPS[0]) + 1)
     position, speed, omega, energy = monolithic(times)

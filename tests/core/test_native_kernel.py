@@ -146,6 +146,7 @@ def test_energy_where_the_amplifier_is_hard_to_integrate(degree: int, saturation
     assert response[2] - response[1] == pytest.approx(parameters.x_max * float(weights @ force), rel=2e-12)
 
 
+@pytest.mark.slow
 def test_a_million_steps_equal_the_vectorised_path() -> None:
     random = np.random.default_rng(5)
     turns = along(SPRING, random.uniform(-1.3, 1.3, 20_001))

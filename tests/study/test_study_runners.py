@@ -84,6 +84,7 @@ def test_a_cluster_of_another_version_is_refused(
     assert not list(tmp_path.iterdir())
 
 
+@pytest.mark.slow
 def test_a_cluster_that_goes_away_loses_no_finished_run(expected: bytes, tmp_path: Path) -> None:
     results = tmp_path / "results.csv"
     with LocalCluster(n_workers=1, threads_per_worker=1, processes=False, dashboard_address=":0") as short_lived:
@@ -117,6 +118,7 @@ def test_a_worker_process_that_dies_loses_no_finished_run(expected: bytes, tmp_p
     assert results.read_bytes() == expected
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("end", [signal.SIGKILL, signal.SIGINT], ids=["killed", "interrupted"])
 def test_a_study_that_is_ended_goes_on(end: signal.Signals, expected: bytes, terminal: Terminal) -> None:
     results = Path("results.csv")
@@ -239,6 +241,7 @@ def test_a_folder_cannot_be_the_results(tmp_path: Path) -> None:
         run_study(CHEAP, tmp_path / "file" / "results.csv", InProcess())
 
 
+@pytest.mark.slow
 def test_a_scheduler_that_does_not_answer_is_told_within_seconds(terminal: Terminal) -> None:
     begin = time.monotonic()
     terminal(*COMMAND, "--scheduler", "tcp://127.0.0.1:1", "-o", "results.csv", status=1)

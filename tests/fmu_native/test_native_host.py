@@ -9,6 +9,7 @@ from functools import cache
 from pathlib import Path
 
 import numpy as np
+import pytest
 
 from fmu_tools import OTHER, SPRING, wandering_path
 from kernel_tools import HERE, build_folder, compiled
@@ -33,6 +34,7 @@ def run(task: str, *, given: bytes = b"", program: Path | None = None, binary: P
     return done.stdout
 
 
+@pytest.mark.slow
 def test_a_million_steps_give_the_force_of_the_model():
     """With trials, excursions, steps of any size, states taken back and states that go on in another instance."""
     path = wandering_path(SPRING, 1_000_000, seed=11)
@@ -87,6 +89,7 @@ class Prefixed:
         return getattr(self._functions, self._prefix + name)
 
 
+@pytest.mark.slow
 def test_two_springs_linked_into_one_program():
     springs = {"one_": SPRING, "other_": OTHER}
     objects = [

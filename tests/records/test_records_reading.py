@@ -21,7 +21,7 @@ from strandspring.records.reading import read_record
 from strandspring.records.record import Record
 from strandspring.records.spikes import find_spikes, spikes_of
 
-ROOT = Path(__file__).parent.parent
+ROOT = Path(__file__).resolve().parents[2]
 RUBBER = ROOT / "models" / "records" / "rubber_stretch.csv"
 CIRCLE = ROOT / "tests" / "data" / "actuator" / "circle_3bar.csv"
 PLASTIC = ROOT / "tests" / "data" / "hinge" / "plastic_compress.csv"

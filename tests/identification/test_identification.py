@@ -29,7 +29,7 @@ from strandspring.loops.strokes import find_strokes
 from strandspring.peers.three_point import three_points
 from synthetic import AMPLITUDE, MEAN, record_of, sine, spring_of
 
-ROOT = Path(__file__).resolve().parent.parent
+ROOT = Path(__file__).resolve().parents[2]
 CUBIC = TwoStageOptions(degrees=(3, 2))
 
 
@@ -268,6 +268,7 @@ def spoiled(value: float) -> Record:
     return Record(record.displacement, force, path="r.csv")
 
 
+@pytest.mark.slow
 def test_a_bad_sample_is_cautioned_unless_the_fit_is_robust() -> None:
     record = spoiled(250.0)
     assert Outcome.SPIKES in identify(record).outcomes

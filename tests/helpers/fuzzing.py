@@ -1,6 +1,6 @@
 """Random sequences of FMI calls against the C sources of the native FMU, under sanitizers (tests/fuzz/fuzz.h).
 
-    python tests/fuzzing.py [SEQUENCES] [--seed SEED] [--jobs N] [--trace]
+    python tests/helpers/fuzzing.py [SEQUENCES] [--seed SEED] [--jobs N] [--trace]
 
 A sequence is the life of one instance. The test does a share of the million that this does by default; a seed that
 fails is repeated by `--seed SEED 1`, and `--trace` prints its calls.
@@ -30,7 +30,7 @@ from strandspring.fmu.native.config import c_string
 from strandspring.fmu.native.native_fmu import native_contents
 from strandspring.modelfile import model_file
 
-FUZZER = Path(__file__).with_name("fuzz")
+FUZZER = Path(__file__).parents[1] / "fuzz"
 # Variables that are not initialized get a value of their own, so that whoever uses them is found out.
 SANITIZED = (
     "-O1", "-g", "-fno-omit-frame-pointer", "-ftrivial-auto-var-init=pattern",

@@ -23,7 +23,7 @@ from strandspring.core.variables import SCALARS, variables
 from strandspring.export.modelica import modelica_package, package_name
 from strandspring.modelfile import ModelFile, load_model, model_file
 
-TESTS = Path(__file__).resolve().parent
+TESTS = Path(__file__).resolve().parents[1]
 HINGE = load_model(TESTS.parent / "models/rubber_hinge.json").parameters.spring()
 CONSTANT = SpringParameters((2.0,), (1.0,), 10.0, 200.0, 1.0, 0.5, 0.0, -0.01, 0.01)
 LONGEST = SpringParameters((0.0, 1e4, *[1e5] * 19), (1.0, *[1.0] * 20), 10.0, 200.0, 1.0, 0.5, 0.0, -0.01, 0.01)
@@ -77,7 +77,7 @@ def swing(t: Any) -> Any:
 def compiled(folder: Path, model: ModelFile, system: str) -> rumoca.Model:
     """`system` around the exported package, read from files as a Modelica tool reads them."""
     package = package_name(model.name)
-    (folder / "Modelica.mo").write_bytes((TESTS / "modelica_stub.mo").read_bytes())
+    (folder / "Modelica.mo").write_bytes((TESTS / "helpers" / "modelica_stub.mo").read_bytes())
     (folder / f"{package}.mo").write_text(modelica_package(model), encoding="utf-8", newline="\n")
     bench = folder / "Bench.mo"
     bench.write_text(BENCH.format(system=system), encoding="utf-8", newline="\n")

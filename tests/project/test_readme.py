@@ -47,6 +47,7 @@ def test_the_first_command_is_the_main_job_and_the_second_the_tests() -> None:
     assert second == "python -m pytest"
 
 
+@pytest.mark.slow
 def test_commands_run_in_order(folder: Path) -> None:
     model = folder / "models/rubber_hinge.json"
     for name, noise in (("loop.csv", "0.01"), ("other.csv", "0.02")):
@@ -65,6 +66,7 @@ def test_commands_run_in_order(folder: Path) -> None:
         assert (folder / written).stat().st_size > 0
 
 
+@pytest.mark.slow
 def test_python_programs_run_in_order(folder: Path) -> None:
     (folder / "program.py").write_text("\n".join(blocks("python")), encoding="utf-8")
     done = run([sys.executable, "-W", "error", "program.py"], folder)

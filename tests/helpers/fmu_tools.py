@@ -129,7 +129,7 @@ def status_of(call, *arguments) -> int:
 
 
 def run_python(code: str, *arguments: object, environment: dict[str, str] | None = None) -> str:
-    """Standard output of a fresh Python process that sees the tests folder."""
+    """Standard output of a fresh Python process that sees the helpers' folder."""
     done = subprocess.run(
         [sys.executable, "-W", "error", "-c", code, *map(str, arguments)],
         capture_output=True,

@@ -183,6 +183,7 @@ def test_every_wanted_frequency_is_there_once_without_folds() -> None:
     assert peak.transmissibility == pytest.approx(near.column("transmissibility").max(), rel=1e-4)
 
 
+@pytest.mark.slow
 def test_more_harmonics_and_samples_change_little() -> None:
     system, band = IsolatedMass(MOUNT, 5.0, 50.0, damping=15.0), np.geomspace(3.0, 30.0, 12)
     few, many = (

@@ -210,6 +210,7 @@ def test_iterative_closes_the_energy_at_any_step() -> None:
         assert np.max(np.abs(motion.q)) < 0.08
 
 
+@pytest.mark.slow
 def test_iterative_closes_the_energy_of_several_springs_with_load_base_and_damping() -> None:
     mass, damping = np.diag([20.0, 5.0]), np.array([[30.0, -10.0], [-10.0, 10.0]])
     springs = [Attachment([1.0, 0.0], 0.03, base, count=3), Attachment([-1.0, 1.0], 0.05)]
