@@ -14,7 +14,6 @@ point moves with the series itself, since dz/dtau = 0 there.
 
 from __future__ import annotations
 
-import ctypes
 from dataclasses import dataclass
 
 import numpy as np
@@ -148,7 +147,7 @@ class PeriodicSpring:
         xi = np.empty(way.size)
         library().spring_steady(
             self._table.address,
-            ctypes.c_size_t(way.size),
+            way.size,
             address(way),
             int(direction[0]),
             address(self._omega),
