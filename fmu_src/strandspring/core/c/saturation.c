@@ -401,8 +401,11 @@ static Place place_of(const SpringTable *table, double xi)
     Place at = {.branch = xi >= 0.0 ? &table->rising : &table->falling, .value = 1.0, .slope = LEAST_SLOPE};
     double z = fabs(xi);
     at.index = spring_piece(at.branch, z);
-    if (at.index == at.branch->pieces)
-        return at;
+    if (at.index == at.branch->pieces) {
+        if (xi >= 0.0)
+            return at;
+        at.index--; /* where a stroke begins from saturation, u = -1, the slope is 2 sigma */
+    }
     const SpringPiece *piece = &at.branch->piece[at.index];
     at.theta = (z - piece->middle) * piece->per_half;
     double value = spring_polynomial(piece->coefficients, at.theta);
@@ -427,6 +430,8 @@ SpringSlopes spring_slopes(const SpringTable *table, double xi)
     if (at.index < at.branch->pieces) {
         slopes.by_n = side * spring_polynomial(at.branch->by_n[at.index], at.theta);
         slopes.by_sigma = xi >= 0.0 ? 0.0 : -spring_polynomial(at.branch->by_sigma[at.index], at.theta);
+    } else {
+        slopes.slope = 0.0; /* saturated: nothing is passed on to the next stroke */
     }
     return slopes;
 }
