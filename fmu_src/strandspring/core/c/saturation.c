@@ -401,8 +401,13 @@ static Place place_of(const SpringTable *table, double xi)
     Place at = {.branch = xi >= 0.0 ? &table->rising : &table->falling, .value = 1.0, .slope = LEAST_SLOPE};
     double z = fabs(xi);
     at.index = spring_piece(at.branch, z);
-    if (at.index == at.branch->pieces)
-        return at;
+    if (at.index == at.branch->pieces) {
+        if (xi >= 0.0)
+            return at;
+        /* No stroke begins before u = -1, where W' is 2 sigma: xi is there, but for rounding. */
+        at.index--;
+        z = at.branch->edges[at.branch->pieces];
+    }
     const SpringPiece *piece = &at.branch->piece[at.index];
     at.theta = (z - piece->middle) * piece->per_half;
     double value = spring_polynomial(piece->coefficients, at.theta);
