@@ -439,7 +439,9 @@ static Place place_of(const SpringTable *table, double xi)
     if (at.index == at.branch->pieces) {
         if (xi >= 0.0)
             return at;
-        at.index--; /* where a stroke begins from saturation, u = -1, the slope is 2 sigma */
+        /* No stroke begins before u = -1, where W' is 2 sigma: xi is there, but for rounding. */
+        at.index--;
+        z = at.branch->edges[at.branch->pieces];
     }
     const SpringPiece *piece = &at.branch->piece[at.index];
     at.theta = (z - piece->middle) * piece->per_half;
