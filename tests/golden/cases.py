@@ -434,7 +434,7 @@ TABLES: tuple[tuple[str, Callable[..., Outputs], dict[str, tuple[str, ...]]], ..
 def _cases() -> Iterator[tuple[str, Case]]:
     for (j, path), (k, name) in product(enumerate(INPUTS["paths"]), enumerate(SPRINGS)):
         run = partial(response, name, path, STARTS[(j + k) % len(STARTS)])
-        yield f"response/{name}/{path}", Case("path", name, run, spring=SPRINGS[name])
+        yield f"response/{name}/{path}", Case("path", f"{name}/{path}", run, spring=SPRINGS[name])
     for (k, name), backend in product(enumerate((HINGE, "rope", "friction", "skew")), ("python", "native")):
         run = partial(simulation, name, backend, STARTS[k])
         yield f"fmu/{name}/{backend}", Case("path", name, run, backend == "native", parameters(name))
