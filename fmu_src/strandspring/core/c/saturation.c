@@ -440,7 +440,7 @@ static Place place_of(const SpringTable *table, double xi)
     if (beyond) {
         if (xi >= 0.0)
             return at;
-        /* u = -1, where strokes begin that follow saturation: W' is 2 sigma. */
+        /* No stroke begins before u = -1, where W' is 2 sigma: xi is there, but for rounding. */
         at.index--;
         z = at.branch->edges[at.index + 1];
     }
@@ -468,6 +468,8 @@ SpringSlopes spring_slopes(const SpringTable *table, double xi)
     if (at.index < at.branch->pieces) {
         slopes.by_n = side * spring_polynomial(at.branch->by_n[at.index], at.theta);
         slopes.by_sigma = xi >= 0.0 ? 0.0 : -spring_polynomial(at.branch->by_sigma[at.index], at.theta);
+    } else {
+        slopes.slope = 0.0; /* saturated: nothing is passed on to the next stroke */
     }
     return slopes;
 }
