@@ -128,9 +128,7 @@ class Problem:
             q, r = _orthogonal(np.hstack([elastic, omega[:, None] * amplifier]))
             along = q.T @ target
             coefficients = np.linalg.solve(r, along)
-            return _Projected(
-                omega, derivatives, q, Backbone.of(coefficients, self.columns), root, target - q @ along
-            )
+            return _Projected(omega, derivatives, q, Backbone.of(coefficients, self.columns), root, target - q @ along)
 
         start = np.clip(_vector(hysteresis, omega_start), self.low + _INSIDE, self.high - _INSIDE)
         theta, point, converged = minimise(evaluate, start, self.low, self.high, root.size, tolerance, evaluations)

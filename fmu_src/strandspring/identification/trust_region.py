@@ -53,7 +53,9 @@ class _Model(NamedTuple):
     def value(self, s: FloatArray) -> float:
         return float(0.5 * (s @ self.hessian @ s) + self.gradient @ s)
 
-    def least_along(self, s: FloatArray, low: float, high: float, origin: FloatArray | None = None) -> tuple[float, float]:
+    def least_along(
+        self, s: FloatArray, low: float, high: float, origin: FloatArray | None = None
+    ) -> tuple[float, float]:
         """Stride within [low, high] along s from the origin with the least value, and that value."""
         curvature, slope, constant = 0.5 * float(s @ self.hessian @ s), float(self.gradient @ s), 0.0
         if origin is not None:
@@ -127,9 +129,9 @@ def minimise(
                 continue
             reduction = point.cost - trial.cost
             ratio = reduction / predicted if predicted > 0.0 else float(predicted == reduction == 0.0)
-            if (reduction < tolerance * point.cost and ratio > 0.25) or float(
-                np.linalg.norm(d * step)
-            ) < _XTOL * (_XTOL + float(np.linalg.norm(x))):
+            if (reduction < tolerance * point.cost and ratio > 0.25) or float(np.linalg.norm(d * step)) < _XTOL * (
+                _XTOL + float(np.linalg.norm(x))
+            ):
                 return Minimum(trial_x, trial, True) if reduction > 0.0 else Minimum(x, point, True)
             before = radius
             if ratio < 0.25:

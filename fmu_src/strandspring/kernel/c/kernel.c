@@ -5,6 +5,7 @@
 #include "../../core/c/saturation.c"
 #include "../../core/c/spring.c"
 #include "path.c"
+#include "line.c"
 #include "steady.c"
 
 /* Bytes of a table and of a law, for memory that is aligned to 8 bytes. */
