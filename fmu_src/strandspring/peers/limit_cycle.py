@@ -36,10 +36,10 @@ from numpy.typing import ArrayLike
 from ..conversions import NormalizedBoucWen
 from ..errors import RecordError
 from ..identification.outcomes import IdentificationError, Outcome
-from .periods import Periods, whole_periods
 from ..identification.stages import N_BOUNDS, SIGMA_BOUNDS
 from ..kernel.arrays import FloatArray
 from ..loops.strokes import noise_level, turning_points
+from .periods import Periods, whole_periods
 
 _SCAN_N, _SCAN_STIFFNESS = 12, 24  # values tried before the minimum is bracketed
 _LOG_N = (math.log(N_BOUNDS[0]), math.log(N_BOUNDS[1]))

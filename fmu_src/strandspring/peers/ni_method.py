@@ -23,10 +23,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..core.parameters import N_RANGE, SIGMA_RANGE
-from .periods import Periods, whole_periods
 from ..kernel.arrays import FloatArray
 from ..loops.strokes import noise_level
 from .ni import PAPER_NI, NiParameters
+from .periods import Periods, whole_periods
 
 _MAX_STEPS = 500  # of the optimizer, refused ones included
 # A sum of squares that improves by less than this share says nothing more about the parameters: with K samples,
