@@ -40,7 +40,7 @@ def identify(
     """Identify a spring from one or more force-displacement records.
 
     A record is a delimited text file with a displacement and a force column; separator, decimal mark, header,
-    units and encoding are found out. Several records are fitted as one spring.
+    units and encoding are detected. Several records are fitted as one spring.
 
     \b
     Examples:
@@ -58,7 +58,7 @@ def identify(
 
         with working("Drawing the report"):
             write_report(Path(report), model, identification)
-    # One record is no campaign; `info` tells of one that holds several amplitudes or frequencies.
+    # One record is no campaign; `info` reports on one that holds several amplitudes or frequencies.
     campaign = campaign_verdicts(identification.records) if len(identification.records) > 1 else (None, None)
     if as_json:
         rate, overlap = map(verdict_json, campaign)
@@ -80,9 +80,9 @@ def identify(
         )
         return
     print_identification(identification)
-    for told in campaign:
-        if told is not None:
-            result(told.sentence)
+    for verdict in campaign:
+        if verdict is not None:
+            result(verdict.sentence)
     result(f"Model file: {output}")
     if report is not None:
         result(f"Report: {report}")
@@ -95,7 +95,7 @@ def identified(
     name: str,
     description: str = "",
 ) -> tuple[ModelFile, Identification]:
-    """Read the records, identify the spring and tell its cautions on standard error."""
+    """Read the records, identify the spring and print its cautions to standard error."""
     group = read_records(records, columns)
     tell_notes(group)
     with working("Identifying"):

@@ -4,21 +4,23 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import PurePath
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from .._version import __version__
 from ..core.parameters import SpringParameters
-from ..modelfile import ModelFile, model_file
 from ..records.record import Record
-from ..spring import Spring
 from .figures import RecordFit
 from .outcomes import Outcome
 from .uncertainty import PredictionBand
 
+if TYPE_CHECKING:
+    from ..modelfile import ModelFile
+    from ..spring import Spring
+
 
 @dataclass(frozen=True, eq=False)
 class Identification:
-    """An identified spring and how it was found.
+    """An identified spring, its figures and its origin.
 
     Attributes
     ----------
@@ -28,7 +30,7 @@ class Identification:
     rmse, rnl : float               Over all compared samples [N], [-].
     degrees : (int, int)            N of FE and M of FA.
     steady_share : float            Where the steady section was taken to begin, share of the longest stroke.
-    outcomes : tuple of Outcome     Cautions worth telling the user.
+    outcomes : tuple of Outcome     Cautions for the user.
     uncertainty : dict              Standard errors and correlations; empty but for the refined method.
     band : PredictionBand or None   95 % band of the predicted force; of the refined method only.
     method : str
@@ -55,11 +57,16 @@ class Identification:
         ------
         ModelError   If the name is not an identifier.
         """
+        # Model files take twice as long to import as all of the identification.
+        from ..spring import Spring
+
         return Spring.of(_model_file(self, name, description))
 
 
 def _model_file(identification: Identification, name: str, description: str = "") -> ModelFile:
     """The model file of an identification: file names without folders and no dates, so that bytes are stable."""
+    from ..modelfile import model_file
+
     i = identification
     text = description or (
         f"Hysteretic spring identified from {', '.join(PurePath(record.path).name for record in i.records)}"

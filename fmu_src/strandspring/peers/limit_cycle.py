@@ -19,7 +19,7 @@ integrated along the branch from a point 0,
 
 is linear in kappa_x + a, b and c for given kappa_x and n (inside theta). Both are found by a bounded scan, kappa_x from
 the slope at the end of the branch downwards (it can not be larger, and is that slope where the branch is saturated),
-n over its whole range; the rest is linear least squares. There are no start values and no differences of neighbouring
+n over its whole range; the other coefficients follow by linear least squares. There are no start values and no differences of neighbouring
 samples. kappa_omega = (a/b)^(1/n), rho = a/kappa_omega
 and sigma = (c/b + 1)/2 follow.
 """
@@ -45,7 +45,7 @@ _SCAN_N, _SCAN_STIFFNESS = 12, 24  # values tried before the minimum is brackete
 _LOG_N = (math.log(N_BOUNDS[0]), math.log(N_BOUNDS[1]))
 _TOLERANCE = 1e-7  # of the logarithms scanned
 _END = 0.8  # the end of a branch begins at this share of the reach
-_LEAST_GAP = 2e-3  # least distance of kappa_x from its bound that is told apart, in secant stiffnesses
+_LEAST_GAP = 2e-3  # least distance of kappa_x from its bound, in secant stiffnesses
 _ASYMMETRY = 0.03  # rms difference between loading and mirrored unloading branch, share of the force range
 _FLAT = 1e-7  # steps of theta below this share of its range are integrated by the trapezoidal rule
 

@@ -44,9 +44,9 @@ _SHAPE = 0.01  # ...or of the rms force, whichever is larger
 class NiOutcome(Enum):
     """How Ni's method ended; the value is the sentence for the user."""
 
-    CONVERGED = "Ni's method converged and leaves no more than the record's noise."
+    CONVERGED = "Ni's method converged, and its residuals are the record's noise."
     LOCAL_MINIMUM = (
-        "Ni's method converged, but leaves more than the record's noise: the start values led it to a local minimum, "
+        "Ni's method converged, but its residuals exceed the record's noise: the start values led it to a local minimum, "
         "or Ni's model does not describe this spring; try other start values or another method."
     )
     OUT_OF_STEPS = (
@@ -56,7 +56,7 @@ class NiOutcome(Enum):
 
 @dataclass(frozen=True, eq=False)
 class NiResult:
-    """What Ni's method found.
+    """Result of Ni's method.
 
     Attributes
     ----------
