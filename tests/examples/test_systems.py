@@ -143,7 +143,7 @@ def test_recoil() -> None:
     check_energy(recoil.plant(), runs[0])
     # Energy of recoil is either absorbed or still kinetic.
     energy = 0.5 * recoil.IMPULSE**2 / recoil.MASS
-    left = 0.5 * recoil.MASS * runs[0].speed[:, 0] ** 2 + runs[0].absorbed_energy[:, 0]
+    left = 0.5 * recoil.MASS * runs[0].velocity[:, 0] ** 2 + runs[0].absorbed_energy[:, 0]
     np.testing.assert_allclose(left, energy, rtol=1e-10)
 
 

@@ -13,7 +13,7 @@ from ..identification.campaign import campaign_verdicts
 from ..kernel.path import PathSolver
 from ..loops.loop import Loop, LoopFigures
 from ..loops.measured import MeasuredLoop, measured_loops
-from ..loops.modelled import model_curve
+from ..loops.modelled import steady_loop
 from ..modelfile import ModelFile, load_model
 from .cautions import caution_backwards, outside_range, tell_notes
 from .fit_tables import parameter_lines, verdict_json
@@ -33,8 +33,8 @@ _COLUMNS = (
     ("loss factor", "loss_factor", 1.0),
     ("damping ratio", "damping_ratio", 1.0),
     ("mean N", "mean_force", 1.0),
-    ("least N", "least_force", 1.0),
-    ("greatest N", "greatest_force", 1.0),
+    ("min N", "min_force", 1.0),
+    ("max N", "max_force", 1.0),
 )
 
 
@@ -73,8 +73,8 @@ def info(model: str, records: tuple[str, ...], amplitudes: tuple[float, ...], as
     tell_notes(group)
     caution_backwards(group)
     measured = [loop for record in progress(group, "Measuring loops") for loop in measured_loops(record)]
-    wanted = [model_curve(solver, *ends) for ends in _wanted(parameters, amplitudes, bool(records))]
-    pairs = [(loop, model_curve(solver, loop.figures.low, loop.figures.high)) for loop in measured]
+    wanted = [steady_loop(solver, *ends) for ends in _wanted(parameters, amplitudes, bool(records))]
+    pairs = [(loop, steady_loop(solver, loop.figures.low, loop.figures.high)) for loop in measured]
     _caution(parameters, [*((model, loop.figures) for loop in wanted), *((m.path, m.figures) for m in measured)])
     rate, overlap = campaign_verdicts(group, wanted)
     if as_json:

@@ -11,7 +11,7 @@ import numpy as np
 from ..core.parameters import SpringParameters
 from ..kernel.arrays import FloatArray
 from ..kernel.path import PathSolver
-from ..loops.modelled import model_loop
+from ..loops.modelled import steady_loop_figures
 from .continuation import SteadyMotion, follow, refine_peak
 from .harmonic_balance import HARMONICS, SAMPLES, HarmonicBalance
 from .system import Excitation, IsolatedMass, IsolationError, static_point
@@ -252,7 +252,7 @@ def _resonance(system: IsolatedMass, points: Sequence[ResponsePoint]) -> Resonan
     values = [point.transmissibility for point in points]
     at = int(np.argmax(values))
     peak = points[at]
-    figures = model_loop(PathSolver(system.spring), peak.least, peak.greatest)
+    figures = steady_loop_figures(PathSolver(system.spring), peak.least, peak.greatest)
     stiffness = system.stiffness_scale * figures.secant_stiffness
     viscous = 2.0 * math.pi * peak.frequency * system.damping / stiffness
     below = [value < 1.0 for value in values]
