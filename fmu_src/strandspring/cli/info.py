@@ -67,7 +67,7 @@ def info(model: str, records: tuple[str, ...], amplitudes: tuple[float, ...], as
       strandspring info spring.json a13.csv a46.csv --json
     """
     content = load_model(model)
-    parameters = content.parameters.spring()
+    parameters = content.parameters
     solver = PathSolver(parameters)
     group = read_records(records, ColumnOptions(**columns))
     tell_notes(group)
@@ -85,7 +85,7 @@ def info(model: str, records: tuple[str, ...], amplitudes: tuple[float, ...], as
             {
                 "model": model,
                 "name": content.name,
-                "parameters": content.parameters.model_dump(mode="json"),
+                "parameters": asdict(content.parameters),
                 "loops": loops,
                 "rate_independence": verdict_json(rate),
                 "overlap": verdict_json(overlap),
