@@ -80,7 +80,7 @@ def isolate(
             raise click.UsageError(f"--plot must end in {', '.join(SUFFIXES)}, got {plot!r}.")
     refuse_overwriting([model], {"--output": output, "--plot": plot})
     content = load_model(model)
-    system = IsolatedMass(content.parameters.spring(), mass, load, parallel, series, damping)
+    system = IsolatedMass(content.parameters, mass, load, parallel, series, damping)
     equilibrium = static_equilibrium(system)
     excitation, amplitudes = chosen_levels(levels) or (
         Excitation.BASE_DISPLACEMENT,
