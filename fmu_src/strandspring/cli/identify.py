@@ -8,9 +8,9 @@ from typing import Any
 
 import click
 
-from ..identification.api import Options
 from ..identification.api import identify as identify_records
 from ..identification.campaign import campaign_verdicts
+from ..identification.method import Method
 from ..identification.result import Identification
 from ..modelfile import ModelFile, check_name, save_model
 from .cautions import note_assumptions
@@ -92,7 +92,7 @@ def identify(
 def identified(
     records: tuple[str, ...],
     columns: ColumnOptions,
-    options: Options,
+    options: Method,
     name: str,
     description: str = "",
 ) -> tuple[ModelFile, Identification]:
