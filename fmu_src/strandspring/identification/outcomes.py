@@ -76,8 +76,8 @@ class Outcome(Enum):
         "standard errors and correlations in the model file; record larger strokes or several amplitudes."
     )
     NI_MODEL = (
-        "Ni's method converged, but its residuals exceed the noise: Ni's model does not describe this spring, or its start "
-        "values led to a local minimum; compare it with --method refined."
+        "Ni's method converged, but its residuals exceed the noise: Ni's model does not describe this spring, or its "
+        "start values led to a local minimum; compare it with --method refined."
     )
     POOR_FIT = (
         "The model follows these records poorly (RNL below 0.9); look at the report's plot and try higher --degrees."

@@ -4,18 +4,16 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import PurePath
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from .._version import __version__
 from ..core.parameters import SpringParameters
+from ..modelfile import ModelFile
 from ..records.record import Record
+from ..spring import Spring
 from .figures import RecordFit
 from .outcomes import Outcome
 from .uncertainty import PredictionBand
-
-if TYPE_CHECKING:
-    from ..modelfile import ModelFile
-    from ..spring import Spring
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,21 +55,16 @@ class Identification:
         ------
         ModelError   If the name is not an identifier.
         """
-        # Model files take twice as long to import as all of the identification.
-        from ..spring import Spring
-
-        return Spring.of(_model_file(self, name, description))
+        return Spring.from_model(_model_file(self, name, description))
 
 
 def _model_file(identification: Identification, name: str, description: str = "") -> ModelFile:
     """The model file of an identification: file names without folders and no dates, so that bytes are stable."""
-    from ..modelfile import model_file
-
     i = identification
     text = description or (
         f"Hysteretic spring identified from {', '.join(PurePath(record.path).name for record in i.records)}"
     )
-    return model_file(
+    return ModelFile(
         name,
         i.parameters,
         text[:2000],

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import ctypes
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -50,11 +48,11 @@ class IntegratedLine:
         powers = np.exp((n[:, None] + 1.0) * self._log) / (n[:, None] + 1.0)
         sums = np.empty((n.size, 5))
         library().spring_line_sums(
-            ctypes.c_size_t(self._begin.size - 1),
+            self._begin.size - 1,
             address(self._begin),
-            ctypes.c_size_t(self._log.size),
+            self._log.size,
             *map(address, self._columns),
-            ctypes.c_size_t(n.size),
+            n.size,
             address(n),
             address(powers),
             address(sums),

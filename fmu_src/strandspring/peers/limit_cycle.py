@@ -17,11 +17,10 @@ integrated along the branch from a point 0,
     F(x) - F(x_0) = (kappa_x + a)*(x - x_0) - b*integral of theta^n dx [theta > 0]
                                             + c*integral of (-theta)^n dx [theta < 0],
 
-is linear in kappa_x + a, b and c for given kappa_x and n (inside theta). Both are found by a bounded scan, kappa_x from
+is linear in kappa_x + a, b and c for given kappa_x and n (inside theta). Both are scanned within bounds, kappa_x from
 the slope at the end of the branch downwards (it can not be larger, and is that slope where the branch is saturated),
-n over its whole range; the other coefficients follow by linear least squares. There are no start values and no differences of neighbouring
-samples. kappa_omega = (a/b)^(1/n), rho = a/kappa_omega
-and sigma = (c/b + 1)/2 follow.
+n over its whole range; the other coefficients follow by linear least squares. There are no start values and no
+differences of neighbouring samples. kappa_omega = (a/b)^(1/n), rho = a/kappa_omega and sigma = (c/b + 1)/2 follow.
 """
 
 from __future__ import annotations

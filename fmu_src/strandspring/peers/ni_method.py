@@ -46,8 +46,8 @@ class NiOutcome(Enum):
 
     CONVERGED = "Ni's method converged, and its residuals are the record's noise."
     LOCAL_MINIMUM = (
-        "Ni's method converged, but its residuals exceed the record's noise: the start values led it to a local minimum, "
-        "or Ni's model does not describe this spring; try other start values or another method."
+        "Ni's method converged, but its residuals exceed the record's noise: the start values led it to a local "
+        "minimum, or Ni's model does not describe this spring; try other start values or another method."
     )
     OUT_OF_STEPS = (
         f"Ni's method did not converge within its {_MAX_STEPS} steps; try other start values or another method."

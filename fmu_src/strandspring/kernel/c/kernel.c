@@ -7,6 +7,8 @@
 #include "path.c"
 #include "line.c"
 #include "steady.c"
+#include "periodic.c"
+#include "balance.c"
 
 /* Bytes of a table and of a law, for memory that is aligned to 8 bytes. */
 size_t kernel_table_size(void)
