@@ -21,7 +21,7 @@ class FourierBasis:
 
     Parameters
     ----------
-    harmonics, samples : int   H >= 1 and K > 2H.
+    harmonics, samples : int   H >= 1; K > 2H and K >= 8.
 
     Attributes
     ----------
@@ -31,9 +31,9 @@ class FourierBasis:
     """
 
     def __init__(self, harmonics: int, samples: int) -> None:
-        if not (harmonics >= 1 and samples > 2 * harmonics):
+        if not (harmonics >= 1 and samples > max(2 * harmonics, 7)):
             raise ValueError(
-                f"`harmonics` must be >= 1 and `samples` above twice as many, got {harmonics!r} and {samples!r}."
+                f"`harmonics` must be >= 1 and `samples` > 2*harmonics and >= 8, got {harmonics!r} and {samples!r}."
             )
         self.harmonics = harmonics
         self.samples = samples

@@ -46,7 +46,7 @@ typedef struct {
     Turn *turn;                              /* K */
     double *way, *xi, *start_slope, *end_slope; /* K each: of each stroke */
     double *columns;                         /* K*N: the basis at the turning points */
-    double *g, *h, *slope;                   /* K each: of each sample */
+    double *g, *h, *slope, *even, *odd;      /* K each: of each sample */
     double *begin, *inherited, *projected;   /* N each */
     double *cosines, *sines;                 /* 3H + 1 each: sums of g, from order -H to 2H */
 } Room;
@@ -54,7 +54,7 @@ typedef struct {
 size_t spring_periodic_workspace(size_t harmonics, size_t samples)
 {
     size_t size = 2 * harmonics + 1;
-    return samples * (sizeof(Turn) / sizeof(double) + 7 + size) + 3 * size + 2 * (3 * harmonics + 1);
+    return samples * (sizeof(Turn) / sizeof(double) + 9 + size) + 3 * size + 2 * (3 * harmonics + 1);
 }
 
 static Room divide(size_t harmonics, size_t samples, double *workspace)
@@ -62,7 +62,8 @@ static Room divide(size_t harmonics, size_t samples, double *workspace)
     size_t size = 2 * harmonics + 1;
     Room room = {.turn = (Turn *)workspace};
     workspace += samples * (sizeof(Turn) / sizeof(double));
-    double **of_samples[] = {&room.way, &room.xi, &room.start_slope, &room.end_slope, &room.g, &room.h, &room.slope};
+    double **of_samples[] = {&room.way, &room.xi, &room.start_slope, &room.end_slope, &room.g, &room.h, &room.slope,
+                             &room.even, &room.odd};
     for (size_t i = 0; i < sizeof of_samples / sizeof *of_samples; i++, workspace += samples)
         *of_samples[i] = workspace;
     double **of_coefficients[] = {&room.begin, &room.inherited, &room.projected};
@@ -89,31 +90,47 @@ static double dot(size_t count, const double *a, const double *b)
     return ((sum[0] + sum[4]) + (sum[2] + sum[6])) + ((sum[1] + sum[5]) + (sum[3] + sum[7]));
 }
 
-/* The series and its derivative by the phase at `count` samples from `first` on. */
-static void synthesise(size_t harmonics, size_t samples, const double *basis, const double *c, size_t first, size_t count,
-                       double *value, double *rate)
+/* The series and its derivative by the phase. Cosines are even about phase 0 and sines odd, so that half the samples give the
+ * other half too. */
+static void synthesise(size_t harmonics, size_t samples, const double *basis, const double *c, double *value, double *rate)
 {
-    double total[SAMPLE_LANES], change[SAMPLE_LANES];
-    for (size_t i = 0; i < count; i++) {
-        total[i] = c[0];
-        change[i] = 0.0;
-    }
-    for (size_t k = 1; k <= harmonics; k++) {
-        const double *cosine = basis + k * samples + first, *sine = cosine + 2 * harmonics * samples;
-        double a = c[k], b = c[harmonics + k], rate_a = (double)k * b, rate_b = -(double)k * a;
-        if (count == SAMPLE_LANES)
+    for (size_t first = 0; first <= samples / 2; first += SAMPLE_LANES) {
+        double even[SAMPLE_LANES] = {0.0}, odd[SAMPLE_LANES] = {0.0};
+        double even_rate[SAMPLE_LANES] = {0.0}, odd_rate[SAMPLE_LANES] = {0.0};
+        /* The lanes beyond the half serve nothing, but lie within the period or in the row that follows. */
+        for (size_t k = 1; k <= harmonics; k++) {
+            const double *cosine = basis + k * samples + first, *sine = cosine + 2 * harmonics * samples;
+            double a = c[k], b = c[harmonics + k], rate_a = -(double)k * a, rate_b = (double)k * b;
             for (size_t i = 0; i < SAMPLE_LANES; i++) {
-                total[i] += a * cosine[i] + b * sine[i];
-                change[i] += rate_a * cosine[i] + rate_b * sine[i];
+                even[i] += a * cosine[i];
+                odd[i] += b * sine[i];
+                even_rate[i] += rate_b * cosine[i];
+                odd_rate[i] += rate_a * sine[i];
             }
-        else
-            for (size_t i = 0; i < count; i++) {
-                total[i] += a * cosine[i] + b * sine[i];
-                change[i] += rate_a * cosine[i] + rate_b * sine[i];
-            }
+        }
+        for (size_t i = 0; i < SAMPLE_LANES && first + i <= samples / 2; i++) {
+            size_t j = first + i, mirrored = j ? samples - j : 0;
+            value[mirrored] = c[0] + (even[i] - odd[i]);
+            rate[mirrored] = even_rate[i] - odd_rate[i];
+            value[j] = c[0] + (even[i] + odd[i]);
+            rate[j] = even_rate[i] + odd_rate[i];
+        }
     }
-    memcpy(value + first, total, count * sizeof *value);
-    memcpy(rate + first, change, count * sizeof *rate);
+}
+
+/* The even and the odd part of a signal about phase 0, samples/2 + 1 each: their sums with cosines and with sines are those of the
+ * signal. */
+static void fold(size_t samples, const double *signal, double *even, double *odd)
+{
+    size_t half = samples / 2;
+    for (size_t j = 1; j <= half; j++) {
+        even[j] = signal[j] + signal[samples - j];
+        odd[j] = signal[j] - signal[samples - j];
+    }
+    even[0] = signal[0];
+    odd[0] = 0.0;
+    if (samples % 2 == 0)
+        even[half] = signal[half];
 }
 
 /* The basis at any phase. */
@@ -153,7 +170,8 @@ static Turn turn_in(size_t harmonics, size_t samples, const double *c, const dou
         turn.phase = clip(turn.phase - newton_step(harmonics, c, column), low, low + width);
     }
     basis_at(harmonics, turn.phase, column);
-    turn.displacement = dot(2 * harmonics + 1, c, column);
+    /* The mean last, which may be far larger than the motion. */
+    turn.displacement = c[0] + dot(2 * harmonics, c + 1, column + 1);
     return turn;
 }
 
@@ -225,20 +243,18 @@ static void begin_derivatives(const SpringLaw *law, const Room *room, size_t siz
 
 /* ---- the projection ---- */
 
-/* Adds the sums of a signal's samples times the cosines and sines of orders up to `last`. */
-static void add_sums(size_t harmonics, size_t samples, const double *basis, const double *signal, Span span, size_t last,
-                     double *cosines, double *sines)
+/* Adds the sums of samples with the cosines, and of others with the sines, of orders up to `last`. */
+static void add_sums(size_t harmonics, size_t samples, const double *basis, const double *with_cosines, const double *with_sines,
+                     Span span, size_t last, double *cosines, double *sines)
 {
     size_t count = span.to - span.from;
     if (count == 0)
         return;
-    basis += span.from;
-    signal += span.from;
     for (size_t k = 0; k <= last; k++)
-        cosines[k] += dot(count, basis + k * samples, signal);
-    /* Sine 0 is none; what belongs to the sine of order k stands at index k. */
+        cosines[k] += dot(count, basis + k * samples + span.from, with_cosines + span.from);
+    /* There is no sine of order 0; that of order k stands at index k. */
     for (size_t k = 1; k <= last; k++)
-        sines[k] += dot(count, basis + (2 * harmonics + k) * samples, signal);
+        sines[k] += dot(count, basis + (2 * harmonics + k) * samples + span.from, with_sines + span.from);
 }
 
 /* The matrix of the products of rows of the basis with g. */
@@ -280,7 +296,7 @@ static void add_inherited(const SpringLaw *law, size_t harmonics, size_t samples
         inherited[i] = room->begin[i] / room->start_slope[stroke] - law->parameters.rho * column[i];
     memset(projected, 0, size * sizeof *projected);
     for (int i = 0; i < 2; i++)
-        add_sums(harmonics, samples, basis, room->h, spans[i], harmonics, projected, projected + harmonics);
+        add_sums(harmonics, samples, basis, room->h, room->h, spans[i], harmonics, projected, projected + harmonics);
     for (size_t i = 0; i < size; i++) {
         double factor = (i ? scale : 0.5 * scale) * projected[i];
         for (size_t j = 0; j < size; j++)
@@ -322,13 +338,16 @@ static size_t lay_strokes(const SpringLaw *law, size_t strokes, const Room *room
 static void project(size_t harmonics, size_t samples, const double *basis, const Room *room, const SpringPeriod *period)
 {
     size_t size = 2 * harmonics + 1;
-    Span all = {0, samples};
+    Span half = {0, samples / 2 + 1};
+    double *even = room->even, *odd = room->odd;
     memset(period->coefficients, 0, size * sizeof *period->coefficients);
     memset(room->cosines, 0, 2 * (3 * harmonics + 1) * sizeof *room->cosines);
-    add_sums(harmonics, samples, basis, period->force, all, harmonics, period->coefficients, period->coefficients + harmonics);
+    fold(samples, period->force, even, odd);
+    add_sums(harmonics, samples, basis, even, odd, half, harmonics, period->coefficients, period->coefficients + harmonics);
     for (size_t i = 0; i < size; i++)
         period->coefficients[i] *= (i ? 2.0 : 1.0) / (double)samples;
-    add_sums(harmonics, samples, basis, room->g, all, 2 * harmonics, room->cosines + harmonics, room->sines + harmonics);
+    fold(samples, room->g, even, odd);
+    add_sums(harmonics, samples, basis, even, odd, half, 2 * harmonics, room->cosines + harmonics, room->sines + harmonics);
     toeplitz_plus_hankel(harmonics, samples, room, period->jacobian);
 }
 
@@ -338,9 +357,7 @@ size_t spring_periodic(
 {
     size_t size = 2 * harmonics + 1;
     Room room = divide(harmonics, samples, workspace);
-    for (size_t first = 0; first < samples; first += SAMPLE_LANES)
-        synthesise(harmonics, samples, basis, coefficients, first,
-                   samples - first < SAMPLE_LANES ? samples - first : SAMPLE_LANES, period->displacement, period->rate);
+    synthesise(harmonics, samples, basis, coefficients, period->displacement, period->rate);
     size_t strokes = find_turns(harmonics, samples, coefficients, period->rate, &room);
     if (strokes == 0)
         return 0;

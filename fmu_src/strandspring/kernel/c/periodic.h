@@ -5,7 +5,7 @@
  * phases tau from 0 on. A basis is made once for H and K: 4H + 1 rows of K samples, which are 1, cos(k tau) for
  * k = 1 .. 2H and sin(k tau) for k = 1 .. 2H.
  *
- * Limits: H >= 1, K > 2H. A series may turn as often as it is sampled. */
+ * Limits: H >= 1, K > 2H, K >= 8. A series may turn as often as it is sampled. */
 #ifndef PERIODIC_H
 #define PERIODIC_H
 
