@@ -14,7 +14,6 @@ from .library import library
 from .path import Law
 from .periodic import FourierBasis
 
-_SIZE = ctypes.c_size_t
 _ANY_OMEGA = 0.5  # where the first search for the hysteresis of a period begins
 
 
@@ -104,11 +103,9 @@ class BalancedMass:
         forcing_by_square: float,
         force_on_mass: float,
     ) -> None:
-        kernel = library()
-        kernel.balance_workspace.restype = kernel.balance_sweep.restype = _SIZE
         self.basis = basis
         self._law = Law(spring)
-        self._workspace = np.empty(kernel.balance_workspace(_SIZE(basis.harmonics), _SIZE(basis.samples)))
+        self._workspace = np.empty(library().balance_workspace(basis.harmonics, basis.samples))
         self._mass = _BalancedMass(
             self._law.address, basis.harmonics, basis.samples, address(basis.rows), address(self._workspace), _ANY_OMEGA,
             parallel, series, mass, damping, static_load, forcing, forcing_by_square, force_on_mass,
@@ -130,7 +127,7 @@ class BalancedMass:
         residual, by_frequency, jacobian = np.empty(z.size), np.empty(z.size), np.empty((z.size, z.size))
         scale, summary = ctypes.c_double(), np.empty(4)
         moves = library().balance_at(
-            ctypes.byref(self._mass), address(z), ctypes.c_double(frequency), address(residual), address(jacobian),
+            ctypes.byref(self._mass), address(z), frequency, address(residual), address(jacobian),
             address(by_frequency), ctypes.byref(scale), address(summary),
         )  # fmt: skip
         if not moves:
@@ -145,9 +142,7 @@ class BalancedMass:
         guess : ndarray, shape (N,)   Where it starts [m].
         """
         z, summary = np.array(guess, dtype=np.float64), np.empty(4)
-        solved = library().balance_solve(
-            ctypes.byref(self._mass), ctypes.c_double(frequency), address(z), address(summary)
-        )
+        solved = library().balance_solve(ctypes.byref(self._mass), frequency, address(z), address(summary))
         return (z, MotionSummary(*summary.tolist())) if solved else None
 
     def sweep(
@@ -168,8 +163,8 @@ class BalancedMass:
         z, logs = floats(z), floats(logs)
         found, summaries = np.empty((logs.size, z.size)), np.empty((logs.size, 4))
         reached = library().balance_sweep(
-            ctypes.byref(self._mass), ctypes.c_double(log), address(z), _SIZE(logs.size), address(logs),
-            *map(ctypes.c_double, limits), address(found), address(summaries),
+            ctypes.byref(self._mass), log, address(z), logs.size, address(logs),
+            *limits, address(found), address(summaries),
         )  # fmt: skip
         return [
             (z, MotionSummary(*values)) for z, values in zip(found[:reached], summaries[:reached].tolist(), strict=True)

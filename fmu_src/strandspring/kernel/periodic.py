@@ -95,14 +95,11 @@ class PeriodicSpring:
     """
 
     def __init__(self, parameters: SpringParameters, basis: FourierBasis) -> None:
-        kernel = library()
-        kernel.spring_periodic_workspace.restype = ctypes.c_size_t
-        kernel.spring_periodic.restype = ctypes.c_size_t
         self.basis = basis
         self._law = Law(parameters)
         self._start = np.array([0.5])
-        self._sizes = ctypes.c_size_t(basis.harmonics), ctypes.c_size_t(basis.samples)
-        self._workspace = np.empty(kernel.spring_periodic_workspace(*self._sizes))
+        self._sizes = basis.harmonics, basis.samples
+        self._workspace = np.empty(library().spring_periodic_workspace(*self._sizes))
 
     def respond(self, coefficients: FloatArray) -> PeriodicForce:
         """The steady force under a displacement.

@@ -14,9 +14,9 @@ from importlib.resources import files
 from importlib.util import find_spec
 from pathlib import Path
 
+from ...compiled.macho import universal
 from ...errors import BuildError
 from ..archive import installed_version
-from .macho import universal
 
 
 @dataclass(frozen=True)
@@ -61,7 +61,7 @@ PLATFORMS = {
     for known in (
         Platform("linux64", ("x86_64-linux-gnu.2.17",), ".so", _ELF),
         Platform("aarch64-linux", ("aarch64-linux-gnu.2.17",), ".so", _ELF),
-        Platform("win64", ("x86_64-windows-gnu",), ".dll", _UCRT, "windows/runtime.c"),
+        Platform("win64", ("x86_64-windows-gnu",), ".dll", _UCRT, "windows_runtime.c"),
         Platform("darwin64", ("x86_64-macos.11.0", "aarch64-macos.11.0"), ".dylib"),
         Platform("aarch64-darwin", ("aarch64-macos.11.0",), ".dylib"),
     )
@@ -139,7 +139,7 @@ def _image(folder: Path, triple: str, target: Platform, unit: str, library: str)
     if target.runtime is None:
         _run(folder, triple, *_FLAGS, unit, *target.linking, *output)
     else:
-        (folder / "runtime.c").write_bytes((files(__package__) / target.runtime).read_bytes())
+        (folder / "runtime.c").write_bytes((files("strandspring") / "compiled" / target.runtime).read_bytes())
         # Told to link without its own libraries, the compiler finds no headers either.
         for part in (unit, "runtime.c"):
             _run(folder, triple, *_FLAGS, "-c", part, "-o", f"{part}.o")

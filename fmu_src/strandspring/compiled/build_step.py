@@ -1,0 +1,55 @@
+"""What setuptools does besides copying files when the package is built: it compiles the images of a wheel.
+
+pyproject.toml names these commands. setuptools loads this file by itself, before the package can be imported.
+"""
+
+from __future__ import annotations
+
+import shutil
+import sys
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+from setuptools.command.bdist_wheel import bdist_wheel
+from setuptools.command.build_py import build_py
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
+
+from strandspring.compiled import images
+from strandspring.compiled.targets import FMU_TARGETS, host_target, wheel_platform
+
+
+class BuildWithImages(build_py):
+    """Adds the kernel for this computer and the FMU's images for all; an editable install compiles its kernel only."""
+
+    def run(self) -> None:
+        """Run the command."""
+        super().run()
+        if self.editable_mode:
+            images.image(images.KERNEL, host_target())
+            return
+        folder = self._images()
+        # A folder that an earlier build left may hold images of other sources.
+        shutil.rmtree(folder, ignore_errors=True)
+        wanted = [(images.KERNEL, host_target()), *((images.FMU, target) for target in FMU_TARGETS)]
+        with ThreadPoolExecutor() as pool:
+            contents = pool.map(lambda one: images.compiled(*one), wanted)
+            for (unit, target), content in zip(wanted, contents, strict=True):
+                folder.mkdir(parents=True, exist_ok=True)
+                (folder / unit.file_name(target)).write_bytes(content)
+
+    def get_outputs(self, include_bytecode: bool = True) -> list[str]:
+        """Files of the build."""
+        folder = self._images()
+        return [*super().get_outputs(include_bytecode), *(str(path) for path in folder.glob("*"))]
+
+    def _images(self) -> Path:
+        return Path(self.build_lib, *images.PACKAGED.relative_to(images.PACKAGED.parents[2]).parts)
+
+
+class WheelOfPlatform(bdist_wheel):
+    """Tags the wheel: any Python 3, this kind of computer."""
+
+    def get_tag(self) -> tuple[str, str, str]:
+        """Python, binary interface and platform of the wheel."""
+        return "py3", "none", wheel_platform()
