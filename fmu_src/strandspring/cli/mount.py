@@ -113,7 +113,7 @@ def chosen_levels(given: Mapping[str, Sequence[float]]) -> tuple[Excitation, lis
 
 
 def shares_of_room(system: IsolatedMass, equilibrium: StaticEquilibrium, shares: Sequence[float]) -> list[float]:
-    """Amplitudes of the mount [m] that are shares of the room between the static equilibrium and the nearer end of the range."""
+    """Amplitudes [m]: shares of the room from the static equilibrium to the nearer end of the range."""
     p = system.spring
     room = min(equilibrium.displacement - p.displacement_min, p.displacement_max - equilibrium.displacement)
     return [share * system.series * room for share in shares]

@@ -107,8 +107,8 @@ class BalancedMass:
         self._law = Law(spring)
         self._workspace = np.empty(library().balance_workspace(basis.harmonics, basis.samples))
         self._mass = _BalancedMass(
-            self._law.address, basis.harmonics, basis.samples, address(basis.rows), address(self._workspace), _ANY_OMEGA,
-            parallel, series, mass, damping, static_load, forcing, forcing_by_square, force_on_mass,
+            self._law.address, basis.harmonics, basis.samples, address(basis.rows), address(self._workspace),
+            _ANY_OMEGA, parallel, series, mass, damping, static_load, forcing, forcing_by_square, force_on_mass,
         )  # fmt: skip
 
     def at(self, z: FloatArray, frequency: float) -> Balance:
@@ -154,7 +154,7 @@ class BalancedMass:
         ----------
         log, z : float and ndarray, shape (N,)   ln(Omega) and coefficients of the steady motion before the first.
         logs : ndarray, shape (F,)               Wanted ln(Omega), rising.
-        limits : tuple of float                  Displacements of a spring; the first motion beyond them is the last [m].
+        limits : tuple of float                  Displacements of a spring [m]; the first motion beyond is the last.
 
         Returns
         -------
