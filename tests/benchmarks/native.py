@@ -170,7 +170,7 @@ def through_fmpy(fmus: dict[str, Path], middle: float, half: float) -> None:
 
 def main() -> None:
     model = Spring.load(Path(sys.argv[1]) if len(sys.argv) > 1 else MODEL).model
-    p = model.parameters.spring()
+    p = model.parameters
     middle = 0.5 * (p.displacement_min + p.displacement_max)
     half = 0.5 * REACH * (p.displacement_max - p.displacement_min)
     console.print(

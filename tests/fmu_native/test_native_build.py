@@ -26,7 +26,7 @@ from strandspring.fmu.check import check_fmu
 from strandspring.fmu.native.compiler import PLATFORMS, chosen_platforms, compile_binary, host_name
 from strandspring.fmu.native.macho import universal
 from strandspring.fmu.native.native_fmu import build_native_fmu, native_contents
-from strandspring.modelfile import model_file
+from strandspring.modelfile import ModelFile
 from strandspring.spring import Spring
 
 AWKWARD = (
@@ -188,7 +188,7 @@ def test_same_bytes_from_another_folder_and_an_empty_cache(
     monkeypatch.setenv("CC", "/bin/false")
     # Those with most of what a cache holds: the stubs of glibc, the import libraries and the compiler's own functions.
     some = chosen_platforms("linux64,win64")
-    contents = native_contents(model_file("spring", SPRING), some)
+    contents = native_contents(ModelFile("spring", SPRING), some)
     with zipfile.ZipFile(native_fmu) as archive:
         for name in set(contents) - {"documentation/index.html"}:  # it names the platforms
             assert contents[name] == archive.read(name), name
@@ -199,7 +199,7 @@ def test_same_bytes_from_another_folder_and_an_empty_cache(
 def test_the_archive_has_the_same_bytes_again(native_fmu: Path, tmp_path: Path) -> None:
     told: list[str] = []
     # Each build has a folder of its own, so everything is compiled once more.
-    again = build_native_fmu(model_file("spring", SPRING), tmp_path, chosen_platforms("all"), told.append)
+    again = build_native_fmu(ModelFile("spring", SPRING), tmp_path, chosen_platforms("all"), told.append)
     assert again.read_bytes() == native_fmu.read_bytes()
     assert sorted(told) == sorted(PLATFORMS)
     assert [path.name for path in tmp_path.iterdir()] == ["spring.fmu"]
@@ -232,11 +232,11 @@ def test_guid_follows_the_content_and_not_the_platforms(native_fmu: Path, descri
     guids = {
         guid(native_contents(model, ()))
         for model in (
-            model_file("spring", SPRING),
-            model_file("spring", replace(SPRING, rho=SPRING.rho * (1 + 1e-15))),
-            model_file("renamed", SPRING),
-            model_file("spring", SPRING, "described"),
-            model_file("spring", OTHER),
+            ModelFile("spring", SPRING),
+            ModelFile("spring", replace(SPRING, rho=SPRING.rho * (1 + 1e-15))),
+            ModelFile("renamed", SPRING),
+            ModelFile("spring", SPRING, "described"),
+            ModelFile("spring", OTHER),
         )
     }
     assert len(guids) == 5
@@ -246,8 +246,8 @@ def test_guid_follows_the_content_and_not_the_platforms(native_fmu: Path, descri
 
 
 def test_awkward_texts_reach_neither_c_nor_paths(tmp_path: Path) -> None:
-    plain = native_contents(model_file("awkward", SPRING), ())
-    model = model_file("awkward", SPRING, AWKWARD, provenance={"records": [{"path": AWKWARD}]})
+    plain = native_contents(ModelFile("awkward", SPRING), ())
+    model = ModelFile("awkward", SPRING, AWKWARD, provenance={"records": [{"path": AWKWARD}]})
     fmu = build_native_fmu(model, tmp_path)
     assert validate_fmu(str(fmu)) == []
     # Line ends are the only characters that XML and HTML change.
@@ -273,7 +273,7 @@ def test_awkward_names_are_refused_before_anything_is_built(
     name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    content = json.loads(model_file("fine", SPRING).model_dump_json())
+    content = json.loads(ModelFile("fine", SPRING).to_json())
     Path("m.json").write_text(json.dumps({**content, "name": name}), encoding="utf-8")
     with pytest.raises(SystemExit) as left:
         main(["build", "m.json", "--backend", "native"])
@@ -367,7 +367,7 @@ def test_a_failing_compiler_leaves_the_old_fmu(tmp_path: Path, monkeypatch: pyte
     (tmp_path / "spring.fmu").write_text("kept")
     monkeypatch.setattr("strandspring.fmu.native.native_fmu.configuration", lambda *_: '#error "broken here"\n')
     with pytest.raises(BuildError, match=r"ziglang \S+ failed to compile for x86_64-linux-gnu\.2\.17.*broken here"):
-        build_native_fmu(model_file("spring", SPRING), tmp_path, chosen_platforms("linux64"))
+        build_native_fmu(ModelFile("spring", SPRING), tmp_path, chosen_platforms("linux64"))
     assert [(path.name, path.read_text()) for path in tmp_path.iterdir()] == [("spring.fmu", "kept")]
 
 
@@ -427,5 +427,5 @@ def test_universal_binary_takes_images_of_macos_only() -> None:
 @pytest.mark.parametrize("counts", [(1, 1), (21, 21)])
 def test_every_number_of_coefficients_compiles(counts: tuple[int, int], tmp_path: Path) -> None:
     kE, kA = ((first, *[0.0] * (count - 1)) for first, count in zip((5.0, 1.0), counts, strict=True))
-    model = model_file("counted", replace(SPRING, kE=kE, kA=kA))
+    model = ModelFile("counted", replace(SPRING, kE=kE, kA=kA))
     assert check_fmu(build_native_fmu(model, tmp_path)).problems == ()

@@ -23,7 +23,7 @@ from strandspring import Spring
 from strandspring.fmu.check import check_fmu
 from strandspring.fmu.native.compiler import host_name
 from strandspring.fmu.native.native_fmu import build_native_fmu
-from strandspring.modelfile import model_file
+from strandspring.modelfile import ModelFile
 
 HOST_SOURCE = Path(__file__).parents[1] / "helpers" / "portable_host.c"
 STEP = 1e-3
@@ -169,7 +169,7 @@ def test_a_host_without_python_runs_it(native_fmu: Path, path: np.ndarray, tmp_p
 
 
 def test_fmpy_compiles_it_from_its_own_sources(tmp_path: Path) -> None:
-    fmu = build_native_fmu(model_file("spring", SPRING), tmp_path, ())
+    fmu = build_native_fmu(ModelFile("spring", SPRING), tmp_path, ())
     assert "no binary" in str(check_fmu(fmu).not_run)
     run(
         [sys.executable, "-m", "fmpy", "compile", "--all-warnings", "--warning-as-error", str(fmu)],

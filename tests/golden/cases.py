@@ -377,11 +377,13 @@ def described(workshop: Workshop, model: str, *arguments: str) -> Outputs:
     told = json.loads(out)
     for loop in told["loops"]:
         loop["source"] = "model" if loop["source"] == "model" else "record"
+        loop |= {before: loop.pop(now) for now, before in RENAMED.items() if now in loop}
     return flat(told)
 
 
 # Flat tables of numbers and words
 
+RENAMED = {"min_force": "least_force", "max_force": "greatest_force"}
 LEFT_OUT = {
     "sentence", "path", "model", "output", "plot", "report", "meaning", "compared", "reason", "indistinct", "seed"
 }  # sentences may change, paths do  # fmt: skip
@@ -434,7 +436,7 @@ TABLES: tuple[tuple[str, Callable[..., Outputs], dict[str, tuple[str, ...]]], ..
 def _cases() -> Iterator[tuple[str, Case]]:
     for (j, path), (k, name) in product(enumerate(INPUTS["paths"]), enumerate(SPRINGS)):
         run = partial(response, name, path, STARTS[(j + k) % len(STARTS)])
-        yield f"response/{name}/{path}", Case("path", name, run, spring=SPRINGS[name])
+        yield f"response/{name}/{path}", Case("path", f"{name}/{path}", run, spring=SPRINGS[name])
     for (k, name), backend in product(enumerate((HINGE, "rope", "friction", "skew")), ("python", "native")):
         run = partial(simulation, name, backend, STARTS[k])
         yield f"fmu/{name}/{backend}", Case("path", name, run, backend == "native", parameters(name))

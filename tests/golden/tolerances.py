@@ -27,8 +27,17 @@ def numbers(values: Any) -> NDArray[np.float64]:
     return np.array(values, dtype=np.float64)
 
 
+# Where W was off by more than 1e-12 in that version: against 30 digits its omega errs by 4e-13 to 4e-12 along these
+# paths, the kernel's by 2e-14 at most (tests/kernel/test_exact_paths.py).
+_CORRECTED = ("18/loops", "01/reversals", "19/reversals", "21/reversals")
+
+
 def _path(case: Case, name: str, kept: Outputs) -> Tolerance:
-    """1e-12 of what can be seen, and two units in the last place of the displacement."""
+    """1e-12 of what can be seen, and two units in the last place of the displacement; four times that where W was off."""
+    return (4.0 if case.name in _CORRECTED else 1.0) * _along_path(case, name, kept)
+
+
+def _along_path(case: Case, name: str, kept: Outputs) -> Tolerance:
     assert case.spring is not None
     p = case.spring
     rounding = 2.0 * np.spacing(kept["farthest"])

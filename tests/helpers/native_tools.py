@@ -24,7 +24,7 @@ from kernel_tools import build_folder
 from strandspring.core.parameters import SpringParameters
 from strandspring.fmu.native.compiler import chosen_platforms, host_name
 from strandspring.fmu.native.native_fmu import build_native_fmu
-from strandspring.modelfile import model_file
+from strandspring.modelfile import ModelFile
 
 # The headers of FMI, and the functions of both interfaces that they declare.
 HEADERS = Path(str(files("fmpy") / "c-code"))
@@ -63,7 +63,7 @@ class Library:
 def library(parameters: SpringParameters = SPRING) -> Library:
     """The native FMU of a spring, built and unpacked once in a session."""
     folder = build_folder() / f"fmu{next(_numbers)}"
-    fmu = build_native_fmu(model_file("spring", parameters), folder, chosen_platforms("host"))
+    fmu = build_native_fmu(ModelFile("spring", parameters), folder, chosen_platforms("host"))
     with zipfile.ZipFile(fmu) as archive:
         archive.extractall(folder)
     return Library(folder)

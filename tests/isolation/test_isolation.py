@@ -86,7 +86,7 @@ def test_excitations_of_the_same_strength_move_the_mass_alike() -> None:
 def test_the_papers_normalized_spring_softens_and_damps_more_as_the_level_grows() -> None:
     ni = PAPER_NI
     plain = NormalizedBoucWen(1e3 * ni.K1, ni.z0, 1e3 * ni.rho, ni.sigma, ni.n)
-    system = IsolatedMass(plain.spring(-0.05, 0.05), 5.0, load=0.0)
+    system = IsolatedMass(plain.to_parameters(-0.05, 0.05), 5.0, load=0.0)
     band = np.geomspace(8.0, 60.0, 80)
     found = [
         frequency_response(system, Excitation.BASE_DISPLACEMENT, level, band).resonance

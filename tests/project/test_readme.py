@@ -12,8 +12,8 @@ import pytest
 
 from readme import README, ROOT, blocks, program_with
 from strandspring import Spring
-from strandspring.core.parameters import SpringParameters
-from strandspring.core.variables import SCALARS, variables
+from strandspring.core.parameters import SCALARS, SpringParameters
+from strandspring.core.variables import variables
 
 
 @pytest.fixture(scope="module")

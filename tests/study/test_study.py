@@ -14,7 +14,7 @@ import pytest
 from strandspring import ModelError
 from strandspring.isolation.response import frequency_response
 from strandspring.isolation.system import Excitation, IsolatedMass, IsolationError, static_equilibrium
-from strandspring.modelfile import model_file, save_model
+from strandspring.modelfile import ModelFile, save_model
 from strandspring.study.definition import DONE, Study
 from strandspring.study.quantiles import summarize
 from strandspring.study.spread import DRAWN, Spread
@@ -25,8 +25,8 @@ from terminal import Terminal
 @pytest.fixture
 def terminal(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Terminal:
     monkeypatch.chdir(tmp_path)
-    save_model("mount.json", model_file("mount", SPRING, uncertainty=UNCERTAINTY))
-    save_model("bare.json", model_file("bare", SPRING))
+    save_model("mount.json", ModelFile("mount", SPRING, uncertainty=UNCERTAINTY))
+    save_model("bare.json", ModelFile("bare", SPRING))
     return Terminal(capsys)
 
 

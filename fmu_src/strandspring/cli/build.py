@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +15,7 @@ from ..fmu.check import CheckReport, check_fmu
 from ..fmu.native.compiler import PLATFORMS, Platform, chosen_platforms
 from ..fmu.native.native_fmu import build_native_fmu
 from ..fmu.python_backed import build_fmu
-from ..modelfile import ModelFile, checked_name, load_model, save_model
+from ..modelfile import ModelFile, check_name, load_model, save_model
 from .identify import identified, print_identification
 from .options import ColumnOptions, column_options, identification_options, identifier, method_options
 from .output import counting, result, result_json, working
@@ -98,7 +99,7 @@ def build(
                 raise click.UsageError(f"No model or record given, and the bundled record {example} is not there.")
             sources, name = (str(example),), EXAMPLE_NAME if name is None else name
             options = {**options, **{key: options[key] or value for key, value in EXAMPLE_COLUMNS.items()}}
-        chosen = identifier(sources[0]) if name is None else checked_name(name)
+        chosen = identifier(sources[0]) if name is None else check_name(name)
         model_path = Path(models) / f"{chosen}.json"
         refuse_overwriting(sources, {"--models": model_path, "--output": fmu_path(output, chosen)})
         model, identification = identified(sources, ColumnOptions(**options), method, chosen, description)
@@ -113,7 +114,7 @@ def build(
                 "backend": backend,
                 "binaries": sizes,
                 "name": model.name,
-                "parameters": model.parameters.model_dump(mode="json"),
+                "parameters": asdict(model.parameters),
                 "rmse": None if identification is None else identification.rmse,
                 "rnl": None if identification is None else identification.rnl,
                 "check": report.summary,

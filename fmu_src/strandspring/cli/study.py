@@ -135,7 +135,7 @@ def study(
         raise click.UsageError("--workers and --scheduler exclude each other; give one of them.")
     refuse_overwriting([model], {"--output": output, "--output's journal": journal_path(Path(output))})
     content = load_model(model)
-    spring = content.parameters.spring()
+    spring = content.parameters
     if chosen is None:
         lightest = IsolatedMass(spring, min(_flat(mass)), load, parallel, series, damping)
         amplitudes = shares_of_room(lightest, static_equilibrium(lightest), [_DEFAULT_SHARE])
@@ -172,7 +172,7 @@ def _flat(given: tuple[tuple[float, ...], ...]) -> tuple[float, ...]:
 
 def _spread(path: str, content: ModelFile) -> Spread:
     try:
-        return Spread.of(content.parameters.spring(), content.uncertainty)
+        return Spread.of(content.parameters, content.uncertainty)
     except ModelError as problem:
         raise ModelError(f"{path}: {problem}") from None
 

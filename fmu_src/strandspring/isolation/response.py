@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from ..kernel.arrays import FloatArray
 from ..kernel.path import PathSolver
-from ..loops.modelled import model_loop
+from ..loops.modelled import steady_loop_figures
 from .continuation import SteadyMotion, follow, refine_peak
 from .harmonic_balance import HARMONICS, SAMPLES, HarmonicBalance
 from .points import ResponsePoint, displacement_limits, response_columns, transmissibility
@@ -159,7 +159,9 @@ def _check_range(balance: HarmonicBalance, motion: SteadyMotion, limits: tuple[f
 def _resonance(system: IsolatedMass, columns: Mapping[str, NDArray[Any]]) -> Resonance:
     frequency, ratio = columns["frequency"], columns["transmissibility"]
     peak = int(np.argmax(ratio))
-    figures = model_loop(PathSolver(system.spring), float(columns["least"][peak]), float(columns["greatest"][peak]))
+    figures = steady_loop_figures(
+        PathSolver(system.spring), float(columns["least"][peak]), float(columns["greatest"][peak])
+    )
     stiffness = system.stiffness_scale * figures.secant_stiffness
     viscous = 2.0 * math.pi * float(frequency[peak]) * system.damping / stiffness
     return Resonance(

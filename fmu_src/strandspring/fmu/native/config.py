@@ -40,7 +40,7 @@ def configuration(model: ModelFile, guid: str) -> str:
     model : ModelFile
     guid : str          The GUID in the model description.
     """
-    spring = model.parameters.spring()
+    spring = model.parameters
     elastic, amplifier = len(spring.kE), len(spring.kA)
     table = variables(elastic, amplifier)
     place = {variable.name: reference for reference, variable in enumerate(table)}
