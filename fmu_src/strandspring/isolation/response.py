@@ -15,8 +15,8 @@ from ..kernel.arrays import FloatArray
 from ..kernel.path import PathSolver
 from ..loops.modelled import steady_loop_figures
 from .continuation import SteadyMotion, follow, refine_peak
+from .curve_points import ResponsePoint, displacement_limits, response_columns, transmissibility
 from .harmonic_balance import HARMONICS, SAMPLES, HarmonicBalance
-from .points import ResponsePoint, displacement_limits, response_columns, transmissibility
 from .system import Excitation, IsolatedMass, IsolationError, static_equilibrium
 
 
