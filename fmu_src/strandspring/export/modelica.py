@@ -95,7 +95,7 @@ def _unit(variable: Variable) -> str:
 
 
 def _horner(coefficients: Sequence[str], x: str) -> str:
-    """Expression of the polynomial with these coefficients of ascending powers; empty without coefficients."""
+    """Polynomial with these coefficients of ascending powers; empty without coefficients."""
     if not coefficients:
         return ""
     *lower, expression = coefficients
