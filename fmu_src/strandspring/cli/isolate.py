@@ -13,7 +13,7 @@ import click
 from ..files import replacing
 from ..isolation.band import band_frequencies
 from ..isolation.response import FrequencyResponse, ResponsePoint, frequency_response
-from ..isolation.system import Excitation, IsolatedMass, StaticPoint, static_point
+from ..isolation.system import Excitation, IsolatedMass, StaticEquilibrium, static_equilibrium
 from ..modelfile import ModelFile, load_model
 from .cautions import outside_range
 from .mount import chosen_levels, curve_options, level_options, mount_options, positive, shares_of_room
@@ -57,7 +57,7 @@ def isolate(
     as_json: bool,
     **levels: tuple[float, ...],
 ) -> None:
-    """Tell how a mass on a mount of these springs isolates: rest, transmissibility, resonance.
+    """Static equilibrium, transmissibility and resonance of a mass on a mount of these springs.
 
     The steady response is found by harmonic balance and followed through folds, where a frequency has several motions;
     between two folds they are unstable (drawn dotted). Transmissibility is that of the first harmonic: absolute motion
@@ -78,12 +78,12 @@ def isolate(
     refuse_overwriting([model], {"--output": output, "--plot": plot})
     content = load_model(model)
     system = IsolatedMass(content.parameters, mass, load, parallel, series, damping)
-    rest = static_point(system)
+    equilibrium = static_equilibrium(system)
     excitation, amplitudes = chosen_levels(levels) or (
         Excitation.BASE_DISPLACEMENT,
-        shares_of_room(system, rest, _DEFAULT_SHARES),
+        shares_of_room(system, equilibrium, _DEFAULT_SHARES),
     )
-    frequencies = band_frequencies(band, points, rest)
+    frequencies = band_frequencies(band, points, equilibrium)
     responses = [
         frequency_response(system, excitation, amplitude, frequencies, extrapolate)
         for amplitude in progress(amplitudes, "Balancing harmonics")
@@ -96,9 +96,9 @@ def isolate(
 
         write_plot(Path(plot), responses, f"{content.name}: {mass:g} kg")
     if as_json:
-        result_json(_json(model, system, rest, responses, checks, output, plot))
+        result_json(_json(model, system, equilibrium, responses, checks, output, plot))
         return
-    for line in _lines(system, rest, responses) + _check_lines(checks):
+    for line in _lines(system, equilibrium, responses) + _check_lines(checks):
         result(line)
     for what, path in (("Curves", output), ("Plot", plot)):
         if path is not None:
@@ -130,7 +130,7 @@ def _check_lines(checks: list[tuple[FrequencyResponse, SteadyCheck]]) -> list[st
     for response, check in checks:
         verdict = "agrees" if check.agrees else "DIFFERS: the motion found is not steady or not stable"
         lines.append(
-            f"  {response.told_level}, {check.frequency:.4g} Hz: amplitude {100.0 * check.difference:+.3f} %, "
+            f"  {response.level_text}, {check.frequency:.4g} Hz: amplitude {100.0 * check.difference:+.3f} %, "
             f"phase {check.phase:+.3f} degrees, {verdict}"
         )
     return lines
@@ -168,7 +168,7 @@ def _write(path: Path, responses: list[FrequencyResponse]) -> None:
 def _json(
     model: str,
     system: IsolatedMass,
-    rest: StaticPoint,
+    equilibrium: StaticEquilibrium,
     responses: list[FrequencyResponse],
     checks: list[tuple[FrequencyResponse, SteadyCheck]],
     output: str | None,
@@ -178,7 +178,7 @@ def _json(
     return {
         "model": model,
         "system": {**described, "load": system.static_load},
-        "rest": _finite(asdict(rest)),
+        "rest": _finite(asdict(equilibrium)),
         "excitation": responses[0].excitation.value,
         "levels": [
             {
@@ -197,18 +197,18 @@ def _json(
 
 
 def _finite(content: dict[str, Any]) -> dict[str, Any]:
-    """JSON has no NaN: what cannot be told is null."""
+    """JSON has no NaN: a value that does not exist is null."""
     return {name: None if isinstance(v, float) and not math.isfinite(v) else v for name, v in content.items()}
 
 
-def _lines(system: IsolatedMass, rest: StaticPoint, responses: list[FrequencyResponse]) -> list[str]:
+def _lines(system: IsolatedMass, equilibrium: StaticEquilibrium, responses: list[FrequencyResponse]) -> list[str]:
     springs = "1 spring" if system.parallel * system.series == 1 else f"{system.parallel} x {system.series} springs"
-    friction = f"{1e3 * rest.least:.4g} to {1e3 * rest.greatest:.4g} mm with friction"
-    sag = "" if math.isnan(rest.sag) else f", static sag {1e3 * rest.sag:.4g} mm"
+    friction = f"{1e3 * equilibrium.least:.4g} to {1e3 * equilibrium.greatest:.4g} mm with friction"
+    sag = "" if math.isnan(equilibrium.sag) else f", static sag {1e3 * equilibrium.sag:.4g} mm"
     lines = [
         f"{system.mass:g} kg on {springs}, static load {system.static_load:.4g} N",
-        f"  rests at {1e3 * rest.displacement:.4g} mm of a spring ({friction}){sag}",
-        f"  small motion: {1e-3 * rest.stiffness:.4g} N/mm, {rest.frequency:.4g} Hz",
+        f"  static equilibrium at {1e3 * equilibrium.displacement:.4g} mm of a spring ({friction}){sag}",
+        f"  small motion: {1e-3 * equilibrium.stiffness:.4g} N/mm, {equilibrium.frequency:.4g} Hz",
     ]
     rows = [
         [
@@ -225,7 +225,7 @@ def _lines(system: IsolatedMass, rest: StaticPoint, responses: list[FrequencyRes
         r = response.resonance
         rows.append(
             [
-                response.told_level,
+                response.level_text,
                 f"{r.frequency:.4g}" + ("" if r.inside else " (end of band)"),
                 f"{r.transmissibility:.4g}",
                 f"{1e3 * r.amplitude:.4g}",
@@ -251,6 +251,6 @@ def _outside_lines(system: IsolatedMass, response: FrequencyResponse) -> list[st
     if not outside:
         return []
     return [
-        f"  Caution: {response.told_level}: at {len(outside)} of {len(response.points)} points, from "
+        f"  Caution: {response.level_text}: at {len(outside)} of {len(response.points)} points, from "
         f"{min(outside):.4g} to {max(outside):.4g} Hz, the spring moves {outside_range(system.spring)}"
     ]

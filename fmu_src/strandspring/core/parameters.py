@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from itertools import pairwise
-from typing import Any
 
 # Outside these the closed form's accuracy of 1e-10 has not been shown; real springs lie far inside.
 N_RANGE = (0.01, 100.0)
@@ -15,10 +15,10 @@ MAXIMUM_DEGREE = 20
 LEAST_AMPLIFIER = 1e-12
 
 
-def polynomial(coefficients: Any, x: Any) -> Any:
-    """Sum of coefficients[i]*x**i by Horner's rule, for a float or an array."""
-    total = coefficients[-1] + 0.0 * x
-    for coefficient in reversed(coefficients[:-1]):
+def polynomial(coefficients: Sequence[float], x: float) -> float:
+    """Sum of coefficients[i]*x**i by Horner's rule."""
+    total = 0.0
+    for coefficient in reversed(coefficients):
         total = total * x + coefficient
     return total
 

@@ -82,7 +82,8 @@ def _declaration(variable: Variable, value: float) -> str:
         if limit is not None
     ]
     modelica_type = f"Modelica.Units.SI.{si_type}" if si_type else "Real"
-    return f'parameter {modelica_type} {variable.name}({", ".join(modifiers)})={value!r} "{_string(variable.description)}";'
+    description = _string(variable.description)
+    return f'parameter {modelica_type} {variable.name}({", ".join(modifiers)})={value!r} "{description}";'
 
 
 def _units(table: Sequence[Variable], array: str) -> str:
