@@ -388,7 +388,7 @@ LEFT_OUT = {
 
 
 # Outputs that have been renamed, with the names under which they are kept.
-RENAMED = {"min_force": "min_force", "max_force": "max_force"}
+RENAMED = {"min_force": "least_force", "max_force": "greatest_force"}
 
 
 def flat(content: Any, prefix: str = "") -> Outputs:
