@@ -338,7 +338,7 @@ def test_two_columns_to_reverse_are_refused(run: Any, loop: str, model: str) -> 
     for command in (["identify", loop, "-o", "m.json"], ["info", model, loop], ["predict", model, loop]):
         done = run(*command, "--reverse", "displacement", "--reverse", "force")
         assert done.status == 2
-        assert "'--reverse': must be one column, got displacement and force; turn the other's sign" in done.err
+        assert "'--reverse': must be one column, got displacement and force; negate the other one" in done.err
     assert run("info", model, loop, "--reverse", "force", "--reverse", "force").err.count("is turned") == 1
 
 

@@ -13,12 +13,12 @@ IntArray = NDArray[np.int64]
 
 def floats(values: ArrayLike) -> FloatArray:
     """Values as contiguous doubles; not copied if they are."""
-    return np.ascontiguousarray(values, dtype=np.float64)
+    return np.asarray(values, dtype=np.float64, order="C")
 
 
 def integers(values: ArrayLike) -> IntArray:
     """Values as contiguous 64-bit integers; not copied if they are."""
-    return np.ascontiguousarray(values, dtype=np.int64)
+    return np.asarray(values, dtype=np.int64, order="C")
 
 
 def address(array: NDArray[Any]) -> int:

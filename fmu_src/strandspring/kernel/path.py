@@ -6,8 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..core.parameters import SpringParameters
-from ..kernel.arrays import FloatArray
-from .arrays import address, floats
+from .arrays import FloatArray, address, floats
 from .library import library
 from .table import table
 
@@ -22,7 +21,7 @@ def as_path(displacement: ArrayLike) -> FloatArray:
         raise ValueError(f"`displacement` must have shape (K,) with K >= 1, got shape {path.shape}.")
     # NaN makes both comparisons false.
     if not (path.min() >= -LARGEST_DISPLACEMENT and path.max() <= LARGEST_DISPLACEMENT):
-        bad = int(np.flatnonzero(~(np.abs(path) <= LARGEST_DISPLACEMENT))[0])
+        bad = int(np.argmin((path >= -LARGEST_DISPLACEMENT) & (path <= LARGEST_DISPLACEMENT)))
         what = f"within +-{LARGEST_DISPLACEMENT:g}" if np.isfinite(path[bad]) else "finite"
         raise ValueError(f"`displacement` must be {what} [m], got {path[bad]} at index {bad}.")
     return path

@@ -13,8 +13,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..kernel.arrays import FloatArray
-from .arrays import IntArray, address, floats, integers
+from .arrays import FloatArray, IntArray, address, floats, integers
 from .library import library
 from .table import table
 

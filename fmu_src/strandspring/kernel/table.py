@@ -9,15 +9,14 @@ from functools import lru_cache
 
 import numpy as np
 
-from ..kernel.arrays import FloatArray
-from .arrays import address, floats
+from .arrays import FloatArray, address, floats
 from .library import library
 
 _WITH_DERIVATIVES, _WITH_MOMENTS = 1, 2  # as in saturation.h
 
 
 class Table:
-    """W and its inverse for one pair (n, sigma); some 180 kB, made in half a millisecond.
+    """W and its inverse for one pair (n, sigma); some 200 kB, made in half a millisecond.
 
     Parameters
     ----------

@@ -36,7 +36,7 @@ from numpy.typing import ArrayLike
 from ..conversions import NormalizedBoucWen
 from ..errors import RecordError
 from ..identification.outcomes import IdentificationError, Outcome
-from ..identification.periods import Periods, whole_periods
+from .periods import Periods, whole_periods
 from ..identification.stages import N_BOUNDS, SIGMA_BOUNDS
 from ..kernel.arrays import FloatArray
 from ..loops.strokes import noise_level, turning_points

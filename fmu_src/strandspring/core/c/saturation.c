@@ -88,7 +88,7 @@ static void make_rule(Rule *rule)
 {
     double cosine[2 * DEGREE];
     for (int k = 0; k < 2 * DEGREE; k++)
-        cosine[k] = cos(PI * k / DEGREE);
+        cosine[k] = cos(PI * k / (double)DEGREE);
     for (int j = 0; j < SPRING_POWERS; j++)
         rule->node[j] = cosine[DEGREE - j];
     /* The integral of each Chebyshev polynomial, times its share in what is given at the nodes. */
@@ -100,7 +100,7 @@ static void make_rule(Rule *rule)
                 if (m > 1)
                     integral = 0.5 * ((cosine[(m + 1) * (DEGREE - j) % (2 * DEGREE)] - at_start) / (m + 1) -
                                       (cosine[(m - 1) * (DEGREE - j) % (2 * DEGREE)] - at_start) / (m - 1));
-                double share = (m % DEGREE ? 2.0 : 1.0) * (i % DEGREE ? 1.0 : 0.5) / DEGREE;
+                double share = (m % DEGREE ? 2.0 : 1.0) * (i % DEGREE ? 1.0 : 0.5) / (double)DEGREE;
                 total += share * cosine[m * (DEGREE - i) % (2 * DEGREE)] * integral;
             }
             rule->integral[j][i] = total;

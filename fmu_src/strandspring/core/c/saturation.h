@@ -49,7 +49,7 @@ typedef struct {
     double by_n[SPRING_PIECES][SPRING_POWERS], by_sigma[SPRING_PIECES][SPRING_POWERS];
 } SpringBranch;
 
-/* W for one pair (n, sigma); some 170 kB. */
+/* W for one pair (n, sigma); some 200 kB. */
 typedef struct {
     double n, curvature; /* 2 sigma - 1 */
     SpringBranch rising, falling;
