@@ -389,14 +389,10 @@ LEFT_OUT = {
 }  # sentences may change, paths do  # fmt: skip
 
 
-# Outputs that have been renamed, with the names under which they are kept.
-RENAMED = {"min_force": "least_force", "max_force": "greatest_force"}
-
-
 def flat(content: Any, prefix: str = "") -> Outputs:
     """Leaves of nested JSON by their place; lists of numbers are leaves."""
     if isinstance(content, dict):
-        items = [(RENAMED.get(name, name), value) for name, value in content.items() if name not in LEFT_OUT]
+        items = [(name, value) for name, value in content.items() if name not in LEFT_OUT]
     elif isinstance(content, list) and not all(value is None or isinstance(value, float | int) for value in content):
         items = [(str(k), value) for k, value in enumerate(content)]
     else:
