@@ -1,4 +1,4 @@
-"""Files on disk: nothing is ever left half-written."""
+"""Reading and writing of files, without half-written output."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def replacing(path: Path) -> Iterator[Path]:
 
     Raises
     ------
-    StrandspringError   If the folder cannot be written to, or what is there is no file that can be replaced.
+    StrandspringError   If the folder cannot be written to, or `path` is a folder or a device.
     """
     try:
         if path.exists() and not path.is_file():
