@@ -30,19 +30,6 @@ def working(description: str) -> Any:
 
 
 @contextmanager
-def counting(description: str, total: int) -> Iterator[Callable[[str], None]]:
-    """A progress bar on standard error, if somebody watches, and a function that takes the name of each part done."""
-    console = Console(stderr=True)
-    with Progress(console=console, transient=True, disable=not console.is_terminal) as bar:
-        task = bar.add_task(description, total=total)
-
-        def done(part: str) -> None:
-            bar.update(task, advance=1, description=f"{description} ({part} is ready)")
-
-        yield done
-
-
-@contextmanager
 def advancing(description: str, total: int) -> Iterator[Callable[[int], None]]:
     """A progress bar on standard error, if somebody watches, and a function that takes how many are done by now."""
     console = Console(stderr=True)

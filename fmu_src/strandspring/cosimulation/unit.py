@@ -21,7 +21,7 @@ from fmpy.fmi2 import FMU2Slave
 from fmpy.model_description import ModelDescription
 
 from ..errors import StrandspringError
-from ..fmu.native.compiler import host_name
+from ..fmu.native.platforms import host_name
 from .messages import Messages
 
 _NO_START: Mapping[str, float] = {}

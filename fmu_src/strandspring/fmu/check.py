@@ -23,7 +23,7 @@ from ..core.variables import spring_parameters
 from ..errors import BuildError
 from ..kernel.path import FloatArray, PathSolver
 from .archive import binary_sizes
-from .native.compiler import host_name
+from .native.platforms import host_name
 
 # The FMU and the vectorised path share one source and differ by rounding.
 FORCE_TOLERANCE = 1e-9  # of the largest force

@@ -12,7 +12,7 @@
 typedef struct {
     int mode;                               /* one of fmi2_states.h */
     double time, stop_time;                 /* [s]; stop_time is infinite if there is none */
-    double settings[SPRING_PARAMETERS];     /* values of the parameters, in the order of the table */
+    Settings settings;
     double displacement;                    /* as set last [m] */
     double velocity, acceleration;          /* input derivatives for the next step [m/s], [m/s^2] */
     int interpolated;                       /* whether they were set */
