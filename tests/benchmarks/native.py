@@ -24,11 +24,11 @@ import fmpy
 import numpy as np
 from rich.console import Console
 from rich.table import Table
+from strandspring.fmu.native.compiler import chosen_platforms, compile_binary, host_name
 
 from strandspring import Spring
 from strandspring.fmu.archive import installed_version
 from strandspring.fmu.check import running
-from strandspring.fmu.native.compiler import chosen_platforms, compile_binary, host_name
 from strandspring.fmu.native.native_fmu import build_native_fmu
 from strandspring.fmu.python_backed import build_fmu
 

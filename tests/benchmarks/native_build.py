@@ -15,8 +15,8 @@ from rich.table import Table
 
 from strandspring import Spring
 from strandspring.fmu.archive import binary_sizes, installed_version
-from strandspring.fmu.native.compiler import PLATFORMS, chosen_platforms
 from strandspring.fmu.native.native_fmu import build_native_fmu
+from strandspring.fmu.native.platforms import PLATFORMS, chosen_platforms
 
 MODEL = Path(__file__).resolve().parents[2] / "models" / "rubber_hinge.json"
 console = Console(width=118)

@@ -21,8 +21,8 @@ from fmu_tools import SPRING, run_python, wandering_path
 from native_tools import HEADERS
 from strandspring import Spring
 from strandspring.fmu.check import check_fmu
-from strandspring.fmu.native.compiler import host_name
 from strandspring.fmu.native.native_fmu import build_native_fmu
+from strandspring.fmu.native.platforms import host_name
 from strandspring.modelfile import model_file
 
 HOST_SOURCE = Path(__file__).parents[1] / "helpers" / "portable_host.c"

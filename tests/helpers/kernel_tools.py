@@ -23,6 +23,7 @@ from strandspring.core.parameters import MAXIMUM_DEGREE, N_RANGE, SIGMA_RANGE
 FloatArray = NDArray[np.float64]
 
 KERNEL = Path(strandspring.__file__).parent / "core" / "c"
+UNITS = (KERNEL / "spring.c", KERNEL / "saturation.c")
 HERE = Path(__file__).parent
 FLAGS = (
     "-std=c11", "-ffp-contract=off", "-Wall", "-Wextra", "-Wpedantic", "-Werror", "-Wshadow", "-Wconversion",
@@ -76,7 +77,7 @@ def build_folder() -> Path:
 @functools.cache
 def library() -> ctypes.CDLL:
     """The kernel and the test driver in one shared library."""
-    sources = KERNEL / "spring.c", HERE / "kernel_driver.c"
+    sources = *UNITS, HERE / "kernel_driver.c"
     kernel = ctypes.CDLL(str(compiled(build_folder() / "kernel.so", "-O2", "-shared", "-fPIC", *sources, "-lm")))
     kernel.driver_law.restype = c_void_p
     kernel.driver_law.argtypes = [POINTER(Parameters)]
@@ -109,10 +110,10 @@ def problem(parameters: Parameters, size: int = 200) -> str:
 
 
 def limits() -> dict[str, int]:
-    """Room for nodes, pieces and buckets of a branch of W."""
-    room = (c_int * 3)()
+    """Room for pieces and buckets of a branch of W."""
+    room = (c_int * 2)()
     library().driver_limits(room)
-    return dict(zip(("nodes", "pieces", "buckets"), room, strict=True))
+    return dict(zip(("pieces", "buckets"), room, strict=True))
 
 
 class Kernel:
@@ -131,7 +132,7 @@ class Kernel:
 
     def taken(self) -> dict[str, int]:
         """What of `limits` this spring takes."""
-        counts = (c_int * 3)()
+        counts = (c_int * 2)()
         self._library.driver_taken(self._law, counts)
         return dict(zip(limits(), counts, strict=True))
 

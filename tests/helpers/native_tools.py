@@ -22,8 +22,8 @@ from fmpy.logging import addLoggerProxy
 from fmu_tools import SPRING
 from kernel_tools import build_folder
 from strandspring.core.parameters import SpringParameters
-from strandspring.fmu.native.compiler import chosen_platforms, host_name
 from strandspring.fmu.native.native_fmu import build_native_fmu
+from strandspring.fmu.native.platforms import chosen_platforms, host_name
 from strandspring.modelfile import model_file
 
 # The headers of FMI, and the functions of both interfaces that they declare.
