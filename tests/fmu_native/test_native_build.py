@@ -18,15 +18,18 @@ import fmpy
 import lief
 import pytest
 from fmpy.validation import validate_fmu
-from strandspring.fmu.native.compiler import PLATFORMS, chosen_platforms, host_name
 
 from fmu_tools import OTHER, SPRING, built
 from native_tools import FUNCTIONS
 from strandspring.cli.main import main
+from strandspring.compiled import images, zig
+from strandspring.compiled.targets import FMU_TARGETS, LINUX_X86, MACOS_ARM, WINDOWS_X86, Target, host_target
 from strandspring.errors import BuildError
 from strandspring.fmu.check import check_fmu
+from strandspring.fmu.native.block import filled
 from strandspring.fmu.native.macho import universal
 from strandspring.fmu.native.native_fmu import build_native_fmu, native_contents
+from strandspring.fmu.native.platforms import PLATFORMS, chosen_platforms, default_platforms, host_name
 from strandspring.modelfile import model_file
 from strandspring.spring import Spring
 
@@ -381,7 +384,7 @@ def test_command_line_refuses(
 @pytest.fixture
 def other_sources(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Callable[[bytes], None]:
     """Changes the C sources, and takes away the images of these."""
-    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path.parent / f"{tmp_path.name}-cache"))
     sources = images.Unit.sources
     images.image.cache_clear()
 
@@ -440,6 +443,14 @@ def test_the_platform_of_a_host(system: str, machine: str, name: str | None, mon
         assert [platform.name for platform in chosen_platforms("host")] == [name]
 
 
+def test_default_platforms_are_those_that_the_package_carries(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("strandspring.fmu.native.platforms.PACKAGED", tmp_path)
+    assert default_platforms() == chosen_platforms("host")
+    for target in FMU_TARGETS:
+        (tmp_path / images.FMU.file_name(target)).touch()
+    assert [p.name for p in default_platforms()] == list(PLATFORMS)
+
+
 def test_platforms_are_chosen_once_each() -> None:
     assert [p.name for p in chosen_platforms("win64, linux64,win64")] == ["win64", "linux64"]
     assert [p.name for p in chosen_platforms("all,win64")] == list(PLATFORMS)
@@ -463,7 +474,7 @@ def test_universal_binary_has_aligned_untouched_images() -> None:
 
 
 def test_universal_binary_takes_images_of_macos_only() -> None:
-    with pytest.raises(ValueError, match="0x464c457f"):
+    with pytest.raises(ValueError, match="7f454c46"):
         universal([b"\x7fELF".ljust(40, b"\0")])
 
 

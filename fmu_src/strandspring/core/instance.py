@@ -106,7 +106,7 @@ class SpringInstance:
                 state = state._replace(displacement=value, refused=False)
             else:
                 state = state._replace(refused=True)
-                self._refuse(f"`displacement` must be finite [m], got {value!r}; it was not taken over.")
+                self._refuse(f"`displacement` must be finite [m], got {value!r}; the value is ignored.")
         self._change(state)
 
     def end_initialization(self) -> None:
@@ -146,7 +146,7 @@ class SpringInstance:
 
     def _require_settable(self, variable: Variable) -> None:
         if variable.causality not in ("input", "parameter"):
-            raise RefusedCallError(f"`{variable.name}` is computed and cannot be set.")
+            raise RefusedCallError(f"`{variable.name}` is calculated and cannot be set.")
         if variable.causality == "parameter" and self._state.memory is not None:
             raise RefusedCallError(
                 f"`{variable.name}` is fixed once initialization has ended; reset the instance to change it."

@@ -30,7 +30,7 @@ fmi2Status fmu_refuse_call(const Instance *instance, const char *call, int allow
     char expected[160] = "";
     const char *actual = "";
     if (allowed == NO_MODE)
-        return fmu_refuse(&instance->log, "%s is valid only while a step is pending, and steps of this FMU never are.", call);
+        return fmu_refuse(&instance->log, "%s must be called while a step is pending, and steps of this FMU never are.", call);
     if (!(allowed & kind))
         return fmu_refuse(&instance->log, "%s must be called in %s, but the instance is for %s.", call,
                           kind == CO_SIMULATION ? "model exchange" : "co-simulation",

@@ -2,7 +2,7 @@
 
 /* Volatile, or compilers would take for constants what is overwritten in the finished binary; so it is copied byte by
  * byte. */
-static const volatile SpringBlock block = {
+static const volatile SpringBlock fmu_block = {
     .magic = "strandspringfmu",
     .size = sizeof(SpringBlock),
     .version = 1,
@@ -18,23 +18,23 @@ static void copy(void *to, const volatile void *from, size_t size)
 Guid fmu_guid(void)
 {
     Guid guid;
-    copy(&guid, &block.guid, sizeof guid);
+    copy(&guid, &fmu_block.guid, sizeof guid);
     return guid;
 }
 
 double fmu_start_displacement(void)
 {
-    return block.displacement;
+    return fmu_block.displacement;
 }
 
 Settings fmu_start_settings(void)
 {
     Settings settings;
-    copy(&settings, &block.settings, sizeof settings);
+    copy(&settings, &fmu_block.settings, sizeof settings);
     return settings;
 }
 
 const void *fmu_identity(void)
 {
-    return (const void *)&block;
+    return (const void *)&fmu_block;
 }

@@ -12,7 +12,7 @@ static atomic_flag locked = ATOMIC_FLAG_INIT;
 #define DROP_LOCK() atomic_flag_clear_explicit(&locked, memory_order_release)
 #endif
 
-/* One shared table; `table` comes first, so that its address is that of the whole. */
+/* One shared table; `table` comes shared_tables, so that its address is that of the whole. */
 typedef struct Shared {
     SpringTable table;
     size_t users;
@@ -20,7 +20,7 @@ typedef struct Shared {
     struct Shared *next;
 } Shared;
 
-static Shared *first; /* guarded by the lock */
+static Shared *shared_tables; /* guarded by the lock */
 
 /* Held for a few instructions only, never while a table is filled. */
 static void lock(void)
@@ -36,7 +36,7 @@ static void unlock(void)
 
 static Shared *find_shared(double n, double curvature)
 {
-    Shared *shared = first;
+    Shared *shared = shared_tables;
     while (shared != NULL && !(shared->table.n == n && shared->table.curvature == curvature))
         shared = shared->next;
     return shared;
@@ -63,8 +63,8 @@ const SpringTable *fmu_acquire_table(const Allocator *allocator, double n, doubl
     /* Another thread may have made the same table in the meantime. */
     shared = find_shared(n, curvature);
     if (shared == NULL) {
-        made->next = first;
-        first = shared = made;
+        made->next = shared_tables;
+        shared_tables = shared = made;
     }
     shared->users++;
     unlock();
@@ -77,7 +77,7 @@ void fmu_release_table(const SpringTable *table)
 {
     Shared *unused = NULL;
     lock();
-    for (Shared **link = &first; *link != NULL; link = &(*link)->next)
+    for (Shared **link = &shared_tables; *link != NULL; link = &(*link)->next)
         if (&(*link)->table == table) {
             if (--(*link)->users == 0) {
                 unused = *link;
