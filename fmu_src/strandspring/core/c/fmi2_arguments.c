@@ -49,9 +49,9 @@ fmi2Status fmu_refuse_call(const Instance *instance, const char *call, int allow
 fmi2Status fmu_refuse_type(const Instance *instance, fmi2ValueReference reference, VariableType expected)
 {
     const Settings *settings = &instance->state.settings;
-    if (reference >= fmu_variables(settings))
+    if (reference >= instance->variables)
         return fmu_refuse(&instance->log, "There is no variable with value reference %u; they go from 0 to %u.",
-                          reference, fmu_variables(settings) - 1);
+                          reference, instance->variables - 1);
     return fmu_refuse(&instance->log, "`%s` (value reference %u) is %s, not %s.", fmu_name(settings, reference).text,
                       reference, TYPE_NAMES[fmu_type(reference)], TYPE_NAMES[expected]);
 }

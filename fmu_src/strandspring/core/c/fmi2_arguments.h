@@ -38,8 +38,7 @@ static inline size_t fmu_first_of_other_type(
     const Instance *instance, const fmi2ValueReference references[], size_t count, VariableType type)
 {
     size_t i = 0;
-    unsigned variables = fmu_variables(&instance->state.settings);
-    while (i < count && references[i] < variables && fmu_type(references[i]) == type)
+    while (i < count && references[i] < instance->variables && fmu_type(references[i]) == type)
         i++;
     return i;
 }

@@ -12,8 +12,8 @@ static Gradients reached_gradients(const Instance *instance, const SpringMemory 
 {
     Gradients found;
     SpringSensitivity sensitivity = fmu_sensitivity(instance, reached);
-    spring_gradient(&instance->law, reached, &sensitivity, &found.of_force, &found.of_stiffness);
-    found.force = spring_force(&instance->law, reached);
+    spring_gradient(instance->law, reached, &sensitivity, &found.of_force, &found.of_stiffness);
+    found.force = spring_force(instance->law, reached);
     return found;
 }
 
@@ -97,11 +97,11 @@ fmi2Status fmi2GetRealOutputDerivatives(fmi2Component c, const fmi2ValueReferenc
         return fmi2Error;
     const State *state = &instance->state;
     SpringGradient of_force, of_stiffness;
-    spring_gradient(&instance->law, &state->memory, &state->sensitivity, &of_force, &of_stiffness);
+    spring_gradient(instance->law, &state->memory, &state->sensitivity, &of_force, &of_stiffness);
     for (size_t i = 0; i < nvr; i++) {
         double by_displacement = vr[i] == SPRING_FORCE       ? of_force.by_displacement
                                  : vr[i] == SPRING_STIFFNESS ? of_stiffness.by_displacement
-                                                             : spring_force(&instance->law, &state->memory);
+                                                             : spring_force(instance->law, &state->memory);
         value[i] = by_displacement * state->rate;
     }
     return fmi2OK;

@@ -29,6 +29,7 @@ void fmu_begin(Instance *instance, int mode)
         .displacement = fmu_start_displacement(),
         .settings = fmu_start_settings(),
     };
+    instance->variables = fmu_variables(&start.settings);
     start.memory = spring_start(start.displacement, start.settings.omega_start);
     start.watch = fmu_watch_from(start.time, start.displacement);
     fmu_restore(instance, &start);
@@ -37,7 +38,7 @@ void fmu_begin(Instance *instance, int mode)
 void fmu_restore(Instance *instance, const State *state)
 {
     if (memcmp(&instance->state.settings, &state->settings, sizeof state->settings) != 0)
-        instance->has_law = 0;
+        instance->law = NULL;
     instance->has_trial = 0;
     instance->state = *state;
 }
@@ -47,7 +48,7 @@ static fmi2Status require_law(Instance *instance)
 {
     char problem[256];
     const Settings *settings = &instance->state.settings;
-    if (instance->has_law)
+    if (instance->law != NULL)
         return fmi2OK;
     if (!(fabs(settings->omega_start) <= 1.0))
         return fmu_refuse(&instance->log, "`omega_start` must be within [-1, 1], got %s.",
@@ -55,13 +56,16 @@ static fmi2Status require_law(Instance *instance)
     if (spring_problem(&settings->spring, problem, sizeof problem))
         return fmu_refuse(&instance->log, "%s", problem);
     /* Acquired before the old one is released, which is often the same. */
-    const SpringTable *table = fmu_acquire_table(&instance->allocator, settings->spring.n, settings->spring.sigma);
-    if (table == NULL)
+    const SharedSpring *shared = fmu_acquire(&instance->allocator, &settings->spring);
+    if (shared == NULL)
         return fmu_refuse(&instance->log, "There is not enough memory for the table of this spring.");
-    fmu_release_table(instance->table);
-    instance->table = table;
-    spring_prepare(&instance->law, &settings->spring, table);
-    instance->has_law = 1;
+    fmu_release(instance->shared);
+    instance->shared = shared;
+    instance->law = &shared->law;
+    if (memcmp(&shared->law.parameters, &settings->spring, sizeof settings->spring) != 0) {
+        spring_prepare(&instance->own_law, &settings->spring, &shared->table);
+        instance->law = &instance->own_law;
+    }
     return fmi2OK;
 }
 
@@ -73,7 +77,7 @@ static const SpringMemory *make_trial(Instance *instance)
         return NULL;
     instance->trial = state->mode & INITIALIZATION
                           ? spring_start(state->displacement, state->settings.omega_start)
-                          : spring_trial(&instance->law, &state->memory, state->displacement);
+                          : spring_trial(instance->law, &state->memory, state->displacement);
     instance->has_trial = 1;
     return &instance->trial;
 }
@@ -81,7 +85,7 @@ static const SpringMemory *make_trial(Instance *instance)
 const SpringMemory *fmu_reach(Instance *instance)
 {
     const State *state = &instance->state;
-    int committed = instance->has_law && !(state->mode & INITIALIZATION) &&
+    int committed = instance->law != NULL && !(state->mode & INITIALIZATION) &&
                     state->displacement == state->memory.displacement;
     return instance->has_trial ? &instance->trial : committed ? &state->memory : make_trial(instance);
 }
@@ -89,21 +93,21 @@ const SpringMemory *fmu_reach(Instance *instance)
 SpringSensitivity fmu_sensitivity(const Instance *instance, const SpringMemory *reached)
 {
     const State *state = &instance->state;
-    return spring_trial_sensitivity(&instance->law, &state->memory, &state->sensitivity, reached);
+    return spring_trial_sensitivity(instance->law, &state->memory, &state->sensitivity, reached);
 }
 
 static double output(Instance *instance, const SpringMemory *reached, unsigned reference)
 {
     switch (reference) {
-    case SPRING_FORCE: return spring_force(&instance->law, reached);
-    case SPRING_STIFFNESS: return spring_stiffness(&instance->law, reached);
+    case SPRING_FORCE: return spring_force(instance->law, reached);
+    case SPRING_STIFFNESS: return spring_stiffness(instance->law, reached);
     case SPRING_OMEGA: return reached->omega;
     default:
         instance->state.energy_wanted = 1;
         /* A trial is integrated once; the committed memory by steps only, or reading it would change their last bits. */
         if (instance->has_trial)
-            spring_integrate(&instance->law, &instance->trial);
-        return spring_absorbed_energy(&instance->law, reached);
+            spring_integrate(instance->law, &instance->trial);
+        return spring_absorbed_energy(instance->law, reached);
     }
 }
 
@@ -134,7 +138,7 @@ void fmu_write(Instance *instance, const fmi2ValueReference references[], size_t
             state->displacement = values[i];
         } else {
             *fmu_setting(&state->settings, references[i]) = values[i];
-            instance->has_law = 0;
+            instance->law = NULL;
         }
     }
 }
@@ -166,10 +170,10 @@ static void commit(Instance *instance)
         state->memory = instance->trial;
         instance->has_trial = 0;
     } else {
-        spring_commit(&instance->law, &state->memory, &state->sensitivity, state->displacement);
+        spring_commit(instance->law, &state->memory, &state->sensitivity, state->displacement);
     }
     if (state->energy_wanted)
-        spring_integrate(&instance->law, &state->memory);
+        spring_integrate(instance->law, &state->memory);
     if (at != state->side) {
         if (at != 0)
             warn_of_excursion(instance);

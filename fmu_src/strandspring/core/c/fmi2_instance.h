@@ -14,11 +14,14 @@
 #include "spring.h"
 
 typedef struct {
-    int has_trial, has_law;
-    SpringMemory trial; /* after the path from the last commit to the displacement set last, if has_trial */
+    /* What a step needs comes first. */
+    unsigned variables; /* their number */
+    int has_trial;
+    SpringMemory trial;   /* after the path from the last commit to the displacement set last, if has_trial */
+    const SpringLaw *law; /* of the present parameters: a shared one or the own one; NULL if there is none */
     State state;
-    SpringLaw law;            /* of the present parameters, if has_law */
-    const SpringTable *table; /* acquired for the law made last; may be NULL */
+    SpringLaw own_law;
+    const SharedSpring *shared; /* acquired for the law made last; may be NULL */
     Log log;
     Allocator allocator;
     char name[];

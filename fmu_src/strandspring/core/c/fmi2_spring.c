@@ -71,7 +71,7 @@ void fmi2FreeInstance(fmi2Component c)
     Instance *instance = c;
     if (instance == NULL)
         return;
-    fmu_release_table(instance->table);
+    fmu_release(instance->shared);
     instance->allocator.free(instance);
 }
 

@@ -12,15 +12,14 @@ static atomic_flag locked = ATOMIC_FLAG_INIT;
 #define DROP_LOCK() atomic_flag_clear_explicit(&locked, memory_order_release)
 #endif
 
-/* One shared table; `table` comes shared_tables, so that its address is that of the whole. */
-typedef struct Shared {
-    SpringTable table;
+typedef struct Entry {
+    SharedSpring shared;
     size_t users;
     fmi2CallbackFreeMemory free;
-    struct Shared *next;
-} Shared;
+    struct Entry *next;
+} Entry;
 
-static Shared *shared_tables; /* guarded by the lock */
+static Entry *entries; /* guarded by the lock */
 
 /* Held for a few instructions only, never while a table is filled. */
 static void lock(void)
@@ -34,51 +33,53 @@ static void unlock(void)
     DROP_LOCK();
 }
 
-static Shared *find_shared(double n, double curvature)
+static Entry *find_entry(const SpringParameters *parameters)
 {
-    Shared *shared = shared_tables;
-    while (shared != NULL && !(shared->table.n == n && shared->table.curvature == curvature))
-        shared = shared->next;
-    return shared;
+    Entry *entry = entries;
+    while (entry != NULL && !(entry->shared.law.parameters.n == parameters->n &&
+                              entry->shared.law.parameters.sigma == parameters->sigma))
+        entry = entry->next;
+    return entry;
 }
 
-const SpringTable *fmu_acquire_table(const Allocator *allocator, double n, double sigma)
+const SharedSpring *fmu_acquire(const Allocator *allocator, const SpringParameters *parameters)
 {
-    const double curvature = 2.0 * sigma - 1.0;
     lock();
-    Shared *shared = find_shared(n, curvature);
-    if (shared != NULL)
-        shared->users++;
+    Entry *entry = find_entry(parameters);
+    if (entry != NULL)
+        entry->users++;
     unlock();
-    if (shared != NULL)
-        return &shared->table;
+    if (entry != NULL)
+        return &entry->shared;
 
-    Shared *made = allocator->allocate(1, sizeof *made);
+    Entry *made = allocator->allocate(1, sizeof *made);
     if (made == NULL)
         return NULL;
-    spring_tabulate(&made->table, n, sigma, SPRING_WITH_DERIVATIVES | SPRING_WITH_MOMENTS);
+    spring_tabulate(&made->shared.table, parameters->n, parameters->sigma,
+                    SPRING_WITH_DERIVATIVES | SPRING_WITH_MOMENTS);
+    spring_prepare(&made->shared.law, parameters, &made->shared.table);
     made->users = 0;
     made->free = allocator->free;
     lock();
     /* Another thread may have made the same table in the meantime. */
-    shared = find_shared(n, curvature);
-    if (shared == NULL) {
-        made->next = shared_tables;
-        shared_tables = shared = made;
+    entry = find_entry(parameters);
+    if (entry == NULL) {
+        made->next = entries;
+        entries = entry = made;
     }
-    shared->users++;
+    entry->users++;
     unlock();
-    if (shared != made)
+    if (entry != made)
         made->free(made);
-    return &shared->table;
+    return &entry->shared;
 }
 
-void fmu_release_table(const SpringTable *table)
+void fmu_release(const SharedSpring *shared)
 {
-    Shared *unused = NULL;
+    Entry *unused = NULL;
     lock();
-    for (Shared **link = &shared_tables; *link != NULL; link = &(*link)->next)
-        if (&(*link)->table == table) {
+    for (Entry **link = &entries; *link != NULL; link = &(*link)->next)
+        if (&(*link)->shared == shared) {
             if (--(*link)->users == 0) {
                 unused = *link;
                 *link = unused->next;
