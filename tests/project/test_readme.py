@@ -62,7 +62,7 @@ def test_commands_run_in_order(folder: Path) -> None:
         assert program == "strandspring"
         done = run([sys.executable, "-m", program, *arguments], folder)
         assert done.returncode == 0, (line, done.stderr)
-    for written in ("spring.json", "spring.html", "dist/spring.fmu", "curves.png", "study.csv", "dist/spring_python.fmu",
+    for written in ("spring.json", "spring.html", "dist/spring.fmu", "dist/spring_python.fmu", "curves.png", "study.csv",
                     "dist/spring.ssv", "dist/spring.mo"):  # fmt: skip
         assert (folder / written).stat().st_size > 0
 
