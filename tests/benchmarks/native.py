@@ -31,9 +31,9 @@ from strandspring.compiled.targets import host_target
 from strandspring.fmu.archive import installed_version
 from strandspring.fmu.check import running
 from strandspring.fmu.native.native_fmu import build_native_fmu
-from strandspring.fmu.native.platforms import host_name
+from strandspring.fmu.native.platforms import host_folder
 from strandspring.fmu.python_backed import build_fmu
-from strandspring.modelfile import ModelFile, model_file
+from strandspring.modelfile import ModelFile
 
 HERE = Path(__file__).resolve().parent
 MODEL = HERE.parents[1] / "models" / "rubber_hinge.json"
@@ -79,7 +79,7 @@ def unpacked(fmu: Path, folder: Path) -> tuple[str, Path, str]:
     with zipfile.ZipFile(fmu) as archive:
         archive.extractall(folder)
     description = fmpy.read_model_description(str(folder), validate=False)
-    (library,) = (folder / "binaries" / str(host_name())).iterdir()
+    (library,) = (folder / "binaries" / str(host_folder())).iterdir()
     return str(description.guid), library, (folder / "resources").as_uri()
 
 
@@ -157,12 +157,12 @@ def in_a_c_host(fmus: list[Loadable], middle: float, half: float, preloaded: Pat
 def of_higher_degrees(model: ModelFile, folder: Path, middle: float, half: float) -> None:
     """What the energy costs where FA is of a higher degree."""
     table = Table(title="In a C host: ns an exchange of force, stiffness and energy")
-    p = model.parameters.spring()
+    p = model.parameters
     fmus = {}
     for degree in DEGREES:
         # Alternating, so that FA stays positive and changes as fast as it may.
         weights = [0.9 / degree * (-1.0) ** k / p.x_max**k for k in range(1, degree + 1)]
-        spring = model_file(f"degree{degree}", replace(p, kA=(1.0, *weights)))
+        spring = ModelFile(f"degree{degree}", replace(p, kA=(1.0, *weights)))
         fmus[degree] = Loadable("", *unpacked(build_native_fmu(spring, folder), folder / f"degree{degree}"))
     medians = measured(list(fmus.values()), middle, half, None)
     for column in ("exchange", *(f"degree {degree}" for degree in fmus)):
@@ -215,7 +215,7 @@ def through_fmpy(fmus: dict[str, Path], middle: float, half: float) -> None:
 
 def main() -> None:
     model = Spring.load(Path(sys.argv[1]) if len(sys.argv) > 1 else MODEL).model
-    p = model.parameters.spring()
+    p = model.parameters
     middle = 0.5 * (p.displacement_min + p.displacement_max)
     half = 0.5 * REACH * (p.displacement_max - p.displacement_min)
     console.print(

@@ -38,7 +38,7 @@ def test_a_displacement_that_is_not_finite(spring, bad):
     committed = spring.step(0.03, "force", "omega")
     spring.set("displacement", 0.035)
     assert status_of(spring.set, "displacement", bad) == 0
-    assert spring.logged(ERROR) == [f"`displacement` must be finite [m], got {bad!r}; the value is ignored."]
+    assert spring.logged(ERROR) == [f"`displacement` must be finite [m], got {bad!r}; the previous value is kept."]
     outputs = spring.get("force", "stiffness", "absorbed_energy", "omega")
     assert all(map(math.isnan, outputs))
     assert status_of(spring.slave.doStep, 0.0, 1e-3) == DISCARD

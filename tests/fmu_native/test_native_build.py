@@ -29,8 +29,8 @@ from strandspring.fmu.check import check_fmu
 from strandspring.fmu.native.block import filled
 from strandspring.fmu.native.macho import universal
 from strandspring.fmu.native.native_fmu import build_native_fmu, native_contents
-from strandspring.fmu.native.platforms import PLATFORMS, chosen_platforms, default_platforms, host_name
-from strandspring.modelfile import model_file
+from strandspring.fmu.native.platforms import PLATFORMS, chosen_platforms, default_platforms, host_folder
+from strandspring.modelfile import ModelFile
 from strandspring.spring import Spring
 
 AWKWARD = (
@@ -197,7 +197,7 @@ def test_images_have_the_same_bytes_from_another_folder_and_an_empty_cache(
 
 
 def test_the_archive_has_the_same_bytes_again(native_fmu: Path, tmp_path: Path) -> None:
-    again = build_native_fmu(model_file("spring", SPRING), tmp_path, chosen_platforms("all"))
+    again = build_native_fmu(ModelFile("spring", SPRING), tmp_path, chosen_platforms("all"))
     assert again.read_bytes() == native_fmu.read_bytes()
     assert [path.name for path in tmp_path.iterdir()] == ["spring.fmu"]
 
@@ -208,7 +208,7 @@ def test_all_platforms_in_half_a_second_without_a_compiler(
     monkeypatch.setattr(zig, "is_installed", lambda: False)
     monkeypatch.setenv("CC", "/bin/false")
     begin = time.process_time()
-    again = build_native_fmu(model_file("spring", SPRING), tmp_path, chosen_platforms("all"))
+    again = build_native_fmu(ModelFile("spring", SPRING), tmp_path, chosen_platforms("all"))
     assert time.process_time() - begin < 0.5
     assert again.read_bytes() == native_fmu.read_bytes()
 
@@ -261,11 +261,11 @@ def test_guid_follows_the_content_and_not_the_platforms(native_fmu: Path, descri
     guids = {
         guid(native_contents(model, ()))
         for model in (
-            model_file("spring", SPRING),
-            model_file("spring", replace(SPRING, rho=SPRING.rho * (1 + 1e-15))),
-            model_file("renamed", SPRING),
-            model_file("spring", SPRING, "described"),
-            model_file("spring", OTHER),
+            ModelFile("spring", SPRING),
+            ModelFile("spring", replace(SPRING, rho=SPRING.rho * (1 + 1e-15))),
+            ModelFile("renamed", SPRING),
+            ModelFile("spring", SPRING, "described"),
+            ModelFile("spring", OTHER),
         )
     }
     assert len(guids) == 5
@@ -275,8 +275,8 @@ def test_guid_follows_the_content_and_not_the_platforms(native_fmu: Path, descri
 
 
 def test_awkward_texts_reach_neither_c_nor_paths(tmp_path: Path) -> None:
-    plain = native_contents(model_file("awkward", SPRING), ())
-    model = model_file("awkward", SPRING, AWKWARD, provenance={"records": [{"path": AWKWARD}]})
+    plain = native_contents(ModelFile("awkward", SPRING), ())
+    model = ModelFile("awkward", SPRING, AWKWARD, provenance={"records": [{"path": AWKWARD}]})
     fmu = build_native_fmu(model, tmp_path)
     assert validate_fmu(str(fmu)) == []
     # Line ends are the only characters that XML and HTML change.
@@ -302,7 +302,7 @@ def test_awkward_names_are_refused_before_anything_is_built(
     name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    content = json.loads(model_file("fine", SPRING).model_dump_json())
+    content = json.loads(ModelFile("fine", SPRING).to_json())
     Path("m.json").write_text(json.dumps({**content, "name": name}), encoding="utf-8")
     with pytest.raises(SystemExit) as left:
         main(["build", "m.json", "--backend", "native"])
@@ -342,10 +342,10 @@ def test_command_line_builds_for_the_host_and_tells_sizes(model: str, capsys: py
     (fmu,) = json.loads(capsys.readouterr().out)["fmus"]
     assert fmu["backend"] == "native"
     assert sorted(fmu["binaries"]) == sorted(platform.name for platform in default_platforms())
-    size = fmu["binaries"][host_name()]
+    size = fmu["binaries"][host_folder()]
     main(["build", model, "--backend", "native", "--platform", "host"])
     out = capsys.readouterr().out
-    assert f"Binaries: {host_name()} {size / 1024:.0f} KiB\n" in out
+    assert f"Binaries: {host_folder()} {size / 1024:.0f} KiB\n" in out
     assert "valid; 401 steps of co-simulation and of model exchange" in out
 
 
@@ -353,7 +353,7 @@ def test_command_line_builds_for_the_host_and_tells_sizes(model: str, capsys: py
 def test_an_fmu_for_other_computers_only_is_validated_but_not_run(
     model: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    other = "win64" if host_name() != "win64" else "linux64"
+    other = "win64" if host_folder() != "win64" else "linux64"
     main(["build", model, "--backend", "native", "--platform", other])
     out = capsys.readouterr().out
     assert f"Binaries: {other} " in out
@@ -415,7 +415,7 @@ def test_a_failing_compiler_leaves_the_old_fmu(tmp_path: Path, other_sources: Ca
     (tmp_path / "spring.fmu").write_text("kept")
     other_sources(b'#error "broken here"\n')
     with pytest.raises(BuildError, match=r"ziglang \S+ failed to compile for x86_64-linux-gnu\.2\.17.*broken here"):
-        build_native_fmu(model_file("spring", SPRING), tmp_path, chosen_platforms("linux64"))
+        build_native_fmu(ModelFile("spring", SPRING), tmp_path, chosen_platforms("linux64"))
     assert [(path.name, path.read_text()) for path in tmp_path.iterdir()] == [("spring.fmu", "kept")]
 
 
@@ -435,7 +435,7 @@ def test_warnings_are_refused() -> None:
 def test_the_platform_of_a_host(system: str, machine: str, name: str | None, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("platform.system", lambda: system)
     monkeypatch.setattr("platform.machine", lambda: machine)
-    assert host_name() == name
+    assert host_folder() == name
     if name is None:
         with pytest.raises(BuildError, match=f"{system} {machine}"):
             chosen_platforms("host")
@@ -481,5 +481,5 @@ def test_universal_binary_takes_images_of_macos_only() -> None:
 @pytest.mark.parametrize("counts", [(1, 1), (21, 21)])
 def test_every_number_of_coefficients_compiles(counts: tuple[int, int], tmp_path: Path) -> None:
     kE, kA = ((first, *[0.0] * (count - 1)) for first, count in zip((5.0, 1.0), counts, strict=True))
-    model = model_file("counted", replace(SPRING, kE=kE, kA=kA))
+    model = ModelFile("counted", replace(SPRING, kE=kE, kA=kA))
     assert check_fmu(build_native_fmu(model, tmp_path)).problems == ()

@@ -212,7 +212,7 @@ def test_a_displacement_that_is_not_finite(spring, bad):
     spring.set(displacement=0.035)
     before = spring.serialized()
     assert spring.set(displacement=bad) == ERROR
-    assert spring.said == f"`displacement` must be finite [m], got {bad!r}; the value is ignored."
+    assert spring.said == f"`displacement` must be finite [m], got {bad!r}; the previous value is kept."
     assert spring.serialized() == before
 
 
@@ -249,7 +249,7 @@ def test_a_fixed_parameter_after_initialization(spring):
     spring.initialize()
     before = spring.serialized()
     assert spring.set(displacement=0.03, rho=5.0) == ERROR
-    assert spring.said == "`rho` is fixed once initialization has ended; reset the instance to change it."
+    assert spring.said == "`rho` is fixed after initialization; reset the instance to change it."
     assert spring.serialized() == before
 
 

@@ -27,7 +27,7 @@ from fmu_tools import OTHER, SPRING
 from kernel_tools import compiled
 from native_tools import library
 from strandspring.fmu.native.native_fmu import native_contents
-from strandspring.modelfile import model_file
+from strandspring.modelfile import ModelFile
 
 FUZZER = Path(__file__).parents[1] / "fuzz"
 # Variables that are not initialized get a value of their own, so that whoever uses them is found out.
@@ -47,7 +47,7 @@ Statistics = dict[str, Any]
 def write_sources(folder: Path) -> Path:
     """The C sources of the native FMU of SPRING, and what its model description says of it for the fuzzer."""
     folder.mkdir()
-    for name, content in native_contents(model_file("spring", SPRING), ()).items():
+    for name, content in native_contents(ModelFile("spring", SPRING), ()).items():
         if name == "modelDescription.xml" or name.startswith("sources/"):
             (folder / Path(name).name).write_bytes(content)
     (folder / "fuzz_model.h").write_text(_description(folder))

@@ -68,8 +68,12 @@ static int shake(const SpringLaw *law, double omega, int steps)
         if (fabs(displacement) > 3.0 && k % 64 > 3)
             displacement = uniform(p->displacement_min, p->displacement_max);
         SpringMemory after = spring_trial(law, &memory, displacement);
-        sensitivity = spring_trial_sensitivity(law, &memory, &sensitivity, &after);
-        memory = after;
+        SpringSensitivity of_after = spring_trial_sensitivity(law, &memory, &sensitivity, &after);
+        spring_commit(law, &memory, &sensitivity, displacement);
+        if (memcmp(&of_after, &sensitivity, sizeof sensitivity) != 0 || after.omega != memory.omega) {
+            printf("n = %.17g, sigma = %.17g, step %d: a trial and a commit differ\n", p->n, p->sigma, k);
+            return 1;
+        }
         if (k % 3 == 0)
             spring_integrate(law, &memory);
         spring_gradient(law, &memory, &sensitivity, &of_force, &of_stiffness);
@@ -89,8 +93,8 @@ int main(int count, char **arguments)
 {
     int trials = count > 1 ? atoi(arguments[1]) : 60;
     int steps = count > 2 ? atoi(arguments[2]) : 400;
-    SpringLaw *law = malloc(sizeof *law);
     SpringTable *table = malloc(sizeof *table);
+    SpringLaw *law = malloc(sizeof *law);
     char problem[200];
     int failed = law == NULL || table == NULL;
     for (int trial = 0; trial < trials && !failed; trial++) {
@@ -108,7 +112,7 @@ int main(int count, char **arguments)
         char small[8];
         failed = failed || !spring_problem(&p, small, sizeof small) || strlen(small) != sizeof small - 1;
     }
-    free(table);
     free(law);
+    free(table);
     return failed;
 }

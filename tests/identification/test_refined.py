@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from strandspring.kernel.sensitivity import omega_with_derivatives
 
 from strandspring import (
     IdentificationError,
@@ -22,7 +23,6 @@ from strandspring import (
 from strandspring.identification.figures import predict_record, rmse, rnl
 from strandspring.identification.noise import force_noise
 from strandspring.kernel.path import PathSolver, tables
-from strandspring.kernel.sensitivity import omega_with_derivatives
 from strandspring.loops.strokes import find_strokes
 from strandspring.report.html import write_report
 from synthetic import AMPLITUDE, MEAN, record_of, sine, spring_of

@@ -11,9 +11,9 @@ from shaken import shaken
 from springs import MOUNT
 from strandspring import Spring, SpringParameters
 from strandspring.conversions import NormalizedBoucWen
-from strandspring.isolation.periodic import FourierBasis, PeriodicSpring
+from strandspring.kernel.periodic import FourierBasis, PeriodicSpring
 from strandspring.isolation.response import FrequencyResponse, frequency_response
-from strandspring.isolation.system import Excitation, IsolatedMass, IsolationError, static_point
+from strandspring.isolation.system import Excitation, IsolatedMass, IsolationError, static_equilibrium
 from strandspring.peers.ni import PAPER_NI
 from synthetic import spring_of
 
@@ -127,7 +127,7 @@ def test_excitations_of_the_same_strength_move_the_mass_alike() -> None:
 def test_the_papers_normalized_spring_softens_and_damps_more_as_the_level_grows() -> None:
     ni = PAPER_NI
     plain = NormalizedBoucWen(1e3 * ni.K1, ni.z0, 1e3 * ni.rho, ni.sigma, ni.n)
-    system = IsolatedMass(plain.spring(-0.05, 0.05), 5.0, load=0.0)
+    system = IsolatedMass(plain.to_parameters(-0.05, 0.05), 5.0, load=0.0)
     band = np.geomspace(8.0, 60.0, 80)
     found = [
         frequency_response(system, Excitation.BASE_DISPLACEMENT, level, band).resonance
@@ -199,7 +199,7 @@ def test_more_harmonics_and_samples_change_little() -> None:
 
 def test_the_rest_carries_the_load() -> None:
     system = IsolatedMass(MOUNT, 6.0, parallel=2, series=3)
-    rest = static_point(system)
+    rest = static_equilibrium(system)
     each = 6.0 * 9.80665 / 2
     x = rest.displacement - MOUNT.displacement_offset
     assert 50.0 + 20_000.0 * x + 1e5 * x**2 + 2e7 * x**3 == pytest.approx(each, abs=1e-3)  # between grid points
@@ -214,13 +214,13 @@ def test_the_rest_carries_the_load() -> None:
     # A backbone that falls between its humps: from above the spring stays on the other side of them.
     humps = replace(MOUNT, kE=(0.0, -1500.0, 0.0, 1e7), kA=(1.0,), kappa_omega=2.0, rho=500.0, sigma=1.0, n=1.0,
                     displacement_offset=0.0, displacement_min=-0.02, displacement_max=0.02)  # fmt: skip
-    both = static_point(IsolatedMass(humps, 1.0, load=0.0))
+    both = static_equilibrium(IsolatedMass(humps, 1.0, load=0.0))
     for omega, stop in ((1.0, both.least), (-1.0, both.greatest)):
         way = np.linspace(-omega * 0.02, stop, 2001)
         crossed = np.sign(Spring(humps).response(way, omega)[:-1]) != -omega
         assert not crossed.any()
         assert Spring(humps).response(way, omega)[-1] == pytest.approx(0.0, abs=1e-2)
-    soft = static_point(IsolatedMass(MOUNT, 6.0, parallel=2))
+    soft = static_equilibrium(IsolatedMass(MOUNT, 6.0, parallel=2))
     assert rest.sag == pytest.approx(3.0 * soft.sag)
     assert rest.frequency == pytest.approx(soft.frequency / np.sqrt(3.0))
 
@@ -244,12 +244,12 @@ def test_impossible_systems_are_refused(change: dict[str, float], told: str) -> 
 
 def test_impossible_operating_points_are_refused() -> None:
     with pytest.raises(IsolationError, match="must lie within the forces of the identified range"):
-        static_point(IsolatedMass(MOUNT, 1000.0))
+        static_equilibrium(IsolatedMass(MOUNT, 1000.0))
     with pytest.raises(IsolationError, match="where no mass can rest; use another mass"):
-        static_point(IsolatedMass(replace(MOUNT, kE=(-2000.0, 20_000.0)), 5.0))
+        static_equilibrium(IsolatedMass(replace(MOUNT, kE=(-2000.0, 20_000.0)), 5.0))
     falling = replace(MOUNT, kE=(50.0, -20_000.0))
     with pytest.raises(IsolationError, match="is not stable"):
-        static_point(IsolatedMass(falling, 5.0, 50.0))
+        static_equilibrium(IsolatedMass(falling, 5.0, 50.0))
     system = IsolatedMass(MOUNT, 5.0, 50.0)
     with pytest.raises(IsolationError, match=r"of 1 mm .* outside the identified range of 20 to 80 mm; use a lower"):
         frequency_response(system, Excitation.BASE_DISPLACEMENT, 1e-3, np.geomspace(3.0, 30.0, 50))

@@ -12,8 +12,8 @@ import pytest
 
 from readme import README, ROOT, blocks, program_with
 from strandspring import Spring
-from strandspring.core.parameters import SpringParameters
-from strandspring.core.variables import SCALARS, variables
+from strandspring.core.parameters import SCALARS, SpringParameters
+from strandspring.core.variables import variables
 
 
 @pytest.fixture(scope="module")
@@ -62,9 +62,12 @@ def test_commands_run_in_order(folder: Path) -> None:
         assert program == "strandspring"
         done = run([sys.executable, "-m", program, *arguments], folder)
         assert done.returncode == 0, (line, done.stderr)
-    for written in ("spring.json", "spring.html", "dist/spring.fmu", "dist/spring_python.fmu", "curves.png", "study.csv",
-                    "dist/spring.ssv", "dist/spring.mo"):  # fmt: skip
-        assert (folder / written).stat().st_size > 0
+    written = (
+        "spring.json", "spring.html", "dist/spring.fmu", "dist/spring_python.fmu", "curves.png", "study.csv",
+        "dist/spring.ssv", "dist/spring.mo",
+    )  # fmt: skip
+    for name in written:
+        assert (folder / name).stat().st_size > 0
 
 
 @pytest.mark.slow

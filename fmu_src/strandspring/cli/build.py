@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import asdict
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
@@ -15,7 +16,7 @@ from ..fmu.check import CheckReport, check_fmu
 from ..fmu.native.native_fmu import build_native_fmu
 from ..fmu.native.platforms import PLATFORMS, Platform, chosen_platforms
 from ..fmu.python_backed import build_fmu
-from ..modelfile import ModelFile, checked_name, load_model, save_model
+from ..modelfile import ModelFile, check_name, load_model, save_model
 from .identify import identified, print_identification
 from .options import ColumnOptions, column_options, identification_options, identifier, method_options
 from .output import result, result_json, working
@@ -46,7 +47,8 @@ def _platforms(_context: click.Context, _parameter: click.Parameter, names: str 
 @click.option(
     "--backend",
     type=click.Choice(["native", "python", "both"]),
-    help="native: NAME.fmu, which runs anywhere; python: NAME_python.fmu, which needs Python on the simulator's machine."
+    help="native: NAME.fmu, which runs anywhere; python: NAME_python.fmu, which needs Python on the simulator's "
+    "machine."
     "  [default: native; both for the bundled record]",
 )
 @click.option(
@@ -107,7 +109,7 @@ def build(
         if not sources:
             sources, name = (str(_example(models)),), EXAMPLE_NAME if name is None else name
             options = {**options, **{key: options[key] or value for key, value in EXAMPLE_COLUMNS.items()}}
-        chosen = identifier(sources[0]) if name is None else checked_name(name)
+        chosen = identifier(sources[0]) if name is None else check_name(name)
         model_path = Path(models) / f"{chosen}.json"
         for one in backends:
             refuse_overwriting(sources, {"--models": model_path, "--output": fmu_path(output, chosen, one)})
@@ -119,7 +121,7 @@ def build(
             {
                 "model": str(model_path),
                 "name": model.name,
-                "parameters": model.parameters.model_dump(mode="json"),
+                "parameters": asdict(model.parameters),
                 "rmse": None if identification is None else identification.rmse,
                 "rnl": None if identification is None else identification.rnl,
                 "fmus": [

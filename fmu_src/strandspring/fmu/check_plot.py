@@ -8,24 +8,22 @@ from xml.etree.ElementTree import Element, SubElement, tostring
 import numpy as np
 
 from ..core.parameters import SpringParameters
-from ..kernel.path import FloatArray, PathSolver
+from ..kernel.arrays import FloatArray
+from ..kernel.path import PathSolver
+from ..kernel.steady import steady_omega
 
 _SHARES = (1.0, 2.0 / 3.0, 1.0 / 3.0)  # amplitudes, as shares of half the identified range
 _COLOURS = ("#1f5fa8", "#c8601a", "#3d8b46")
 _WIDTH, _HEIGHT = 640.0, 420.0
 _LEFT, _RIGHT, _TOP, _BOTTOM = 76.0, 624.0, 14.0, 366.0
-_CYCLES = 4  # the last one repeats itself as far as the eye can see
 _SAMPLES = 160  # per half cycle, a multiple of 2
 
 
 def steady_loop(parameters: SpringParameters, amplitude: float) -> tuple[FloatArray, FloatArray]:
-    """Displacement [m] and force [N] of the last of a few cycles about the middle of the identified range."""
+    """Displacement [m] and force [N] of a steady cycle about the middle of the identified range."""
     middle = 0.5 * (parameters.displacement_min + parameters.displacement_max)
-    phase = np.linspace(0.0, 2.0 * np.pi * _CYCLES, 2 * _SAMPLES * _CYCLES + 1)
-    path = middle + amplitude * np.sin(phase)
-    force = PathSolver(parameters).force(path)
-    last = slice(-2 * _SAMPLES - 1, None)
-    return path[last], force[last]
+    path = middle - amplitude * np.cos(np.linspace(0.0, 2.0 * np.pi, 2 * _SAMPLES + 1))
+    return path, PathSolver(parameters).force(path, -steady_omega(parameters, 2.0 * amplitude))
 
 
 def loops_svg(parameters: SpringParameters) -> str:

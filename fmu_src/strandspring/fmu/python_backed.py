@@ -86,7 +86,7 @@ def fmu_contents(model: ModelFile) -> dict[str, bytes]:
     guid = content_guid(parts)
     # Python keeps modules by name, so each FMU brings all of its code under a name of its own.
     package = "strandspring_" + guid.strip("{}").replace("-", "")[:12]
-    slave = _SLAVE_MODULE.format(name=model.name, package=package, guid=guid, parameters=model.parameters.spring())
+    slave = _SLAVE_MODULE.format(name=model.name, package=package, guid=guid, parameters=model.parameters)
     return {
         **common_contents(model, model_description(model, guid, tool, _BACKEND), ("pythonfmu",)),
         **binaries,

@@ -8,10 +8,10 @@ from enum import Enum
 
 import numpy as np
 
+from ..kernel.arrays import FloatArray
 from ..loops.cycles import Cycle, find_cycles
-from ..loops.loop import Loop, alike_loops
+from ..loops.loop import Loop, group_by_amplitude
 from ..records.record import Record
-from .loops import FloatArray
 
 _CELLS = 40  # on each branch compared
 _SAME_FREQUENCY = 1.1  # frequencies within this factor count as one
@@ -92,7 +92,7 @@ def rate_independence(cycles: Sequence[Cycle]) -> RateIndependence:
         return RateIndependence(RateVerdict.NO_TIMES)
     compared: list[tuple[float, float]] = []
     frequencies: list[float] = []
-    for group in alike_loops(timed):
+    for group in group_by_amplitude(timed):
         classes = _by_frequency(group)
         if len(classes) > 1:
             compared.append(_rate_difference(classes))
@@ -206,7 +206,7 @@ def loading_overlap(loops: Sequence[Loop]) -> Overlap | None:
     -------
     Overlap or None            None if no amplitude is below nine tenths of the largest.
     """
-    *others, largest = alike_loops(loops) or [[]]
+    *others, largest = group_by_amplitude(loops) or [[]]
     smaller = [g for g in others if g[0].figures.amplitude <= _SMALLER * largest[0].figures.amplitude]
     if not smaller:
         return None
@@ -257,6 +257,6 @@ def campaign_verdicts(
     """
     cycles = [cycle for record in records for cycle in find_cycles(record)]
     rate = rate_independence(cycles) if records else None
-    if rate is not None and rate.frequencies is None and len(records) == 1 and len(alike_loops(cycles)) < 2:
+    if rate is not None and rate.frequencies is None and len(records) == 1 and len(group_by_amplitude(cycles)) < 2:
         rate = None
     return rate, loading_overlap(cycles or list(model_loops))

@@ -5,13 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..kernel.arrays import FloatArray
 from ..kernel.path import PathSolver
 from ..loops.strokes import Strokes, find_strokes
 from ..records.record import Record
-
-FloatArray = NDArray[np.float64]
 
 # The memory of omega_start is gone after two strokes; this many samples of them are enough to estimate it.
 _START_SAMPLES = 4000

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..kernel.path import saturation_of, stroke_start_xi, tables
+from ..kernel.arrays import FloatArray
+from ..kernel.points import omega_at_points
 from ..loops.strokes import Strokes
 
-FloatArray = NDArray[np.float64]
 IndexArray = NDArray[np.intp]
 
 # A stroke with more samples than this is averaged over cells of travel; the cells are narrow after the reversal,
@@ -60,14 +60,19 @@ class Loops:
 
     def omega(self, rho: float, sigma: float, n: float) -> FloatArray:
         """omega at every point by the closed form, each record starting from omega = 0."""
-        table, lists = tables(n, sigma)
-        xi0 = np.concatenate(
-            [
-                stroke_start_xi(lists, rho, self.start[of], self.direction[of], 0.0)
-                for of in (self.record == k for k in np.unique(self.record))
-            ]
-        )
-        return np.asarray(self.side * saturation_of(table, xi0[self.stroke] + rho * self.travel))
+        omega = np.empty(self.travel.size)
+        for strokes, points in self.of_records():
+            omega[points] = omega_at_points(
+                rho, sigma, n, 0.0, self.direction[strokes], self.length[strokes],
+                self.stroke[points] - strokes.start, self.travel[points],
+            )  # fmt: skip
+        return omega
+
+    def of_records(self) -> Iterator[tuple[slice, slice]]:
+        """The strokes and the points of each record."""
+        for record in range(int(self.record[-1]) + 1):
+            strokes = slice(*np.searchsorted(self.record, [record, record + 1]).tolist())
+            yield strokes, slice(*np.searchsorted(self.stroke, [strokes.start, strokes.stop]).tolist())
 
 
 def single_branch(displacement: FloatArray, force: FloatArray) -> Loops:

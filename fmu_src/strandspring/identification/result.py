@@ -8,7 +8,7 @@ from typing import Any
 
 from .._version import __version__
 from ..core.parameters import SpringParameters
-from ..modelfile import ModelFile, model_file
+from ..modelfile import ModelFile
 from ..records.record import Record
 from ..spring import Spring
 from .figures import RecordFit
@@ -55,7 +55,7 @@ class Identification:
         ------
         ModelError   If the name is not an identifier.
         """
-        return Spring.of(_model_file(self, name, description))
+        return Spring.from_model(_model_file(self, name, description))
 
 
 def _model_file(identification: Identification, name: str, description: str = "") -> ModelFile:
@@ -64,7 +64,7 @@ def _model_file(identification: Identification, name: str, description: str = ""
     text = description or (
         f"Hysteretic spring identified from {', '.join(PurePath(record.path).name for record in i.records)}"
     )
-    return model_file(
+    return ModelFile(
         name,
         i.parameters,
         text[:2000],

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..kernel.arrays import FloatArray
 from ..loops.strokes import noise_level
-from .loops import FloatArray, Loops
+from .loops import Loops
 
 # Smooth until the noise is below this share of the loop's half height...
 _WANTED_NOISE = 0.01

@@ -22,11 +22,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ..kernel.arrays import FloatArray
 from .loops import Loops
-from .polynomials import Basis
+from .polynomials import Columns
 from .smoothing import automatic_half_width, moving_average
-
-FloatArray = NDArray[np.float64]
 
 SIGMA_BOUNDS = (0.5, 50.0)
 N_BOUNDS = (0.05, 20.0)
@@ -55,38 +54,41 @@ class Backbone:
     FE: FloatArray
     G: FloatArray
 
+    @classmethod
+    def of(cls, coefficients: FloatArray, columns: Columns) -> Backbone:
+        """The backbone of all coefficients, those of FE first, at the displacements of the columns."""
+        elastic, amplified = np.split(coefficients, [columns.elastic.shape[1]])
+        return cls(elastic, amplified, columns.elastic @ elastic, columns.amplifier @ amplified)
+
     def force(self, omega: FloatArray) -> FloatArray:
         """Predicted force at the points [N]."""
         return self.FE + omega * self.G
 
     def misfit(self, force: FloatArray, omega: FloatArray) -> FloatArray:
-        """What the model leaves of a force at the points [N]."""
+        """Residuals of a measured force at the points [N]."""
         return np.asarray(force - self.FE - omega * self.G)
 
 
 def fit_backbone(
-    loops: Loops, basis: Basis, omega: FloatArray, chosen: NDArray[np.bool_] | None = None
+    loops: Loops, columns: Columns, omega: FloatArray, chosen: NDArray[np.bool_] | None = None
 ) -> Backbone | None:
     """Stage 1: FE and G by linear least squares on the chosen points; None if they are too few.
 
     Parameters
     ----------
     loops : Loops
-    basis : Basis
+    columns : Columns                      Basis functions at the points.
     omega : ndarray, shape (P,)            omega at each point: +-1 in the steady section.
     chosen : ndarray of bool, shape (P,)   The steady section; all points if None.
     """
-    columns_E, columns_A = basis.columns(loops.displacement)
-    matrix = np.hstack([columns_E, omega[:, None] * columns_A])
+    matrix = np.hstack([columns.elastic, omega[:, None] * columns.amplifier])
     root = np.sqrt(loops.weight)
     rows = slice(None) if chosen is None else chosen
     rcond = 1e-12 if chosen is None else _STEADY_RCOND
     weighted = (matrix * root[:, None])[rows]
     if weighted.shape[0] < 2 * weighted.shape[1]:
         return None
-    solution = np.linalg.lstsq(weighted, (loops.force * root)[rows], rcond=rcond)[0]
-    elastic, amplified = np.split(solution, [columns_E.shape[1]])
-    return Backbone(elastic, amplified, columns_E @ elastic, columns_A @ amplified)
+    return Backbone.of(np.linalg.lstsq(weighted, (loops.force * root)[rows], rcond=rcond)[0], columns)
 
 
 def extract_omega(loops: Loops, backbone: Backbone, half_width: int | None) -> tuple[FloatArray, FloatArray] | None:
@@ -155,24 +157,32 @@ class _IntegratedLine:
     def __init__(self, stroke: NDArray[np.intp], travel: FloatArray, u: FloatArray, weight: FloatArray) -> None:
         self.first = np.flatnonzero(np.diff(stroke, prepend=-1))
         self.sizes = np.diff(np.append(self.first, stroke.size))
-        self.weight = weight
-        self.total = np.add.reduceat(weight, self.first)
-        self.travel = travel
-        self.steps = np.diff(travel, prepend=0.0)
-        self.steps[self.first] = travel[self.first]
+        self.root = np.sqrt(weight)
+        self.share = weight / np.repeat(np.add.reduceat(weight, self.first), self.sizes)
         # Noise may carry u out of its bounds: a little of that is kept in what is fitted, none in what is integrated.
         self.u = np.clip(u, -1.0, 1.0)
-        self.before = np.concatenate([[0.0], self.u[:-1]])
-        self.before[self.first] = self.u[self.first]
-        self.target = self._centred(np.clip(u, -1.5, 1.5)[None])[0]
+        with np.errstate(divide="ignore"):
+            self.log = np.log(np.abs(self.u))
+        before = np.concatenate([[0.0], self.u[:-1]])
+        before[self.first] = self.u[self.first]
+        change = self.u - before
+        steps = np.diff(travel, prepend=0.0)
+        steps[self.first] = travel[self.first]
+        self.flat = np.flatnonzero(np.abs(change) < 1e-9)
+        self.flat_steps = steps[self.flat]
+        change[self.flat] = 1.0
+        self.per_change = steps / change
+        self.per_change[self.flat] = 0.0
+        self.travel = self._centred(travel[None].copy())
+        self.target = self._centred(np.clip(u, -1.5, 1.5)[None].copy())[0]
 
     def fit(self, n: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Weighted squared misfit, shape (n,), inf where no rho > 0 fits, and slopes a, b, shape (n, 2)."""
         driven, recovered = self._regressors(n)
-        driven, recovered = self._centred(self.travel - driven), self._centred(recovered)
-        aa, ab, bb = ((p * q) @ self.weight for p, q in ((driven, driven), (driven, recovered), (recovered, recovered)))
-        ay, by = driven @ (self.weight * self.target), recovered @ (self.weight * self.target)
-        yy = float(self.weight @ self.target**2)
+        aa, ab, bb = (np.einsum("kp,kp->k", p, q) for p, q in
+                      ((driven, driven), (driven, recovered), (recovered, recovered)))  # fmt: skip
+        ay, by = driven @ self.target, recovered @ self.target
+        yy = float(self.target @ self.target)
         with np.errstate(divide="ignore", invalid="ignore"):
             determinant = aa * bb - ab**2
             a = (bb * ay - ab * by) / determinant
@@ -187,36 +197,27 @@ class _IntegratedLine:
         return misfit, np.stack([a, b], axis=1)
 
     def _centred(self, columns: FloatArray) -> FloatArray:
-        mean = np.add.reduceat(columns * self.weight, self.first, axis=1) / self.total
-        return np.asarray(columns - np.repeat(mean, self.sizes, axis=1))
+        """Without the weighted mean of each stroke, and times the roots of the weights; in place."""
+        columns -= np.repeat(np.add.reduceat(columns * self.share, self.first, axis=1), self.sizes, axis=1)
+        columns *= self.root
+        return columns
 
     def _regressors(self, n: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Integrals of u^n over u > 0 and of (-u)^n over u < 0 along each stroke, shape (n, P).
+        """What multiplies a and b: travel less the integral of u^n over u > 0, and that of (-u)^n over u < 0.
 
-        Between two points u is taken as a straight line and integrated exactly, across zero too.
+        Between two points u is taken as a straight line and integrated exactly, across zero too. The constants by
+        which each stroke's integrals would begin at zero drop out with the means. Shapes (n, P).
         """
         # The antiderivative |u|^(n + 1)/(n + 1) at each point serves the stretch before it and the one after it.
-        with np.errstate(divide="ignore"):
-            power = np.exp((n[:, None] + 1.0) * np.log(np.abs(self.u))) / (n[:, None] + 1.0)
-        positive, negative = np.where(self.u > 0.0, power, 0.0), np.where(self.u < 0.0, power, 0.0)
-        high, change = self.u, self.u - self.before
-        flat = np.abs(change) < 1e-9
-        span = np.where(flat, 1.0, change)
-        positive, negative = self._difference(positive) / span, -self._difference(negative) / span
-        if flat.any():
-            level = np.abs(high[flat]) ** n[:, None]
-            positive[:, flat] = np.where(high[flat] > 0.0, level, 0.0)
-            negative[:, flat] = np.where(high[flat] < 0.0, level, 0.0)
-        return self._running(positive * self.steps), self._running(negative * self.steps)
-
-    def _difference(self, columns: FloatArray) -> FloatArray:
-        """Change from the point before, which for the first of a stroke is itself."""
-        change = np.diff(columns, axis=1, prepend=0.0)
-        change[:, self.first] = 0.0
-        return change
-
-    def _running(self, pieces: FloatArray) -> FloatArray:
-        """Cumulative sum that starts anew with each stroke."""
-        sums = np.cumsum(pieces, axis=1)
-        before = sums[:, self.first] - pieces[:, self.first]
-        return np.asarray(sums - np.repeat(before, self.sizes, axis=1))
+        power = np.exp((n[:, None] + 1.0) * self.log)
+        power /= n[:, None] + 1.0
+        integrals = []
+        for side in (1.0, -1.0):
+            pieces = np.where(side * self.u > 0.0, power, 0.0)
+            pieces[:, 1:] = pieces[:, 1:] - pieces[:, :-1]
+            pieces *= side * self.per_change
+            if self.flat.size:
+                level = np.exp(n[:, None] * self.log[self.flat]) * (side * self.u[self.flat] > 0.0)
+                pieces[:, self.flat] = level * self.flat_steps
+            integrals.append(self._centred(np.cumsum(pieces, axis=1, out=pieces)))
+        return self.travel - integrals[0], integrals[1]

@@ -6,10 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..kernel.arrays import FloatArray
 from ..loops.strokes import Strokes, find_strokes, noise_level
 from ..records.record import Record
 from .direction import correlation, wrong_way
-from .loops import POINTS_PER_STROKE, FloatArray, Loops, gather
+from .loops import POINTS_PER_STROKE, Loops, gather
 from .outcomes import IdentificationError, Outcome
 
 _SHARES = (np.arange(100) + 0.5) / 100  # where the mean loop is taken by default

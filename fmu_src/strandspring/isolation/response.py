@@ -3,18 +3,23 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, fields
+from functools import cached_property
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..core.parameters import SpringParameters
+from ..kernel.arrays import FloatArray
 from ..kernel.path import PathSolver
-from ..loops.modelled import model_loop
+from ..loops.modelled import steady_loop_figures
 from .continuation import SteadyMotion, follow, refine_peak
 from .harmonic_balance import HARMONICS, SAMPLES, HarmonicBalance
-from .periodic import FloatArray
-from .system import Excitation, IsolatedMass, IsolationError, static_point
+from .system import Excitation, IsolatedMass, IsolationError, static_equilibrium
+
+ComplexArray = NDArray[np.complex128]
 
 # Motion this share of the identified range beyond its ends still counts as inside.
 _SLACK = 1e-6
@@ -86,28 +91,42 @@ class Resonance:
     inside: bool
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class FrequencyResponse:
-    """Steady motions of one level over a band, in the order of the curve, and their figures."""
+    """Steady motions of one level over a band, in the order of the curve, and their figures.
+
+    Attributes
+    ----------
+    excitation : Excitation
+    level : float                             Amplitude [m], [m/s^2] or [N].
+    columns : mapping of ndarray, shape (P,)  What `ResponsePoint` names, over all points.
+    resonance : Resonance
+    """
 
     excitation: Excitation
     level: float
-    points: tuple[ResponsePoint, ...]
+    columns: Mapping[str, NDArray[Any]]
     resonance: Resonance
 
+    @cached_property
+    def points(self) -> tuple[ResponsePoint, ...]:
+        """The points of the curve."""
+        rows = zip(*(self.columns[field.name].tolist() for field in fields(ResponsePoint)), strict=True)
+        return tuple(ResponsePoint(*row) for row in rows)
+
     @property
-    def told_level(self) -> str:
+    def level_text(self) -> str:
         """The level in the unit that people read."""
-        return self.excitation.told(self.level)
+        return self.excitation.level_text(self.level)
 
     @property
     def extrapolating(self) -> bool:
         """Whether the spring leaves the identified range anywhere on the curve."""
-        return any(point.extrapolating for point in self.points)
+        return bool(self.columns["extrapolating"].any())
 
     def column(self, name: str) -> FloatArray:
         """One attribute of all points, shape (P,)."""
-        return np.array([getattr(point, name) for point in self.points], dtype=np.float64)
+        return self.columns[name].astype(np.float64)
 
 
 def frequency_response(
@@ -136,18 +155,23 @@ def frequency_response(
 
     Raises
     ------
-    IsolationError   If the mass has no rest position, an argument is out of bounds, the motion leaves the identified
+    IsolationError   If there is no static equilibrium, an argument is out of bounds, the motion leaves the identified
                      range, or no steady motion is found.
     """
     band = checked_band(frequencies)
     if not (math.isfinite(level) and level > 0.0):
         raise IsolationError(f"`level` must be finite and > 0 [{excitation.unit}], got {level!r}.")
     balance = HarmonicBalance(system, excitation, level, harmonics, samples)
-    rest = static_point(system)
-    motions = list(_inside(follow(balance, rest, 2.0 * np.pi * band), balance, extrapolate))
-    motions = refine_peak(balance, motions, lambda motion: _point(balance, motion).transmissibility)
-    points = tuple(_point(balance, motion) for motion in _inside(iter(motions), balance, extrapolate))
-    return FrequencyResponse(excitation, level, points, _resonance(system, points))
+    limits = _limits(system.spring, extrapolate)
+    motions = []
+    for motion in follow(balance, static_equilibrium(system), 2.0 * np.pi * band, limits):
+        _check_range(balance, motion, limits)
+        motions.append(motion)
+    motions = refine_peak(balance, motions, lambda at: np.abs(_transmissibility(balance, *_stacked(at))))
+    for motion in motions:
+        _check_range(balance, motion, limits)
+    columns = _columns(balance, motions)
+    return FrequencyResponse(excitation, level, columns, _resonance(system, columns))
 
 
 def checked_band(frequencies: Sequence[float] | FloatArray) -> FloatArray:
@@ -168,110 +192,122 @@ def checked_band(frequencies: Sequence[float] | FloatArray) -> FloatArray:
     return band
 
 
-def _inside(motions: Iterator[SteadyMotion], balance: HarmonicBalance, extrapolate: bool) -> Iterator[SteadyMotion]:
-    """The motions, refused where they leave the identified range."""
-    p = balance.system.spring
-    for motion in motions:
-        least, greatest = _ends(motion)
-        if not extrapolate and _is_outside(p, least, greatest):
-            raise IsolationError(
-                f"At {motion.omega / (2.0 * np.pi):.4g} Hz and a level of {balance.excitation.told(balance.level)} the "
-                f"spring moves from {1e3 * least:.4g} to {1e3 * greatest:.4g} mm, outside the identified range of "
-                f"{1e3 * p.displacement_min:.4g} to {1e3 * p.displacement_max:.4g} mm; use a lower level, more "
-                "springs, or a model identified over a larger range."
-            )
-        yield motion
+def _limits(spring: SpringParameters, extrapolate: bool) -> tuple[float, float]:
+    """Displacements between which a spring may move [m]."""
+    if extrapolate:
+        return -math.inf, math.inf
+    slack = _SLACK * (spring.displacement_max - spring.displacement_min)
+    return spring.displacement_min - slack, spring.displacement_max + slack
 
 
-def _ends(motion: SteadyMotion) -> tuple[float, float]:
-    """Least and greatest displacement of one spring [m]."""
-    turns = motion.balance.spring.turns
-    return float(turns.min()), float(turns.max())
+def _check_range(balance: HarmonicBalance, motion: SteadyMotion, limits: tuple[float, float]) -> None:
+    """Refuse a motion that leaves the identified range."""
+    low, high = motion.summary.low, motion.summary.high
+    if low < limits[0] or high > limits[1]:
+        p = balance.system.spring
+        raise IsolationError(
+            f"At {motion.omega / (2.0 * np.pi):.4g} Hz and a level of {balance.excitation.level_text(balance.level)} the "
+            f"spring moves from {1e3 * low:.4g} to {1e3 * high:.4g} mm, outside the identified range of "
+            f"{1e3 * p.displacement_min:.4g} to {1e3 * p.displacement_max:.4g} mm; use a lower level, more "
+            "springs, or a model identified over a larger range."
+        )
 
 
-def _is_outside(p: SpringParameters, least: float, greatest: float) -> bool:
-    slack = _SLACK * (p.displacement_max - p.displacement_min)
-    return least < p.displacement_min - slack or greatest > p.displacement_max + slack
+def _stacked(motions: Sequence[SteadyMotion]) -> tuple[FloatArray, FloatArray]:
+    """Omega, shape (P,) [rad/s], and Fourier coefficients, shape (P, N) [m]."""
+    return np.exp([motion.log for motion in motions]), np.array([motion.z for motion in motions])
 
 
-def _point(balance: HarmonicBalance, motion: SteadyMotion) -> ResponsePoint:
-    system, basis, omega = balance.system, balance.basis, motion.omega
-    half = basis.harmonics
-    z = motion.z
-    relative = complex(z[1], -z[1 + half])
-    base = {
-        Excitation.BASE_DISPLACEMENT: balance.level,
-        Excitation.BASE_ACCELERATION: -balance.level / omega**2,
-        Excitation.FORCE: 0.0,
-    }[balance.excitation]
-    # What the mount pushes the mass with, from the mass's own balance.
-    inertia = -system.mass * omega**2 * (relative + base)
-    force = -inertia + (balance.level if balance.excitation is Excitation.FORCE else 0.0)
-    ratio = force / balance.level if balance.excitation is Excitation.FORCE else (relative + base) / base
-    of_relative = relative / (balance.level if balance.excitation is Excitation.FORCE else base)
-    speed = omega * (basis.columns @ basis.differentiate(z))
-    least, greatest = _ends(motion)
-    return ResponsePoint(
-        frequency=omega / (2.0 * math.pi),
-        transmissibility=abs(ratio),
-        phase=_degrees(ratio),
-        relative=abs(of_relative),
-        relative_phase=_degrees(of_relative),
-        amplitude=0.5 * system.series * (greatest - least),
-        mean=float(z[0]) / system.series,
-        least=least,
-        greatest=greatest,
-        force=abs(force),
-        acceleration=float(np.abs(_pushed(balance, motion, speed)).max()) / system.mass,
-        start_displacement=float(basis.columns[0] @ z),
-        start_speed=float(speed[0]),
-        start_omega=float(motion.balance.spring.omega[0]),
-        stable=motion.rising,
-        wanted=motion.wanted,
-        extrapolating=_is_outside(system.spring, least, greatest),
+def _relative(balance: HarmonicBalance, z: FloatArray) -> ComplexArray:
+    """First harmonic of the mount's displacement, shape (P,) [m]."""
+    return np.asarray(z[:, 1] - 1j * z[:, 1 + balance.basis.harmonics])
+
+
+def _base(balance: HarmonicBalance, omega: FloatArray) -> FloatArray:
+    """Amplitude of the base's displacement, shape (P,) [m]."""
+    if balance.excitation is Excitation.FORCE:
+        return np.zeros_like(omega)
+    of_displacement = balance.excitation is Excitation.BASE_DISPLACEMENT
+    return np.full_like(omega, balance.level) if of_displacement else -balance.level / omega**2
+
+
+def _force(balance: HarmonicBalance, omega: FloatArray, z: FloatArray) -> ComplexArray:
+    """First harmonic of the force on the base, from the mass's own balance, shape (P,) [N]."""
+    inertia = -balance.system.mass * omega**2 * (_relative(balance, z) + _base(balance, omega))
+    return np.asarray((balance.level if balance.excitation is Excitation.FORCE else 0.0) - inertia)
+
+
+def _transmissibility(balance: HarmonicBalance, omega: FloatArray, z: FloatArray) -> ComplexArray:
+    """As `ResponsePoint` has it, with its phase, shape (P,) [-]."""
+    if balance.excitation is Excitation.FORCE:
+        return _force(balance, omega, z) / balance.level
+    base = _base(balance, omega)
+    return (_relative(balance, z) + base) / base
+
+
+def _columns(balance: HarmonicBalance, motions: Sequence[SteadyMotion]) -> dict[str, NDArray[Any]]:
+    """What `ResponsePoint` names, over all motions."""
+    system, order, half = balance.system, balance.basis.order, balance.basis.harmonics
+    omega, z = _stacked(motions)
+    low, high, start_omega, push = np.array([motion.summary for motion in motions]).T
+    of_force = balance.excitation is Excitation.FORCE
+    ratio = _transmissibility(balance, omega, z)
+    relative = _relative(balance, z) / (balance.level if of_force else _base(balance, omega))
+    within_low, within_high = _limits(system.spring, extrapolate=False)
+    return {
+        "frequency": omega / (2.0 * np.pi),
+        "transmissibility": np.abs(ratio),
+        "phase": _degrees(ratio),
+        "relative": np.abs(relative),
+        "relative_phase": _degrees(relative),
+        "amplitude": 0.5 * system.series * (high - low),
+        "mean": z[:, 0] / system.series,
+        "least": low,
+        "greatest": high,
+        "force": np.abs(_force(balance, omega, z)),
+        "acceleration": push / system.mass,
+        "start_displacement": z[:, : half + 1].sum(axis=1),
+        "start_speed": omega * (z[:, half + 1 :] @ order[half + 1 :]),
+        "start_omega": start_omega,
+        "stable": np.array([motion.rising for motion in motions]),
+        "wanted": np.array([motion.wanted for motion in motions]),
+        "extrapolating": (low < within_low) | (high > within_high),
+    }
+
+
+def _degrees(values: ComplexArray) -> FloatArray:
+    """Phase within [-180, 180)."""
+    angle = np.degrees(np.angle(values))
+    return np.where(angle >= 180.0, angle - 360.0, angle)
+
+
+def _resonance(system: IsolatedMass, columns: Mapping[str, NDArray[Any]]) -> Resonance:
+    frequency, ratio = columns["frequency"], columns["transmissibility"]
+    peak = int(np.argmax(ratio))
+    figures = steady_loop_figures(
+        PathSolver(system.spring), float(columns["least"][peak]), float(columns["greatest"][peak])
     )
-
-
-def _pushed(balance: HarmonicBalance, motion: SteadyMotion, speed: FloatArray) -> FloatArray:
-    """Force on the mass at each sample of the period [N].
-
-    The springs' force has kinks, which the second derivative of the motion's few harmonics would smear.
-    """
-    system = balance.system
-    exciting = balance.level * np.cos(balance.basis.phase) if balance.excitation is Excitation.FORCE else 0.0
-    springs = system.parallel * motion.balance.spring.force
-    return np.asarray(system.static_load + exciting - springs - system.damping * speed)
-
-
-def _degrees(value: complex) -> float:
-    angle = math.degrees(math.atan2(value.imag, value.real))
-    return angle - 360.0 if angle >= 180.0 else angle
-
-
-def _resonance(system: IsolatedMass, points: Sequence[ResponsePoint]) -> Resonance:
-    values = [point.transmissibility for point in points]
-    at = int(np.argmax(values))
-    peak = points[at]
-    figures = model_loop(PathSolver(system.spring), peak.least, peak.greatest)
     stiffness = system.stiffness_scale * figures.secant_stiffness
-    viscous = 2.0 * math.pi * peak.frequency * system.damping / stiffness
-    below = [value < 1.0 for value in values]
-    last = max((k for k, one in enumerate(below) if not one), default=-1)
-    if last + 1 == len(points):
-        isolation = math.nan
-    elif last < 0:
-        isolation = points[0].frequency
-    else:
-        # Both fall nearly by powers of each other.
-        here, there = points[last], points[last + 1]
-        share = math.log(here.transmissibility) / math.log(here.transmissibility / there.transmissibility)
-        isolation = here.frequency * (there.frequency / here.frequency) ** share
+    viscous = 2.0 * math.pi * float(frequency[peak]) * system.damping / stiffness
     return Resonance(
-        frequency=peak.frequency,
-        transmissibility=peak.transmissibility,
-        amplitude=peak.amplitude,
+        frequency=float(frequency[peak]),
+        transmissibility=float(ratio[peak]),
+        amplitude=float(columns["amplitude"][peak]),
         stiffness=stiffness,
         loss_factor=figures.loss_factor + viscous,
-        isolation_frequency=isolation,
-        inside=0 < at < len(points) - 1,
+        isolation_frequency=_isolation_frequency(frequency, ratio),
+        inside=0 < peak < ratio.size - 1,
     )
+
+
+def _isolation_frequency(frequency: FloatArray, ratio: FloatArray) -> float:
+    """Where the transmissibility falls below 1 for good [Hz]; NaN if it does nowhere."""
+    above = np.flatnonzero(~(ratio < 1.0))
+    if above.size == 0:
+        return float(frequency[0])
+    last = int(above[-1])
+    if last + 1 == ratio.size:
+        return math.nan
+    # Both fall nearly by powers of each other.
+    share = math.log(ratio[last]) / math.log(ratio[last] / ratio[last + 1])
+    return float(frequency[last] * (frequency[last + 1] / frequency[last]) ** share)

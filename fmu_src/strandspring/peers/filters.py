@@ -17,7 +17,7 @@ import numpy as np
 from scipy.fft import dct
 from scipy.signal import butter, sosfiltfilt
 
-from ..loops.strokes import FloatArray
+from ..kernel.arrays import FloatArray
 
 _ORDER = 4  # of the Butterworth filter, which runs forth and back
 _CUTOFFS = 60  # tried between one half cycle per record and the Nyquist frequency

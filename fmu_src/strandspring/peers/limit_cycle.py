@@ -36,10 +36,10 @@ from numpy.typing import ArrayLike
 from ..conversions import NormalizedBoucWen
 from ..errors import RecordError
 from ..identification.outcomes import IdentificationError, Outcome
-from ..identification.periods import Periods, whole_periods
+from .periods import Periods, whole_periods
 from ..identification.stages import N_BOUNDS, SIGMA_BOUNDS
-from ..kernel.path import split_strokes
-from ..loops.strokes import FloatArray, noise_level
+from ..kernel.arrays import FloatArray
+from ..loops.strokes import noise_level, turning_points
 
 _SCAN_N, _SCAN_STIFFNESS = 12, 24  # values tried before the minimum is bracketed
 _LOG_N = (math.log(N_BOUNDS[0]), math.log(N_BOUNDS[1]))
@@ -152,12 +152,10 @@ class _Cycle:
 def _cycle(periods: Periods, where: str) -> _Cycle:
     top = int(np.argmax(periods.displacement))
     x, r = (np.append(np.roll(v, -top), v[top]) for v in (periods.displacement, periods.mean_force))
-    strokes = split_strokes(x)
-    if strokes.direction.size != 2:
-        raise RecordError(
-            f"{where}: the displacement must rise and fall once per period, got {strokes.direction.size} strokes."
-        )
-    turn = int(strokes.first[1])
+    ends = turning_points(x, 0.0)
+    if ends.size != 3:
+        raise RecordError(f"{where}: the displacement must rise and fall once per period, got {ends.size - 1} strokes.")
+    turn = int(ends[1])
     x = x - 0.5 * (x[0] + x[turn])
     branches = ((x[turn:], r[turn:]), (-x[: turn + 1], -r[: turn + 1]))
     reach = float(x[0])

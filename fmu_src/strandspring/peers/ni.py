@@ -24,9 +24,9 @@ from dataclasses import dataclass, fields
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..core.parameters import N_RANGE, SIGMA_RANGE
-from ..core.saturation import saturation
-from ..kernel.path import FloatArray, as_path, saturation_of, split_strokes, stroke_start_xi, tables
+from ..core.parameters import N_RANGE, SIGMA_RANGE, SpringParameters
+from ..kernel.arrays import FloatArray
+from ..kernel.path import PathSolver, as_path
 
 # Memory that changes by less than this over a period is that of the steady state.
 _STEADY = 1e-13
@@ -133,16 +133,7 @@ class NiParameters:
         z0 = self.z0
         if not abs(Z_start) <= z0:
             raise ValueError(f"`Z_start` must be within -z0 and z0 = {z0!r} N, got {Z_start!r}.")
-        strokes = split_strokes(path)
-        if strokes.direction.size == 0:
-            return np.full(path.shape, Z_start)
-        table, lists = tables(self.n, self.sigma)
-        start = path[strokes.first]
-        xi0 = stroke_start_xi(lists, self.rho, start, strokes.direction, Z_start / z0)
-        of = strokes.of_sample
-        Z = z0 * strokes.direction[of] * saturation_of(table, xi0[of] + self.rho * np.abs(path - start[of]))
-        Z[: strokes.first_moved] = Z_start
-        return np.asarray(Z)
+        return z0 * self._normalized().omega(path, Z_start / z0)
 
     def force(self, displacement: ArrayLike, Z_start: float = 0.0) -> FloatArray:
         """Restoring force along a path [N], eq. (26); parameters as those of `hysteretic`."""
@@ -164,16 +155,12 @@ class NiParameters:
         top = int(np.argmax(path))
         # Begun and ended at its top, so that the memory at the start is that at the end.
         rolled = np.append(np.roll(path, -top), path[top])
-        strokes = split_strokes(rolled)
-        if strokes.direction.size == 0:
+        if np.ptp(rolled) == 0.0:
             raise ValueError(f"`period` must move forth and back, got {path.size} samples at {path[0]!r} mm.")
-        _, lists = tables(self.n, self.sigma)
-        start = rolled[strokes.first]
-        last = self.rho * abs(float(rolled[-1] - start[-1]))
+        solver = self._normalized()
 
         def after_a_period(omega: float) -> float:
-            xi0 = stroke_start_xi(lists, self.rho, start, strokes.direction, omega)
-            return float(strokes.direction[-1]) * saturation(lists, float(xi0[-1]) + last)
+            return float(solver.omega(rolled, omega)[-1])
 
         omega = after_a_period(1.0)
         if abs(after_a_period(omega) - omega) > _STEADY:
@@ -183,6 +170,10 @@ class NiParameters:
             # The map contracts within [-1, 1], slowly when the loops are small; its fixed point is bracketed.
             omega = float(brentq(lambda w: after_a_period(w) - w, -1.0, 1.0, xtol=_STEADY))
         return np.roll(self.hysteretic(rolled, self.z0 * omega)[:-1], top)
+
+    def _normalized(self) -> PathSolver:
+        """The spring whose omega is Z/z0, with lengths in mm."""
+        return PathSolver(SpringParameters((0.0,), (1.0,), 1.0, self.rho, self.sigma, self.n, 0.0, -1.0, 1.0))
 
     def steady_force(self, period: ArrayLike) -> FloatArray:
         """Restoring force over one period of the steady state [N]; `period` as that of `steady_hysteretic`."""

@@ -23,8 +23,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..core.parameters import N_RANGE, SIGMA_RANGE
-from ..identification.periods import Periods, whole_periods
-from ..loops.strokes import FloatArray, noise_level
+from .periods import Periods, whole_periods
+from ..kernel.arrays import FloatArray
+from ..loops.strokes import noise_level
 from .ni import PAPER_NI, NiParameters
 
 _MAX_STEPS = 500  # of the optimizer, refused ones included

@@ -7,8 +7,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from ..errors import RecordError
-from .dialect import Dialect, words
-from .units import Quantity, kind_of_unit, quoted, unit_factor
+from .dialect import Dialect
+from .units import Quantity, kind_of_unit, quoted, unit_factor, words
 
 DEFAULT_UNITS: Mapping[Quantity, str] = {"displacement": "mm", "force": "N", "time": "s"}
 

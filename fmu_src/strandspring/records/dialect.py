@@ -14,13 +14,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from ..errors import RecordError
-from .units import kind_of_unit, quoted
-
-
-def words(text: str) -> frozenset[str]:
-    """The words of a text."""
-    return frozenset(text.split())
-
+from .units import kind_of_unit, quoted, words
 
 # Best guess first: on equal evidence the earlier one wins. None stands for runs of blanks. A comma as both
 # separator and decimal mark works where every cell is quoted.
@@ -38,7 +32,6 @@ NOT_A_NUMBER = words(
 )
 _RULE = re.compile(r"[-=_*.]{2,}")  # a line drawn under the header
 _STARTS_QUOTED = re.compile(r"""(?:^|[\s,;])\"""")
-_OTHER_UNITS = words("- % ° °c c k v mv a ma hz deg pa kpa mpa psi bar mm/s mm/min 1 cycle cycles")
 _JUDGED_LINES = 200
 _QUOTED_LINE_LENGTH = 100_000  # the csv module refuses fields longer than 131072 characters
 
@@ -246,12 +239,9 @@ def _refuse_text(table: Sequence[Sequence[str]], damaged: Sequence[int], shape: 
 
 
 def _is_unit_row(cells: Sequence[str]) -> bool:
-    kinds = [kind_of_unit(cell) for cell in cells if cell]
-    known = all(
-        kind in ("displacement", "force", "time") or cell[0] in "[(" or cell.casefold() in _OTHER_UNITS
-        for kind, cell in zip(kinds, filter(None, cells), strict=True)
-    )
-    return known and ("displacement" in kinds or "force" in kinds)
+    kinds = {cell: kind_of_unit(cell) for cell in cells if cell}
+    all_known = all(kind is not None or cell[0] in "[(" for cell, kind in kinds.items())
+    return all_known and not {"displacement", "force"}.isdisjoint(kinds.values())
 
 
 def _no_numbers(lines: Sequence[str], path: str) -> str:

@@ -8,7 +8,8 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
+from ..kernel.arrays import FloatArray
+
 IndexArray = NDArray[np.intp]
 
 _MOST = 6  # spikes looked for at either end of the range; more of them are no spikes

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import csv
 from collections.abc import Iterable
 from dataclasses import astuple
 from pathlib import Path
 
-from ..files import replacing
+from ..files import write_csv
 from ..isolation.system import Excitation
 from .definition import RunRow
 
@@ -36,7 +35,4 @@ def write_results(path: Path, rows: Iterable[RunRow], excitation: Excitation) ->
         "extrapolating": "beyond the identified range",
         "outcome": "outcome",
     }
-    with replacing(path) as part, part.open("w", encoding="utf-8", newline="") as file:
-        writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(heading[name] for name in RunRow.__dataclass_fields__)
-        writer.writerows(astuple(row) for row in rows)
+    write_csv(path, (heading[name] for name in RunRow.__dataclass_fields__), map(astuple, rows))

@@ -187,7 +187,7 @@ static fmi2Status require_settable(const Instance *instance, fmi2ValueReference 
                           fmu_name(&instance->state.settings, reference).text);
     if (!(instance->state.mode & (INSTANTIATED | INITIALIZATION)))
         return fmu_refuse(&instance->log,
-                          "`%s` is fixed once initialization has ended; reset the instance to change it.",
+                          "`%s` is fixed after initialization; reset the instance to change it.",
                           fmu_name(&instance->state.settings, reference).text);
     return fmi2OK;
 }
@@ -201,7 +201,7 @@ fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference vr[], size_t nv
         if (require_settable(instance, vr[i]) != fmi2OK)
             return fmi2Error;
         if (vr[i] == SPRING_DISPLACEMENT && !isfinite(value[i]))
-            return fmu_refuse(&instance->log, "`displacement` must be finite [m], got %s; the value is ignored.",
+            return fmu_refuse(&instance->log, "`displacement` must be finite [m], got %s; the previous value is kept.",
                               spring_number(value[i]).text);
     }
     fmu_write(instance, vr, nvr, value);

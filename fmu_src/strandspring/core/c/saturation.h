@@ -14,7 +14,7 @@
 
 enum {
     SPRING_POWERS = 12,    /* coefficients of a polynomial of degree 11 */
-    SPRING_PIECES = 144,   /* of a branch; 139 are taken at most */
+    SPRING_PIECES = 156,   /* of a branch; 153 are taken at most */
     SPRING_BUCKETS = 1056, /* of a branch, 16 to the octave: 66 octaves */
     SPRING_MOMENTS = 21    /* for FA of degree 20 at most */
 };
@@ -49,7 +49,7 @@ typedef struct {
     double by_n[SPRING_PIECES][SPRING_POWERS], by_sigma[SPRING_PIECES][SPRING_POWERS];
 } SpringBranch;
 
-/* W for one pair (n, sigma); some 170 kB. */
+/* W for one pair (n, sigma); some 200 kB. */
 typedef struct {
     double n, curvature; /* 2 sigma - 1 */
     SpringBranch rising, falling;
@@ -75,6 +75,9 @@ SPRING_LOCAL double spring_saturation(const SpringTable *table, double xi);
 /* xi where a stroke begins that takes over -1 <= u <= 1: the inverse of the tabulated W itself, to rounding, so that
  * many small reversals do not drift. u = 1 gives the largest xi of the table. */
 SPRING_LOCAL double spring_inverse(const SpringTable *table, double u);
+
+/* W and W' at xi. */
+SPRING_LOCAL double spring_saturation_slope(const SpringTable *table, double xi, double *slope);
 
 /* W and its derivatives at xi; those by n and sigma are valid if the table has been filled with them. */
 SPRING_LOCAL SpringSlopes spring_slopes(const SpringTable *table, double xi);

@@ -10,14 +10,14 @@ from __future__ import annotations
 import struct
 from collections.abc import Sequence
 
-from ...core.parameters import MAXIMUM_DEGREE, SpringParameters
-from ...core.variables import SCALARS, start_values
+from ...core.parameters import MAXIMUM_DEGREE, SCALARS, SpringParameters
+from ...core.variables import start_values
 from ...errors import BuildError
 from .macho import is_macho, with_new_hashes
 
 _COEFFICIENTS = MAXIMUM_DEGREE + 1
-# Marker: magic, size of the block, version of its layout. Then GUID, displacement, numbers of coefficients, kE, kA, the other
-# parameters, omega_start.
+# Marker: magic, size of the block, version of its layout. Then GUID, displacement, numbers of coefficients, kE, kA, the
+# other parameters, omega_start.
 _MARKER = struct.Struct("<16sII")
 _VALUES = struct.Struct(f"<40sdii{_COEFFICIENTS}d{_COEFFICIENTS}d{len(SCALARS)}dd")
 _MAGIC, _VERSION = b"strandspringfmu", 1

@@ -25,8 +25,8 @@ def is_macho(image: bytes) -> bool:
 def with_new_hashes(image: bytes) -> bytes:
     """An image some of whose bytes have been changed, with the hashes in its signature made to fit.
 
-    The linker signs images for arm64 without a key ("ad hoc"): the signature is a list of hashes of the image's pages, and
-    the system ends a program that meets a page with another hash. An image without a signature is returned as it is.
+    The linker signs images for arm64 without a key ("ad hoc"): the signature lists hashes of the image's pages, and the
+    system ends a program that meets a page with another hash. An image without a signature is returned unchanged.
     """
     signed = bytearray(image)
     for directory in _code_directories(image):

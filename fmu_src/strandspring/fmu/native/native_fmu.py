@@ -47,7 +47,8 @@ def build_native_fmu(model: ModelFile, directory: Path, platforms: Sequence[Plat
 
     Raises
     ------
-    StrandspringError  If an image has to be compiled and ziglang is missing or fails, or the folder cannot be written to.
+    StrandspringError  If an image has to be compiled and ziglang is missing or fails, or the folder cannot be written
+                       to.
     """
     path = fmu_path(directory, model.name, "native")
     contents = native_contents(model, default_platforms() if platforms is None else platforms)
@@ -72,7 +73,7 @@ def native_contents(model: ModelFile, platforms: Sequence[Platform]) -> dict[str
         sources=(_UNIT,),
     )
     tool = f"strandspring {installed_version('strandspring')}"
-    spring = model.parameters.spring()
+    spring = model.parameters
     # The binaries hold the GUID, so it comes from what they are made of.
     parts = [model_description(model, "", tool, backend), values_source(spring, "").encode("ascii")]
     for name, content in sorted(fixed.items()):

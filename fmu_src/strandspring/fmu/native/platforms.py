@@ -47,7 +47,7 @@ PLATFORMS = {
 }
 
 
-def host_name() -> str | None:
+def host_folder() -> str | None:
     """The folder below ``binaries/`` for this computer, if FMUs of ours can have one."""
     try:
         target = host_target()
@@ -74,7 +74,7 @@ def chosen_platforms(names: str) -> tuple[Platform, ...]:
             chosen |= PLATFORMS
         elif name == "host":
             host_target()  # or the reason why there is none
-            chosen[str(host_name())] = PLATFORMS[str(host_name())]
+            chosen[str(host_folder())] = PLATFORMS[str(host_folder())]
         elif name in PLATFORMS:
             chosen[name] = PLATFORMS[name]
         else:

@@ -5,6 +5,9 @@
 #include "../../core/c/saturation.c"
 #include "../../core/c/spring.c"
 #include "path.c"
+#include "steady.c"
+#include "periodic.c"
+#include "balance.c"
 
 /* Bytes of a table and of a law, for memory that is aligned to 8 bytes. */
 size_t kernel_table_size(void)

@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..errors import RecordError
-from ..loops.strokes import FloatArray, Strokes, find_strokes, noise_level
+from ..kernel.arrays import FloatArray
+from ..loops.strokes import Strokes, find_strokes, noise_level
 from ..records.record import Record
 
 _REPEATS = 0.02  # rms difference between two periods that is called none, share of the range

@@ -1,0 +1,26 @@
+"""Arrays as the compiled kernel takes them."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+
+def floats(values: ArrayLike) -> FloatArray:
+    """Values as contiguous doubles; not copied if they are."""
+    return np.asarray(values, dtype=np.float64, order="C")
+
+
+def integers(values: ArrayLike) -> IntArray:
+    """Values as contiguous 64-bit integers; not copied if they are."""
+    return np.asarray(values, dtype=np.int64, order="C")
+
+
+def address(array: NDArray[Any]) -> int:
+    """Where an array begins, which must be contiguous and outlive the call."""
+    return int(array.__array_interface__["data"][0])

@@ -1,0 +1,67 @@
+/* Steady vibration of a mass on equal springs by harmonic balance, with alternating frequency and time.
+ *
+ * S springs in series share the displacement z of the mount, P such rows stand side by side. The N = 2H + 1 Fourier
+ * coefficients of z (see periodic.h) balance, harmonic by harmonic,
+ *
+ *     -m*(k*Omega)^2*z_k + c*k*Omega*z'_k + P*[r(z/S)]_k = L*[k = 0] + F*[k = 1, cosine],
+ *
+ * with F = forcing + forcing_by_square*Omega^2. The springs' force is taken in time, where a whole period follows at once,
+ * and brought back by its projection. Newton's method solves the balance with its exact Jacobian. */
+#ifndef BALANCE_H
+#define BALANCE_H
+
+#include "../../core/c/spring.h"
+
+#include <stddef.h>
+
+/* One system under one level of excitation; read only, but for `start` and the workspace, so that each thread needs its
+ * own. */
+typedef struct {
+    const SpringLaw *law;
+    size_t harmonics, samples;
+    const double *basis; /* see periodic.h */
+    double *workspace;   /* as many doubles as balance_workspace says */
+    double start;        /* as in spring_periodic; 0.5 to begin with */
+    double parallel, series;
+    double mass, damping, static_load;  /* [kg], [N s/m], L [N] */
+    double forcing, forcing_by_square;  /* [N], [N s^2] */
+    double force_on_mass;               /* amplitude of the part of F that pushes the mass itself [N]; the rest is inertia */
+} BalancedMass;
+
+/* What a steady motion is summed up in. */
+typedef struct {
+    double low, high;    /* displacement of one spring [m] */
+    double omega;        /* at phase 0 [-] */
+    double push;         /* largest force on the mass over the period, its inertia left out, of either sign [N] */
+} BalancedMotion;
+
+size_t balance_workspace(size_t harmonics, size_t samples);
+
+/* The unbalanced force of a motion [N], its derivatives by the coefficients [N/m] and by Omega [N s], and the largest term
+ * of the balance, by which tolerances are scaled [N]. Returns 0 if the motion does not move.
+ *
+ * z, residual, by_frequency   N
+ * jacobian                    N rows of N */
+int balance_at(
+    BalancedMass *mass, const double *z, double frequency, double *residual, double *jacobian, double *by_frequency,
+    double *scale, BalancedMotion *motion);
+
+/* Newton's method at a fixed frequency Omega [rad/s], from the motion z, which is replaced by the steady one if 1 is
+ * returned; 0 if there is no convergence. */
+int balance_solve(BalancedMass *mass, double frequency, double *z, BalancedMotion *motion);
+
+/* The steady motions at rising frequencies, each predicted along the tangent of the one before and reached in several steps
+ * if need be. Ends where a motion would not be continuous with the one before, or beyond the limits.
+ *
+ * log, z        ln(Omega) and coefficients of the steady motion that is gone out from
+ * count, logs   the wanted ln(Omega), rising, all above `log`
+ * low, high     displacement of one spring; a motion that goes beyond is the last [m]
+ * found         coefficients at each frequency reached, up to `count` rows of N
+ * motions       one for each of them
+ *
+ * Returns the number of frequencies reached. */
+size_t balance_sweep(
+    BalancedMass *mass, double log, const double *z, size_t count, const double *logs, double low, double high, double *found,
+    BalancedMotion *motions);
+
+#endif

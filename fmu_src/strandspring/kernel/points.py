@@ -1,0 +1,90 @@
+"""omega at points of given strokes, with exact derivatives, for those who fit springs to records.
+
+u = W(xi; n, sigma) is the inverse of the integrals S and T of `core.saturation`, whose integrands depend on n and sigma
+at a fixed u. With I(u) the integral and I_theta(u) its derivative at fixed u, xi = I(u) gives
+
+    dW/dtheta = -W'(xi) * I_theta(u),        W'(xi) = du/dxi.
+
+On a stroke xi = xi0 + rho*s, and xi0 = W^-1(u0) inherits its derivatives from the end of the stroke before,
+u0 = -u(end).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .arrays import FloatArray, IntArray, address, floats, integers
+from .library import library
+from .table import table
+
+
+def omega_at_points(
+    rho: float,
+    sigma: float,
+    n: float,
+    omega_start: float,
+    direction: IntArray,
+    length: FloatArray,
+    stroke: IntArray,
+    travel: FloatArray,
+) -> FloatArray:
+    """omega at points of S consecutive strokes.
+
+    Parameters
+    ----------
+    rho, sigma, n : float                     [1/m], [-], [-].
+    omega_start : float                       omega at the beginning of the first stroke.
+    direction, length : ndarray, shape (S,)   +1 or -1, alternating; length of each stroke [m].
+    stroke, travel : ndarray, shape (P,)      Stroke of each point and its distance from the stroke's beginning [m].
+
+    Returns
+    -------
+    ndarray, shape (P,)
+    """
+    return _omega(rho, sigma, n, omega_start, direction, length, stroke, travel, derivatives=False)[0]
+
+
+def omega_with_derivatives(
+    rho: float,
+    sigma: float,
+    n: float,
+    omega_start: float,
+    direction: IntArray,
+    length: FloatArray,
+    stroke: IntArray,
+    travel: FloatArray,
+) -> tuple[FloatArray, FloatArray]:
+    """The same, and the derivatives by rho, sigma, n and omega_start, shape (4, P)."""
+    return _omega(rho, sigma, n, omega_start, direction, length, stroke, travel, derivatives=True)
+
+
+def _omega(
+    rho: float,
+    sigma: float,
+    n: float,
+    omega_start: float,
+    direction: IntArray,
+    length: FloatArray,
+    stroke: IntArray,
+    travel: FloatArray,
+    derivatives: bool,
+) -> tuple[FloatArray, FloatArray]:
+    direction, length, stroke, travel = integers(direction), floats(length), integers(stroke), floats(travel)
+    omega = np.empty(travel.size)
+    partials = np.empty((4 if derivatives else 0, travel.size))
+    workspace = np.empty(6 * direction.size)
+    library().spring_at_points(
+        table(n, sigma, derivatives).address,
+        rho,
+        omega_start,
+        direction.size,
+        address(direction),
+        address(length),
+        travel.size,
+        address(stroke),
+        address(travel),
+        address(workspace),
+        address(omega),
+        address(partials) if derivatives else None,
+    )
+    return omega, partials

@@ -1,0 +1,63 @@
+"""The universal saturation function W of the normalized Bouc-Wen model, tabulated by the compiled kernel.
+
+`strandspring.core.saturation` derives it.
+"""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+import numpy as np
+
+from .arrays import FloatArray, address, floats
+from .library import library
+
+_WITH_DERIVATIVES, _WITH_MOMENTS = 1, 2  # as in saturation.h
+
+
+class Table:
+    """W and its inverse for one pair (n, sigma); some 200 kB, made in half a millisecond.
+
+    Parameters
+    ----------
+    n, sigma : float     Within the bounds of `SpringParameters`.
+    derivatives : bool   Tabulate the derivatives by n and sigma too, for `omega_at_points`.
+    moments : bool       Tabulate what absorbed energies need.
+    """
+
+    def __init__(self, n: float, sigma: float, derivatives: bool = False, moments: bool = False) -> None:
+        kernel = library()
+        self.n = n
+        self.sigma = sigma
+        self._memory = np.empty(kernel.kernel_table_size() // 8)
+        kernel.kernel_tabulate(
+            self.address,
+            n,
+            sigma,
+            _WITH_DERIVATIVES * derivatives + _WITH_MOMENTS * moments,
+        )
+
+    @property
+    def address(self) -> int:
+        """Where the kernel finds it; valid while the table lives."""
+        return address(self._memory)
+
+    def saturation(self, xi: FloatArray) -> FloatArray:
+        """W(xi) elementwise: u = direction*omega after the scaled distance xi from its zero crossing."""
+        xi = floats(xi)
+        u = np.empty_like(xi)
+        library().kernel_saturation(self.address, xi.size, address(xi), address(u))
+        return u
+
+    def inverse(self, u: FloatArray) -> FloatArray:
+        """xi at which W is u, elementwise, -1 <= u <= 1; the largest xi of the table for 1."""
+        u = floats(u)
+        xi = np.empty_like(u)
+        library().kernel_inverse(self.address, u.size, address(u), address(xi))
+        return xi
+
+
+@lru_cache(maxsize=16)
+def table(n: float, sigma: float, derivatives: bool = False, moments: bool = False) -> Table:
+    """The table of a pair (n, sigma), which springs share."""
+    return Table(n, sigma, derivatives, moments)
