@@ -377,11 +377,13 @@ def described(workshop: Workshop, model: str, *arguments: str) -> Outputs:
     told = json.loads(out)
     for loop in told["loops"]:
         loop["source"] = "model" if loop["source"] == "model" else "record"
+        loop |= {before: loop.pop(now) for now, before in RENAMED.items() if now in loop}
     return flat(told)
 
 
 # Flat tables of numbers and words
 
+RENAMED = {"min_force": "least_force", "max_force": "greatest_force"}
 LEFT_OUT = {
     "sentence", "path", "model", "output", "plot", "report", "meaning", "compared", "reason", "indistinct", "seed"
 }  # sentences may change, paths do  # fmt: skip

@@ -17,7 +17,7 @@ from strandspring.identification.campaign import (
 )
 from strandspring.kernel.path import PathSolver
 from strandspring.loops.cycles import find_cycles
-from strandspring.loops.modelled import model_curve
+from strandspring.loops.modelled import steady_loop
 from synthetic import AMPLITUDE, MEAN, spring_of
 
 FREQUENCIES = (0.13, 0.5, 2.12)  # the paper's range [Hz]
@@ -106,7 +106,7 @@ AMPLITUDES = (0.007, 0.013, 0.02)
 def test_saturated_loading_paths_overlap_and_others_do_not(strokes_in_steady: float, verdict: OverlapVerdict) -> None:
     parameters = spring_of(1.0, 1.0, strokes_in_steady)
     solver = PathSolver(parameters)
-    model = loading_overlap([model_curve(solver, MEAN - a, MEAN + a) for a in AMPLITUDES])
+    model = loading_overlap([steady_loop(solver, MEAN - a, MEAN + a) for a in AMPLITUDES])
     records = [measured(parameters, 1.0, a, seed=k) for k, a in enumerate(AMPLITUDES)]
     told = loading_overlap([cycle for record in records for cycle in find_cycles(record)])
     assert model is not None
@@ -123,7 +123,7 @@ def test_the_distance_of_loading_paths_in_closed_form() -> None:
     # n = sigma = 1: omega = 1 - (1 + w)*exp(-rho*s), w = tanh(rho*L/2), on a linear spring with FA = 1.
     rho, kappa = 150.0, 10.0
     solver = PathSolver(SpringParameters((0.0, 1000.0), (1.0,), kappa, rho, 1.0, 1.0, 0.0, -0.02, 0.02))
-    told = loading_overlap([model_curve(solver, -a, a) for a in (0.01, 0.02)])
+    told = loading_overlap([steady_loop(solver, -a, a) for a in (0.01, 0.02)])
     x = np.linspace(0.0, 0.02 * 0.48, 400)
     small, large = (1.0 - (1.0 + np.tanh(rho * a)) * np.exp(-rho * (x + a)) for a in (0.01, 0.02))
     assert told is not None
@@ -134,8 +134,8 @@ def test_overlap_that_cannot_be_told() -> None:
     parameters = spring_of(1.0, 1.0)
     solver = PathSolver(parameters)
     assert loading_overlap([]) is None
-    assert loading_overlap([model_curve(solver, MEAN - 0.01, MEAN + 0.01)]) is None
-    apart = loading_overlap([model_curve(solver, 0.03, 0.04), model_curve(solver, 0.05, 0.07)])
+    assert loading_overlap([steady_loop(solver, MEAN - 0.01, MEAN + 0.01)]) is None
+    apart = loading_overlap([steady_loop(solver, 0.03, 0.04), steady_loop(solver, 0.05, 0.07)])
     assert apart is not None
     assert apart.verdict is OverlapVerdict.NO_SHARED_RANGE
     assert apart.sentence == OverlapVerdict.NO_SHARED_RANGE.value

@@ -1,4 +1,4 @@
-"""What is told about records besides the results: notes on how they were read, and cautions."""
+"""Messages about records besides the results: notes on how they were read, and cautions."""
 
 from __future__ import annotations
 
@@ -16,23 +16,23 @@ from .output import note
 _ROUNDING = 1e-9
 
 
-def tell_notes(records: Iterable[Record]) -> None:
-    """Tell what was assumed when records were read."""
+def note_assumptions(records: Iterable[Record]) -> None:
+    """Report what was assumed when records were read."""
     for record in records:
         for sentence in record.notes:
             note(f"{record.path}: {sentence}")
 
 
 def caution_backwards(records: Iterable[Record]) -> None:
-    """Tell which records have loops that run the other way than a spring's, as if a column's sign were turned."""
+    """Report records whose loops run backwards, as if the sign of a column were wrong."""
     for record in records:
-        turned = backwards(record)
-        if turned is not None:
-            note(f"Caution: {record.path}: {turned.value}")
+        finding = backwards(record)
+        if finding is not None:
+            note(f"Caution: {record.path}: {finding.value}")
 
 
 def outside_range(p: SpringParameters) -> str:
-    """How a caution ends that something lies, or goes, beyond the identified range."""
+    """The end of a caution about something outside the identified range."""
     return (
         f"outside the identified range {p.displacement_min * 1e3:.6g} to {p.displacement_max * 1e3:.6g} mm, where the "
         "model is continued linearly."
@@ -40,7 +40,7 @@ def outside_range(p: SpringParameters) -> str:
 
 
 def caution_samples(source: str, displacement: NDArray[np.float64], p: SpringParameters) -> None:
-    """Tell which share of a record's displacements [m] lies outside the identified range, if any does."""
+    """Report the share of a record's displacements [m] outside the identified range, if any."""
     slack = _ROUNDING * (p.displacement_max - p.displacement_min)
     outside = np.mean((displacement < p.displacement_min - slack) | (displacement > p.displacement_max + slack))
     if outside > 0.0:

@@ -17,7 +17,7 @@ from .paths import refuse_overwriting
 
 @click.command()
 @click.argument("model", metavar="MODEL.json")
-@click.option("--ssv", is_flag=True, help="Write SSP parameter values (SSV), to be applied to the model's FMU.")
+@click.option("--ssv", is_flag=True, help="Write SSP parameter values (SSV) for the model's FMU.")
 @click.option("--modelica", is_flag=True, help="Write a Modelica package: parameters, spring, flanges for the FMU.")
 @click.option(
     "-o",
@@ -25,11 +25,11 @@ from .paths import refuse_overwriting
     default="dist",
     show_default=True,
     metavar="DIR|FILE",
-    help="Folder, or file name that ends in .ssv or .mo; a .mo file is called like its package.",
+    help="Folder, or file name ending in .ssv or .mo; a .mo file has the name of its package.",
 )
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object instead of text.")
 def export(model: str, ssv: bool, modelica: bool, output: str, as_json: bool) -> None:
-    """Write a model's parameters for other tools: SSP parameter values, a Modelica package, or both.
+    """Export a model's parameters as SSP parameter values or a Modelica package.
 
     \b
     Examples:
@@ -38,15 +38,15 @@ def export(model: str, ssv: bool, modelica: bool, output: str, as_json: bool) ->
       strandspring export spring.json --ssv --modelica -o dist
     """
     if not (ssv or modelica):
-        raise click.UsageError("Say what to write: --ssv, --modelica or both.")
+        raise click.UsageError("Nothing to write; give --ssv, --modelica or both.")
     content = load_model(model)
     package = package_name(content.name)
-    # Both places are settled before anything is written.
-    ssv_path = _place(output, f"{content.name}.ssv") if ssv else None
-    modelica_path = _place(output, f"{package}.mo") if modelica else None
+    # Both paths are checked before anything is written.
+    ssv_path = _output_path(output, f"{content.name}.ssv") if ssv else None
+    modelica_path = _output_path(output, f"{package}.mo") if modelica else None
     if modelica_path is not None and modelica_path.stem != package:
         raise click.UsageError(
-            f"Modelica wants the file of package {package} to be called {package}.mo, got {modelica_path.name}."
+            f"The file of the Modelica package {package} must be named {package}.mo, got {modelica_path.name}."
         )
     refuse_overwriting([model], {"--ssv": ssv_path, "--modelica": modelica_path})
     if ssv_path is not None:
@@ -54,7 +54,7 @@ def export(model: str, ssv: bool, modelica: bool, output: str, as_json: bool) ->
     if modelica_path is not None:
         write_text(modelica_path, modelica_package(content))
         if package != content.name:
-            note(f"The package is called {package}, because {content.name} is a word of Modelica.")
+            note(f"The package is named {package}, because {content.name} is a reserved word in Modelica.")
     if as_json:
         written = {"ssv": ssv_path, "modelica": modelica_path}
         result_json(
@@ -71,8 +71,8 @@ def export(model: str, ssv: bool, modelica: bool, output: str, as_json: bool) ->
         result(f"Modelica package: {modelica_path}")
 
 
-def _place(output: str, name: str) -> Path:
-    """Where the file `name` goes: into the folder `output`, or to `output` itself if it ends as `name` does."""
+def _output_path(output: str, name: str) -> Path:
+    """The file `name` in the folder `output`, or `output` itself if it has the suffix of `name`."""
     path, suffix = Path(output), Path(name).suffix
     try:
         if path.is_dir() or not (path.suffix or path.exists()):
@@ -80,5 +80,5 @@ def _place(output: str, name: str) -> Path:
     except OSError as problem:
         raise StrandspringError(f"{path} cannot be written: {problem.strerror}.") from None
     if path.suffix != suffix:
-        raise click.UsageError(f"-o must be a folder, or for this file a name that ends in {suffix}, got {output}.")
+        raise click.UsageError(f"-o must be a folder, or a file name ending in {suffix}, got {output}.")
     return path

@@ -22,11 +22,11 @@ def fit_json(fit: RecordFit) -> dict[str, Any]:
     }
 
 
-def verdict_json(told: RateIndependence | Overlap | None) -> dict[str, Any] | None:
+def verdict_json(finding: RateIndependence | Overlap | None) -> dict[str, Any] | None:
     """A verdict on a test campaign as JSON."""
-    if told is None:
+    if finding is None:
         return None
-    return {**asdict(told), "verdict": told.verdict.name.lower(), "sentence": told.sentence}
+    return {**asdict(finding), "verdict": finding.verdict.name.lower(), "sentence": finding.sentence}
 
 
 def fit_lines(fits: tuple[RecordFit, ...]) -> list[str]:
@@ -38,7 +38,7 @@ def fit_lines(fits: tuple[RecordFit, ...]) -> list[str]:
 
 
 def parameter_lines(p: SpringParameters, uncertainty: dict[str, Any]) -> list[str]:
-    """The parameters, with their standard errors where they are known, in units that people read."""
+    """The parameters, with their standard errors where known."""
     numbers = asdict(p)
     errors = {
         name: f"+- {uncertainty[name]:.2g}" if uncertainty.get(name) is not None else ""
@@ -53,8 +53,8 @@ def parameter_lines(p: SpringParameters, uncertainty: dict[str, Any]) -> list[st
     low, high, middle = (1e3 * v for v in (p.displacement_min, p.displacement_max, p.displacement_offset))
     lines.append(f"  identified from {low:.6g} to {high:.6g} mm, polynomials about {middle:.6g} mm")
     if "bootstrap" in uncertainty:
-        drawn = uncertainty["bootstrap"]
-        spread = ", ".join(f"{name} +- {drawn[name]:.2g}" for name in ("kappa_omega", "rho", "sigma", "n"))
-        lines.append(f"  bootstrap of {drawn['repetitions']} (seed {drawn['seed']}): {spread}")
+        bootstrap = uncertainty["bootstrap"]
+        spread = ", ".join(f"{name} +- {bootstrap[name]:.2g}" for name in ("kappa_omega", "rho", "sigma", "n"))
+        lines.append(f"  bootstrap of {bootstrap['repetitions']} (seed {bootstrap['seed']}): {spread}")
     lines += [f"  {sentence}" for sentence in uncertainty.get("indistinct", [])]
     return [line.rstrip() for line in lines]

@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
 import click
 
-from ..identification.api import Options
 from ..identification.api import identify as identify_records
 from ..identification.campaign import campaign_verdicts
+from ..identification.method import Method
 from ..identification.result import Identification
-from ..modelfile import ModelFile, checked_name, save_model
-from .cautions import tell_notes
+from ..modelfile import ModelFile, check_name, save_model
+from .cautions import note_assumptions
 from .fit_tables import fit_json, fit_lines, parameter_lines, verdict_json
 from .options import ColumnOptions, column_options, identification_options, identifier, method_options, read_records
 from .output import note, result, result_json, working
@@ -37,10 +38,10 @@ def identify(
     as_json: bool,
     **options: Any,
 ) -> None:
-    """Identify a spring from one or more force-displacement records.
+    """Identify a spring from force-displacement records.
 
     A record is a delimited text file with a displacement and a force column; separator, decimal mark, header,
-    units and encoding are found out. Several records are fitted as one spring.
+    units and encoding are detected. Several records are fitted as one spring.
 
     \b
     Examples:
@@ -50,7 +51,7 @@ def identify(
     """
     method = method_options(options)
     refuse_overwriting(records, {"--output": output, "--report": report})
-    chosen = identifier(output) if name is None else checked_name(name)
+    chosen = identifier(output) if name is None else check_name(name)
     model, identification = identified(records, ColumnOptions(**options), method, chosen, description)
     save_model(output, model)
     if report is not None:
@@ -58,16 +59,16 @@ def identify(
 
         with working("Drawing the report"):
             write_report(Path(report), model, identification)
-    # One record is no campaign; `info` tells of one that holds several amplitudes or frequencies.
-    campaign = campaign_verdicts(identification.records) if len(identification.records) > 1 else (None, None)
+    # For one record that holds several amplitudes or frequencies there is `info`.
+    verdicts = campaign_verdicts(identification.records) if len(identification.records) > 1 else (None, None)
     if as_json:
-        rate, overlap = map(verdict_json, campaign)
+        rate, overlap = map(verdict_json, verdicts)
         result_json(
             {
                 "model": output,
                 "name": model.name,
                 "method": identification.method,
-                "parameters": model.parameters.model_dump(mode="json"),
+                "parameters": asdict(model.parameters),
                 "rmse": identification.rmse,
                 "rnl": identification.rnl,
                 "uncertainty": identification.uncertainty,
@@ -80,9 +81,9 @@ def identify(
         )
         return
     print_identification(identification)
-    for told in campaign:
-        if told is not None:
-            result(told.sentence)
+    for verdict in verdicts:
+        if verdict is not None:
+            result(verdict.sentence)
     result(f"Model file: {output}")
     if report is not None:
         result(f"Report: {report}")
@@ -91,13 +92,13 @@ def identify(
 def identified(
     records: tuple[str, ...],
     columns: ColumnOptions,
-    options: Options,
+    options: Method,
     name: str,
     description: str = "",
 ) -> tuple[ModelFile, Identification]:
-    """Read the records, identify the spring and tell its cautions on standard error."""
+    """Read the records, identify the spring and report cautions on standard error."""
     group = read_records(records, columns)
-    tell_notes(group)
+    note_assumptions(group)
     with working("Identifying"):
         identification = identify_records(group, options)
     for outcome in identification.outcomes:
@@ -106,7 +107,7 @@ def identified(
 
 
 def print_identification(identification: Identification) -> None:
-    """The result in words."""
+    """Print the result in words."""
     result(f"Identified by the {identification.method} method: rmse {identification.rmse:.4g} N, "
            f"RNL {identification.rnl:.4f}")  # fmt: skip
     lines = fit_lines(identification.fits)

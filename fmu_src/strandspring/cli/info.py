@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import asdict
 from typing import Any
 
@@ -13,17 +14,17 @@ from ..identification.campaign import campaign_verdicts
 from ..kernel.path import PathSolver
 from ..loops.loop import Loop, LoopFigures
 from ..loops.measured import MeasuredLoop, measured_loops
-from ..loops.modelled import model_curve
+from ..loops.modelled import steady_loop
 from ..modelfile import ModelFile, load_model
-from .cautions import caution_backwards, outside_range, tell_notes
+from .cautions import caution_backwards, note_assumptions, outside_range
 from .fit_tables import parameter_lines, verdict_json
 from .options import ColumnOptions, FiniteRange, column_options, read_records
-from .output import note, progress, result, result_json
+from .output import note, progress, result, result_json, result_table
 
 _DEFAULT_SHARES = (0.25, 0.5, 0.75, 1.0)  # of the identified half range
 _SLACK = 1e-3  # share of the identified range by which a loop may pass it: cycles differ by as much
 
-# Heading, figure, factor from SI to what people read; J are 1e3 N*mm.
+# Heading, figure, factor from SI to the unit of the heading.
 _COLUMNS = (
     ("amplitude mm", "amplitude", 1e3),
     ("from mm", "low", 1e3),
@@ -33,8 +34,8 @@ _COLUMNS = (
     ("loss factor", "loss_factor", 1.0),
     ("damping ratio", "damping_ratio", 1.0),
     ("mean N", "mean_force", 1.0),
-    ("least N", "least_force", 1.0),
-    ("greatest N", "greatest_force", 1.0),
+    ("min N", "min_force", 1.0),
+    ("max N", "max_force", 1.0),
 )
 
 
@@ -53,11 +54,11 @@ _COLUMNS = (
 @column_options
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object instead of text.")
 def info(model: str, records: tuple[str, ...], amplitudes: tuple[float, ...], as_json: bool, **columns: Any) -> None:
-    """Say what a model holds and what an engineer reads off its loops, beside those of records.
+    """Show a model's parameters and loop figures, beside those of records.
 
     For each amplitude: secant stiffness between the turning points, energy absorbed per cycle W, loss factor
     W/(2 pi Ws) with Ws = secant stiffness * amplitude^2 / 2, equivalent viscous damping ratio (half of that), mean
-    force and peak forces. Several records also tell whether the force depends on the frequency and whether the
+    force and peak forces. Several records also show whether the force depends on the frequency and whether the
     loading paths of different amplitudes overlap.
 
     \b
@@ -67,42 +68,43 @@ def info(model: str, records: tuple[str, ...], amplitudes: tuple[float, ...], as
       strandspring info spring.json a13.csv a46.csv --json
     """
     content = load_model(model)
-    parameters = content.parameters.spring()
+    parameters = content.parameters
     solver = PathSolver(parameters)
     group = read_records(records, ColumnOptions(**columns))
-    tell_notes(group)
+    note_assumptions(group)
     caution_backwards(group)
     measured = [loop for record in progress(group, "Measuring loops") for loop in measured_loops(record)]
-    wanted = [model_curve(solver, *ends) for ends in _wanted(parameters, amplitudes, bool(records))]
-    pairs = [(loop, model_curve(solver, loop.figures.low, loop.figures.high)) for loop in measured]
-    _caution(parameters, [*((model, loop.figures) for loop in wanted), *((m.path, m.figures) for m in measured)])
-    rate, overlap = campaign_verdicts(group, wanted)
+    modelled = [steady_loop(solver, *ends) for ends in _turning_points(parameters, amplitudes, bool(records))]
+    pairs = [(loop, steady_loop(solver, loop.figures.low, loop.figures.high)) for loop in measured]
+    _caution(parameters, [*((model, loop.figures) for loop in modelled), *((m.path, m.figures) for m in measured)])
+    rate, overlap = campaign_verdicts(group, modelled)
     if as_json:
-        loops = [_loop_json("model", loop.figures) for loop in wanted]
-        for loop, twin in pairs:
-            loops += [_measured_json(loop), _loop_json("model", twin.figures)]
+        loops = [_loop_json("model", loop.figures) for loop in modelled]
+        for loop, model_loop in pairs:
+            loops += [_measured_json(loop), _loop_json("model", model_loop.figures)]
         result_json(
             {
                 "model": model,
                 "name": content.name,
-                "parameters": content.parameters.model_dump(mode="json"),
+                "parameters": asdict(content.parameters),
                 "loops": loops,
                 "rate_independence": verdict_json(rate),
                 "overlap": verdict_json(overlap),
             }
         )
         return
-    for line in _summary(model, content, parameters) + _table(wanted, pairs):
+    for line in _summary(model, content, parameters):
         result(line)
-    for told in (rate, overlap):
-        if told is not None:
-            result(told.sentence)
+    result_table([*(heading for heading, _, _ in _COLUMNS), "source"], _rows(modelled, pairs), left=["source"])
+    for verdict in (rate, overlap):
+        if verdict is not None:
+            result(verdict.sentence)
 
 
-def _wanted(p: SpringParameters, amplitudes: tuple[float, ...], beside: bool) -> list[tuple[float, float]]:
-    """Turning points [m] of the loops asked for."""
+def _turning_points(p: SpringParameters, amplitudes: tuple[float, ...], has_records: bool) -> list[tuple[float, float]]:
+    """Turning points [m] of the loops to show besides those of records."""
     reaches = [amplitude * 1e-3 for amplitude in amplitudes]
-    if not reaches and not beside:
+    if not reaches and not has_records:
         reaches = [0.5 * share * (p.displacement_max - p.displacement_min) for share in _DEFAULT_SHARES]
     return [(p.displacement_offset - reach, p.displacement_offset + reach) for reach in reaches]
 
@@ -118,25 +120,20 @@ def _caution(p: SpringParameters, loops: list[tuple[str, LoopFigures]]) -> None:
 
 
 def _loop_json(source: str, figures: LoopFigures) -> dict[str, Any]:
-    return {"source": source, **{name: _finite(getattr(figures, name)) for _, name, _ in _COLUMNS}}
+    return {"source": source, **{name: getattr(figures, name) for _, name, _ in _COLUMNS}}
 
 
 def _measured_json(loop: MeasuredLoop) -> dict[str, Any]:
-    spread = None if loop.spread is None else {name: _finite(v) for name, v in asdict(loop.spread).items()}
     return {
         **_loop_json(loop.path, loop.figures),
         "cycles": loop.cycles,
         "frequency": loop.frequency,
-        "spread": spread,
+        "spread": None if loop.spread is None else asdict(loop.spread),
     }
 
 
-def _finite(value: float) -> float | None:
-    return value if math.isfinite(value) else None
-
-
 def _summary(path: str, model: ModelFile, parameters: SpringParameters) -> list[str]:
-    """What the model file holds, in words; fit and provenance are free JSON, so that any of it may be missing."""
+    """The model file in words; fit and provenance are free JSON, of which any part may be missing."""
     lines = [f"Model {model.name} ({path})" + (f": {model.description}" if model.description else "")]
     lines += parameter_lines(parameters, model.uncertainty)
     fit, origin = model.fit, model.provenance
@@ -151,30 +148,24 @@ def _summary(path: str, model: ModelFile, parameters: SpringParameters) -> list[
 
 
 def _plain(value: Any) -> str:
-    """Text of a model file that somebody else may have written, without control characters for the terminal."""
+    """Text of a model file without control characters, which could change the terminal."""
     return "".join(c if c.isprintable() else "?" for c in str(value))
 
 
-def _table(wanted: list[Loop], pairs: list[tuple[MeasuredLoop, Loop]]) -> list[str]:
-    headings = [heading for heading, _, _ in _COLUMNS]
-    rows = [[*headings, "source"]]
-    for loop in wanted:
-        rows.append([*_cells(loop.figures), "model"])
-    for measured, twin in pairs:
+def _rows(modelled: list[Loop], pairs: list[tuple[MeasuredLoop, Loop]]) -> Iterator[list[str]]:
+    """Rows of the table: the model's loops, then each measured loop with its scatter and the model's."""
+    for loop in modelled:
+        yield [*_cells(loop.figures), "model"]
+    for measured, model_loop in pairs:
         frequency = "" if measured.frequency is None else f", {measured.frequency:.3g} Hz"
         cycles = f"{measured.cycles} cycle{'s' if measured.cycles > 1 else ''}"
-        rows.append([*_cells(measured.figures), f"{measured.path} ({cycles}{frequency})"])
+        yield [*_cells(measured.figures), f"{measured.path} ({cycles}{frequency})"]
         if measured.spread is not None:
-            rows.append([*_cells(measured.spread, "+-"), "  from cycle to cycle (standard deviation)"])
-        rows.append([*_cells(twin.figures), "model"])
-    widths = [max(len(row[k]) for row in rows) for k in range(len(headings))]
-    return [
-        "  " + "  ".join([*(text.rjust(width) for text, width in zip(row, widths, strict=False)), row[-1]])
-        for row in rows
-    ]
+            yield [*_cells(measured.spread, "+-"), "  from cycle to cycle (standard deviation)"]
+        yield [*_cells(model_loop.figures), "model"]
 
 
 def _cells(figures: Any, sign: str = "") -> list[str]:
-    """The columns of one row; empty where these figures have none, "-" where it cannot be told."""
+    """The columns of one row; empty where these figures lack one, "-" where it is undefined."""
     values = [(getattr(figures, name, None), factor) for _, name, factor in _COLUMNS]
     return ["" if v is None else f"{sign}{v * factor:.4g}" if math.isfinite(v) else "-" for v, factor in values]

@@ -4,41 +4,45 @@ from __future__ import annotations
 
 import math
 import tempfile
-from dataclasses import asdict, fields
+from dataclasses import asdict, astuple, fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from ..files import replacing
+from ..files import write_csv
 from ..isolation.band import band_frequencies
-from ..isolation.response import FrequencyResponse, ResponsePoint, frequency_response
+from ..isolation.curve_points import ResponsePoint
+from ..isolation.response import FrequencyResponse, frequency_response
 from ..isolation.system import Excitation, IsolatedMass, StaticEquilibrium, static_equilibrium
 from ..modelfile import ModelFile, load_model
 from .cautions import outside_range
 from .mount import chosen_levels, curve_options, level_options, mount_options, positive, shares_of_room
-from .output import progress, result, result_json
+from .output import progress, result, result_json, result_table
 from .paths import refuse_overwriting
 
 if TYPE_CHECKING:
     from ..cosimulation.steady_check import SteadyCheck
 
 _DEFAULT_SHARES = (0.005, 0.01, 0.02)  # see `shares_of_room`
+_HEADINGS = (
+    "level", "resonance Hz", "transmissibility", "amplitude mm", "stiffness N/mm", "loss factor", "isolates from Hz",
+)  # fmt: skip
 
 
 @click.command()
 @click.argument("model", metavar="MODEL.json")
 @click.option("--mass", type=positive("kg"), required=True, metavar="KG", help="Mass on the mount [kg].")
 @mount_options
-@level_options(lambda level: level, "repeat for more levels", "  [default: 0.5, 1 and 2 % of the room the spring has]")
+@level_options(lambda level: level, "repeat for more levels", "  [default: 0.5, 1 and 2 % of the free travel]")
 @curve_options(points=200)
-@click.option("-o", "--output", metavar="OUT.csv", help="Write every point of the curves here.")
-@click.option("--plot", metavar="FILE.png", help="Draw the curves (.png, .svg or .pdf).")
+@click.option("-o", "--output", metavar="OUT.csv", help="Write all points of the curves to this file.")
+@click.option("--plot", metavar="FILE.png", help="Plot the curves (.png, .svg or .pdf).")
 @click.option(
     "--verify",
     is_flag=True,
-    help="Build the FMU, run it at three frequencies of each level in a co-simulation that begins on the motion found, "
-    "and compare 20 periods later.",
+    help="Build the FMU, co-simulate it at three frequencies of each level from the computed motion, and compare after "
+    "20 periods.",
 )
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object instead of text.")
 def isolate(
@@ -57,11 +61,11 @@ def isolate(
     as_json: bool,
     **levels: tuple[float, ...],
 ) -> None:
-    """Static equilibrium, transmissibility and resonance of a mass on a mount of these springs.
+    """Compute transmissibility and resonance of a mass on the spring.
 
     The steady response is found by harmonic balance and followed through folds, where a frequency has several motions;
     between two folds they are unstable (drawn dotted). Transmissibility is that of the first harmonic: absolute motion
-    over the base's, or, with --force, the force on the base over that force.
+    over base motion or, with --force, the force on the base over that force.
 
     \b
     Examples:
@@ -77,7 +81,7 @@ def isolate(
             raise click.UsageError(f"--plot must end in {', '.join(SUFFIXES)}, got {plot!r}.")
     refuse_overwriting([model], {"--output": output, "--plot": plot})
     content = load_model(model)
-    system = IsolatedMass(content.parameters.spring(), mass, load, parallel, series, damping)
+    system = IsolatedMass(content.parameters, mass, load, parallel, series, damping)
     equilibrium = static_equilibrium(system)
     excitation, amplitudes = chosen_levels(levels) or (
         Excitation.BASE_DISPLACEMENT,
@@ -98,17 +102,18 @@ def isolate(
     if as_json:
         result_json(_json(model, system, equilibrium, responses, checks, output, plot))
         return
-    for line in _lines(system, equilibrium, responses) + _check_lines(checks):
-        result(line)
-    for what, path in (("Curves", output), ("Plot", plot)):
+    _print_equilibrium(system, equilibrium)
+    _print_curves(system, responses)
+    _print_checks(checks)
+    for title, path in (("Curves", output), ("Plot", plot)):
         if path is not None:
-            result(f"{what}: {path}")
+            result(f"{title}: {path}")
 
 
 def _verified(
     content: ModelFile, system: IsolatedMass, responses: list[FrequencyResponse]
 ) -> list[tuple[FrequencyResponse, SteadyCheck]]:
-    """Co-simulations of stable motions of each level: at both ends of the band and at the greatest transmissibility."""
+    """Co-simulations of stable motions of each level: at both ends of the band and at peak transmissibility."""
     from ..cosimulation.steady_check import check_steady
     from ..fmu.python_backed import build_fmu
 
@@ -125,26 +130,18 @@ def _verified(
         ]
 
 
-def _check_lines(checks: list[tuple[FrequencyResponse, SteadyCheck]]) -> list[str]:
-    lines = ["Co-simulation of the FMU, 20 periods from the motion found:"] if checks else []
+def _print_checks(checks: list[tuple[FrequencyResponse, SteadyCheck]]) -> None:
+    if checks:
+        result("Co-simulation of the FMU, 20 periods from the computed motion:")
     for response, check in checks:
-        verdict = "agrees" if check.agrees else "DIFFERS: the motion found is not steady or not stable"
-        lines.append(
+        verdict = "agrees" if check.agrees else "DIFFERS: the computed motion is not steady or not stable"
+        result(
             f"  {response.level_text}, {check.frequency:.4g} Hz: amplitude {100.0 * check.difference:+.3f} %, "
             f"phase {check.phase:+.3f} degrees, {verdict}"
         )
-    return lines
 
 
 def _write(path: Path, responses: list[FrequencyResponse]) -> None:
-    import pandas as pd
-
-    names = [field.name for field in fields(ResponsePoint)]
-    tables = []
-    for response in responses:
-        table = pd.DataFrame([asdict(point) for point in response.points], columns=names)
-        table.insert(0, f"level [{response.excitation.unit}]", response.level)
-        tables.append(table)
     heading = {
         "frequency": "frequency [Hz]",
         "phase": "phase [deg]",
@@ -161,8 +158,9 @@ def _write(path: Path, responses: list[FrequencyResponse]) -> None:
         "start_speed": "speed at the crest [m/s]",
         "start_omega": "omega at the crest [1]",
     }
-    with replacing(path) as part:
-        pd.concat(tables).rename(columns=heading).to_csv(part, index=False, lineterminator="\n")
+    names = [field.name for field in fields(ResponsePoint)]
+    rows = ((response.level, *astuple(point)) for response in responses for point in response.points)
+    write_csv(path, (f"level [{responses[0].excitation.unit}]", *(heading.get(name, name) for name in names)), rows)
 
 
 def _json(
@@ -178,13 +176,13 @@ def _json(
     return {
         "model": model,
         "system": {**described, "load": system.static_load},
-        "rest": _finite(asdict(equilibrium)),
+        "rest": asdict(equilibrium),
         "excitation": responses[0].excitation.value,
         "levels": [
             {
                 "level": response.level,
                 "unit": response.excitation.unit,
-                "resonance": _finite(asdict(response.resonance)),
+                "resonance": asdict(response.resonance),
                 "extrapolating": response.extrapolating,
                 "points": [asdict(point) for point in response.points],
                 "verification": [{**asdict(c), "agrees": c.agrees} for of, c in checks if of is response],
@@ -196,61 +194,40 @@ def _json(
     }
 
 
-def _finite(content: dict[str, Any]) -> dict[str, Any]:
-    """JSON has no NaN: a value that does not exist is null."""
-    return {name: None if isinstance(v, float) and not math.isfinite(v) else v for name, v in content.items()}
-
-
-def _lines(system: IsolatedMass, equilibrium: StaticEquilibrium, responses: list[FrequencyResponse]) -> list[str]:
+def _print_equilibrium(system: IsolatedMass, equilibrium: StaticEquilibrium) -> None:
     springs = "1 spring" if system.parallel * system.series == 1 else f"{system.parallel} x {system.series} springs"
     friction = f"{1e3 * equilibrium.least:.4g} to {1e3 * equilibrium.greatest:.4g} mm with friction"
     sag = "" if math.isnan(equilibrium.sag) else f", static sag {1e3 * equilibrium.sag:.4g} mm"
-    lines = [
-        f"{system.mass:g} kg on {springs}, static load {system.static_load:.4g} N",
-        f"  static equilibrium at {1e3 * equilibrium.displacement:.4g} mm of a spring ({friction}){sag}",
-        f"  small motion: {1e-3 * equilibrium.stiffness:.4g} N/mm, {equilibrium.frequency:.4g} Hz",
-    ]
+    result(f"{system.mass:g} kg on {springs}, static load {system.static_load:.4g} N")
+    result(f"  static equilibrium at {1e3 * equilibrium.displacement:.4g} mm of each spring ({friction}){sag}")
+    result(f"  small motion: {1e-3 * equilibrium.stiffness:.4g} N/mm, {equilibrium.frequency:.4g} Hz")
+
+
+def _print_curves(system: IsolatedMass, responses: list[FrequencyResponse]) -> None:
     rows = [
         [
-            "level",
-            "resonance Hz",
-            "transmissibility",
-            "amplitude mm",
-            "stiffness N/mm",
-            "loss factor",
-            "isolates from Hz",
+            response.level_text,
+            f"{r.frequency:.4g}" + ("" if r.inside else " (end of band)"),
+            f"{r.transmissibility:.4g}",
+            f"{1e3 * r.amplitude:.4g}",
+            f"{1e-3 * r.stiffness:.4g}",
+            f"{r.loss_factor:.3g}",
+            "-" if math.isnan(r.isolation_frequency) else f"{r.isolation_frequency:.4g}",
         ]
+        for response in responses
+        for r in [response.resonance]
     ]
-    for response in responses:
-        r = response.resonance
-        rows.append(
-            [
-                response.level_text,
-                f"{r.frequency:.4g}" + ("" if r.inside else " (end of band)"),
-                f"{r.transmissibility:.4g}",
-                f"{1e3 * r.amplitude:.4g}",
-                f"{1e-3 * r.stiffness:.4g}",
-                f"{r.loss_factor:.3g}",
-                "-" if math.isnan(r.isolation_frequency) else f"{r.isolation_frequency:.4g}",
-            ]
-        )
-    widths = [max(len(row[k]) for row in rows) for k in range(len(rows[0]))]
-    lines += ["  " + "  ".join(text.rjust(width) for text, width in zip(row, widths, strict=True)) for row in rows]
+    result_table(_HEADINGS, rows)
     unstable = sum(not point.stable for response in responses for point in response.points)
     if unstable:
-        lines.append(
+        result(
             f"  The curve folds: {unstable} points between folds are unstable, and the motion jumps there. Folds far "
             "below the resonance are superharmonics; a little --damping removes them."
         )
-    return lines + [line for response in responses for line in _outside_lines(system, response)]
-
-
-def _outside_lines(system: IsolatedMass, response: FrequencyResponse) -> list[str]:
-    """Where the motion of a level leaves the identified range, if it does."""
-    outside = [point.frequency for point in response.points if point.extrapolating]
-    if not outside:
-        return []
-    return [
-        f"  Caution: {response.level_text}: at {len(outside)} of {len(response.points)} points, from "
-        f"{min(outside):.4g} to {max(outside):.4g} Hz, the spring moves {outside_range(system.spring)}"
-    ]
+    for response in responses:
+        outside = [point.frequency for point in response.points if point.extrapolating]
+        if outside:
+            result(
+                f"  Caution: {response.level_text}: at {len(outside)} of {len(response.points)} points, from "
+                f"{min(outside):.4g} to {max(outside):.4g} Hz, the spring moves {outside_range(system.spring)}"
+            )

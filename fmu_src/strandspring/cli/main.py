@@ -4,23 +4,45 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Sequence
+from importlib import import_module
 
 import click
 
 from .._version import __version__
 from ..errors import StrandspringError
-from .build import build
-from .export import export
-from .identify import identify
-from .info import info
-from .isolate import isolate
 from .output import drop_failing_output
-from .predict import predict
-from .study import study
-from .synthesize import synthesize
+
+# Each command is defined in the module of its name, which is imported only to run it or to show its help.
+COMMANDS = {
+    "identify": "Identify a spring from force-displacement records.",
+    "predict": "Predict the force of records with a model and report the errors.",
+    "info": "Show a model's parameters and loop figures, beside those of records.",
+    "synthesize": "Compute records: a spring's response, or the paper's experiment.",
+    "build": "Build, validate and run the FMU of a model file or of records.",
+    "export": "Export a model's parameters as SSP parameter values or a Modelica package.",
+    "isolate": "Compute transmissibility and resonance of a mass on the spring.",
+    "study": "Run a parameter study of resonance and isolation.",
+}
 
 
-@click.group(context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100})
+class LazyGroup(click.Group):
+    """A group whose commands are imported one at a time."""
+
+    def list_commands(self, ctx: click.Context) -> list[str]:  # noqa: ARG002
+        return list(COMMANDS)
+
+    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:  # noqa: ARG002
+        if cmd_name not in COMMANDS:
+            return None
+        command: click.Command = getattr(import_module(f".{cmd_name}", __package__), cmd_name)
+        return command
+
+    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:  # noqa: ARG002
+        with formatter.section("Commands"):
+            formatter.write_dl(list(COMMANDS.items()))
+
+
+@click.group(cls=LazyGroup, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100})
 @click.version_option(__version__, prog_name="strandspring")
 def strandspring() -> None:
     """Identify hysteretic springs from force-displacement records and build FMUs of them.
@@ -38,10 +60,6 @@ def strandspring() -> None:
 
     Exit status: 0 done; 1 the data or the model is refused, with one sentence that says why; 2 wrong usage.
     """
-
-
-for command in (identify, predict, info, synthesize, build, export, isolate, study):
-    strandspring.add_command(command)
 
 
 def main(arguments: Sequence[str] | None = None) -> None:

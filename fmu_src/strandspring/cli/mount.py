@@ -1,4 +1,4 @@
-"""Options that the commands about a mass on a mount share, and what they are turned into."""
+"""Options shared by the commands about a mass on a mount."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from ..isolation.band import checked_limits
 from ..isolation.system import MOST_SPRINGS, Excitation, IsolatedMass, IsolationError, StaticEquilibrium
 from .options import Command, Count, ImpossibleValueError, Quantity
 
-# Excitation, factor from what people write to SI.
+# Excitation, factor from the unit of the option to SI.
 _EXCITATIONS = {
     "base_displacement": (Excitation.BASE_DISPLACEMENT, 1e-3),
     "base_acceleration": (Excitation.BASE_ACCELERATION, 1.0),
@@ -20,7 +20,7 @@ _EXCITATIONS = {
 
 
 def positive(unit: str) -> Quantity:
-    """Numbers above 0 in a unit."""
+    """Type of an option: a number above 0 in a unit."""
     return Quantity(min=0.0, min_open=True, unit=unit)
 
 
@@ -35,7 +35,7 @@ def mount_options(command: Command) -> Command:
             click.option("--series", type=Count(1, MOST_SPRINGS), default=1, show_default=True,
                          help="Springs in series in each row."),
             click.option("--damping", type=Quantity(min=0.0, unit="N s/m"), default=0.0, show_default=True,
-                         metavar="N*S/M", help="Viscous damping besides the springs' [N s/m]."),
+                         metavar="N*S/M", help="Viscous damping in parallel with the springs [N s/m]."),
         )
     ):  # fmt: skip
         command = option(command)
@@ -47,18 +47,18 @@ def level_options(values: Callable[[Quantity], Any], how: str, default: str = ""
 
     Parameters
     ----------
-    values : callable     From the range of one level to the type of the option.
-    how : str             How more than one is given, for the help.
-    default : str         Likewise, what is taken if none is.
+    values : callable     Makes the type of the option from the type of one level.
+    how : str             How to give several levels, for the help.
+    default : str         The default, for the help.
     """
 
     def options(command: Command) -> Command:
         for option in reversed(
             (
                 click.option("--base-displacement", type=values(positive("mm")), multiple=True, metavar="MM",
-                             help=f"Amplitude of the base's displacement [mm]; {how}.{default}"),
+                             help=f"Displacement amplitude of the base [mm]; {how}.{default}"),
                 click.option("--base-acceleration", type=values(positive("m/s^2")), multiple=True, metavar="M/S2",
-                             help=f"Amplitude of the base's acceleration [m/s^2]; {how}."),
+                             help=f"Acceleration amplitude of the base [m/s^2]; {how}."),
                 click.option("--force", type=values(positive("N")), multiple=True, metavar="N",
                              help=f"Amplitude of a force on the mass [N]; {how}."),
             )
@@ -70,18 +70,18 @@ def level_options(values: Callable[[Quantity], Any], how: str, default: str = ""
 
 
 def curve_options(points: int) -> Callable[[Command], Command]:
-    """Options of the curve over the frequencies, with a default for their number."""
+    """Options of the frequency band, with the default number of points."""
 
     def options(command: Command) -> Command:
         for option in reversed(
             (
                 click.option("--band", type=(float, float), metavar="LOW HIGH", callback=_rising,
-                             help="Band of frequencies [Hz].  [default: 0.23 to 5 times the frequency of small "
+                             help="Frequency band [Hz].  [default: 0.23 to 5 times the natural frequency of small "
                              "motion]"),
                 click.option("--points", type=click.IntRange(2, 100_000), default=points, show_default=True,
-                             help="Frequencies over the band, evenly spaced in the logarithm."),
+                             help="Number of frequencies, logarithmically spaced."),
                 click.option("--extrapolate", is_flag=True,
-                             help="Go on where the motion leaves the identified range, instead of refusing."),
+                             help="Continue where the motion leaves the identified range, instead of refusing."),
             )
         ):  # fmt: skip
             command = option(command)
@@ -100,20 +100,19 @@ def _rising(
 
 
 def chosen_levels(given: Mapping[str, Sequence[float]]) -> tuple[Excitation, list[float]] | None:
-    """The one excitation for which levels are given, and they in SI; None if there is none."""
-    kinds = [kind for kind, levels in given.items() if levels]
-    if len(kinds) > 1:
-        raise click.UsageError(
-            f"{' and '.join('--' + kind.replace('_', '-') for kind in kinds)} exclude each other; give one of them."
-        )
-    if not kinds:
+    """The excitation for which levels are given, and these in SI; None if there are none."""
+    options = [option for option, levels in given.items() if levels]
+    if len(options) > 1:
+        names = " and ".join("--" + option.replace("_", "-") for option in options)
+        raise click.UsageError(f"{names} exclude each other; give one of them.")
+    if not options:
         return None
-    excitation, factor = _EXCITATIONS[kinds[0]]
-    return excitation, [factor * level for level in given[kinds[0]]]
+    excitation, factor = _EXCITATIONS[options[0]]
+    return excitation, [factor * level for level in given[options[0]]]
 
 
 def shares_of_room(system: IsolatedMass, equilibrium: StaticEquilibrium, shares: Sequence[float]) -> list[float]:
-    """Amplitudes of the mount [m] that are shares of the room between the static equilibrium and the nearer end of the range."""
+    """Amplitudes of the mount [m] as shares of the distance from static equilibrium to the nearer end of the range."""
     p = system.spring
     room = min(equilibrium.displacement - p.displacement_min, p.displacement_max - equilibrium.displacement)
     return [share * system.series * room for share in shares]

@@ -1,28 +1,28 @@
-"""Options that several commands share, and what they are turned into."""
+"""Options shared by several commands."""
 
 from __future__ import annotations
 
 import math
 import re
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import IO, Any, Literal, NoReturn, TypeVar
 
 import click
 
-from ..identification.api import Options
+from ..identification.method import Method
 from ..identification.refined import RefinedOptions
 from ..identification.scan import ScanOptions
-from ..identification.two_stage import TwoStageOptions
 from ..peers.ni_spring import NiOptions
+from ..peers.two_stage import TwoStageOptions
 from ..records.reading import read_record
 from ..records.record import Record
 from .output import progress
 
 
 class FiniteRange(click.FloatRange):
-    """A range in a unit that refuses NaN and infinity, which `click.FloatRange` lets pass; values are told as typed."""
+    """A range in a unit that refuses NaN and infinity, which `click.FloatRange` accepts."""
 
     def __init__(
         self,
@@ -44,19 +44,19 @@ class FiniteRange(click.FloatRange):
         return number
 
     def _describe_range(self) -> str:
-        """What the help says of it, where `click.FloatRange` says "x<=None" if there are no bounds."""
+        """The range for the help, where `click.FloatRange` says "x<=None" without bounds."""
         return "finite" if self.min is None and self.max is None else super()._describe_range()
 
     @property
     def allowed(self) -> str:
-        """What is taken, in words."""
+        """The accepted values in words."""
         low = "" if self.min is None else f" {'>' if self.min_open else '>='} {self.min:g}"
         high = "" if self.max is None else f" <= {self.max:g}"
         return f"a finite number{low}{' and' if low and high else ''}{high}" + (f" [{self.unit}]" if self.unit else "")
 
 
 class ImpossibleValueError(click.BadParameter):
-    """A value that nothing can have, such as a negative mass: refused as bad input, with one sentence and status 1."""
+    """A physically impossible value, such as a negative mass: bad input, refused with one sentence and status 1."""
 
     exit_code = 1
 
@@ -65,19 +65,23 @@ class ImpossibleValueError(click.BadParameter):
 
 
 class _Possible:
-    """For types of options whose bounds are those of what is possible, not of what is sensible."""
+    """For option types whose bounds are physical, not a matter of taste."""
 
     def fail(self, message: str, param: click.Parameter | None = None, ctx: click.Context | None = None) -> NoReturn:
         raise ImpossibleValueError(message, ctx, param)
 
 
 class Quantity(_Possible, FiniteRange):
-    """A number in a unit."""
+    """A physical quantity in a unit."""
 
 
 class Count(_Possible, click.IntRange):
-    """A number of things."""
+    """A count of things."""
 
+
+METHODS: dict[str, type[Method]] = {
+    method.name: method for method in (RefinedOptions, TwoStageOptions, ScanOptions, NiOptions)
+}
 
 Command = TypeVar("Command", bound=Callable[..., Any])
 
@@ -95,7 +99,7 @@ class ColumnOptions:
 
 
 def column_options(command: Command) -> Command:
-    """Options that say which columns of a record hold what."""
+    """Options that select the columns of a record."""
     for option in reversed(
         (
             click.option("--displacement", metavar="COLUMN", help="Displacement column: name, or number from 1."),
@@ -118,7 +122,7 @@ def identification_options(command: Command) -> Command:
             click.option("--degrees", default="auto", show_default=True, metavar="N,M|auto", callback=_degrees,
                          help="Degrees of the elastic and the amplifier polynomial."),
             click.option("--method", default="refined", show_default=True,
-                         type=click.Choice(["refined", "two-stage", "scan", "ni"]),
+                         type=click.Choice(list(METHODS)),
                          help="two-stage: the paper's, no iteration, no initial values; scan: a coarse grid; refined: "
                          "least squares from the better of both, with standard errors; ni: Ni's model and method, "
                          "for comparison."),
@@ -132,34 +136,33 @@ def identification_options(command: Command) -> Command:
                          help="Two-stage: against heavy noise; fourier needs whole periods."),
             click.option("--robust", is_flag=True, help="Refined: Huber's loss, for records with outliers."),
             click.option("--bootstrap", type=click.IntRange(0, 10_000), default=0, metavar="REPETITIONS",
-                         help="Refined: standard errors from strokes drawn with replacement, too."),
-            click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Of the bootstrap."),
+                         help="Refined: also estimate standard errors by resampling strokes."),
+            click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True,
+                         help="Seed of the bootstrap."),
         )
     ):  # fmt: skip
         command = option(command)
     return command
 
 
-def method_options(chosen: dict[str, Any]) -> Options:
+def method_options(chosen: dict[str, Any]) -> Method:
     """Take the options of identification out of a command's; wrong ones are wrong usage."""
-    names = ("method", "degrees", "formulas", "smoothing", "filter_", "robust", "bootstrap", "seed")
-    method, degrees, formulas, smoothing, filter_, robust, bootstrap, seed = (chosen.pop(name) for name in names)
-    if method != "two-stage" and (formulas != "whole-branch" or smoothing is not None or filter_ != "moving-average"):
-        raise click.UsageError("--formulas, --smoothing and --filter belong to --method two-stage.")
-    if method != "refined" and (robust or bootstrap):
-        raise click.UsageError("--robust and --bootstrap belong to --method refined.")
+    method = METHODS[chosen.pop("method")]
+    known = {field.name for field in fields(method)}
+    owners = {field.name: (other.name, field.default) for other in METHODS.values() for field in fields(other)}
+    values = {name: chosen.pop("filter_" if name == "filter" else name) for name in owners if name != "start"}
+    for name, value in values.items():
+        owner, default = owners[name]
+        if name not in known and value != default:
+            raise click.UsageError(f"--{name} belongs to --method {owner}.")
     try:
-        if method == "two-stage":
-            return TwoStageOptions(degrees, formulas, smoothing, filter_)
-        if method == "ni":
-            return NiOptions(degrees)
-        return RefinedOptions(degrees, robust, bootstrap, seed) if method == "refined" else ScanOptions(degrees)
+        return method(**{name: value for name, value in values.items() if name in known})
     except ValueError as problem:
         raise click.UsageError(str(problem)) from None
 
 
 def read_records(paths: Sequence[str], columns: ColumnOptions) -> list[Record]:
-    """Read records one after the other, with progress."""
+    """Read records with a progress bar."""
     return [
         read_record(
             path,
@@ -175,14 +178,14 @@ def read_records(paths: Sequence[str], columns: ColumnOptions) -> list[Record]:
 
 
 def identifier(text: str) -> str:
-    """An identifier as near to `text` as possible, for names that nobody has chosen."""
+    """An identifier derived from the file name `text`."""
     name = re.sub(r"[^A-Za-z0-9_]+", "_", Path(text).stem).strip("_")
     return (name if name[:1].isalpha() and name.isascii() else f"spring_{name}").rstrip("_")[:64]
 
 
 def _one_column(_context: click.Context, _option: click.Parameter, columns: tuple[str, ...]) -> str | None:
     if len(set(columns)) > 1:
-        raise click.BadParameter(f"must be one column, got {' and '.join(columns)}; turn the other's sign in the file.")
+        raise click.BadParameter(f"must be one column, got {' and '.join(columns)}; negate the other one in the file.")
     return columns[0] if columns else None
 
 

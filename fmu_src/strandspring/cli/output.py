@@ -1,59 +1,67 @@
-"""What people see: progress and messages on standard error, results on standard output."""
+"""What people see: progress and messages on standard error, results on standard output.
+
+rich takes as long to import as the rest of a short command, so that it is imported only to draw something.
+"""
 
 from __future__ import annotations
 
 import json
+import math
 import os
 import sys
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from pathlib import Path
 from typing import Any, TypeVar
 
 import click
-from rich.console import Console
-from rich.progress import MofNCompleteColumn, Progress, track
 
 Item = TypeVar("Item")
 
 
+def _is_watched() -> bool:
+    """Whether standard error is a terminal."""
+    return sys.stderr is not None and sys.stderr.isatty()
+
+
 def progress(items: Sequence[Item], description: str) -> Iterable[Item]:
-    """The items with a progress bar on standard error, if somebody watches and there are several."""
-    console = Console(stderr=True)
-    quiet = not console.is_terminal or len(items) < 2
-    return track(items, description=description, console=console, transient=True, disable=quiet)
+    """The items, with a progress bar on a terminal if there are several."""
+    if not _is_watched() or len(items) < 2:
+        return items
+    from rich.console import Console
+    from rich.progress import track
+
+    return track(items, description=description, console=Console(stderr=True), transient=True)
 
 
-def working(description: str) -> Any:
-    """A spinner on standard error for one long step, shown only to somebody who watches."""
+def working(description: str) -> AbstractContextManager[Any]:
+    """A spinner on a terminal for one long step."""
+    if not _is_watched():
+        return nullcontext()
+    from rich.console import Console
+
     return Console(stderr=True).status(description)
 
 
 @contextmanager
-def counting(description: str, total: int) -> Iterator[Callable[[str], None]]:
-    """A progress bar on standard error, if somebody watches, and a function that takes the name of each part done."""
-    console = Console(stderr=True)
-    with Progress(console=console, transient=True, disable=not console.is_terminal) as bar:
-        task = bar.add_task(description, total=total)
-
-        def done(part: str) -> None:
-            bar.update(task, advance=1, description=f"{description} ({part} is ready)")
-
-        yield done
+def advancing(description: str, total: int) -> Iterator[Callable[[int], None]]:
+    """A progress bar on a terminal, and a function that takes the number of parts done so far."""
+    with _bar(description, total) as update:
+        yield lambda count: update(completed=count)
 
 
 @contextmanager
-def advancing(description: str, total: int) -> Iterator[Callable[[int], None]]:
-    """A progress bar on standard error, if somebody watches, and a function that takes how many are done by now."""
-    console = Console(stderr=True)
+def _bar(description: str, total: int) -> Iterator[Callable[..., None]]:
+    if not _is_watched():
+        yield lambda **_: None
+        return
+    from rich.console import Console
+    from rich.progress import MofNCompleteColumn, Progress
+
     columns = (*Progress.get_default_columns(), MofNCompleteColumn())
-    with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:
+    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
         task = bar.add_task(description, total=total)
-
-        def done(count: int) -> None:
-            bar.update(task, completed=count)
-
-        yield done
+        yield lambda **changes: bar.update(task, **changes)
 
 
 def note(text: str) -> None:
@@ -66,8 +74,39 @@ def result(text: str) -> None:
     click.echo(text)
 
 
+def result_table(headings: Sequence[str], rows: Iterable[Sequence[str]], left: Collection[str] = ()) -> None:
+    """A table on standard output, with the columns `left` aligned to the left and all others to the right."""
+    from rich.console import Console
+    from rich.table import Table
+
+    table = Table(box=None, pad_edge=False, padding=(0, 2, 0, 0))
+    for heading in headings:
+        table.add_column(heading, justify="left" if heading in left else "right", no_wrap=True)
+    for row in rows:
+        table.add_row(*row)
+    # Wider than any row: a terminal may wrap lines, a file keeps them.
+    console = Console(width=100_000, markup=False, emoji=False, highlight=False)
+    with console.capture() as capture:
+        console.print(table)
+    for line in capture.get().splitlines():
+        result(f"  {line.rstrip()}")
+
+
+def result_json(content: dict[str, Any]) -> None:
+    """The result as one JSON object on standard output; NaN and infinity, which JSON lacks, become null."""
+    click.echo(json.dumps(_without_nan(content), indent=2, ensure_ascii=False, allow_nan=False))
+
+
+def _without_nan(content: Any) -> Any:
+    if isinstance(content, dict):
+        return {key: _without_nan(value) for key, value in content.items()}
+    if isinstance(content, list | tuple):
+        return [_without_nan(value) for value in content]
+    return None if isinstance(content, float) and not math.isfinite(content) else content
+
+
 def drop_failing_output() -> bool:
-    """Whether standard output cannot be written; then what it holds is dropped, or Python would try it on leaving."""
+    """Whether standard output cannot be written; if so, what it holds is dropped, or Python would try it on leaving."""
     try:
         click.echo()
     except OSError:
@@ -75,8 +114,3 @@ def drop_failing_output() -> bool:
             os.dup2(nowhere.fileno(), sys.stdout.fileno())
         return True
     return False
-
-
-def result_json(content: dict[str, Any]) -> None:
-    """The result as one JSON object on standard output."""
-    click.echo(json.dumps(content, indent=2, ensure_ascii=False, allow_nan=False))

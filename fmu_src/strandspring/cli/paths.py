@@ -1,4 +1,4 @@
-"""Paths that a command reads and writes must not be one file."""
+"""Checks that a command does not overwrite its input."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ def refuse_overwriting(inputs: Iterable[str | Path], outputs: Mapping[str, str |
     Parameters
     ----------
     inputs : iterable of paths
-    outputs : mapping            Path by the option it comes from; None where nothing is written.
+    outputs : mapping            Path of each option; None where nothing is written.
 
     Raises
     ------
@@ -36,7 +36,7 @@ def refuse_overwriting(inputs: Iterable[str | Path], outputs: Mapping[str, str |
 
 
 def _is_same_file(one: str | Path, other: str | Path) -> bool:
-    """Whether two paths lead to the same file, which need not be there yet."""
+    """Whether two paths lead to the same file, which need not exist."""
     try:
         return Path(one).samefile(other)
     except OSError:

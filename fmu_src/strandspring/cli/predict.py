@@ -6,13 +6,14 @@ from pathlib import Path
 from typing import Any
 
 import click
+import numpy as np
 
-from ..files import replacing
+from ..files import write_csv
 from ..identification.figures import RecordFit, overall, predict_record
 from ..kernel.path import PathSolver
 from ..modelfile import load_model
 from ..records.record import Record
-from .cautions import caution_backwards, caution_samples, tell_notes
+from .cautions import caution_backwards, caution_samples, note_assumptions
 from .fit_tables import fit_json, fit_lines
 from .options import ColumnOptions, column_options, read_records
 from .output import progress, result, result_json
@@ -26,10 +27,10 @@ from .paths import refuse_overwriting
 @column_options
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object instead of text.")
 def predict(model: str, records: tuple[str, ...], output: str | None, as_json: bool, **columns: Any) -> None:
-    """Predict the force of records with a model and say how well it fits.
+    """Predict the force of records with a model and report the errors.
 
     The hysteretic state at the start of a measured record is unknown; it is estimated as one bounded number,
-    omega_start, and given with the figures. Reversals of the displacement below its noise are taken out.
+    omega_start, and reported. Reversals of the displacement below its noise are removed.
 
     \b
     Examples:
@@ -37,11 +38,11 @@ def predict(model: str, records: tuple[str, ...], output: str | None, as_json: b
       strandspring predict spring.json a13.csv a46.csv -o predicted.csv --json
     """
     refuse_overwriting((model, *records), {"--output": output})
-    parameters = load_model(model).parameters.spring()
+    parameters = load_model(model).parameters
     group = read_records(records, ColumnOptions(**columns))
     solver = PathSolver(parameters)
     fits = tuple(predict_record(solver, record) for record in progress(group, "Predicting"))
-    tell_notes(group)
+    note_assumptions(group)
     caution_backwards(group)
     for record in group:
         caution_samples(record.path, record.displacement, parameters)
@@ -61,18 +62,10 @@ def predict(model: str, records: tuple[str, ...], output: str | None, as_json: b
 
 
 def _write(path: Path, records: list[Record], fits: tuple[RecordFit, ...]) -> None:
-    import pandas as pd
-
-    tables = [
-        pd.DataFrame(
-            {
-                "record": k + 1,
-                "displacement [mm]": record.displacement * 1e3,
-                "force [N]": record.force,
-                "predicted force [N]": fit.predicted,
-            }
-        )
-        for k, (record, fit) in enumerate(zip(records, fits, strict=True))
-    ]
-    with replacing(path) as part:
-        pd.concat(tables).to_csv(part, index=False, lineterminator="\n")
+    header = ("record", "displacement [mm]", "force [N]", "predicted force [N]")
+    rows = (
+        (number, *row)
+        for number, (record, fit) in enumerate(zip(records, fits, strict=True), 1)
+        for row in np.column_stack((record.displacement * 1e3, record.force, fit.predicted)).tolist()
+    )
+    write_csv(path, header, rows)

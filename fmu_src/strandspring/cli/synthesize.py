@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core.parameters import N_RANGE
-from ..files import replacing
+from ..files import write_csv
 from ..kernel.path import PathSolver
 from ..modelfile import load_model
 from ..peers.ni import PAPER_NI, sine_period, with_noise
@@ -22,7 +22,7 @@ from .paths import refuse_overwriting
 
 @click.group()
 def synthesize() -> None:
-    """Make records by computation: a test without a test rig."""
+    """Compute records: a spring's response, or the paper's experiment."""
 
 
 @synthesize.command()
@@ -34,13 +34,13 @@ def synthesize() -> None:
     type=FiniteRange(min=0.0, min_open=True, unit="mm"),
     multiple=True,
     metavar="MM",
-    help="Amplitude of the sine [mm]; repeat for one after the other.  [default: the identified range]",
+    help="Amplitude of the sine [mm]; repeat for a sequence.  [default: the identified range]",
 )
 @click.option(
     "--mean",
     type=FiniteRange(unit="mm"),
     metavar="MM",
-    help="Displacement it swings about [mm].  [default: mid-stroke]",
+    help="Mean displacement [mm].  [default: mid-stroke]",
 )
 @click.option("--cycles", type=click.IntRange(1, 100_000), default=3, show_default=True, help="For each amplitude.")
 @click.option("--samples", type=click.IntRange(8, 1_000_000), default=1000, show_default=True, help="Per cycle.")
@@ -50,7 +50,7 @@ def synthesize() -> None:
     default=1.0,
     show_default=True,
     metavar="HZ",
-    help="For the time column; the force does not depend on it.",
+    help="Frequency of the time column; the force does not depend on it.",
 )
 @click.option(
     "--noise",
@@ -60,24 +60,28 @@ def synthesize() -> None:
     metavar="EPS",
     help="Force noise as r*(1 + EPS*R), R standard normal (paper eq. 31).",
 )
-@click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Of the noise.")
+@click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Seed of the noise.")
 @click.option(
     "--drift",
     type=FiniteRange(-1.0, 1.0),
     default=0.0,
     show_default=True,
     metavar="SHARE",
-    help="Growth of the force from the first sample to the last.",
+    help="Relative growth of the force from the first sample to the last.",
 )
 @click.option(
     "--displacement-resolution",
     type=FiniteRange(min=0.0, unit="mm"),
     default=0.0,
     metavar="MM",
-    help="Of its sensor.",
+    help="Resolution of the displacement sensor.",
 )
 @click.option(
-    "--force-resolution", type=FiniteRange(min=0.0, unit="N"), default=0.0, metavar="N", help="Of its sensor."
+    "--force-resolution",
+    type=FiniteRange(min=0.0, unit="N"),
+    default=0.0,
+    metavar="N",
+    help="Resolution of the force sensor.",
 )
 def spring(
     model: str,
@@ -93,7 +97,7 @@ def spring(
     displacement_resolution: float,
     force_resolution: float,
 ) -> None:  # fmt: skip
-    """Make the record that a model's spring would give under sinusoidal displacement.
+    """Compute the record of a model's spring under sinusoidal displacement.
 
     \b
     Examples:
@@ -102,7 +106,7 @@ def spring(
     """
     _refuse_too_many(max(1, len(amplitudes)) * cycles * samples)
     refuse_overwriting([model], {"--output": output})
-    parameters = load_model(model).parameters.spring()
+    parameters = load_model(model).parameters
     centre = parameters.displacement_offset if mean is None else mean * 1e-3
     reaches = [a * 1e-3 for a in amplitudes] or [0.5 * (parameters.displacement_max - parameters.displacement_min)]
     phase = np.arange(cycles * samples) / samples
@@ -151,8 +155,8 @@ def spring(
     metavar="EPS",
     help="Force noise as r*(1 + EPS*R), R standard normal (paper eq. 31).",
 )
-@click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Of the noise.")
-@click.option("--clean", metavar="FILE.csv", help="Also write the record without noise, to compare predictions with.")
+@click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Seed of the noise.")
+@click.option("--clean", metavar="FILE.csv", help="Also write the record without noise.")
 def ni(
     output: str,
     amplitude: float,
@@ -163,9 +167,9 @@ def ni(
     seed: int,
     clean: str | None,
 ) -> None:  # fmt: skip
-    """Make the paper's simulated experiment: Ni's model in its steady state under x = X sin(t).
+    """Compute the paper's simulated experiment: Ni's model in its steady state under x = X sin(t).
 
-    The record holds whole periods without their closing sample; the periods before the steady state are left out.
+    The record holds whole periods without their closing sample; the periods before the steady state are omitted.
 
     \b
     Examples:
@@ -194,7 +198,9 @@ def ni(
 
 def _refuse_too_many(samples: int) -> None:
     if samples > 20_000_000:
-        raise click.UsageError(f"{samples} samples were asked for; at most 20000000 are written.")
+        raise click.UsageError(
+            f"The record would have {samples} samples, more than 20000000; reduce --cycles or --samples."
+        )
 
 
 def _quantised(values: NDArray[np.float64], step: float) -> NDArray[np.float64]:
@@ -202,8 +208,5 @@ def _quantised(values: NDArray[np.float64], step: float) -> NDArray[np.float64]:
 
 
 def write_record(path: Path, columns: dict[str, NDArray[np.float64]]) -> None:
-    """Write a record with every digit, so that reading it gives the same numbers."""
-    import pandas as pd
-
-    with replacing(path) as part:
-        pd.DataFrame(columns).to_csv(part, index=False, lineterminator="\n")
+    """Write a record with all digits, so that reading it gives the same numbers."""
+    write_csv(path, columns, np.column_stack(list(columns.values())).tolist())

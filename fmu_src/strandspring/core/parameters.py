@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from itertools import pairwise
 
 # Outside these the closed form's accuracy of 1e-10 has not been shown; real springs lie far inside.
@@ -79,6 +79,10 @@ class SpringParameters:
         return self.displacement_max - self.displacement_offset
 
 
+# The parameters besides the coefficients kE[i] and kA[i].
+SCALARS = tuple(f.name for f in fields(SpringParameters) if f.name not in ("kE", "kA"))
+
+
 def problems(p: SpringParameters) -> list[str]:
     """Why these parameters are not a physically possible spring, one sentence each; empty if they are.
 
@@ -94,12 +98,7 @@ def problems(p: SpringParameters) -> list[str]:
         return found
     named = [(f"kE[{i}]", c) for i, c in enumerate(p.kE)]
     named += [(f"kA[{i}]", c) for i, c in enumerate(p.kA)]
-    named += [
-        (name, getattr(p, name))
-        for name in (
-            "kappa_omega", "rho", "sigma", "n", "displacement_offset", "displacement_min", "displacement_max"
-        )
-    ]  # fmt: skip
+    named += [(name, getattr(p, name)) for name in SCALARS]
     found = [f"`{name}` must be finite, got {value!r}." for name, value in named if not math.isfinite(value)]
     if found:
         return found

@@ -1,10 +1,12 @@
-"""The numbers of a table: read by Pandas, and where Pandas stumbles, the line that is to blame."""
+"""The numbers of a table: small ones are read row by row, large ones by pandas; a bad row is named by its line."""
 
 from __future__ import annotations
 
 import csv
 import io
+import math
 import re
+from array import array
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import islice
@@ -18,11 +20,11 @@ from .dialect import Dialect, is_number, split_cells
 from .source import Source
 from .units import quoted
 
-# A rig stopped while writing leaves an incomplete row, with buffering a few.
+# A rig stopped while writing leaves an incomplete row or, with buffering, a few.
 MAX_DROPPED_ROWS = 3
-# Looking for a bad row, what Pandas can read in one go is passed over.
+# Python reads this in the time that pandas takes to be imported; also the unit in which bad rows are located.
 _BLOCK_BYTES = 1024 * 1024
-_NUMBER_CUT_SHORT = re.compile(r"[+-]?[0-9]*(?:[.,][0-9]*)?(?:[eE][+-]?)?\ufffd?")
+_TRUNCATED_NUMBER = re.compile(r"[+-]?[0-9]*(?:[.,][0-9]*)?(?:[eE][+-]?)?\ufffd?")
 
 
 @dataclass(frozen=True)
@@ -30,7 +32,6 @@ class _BadRow:
     """A row that cannot be used."""
 
     line: int  # 1-based in the file
-    offset: int  # of its first byte
     column: int | None  # 1-based, None where the row as a whole is wrong
     message: str
     is_incomplete: bool  # may be dropped at the end of the file
@@ -56,36 +57,25 @@ def read_numbers(
     ------
     RecordError                          If a row is incomplete, unless among the last, or holds no number.
     """
-    start = _offset_of_line(source.data, dialect.first_line)
-    body = source.data[start:]
+    body = source.data[_offset_of_line(source.data, dialect.first_line) :]
     if dialect.has_quotes:
         _refuse_open_quotes(body, dialect, source.path)
     wanted = list(columns)
     notes: list[str] = []
     while True:
-        numbers = [column.number for column in wanted]
-        values = _parsed(body, dialect, numbers)
-        if values is not None:
-            return values, notes
-        first, dropped = _bad_rows(body, dialect, wanted)
-        if first is None:
-            raise RecordError(
-                f"{source.path}: the numbers from line {dialect.first_line} on cannot be read; "
-                "export the record as plain CSV."
-            )
-        if dropped:
-            body = body[: first.offset]
-            notes.append(
-                f"{dropped} incomplete row{'s' if dropped > 1 else ''} at the end of the file "
-                f"(from line {first.line}) left out"
-            )
-        elif optional is not None and first.column == optional.number:
+        values, bad, dropped = _read_rows(body, dialect, wanted)
+        if bad is not None and not dropped:
+            if optional is None or bad.column != optional.number:
+                place = "" if bad.column is None else f", {next(c for c in wanted if c.number == bad.column)}"
+                raise RecordError(f"{source.path}, line {bad.line}{place}: {bad.message}; correct or delete the line.")
             wanted.remove(optional)
-            notes.append(f"{optional} is left out: line {first.line}, {first.message}")
+            notes.append(f"{optional} is left out: line {bad.line}, {bad.message}")
             optional = None
-        else:
-            place = "" if first.column is None else f", {next(c for c in wanted if c.number == first.column)}"
-            raise RecordError(f"{source.path}, line {first.line}{place}: {first.message}; correct or delete the line.")
+            continue
+        if bad is not None:
+            rows = f"{dropped} incomplete row{'s' if dropped > 1 else ''}"
+            notes.append(f"{rows} at the end of the file (from line {bad.line}) left out")
+        return {column.number: values[:, i] for i, column in enumerate(wanted)}, notes
 
 
 def lines_of_rows(source: Source, dialect: Dialect, rows: Collection[int]) -> list[int]:
@@ -93,15 +83,55 @@ def lines_of_rows(source: Source, dialect: Dialect, rows: Collection[int]) -> li
     wanted = set(rows)
     start = _offset_of_line(source.data, dialect.first_line)
     every = _rows(source.data, dialect, dialect.first_line, start)
-    return [line for row, (line, _, _) in enumerate(islice(every, max(wanted, default=-1) + 1)) if row in wanted]
+    return [line for row, (line, _) in enumerate(islice(every, max(wanted, default=-1) + 1)) if row in wanted]
 
 
-def _parsed(body: bytes, dialect: Dialect, numbers: Sequence[int]) -> dict[int, NDArray[np.float64]] | None:
-    """Read columns, or None if a cell is no finite number or a row is wider than the table."""
-    import pandas as pd  # slow to import, and not needed to import this package
+def _read_rows(
+    body: bytes, dialect: Dialect, wanted: Sequence[Column]
+) -> tuple[NDArray[np.float64], _BadRow | None, int]:
+    """Numbers of the wanted columns up to the first bad row.
 
-    # Pandas takes the width of the table from its first row and then passes over surplus cells. A row put
-    # before the table makes room for one more column, whose cells must stay empty.
+    Returns
+    -------
+    ndarray, shape (K, columns)
+    _BadRow or None               The first bad row.
+    int                           Bad rows that may be dropped: those at the end, if they are few and incomplete.
+    """
+    numbers = [column.number for column in wanted]
+    is_large = len(body) > _BLOCK_BYTES
+    if is_large and (whole := _parsed_by_pandas(body, dialect, numbers)) is not None:
+        return whole, None, 0
+    blocks: list[NDArray[np.float64]] = []
+    offset = 0
+    while is_large and (end := body.find(b"\n", offset + _BLOCK_BYTES) + 1):
+        if (block := _parsed_by_pandas(body[offset:end], dialect, numbers)) is None:
+            break
+        blocks.append(block)
+        offset = end
+    values = array("d")
+    bad: list[_BadRow] = []
+    for line, text in _rows(body, dialect, dialect.first_line + body.count(b"\n", 0, offset), offset):
+        cells = split_cells(text.decode("utf-8", "replace").rstrip("\n"), dialect.separator, dialect.has_quotes)
+        row = _read_row(cells, line, dialect, wanted, is_cut=not text.endswith(b"\n"))
+        if isinstance(row, _BadRow):
+            bad.append(row)
+        elif not bad:
+            values.extend(row)
+        if bad and (row is not bad[-1] or len(bad) > MAX_DROPPED_ROWS):
+            break
+    else:
+        dropped = len(bad) if all(row.is_incomplete for row in bad) else 0
+        blocks.append(np.array(values).reshape(-1, len(wanted)))
+        return np.concatenate(blocks), bad[0] if bad else None, dropped
+    return np.empty((0, len(wanted))), bad[0], 0
+
+
+def _parsed_by_pandas(body: bytes, dialect: Dialect, numbers: Sequence[int]) -> NDArray[np.float64] | None:
+    """Columns, shape (K, columns), or None if a cell is not a finite number or a row is wider than the table."""
+    import pandas as pd  # not worth its import for small tables
+
+    # pandas takes the width of the table from its first row and ignores surplus cells. A row put before the table
+    # makes room for one more column, whose cells must be empty.
     surplus = dialect.raw_width
     filler = (dialect.separator or " ").join(["0"] * (surplus + 1)).encode() + b"\n"
     try:
@@ -118,86 +148,58 @@ def _parsed(body: bytes, dialect: Dialect, numbers: Sequence[int]) -> dict[int, 
             skipinitialspace=True,
             engine="c",
             encoding_errors="replace",
+            low_memory=False,  # pandas 2.3 refuses the surplus column in tables that it reads in chunks
         )
     except ValueError:
         return None
     if not np.isnan(frame[surplus].to_numpy()[1:]).all():
         return None
-    values = {number: np.array(frame[number - 1].to_numpy()[1:]) for number in numbers}
-    return values if all(np.isfinite(array).all() for array in values.values()) else None
+    values = frame[[number - 1 for number in numbers]].to_numpy()[1:]
+    return values if np.isfinite(values).all() else None
 
 
-def _bad_rows(body: bytes, dialect: Dialect, wanted: Sequence[Column]) -> tuple[_BadRow | None, int]:
-    """First bad row, and how many rows may be dropped: those from it on, if they are few and incomplete."""
-    bad: list[_BadRow] = []
-    for row in _judged_rows(body, dialect, wanted):
-        if row is not None:
-            bad.append(row)
-        if bad and (row is None or len(bad) > MAX_DROPPED_ROWS):
-            return bad[0], 0
-    if not bad:
-        return None, 0
-    return bad[0], len(bad) if all(row.is_incomplete for row in bad) else 0
-
-
-def _judged_rows(body: bytes, dialect: Dialect, wanted: Sequence[Column]) -> Iterator[_BadRow | None]:
-    """Yield None for each good row, else what is bad, from the first block on that Pandas cannot read."""
-    numbers = [column.number for column in wanted]
-    offset, line = 0, dialect.first_line
-    while (end := body.find(b"\n", offset + _BLOCK_BYTES) + 1) and _parsed(body[offset:end], dialect, numbers):
-        line += body.count(b"\n", offset, end)
-        offset = end
-    for number, start, text in _rows(body, dialect, line, offset):
-        decoded = text.decode("utf-8", "replace").rstrip("\n")
-        cells = split_cells(decoded, dialect.separator, dialect.has_quotes)
-        yield _judged(cells, number, start, dialect, wanted, is_cut=not text.endswith(b"\n"))
-
-
-def _rows(body: bytes, dialect: Dialect, line: int, offset: int) -> Iterator[tuple[int, int, bytes]]:
-    """Line, offset and text of each row from an offset on, which is that of the given line."""
-    # A line of tabs alone is a row of empty cells where tabs separate cells, as Pandas sees it.
+def _rows(data: bytes, dialect: Dialect, line: int, offset: int) -> Iterator[tuple[int, bytes]]:
+    """Line and text of each row from an offset on, which is that of the given line."""
+    # A line of tabs alone is a row of empty cells where tabs separate cells, as pandas sees it.
     blanks = b" \n" if dialect.separator == "\t" else b" \t\n"
-    stream = io.BytesIO(body)
+    stream = io.BytesIO(data)
     stream.seek(offset)
-    for text in stream:
-        if text.strip(blanks):
-            yield line, offset, text
-        offset += len(text)
-        line += 1
+    return ((number, text) for number, text in enumerate(stream, line) if text.strip(blanks))
 
 
-def _judged(
-    cells: Sequence[str], line: int, offset: int, dialect: Dialect, wanted: Sequence[Column], *, is_cut: bool
-) -> _BadRow | None:
+def _read_row(
+    cells: Sequence[str], line: int, dialect: Dialect, wanted: Sequence[Column], *, is_cut: bool
+) -> list[float] | _BadRow:
+    """The wanted numbers of a row, or what is wrong with it."""
     if any(cells[dialect.raw_width :]):
-        message = f"must have {dialect.raw_width} cells, found {len(cells)}"
-        return _BadRow(line, offset, None, message, False)
+        return _BadRow(line, None, f"must have {dialect.raw_width} cells, found {len(cells)}", False)
     found = [cells[column.number - 1] if column.number <= len(cells) else "" for column in wanted]
-    is_short = not all(found)
+    values = []
     for column, cell in zip(wanted, found, strict=True):
         number = column.number
         if not cell:
             what = "an empty cell" if number <= len(cells) else f"only {len(cells)} of {dialect.width} cells"
-            return _BadRow(line, offset, number, f"must hold a number, found {what}", True)
+            return _BadRow(line, number, f"must hold a number, found {what}", True)
         if not is_number(cell, dialect.decimal):
-            cut = is_cut and _NUMBER_CUT_SHORT.fullmatch(cell) is not None
-            message = f"must hold a number, found the text {quoted(cell)}"
-            return _BadRow(line, offset, number, message, is_short or cut)
-        if not _is_finite(cell, dialect.decimal):
+            is_incomplete = not all(found) or (is_cut and _TRUNCATED_NUMBER.fullmatch(cell) is not None)
+            return _BadRow(line, number, f"must hold a number, found the text {quoted(cell)}", is_incomplete)
+        value = _value(cell, dialect.decimal)
+        if not math.isfinite(value):
             message = f"must hold a finite number, found {quoted(cell)}"
-            return _BadRow(line, offset, number, message, "inf" not in cell.casefold())
-    return None
+            return _BadRow(line, number, message, "inf" not in cell.casefold())
+        values.append(value)
+    return values
 
 
-def _is_finite(cell: str, decimal: str) -> bool:
+def _value(cell: str, decimal: str) -> float:
     try:
-        return bool(np.isfinite(float(cell.replace(decimal, "."))))
+        return float(cell.replace(decimal, "."))
     except ValueError:  # "NA" and the like
-        return False
+        return math.nan
 
 
 def _refuse_open_quotes(body: bytes, dialect: Dialect, path: str) -> None:
-    """A quote left open would swallow all rows up to the next one without a word."""
+    """Refuse an open quote, which would silently swallow all rows up to the next one."""
     for line, text in enumerate(io.BytesIO(body), dialect.first_line):
         if (count := text.count(b'"')) % 2:
             raise RecordError(

@@ -1,115 +1,119 @@
-"""Units as test rigs spell them, turned into factors to m, N and s.
+"""Units as test rigs spell them, as factors to m, N and s.
 
-Pint knows the units; this file knows the spellings that Pint does not, and which spellings could mean two
-things: "mn" may be milli- or meganewton and is refused instead of guessed.
+Most spellings are accepted in any case ("MM", "Sec"). Where the case decides ("mN" and "MN", "nm" and "Nm") it must be
+right, and what could mean two things is refused: "mn" may be milli- or meganewton.
 """
 
 from __future__ import annotations
 
-import re
 import unicodedata
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import lru_cache
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 from ..errors import RecordError
 
-if TYPE_CHECKING:
-    import pint
-
 Quantity = Literal["displacement", "force", "time"]
 
-# Long enough for every name of a unit; keeps hostile text away from Pint's expression parser.
-_MAX_LENGTH = 24
-# One word, no operators or digits: nothing that Pint could compute.
-_UNIT_TEXT = re.compile(r"[A-Za-zμ_]+")
+_MAX_LENGTH = 24  # longer than any unit; normalizing hostile text takes time
+
+
+def words(text: str) -> frozenset[str]:
+    """The words of a text."""
+    return frozenset(text.split())
+
+
+def _by_spelling(factors: Mapping[float, str]) -> dict[str, float]:
+    """Factor of each spelling, from the spellings of each factor."""
+    return {spelling: factor for factor, spellings in factors.items() for spelling in spellings.split()}
 
 
 @dataclass(frozen=True)
 class _Kind:
-    """What is accepted for one quantity: SI unit, examples for messages, spellings (lower case)."""
+    """Units of one quantity.
+
+    Attributes
+    ----------
+    noun, examples : str   For messages.
+    any_case : dict        SI units per unit, by spelling in lower case.
+    exact : dict           The same for spellings whose case matters.
+    ambiguous : dict       What a refused spelling could mean.
+    """
 
     noun: str
-    si: str
     examples: str
-    spellings: Mapping[str, str]
+    any_case: Mapping[str, float]
+    exact: Mapping[str, float]
     ambiguous: Mapping[str, str]
 
 
 _KINDS: Mapping[Quantity, _Kind] = {
     "displacement": _Kind(
         "length",
-        "meter",
         "mm, cm, m, um, in, ft",
-        {
-            **dict.fromkeys(("m", "meter", "meters", "metre", "metres", "米"), "meter"),
-            **dict.fromkeys(("mm", "毫米"), "millimeter"),
-            **dict.fromkeys(("cm", "厘米"), "centimeter"),
-            **dict.fromkeys(("um", "μm", "微米", "micron", "microns"), "micrometer"),
-            **dict.fromkeys(("in", "in.", "inch", "inches", '"', "''"), "inch"),
-            **dict.fromkeys(("ft", "ft.", "foot", "feet"), "foot"),
-            **dict.fromkeys(("mil", "mils", "thou"), "thou"),  # Pint's own "mil" is an angle
-            "km": "kilometer",
-        },
+        _by_spelling(
+            {
+                1.0: "m meter meters metre metres 米",
+                1e-1: "dm decimeter decimeters decimetre decimetres",
+                1e-2: "cm centimeter centimeters centimetre centimetres 厘米",
+                1e-3: "mm millimeter millimeters millimetre millimetres 毫米",
+                1e-6: "um μm micrometer micrometers micrometre micrometres micron microns 微米",
+                1e-9: "nanometer nanometers nanometre nanometres",
+                1e3: "km kilometer kilometers kilometre kilometres",
+                0.0254: "in in. inch inches \" ''",
+                2.54e-5: "mil mils thou",
+                0.3048: "ft ft. foot feet",
+                0.9144: "yd yard yards",
+            }
+        ),
+        {"nm": 1e-9},
         {"Mm": "mm (millimetre) or megameter"},
     ),
     "force": _Kind(
         "force",
-        "newton",
         "N, kN, mN, MN, lbf, kip, kgf",
-        {
-            **dict.fromkeys(("n", "newton", "newtons", "牛", "牛顿"), "newton"),
-            **dict.fromkeys(("kn", "千牛"), "kilonewton"),
-            "dan": "decanewton",
-            **dict.fromkeys(("lb", "lbs", "lb.", "lbf", "lbsf", "pound", "pounds"), "force_pound"),
-            **dict.fromkeys(("kip", "kips", "klbf"), "kip"),
-            **dict.fromkeys(("kgf", "kp"), "force_kilogram"),
-        },
-        {"mn": "mN (millinewton) or MN (meganewton)", "Mn": "mN (millinewton) or MN (meganewton)"},
+        _by_spelling(
+            {
+                1.0: "n newton newtons 牛 牛顿",
+                10.0: "dan decanewton decanewtons",
+                1e3: "kn kilonewton kilonewtons 千牛",
+                1e6: "meganewton meganewtons",
+                1e-3: "millinewton millinewtons",
+                1e-6: "un μn micronewton micronewtons",
+                1e-5: "dyn dyne dynes",
+                4.4482216152605: "lb lbs lb. lbf lbsf pound pounds",
+                4448.2216152605: "kip kips klbf",
+                0.27801385095378125: "ozf",
+                9.80665: "kgf kp",
+                9.80665e-3: "gf",
+            }
+        ),
+        {"mN": 1e-3, "MN": 1e6},
+        dict.fromkeys(("mn", "Mn"), "mN (millinewton) or MN (meganewton)"),
     ),
     "time": _Kind(
         "time",
-        "second",
         "s, ms, min",
-        {
-            **dict.fromkeys(("s", "sec", "sec.", "secs", "second", "seconds", "秒"), "second"),
-            **dict.fromkeys(("ms", "msec", "msecs", "毫秒"), "millisecond"),
-            **dict.fromkeys(("min", "min.", "mins", "minute", "minutes", "分钟"), "minute"),
-        },
+        _by_spelling(
+            {
+                1.0: "s sec sec. secs second seconds 秒",
+                1e-3: "ms msec msecs millisecond milliseconds 毫秒",
+                1e-6: "usec microsecond microseconds 微秒",
+                1e-9: "nanosecond nanoseconds",
+                60.0: "min min. mins minute minutes 分钟",
+                3600.0: "hr hrs hour hours 小时",
+            }
+        ),
+        {"us": 1e-6, "μs": 1e-6, "ns": 1e-9, "h": 3600.0},
         dict.fromkeys(("Ms", "MS", "mS"), "ms (millisecond) or megasecond"),
     ),
 }
-
-
-def length_factor(text: str) -> float:
-    """Metres per unit of length `text`, such as "mm", "Inch" or "µm" [m].
-
-    Raises
-    ------
-    RecordError   If the unit is unknown, ambiguous or no length.
-    """
-    return unit_factor(text, "displacement")
-
-
-def force_factor(text: str) -> float:
-    """Newtons per unit of force `text`, such as "kN", "lbs" or "kgf" [N].
-
-    Raises
-    ------
-    RecordError   If the unit is unknown, ambiguous or no force.
-    """
-    return unit_factor(text, "force")
-
-
-def time_factor(text: str) -> float:
-    """Seconds per unit of time `text`, such as "ms", "sec" or "min" [s].
-
-    Raises
-    ------
-    RecordError   If the unit is unknown, ambiguous or no time.
-    """
-    return unit_factor(text, "time")
+# What else rigs record.
+_OTHER = words(
+    """- % ° °c °f c k v mv kv a ma hz khz rpm deg rad degc degf kelvin celsius volt volts kg g mg t gram kilogram ton
+    tonne pa hpa kpa mpa gpa psi ksi bar mbar atm n/mm n/m n/mm^2 n/mm2 mm/s mm/min m/s m/s^2 m/s2 in/s in/min 1/s n*m
+    nm n·m j mj w kw ohm ε strain 1 cycle cycles count counts"""
+)
 
 
 def unit_factor(text: str, quantity: Quantity) -> float:
@@ -123,32 +127,26 @@ def unit_factor(text: str, quantity: Quantity) -> float:
     name = _cleaned(text)
     if name in kind.ambiguous:
         raise RecordError(f"unit {quoted(text)} of the {quantity} could mean {kind.ambiguous[name]}; write it exactly.")
-    unit = _pint_unit(kind.spellings.get(name.casefold(), name))
-    if unit is None:
-        raise RecordError(
-            f"unit {quoted(text)} of the {quantity} is not known; give a unit of {kind.noun} ({kind.examples})."
-        )
-    if not unit.is_compatible_with(kind.si):
+    factor = kind.exact.get(name, kind.any_case.get(name.casefold()))
+    if factor is None:
         found = kind_of_unit(text)
-        is_what = f"{unit}" if found is None or found == "other" else f"a unit of {_KINDS[found].noun}"
+        if found is None:
+            reason = "is not known"
+        else:
+            reason = f"is not a unit of {kind.noun}" if found == "other" else f"is a unit of {_KINDS[found].noun}"
         raise RecordError(
-            f"unit {quoted(text)} of the {quantity} is {is_what}; give a unit of {kind.noun} ({kind.examples})."
+            f"unit {quoted(text)} of the {quantity} {reason}; give a unit of {kind.noun} ({kind.examples})."
         )
-    return float(_registry().Quantity(1.0, unit).to(kind.si).magnitude)
+    return factor
 
 
-@lru_cache(maxsize=256)
 def kind_of_unit(text: str) -> Quantity | Literal["other"] | None:
-    """Quantity that a unit measures, "other" for a unit of something else, None if it is no unit."""
+    """Quantity that a unit measures, "other" for a unit of something else, None if it is not a unit."""
     name = _cleaned(text)
     for quantity, kind in _KINDS.items():
-        if name in kind.ambiguous or name.casefold() in kind.spellings:
+        if name in kind.ambiguous or name in kind.exact or name.casefold() in kind.any_case:
             return quantity
-    unit = _pint_unit(name)
-    if unit is None:
-        return None
-    matches = (quantity for quantity, kind in _KINDS.items() if unit.is_compatible_with(kind.si))
-    return next(matches, "other")
+    return "other" if name.casefold() in _OTHER else None
 
 
 def quoted(text: str) -> str:
@@ -159,23 +157,3 @@ def quoted(text: str) -> str:
 def _cleaned(text: str) -> str:
     # NFKC makes one character of the micro sign and the Greek letter mu.
     return unicodedata.normalize("NFKC", text[: 2 * _MAX_LENGTH]).strip().strip("[]()").strip()
-
-
-def _pint_unit(name: str) -> pint.Unit | None:
-    if len(name) > _MAX_LENGTH or not _UNIT_TEXT.fullmatch(name):
-        return None
-    import pint  # slow to import, and not needed to import this package
-
-    try:
-        unit = _registry().parse_units(name)
-        # A few logarithmic units parse but have no definition; asking for the dimension tells.
-        return unit if unit.dimensionality is not None else None
-    except (pint.errors.PintError, ValueError):  # ValueError: Pint takes "nan" for a number
-        return None
-
-
-@lru_cache(maxsize=1)
-def _registry() -> pint.UnitRegistry[float]:
-    import pint
-
-    return pint.UnitRegistry()
