@@ -431,7 +431,7 @@ typedef struct {
     double theta, value, slope; /* |W| and W' */
 } Place;
 
-static Place place_of(const SpringTable *table, double xi)
+static Place place_on_table(const SpringTable *table, double xi)
 {
     Place at = {.branch = xi >= 0.0 ? &table->rising : &table->falling, .value = 1.0, .slope = LEAST_SLOPE};
     double z = fabs(xi);
@@ -455,14 +455,14 @@ static Place place_of(const SpringTable *table, double xi)
 
 double spring_saturation_slope(const SpringTable *table, double xi, double *slope)
 {
-    Place at = place_of(table, xi);
+    Place at = place_on_table(table, xi);
     *slope = at.slope;
     return xi >= 0.0 ? at.value : -at.value;
 }
 
 SpringSlopes spring_slopes(const SpringTable *table, double xi)
 {
-    Place at = place_of(table, xi);
+    Place at = place_on_table(table, xi);
     double side = xi >= 0.0 ? 1.0 : -1.0;
     SpringSlopes slopes = {.u = side * at.value, .slope = at.slope};
     if (at.index < at.branch->pieces) {
