@@ -5,6 +5,7 @@
 #include "../../core/c/saturation.c"
 #include "../../core/c/spring.c"
 #include "path.c"
+#include "line.c"
 #include "steady.c"
 #include "fourier.c"
 #include "periodic.c"
