@@ -94,8 +94,7 @@ class _Grid:
         backbone = fit_backbone(loops, columns, self.omega[pick])
         if backbone is None:
             return None
-        misfit = float(np.sqrt(misfits[pick] / loops.weight.sum()))
-        return Solution(basis, backbone, hysteresis, self.omega[pick], share, misfit)
+        return Solution(basis, backbone, hysteresis, self.omega[pick], share)
 
 
 def _squared_misfits(elastic: FloatArray, amplifier: FloatArray, omega: FloatArray, target: FloatArray) -> FloatArray:
