@@ -342,7 +342,9 @@ def test_two_columns_to_reverse_are_refused(run: Any, loop: str, model: str) -> 
         done = run(*command, "--reverse", "displacement", "--reverse", "force")
         assert done.status == 2
         assert "'--reverse': must be one column, got displacement and force; negate the other one" in done.err
-    assert run("info", model, loop, "--reverse", "force", "--reverse", "force").err.count("is turned") == 1
+    assert (
+        run("info", model, loop, "--reverse", "force", "--reverse", "force").err.count("force negated, as given") == 1
+    )
 
 
 def test_a_forgotten_reverse_is_told(run: Any, loop: str, model: str) -> None:

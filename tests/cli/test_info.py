@@ -95,12 +95,12 @@ def test_a_campaign_tells_of_rate_and_overlap(terminal: Terminal) -> None:
     assert rate["sentence"] in text
     assert overlap["sentence"] in text
     terminal("info", "mount.json", *records, "--time", "1")
-    assert "time is column 1 'time [s]', as asked" in terminal.err
+    assert "time is column 1 'time [s]', as given" in terminal.err
 
 
 def test_two_records_of_one_frequency_cannot_tell_of_the_rate(terminal: Terminal) -> None:
     records = [synthesized(terminal, f"{a}.csv", a, 1.0) for a in (8, 20)]
-    assert "frequency cannot be told" in terminal("info", "mount.json", *records)
+    assert "frequency is unknown" in terminal("info", "mount.json", *records)
 
 
 def test_the_text_names_model_fit_origin_and_figures(terminal: Terminal) -> None:

@@ -7,7 +7,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from strandspring.kernel.sensitivity import omega_with_derivatives
 
 from strandspring import (
     IdentificationError,
@@ -22,7 +21,8 @@ from strandspring import (
 )
 from strandspring.identification.figures import predict_record, rmse, rnl
 from strandspring.identification.noise import force_noise
-from strandspring.kernel.path import PathSolver, tables
+from strandspring.kernel.path import PathSolver
+from strandspring.kernel.points import omega_with_derivatives
 from strandspring.loops.strokes import find_strokes
 from strandspring.report.html import write_report
 from synthetic import AMPLITUDE, MEAN, record_of, sine, spring_of
@@ -33,7 +33,10 @@ CUBIC = RefinedOptions(degrees=(3, 2))
 
 @pytest.mark.parametrize("n", [0.222, 0.6, 1.0, 4.0])
 @pytest.mark.parametrize("sigma", [0.6, 1.0, 3.0])
-def test_derivatives_of_omega_are_those_of_differences(n: float, sigma: float) -> None:
+@pytest.mark.parametrize(
+    ("rho", "omega_start"), [(150.0, 0.2), (4000.0, 0.2), (4000.0, -1.0)], ids=["gradual", "saturated", "from -1"]
+)
+def test_derivatives_of_omega_are_those_of_differences(n: float, sigma: float, rho: float, omega_start: float) -> None:
     rng = np.random.default_rng(3)
     length = rng.uniform(0.005, 0.04, 6)
     direction = np.array([1, -1] * 3)
@@ -42,11 +45,12 @@ def test_derivatives_of_omega_are_those_of_differences(n: float, sigma: float) -
 
     def omega(theta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         rho, s, exponent, start = (float(v) for v in theta)
-        return omega_with_derivatives(tables(exponent, s), rho, direction, length, start, stroke, travel)
+        return omega_with_derivatives(rho, s, exponent, start, direction, length, stroke, travel)
 
-    at = np.array([150.0, sigma, n, 0.2])
+    at = np.array([rho, sigma, n, omega_start])
     _, exact = omega(at)
-    for k, step in enumerate(1e-5 * np.maximum(1.0, np.abs(at))):
+    # At omega_start = -1 the derivative by it is one-sided, and the other three are tried.
+    for k, step in enumerate((1e-5 * np.maximum(1.0, np.abs(at)))[: 4 if omega_start > -1.0 else 3]):
         change = np.zeros(4)
         change[k] = step
         difference = (omega(at + change)[0] - omega(at - change)[0]) / (2.0 * step)

@@ -1,4 +1,4 @@
-"""What several loops tell together: whether the rate matters, and whether the loading paths overlap."""
+"""Comparison of several loops: whether the rate matters, and whether the loading paths overlap."""
 
 from __future__ import annotations
 
@@ -33,13 +33,11 @@ class RateVerdict(Enum):
     LITTLE = "The loops of different frequencies differ beyond the noise, but little against the height of the loop."
     DEPENDENT = (
         "The force depends on the frequency, unless specimen or force sensor drifted between the cycles compared: a "
-        "rate-independent model describes their mean; repeat one frequency to tell, or identify frequencies apart."
+        "rate-independent model describes their mean; repeat one frequency to check, or identify each frequency alone."
     )
-    NO_TIMES = (
-        "Whether the force depends on the frequency cannot be told, because no cycle has times; give a time column."
-    )
+    NO_TIMES = "Whether the force depends on the frequency is unknown, because no cycle has times; give a time column."
     ONE_FREQUENCY = (
-        "Whether the force depends on the frequency cannot be told, because no amplitude was measured at two "
+        "Whether the force depends on the frequency is unknown, because no amplitude was measured at two "
         "frequencies; repeat one amplitude at another frequency."
     )
 
@@ -51,7 +49,7 @@ class RateIndependence:
     Attributes
     ----------
     verdict : RateVerdict
-    frequencies : (float, float) or None   Least and greatest frequency compared [Hz]; None if it cannot be told.
+    frequencies : (float, float) or None   Least and greatest frequency compared [Hz]; None if unknown.
     amplitudes : int                       Number of amplitudes at which frequencies were compared.
     relative_to_noise : float or None      rms difference between mean loops of two frequencies over what cycle-to-cycle
                                            scatter and force noise make of it [-].
@@ -155,11 +153,11 @@ class OverlapVerdict(Enum):
         "strokes, or the spring changed between them."
     )
     LOST_IN_NOISE = (
-        "Whether the loading paths of different amplitudes overlap cannot be told, because the loops are no higher "
+        "Whether the loading paths of different amplitudes overlap is unknown, because the loops are no higher "
         "than the noise; record more cycles."
     )
     NO_SHARED_RANGE = (
-        "Whether the loading paths of different amplitudes overlap cannot be told, because no two of them share enough "
+        "Whether the loading paths of different amplitudes overlap is unknown, because no two of them share enough "
         "of their range; record larger and smaller amplitudes about one mean."
     )
 
@@ -172,7 +170,7 @@ class Overlap:
     ----------
     verdict : OverlapVerdict
     amplitudes : int                     Number of smaller amplitudes compared.
-    distance : float or None             rms distance beyond noise [N]; None if it cannot be told.
+    distance : float or None             rms distance beyond noise [N]; None if unknown.
     relative_to_height : float or None   The same over the mean distance of the largest loop's branches [-].
     """
 
@@ -243,7 +241,7 @@ def _loading(loops: Sequence[Loop], cells: FloatArray) -> tuple[FloatArray, floa
 def campaign_verdicts(
     records: Sequence[Record], model_loops: Sequence[Loop] = ()
 ) -> tuple[RateIndependence | None, Overlap | None]:
-    """What the cycles of a test campaign tell together.
+    """Rate dependence and overlap from the cycles of a test campaign.
 
     Parameters
     ----------

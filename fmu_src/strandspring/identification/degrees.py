@@ -30,7 +30,7 @@ _GOOD_ENOUGH = 0.005
 def choose_degrees(loops: Loops, solve: Callable[[tuple[int, int]], Solution | None]) -> Solution | None:
     """The leanest degrees that predict samples they were not fitted to nearly as well as the best.
 
-    If a pilot at middling degrees leaves no more than noise, its omega serves to look for leaner degrees that do as
+    If the residuals of a pilot at middling degrees are noise, its omega serves to look for leaner degrees that do as
     well, by linear least squares alone. Otherwise the method is applied at all degrees.
     """
     floor = _GOOD_ENOUGH * loops.rms(loops.force - np.average(loops.force, weights=loops.weight))

@@ -87,6 +87,6 @@ class Method(ABC):
 
         Raises
         ------
-        IdentificationError   If no physically possible model is found.
+        IdentificationError   If no model is physically possible.
         RecordError           If the records do not suit the method.
         """

@@ -1,4 +1,4 @@
-"""The noise of a record's force, estimated from its fast changes: an additive part and one that grows with the force."""
+"""The noise of a record's force from its fast changes: an additive part and one that grows with the force."""
 
 from __future__ import annotations
 

@@ -127,7 +127,7 @@ class Problem:
             omega, derivatives = self._omega(theta)
             q, r = _orthogonal(np.hstack([elastic, omega[:, None] * amplifier]))
             along = q.T @ target
-            coefficients = np.linalg.solve(r, along)
+            coefficients = np.asarray(np.linalg.solve(r, along), np.float64)
             return _Projected(omega, derivatives, q, Backbone.of(coefficients, self.columns), root, target - q @ along)
 
         start = np.clip(_vector(hysteresis, omega_start), self.low + _INSIDE, self.high - _INSIDE)
@@ -167,7 +167,7 @@ def triangle_of(matrix: FloatArray) -> FloatArray:
     blocks = rows // _BLOCK
     if blocks > 1:
         cut = blocks * _BLOCK
-        parts = np.linalg.qr(matrix[:cut].reshape(blocks, _BLOCK, columns), mode="r")
+        parts = np.asarray(np.linalg.qr(matrix[:cut].reshape(blocks, _BLOCK, columns), mode="r"))
         matrix = np.concatenate([parts.reshape(-1, columns), matrix[cut:]])
     return np.asarray(np.linalg.qr(matrix, mode="r"))
 

@@ -65,7 +65,7 @@ class RefinedOptions(Method):
 
         Raises
         ------
-        IdentificationError   If no physically possible model is found.
+        IdentificationError   If no model is physically possible.
         """
         samples = _samples(parts)
         loops = samples.loops
@@ -96,7 +96,7 @@ class RefinedOptions(Method):
         )
 
     def _best(self, parts: Sequence[SteadyRecord], samples: Samples, where: str) -> _Candidate:
-        """The better refinement of two starts; the scan is tried only where the first leaves more than noise."""
+        """The better refinement of two starts; the scan is tried where the residuals of the first exceed the noise."""
         coarse = join([part.loops for part in parts])
         candidates: list[_Candidate] = []
         start = two_stage(coarse, self.degrees)

@@ -18,7 +18,7 @@ from .uncertainty import PredictionBand
 
 @dataclass(frozen=True, eq=False)
 class Identification:
-    """An identified spring and how it was found.
+    """An identified spring, its figures and its origin.
 
     Attributes
     ----------
@@ -28,7 +28,7 @@ class Identification:
     rmse, rnl : float               Over all compared samples [N], [-].
     degrees : (int, int)            N of FE and M of FA.
     steady_share : float            Where the steady section was taken to begin, share of the longest stroke.
-    outcomes : tuple of Outcome     Cautions worth telling the user.
+    outcomes : tuple of Outcome     Cautions for the user.
     uncertainty : dict              Standard errors and correlations; empty but for the refined method.
     band : PredictionBand or None   95 % band of the predicted force; of the refined method only.
     method : str

@@ -23,6 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..kernel.arrays import FloatArray
+from ..kernel.line import IntegratedLine
 from .loops import Loops
 from .polynomials import Columns
 from .smoothing import automatic_half_width, moving_average
@@ -114,21 +115,40 @@ def fit_hysteresis(loops: Loops, backbone: Backbone, half_width: int | None = No
     if extracted is None:
         return None
     omega, G = extracted
-    u = loops.side * omega
-    line = _IntegratedLine(*_with_reversals(loops, u, loops.weight * G**2))
-    misfit, slopes = line.fit(_N_SCAN)
+    stroke, travel, u, weight = _with_reversals(loops, loops.side * omega, loops.weight * G**2)
+    first = np.flatnonzero(np.diff(stroke, prepend=-1))
+    # Noise may carry u out of its bounds: a little of that is kept in what is fitted, none in what is integrated.
+    line = IntegratedLine(first, travel, np.clip(u, -1.0, 1.0), np.clip(u, -1.5, 1.5), weight)
+    misfit, slopes = _fit(line, _N_SCAN)
     best = int(np.argmin(misfit))
     if not np.isfinite(misfit[best]):
         return None
     n = _N_SCAN[best]
     if 0 < best < _N_SCAN.size - 1:
         finer = np.geomspace(_N_SCAN[best - 1], _N_SCAN[best + 1], 9)
-        fine_misfit, fine_slopes = line.fit(finer)
-        pick = int(np.argmin(fine_misfit))
-        n, misfit, slopes, best = finer[pick], fine_misfit, fine_slopes, pick
+        misfit, slopes = _fit(line, finer)
+        best = int(np.argmin(misfit))
+        n = finer[best]
     rho, recovery = slopes[best]
     sigma = float(np.clip(0.5 * (1.0 + recovery / rho), *SIGMA_BOUNDS))
     return Hysteresis(float(rho), sigma, float(n)), float(np.sqrt(misfit[best] / loops.weight.sum()))
+
+
+def _fit(line: IntegratedLine, n: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Weighted squared misfit for each n, shape (n,), inf where no rho > 0 fits, and slopes a, b, shape (n, 2)."""
+    aa, ab, bb, ay, by = line.sums(n)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        determinant = aa * bb - ab**2
+        a = (bb * ay - ab * by) / determinant
+        b = (aa * by - ab * ay) / determinant
+        # The bounds of sigma are bounds of b/a; on one of them the line has a single slope.
+        low, high = (2.0 * sigma - 1.0 for sigma in SIGMA_BOUNDS)
+        for outside, ratio in ((~(b >= low * a), low), (b > high * a, high)):
+            on_bound = (ay + ratio * by) / (aa + 2.0 * ratio * ab + ratio**2 * bb)
+            a, b = np.where(outside, on_bound, a), np.where(outside, ratio * on_bound, b)
+        misfit = line.squared_target - 2 * (a * ay + b * by) + a**2 * aa + 2 * a * b * ab + b**2 * bb
+        misfit = np.where((a > 0.0) & np.isfinite(misfit), np.maximum(misfit, 0.0), np.inf)
+    return misfit, np.stack([a, b], axis=1)
 
 
 def _with_reversals(
@@ -137,7 +157,7 @@ def _with_reversals(
     """Stroke, travel, u and weight of the points, each stroke begun by the reversal that ended the one before it.
 
     A reversal turns the sign of u. Without that point a loop that switches between two samples, as dry friction
-    does, would tell nothing about rho.
+    does, would show nothing of rho.
     """
     first = np.flatnonzero(np.diff(loops.stroke, prepend=-1))[1:]
     follows = loops.stroke[first] == loops.stroke[first - 1] + 1
@@ -149,75 +169,3 @@ def _with_reversals(
         np.insert(u, at, -u[at - 1]),
         np.insert(weight, at, weight[at]),
     )
-
-
-class _IntegratedLine:
-    """Weighted least squares of the integrated eq. (22) for many n at once; u(0) of each stroke is free."""
-
-    def __init__(self, stroke: NDArray[np.intp], travel: FloatArray, u: FloatArray, weight: FloatArray) -> None:
-        self.first = np.flatnonzero(np.diff(stroke, prepend=-1))
-        self.sizes = np.diff(np.append(self.first, stroke.size))
-        self.root = np.sqrt(weight)
-        self.share = weight / np.repeat(np.add.reduceat(weight, self.first), self.sizes)
-        # Noise may carry u out of its bounds: a little of that is kept in what is fitted, none in what is integrated.
-        self.u = np.clip(u, -1.0, 1.0)
-        with np.errstate(divide="ignore"):
-            self.log = np.log(np.abs(self.u))
-        before = np.concatenate([[0.0], self.u[:-1]])
-        before[self.first] = self.u[self.first]
-        change = self.u - before
-        steps = np.diff(travel, prepend=0.0)
-        steps[self.first] = travel[self.first]
-        self.flat = np.flatnonzero(np.abs(change) < 1e-9)
-        self.flat_steps = steps[self.flat]
-        change[self.flat] = 1.0
-        self.per_change = steps / change
-        self.per_change[self.flat] = 0.0
-        self.travel = self._centred(travel[None].copy())
-        self.target = self._centred(np.clip(u, -1.5, 1.5)[None].copy())[0]
-
-    def fit(self, n: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Weighted squared misfit, shape (n,), inf where no rho > 0 fits, and slopes a, b, shape (n, 2)."""
-        driven, recovered = self._regressors(n)
-        aa, ab, bb = (np.einsum("kp,kp->k", p, q) for p, q in
-                      ((driven, driven), (driven, recovered), (recovered, recovered)))  # fmt: skip
-        ay, by = driven @ self.target, recovered @ self.target
-        yy = float(self.target @ self.target)
-        with np.errstate(divide="ignore", invalid="ignore"):
-            determinant = aa * bb - ab**2
-            a = (bb * ay - ab * by) / determinant
-            b = (aa * by - ab * ay) / determinant
-            # The bounds of sigma are bounds of b/a; on one of them the line has a single slope.
-            low, high = (2.0 * sigma - 1.0 for sigma in SIGMA_BOUNDS)
-            for outside, ratio in ((~(b >= low * a), low), (b > high * a, high)):
-                on_bound = (ay + ratio * by) / (aa + 2.0 * ratio * ab + ratio**2 * bb)
-                a, b = np.where(outside, on_bound, a), np.where(outside, ratio * on_bound, b)
-            misfit = yy - 2 * (a * ay + b * by) + a**2 * aa + 2 * a * b * ab + b**2 * bb
-            misfit = np.where((a > 0.0) & np.isfinite(misfit), np.maximum(misfit, 0.0), np.inf)
-        return misfit, np.stack([a, b], axis=1)
-
-    def _centred(self, columns: FloatArray) -> FloatArray:
-        """Without the weighted mean of each stroke, and times the roots of the weights; in place."""
-        columns -= np.repeat(np.add.reduceat(columns * self.share, self.first, axis=1), self.sizes, axis=1)
-        columns *= self.root
-        return columns
-
-    def _regressors(self, n: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """What multiplies a and b: travel less the integral of u^n over u > 0, and that of (-u)^n over u < 0.
-
-        Between two points u is taken as a straight line and integrated exactly, across zero too. The constants by
-        which each stroke's integrals would begin at zero drop out with the means. Shapes (n, P).
-        """
-        # The antiderivative |u|^(n + 1)/(n + 1) at each point serves the stretch before it and the one after it.
-        power = np.exp((n[:, None] + 1.0) * self.log)
-        power /= n[:, None] + 1.0
-        integrals = []
-        for side in (1.0, -1.0):
-            pieces = np.where(side * self.u > 0.0, power, 0.0)
-            pieces[:, 1:] = pieces[:, 1:] - pieces[:, :-1]
-            pieces *= side * self.per_change
-            if self.flat.size:
-                level = np.exp(n[:, None] * self.log[self.flat]) * (side * self.u[self.flat] > 0.0)
-                pieces[:, self.flat] = level * self.flat_steps
-            integrals.append(self._centred(np.cumsum(pieces, axis=1, out=pieces)))
-        return self.travel - integrals[0], integrals[1]

@@ -9,6 +9,7 @@ same for any number of residuals. SciPy's optimizers take longer to import than 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from typing import Generic, NamedTuple, Protocol, TypeVar
 
@@ -228,6 +229,7 @@ def _to_bound(x: FloatArray, step: FloatArray, low: FloatArray, high: FloatArray
 
 def _to_radius(origin: FloatArray, direction: FloatArray, radius: float) -> float:
     """Multiple of a direction at which it leaves the trust region."""
-    a, b, c = direction @ direction, origin @ direction, origin @ origin - radius**2
-    q = -(b + np.copysign(np.sqrt(max(b * b - a * c, 0.0)), b))
-    return float(max(q / a, c / q))
+    a, b = float(direction @ direction), float(origin @ direction)
+    c = float(origin @ origin) - radius**2
+    q = -(b + math.copysign(math.sqrt(max(b * b - a * c, 0.0)), b))
+    return max(q / a, c / q)

@@ -23,8 +23,9 @@ _STEADY_SHARES = (0.1, 0.25, 0.45, 0.65, 0.8)
 # The best few by the misfit of stage 2 are carried through to the closing fit.
 _CARRIED = 2
 
-# Both stages with the steady section beginning at a travel [m]: loops, basis, its columns at the points, travel, and half
-# width of the moving average (None: from the noise) -> rho, sigma, n and the rms misfit [N]; None if they do not apply.
+# Both stages with the steady section beginning at a travel [m]: loops, basis, its columns at the points, travel, and
+# half width of the moving average (None: from the noise) -> rho, sigma, n and the rms misfit [N]; None if they do not
+# apply.
 Stages = Callable[[Loops, Basis, Columns, float, int | None], tuple[Hysteresis, float] | None]
 
 

@@ -22,7 +22,8 @@ from .projection import Refinement, triangle_of
 from .stages import N_BOUNDS, SIGMA_BOUNDS, Hysteresis
 
 _NAMES = ("kappa_omega", "rho", "sigma", "n")
-# Two parameters with a larger correlation are not separated by the records, one with a larger relative error is hardly known.
+# Two parameters with a larger correlation are not separated by the records; one with a larger relative error is hardly
+# known.
 _CORRELATED = 0.98
 _UNCERTAIN = 0.5
 _UNSURE_RECOVERY = 0.1  # standard error of ln(sigma) from which a sigma at its bound 1/2 is uncertain
@@ -165,7 +166,7 @@ def is_sigma_uncertain(loops: Loops, basis: Basis, refinement: Refinement) -> bo
 
 
 def _free(refinement: Refinement) -> NDArray[np.bool_]:
-    """Which of ln(rho), ln(sigma), ln(n) and omega_start vary: not at a bound, and not forgotten before the first point."""
+    """Which of ln(rho), ln(sigma), ln(n) and omega_start vary: those off their bounds that the points depend on."""
     h = refinement.hysteresis
     free = np.ones(refinement.derivatives.shape[0], dtype=bool)
     free[1] = _is_sigma_free(h)
@@ -204,7 +205,7 @@ def _linearised(loops: Loops, basis: Basis, refinement: Refinement, free: NDArra
     degrees_of_freedom = max(1, misfit.size - jacobian.shape[1])
     within = max(float(np.mean(bend == 1.0)), _LEAST_FREE)
     noise = float(np.sqrt(held @ held / degrees_of_freedom)) / within
-    inverse = np.linalg.pinv(triangle_of(jacobian * root[:, None]))
+    inverse = np.asarray(np.linalg.pinv(triangle_of(jacobian * root[:, None])), np.float64)
     return _Linearised(jacobian, noise * inverse, noise)
 
 
