@@ -1,8 +1,8 @@
 """The refined method at the statistical limit, and its time: python tests/benchmarks/limits.py
 
 Data of the model itself with additive noise of 1 N: ratio of the prediction's error to the Cramer-Rao bound, share of
-95 % intervals that hold the truth, and
-processor time against the number of samples and against Ni's method; for one core set OMP_NUM_THREADS=1.
+95 % intervals that hold the truth, and processor time against the number of samples and against Ni's method. For one
+core set OMP_NUM_THREADS=1.
 """
 
 from __future__ import annotations
