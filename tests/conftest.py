@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 
 from fmu_tools import SPRING
-from strandspring.fmu.native.compiler import chosen_platforms
 from strandspring.fmu.native.native_fmu import build_native_fmu
+from strandspring.fmu.native.platforms import chosen_platforms
 from strandspring.modelfile import ModelFile
 
 

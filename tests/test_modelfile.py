@@ -255,7 +255,7 @@ def test_directories_and_missing_files_are_refused(tmp_path: Path) -> None:
 def test_a_huge_file_is_refused_unread(tmp_path: Path) -> None:
     path = written(tmp_path, "{}")
     os.truncate(path, MAXIMUM_BYTES + 1)
-    expected = f" holds {MAXIMUM_BYTES + 1} bytes, more than the {MAXIMUM_BYTES} a model file (JSON) may have."
+    expected = f" has {MAXIMUM_BYTES + 1} bytes, but a model file (JSON) may have at most {MAXIMUM_BYTES}."
     assert refusal(path) == expected
 
 

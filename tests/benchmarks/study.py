@@ -26,7 +26,7 @@ from strandspring.isolation.system import Excitation
 from strandspring.study.cluster import Cluster
 from strandspring.study.definition import Study
 from strandspring.study.run import run_study
-from strandspring.study.runners import InProcess, Runner
+from strandspring.study.runners import Local, Runner
 from strandspring.study.spread import Spread
 from synthetic import spring_of
 
@@ -70,7 +70,7 @@ def main() -> None:
         table.add_column(column, justify="right")
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        seconds = {"one after the other": timed(study, folder, "one after the other", InProcess())}
+        seconds = {"one after the other": timed(study, folder, "one after the other", Local(1))}
         with LocalCluster(n_workers=2, threads_per_worker=1, processes=True, dashboard_address=":0") as cluster:
             runner = Cluster(cluster.scheduler_address)
             seconds["two workers, one killed"] = timed(study, folder, "two workers, one killed", runner, cluster)

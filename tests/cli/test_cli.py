@@ -159,7 +159,10 @@ def test_every_method_can_be_asked_for(run: Any, loop: str, method: str) -> None
 
 def test_build_a_model_and_a_record(run: Any, model: str, loop: str) -> None:
     told = json.loads(run("build", model, "-o", "out", "--json").out)
-    assert Path(told["fmu"]) == Path("out/mount.fmu")
+    assert [Path(fmu["path"]) for fmu in told["fmus"]] == [Path("out/mount.fmu")]
+    told = json.loads(run("build", model, "-o", "out", "--backend", "both", "--json").out)
+    assert [fmu["backend"] for fmu in told["fmus"]] == ["native", "python"]
+    assert [Path(fmu["path"]) for fmu in told["fmus"]] == [Path("out/mount.fmu"), Path("out/mount_python.fmu")]
     done = run("build", loop, "--models", "kept", "--degrees", "3,2")
     assert done.status == 0
     assert Path("kept/loop.json").exists()
@@ -339,7 +342,9 @@ def test_two_columns_to_reverse_are_refused(run: Any, loop: str, model: str) -> 
         done = run(*command, "--reverse", "displacement", "--reverse", "force")
         assert done.status == 2
         assert "'--reverse': must be one column, got displacement and force; negate the other one" in done.err
-    assert run("info", model, loop, "--reverse", "force", "--reverse", "force").err.count("is turned") == 1
+    assert (
+        run("info", model, loop, "--reverse", "force", "--reverse", "force").err.count("force negated, as given") == 1
+    )
 
 
 def test_a_forgotten_reverse_is_told(run: Any, loop: str, model: str) -> None:
@@ -401,7 +406,7 @@ def test_a_failure_that_is_not_of_standard_output_is_not_called_so(
     def fail(*_: object) -> None:
         raise OSError("the disk is gone")
 
-    monkeypatch.setattr("strandspring.cli.build.build_fmu", fail)
+    monkeypatch.setattr("strandspring.cli.build.build_native_fmu", fail)
     with pytest.raises(OSError, match="the disk is gone"):
         run("build", model)
 
@@ -419,7 +424,7 @@ def test_an_interrupt_ends_in_one_sentence(run: Any, model: str, monkeypatch: py
     def interrupt(*_: object) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("strandspring.cli.build.build_fmu", interrupt)
+    monkeypatch.setattr("strandspring.cli.build.build_native_fmu", interrupt)
     assert "interrupted" in run("build", model).refusal
 
 

@@ -95,7 +95,7 @@ def test_a_campaign_tells_of_rate_and_overlap(terminal: Terminal) -> None:
     assert rate["sentence"] in text
     assert overlap["sentence"] in text
     terminal("info", "mount.json", *records, "--time", "1")
-    assert "time is column 1 'time [s]', as asked" in terminal.err
+    assert "time is column 1 'time [s]', as given" in terminal.err
 
 
 def test_two_records_of_one_frequency_cannot_tell_of_the_rate(terminal: Terminal) -> None:

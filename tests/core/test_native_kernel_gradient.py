@@ -135,9 +135,10 @@ def xi_of(u: float, n: float, sigma: float) -> tuple[mpmath.mpf, mpmath.mpf, mpm
 
 
 @pytest.mark.parametrize("sigma", [0.8, 3.0])
-def test_gradient_of_exponential_recovery(sigma: float) -> None:
+@pytest.mark.parametrize("start", [0.9, 1.0])  # 1: a stroke that follows saturation
+def test_gradient_of_exponential_recovery(start: float, sigma: float) -> None:
     """n = 1: on a falling branch -omega = w obeys dw/ds = -rho*(1 + c*w), c = 2 sigma - 1."""
-    rho, start, s = 4.0, 0.9, np.linspace(0.01, 0.08, 10)
+    rho, s = 4.0, np.linspace(0.01, 0.08, 10)
     c = 2.0 * sigma - 1.0
     decay = np.exp(-c * rho * s)
     w = ((1.0 + c * start) * decay - 1.0) / c

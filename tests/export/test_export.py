@@ -137,16 +137,16 @@ def test_the_output_is_a_folder_or_a_file(terminal: Terminal, arguments: list[st
     assert {name: Path(name).read_bytes() for name in files()} == before
 
 
-def test_json_tells_what_was_written(terminal: Terminal) -> None:
-    told = json.loads(terminal("export", "mount.json", "--ssv", "--json"))
-    assert told == {"model": "mount.json", "name": "mount", "ssv": str(Path("dist/mount.ssv")), "modelica": None}
-    told = json.loads(terminal("export", "model.json", "--modelica", "--json"))
-    assert told["modelica"] == str(Path("dist/model_spring.mo"))
+def test_json_lists_the_files_written(terminal: Terminal) -> None:
+    answer = json.loads(terminal("export", "mount.json", "--ssv", "--json"))
+    assert answer == {"model": "mount.json", "name": "mount", "ssv": str(Path("dist/mount.ssv")), "modelica": None}
+    answer = json.loads(terminal("export", "model.json", "--modelica", "--json"))
+    assert answer["modelica"] == str(Path("dist/model_spring.mo"))
 
 
-def test_a_package_called_otherwise_than_the_model_is_told(terminal: Terminal) -> None:
+def test_a_package_name_that_differs_from_the_model_is_reported(terminal: Terminal) -> None:
     terminal("export", "model.json", "--modelica")
-    assert "called model_spring, because model is a word of Modelica" in terminal.err
+    assert "named model_spring, because model is a reserved word in Modelica" in terminal.err
     assert files() == {"dist/model_spring.mo"}
 
 
@@ -158,7 +158,7 @@ def test_a_package_called_otherwise_than_the_model_is_told(terminal: Terminal) -
         (["--ssv", "-o", "mount.json"], ".ssv"),
         (["--modelica", "-o", "mount.ssv"], ".mo"),
         (["--modelica", "--ssv", "-o", "mount.ssv"], ".mo"),
-        (["--modelica", "-o", "other.mo"], "called mount.mo, got other.mo"),
+        (["--modelica", "-o", "other.mo"], "named mount.mo, got other.mo"),
         (["--fmi"], "--fmi"),
     ],
 )

@@ -147,7 +147,7 @@ built(Path(sys.argv[1]))
     for seed in ("1", "2"):
         folder = tmp_path / seed
         run_python(code, folder, environment={**os.environ, "PYTHONHASHSEED": seed, "TZ": f"UTC{seed}"})
-        found.add(hashlib.sha256((folder / "spring.fmu").read_bytes()).hexdigest())
+        found.add(hashlib.sha256((folder / "spring_python.fmu").read_bytes()).hexdigest())
     assert len(found) == 1
 
 
@@ -183,7 +183,7 @@ def test_entries_of_the_archive(fmu):
 def test_building_leaves_nothing_else(tmp_path):
     path, modules = list(sys.path), set(sys.modules)
     built(tmp_path / "new", OTHER, "lambda")
-    assert [p.name for p in tmp_path.rglob("*")] == ["new", "lambda.fmu"]
+    assert [p.name for p in tmp_path.rglob("*")] == ["new", "lambda_python.fmu"]
     assert sys.path == path
     assert set(sys.modules) == modules
 

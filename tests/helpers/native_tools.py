@@ -22,8 +22,8 @@ from fmpy.logging import addLoggerProxy
 from fmu_tools import SPRING
 from kernel_tools import build_folder
 from strandspring.core.parameters import SpringParameters
-from strandspring.fmu.native.compiler import chosen_platforms, host_name
 from strandspring.fmu.native.native_fmu import build_native_fmu
+from strandspring.fmu.native.platforms import chosen_platforms, host_folder
 from strandspring.modelfile import ModelFile
 
 # The headers of FMI, and the functions of both interfaces that they declare.
@@ -54,7 +54,7 @@ class Library:
         description = fmpy.read_model_description(str(folder))
         self.guid = str(description.guid)
         self.references = {v.name: v.valueReference for v in description.modelVariables}
-        (self.path,) = (folder / "binaries" / str(host_name())).iterdir()
+        (self.path,) = (folder / "binaries" / str(host_folder())).iterdir()
         self.functions = ctypes.CDLL(str(self.path))
         self.functions.fmi2Instantiate.restype = c_void_p
 

@@ -25,7 +25,7 @@ CHEAP = Study(
     Excitation.BASE_DISPLACEMENT,
     masses=(4.0, 5.0, 400.0),
     levels=(1e-4,),
-    draws=60,
+    draws=20,
     seed=7,
     spread=SPREAD,
     band=(2.0, 2.5),
@@ -33,7 +33,7 @@ CHEAP = Study(
 )
 COMMAND = [
     "study", "mount.json", "--mass", "4", "--mass", "5", "--mass", "400", "--base-displacement", "0.1",
-    "--draws", "60", "--seed", "7", "--band", "2", "2.5", "--points", "2",
+    "--draws", "20", "--seed", "7", "--band", "2", "2.5", "--points", "2",
 ]  # fmt: skip
 
 

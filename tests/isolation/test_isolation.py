@@ -1,4 +1,4 @@
-"""Harmonic balance: the periodic force, textbook systems, folds, figures, refusals."""
+"""Harmonic balance: textbook systems, folds, figures, refusals."""
 
 from __future__ import annotations
 
@@ -11,56 +11,16 @@ from shaken import shaken
 from springs import MOUNT
 from strandspring import Spring, SpringParameters
 from strandspring.conversions import NormalizedBoucWen
-from strandspring.kernel.periodic import FourierBasis, PeriodicSpring
 from strandspring.isolation.response import FrequencyResponse, frequency_response
 from strandspring.isolation.system import Excitation, IsolatedMass, IsolationError, static_equilibrium
+from strandspring.kernel.periodic import FourierBasis, PeriodicSpring
 from strandspring.peers.ni import PAPER_NI
-from synthetic import spring_of
 
 FORCES = {
     Excitation.BASE_DISPLACEMENT: 1e-3,
     Excitation.BASE_ACCELERATION: 2.0,
     Excitation.FORCE: 3.0,
 }
-
-
-def coefficients(basis: FourierBasis, mean: float, amplitude: float, wild: float) -> np.ndarray:
-    """A motion with inner loops where `wild` is large."""
-    c = np.zeros(2 * basis.harmonics + 1)
-    c[0], c[1], c[basis.harmonics + 2] = mean, amplitude, 0.3 * wild * amplitude
-    c[3], c[basis.harmonics + 4] = wild * amplitude, 0.2 * amplitude * wild
-    return c
-
-
-@pytest.mark.parametrize(("n", "sigma"), [(0.22, 0.6), (1.0, 1.0), (2.5, 3.0)])
-@pytest.mark.parametrize(("wild", "turns"), [(0.0, 2), (0.6, 6)])
-def test_the_steady_force_is_that_of_many_periods(n: float, sigma: float, wild: float, turns: int) -> None:
-    p, basis, fine = spring_of(n, sigma), FourierBasis(9, 256), 16
-    motion = coefficients(basis, p.displacement_offset, 0.01, wild)
-    found = PeriodicSpring(p, basis).respond(motion)
-    phase = 2.0 * np.pi * np.arange(10 * 256 * fine) / (256 * fine)
-    force = Spring(p).response(basis.at(phase) @ motion)[-256 * fine :: fine]
-    assert found.turns.size == turns
-    # The path misses the turning points by up to an 8192th of a period, (2 pi/8192)^2/2 = 3e-7 of the amplitude, and
-    # half of that of the inner loops' curvature; a cusp of omega (n < 1) makes ten times as much of it.
-    assert found.force == pytest.approx(force, abs=1e-5 * np.ptp(force))
-
-
-@pytest.mark.parametrize(("n", "sigma"), [(0.22, 0.6), (1.0, 1.0), (2.5, 3.0)])
-@pytest.mark.parametrize("wild", [0.0, 0.6])
-@pytest.mark.parametrize("amplitude", [1e-4, 1e-3, 1e-2])
-def test_derivatives_are_those_of_finite_differences(n: float, sigma: float, wild: float, amplitude: float) -> None:
-    p, basis = spring_of(n, sigma), FourierBasis(5, 128)
-    spring = PeriodicSpring(p, basis)
-    motion = coefficients(basis, p.displacement_offset, amplitude, wild)
-    exact = spring.respond(motion).derivatives
-    step = 1e-5 * amplitude
-    for k in range(motion.size):
-        more, less = (spring.respond(motion + sign * step * np.eye(motion.size)[k]).force for sign in (1.0, -1.0))
-        numeric = (more - less) / (2.0 * step)
-        # For n < 1 the slope of omega has cusps; what is left is the rounding of the memory over the step.
-        assert np.median(np.abs(numeric - exact[:, k])) < 1e-6 * np.abs(exact).max()
-        assert np.percentile(np.abs(numeric - exact[:, k]), 95) < 1e-4 * np.abs(exact).max()
 
 
 @pytest.mark.parametrize("excitation", list(Excitation))

@@ -251,7 +251,7 @@ def test_a_row_of_units_wins_over_the_header(write: Write) -> None:
     [
         ("Time,Disp,Force\n10:00,2,3\n10:01,4,5\n", "the text '10:00'"),
         ("Time,Disp,Force\n0,2,3\n,4,5\n1,4,5\n", "line 3, must hold a number, found an empty cell"),
-        ("Time,Disp,Force\n1,2,3\n0,4,5\n", "does not grow"),
+        ("Time,Disp,Force\n1,2,3\n0,4,5\n", "does not increase"),
         ("Time [kg],Disp,Force\n0,2,3\n1,4,5\n", "is not a unit of time"),
         ("Time 1,Time 2,Disp,Force\n0,0,2,3\n1,1,4,5\n", "could hold it"),
     ],

@@ -12,7 +12,8 @@ import click
 
 from ..files import write_csv
 from ..isolation.band import band_frequencies
-from ..isolation.response import FrequencyResponse, ResponsePoint, frequency_response
+from ..isolation.curve_points import ResponsePoint
+from ..isolation.response import FrequencyResponse, frequency_response
 from ..isolation.system import Excitation, IsolatedMass, StaticEquilibrium, static_equilibrium
 from ..modelfile import ModelFile, load_model
 from .cautions import outside_range

@@ -16,17 +16,17 @@ from ..modelfile import ModelFile, load_model
 from ..study.cluster import Cluster
 from ..study.definition import STIFFNESS_FACTORS, Study
 from ..study.journal import journal_path
-from ..study.quantiles import GridPointSummary, summarize
+from ..study.quantiles import GridPointSummary
 from ..study.run import run_study
-from ..study.runners import InProcess, LocalProcesses, Runner
+from ..study.runners import Local, Runner
 from ..study.spread import Spread
 from .cautions import outside_range
 from .mount import chosen_levels, curve_options, level_options, mount_options, positive, shares_of_room
 from .options import Quantity
-from .output import advancing, note, result, result_json
+from .output import advancing, note, result, result_json, result_table
 from .paths import refuse_overwriting
 
-# Title of a column: figure, factor to what people read.
+# Heading: figure, factor from SI to the unit of the heading.
 _COLUMNS = {
     "resonance Hz": ("frequency", 1.0),
     "transmissibility": ("transmissibility", 1.0),
@@ -69,7 +69,7 @@ _SEVERAL = "repeat, or give LOW:HIGH:COUNT, for more"
     metavar="KG",
     help=f"Mass on the mount [kg]; {_SEVERAL}.",
 )
-@level_options(_grid, _SEVERAL, "  [default: 1 % of the room the spring has under the least mass]")
+@level_options(_grid, _SEVERAL, "  [default: 1 % of the free travel under the smallest mass]")
 @click.option(
     "--stiffness",
     type=_grid(Quantity(*STIFFNESS_FACTORS)),
@@ -82,21 +82,21 @@ _SEVERAL = "repeat, or give LOW:HIGH:COUNT, for more"
     type=click.IntRange(0, 1_000_000),
     default=100,
     show_default=True,
-    help="Springs drawn from the model's uncertainty for each grid point; 0 for the identified one alone.",
+    help="Springs drawn from the model's uncertainty at each grid point; 0 for the identified spring alone.",
 )
-@click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Of the draws.")
+@click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Seed of the draws.")
 @mount_options
 @curve_options(points=24)
 @click.option(
     "--workers",
     type=click.IntRange(1, 1024),
     metavar="N",
-    help="Processes of this machine; 1 for this one alone.  [default: as many as cores]",
+    help="Number of processes; 1 for none besides this one.  [default: all cores]",
 )
 @click.option(
     "--scheduler", metavar="tcp://HOST:PORT", help="Run on the cluster of this dask.distributed scheduler instead."
 )
-@click.option("-o", "--output", required=True, metavar="RESULTS.csv", help="Write one line for each run here.")
+@click.option("-o", "--output", required=True, metavar="RESULTS.csv", help="Write one line for each run to this file.")
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object instead of text.")
 def study(
     model: str,
@@ -117,12 +117,12 @@ def study(
     as_json: bool,
     **levels: tuple[tuple[float, ...], ...],
 ) -> None:
-    """Tell how resonance and isolation scatter over masses, levels, stiffness and the spring's uncertainty.
+    """Run a parameter study of resonance and isolation.
 
     Every grid point (mass, level, stiffness factor) is run with every spring drawn from the standard errors and
-    correlations of kappa_omega, rho, sigma and n in the model file. Draw k of a seed is the same spring whatever else
-    the study holds. A run that is refused, because the motion leaves the identified range for one, is a line that says
-    why. Finished runs are kept in RESULTS.csv.part.jsonl until all are done; the same command goes on from there.
+    correlations of kappa_omega, rho, sigma and n in the model file. Draw k of a seed is the same spring in every study.
+    A refused run, for instance one whose motion leaves the identified range, is a line with the reason. Finished runs
+    are kept in RESULTS.csv.part.jsonl until all are done; the same command continues from there.
 
     \b
     Examples:
@@ -157,12 +157,11 @@ def study(
         points=points,
         extrapolate=extrapolate,
     )
-    summaries = _run(planned, Path(output), _runner(workers, scheduler))
+    summaries = _run(planned, Path(output), Local(workers) if scheduler is None else Cluster(scheduler, note))
     if as_json:
         result_json(_json(model, planned, summaries, output))
         return
-    for line in _lines(planned, summaries):
-        result(line)
+    _print_summaries(planned, summaries)
     result(f"Results: {output}")
 
 
@@ -177,35 +176,28 @@ def _spread(path: str, content: ModelFile) -> Spread:
         raise ModelError(f"{path}: {problem}") from None
 
 
-def _runner(workers: int | None, scheduler: str | None) -> Runner:
-    if scheduler is not None:
-        return Cluster(scheduler, tell=note)
-    return InProcess() if workers == 1 else LocalProcesses(workers)
-
-
 def _run(planned: Study, output: Path, runner: Runner) -> list[GridPointSummary]:
-    """Run the study with a progress bar; what an interrupt leaves is told."""
+    """Run the study with a progress bar; an interrupt says how many runs are kept."""
     finished: int | None = None
 
     try:
         with advancing("Running", len(planned)) as advance:
 
-            def done(runs: int) -> None:
+            def progress(runs: int) -> None:
                 nonlocal finished
                 if finished is None and runs:
                     note(f"{runs} of {len(planned)} runs were finished before.")
                 finished = runs
                 advance(runs)
 
-            rows = run_study(planned, output, runner, done)
+            return run_study(planned, output, runner, progress, note)
     except KeyboardInterrupt:
         if finished:
             note(
-                f"{finished} of {len(planned)} runs are kept in {journal_path(output)}; the same command goes on "
+                f"{finished} of {len(planned)} runs are kept in {journal_path(output)}; the same command continues "
                 "from there."
             )
         raise
-    return summarize(planned, rows)
 
 
 def _json(model: str, planned: Study, summaries: list[GridPointSummary], output: str) -> dict[str, Any]:
@@ -225,8 +217,8 @@ def _json(model: str, planned: Study, summaries: list[GridPointSummary], output:
                 "at_end_of_band": summary.at_end,
                 "extrapolating": summary.extrapolating,
                 "figures": {
-                    name: None if found is None else {"q05": found.low, "median": found.median, "q95": found.high}
-                    for name, found in summary.figures.items()
+                    name: None if q is None else {"q05": q.low, "median": q.median, "q95": q.high}
+                    for name, q in summary.figures.items()
                 },
             }
             for summary in summaries
@@ -235,32 +227,29 @@ def _json(model: str, planned: Study, summaries: list[GridPointSummary], output:
     }
 
 
-def _lines(planned: Study, summaries: list[GridPointSummary]) -> list[str]:
-    drawn = f"{planned.draws} draws (seed {planned.seed})" if planned.draws else "the identified spring"
+def _print_summaries(planned: Study, summaries: list[GridPointSummary]) -> None:
+    springs = f"{planned.draws} draws (seed {planned.seed})" if planned.draws else "the identified spring"
     refused = sum(summary.refused for summary in summaries)
-    lines = [f"{len(planned)} runs: {drawn} at each of {len(summaries)} grid points, {refused} refused"]
-    rows = [["mass kg", "level", "stiffness", "refused", "", *_COLUMNS]]
+    result(f"{len(planned)} runs: {springs} at each of {len(summaries)} grid points, {refused} refused")
+    rows = []
     for summary in summaries:
-        shown = _QUANTILES if planned.draws else {"": "median"}
         point = [*_point(planned.excitation, summary), str(summary.refused)]
-        for title, quantile in shown.items():
+        for title, quantile in (_QUANTILES if planned.draws else {"": "median"}).items():
             figures = [_cell(summary, name, scale, quantile) for name, scale in _COLUMNS.values()]
             rows.append([*(point if quantile == "median" else [""] * len(point)), title, *figures])
-    widths = [max(len(row[k]) for row in rows) for k in range(len(rows[0]))]
-    lines += ["  " + "  ".join(text.rjust(width) for text, width in zip(row, widths, strict=True)) for row in rows]
+    result_table(["mass kg", "level", "stiffness", "refused", "", *_COLUMNS], rows)
     for summary in summaries:
         mass, level, stiffness = _point(planned.excitation, summary)
         where = f"{mass} kg, {level}, stiffness x {stiffness}"
         if summary.refused:
-            lines.append(f"  {where}: {summary.refused} of {summary.runs} refused, most often: {summary.reason}")
+            result(f"  {where}: {summary.refused} of {summary.runs} refused, most often: {summary.reason}")
         if summary.at_end:
-            lines.append(f"  {where}: {summary.at_end} of {summary.runs} greatest at an end of the band")
+            result(f"  {where}: {summary.at_end} of {summary.runs} have their peak at an end of the band")
         if summary.extrapolating:
-            lines.append(
+            result(
                 f"  Caution: {where}: in {summary.extrapolating} of {summary.runs} the spring moves "
                 f"{outside_range(planned.spring)}"
             )
-    return lines
 
 
 def _point(excitation: Excitation, summary: GridPointSummary) -> list[str]:
@@ -269,5 +258,5 @@ def _point(excitation: Excitation, summary: GridPointSummary) -> list[str]:
 
 
 def _cell(summary: GridPointSummary, name: str, scale: float, quantile: str) -> str:
-    found = summary.figures[name]
-    return "-" if found is None else f"{scale * getattr(found, quantile):.4g}"
+    quantiles = summary.figures[name]
+    return "-" if quantiles is None else f"{scale * getattr(quantiles, quantile):.4g}"

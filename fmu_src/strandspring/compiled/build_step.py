@@ -18,6 +18,9 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 from strandspring.compiled import images
 from strandspring.compiled.targets import FMU_TARGETS, host_target, wheel_platform
 
+# The bundled record, which a source checkout keeps beside its models.
+_EXAMPLES = [f"models/records/{name}" for name in ("LICENSE.txt", "README.md", "rubber_stretch.csv")]
+
 
 class BuildWithImages(build_py):
     """Adds the kernel for this computer and the FMU's images for all; an editable install compiles its kernel only."""
@@ -34,17 +37,26 @@ class BuildWithImages(build_py):
         wanted = [(images.KERNEL, host_target()), *((images.FMU, target) for target in FMU_TARGETS)]
         with ThreadPoolExecutor() as pool:
             contents = pool.map(lambda one: images.compiled(*one), wanted)
+            folder.mkdir(parents=True)
             for (unit, target), content in zip(wanted, contents, strict=True):
-                folder.mkdir(parents=True, exist_ok=True)
                 (folder / unit.file_name(target)).write_bytes(content)
+        for path in _EXAMPLES:
+            self.copy_file(path, self._example(path))
+
+    def get_source_files(self) -> list[str]:
+        """Files of a source distribution."""
+        return [*super().get_source_files(), *_EXAMPLES]
 
     def get_outputs(self, include_bytecode: bool = True) -> list[str]:
         """Files of the build."""
-        folder = self._images()
-        return [*super().get_outputs(include_bytecode), *(str(path) for path in folder.glob("*"))]
+        built = [*self._images().glob("*"), *(self._example(path) for path in _EXAMPLES)]
+        return [*super().get_outputs(include_bytecode), *map(str, built)]
 
     def _images(self) -> Path:
         return Path(self.build_lib, *images.PACKAGED.relative_to(images.PACKAGED.parents[2]).parts)
+
+    def _example(self, path: str) -> Path:
+        return Path(self.build_lib, "strandspring", "examples", *Path(path).parts[1:])
 
 
 class WheelOfPlatform(bdist_wheel):

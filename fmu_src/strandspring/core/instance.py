@@ -147,7 +147,7 @@ class SpringInstance:
 
     def _require_settable(self, variable: Variable) -> None:
         if variable.causality not in ("input", "parameter"):
-            raise RefusedCallError(f"`{variable.name}` is computed and cannot be set.")
+            raise RefusedCallError(f"`{variable.name}` is calculated and cannot be set.")
         if variable.causality == "parameter" and self._state.memory is not None:
             raise RefusedCallError(f"`{variable.name}` is fixed after initialization; reset the instance to change it.")
 

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ..isolation.response import ResponsePoint
+from ..isolation.curve_points import ResponsePoint
 from ..isolation.system import Excitation, IsolatedMass
 from .fmu_spring import FmuSpring
 from .plants import one_mass

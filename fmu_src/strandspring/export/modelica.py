@@ -82,7 +82,8 @@ def _declaration(variable: Variable, value: float) -> str:
         if limit is not None
     ]
     modelica_type = f"Modelica.Units.SI.{si_type}" if si_type else "Real"
-    return f'parameter {modelica_type} {variable.name}({", ".join(modifiers)})={value!r} "{_string(variable.description)}";'
+    description = _string(variable.description)
+    return f'parameter {modelica_type} {variable.name}({", ".join(modifiers)})={value!r} "{description}";'
 
 
 def _units(table: Sequence[Variable], array: str) -> str:
@@ -95,7 +96,7 @@ def _unit(variable: Variable) -> str:
 
 
 def _horner(coefficients: Sequence[str], x: str) -> str:
-    """Expression of the polynomial with these coefficients of ascending powers; empty without coefficients."""
+    """Polynomial with these coefficients of ascending powers; empty without coefficients."""
     if not coefficients:
         return ""
     *lower, expression = coefficients

@@ -24,7 +24,8 @@ from ..errors import BuildError
 from ..kernel.arrays import FloatArray
 from ..kernel.path import PathSolver
 from .archive import binary_sizes
-from .fmpy_host import host_folder, library_path
+from .fmpy_host import library_path
+from .native.platforms import host_folder
 
 # The FMU and the vectorised path share one source and differ by rounding.
 FORCE_TOLERANCE = 1e-9  # of the largest force

@@ -52,7 +52,7 @@ if locals() is not globals():
 
 
 def build_fmu(model: ModelFile, directory: Path) -> Path:
-    """Write ``<directory>/<model.name>.fmu``, an FMI 2.0 co-simulation FMU that runs on Python.
+    """Write ``<directory>/<model.name>_python.fmu``, an FMI 2.0 co-simulation FMU that runs on Python.
 
     Parameters
     ----------
@@ -67,7 +67,7 @@ def build_fmu(model: ModelFile, directory: Path) -> Path:
     ------
     StrandspringError  If a file of pythonfmu is missing, or the folder cannot be written to.
     """
-    path = fmu_path(directory, model.name)
+    path = fmu_path(directory, model.name, "python")
     contents = fmu_contents(model)
     with replacing(path) as part:
         write_archive(part, contents)

@@ -181,8 +181,8 @@ def _along(balance: HarmonicBalance, here: SteadyMotion, logs: FloatArray, targe
             step *= 0.5
             if step < _SHORTEST:
                 raise IsolationError(
-                    f"The steady motion could not be followed beyond {_described(balance, place.motion.log)}; use a lower "
-                    "level or a narrower band."
+                    f"The steady motion could not be followed beyond {_described(balance, place.motion.log)}; use a "
+                    "lower level or a narrower band."
                 )
             continue
         yield from _passed(balance, place.motion, after.motion, logs)
@@ -197,8 +197,8 @@ def _along(balance: HarmonicBalance, here: SteadyMotion, logs: FloatArray, targe
         if corrections <= _EASY:
             step = min(1.5 * step, _LONGEST)
     raise IsolationError(
-        f"The steady motion could not be followed within {_MOST_STEPS} steps beyond {_described(balance, here.log)}; use "
-        "another level or band."
+        f"The steady motion could not be followed within {_MOST_STEPS} steps beyond {_described(balance, here.log)}; "
+        "use another level or band."
     )
 
 

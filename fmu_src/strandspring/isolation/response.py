@@ -11,62 +11,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..core.parameters import SpringParameters
 from ..kernel.arrays import FloatArray
 from ..kernel.path import PathSolver
 from ..loops.modelled import steady_loop_figures
 from .continuation import SteadyMotion, follow, refine_peak
+from .curve_points import ResponsePoint, displacement_limits, response_columns, transmissibility
 from .harmonic_balance import HARMONICS, SAMPLES, HarmonicBalance
 from .system import Excitation, IsolatedMass, IsolationError, static_equilibrium
-
-ComplexArray = NDArray[np.complex128]
-
-# Motion this share of the identified range beyond its ends still counts as inside.
-_SLACK = 1e-6
-
-
-@dataclass(frozen=True)
-class ResponsePoint:
-    """The steady motion at one frequency.
-
-    Attributes
-    ----------
-    frequency : float               [Hz]
-    transmissibility : float        First harmonic of the absolute motion over that of the base; where a force excites,
-                                    of the force on the base over that force [-].
-    phase : float                   Of the same, negative where it lags, within [-180, 180) [degrees].
-    relative : float                First harmonic of the relative motion over that of the base [-]; over the exciting
-                                    force where a force excites [m/N].
-    relative_phase : float          Of the same [degrees].
-    amplitude : float               Half the stroke of the mount, all harmonics [m].
-    mean : float                    Mean displacement of one spring [m].
-    least, greatest : float         Displacement of one spring [m].
-    force : float                   First harmonic of the force on the base [N].
-    acceleration : float            Largest acceleration of the mass, not relative to the base, of either sign [m/s^2].
-    start_displacement, start_speed, start_omega : float   Of the mount [m, m/s] and of a spring [-] at the crest of the
-                                    excitation: a simulation that begins there is steady at once.
-    stable : bool                   False between two folds of the curve, where no steady motion stays.
-    wanted : bool                   Whether this frequency was asked for; the others are steps along the curve.
-    extrapolating : bool            Whether the spring leaves the identified range.
-    """
-
-    frequency: float
-    transmissibility: float
-    phase: float
-    relative: float
-    relative_phase: float
-    amplitude: float
-    mean: float
-    least: float
-    greatest: float
-    force: float
-    acceleration: float
-    start_displacement: float
-    start_speed: float
-    start_omega: float
-    stable: bool
-    wanted: bool
-    extrapolating: bool
 
 
 @dataclass(frozen=True)
@@ -162,15 +113,15 @@ def frequency_response(
     if not (math.isfinite(level) and level > 0.0):
         raise IsolationError(f"`level` must be finite and > 0 [{excitation.unit}], got {level!r}.")
     balance = HarmonicBalance(system, excitation, level, harmonics, samples)
-    limits = _limits(system.spring, extrapolate)
+    limits = displacement_limits(system.spring, extrapolate)
     motions = []
     for motion in follow(balance, static_equilibrium(system), 2.0 * np.pi * band, limits):
         _check_range(balance, motion, limits)
         motions.append(motion)
-    motions = refine_peak(balance, motions, lambda at: np.abs(_transmissibility(balance, *_stacked(at))))
+    motions = refine_peak(balance, motions, lambda at: transmissibility(balance, at))
     for motion in motions:
         _check_range(balance, motion, limits)
-    columns = _columns(balance, motions)
+    columns = response_columns(balance, motions)
     return FrequencyResponse(excitation, level, columns, _resonance(system, columns))
 
 
@@ -192,93 +143,17 @@ def checked_band(frequencies: Sequence[float] | FloatArray) -> FloatArray:
     return band
 
 
-def _limits(spring: SpringParameters, extrapolate: bool) -> tuple[float, float]:
-    """Displacements between which a spring may move [m]."""
-    if extrapolate:
-        return -math.inf, math.inf
-    slack = _SLACK * (spring.displacement_max - spring.displacement_min)
-    return spring.displacement_min - slack, spring.displacement_max + slack
-
-
 def _check_range(balance: HarmonicBalance, motion: SteadyMotion, limits: tuple[float, float]) -> None:
     """Refuse a motion that leaves the identified range."""
     low, high = motion.summary.low, motion.summary.high
     if low < limits[0] or high > limits[1]:
-        p = balance.system.spring
+        p, level = balance.system.spring, balance.excitation.level_text(balance.level)
         raise IsolationError(
-            f"At {motion.omega / (2.0 * np.pi):.4g} Hz and a level of {balance.excitation.level_text(balance.level)} the "
-            f"spring moves from {1e3 * low:.4g} to {1e3 * high:.4g} mm, outside the identified range of "
+            f"At {motion.omega / (2.0 * np.pi):.4g} Hz and a level of {level} the spring moves from {1e3 * low:.4g} to "
+            f"{1e3 * high:.4g} mm, outside the identified range of "
             f"{1e3 * p.displacement_min:.4g} to {1e3 * p.displacement_max:.4g} mm; use a lower level, more "
             "springs, or a model identified over a larger range."
         )
-
-
-def _stacked(motions: Sequence[SteadyMotion]) -> tuple[FloatArray, FloatArray]:
-    """Omega, shape (P,) [rad/s], and Fourier coefficients, shape (P, N) [m]."""
-    return np.exp([motion.log for motion in motions]), np.array([motion.z for motion in motions])
-
-
-def _relative(balance: HarmonicBalance, z: FloatArray) -> ComplexArray:
-    """First harmonic of the mount's displacement, shape (P,) [m]."""
-    return np.asarray(z[:, 1] - 1j * z[:, 1 + balance.basis.harmonics])
-
-
-def _base(balance: HarmonicBalance, omega: FloatArray) -> FloatArray:
-    """Amplitude of the base's displacement, shape (P,) [m]."""
-    if balance.excitation is Excitation.FORCE:
-        return np.zeros_like(omega)
-    of_displacement = balance.excitation is Excitation.BASE_DISPLACEMENT
-    return np.full_like(omega, balance.level) if of_displacement else -balance.level / omega**2
-
-
-def _force(balance: HarmonicBalance, omega: FloatArray, z: FloatArray) -> ComplexArray:
-    """First harmonic of the force on the base, from the mass's own balance, shape (P,) [N]."""
-    inertia = -balance.system.mass * omega**2 * (_relative(balance, z) + _base(balance, omega))
-    return np.asarray((balance.level if balance.excitation is Excitation.FORCE else 0.0) - inertia)
-
-
-def _transmissibility(balance: HarmonicBalance, omega: FloatArray, z: FloatArray) -> ComplexArray:
-    """As `ResponsePoint` has it, with its phase, shape (P,) [-]."""
-    if balance.excitation is Excitation.FORCE:
-        return _force(balance, omega, z) / balance.level
-    base = _base(balance, omega)
-    return (_relative(balance, z) + base) / base
-
-
-def _columns(balance: HarmonicBalance, motions: Sequence[SteadyMotion]) -> dict[str, NDArray[Any]]:
-    """What `ResponsePoint` names, over all motions."""
-    system, order, half = balance.system, balance.basis.order, balance.basis.harmonics
-    omega, z = _stacked(motions)
-    low, high, start_omega, push = np.array([motion.summary for motion in motions]).T
-    of_force = balance.excitation is Excitation.FORCE
-    ratio = _transmissibility(balance, omega, z)
-    relative = _relative(balance, z) / (balance.level if of_force else _base(balance, omega))
-    within_low, within_high = _limits(system.spring, extrapolate=False)
-    return {
-        "frequency": omega / (2.0 * np.pi),
-        "transmissibility": np.abs(ratio),
-        "phase": _degrees(ratio),
-        "relative": np.abs(relative),
-        "relative_phase": _degrees(relative),
-        "amplitude": 0.5 * system.series * (high - low),
-        "mean": z[:, 0] / system.series,
-        "least": low,
-        "greatest": high,
-        "force": np.abs(_force(balance, omega, z)),
-        "acceleration": push / system.mass,
-        "start_displacement": z[:, : half + 1].sum(axis=1),
-        "start_speed": omega * (z[:, half + 1 :] @ order[half + 1 :]),
-        "start_omega": start_omega,
-        "stable": np.array([motion.rising for motion in motions]),
-        "wanted": np.array([motion.wanted for motion in motions]),
-        "extrapolating": (low < within_low) | (high > within_high),
-    }
-
-
-def _degrees(values: ComplexArray) -> FloatArray:
-    """Phase within [-180, 180)."""
-    angle = np.degrees(np.angle(values))
-    return np.where(angle >= 180.0, angle - 360.0, angle)
 
 
 def _resonance(system: IsolatedMass, columns: Mapping[str, NDArray[Any]]) -> Resonance:

@@ -12,7 +12,7 @@ from ..core.parameters import SpringParameters
 from .arrays import FloatArray, address, floats
 from .library import library
 from .path import Law
-from .periodic import FourierBasis
+from .periodic import BasisStructure, FourierBasis
 
 _ANY_OMEGA = 0.5  # where the first search for the hysteresis of a period begins
 
@@ -58,9 +58,7 @@ class _BalancedMass(ctypes.Structure):
 
     _fields_ = [
         ("law", ctypes.c_void_p),
-        ("harmonics", ctypes.c_size_t),
-        ("samples", ctypes.c_size_t),
-        ("basis", ctypes.c_void_p),
+        ("basis", BasisStructure),
         ("workspace", ctypes.c_void_p),
         *(
             (name, ctypes.c_double)
@@ -107,8 +105,8 @@ class BalancedMass:
         self._law = Law(spring)
         self._workspace = np.empty(library().balance_workspace(basis.harmonics, basis.samples))
         self._mass = _BalancedMass(
-            self._law.address, basis.harmonics, basis.samples, address(basis.rows), address(self._workspace), _ANY_OMEGA,
-            parallel, series, mass, damping, static_load, forcing, forcing_by_square, force_on_mass,
+            self._law.address, basis.structure, address(self._workspace), _ANY_OMEGA, parallel, series,
+            mass, damping, static_load, forcing, forcing_by_square, force_on_mass,
         )  # fmt: skip
 
     def at(self, z: FloatArray, frequency: float) -> Balance:
@@ -154,7 +152,7 @@ class BalancedMass:
         ----------
         log, z : float and ndarray, shape (N,)   ln(Omega) and coefficients of the steady motion before the first.
         logs : ndarray, shape (F,)               Wanted ln(Omega), rising.
-        limits : tuple of float                  Displacements of a spring; the first motion beyond them is the last [m].
+        limits : tuple of float                  Displacements of a spring [m]; the first motion beyond is the last.
 
         Returns
         -------

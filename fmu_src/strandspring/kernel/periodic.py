@@ -14,6 +14,12 @@ from .library import library
 from .path import Law
 
 
+class BasisStructure(ctypes.Structure):
+    """FourierBasis of fourier.h."""
+
+    _fields_ = [("harmonics", ctypes.c_size_t), ("samples", ctypes.c_size_t), ("rows", ctypes.c_void_p)]
+
+
 class FourierBasis:
     """1, cos(k tau), sin(k tau) at K equal phases.
 
@@ -21,19 +27,20 @@ class FourierBasis:
 
     Parameters
     ----------
-    harmonics, samples : int   H >= 1 and K > 2H.
+    harmonics, samples : int   H >= 1; K > 2H and K >= 8.
 
     Attributes
     ----------
     order : ndarray, shape (N,)         0, 1 .. H, 1 .. H.
     phase : ndarray, shape (K,)         [rad]
-    rows : ndarray, shape (4H + 1, K)   1, cosines and sines of orders 1 to 2H, as the kernel takes them.
+    rows : ndarray, shape (4H + 1, K)   1, cosines and sines of orders 1 to 2H.
+    structure : BasisStructure          The same for the kernel; valid while the basis lives.
     """
 
     def __init__(self, harmonics: int, samples: int) -> None:
-        if not (harmonics >= 1 and samples > 2 * harmonics):
+        if not (harmonics >= 1 and samples > max(2 * harmonics, 7)):
             raise ValueError(
-                f"`harmonics` must be >= 1 and `samples` above twice as many, got {harmonics!r} and {samples!r}."
+                f"`harmonics` must be >= 1 and `samples` > 2*harmonics and >= 8, got {harmonics!r} and {samples!r}."
             )
         self.harmonics = harmonics
         self.samples = samples
@@ -43,6 +50,7 @@ class FourierBasis:
         # Every angle is that of a sample.
         angle = self.phase[np.outer(np.arange(1, 2 * harmonics + 1), np.arange(samples)) % samples]
         self.rows = np.vstack([np.ones((1, samples)), np.cos(angle), np.sin(angle)])
+        self.structure = BasisStructure(harmonics, samples, address(self.rows))
 
     def at(self, phase: FloatArray) -> FloatArray:
         """The functions of orders up to H at any phases of shape (P,), shape (P, N)."""
@@ -98,8 +106,7 @@ class PeriodicSpring:
         self.basis = basis
         self._law = Law(parameters)
         self._start = np.array([0.5])
-        self._sizes = basis.harmonics, basis.samples
-        self._workspace = np.empty(library().spring_periodic_workspace(*self._sizes))
+        self._workspace = np.empty(library().spring_periodic_workspace(basis.harmonics, basis.samples))
 
     def respond(self, coefficients: FloatArray) -> PeriodicForce:
         """The steady force under a displacement.
@@ -118,8 +125,7 @@ class PeriodicSpring:
         arrays = displacement, rate, omega, force, of_force, jacobian, turns
         strokes = library().spring_periodic(
             self._law.address,
-            *self._sizes,
-            address(self.basis.rows),
+            ctypes.byref(self.basis.structure),
             address(coefficients),
             address(self._start),
             address(self._workspace),

@@ -1,4 +1,4 @@
-"""Which column of a table is displacement, force and time, and in which unit: found, or refused in words."""
+"""Detection of the columns of displacement, force and time, and of their units."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from .units import Quantity, kind_of_unit, quoted, unit_factor, words
 
 DEFAULT_UNITS: Mapping[Quantity, str] = {"displacement": "mm", "force": "N", "time": "s"}
 
-# Lower case; written without blanks. Words in scripts without blanks are also found inside a name.
+# Lower case, without blanks. Words in scripts that have no blanks are also found inside a name.
 _WORDS: Mapping[Quantity, frozenset[str]] = {
     "displacement": words(
         """displacement disp displ position pos deflection stroke travel extension elongation deformation x
@@ -29,17 +29,17 @@ _NOT_FORCE = re.compile("[应應压壓扭]力")  # stress, pressure, torque
 _BRACKETED = re.compile(r"[\[(（【]([^\[\]()（）【】]*)[\])）】]")
 _AFTER_SLASH = re.compile(r"(.*[^\W\d].*?)\s*/\s*([^\W\d]+)")
 _AFTER_BLANK = re.compile(r"(.*[^\W\d].*?)[\s_,]+([^\W\d_]+)")
-# After a blank or underscore only what can hardly be a word: "force_history_NS" carries no unit.
+# Units accepted after a blank or underscore: what is hardly a word. "force_history_NS" has no unit.
 _SUFFIX_UNITS = words(
     """m mm MM cm um µm μm in inch inches ft N kN KN MN mN daN lbf lbs kip kips kgf gf
     s sec ms msec min"""
 )
-# "F_m" may be a measured force and "force_min" the smallest: no sign of swapped columns.
+# "F_m" may be a measured force and "force_min" the smallest: they do not show that columns are swapped.
 _UNSURE_SUFFIXES = words("m in s min N")
 _FIRST_IDEOGRAPH = "\u4e00"
 _NO_RANK = 9
 _LISTED_COLUMNS = 12
-_LONGEST_NAME = 200  # keeps the patterns above from backtracking for long
+_LONGEST_NAME = 200  # bounds the time of the patterns above
 
 
 @dataclass(frozen=True)
@@ -59,7 +59,7 @@ class Column:
 
 
 def table_columns(dialect: Dialect) -> list[Column]:
-    """Columns of a table with their names and units; a row of units counts more than the header."""
+    """Columns of a table with their names and units; a row of units takes precedence over the header."""
     columns = []
     for i in range(dialect.width):
         name = dialect.header[i] if dialect.header else ""
@@ -79,60 +79,60 @@ def choose_columns(
     Parameters
     ----------
     columns : sequence of Column   All columns of the table.
-    asked : mapping                Name or 1-based number per quantity, None to find it by its name.
+    asked : mapping                Name or 1-based number per quantity, None to detect it by its name.
     where : str                    File, for messages.
 
     Returns
     -------
-    (dict, list of str)            Column per quantity; sentences about what was decided here.
+    (dict, list of str)            Column per quantity; sentences about the decisions.
 
     Raises
     ------
-    RecordError                    If a column is not found, ambiguous or asked for twice.
+    RecordError                    If a column is missing, ambiguous or given twice.
     """
     chosen: dict[Quantity, Column] = {
         quantity: _asked_column(columns, wanted, quantity, where)
         for quantity, wanted in asked.items()
         if wanted is not None
     }
-    seen: dict[int, Quantity] = {}
+    quantities: dict[int, Quantity] = {}
     for quantity, column in chosen.items():
-        if column.number in seen:
+        if column.number in quantities:
             raise RecordError(
-                f"{where}: {column} must not be both {seen[column.number]} and {quantity}; name two columns."
+                f"{where}: {column} must not be both {quantities[column.number]} and {quantity}; name two columns."
             )
-        seen[column.number] = quantity
-    notes = [f"{quantity} is {column}, as asked" for quantity, column in chosen.items()]
+        quantities[column.number] = quantity
+    notes = [f"{quantity} is {column}, as given" for quantity, column in chosen.items()]
     has_names = any(column.name for column in columns)
     for quantity in ("displacement", "force", "time"):
         if quantity in chosen:
             continue
         free = [column for column in columns if column not in chosen.values()]
-        found = _named_columns(free, quantity)
-        if len(found) == 1:
-            chosen[quantity] = found[0]
-            notes.append(f"{quantity} is {found[0]}, chosen by its name or unit")
+        candidates = _named_columns(free, quantity)
+        if len(candidates) == 1:
+            chosen[quantity] = candidates[0]
+            notes.append(f"{quantity} is {candidates[0]}, chosen by its name or unit")
         elif quantity == "time":
-            if found:
-                notes.append(f"time is left out, since {_listed(found)} could hold it")
-        elif not has_names and len(columns) == 2 and not found:
+            if candidates:
+                notes.append(f"time is left out, since {_listed(candidates)} could hold it")
+        elif not has_names and len(columns) == 2 and not candidates:
             chosen[quantity] = free[0]
             notes.append(f"{quantity} is assumed to be {free[0]}, as there is no header")
         else:
-            raise RecordError(_undecided(columns, found, quantity, has_names, where))
+            raise RecordError(_ambiguity(columns, candidates, quantity, has_names, where))
     return chosen, notes
 
 
 def choose_unit(column: Column, quantity: Quantity, asked: str | None, where: str) -> tuple[str, float, str]:
-    """Unit of a column: the one asked for, else that in the file, else the usual one of test rigs.
+    """Unit of a column: the given one, else that in the file, else the usual one of test rigs.
 
     Returns
     -------
-    (str, float, str)   Unit, its size in SI units, and the sentence that tells where it is from.
+    (str, float, str)   Unit, its size in SI units, and a sentence about its origin.
 
     Raises
     ------
-    RecordError         If the unit is unknown, or that in the file says that columns are swapped.
+    RecordError         If the unit is unknown, or the units in the file show that columns are swapped.
     """
     found, kind = column.unit, None if column.unit is None else kind_of_unit(column.unit)
     if found is not None and not column.unit_is_sure and kind != quantity:
@@ -142,11 +142,11 @@ def choose_unit(column: Column, quantity: Quantity, asked: str | None, where: st
             f"{where}, {column}: must be a {quantity}, but the file gives it the unit {quoted(found)} "
             f"of a {kind}; the columns look swapped, name them the other way round."
         )
-    unit, source = (asked, "as asked") if asked is not None else (found, "found in the file")
+    unit, source = (asked, "as given") if asked is not None else (found, "found in the file")
     if unit is None:
         unit, source = DEFAULT_UNITS[quantity], "assumed, as none is given"
     elif asked is not None and found is not None and found != asked:
-        source = f"as asked, though the file says {quoted(found)}"
+        source = f"as given, though the file says {quoted(found)}"
     try:
         factor = unit_factor(unit, quantity)
     except RecordError as error:
@@ -155,7 +155,7 @@ def choose_unit(column: Column, quantity: Quantity, asked: str | None, where: st
 
 
 def _split_unit(header: str) -> tuple[str, str | None, bool]:
-    """Label, unit and whether the unit is meant as one, of "Force [kN]", "Disp/mm" or "force_kN"."""
+    """Label, unit and whether the unit is certain, of "Force [kN]", "Disp/mm" or "force_kN"."""
     if len(header) > _LONGEST_NAME:
         return header, None, False
     groups = [group.strip() for group in _BRACKETED.findall(header) if group.strip()]
@@ -201,7 +201,7 @@ def _asked_column(columns: Sequence[Column], wanted: int | str, quantity: Quanti
 
 
 def _named_columns(columns: Sequence[Column], quantity: Quantity) -> list[Column]:
-    """Columns whose name or unit speaks of a quantity, those of the strictest rule that finds any."""
+    """Columns whose name or unit indicates a quantity, by the strictest rule that finds any."""
     ranks = {column.number: _rank(column, quantity) for column in columns}
     best = min(ranks.values(), default=_NO_RANK)
     found = [column for column in columns if ranks[column.number] == best < _NO_RANK]
@@ -228,11 +228,11 @@ def _rank(column: Column, quantity: Quantity) -> int:
     return _NO_RANK
 
 
-def _undecided(
-    columns: Sequence[Column], found: Sequence[Column], quantity: Quantity, has_names: bool, where: str
+def _ambiguity(
+    columns: Sequence[Column], candidates: Sequence[Column], quantity: Quantity, has_names: bool, where: str
 ) -> str:
-    if found:
-        reason = f"{_listed(found)} could be the {quantity}"
+    if candidates:
+        reason = f"{_listed(candidates)} could be the {quantity}"
     elif has_names:
         reason = f"no column is named like a {quantity} among {_listed(columns)}"
     else:
@@ -241,7 +241,7 @@ def _undecided(
 
 
 def _listed(columns: Sequence[Column]) -> str:
-    """Columns with first value and range in the head, such as "column 1 'Time' (0.0 first, 0 to 12)"."""
+    """Columns with first value and range in the first rows, such as "column 1 'Time' (0.0 first, 0 to 12)"."""
     texts = []
     for column in columns[:_LISTED_COLUMNS]:
         values = [cell for cell in column.cells if cell]

@@ -1,8 +1,8 @@
-"""How a delimited text file is written: separator, decimal mark, first row of numbers, header, unit row.
+"""Detection of the dialect of a delimited text file: separator, decimal mark, first row of numbers, header, unit row.
 
-Decided on the head of the file alone. A way of writing is a guess (separator, decimal mark); the guess that
-makes numbers of the largest share of cells wins. Rows that look wrong inside the table are never skipped
-here: they stay in the table, where the reader refuses them with their line number.
+Only the head of the file is examined. Of all pairs of separator and decimal mark the one wins with which the largest share
+of cells are numbers; `csv.Sniffer` knows neither decimal marks nor lines before the table. Rows that look wrong inside
+the table are not skipped here: they stay in the table, where the reader refuses them with their line number.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ _NUMBER = {
     ".": re.compile(r"[+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?"),
     ",": re.compile(r"[+-]?(?:[0-9]+|[0-9]*,[0-9]+)(?:[eE][+-]?[0-9]+)?"),
 }
-# Spellings that Pandas reads as not-a-number or infinity.
+# Spellings that pandas reads as not-a-number or infinity.
 NOT_A_NUMBER = words(
     """nan -nan na n/a #n/a #na <na> null none inf +inf -inf infinity +infinity -infinity
     1.#qnan -1.#ind"""
@@ -38,13 +38,13 @@ _QUOTED_LINE_LENGTH = 100_000  # the csv module refuses fields longer than 13107
 
 @dataclass(frozen=True)
 class Dialect:
-    """How the numbers of a file are written.
+    """Format of the numbers of a file.
 
     Attributes
     ----------
     separator : str or None        Cell separator, None for runs of blanks.
     decimal : str                  Decimal mark, "." or ",".
-    has_quotes : bool              Whether cells are put in double quotes.
+    has_quotes : bool              Whether cells are in double quotes.
     width : int                    Number of columns.
     raw_width : int                Number of cells per row, empty ones after the last column included.
     first_line : int               1-based line of the first row of numbers.
@@ -69,7 +69,7 @@ class Dialect:
 
 
 def find_dialect(lines: Sequence[str], path: str) -> Dialect:
-    """Decide how a file is written.
+    """Detect the dialect of a file.
 
     Parameters
     ----------
@@ -94,7 +94,7 @@ def find_dialect(lines: Sequence[str], path: str) -> Dialect:
     if sum(numeric) < 2:
         raise RecordError(_no_numbers(lines, path))
     shape = _Shape(separator, decimal, width, raw_width, numeric)
-    # Where each row lacks something, the first one is refused like any damaged row.
+    # If no row is full, the first one is refused like any damaged row.
     full = (i for i, cells in enumerate(table) if shape.is_full(cells))
     first = next(full, table.index(regular[0]))
     damaged, header, units = _above(lines, table, first, shape)
@@ -118,7 +118,7 @@ def find_dialect(lines: Sequence[str], path: str) -> Dialect:
 def split_cells(line: str, separator: str | None, has_quotes: bool = True) -> list[str]:
     """Cut a line into its cells, without blanks around them and, where quotes count, without quotes.
 
-    Blanks are space and tab, as for Pandas; Unicode has many more, which are text here.
+    Blanks are space and tab, as for pandas; the others of Unicode count as text.
     """
     if separator is None:
         line = line.replace('"', " ") if has_quotes else line
@@ -130,7 +130,7 @@ def split_cells(line: str, separator: str | None, has_quotes: bool = True) -> li
 
 
 def is_number(cell: str, decimal: str) -> bool:
-    """Whether a cell stands for a number, the not-a-number ones included."""
+    """Whether a cell is a number, NaN and infinity included."""
     return _NUMBER[decimal].fullmatch(cell) is not None or cell.casefold() in NOT_A_NUMBER
 
 
@@ -150,7 +150,7 @@ def _best_guess(lines: Sequence[str]) -> tuple[str | None, str]:
 
 
 def _count_numbers(cells: Sequence[str], decimal: str) -> int:
-    """Number of cells with digits; "NA" and "none" are words as well."""
+    """Number of cells that are numbers with digits; "NA" and "none" may be words."""
     return sum(_NUMBER[decimal].fullmatch(cell) is not None for cell in cells)
 
 
@@ -161,7 +161,7 @@ def _width(cells: Sequence[str]) -> int:
 
 @dataclass(frozen=True)
 class _Shape:
-    """What a row of the table looks like."""
+    """Shape of a row of the table."""
 
     separator: str | None
     decimal: str
@@ -170,7 +170,7 @@ class _Shape:
     numeric: tuple[bool, ...]
 
     def is_full(self, cells: Sequence[str]) -> bool:
-        """Whether there is a number in each column of numbers."""
+        """Whether each numeric column holds a number."""
         return self.fits(cells) and all(
             is_number(cell, self.decimal) for cell, numeric in zip(cells, self.numeric, strict=False) if numeric
         )
@@ -182,11 +182,11 @@ class _Shape:
     def named_cells(self, line: str) -> tuple[str, ...]:
         """Cells of a header or unit row, one per column; () if their number is not that of the table."""
         line = line.lstrip("#%").strip(" ") if line[:1] in ("#", "%") else line
-        ways = [split_cells(line, self.separator)]
+        candidates = [split_cells(line, self.separator)]
         if self.separator is None:
-            # "Force [kN]" and names set apart by two blanks hold single blanks that separate nothing.
-            ways += [re.sub(r"\s{1,9}(?=[\[(])", "", line).split(), re.split(r"\s{2,}|\t", line.strip())]
-        for cells in ways:
+            # Single blanks do not separate in "Force [kN]", nor where two blanks separate the names.
+            candidates += [re.sub(r"\s{1,9}(?=[\[(])", "", line).split(), re.split(r"\s{2,}|\t", line.strip())]
+        for cells in candidates:
             if self.fits(cells):
                 return (*cells, *[""] * self.width)[: self.width]
         return ()
@@ -195,7 +195,7 @@ class _Shape:
 def _above(
     lines: Sequence[str], table: Sequence[Sequence[str]], first: int, shape: _Shape
 ) -> tuple[list[int], int | None, int | None]:
-    """Walk up from the first full row: indices of damaged rows, of the header and of the row of units.
+    """Search upwards from the first full row: indices of damaged rows, of the header and of the row of units.
 
     Rows with numbers between the header and the first full row belong to the table, where the reader
     refuses them: a damaged first row must not be mistaken for a header or skipped.
@@ -228,7 +228,7 @@ def _above(
 
 
 def _refuse_text(table: Sequence[Sequence[str]], damaged: Sequence[int], shape: _Shape, path: str) -> None:
-    """Refuse lines of text and numbers just above the numbers: they may be settings as well as samples."""
+    """Refuse lines of text and numbers just above the table: they may be settings or damaged samples."""
     for i in damaged:
         for column, (cell, numeric) in enumerate(zip(table[i], shape.numeric, strict=False), 1):
             if numeric and re.search(r"\w", cell) and not is_number(cell, shape.decimal):

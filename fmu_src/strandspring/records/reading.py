@@ -1,4 +1,4 @@
-"""Reading a measured record from delimited text, in whatever way a test rig has written it."""
+"""Reading of measured records from delimited text as test rigs write it."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from .spikes import find_spikes, spikes_of
 from .table import lines_of_rows, read_numbers
 from .units import Quantity, quoted, unit_factor
 
-# Larger than any rig: the unit is wrong.
+# Beyond any rig: the unit is wrong.
 _MAX_TRAVEL = 10.0  # [m]
 _MAX_FORCE = 1e9  # [N]
 _SI: Mapping[Quantity, str] = {"displacement": "m", "force": "N"}
@@ -37,9 +37,8 @@ def read_record(
     """Read displacement and force, and time where there is one, from a delimited text file.
 
     Separator (comma, semicolon, tab, blanks), decimal mark, encoding, lines before the table, header and row
-    of units are found from the head of the file; what was decided is told in `Record.notes`. A unit that is
-    asked for counts more than a row of units, that more than the header; without any, mm, N and s are
-    assumed.
+    of units are detected from the head of the file and reported in `Record.notes`. A given unit takes
+    precedence over a row of units, and that over the header; without any, mm, N and s are assumed.
 
     Parameters
     ----------
@@ -47,9 +46,9 @@ def read_record(
     displacement, force, time : int, str or None   Columns: a name (case, unit, blanks and underscores may
         differ where only one column fits), or a 1-based number. Text of digits is a number unless a column
         is called so. None finds the column by its name or unit, and without a header takes the first of
-        exactly two columns as displacement, the second as force. A column of time is optional.
+        exactly two columns as displacement, the second as force. The time column is optional.
     displacement_unit, force_unit : str or None    Such as "mm", "inch"; "kN", "lbf".
-    reverse : "displacement", "force" or None      The column whose sign is turned.
+    reverse : "displacement", "force" or None      The column to negate.
 
     Returns
     -------
@@ -57,7 +56,7 @@ def read_record(
 
     Raises
     ------
-    RecordError   With one sentence that says where, what was found and what to do, if the file is no record.
+    RecordError   If the file is not a record, with place, finding and advice in one sentence.
     """
     if reverse not in (None, "displacement", "force"):
         raise RecordError(f"`reverse` must be 'displacement' or 'force', got {quoted(str(reverse))}.")
@@ -87,13 +86,13 @@ def read_record(
         values[quantity] = arrays[column.number] * factor
         notes.append(note)
     if time is None and "time" in values and not _is_a_clock(values["time"]):
-        notes.append(f"time is left out: {columns['time']} does not grow")
+        notes.append(f"time is left out: {columns['time']} does not increase")
         del values["time"]
     _refuse_impossible(values, columns, units, source, dialect)
     notes += _spike_notes(values, source, dialect)
     if reverse is not None:
         values[reverse] = -values[reverse]
-        notes.append(f"the sign of {reverse} is turned, as asked")
+        notes.append(f"{reverse} negated, as given")
     return Record(
         values["displacement"],
         values["force"],
@@ -119,7 +118,7 @@ def _is_a_clock(time: NDArray[np.float64]) -> bool:
 
 
 def _spike_notes(values: Mapping[Quantity, NDArray[np.float64]], source: Source, dialect: Dialect) -> list[str]:
-    """A sentence about the samples of each quantity that stand alone, with their lines."""
+    """A sentence about the isolated outliers of each quantity, with their lines."""
     notes = []
     for quantity, spikes in zip(_SI, spikes_of(values["displacement"], values["force"]), strict=True):
         if spikes.size:
@@ -128,7 +127,7 @@ def _spike_notes(values: Mapping[Quantity, NDArray[np.float64]], source: Source,
             places = ", ".join(f"line {line} ({value:.6g} {_SI[quantity]})" for line, value in found)
             notes.append(
                 f"the {quantity} in {places} is far outside all others and from its neighbours; "
-                "correct or delete what was not measured so"
+                "correct or delete faulty samples"
             )
     return notes
 
@@ -140,7 +139,7 @@ def _refuse_impossible(
     source: Source,
     dialect: Dialect,
 ) -> None:
-    """Refuse what no rig measures: a single sample, a constant, a size that only a wrong unit or value explains."""
+    """Refuse records that no rig measures: a single sample, a constant, a size that only a wrong unit or value explains."""
     for quantity in ("displacement", "force"):
         series, where = values[quantity], f"{source.path}, {columns[quantity]}"
         if series.size < 2:
@@ -150,7 +149,7 @@ def _refuse_impossible(
                 f"{where}: the {quantity} must change, found {series[0]:.6g} in all {series.size} rows; "
                 f"name the column of the {quantity}."
             )
-    # The range of the largest doubles is no double.
+    # The range may overflow.
     with np.errstate(over="ignore"):
         travel = float(np.ptp(values["displacement"]))
     largest = float(np.abs(values["force"]).max())
@@ -171,7 +170,7 @@ def _refuse_impossible(
 
 
 def _advice(series: NDArray[np.float64], quantity: Quantity, unit: str, needed: float) -> str:
-    """What to do about too large numbers: another unit only if it makes all of them possible."""
+    """Advice for too large numbers: another unit only if that makes all of them possible."""
     if find_spikes(series).size:
         return "correct or delete the line."
     smaller = {"mm": "um", "N": "mN"}.get(unit, "mm" if quantity == "displacement" else "N")

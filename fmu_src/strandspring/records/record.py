@@ -1,4 +1,4 @@
-"""A measured force-displacement record: arrays in SI units, checked once, never changed afterwards."""
+"""A measured force-displacement record: checked, read-only arrays in SI units."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from ..errors import RecordError
 from .source import readable
 
-# No rig measures in units so small or so large [m], [N], and powers of such numbers leave the range of doubles.
+# Beyond what any rig measures [m], [N]; powers of such numbers overflow or vanish.
 _LEAST, _GREATEST = 1e-30, 1e30
 
 
@@ -25,9 +25,9 @@ class Record:
     displacement : ndarray, shape (K,)   Displacement [m], K >= 2, finite.
     force : ndarray, shape (K,)          Force [N], finite.
     time : ndarray, shape (K,), or None  Time [s], finite; the model is rate independent and never needs it.
-    path : str                           Where the record comes from, as given but printable; used in messages.
+    path : str                           Origin of the record, as given but printable; used in messages.
     sha256 : str or None                 Digest of the file's bytes (hexadecimal), None without a file.
-    notes : tuple of str                 Sentences worth telling: columns and units chosen, rows dropped.
+    notes : tuple of str                 Assumptions and findings: columns and units chosen, rows dropped.
 
     Raises
     ------
@@ -65,7 +65,7 @@ class Record:
         time: ArrayLike | None = None,
         path: str = "<arrays>",
     ) -> Record:
-        """Make a record of numbers that are in memory already.
+        """Make a record from arrays.
 
         Parameters
         ----------
@@ -76,7 +76,7 @@ class Record:
 
         Raises
         ------
-        RecordError                               If the arrays are no record, see `Record`.
+        RecordError                               If the arrays do not make a record, see `Record`.
         """
         return cls(
             _checked(displacement, "displacement", path),
@@ -90,7 +90,7 @@ class Record:
 
 
 def _checked(values: ArrayLike, name: str, path: str) -> NDArray[np.float64]:
-    """Return a read-only copy [SI], or refuse what is no finite series of at least two numbers."""
+    """Return a read-only copy [SI], or refuse anything but a finite series of at least two numbers."""
     try:
         raw = np.asarray(values)
         if raw.dtype.kind not in "fiub":

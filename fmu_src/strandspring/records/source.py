@@ -1,4 +1,4 @@
-"""The bytes of a record file, made uniform: one line end, no byte order mark, ASCII as ASCII.
+"""The normalized bytes of a record file: one line end, no byte order mark, ASCII as ASCII.
 
 Whatever the encoding, the result keeps every line of the file in its place, so that line numbers in
 messages are those of an editor. Only header texts need the exact encoding; numbers read the same in all
@@ -37,10 +37,10 @@ class Source:
     Attributes
     ----------
     path : str        As given by the user, made printable.
-    data : bytes      Text whose lines end in a line feed; blank ends of the file are cut off.
+    data : bytes      Text whose lines end in a line feed, without blank lines at the end.
     encoding : str    How to decode `data`.
     sha256 : str      Digest of the file as it is on disk (hexadecimal).
-    notes : tuple     Sentences about what was changed.
+    notes : tuple     Sentences about the changes.
     """
 
     path: str
@@ -51,7 +51,7 @@ class Source:
 
     @property
     def head(self) -> list[str]:
-        """The first lines, without their ends: all that is looked at to decide how the file is written."""
+        """The first lines, without their ends, from which the dialect is detected."""
         head = self.data[:HEAD_BYTES]
         if len(self.data) > HEAD_BYTES and b"\n" in head:
             head = head[: head.rindex(b"\n")]
@@ -59,7 +59,7 @@ class Source:
 
 
 def readable(name: str | os.PathLike[str]) -> str:
-    """A file name without what no terminal shows and no UTF-8 file holds: each such character is replaced."""
+    """A file name with all characters replaced that a terminal or UTF-8 cannot show."""
     return "".join("\ufffd" if unicodedata.category(c) in _UNREADABLE else c for c in os.fspath(name))
 
 
@@ -68,7 +68,7 @@ def load(path: str | os.PathLike[str]) -> Source:
 
     Raises
     ------
-    RecordError   If the file cannot be read, is empty, too large or no text.
+    RecordError   If the file cannot be read, or is empty, too large or not text.
     """
     name = readable(path)
     raw = _read(Path(path), name)
@@ -100,7 +100,7 @@ def _read(path: Path, name: str) -> bytes:
         if stat.S_ISDIR(status.st_mode):
             raise RecordError(f"{name}: is a folder; give the path of one record file.")
         if not stat.S_ISREG(status.st_mode):
-            raise RecordError(f"{name}: is no regular file; give the path of a record file.")
+            raise RecordError(f"{name}: is not a regular file; give the path of a record file.")
         if status.st_size > MAX_BYTES:
             raise RecordError(
                 f"{name}: must have at most {MAX_BYTES} bytes, found {status.st_size}; thin the record out or split it."

@@ -1,4 +1,4 @@
-"""Single samples that stand far outside all the others: damaged readings, not what a spring does."""
+"""Isolated outliers: damaged readings far outside all other samples."""
 
 from __future__ import annotations
 
@@ -12,19 +12,19 @@ from ..kernel.arrays import FloatArray
 
 IndexArray = NDArray[np.intp]
 
-_MOST = 6  # spikes looked for at either end of the range; more of them are no spikes
+_MOST = 6  # spikes at either end of the range; more of them are not spikes
 _LEAST_SAMPLES = 60  # for each of them
 _LONGEST = 3  # samples in a row
 _BEYOND = 0.5  # distance from the range of the other samples, share of that range
 _JUMP = 5.0  # distance from both neighbours, in steps that 95 % of the samples do not exceed
-_LOOKED_AT = 4096  # samples that show whether a closer look is needed
+_LOOKED_AT = 4096  # samples of the quick check
 
 
 def find_spikes(values: FloatArray) -> IndexArray:
-    """Samples that stand alone: beyond the range of all others by half of it, and far from both neighbours.
+    """Isolated outliers: beyond the range of all others by half of it, and far from both neighbours.
 
-    Up to three in a row and a few in all are spikes. Records with few samples in a cycle have none, since their
-    neighbours are far apart everywhere; nor are there any at the first and the last sample.
+    Spikes are at most three in a row and a few in all. Records with few samples per cycle have none, since their
+    neighbours are far apart everywhere; the first and last sample never are spikes.
 
     Parameters
     ----------
@@ -32,7 +32,7 @@ def find_spikes(values: FloatArray) -> IndexArray:
 
     Returns
     -------
-    ndarray of int                 Indices, rising; mostly empty.
+    ndarray of int                 Ascending indices; mostly empty.
     """
     sample = values[:: max(1, values.size // _LOOKED_AT)]
     none = np.empty(0, dtype=np.intp)
@@ -42,7 +42,7 @@ def find_spikes(values: FloatArray) -> IndexArray:
     if suspects.size == 0 or suspects.size > 2 * _MOST:
         return none
     step = float(np.quantile(np.abs(np.diff(values)), 0.95))
-    runs = [run for run in _runs(suspects) if _stands_alone(values, run, step)]
+    runs = [run for run in _runs(suspects) if _is_isolated(values, run, step)]
     if not runs:
         return none
     spikes = np.concatenate(runs)
@@ -51,32 +51,32 @@ def find_spikes(values: FloatArray) -> IndexArray:
 
 
 def spikes_of(displacement: FloatArray, force: FloatArray) -> tuple[IndexArray, IndexArray]:
-    """Spikes of displacement and of force; a sample at which both depart is a short stroke and none of them."""
+    """Spikes of displacement and of force; a sample at which both deviate is a short stroke, not a spike."""
     of_displacement, of_force = find_spikes(displacement), find_spikes(force)
     return np.setdiff1d(of_displacement, of_force), np.setdiff1d(of_force, of_displacement)
 
 
 def _trimmed_range(values: FloatArray) -> tuple[float, float]:
-    """Least and greatest value without the few at either end that may be spikes."""
+    """Minimum and maximum without the few at either end that may be spikes."""
     cut = min(_MOST, values.size // _LEAST_SAMPLES)
     middle = np.partition(values, (cut, values.size - 1 - cut))
     return float(middle[cut]), float(middle[values.size - 1 - cut])
 
 
 def _beyond(values: FloatArray, low: float, high: float) -> NDArray[np.bool_]:
-    # Halves first: the range of what the largest doubles bound is no double.
+    # Halved first, because the range may overflow.
     margin = _BEYOND * high - _BEYOND * low
     return np.asarray((values > high + margin) | (values < low - margin))
 
 
 def _runs(indices: IndexArray) -> Sequence[IndexArray]:
-    """Neighbouring indices together."""
+    """Runs of consecutive indices."""
     edges = [0, *(np.flatnonzero(np.diff(indices) > 1) + 1), indices.size]
     return [indices[a:b] for a, b in pairwise(edges)]
 
 
-def _stands_alone(values: FloatArray, run: IndexArray, step: float) -> bool:
-    """Whether a run is short and far from the samples before and after it, as steps of the record go."""
+def _is_isolated(values: FloatArray, run: IndexArray, step: float) -> bool:
+    """Whether a run is short and far from the samples before and after it, compared with the steps of the record."""
     before, after = int(run[0]) - 1, int(run[-1]) + 1
     if run.size > _LONGEST or before < 0 or after >= values.size:
         return False

@@ -20,7 +20,7 @@ from .dialect import Dialect, is_number, split_cells
 from .source import Source
 from .units import quoted
 
-# A rig stopped while writing leaves an incomplete row, with buffering a few.
+# A rig stopped while writing leaves an incomplete row or, with buffering, a few.
 MAX_DROPPED_ROWS = 3
 # Python reads this in the time that pandas takes to be imported; also the unit in which bad rows are located.
 _BLOCK_BYTES = 1024 * 1024
@@ -130,8 +130,8 @@ def _parsed_by_pandas(body: bytes, dialect: Dialect, numbers: Sequence[int]) -> 
     """Columns, shape (K, columns), or None if a cell is not a finite number or a row is wider than the table."""
     import pandas as pd  # not worth its import for small tables
 
-    # pandas takes the width of the table from its first row and then passes over surplus cells. A row put
-    # before the table makes room for one more column, whose cells must stay empty.
+    # pandas takes the width of the table from its first row and ignores surplus cells. A row put before the table
+    # makes room for one more column, whose cells must be empty.
     surplus = dialect.raw_width
     filler = (dialect.separator or " ").join(["0"] * (surplus + 1)).encode() + b"\n"
     try:
@@ -199,7 +199,7 @@ def _value(cell: str, decimal: str) -> float:
 
 
 def _refuse_open_quotes(body: bytes, dialect: Dialect, path: str) -> None:
-    """A quote left open would swallow all rows up to the next one without a word."""
+    """Refuse an open quote, which would silently swallow all rows up to the next one."""
     for line, text in enumerate(io.BytesIO(body), dialect.first_line):
         if (count := text.count(b'"')) % 2:
             raise RecordError(

@@ -22,12 +22,12 @@ from ..identification.uncertainty import PredictionBand
 from ..kernel.path import PathSolver
 from ..modelfile import ModelFile
 
-# More points than this do not show in a plot and make the file heavy.
+# More points are not visible in a plot and only make the file larger.
 _PLOTTED = 6000
 
 
 def write_report(path: Path, model: ModelFile, identification: Identification) -> None:
-    """Write the report; everything in it, plots included, is in the one file."""
+    """Write the report with all its plots into one file."""
     environment = Environment(
         loader=PackageLoader("strandspring", "report/assets"), autoescape=True, undefined=StrictUndefined
     )
@@ -84,7 +84,7 @@ def _residuals(identification: Identification) -> tuple[str, str]:
         axis.plot(shown, (record.force - fit.predicted)[shown], color="C0", lw=0.8)
         axis.axhline(0.0, color="0.5", lw=0.6)
         axis.set(xlabel="sample", ylabel="measured - model [N]", title=Path(record.path).name)
-    return "What the model leaves over", _svg(figure)
+    return "Residuals", _svg(figure)
 
 
 def _backbone(identification: Identification) -> tuple[str, str]:
@@ -99,7 +99,7 @@ def _backbone(identification: Identification) -> tuple[str, str]:
     axis.plot(x * 1e3, elastic, color="k", lw=1.2, label="elastic part FE")
     axis.set(xlabel="displacement [mm]", ylabel="force [N]", title="Elastic part and saturated branches")
     axis.legend(fontsize=8)
-    return "The model's parts", _svg(figure)
+    return "Backbone and saturated branches", _svg(figure)
 
 
 def _band(band: PredictionBand) -> tuple[str, str]:
@@ -113,10 +113,10 @@ def _band(band: PredictionBand) -> tuple[str, str]:
     width.set(
         xlabel="displacement [mm]",
         ylabel="half-width of the band [N]",
-        title=f"The band reaches {np.median(half):.2g} N to either side in the median, {half.max():.2g} N at most",
+        title=f"Half-width {np.median(half):.2g} N in the median, {half.max():.2g} N at most",
         ylim=(0.0, None),
     )
-    return "How certain the prediction is", _svg(figure)
+    return "Uncertainty of the prediction", _svg(figure)
 
 
 def _shown(size: int, first: int) -> NDArray[np.intp]:

@@ -4,21 +4,23 @@ from __future__ import annotations
 
 import asyncio
 import logging
-from collections.abc import Callable, Generator, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import CancelledError, ThreadPoolExecutor
 from contextlib import contextmanager
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, partial
 
 from threadpoolctl import threadpool_limits
 
 from .._version import __version__
 from ..isolation.system import IsolationError
 from .definition import RunRow, Study
+from .runners import Pool
 
 _CONNECTING = 5.0  # seconds
-# For what a task raises; a task whose worker dies is given to another by the scheduler (its `allowed-failures`).
+# Of a task that raises; a task whose worker dies is moved by the scheduler (its `allowed-failures`).
 _RETRIES = 2
+_WINDOW = 2000  # batches, for some 1000 workers
 
 
 @dataclass(frozen=True)
@@ -27,34 +29,30 @@ class Cluster:
 
     Parameters
     ----------
-    address : str     Of the scheduler, such as tcp://host:8786.
-    tell : callable   Told a sentence when there is something to wait for.
+    address : str       Of the scheduler, such as tcp://host:8786.
+    notify : callable   Called with a sentence if there are no workers yet.
     """
 
     address: str
-    tell: Callable[[str], None] = lambda _: None
+    notify: Callable[[str], None] = lambda _: None
 
-    def rows(self, study: Study, batches: Sequence[Sequence[int]]) -> Generator[list[RunRow], None, None]:
+    @contextmanager
+    def pool(self, batches: int) -> Iterator[Pool]:  # noqa: ARG002
         """See `runners.Runner`."""
         try:
-            from distributed import Client, as_completed
+            from distributed import Client
             from distributed.scheduler import KilledWorker
         except ImportError:
             raise IsolationError(
                 "A scheduler needs the package dask.distributed; install it with: pip install distributed"
             ) from None
-        self._knock()
-        with _quiet(), Client(self.address, timeout=_CONNECTING, set_as_default=False) as client:
+        self._check_scheduler()
+        with _silent_client(), Client(self.address, timeout=_CONNECTING, set_as_default=False) as client:
             if not client.nthreads():
-                self.tell(f"The scheduler at {self.address} has no workers yet; waiting for them.")
-            futures = [
-                client.submit(_rows, study, batch, __version__, pure=False, retries=_RETRIES) for batch in batches
-            ]
+                self.notify(f"The scheduler at {self.address} has no workers yet; waiting for them.")
             try:
-                for future in as_completed(futures, loop=client.loop):
-                    rows = future.result()
-                    future.release()
-                    yield rows
+                executor = client.get_executor(pure=False, retries=_RETRIES)
+                yield Pool(executor, _WINDOW, partial(_rows, version=__version__))
             except IsolationError:
                 raise
             except KilledWorker as problem:
@@ -69,22 +67,19 @@ class Cluster:
                     f"need strandspring {__version__}."
                 ) from None
 
-    def _knock(self) -> None:
-        """Refuse an address where no scheduler answers.
-
-        A client that finds none may not be disposed of without waiting, and prints why.
-        """
+    def _check_scheduler(self) -> None:
+        """Refuse an address where no scheduler answers; a client that finds none prints why and is slow to close."""
         from distributed.comm.core import connect
         from distributed.security import Security
 
-        async def knock() -> None:
+        async def connect_once() -> None:
             comm = await connect(self.address, timeout=_CONNECTING, **Security().get_connection_args("client"))
             await comm.close()
 
         try:
-            # A notebook's own thread has a loop already.
+            # In a thread of its own, because a notebook has an event loop already.
             with ThreadPoolExecutor(1) as thread:
-                thread.submit(asyncio.run, knock()).result()
+                thread.submit(asyncio.run, connect_once()).result()
         except Exception as problem:
             raise IsolationError(
                 f"No scheduler answers at {self.address!r} ({problem}); start one with `dask scheduler`, or correct "
@@ -93,8 +88,8 @@ class Cluster:
 
 
 @contextmanager
-def _quiet() -> Iterator[None]:
-    """Without the traceback that a client logs when its scheduler goes away; it is told in a sentence."""
+def _silent_client() -> Iterator[None]:
+    """Without the traceback that a client logs when its scheduler goes away; an error says so."""
     logger = logging.getLogger("distributed.client")
     before = logger.level
     logger.setLevel(logging.CRITICAL)
@@ -105,17 +100,17 @@ def _quiet() -> Iterator[None]:
 
 
 def _rows(study: Study, runs: Sequence[int], version: str) -> list[RunRow]:
-    """What a worker does."""
+    """Execute runs in a worker, which has an installation of its own."""
     if version != __version__:
         raise IsolationError(
             f"A worker of the cluster has strandspring {__version__}, but the study is run by {version}; install the "
             "same version on all."
         )
-    _one_thread()
+    _use_one_thread()
     return study.rows(runs)
 
 
 @cache
-def _one_thread() -> None:
-    """For good, since the worker's other threads may be at other runs."""
+def _use_one_thread() -> None:
+    """Permanently, since other threads of the worker may be at other runs."""
     threadpool_limits(limits=1)

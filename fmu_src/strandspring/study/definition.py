@@ -1,4 +1,4 @@
-"""What a study is: every grid point with every draw, and what one run of it gives."""
+"""Definition of a study: every grid point with every draw, and the result of one run."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ STIFFNESS_FACTORS = (1e-6, 1e6)
 
 @dataclass(frozen=True)
 class RunRow:
-    """One run: what went in, what came out.
+    """One run: its inputs and results.
 
     Attributes
     ----------
@@ -32,10 +32,10 @@ class RunRow:
     kappa_omega, rho, sigma, n : float      As drawn, before the stiffness factor [N], [1/m], [-], [-].
     rest, sag : float or None               See `StaticEquilibrium` [m]; None where there is none.
     frequency, transmissibility, amplitude, stiffness, loss_factor, isolation_frequency : float or None
-                                            See `Resonance`; None where the run is refused or there is none.
+                                            See `Resonance`; None if the run is refused or there is none.
     inside : bool or None                   Whether the resonance lies inside the band, not at one of its ends.
     extrapolating : bool or None            Whether the spring leaves the identified range anywhere in the band.
-    outcome : str                           `DONE`, or the sentence that says why the run is refused.
+    outcome : str                           `DONE`, or the sentence why the run is refused.
     """
 
     run: int
@@ -62,7 +62,7 @@ class RunRow:
 
 @dataclass(frozen=True)
 class GridPoint:
-    """What a study varies besides the spring's spread: mass [kg], level, factor on FE and kappa_omega."""
+    """One point of the grid: mass [kg], level, factor on FE and kappa_omega."""
 
     mass: float
     level: float
@@ -73,8 +73,8 @@ class GridPoint:
 class Study:
     """Runs over a grid of masses, levels and stiffness factors, each with every spring drawn from a spread.
 
-    Run k takes grid point k modulo their number and draw k divided by it, so that all grid points advance together and
-    share their draws.
+    Run k has grid point k modulo their number, and draw k divided by it: all grid points advance together and share
+    their draws.
 
     Parameters
     ----------
@@ -86,9 +86,10 @@ class Study:
     seed : int                            Of the draws, >= 0.
     spread : Spread or None               Needed for draws.
     load, parallel, series, damping       See `IsolatedMass`.
-    band : tuple or None                  Lowest and highest frequency [Hz]; about each run's own if None.
+    band : tuple or None                  Lowest and highest frequency [Hz]; relative to each run's natural
+                                          frequency if None.
     points : int                          Frequencies over the band, >= 2.
-    extrapolate : bool                    Go on where the motion leaves the identified range.
+    extrapolate : bool                    Continue where the motion leaves the identified range.
 
     Raises
     ------
@@ -117,10 +118,12 @@ class Study:
         for level in self.levels:
             if not (math.isfinite(level) and level > 0.0):
                 raise IsolationError(f"Every level must be finite and > 0 [{self.excitation.unit}], got {level!r}.")
-        least, most = STIFFNESS_FACTORS
+        lowest_factor, highest_factor = STIFFNESS_FACTORS
         for factor in self.stiffness_factors:
-            if not least <= factor <= most:
-                raise IsolationError(f"Every stiffness factor must be within [{least:g}, {most:g}], got {factor!r}.")
+            if not lowest_factor <= factor <= highest_factor:
+                raise IsolationError(
+                    f"Every stiffness factor must be within [{lowest_factor:g}, {highest_factor:g}], got {factor!r}."
+                )
         for name, lowest in (("draws", 0), ("seed", 0), ("points", 2)):
             if getattr(self, name) < lowest:
                 raise IsolationError(f"`{name}` must be >= {lowest}, got {getattr(self, name)!r}.")
@@ -140,9 +143,9 @@ class Study:
         return len(self.masses) * len(self.levels) * len(self.stiffness_factors) * max(self.draws, 1)
 
     def rows(self, runs: Iterable[int]) -> list[RunRow]:
-        """What these runs give."""
+        """Execute runs."""
         grid = self.grid
-        # A motion that is followed beyond what numbers hold is refused, and need not be warned of.
+        # Motions that overflow are refused; they need no warning.
         with np.errstate(all="ignore"):
             return [self._row(run, run // len(grid) if self.draws else None, grid[run % len(grid)]) for run in runs]
 
@@ -163,7 +166,7 @@ class Study:
         except IsolationError as refusal:
             return replace(row, outcome=str(refusal))
         except (ArithmeticError, ValueError, np.linalg.LinAlgError) as problem:
-            # One spring at the edge of what numbers hold must not end a study of thousands.
+            # One extreme spring must not end a study of thousands.
             return replace(row, outcome=f"No steady motion was found: {problem}.")
         r = response.resonance
         return replace(

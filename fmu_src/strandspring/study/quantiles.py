@@ -1,11 +1,13 @@
-"""What a study comes to at each grid point: quantiles of the figures, and the runs that were refused."""
+"""Summary of a study at each grid point: quantiles of the figures, and the refused runs."""
 
 from __future__ import annotations
 
 import re
+from array import array
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 
@@ -35,10 +37,10 @@ class GridPointSummary:
     ----------
     point : GridPoint
     runs, refused : int
-    reason : str or None     The most frequent reason among the refused, as its first run gives it.
-    at_end : int             Runs whose greatest transmissibility lies at an end of the band.
+    reason : str or None     The most frequent reason for a refusal, as worded in its first run.
+    at_end : int             Runs whose peak transmissibility lies at an end of the band.
     extrapolating : int      Runs in which the spring leaves the identified range.
-    figures : dict           Quantiles by figure, over the runs that tell it; None if none does.
+    figures : dict           Quantiles by figure, over the runs that have it; None if none has.
     """
 
     point: GridPoint
@@ -50,33 +52,47 @@ class GridPointSummary:
     figures: dict[str, Quantiles | None]
 
 
-def summarize(study: Study, rows: Sequence[RunRow]) -> list[GridPointSummary]:
-    """Summaries of all grid points from the rows of a whole study, in the order of their numbers."""
+class Rows(Protocol):
+    """Rows by the number of the run, such as a list or a `Journal`."""
+
+    def __getitem__(self, run: int, /) -> RunRow: ...
+
+
+def summarize(study: Study, rows: Rows) -> list[GridPointSummary]:
+    """Summaries of all grid points from the rows of a whole study."""
     grid = study.grid
-    return [_summary(point, rows[k :: len(grid)]) for k, point in enumerate(grid)]
+    return [
+        _summary(point, (rows[run] for run in range(index, len(study), len(grid)))) for index, point in enumerate(grid)
+    ]
 
 
-def _summary(point: GridPoint, rows: Sequence[RunRow]) -> GridPointSummary:
-    refusals = [row.outcome for row in rows if row.outcome != DONE]
+def _summary(point: GridPoint, rows: Iterable[RunRow]) -> GridPointSummary:
+    runs = at_end = extrapolating = 0
+    reasons: Counter[str] = Counter()
+    wordings: dict[str, str] = {}
+    figures = {name: array("d") for name in FIGURES}
+    for row in rows:
+        runs += 1
+        at_end += row.inside is False
+        extrapolating += row.extrapolating is True
+        if row.outcome != DONE:
+            # Sentences that differ only in their numbers give the same reason.
+            reason = _NUMBER.sub("#", row.outcome)
+            reasons[reason] += 1
+            wordings.setdefault(reason, row.outcome)
+            continue
+        for name, values in figures.items():
+            if (value := getattr(row, name)) is not None:
+                values.append(value)
     return GridPointSummary(
         point=point,
-        runs=len(rows),
-        refused=len(refusals),
-        reason=_most_frequent(refusals),
-        at_end=sum(row.inside is False for row in rows),
-        extrapolating=sum(row.extrapolating is True for row in rows),
-        figures={name: _quantiles([getattr(row, name) for row in rows if row.outcome == DONE]) for name in FIGURES},
+        runs=runs,
+        refused=reasons.total(),
+        reason=wordings[reasons.most_common(1)[0][0]] if reasons else None,
+        at_end=at_end,
+        extrapolating=extrapolating,
+        figures={
+            name: Quantiles(*np.quantile(values, _SHARES).tolist()) if values else None
+            for name, values in figures.items()
+        },
     )
-
-
-def _most_frequent(sentences: Sequence[str]) -> str | None:
-    """The first of the sentences that most others differ from in their numbers only."""
-    if not sentences:
-        return None
-    kinds = [_NUMBER.sub("#", sentence) for sentence in sentences]
-    return sentences[kinds.index(Counter(kinds).most_common(1)[0][0])]
-
-
-def _quantiles(values: Sequence[float | None]) -> Quantiles | None:
-    told = [value for value in values if value is not None]
-    return Quantiles(*np.quantile(told, _SHARES).tolist()) if told else None

@@ -4,65 +4,74 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from contextlib import closing
+from dataclasses import astuple
 from pathlib import Path
 
 from ..errors import StrandspringError
+from ..files import write_csv
 from ..isolation.system import IsolationError
-from .definition import RunRow, Study
+from .definition import Study
 from .journal import Journal
-from .results import write_results
-from .runners import Runner
+from .quantiles import GridPointSummary, summarize
+from .runners import Runner, finished_rows
 
-# A batch of these takes about a second; what is under way when a study is interrupted is lost.
-_BATCH = 8
-# Fewer make workers wait for each other at the end, more take longer to hand out than to run.
-_FEWEST_BATCHES, _MOST_BATCHES = 64, 20_000
+# Of the fields of a row, with the unit of the level to be filled in.
+_HEADINGS = (
+    "run", "draw", "mass [kg]", "level [{}]", "stiffness factor [1]", "kappa_omega [N]", "rho [1/m]", "sigma [1]",
+    "n [1]", "rest [m]", "sag [m]", "resonance frequency [Hz]", "transmissibility [1]", "amplitude [m]",
+    "stiffness [N/m]", "loss factor [1]", "isolation frequency [Hz]", "resonance inside the band",
+    "beyond the identified range", "outcome",
+)  # fmt: skip
 
 
 def run_study(
-    study: Study, results: Path, runner: Runner, done: Callable[[int], None] = lambda _: None
-) -> list[RunRow]:
-    """Run what is not in the journal beside the results yet, write the results and remove the journal.
+    study: Study,
+    results: Path,
+    runner: Runner,
+    progress: Callable[[int], None] = lambda _: None,
+    notify: Callable[[str], None] = lambda _: None,
+) -> list[GridPointSummary]:
+    """Execute the runs that are not yet in the journal beside the results, write the results and remove the journal.
 
     Parameters
     ----------
     study : Study
-    results : Path     CSV file.
+    results : Path           CSV file.
     runner : Runner
-    done : callable    Told how many runs are finished by now; first those of earlier times.
+    progress : callable      Called with the number of finished runs; first with that of earlier times.
+    notify : callable        Called with a sentence while no run finishes.
 
     Returns
     -------
-    list of RunRow     In the order of their numbers.
+    list of GridPointSummary
 
     Raises
     ------
-    IsolationError     If the journal is that of another study, or the runs cannot be done; what is finished is kept.
+    IsolationError           If the journal is that of another study, or the runs cannot be executed; finished ones are
+                             kept.
     """
     if results.is_dir():
         raise IsolationError(f"{results} is a directory; give the path of a CSV file.")
     journal = Journal(results, study)
-    finished = False
+    is_complete = False
     try:
-        done(len(journal.rows))
-        left = [run for run in range(len(study)) if run not in journal.rows]
-        size = max(1, min(_BATCH, len(left) // _FEWEST_BATCHES), len(left) // _MOST_BATCHES)
-        batches = [left[first : first + size] for first in range(0, len(left), size)]
-        if left:
-            with closing(runner.rows(study, batches)) as finished_batches:
-                for rows in finished_batches:
-                    journal.add(rows)
-                    done(len(journal.rows))
-        ordered = [journal.rows[run] for run in range(len(study))]
-        write_results(results, ordered, study.excitation)
-        finished = True
+        progress(journal.finished)
+        remaining = [run for run in range(len(study)) if run not in journal]
+        with closing(finished_rows(study, remaining, runner, notify)) as batches:
+            for rows in batches:
+                journal.add(rows)
+                progress(journal.finished)
+        summaries = summarize(study, journal)
+        header = [heading.format(study.excitation.unit) for heading in _HEADINGS]
+        write_csv(results, header, (astuple(journal[run]) for run in range(len(study))))
+        is_complete = True
     except StrandspringError as problem:
-        if not journal.rows:
+        if not journal.finished:
             raise
         raise IsolationError(
-            f"{str(problem).rstrip('.')}; {len(journal.rows)} of {len(study)} runs are kept in {journal.path}, and the "
-            "same command goes on from there."
+            f"{str(problem).rstrip('.')}; {journal.finished} of {len(study)} runs are kept in {journal.path}, and the "
+            "same command continues from there."
         ) from None
     finally:
-        journal.close(finished)
-    return ordered
+        journal.close(is_complete)
+    return summaries

@@ -1,7 +1,8 @@
-"""Where the runs of a study are done: in this process or on the cores of this machine; see `cluster` for others.
+"""Where the runs of a study are executed: in this process or on the cores of this machine; see `cluster` for others.
 
-A run is a pure function of the study and its number, so that it does not matter where, or in which order. Linear
-algebra takes one thread everywhere, because more of them may round differently.
+All of them are executors of `concurrent.futures`, so that one loop serves them. A run is a pure function of the study
+and its number: neither the place nor the order matters. Linear algebra uses one thread everywhere, because several may
+round differently.
 """
 
 from __future__ import annotations
@@ -10,12 +11,14 @@ import multiprocessing
 import os
 import signal
 import threading
-from collections.abc import Generator, Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
+from collections.abc import Callable, Generator, Iterator, Sequence
+from concurrent.futures import FIRST_COMPLETED, Executor, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
+from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass
+from itertools import islice
 from multiprocessing.connection import Connection
-from typing import Protocol
+from typing import Any, NamedTuple, Protocol
 
 from threadpoolctl import threadpool_limits
 
@@ -23,86 +26,126 @@ from ..isolation.system import IsolationError
 from .definition import RunRow, Study
 
 _MOST_WORKERS = 61  # Windows waits for no more processes
+# Runs in a batch, about a second; an interrupt loses the batches in execution.
+_BATCH = 8
+_FEWEST_BATCHES = 64  # with fewer, workers wait for each other at the end
+_PATIENCE = 60.0  # seconds without a finished run until this is reported
+
+
+class Pool(NamedTuple):
+    """An executor, the number of batches it should have at a time, and the function that runs one of them."""
+
+    executor: Executor
+    window: int
+    run: Callable[[Study, Sequence[int]], list[RunRow]] = Study.rows
 
 
 class Runner(Protocol):
-    """Does batches of runs."""
+    """Provides an executor."""
 
-    def rows(self, study: Study, batches: Sequence[Sequence[int]]) -> Generator[list[RunRow], None, None]:
-        """Rows of each batch as it finishes, in any order.
+    def pool(self, batches: int) -> AbstractContextManager[Pool]:
+        """An executor for so many batches, to be used in a with statement.
 
         Raises
         ------
-        IsolationError   If the means to run them fail; what was yielded before stays good.
+        IsolationError   On leaving, if the executor fails.
         """
         ...
 
 
-@dataclass(frozen=True)
-class InProcess:
-    """One run after the other in this process."""
-
-    def rows(self, study: Study, batches: Sequence[Sequence[int]]) -> Generator[list[RunRow], None, None]:
-        """See `Runner`."""
-        for batch in batches:
-            with threadpool_limits(limits=1):
-                rows = study.rows(batch)
-            yield rows
-
-
-@dataclass(frozen=True)
-class LocalProcesses:
-    """Several processes of this machine.
+def finished_rows(
+    study: Study, runs: Sequence[int], runner: Runner, notify: Callable[[str], None]
+) -> Generator[list[RunRow], None, None]:
+    """Rows of these runs, batch by batch as they finish, in any order.
 
     Parameters
     ----------
-    workers : int or None   Processes; as many as cores if None.
+    study : Study
+    runs : sequence of int
+    runner : Runner
+    notify : callable        Called with a sentence while no run finishes.
+
+    Raises
+    ------
+    IsolationError           If the runs cannot be executed; what was yielded before is valid.
+    """
+    size = max(1, min(_BATCH, len(runs) // _FEWEST_BATCHES))
+    batches = (runs[first : first + size] for first in range(0, len(runs), size))
+    with runner.pool(-(-len(runs) // size)) as pool:
+        pending: set[Future[list[RunRow]]] = set()
+        while True:
+            new = islice(batches, pool.window - len(pending))
+            pending |= {pool.executor.submit(pool.run, study, batch) for batch in new}
+            if not pending:
+                return
+            done, pending = wait(pending, _PATIENCE, FIRST_COMPLETED)
+            if not done:
+                notify(f"No run has finished for {_PATIENCE:g} s; still waiting for the workers.")
+            for future in done:
+                yield future.result()
+
+
+class _InlineExecutor(Executor):
+    """Executes a batch when it is submitted."""
+
+    def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
+        future: Future[Any] = Future()
+        future.set_result(fn(*args, **kwargs))
+        return future
+
+
+@dataclass(frozen=True)
+class Local:
+    """Processes of this machine.
+
+    Parameters
+    ----------
+    workers : int or None   Number of processes; 1 for this one alone, as many as cores if None.
     """
 
     workers: int | None = None
 
-    def rows(self, study: Study, batches: Sequence[Sequence[int]]) -> Generator[list[RunRow], None, None]:
+    @contextmanager
+    def pool(self, batches: int) -> Iterator[Pool]:
         """See `Runner`."""
-        workers = min(self.workers or _cores(), len(batches), _MOST_WORKERS)
+        workers = min(self.workers or _usable_cores(), batches, _MOST_WORKERS)
         if workers <= 1:
-            yield from InProcess().rows(study, batches)
+            with threadpool_limits(limits=1):
+                yield Pool(_InlineExecutor(), 1)
             return
-        # A fork would inherit the threads' locks, of the progress bar for one.
+        # A fork would inherit locks of other threads, such as that of the progress bar.
         context = multiprocessing.get_context("spawn")
         listening, lifeline = context.Pipe(duplex=False)
-        pool = ProcessPoolExecutor(workers, context, initializer=_begin, initargs=(listening,))
+        executor = ProcessPoolExecutor(workers, context, initializer=_start_worker, initargs=(listening,))
         try:
-            for future in as_completed([pool.submit(study.rows, batch) for batch in batches]):
-                yield future.result()
+            yield Pool(executor, 2 * workers)
         except BrokenProcessPool:
             raise IsolationError(
-                "A worker process died, perhaps for want of memory; study again with fewer workers."
+                "A worker process died, perhaps for want of memory; run the study with fewer workers."
             ) from None
         except BaseException:
-            # Nobody waits for what is under way.
-            lifeline.close()
+            lifeline.close()  # the workers leave without finishing their batches
             raise
         finally:
-            pool.shutdown(cancel_futures=True)
+            executor.shutdown(cancel_futures=True)
             lifeline.close()
             listening.close()
 
 
-def _cores() -> int:
-    """Cores that this process may use."""
+def _usable_cores() -> int:
     if hasattr(os, "sched_getaffinity"):
         return len(os.sched_getaffinity(0))
     return os.cpu_count() or 1
 
 
-def _begin(listening: Connection) -> None:
-    """Prepare a worker process: an interrupt is the parent's to handle, and without the parent it ends."""
+def _start_worker(listening: Connection) -> None:
+    """Prepare a worker process: the parent handles interrupts, and the worker ends with the parent."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     threadpool_limits(limits=1)
-    threading.Thread(target=_end_with_lifeline, args=(listening,), daemon=True).start()
+    threading.Thread(target=_leave_with_lifeline, args=(listening,), daemon=True).start()
 
 
-def _end_with_lifeline(listening: Connection) -> None:
-    """Leave when the parent drops its end, also by being killed; the queue it fed would be waited on for ever."""
+def _leave_with_lifeline(listening: Connection) -> None:
+    """Leave when the parent's end closes, also because it was killed: the queue would be waited on for ever."""
     listening.poll(None)
     os._exit(1)

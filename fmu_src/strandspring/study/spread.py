@@ -3,7 +3,7 @@
 The logarithms of kappa_omega, rho, sigma and n are normal about the identified values. Their standard deviations are
 the relative standard errors and their correlations those of the model file, which is what the identification itself
 says: it fits ln(rho), ln(sigma) and ln(n), and its errors follow from them by linear propagation. So kappa_omega, rho
-and n stay positive whatever is drawn. A sigma drawn below 1/2 becomes 1/2, as the identification ends there too; n and
+and n stay positive for every draw. A sigma drawn below 1/2 becomes 1/2, as the identification ends there too; n and
 sigma are kept in the same way within the ranges of the model. The coefficients of FE and FA are not drawn.
 """
 
@@ -23,14 +23,14 @@ from ..errors import ModelError
 
 DRAWN = ("kappa_omega", "rho", "sigma", "n")
 _RANGES = {"sigma": SIGMA_RANGE, "n": N_RANGE}
-# Standard error over value beyond which a parameter is not determined at all.
+# Standard error over value beyond which a parameter counts as undetermined.
 _LARGEST_RELATIVE = 10.0
 _NEGATIVE = -1e-6  # least eigenvalue of a correlation matrix, for coefficients written with few digits
 
 
 @dataclass(frozen=True)
 class Spread:
-    """How the hysteretic parameters of a spring scatter together.
+    """Joint scatter of the hysteretic parameters of a spring.
 
     Parameters
     ----------
@@ -43,7 +43,7 @@ class Spread:
 
     @classmethod
     def of(cls, spring: SpringParameters, uncertainty: Mapping[str, Any]) -> Spread:
-        """The spread that a model file's `uncertainty` tells.
+        """The spread in a model file's `uncertainty`.
 
         A parameter whose standard error is null was at its bound and is taken as known; a correlation that is not
         given, or null, is 0.
@@ -79,7 +79,7 @@ class Spread:
 
     @cached_property
     def root(self) -> list[list[float]]:
-        """What takes independent standard normal numbers to changes of the logarithms, 4 rows of 4.
+        """Matrix from independent standard normal numbers to changes of the logarithms, 4 rows of 4.
 
         The symmetric root of the correlation is unique, where the signs of eigenvectors depend on the library that
         finds them.

@@ -3,6 +3,7 @@
 #define SPRING_LOCAL static
 
 #include "fmi2_arguments.c"
+#include "fmi2_block.c"
 #include "fmi2_cosimulation.c"
 #include "fmi2_derivatives.c"
 #include "fmi2_fmustate.c"
@@ -12,5 +13,7 @@
 #include "fmi2_reversal.c"
 #include "fmi2_spring.c"
 #include "fmi2_state.c"
+#include "fmi2_tables.c"
 #include "fmi2_variables.c"
+#include "saturation.c"
 #include "spring.c"

@@ -436,18 +436,19 @@ static Place place_of(const SpringTable *table, double xi)
     Place at = {.branch = xi >= 0.0 ? &table->rising : &table->falling, .value = 1.0, .slope = LEAST_SLOPE};
     double z = fabs(xi);
     at.index = spring_piece(at.branch, z);
-    if (at.index == at.branch->pieces) {
+    int beyond = at.index == at.branch->pieces;
+    if (beyond) {
         if (xi >= 0.0)
             return at;
         /* No stroke begins before u = -1, where W' is 2 sigma: xi is there, but for rounding. */
         at.index--;
-        z = at.branch->edges[at.branch->pieces];
+        z = at.branch->edges[at.index + 1];
     }
     const SpringPiece *piece = &at.branch->piece[at.index];
     at.theta = (z - piece->middle) * piece->per_half;
     double value = spring_polynomial(piece->coefficients, at.theta);
     double slope = polynomial_slope(piece->coefficients, at.theta) * piece->per_half;
-    at.value = value < 1.0 ? value : 1.0;
+    at.value = beyond || value > 1.0 ? 1.0 : value;
     at.slope = slope > LEAST_SLOPE ? slope : LEAST_SLOPE;
     return at;
 }

@@ -1,5 +1,6 @@
 #include "balance.h"
 
+#include "linear.h"
 #include "periodic.h"
 
 #include <math.h>
@@ -59,10 +60,10 @@ static double *lay_balance(size_t count, size_t samples, double *workspace, Bala
 
 static BalanceRoom lay_room(const BalancedMass *mass)
 {
-    size_t count = 2 * mass->harmonics + 1;
+    size_t count = fourier_size(&mass->basis);
     BalanceRoom room;
-    double *workspace = lay_balance(count, mass->samples, mass->workspace, &room.here);
-    workspace = lay_balance(count, mass->samples, workspace, &room.there);
+    double *workspace = lay_balance(count, mass->basis.samples, mass->workspace, &room.here);
+    workspace = lay_balance(count, mass->basis.samples, workspace, &room.there);
     double **of_coefficients[] = {&room.scaled, &room.step, &room.tangent, &room.guess, &room.last};
     for (size_t i = 0; i < sizeof of_coefficients / sizeof *of_coefficients; i++, workspace += count)
         *of_coefficients[i] = workspace;
@@ -71,83 +72,17 @@ static BalanceRoom lay_room(const BalancedMass *mass)
     return room;
 }
 
-/* ---- vectors and matrices ---- */
-
-/* Largest absolute value; NaN if there is one. */
-static double largest_of(size_t count, const double *values)
-{
-    double largest = 0.0;
-    for (size_t i = 0; i < count; i++) {
-        if (isnan(values[i]))
-            return values[i];
-        largest = fabs(values[i]) > largest ? fabs(values[i]) : largest;
-    }
-    return largest;
-}
-
-static double norm_of(size_t count, const double *values)
-{
-    double total = 0.0;
-    for (size_t i = 0; i < count; i++)
-        total += values[i] * values[i];
-    return sqrt(total);
-}
-
-static double distance_of(size_t count, const double *a, const double *b)
-{
-    double total = 0.0;
-    for (size_t i = 0; i < count; i++)
-        total += (a[i] - b[i]) * (a[i] - b[i]);
-    return sqrt(total);
-}
-
-/* Solves matrix*x = right side by Gaussian elimination with row interchanges; the solution replaces the right side, the
- * matrix is lost. Returns 0 if it is singular. */
-static int eliminate(size_t count, double *matrix, double *right)
-{
-    for (size_t k = 0; k < count; k++) {
-        size_t best = k;
-        for (size_t i = k + 1; i < count; i++)
-            if (fabs(matrix[i * count + k]) > fabs(matrix[best * count + k]))
-                best = i;
-        double *pivot = matrix + k * count, *row = matrix + best * count;
-        if (!(fabs(row[k]) > 0.0))
-            return 0;
-        for (size_t j = k; best != k && j < count; j++) {
-            double kept = pivot[j];
-            pivot[j] = row[j];
-            row[j] = kept;
-        }
-        double kept = right[k];
-        right[k] = right[best];
-        right[best] = kept;
-        for (size_t i = k + 1; i < count; i++) {
-            double *below = matrix + i * count, share = below[k] / pivot[k];
-            for (size_t j = k + 1; j < count; j++)
-                below[j] -= share * pivot[j];
-            right[i] -= share * right[k];
-        }
-    }
-    for (size_t k = count; k-- > 0;) {
-        double total = right[k];
-        for (size_t j = k + 1; j < count; j++)
-            total -= matrix[k * count + j] * right[j];
-        right[k] = total / matrix[k * count + k];
-    }
-    return 1;
-}
-
 /* ---- one balance ---- */
 
 /* Fills the balance of the motion balance->z; returns 0 if it does not move. */
 static int balance_motion(BalancedMass *mass, double frequency, const BalanceRoom *room, Balance *balance)
 {
-    size_t harmonics = mass->harmonics, count = 2 * harmonics + 1;
+    size_t harmonics = mass->basis.harmonics, count = fourier_size(&mass->basis);
     double ratio = mass->parallel / mass->series, most = 0.0;
     for (size_t i = 0; i < count; i++)
         room->scaled[i] = balance->z[i] / mass->series;
-    balance->strokes = spring_periodic(mass->law, harmonics, mass->samples, mass->basis, room->scaled, &mass->start,
-                                       room->periodic, &balance->period);
+    balance->strokes =
+        spring_periodic(mass->law, &mass->basis, room->scaled, &mass->start, room->periodic, &balance->period);
     if (balance->strokes == 0)
         return 0;
     for (size_t i = 0; i < count * count; i++)
@@ -175,12 +110,12 @@ static int balance_motion(BalancedMass *mass, double frequency, const BalanceRoo
     balance->by_frequency[1] -= 2.0 * mass->forcing_by_square * frequency;
     /* The static part, which may be far larger, is balanced as finely. */
     balance->scale = fmax(most, fabs(forcing));
-    balance->size = largest_of(count, balance->residual);
+    balance->size = linear_largest(count, balance->residual);
     return 1;
 }
 
-/* The force on the mass at each sample is not taken from the second derivative of the motion, whose few harmonics would smear
- * the kinks of the springs' force. */
+/* The force on the mass is not taken from the second derivative of the motion, whose few harmonics would smear the kinks of
+ * the springs' force. */
 static BalancedMotion sum_up(const BalancedMass *mass, double frequency, const Balance *balance)
 {
     const SpringPeriod *period = &balance->period;
@@ -189,9 +124,9 @@ static BalancedMotion sum_up(const BalancedMass *mass, double frequency, const B
         motion.low = fmin(motion.low, period->turns[k]);
         motion.high = fmax(motion.high, period->turns[k]);
     }
-    const double *cosine = mass->basis + mass->samples;
+    const double *cosine = mass->basis.rows + mass->basis.samples;
     double damping = mass->damping * frequency * mass->series;
-    for (size_t j = 0; j < mass->samples; j++) {
+    for (size_t j = 0; j < mass->basis.samples; j++) {
         double push = mass->static_load + mass->force_on_mass * cosine[j] - mass->parallel * period->force[j] -
                       damping * period->rate[j];
         motion.push = fabs(push) > motion.push ? fabs(push) : motion.push;
@@ -203,7 +138,7 @@ int balance_at(
     BalancedMass *mass, const double *z, double frequency, double *residual, double *jacobian, double *by_frequency,
     double *scale, BalancedMotion *motion)
 {
-    size_t count = 2 * mass->harmonics + 1;
+    size_t count = fourier_size(&mass->basis);
     BalanceRoom room = lay_room(mass);
     memcpy(room.here.z, z, count * sizeof *z);
     if (!balance_motion(mass, frequency, &room, &room.here))
@@ -221,7 +156,7 @@ int balance_at(
 /* A motion along room->step from here with a smaller residual, in room->there; 0 if there is none. */
 static int descend(BalancedMass *mass, double frequency, BalanceRoom *room)
 {
-    size_t count = 2 * mass->harmonics + 1;
+    size_t count = fourier_size(&mass->basis);
     double share = 1.0;
     for (int halving = 0; halving < HALVINGS; halving++, share *= 0.5) {
         for (size_t i = 0; i < count; i++)
@@ -235,7 +170,7 @@ static int descend(BalancedMass *mass, double frequency, BalanceRoom *room)
 /* The steady motion in room->here, from the motion room->here.z. Returns whether it has been found. */
 static int newton(BalancedMass *mass, double frequency, BalanceRoom *room)
 {
-    size_t count = 2 * mass->harmonics + 1;
+    size_t count = fourier_size(&mass->basis);
     if (!balance_motion(mass, frequency, room, &room->here))
         return 0;
     for (int step = 0; step < NEWTON_STEPS; step++) {
@@ -244,7 +179,7 @@ static int newton(BalancedMass *mass, double frequency, BalanceRoom *room)
         memcpy(room->matrix, room->here.jacobian, count * count * sizeof *room->matrix);
         for (size_t i = 0; i < count; i++)
             room->step[i] = -room->here.residual[i];
-        if (!eliminate(count, room->matrix, room->step))
+        if (!linear_solve(count, room->matrix, room->step))
             return 0;
         if (!descend(mass, frequency, room))
             return room->here.size <= WITHIN_ROUNDING * room->here.scale;
@@ -257,7 +192,7 @@ static int newton(BalancedMass *mass, double frequency, BalanceRoom *room)
 
 int balance_solve(BalancedMass *mass, double frequency, double *z, BalancedMotion *motion)
 {
-    size_t count = 2 * mass->harmonics + 1;
+    size_t count = fourier_size(&mass->basis);
     BalanceRoom room = lay_room(mass);
     memcpy(room.here.z, z, count * sizeof *z);
     if (!newton(mass, frequency, &room))
@@ -272,32 +207,32 @@ int balance_solve(BalancedMass *mass, double frequency, double *z, BalancedMotio
 /* Derivatives of the steady motion by ln(Omega), from the balance in room->here; 0 if they are infinite. */
 static int find_tangent(const BalancedMass *mass, double frequency, BalanceRoom *room)
 {
-    size_t count = 2 * mass->harmonics + 1;
+    size_t count = fourier_size(&mass->basis);
     memcpy(room->matrix, room->here.jacobian, count * count * sizeof *room->matrix);
     for (size_t i = 0; i < count; i++)
         room->tangent[i] = -frequency * room->here.by_frequency[i];
-    return eliminate(count, room->matrix, room->tangent);
+    return linear_solve(count, room->matrix, room->tangent);
 }
 
 /* The steady motion a step of ln(Omega) from room->last, in room->here, if it is near and where it was expected. */
 static int step_ahead(BalancedMass *mass, double frequency, double step, BalanceRoom *room)
 {
-    size_t count = 2 * mass->harmonics + 1;
-    double size = norm_of(count - 1, room->last + 1);
+    size_t count = fourier_size(&mass->basis);
+    double size = linear_norm(count - 1, room->last + 1);
     for (size_t i = 0; i < count; i++)
         room->guess[i] = room->last[i] + room->tangent[i] * step;
-    if (!(distance_of(count, room->guess, room->last) <= LARGEST_CHANGE * size))
+    if (!(linear_distance(count, room->guess, room->last) <= LARGEST_CHANGE * size))
         return 0;
     memcpy(room->here.z, room->guess, count * sizeof *room->guess);
     return newton(mass, frequency, room) &&
-           distance_of(count, room->here.z, room->last) <= LARGEST_CHANGE * size &&
-           distance_of(count, room->here.z, room->guess) <= LARGEST_SURPRISE * size;
+           linear_distance(count, room->here.z, room->last) <= LARGEST_CHANGE * size &&
+           linear_distance(count, room->here.z, room->guess) <= LARGEST_SURPRISE * size;
 }
 
 /* From the steady motion in room->here at ln(Omega) = log to that at `target`, which replaces it if 1 is returned. */
 static int reach(BalancedMass *mass, double log, double target, BalanceRoom *room)
 {
-    size_t count = 2 * mass->harmonics + 1;
+    size_t count = fourier_size(&mass->basis);
     double finest = (target - log) / SWEEP_PARTS, step = target - log;
     int fresh = 1;
     while (log < target) {
@@ -317,10 +252,10 @@ static int reach(BalancedMass *mass, double log, double target, BalanceRoom *roo
 }
 
 size_t balance_sweep(
-    BalancedMass *mass, double log, const double *z, size_t count, const double *logs, double low, double high, double *found,
-    BalancedMotion *motions)
+    BalancedMass *mass, double log, const double *z, size_t count, const double *logs, double low, double high,
+    double *found, BalancedMotion *motions)
 {
-    size_t size = 2 * mass->harmonics + 1, reached = 0;
+    size_t size = fourier_size(&mass->basis), reached = 0;
     BalanceRoom room = lay_room(mass);
     memcpy(room.here.z, z, size * sizeof *z);
     if (!balance_motion(mass, exp(log), &room, &room.here))

@@ -1,7 +1,7 @@
 /* Steady vibration of a mass on equal springs by harmonic balance, with alternating frequency and time.
  *
  * S springs in series share the displacement z of the mount, P such rows stand side by side. The N = 2H + 1 Fourier
- * coefficients of z (see periodic.h) balance, harmonic by harmonic,
+ * coefficients of z (see fourier.h) balance, harmonic by harmonic,
  *
  *     -m*(k*Omega)^2*z_k + c*k*Omega*z'_k + P*[r(z/S)]_k = L*[k = 0] + F*[k = 1, cosine],
  *
@@ -11,6 +11,7 @@
 #define BALANCE_H
 
 #include "../../core/c/spring.h"
+#include "fourier.h"
 
 #include <stddef.h>
 
@@ -18,8 +19,7 @@
  * own. */
 typedef struct {
     const SpringLaw *law;
-    size_t harmonics, samples;
-    const double *basis; /* see periodic.h */
+    FourierBasis basis;
     double *workspace;   /* as many doubles as balance_workspace says */
     double start;        /* as in spring_periodic; 0.5 to begin with */
     double parallel, series;
@@ -61,7 +61,7 @@ int balance_solve(BalancedMass *mass, double frequency, double *z, BalancedMotio
  *
  * Returns the number of frequencies reached. */
 size_t balance_sweep(
-    BalancedMass *mass, double log, const double *z, size_t count, const double *logs, double low, double high, double *found,
-    BalancedMotion *motions);
+    BalancedMass *mass, double log, const double *z, size_t count, const double *logs, double low, double high,
+    double *found, BalancedMotion *motions);
 
 #endif

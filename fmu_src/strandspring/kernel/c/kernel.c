@@ -7,7 +7,9 @@
 #include "path.c"
 #include "line.c"
 #include "steady.c"
+#include "fourier.c"
 #include "periodic.c"
+#include "linear.c"
 #include "balance.c"
 
 /* Bytes of a table and of a law, for memory that is aligned to 8 bytes. */

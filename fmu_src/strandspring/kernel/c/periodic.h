@@ -1,15 +1,10 @@
-/* The steady force of a spring over one period of a displacement that is given by its Fourier coefficients, and the
- * derivatives of the force's coefficients by those of the displacement.
- *
- * A series of harmonics up to H has N = 2H + 1 coefficients: the mean, H of cosines, H of sines. It is sampled at K equal
- * phases tau from 0 on. A basis is made once for H and K: 4H + 1 rows of K samples, which are 1, cos(k tau) for
- * k = 1 .. 2H and sin(k tau) for k = 1 .. 2H.
- *
- * Limits: H >= 1, K > 2H. A series may turn as often as it is sampled. */
+/* The steady force of a spring over one period of a displacement given by its Fourier coefficients (fourier.h), and the
+ * derivatives of the force's coefficients by those of the displacement. A series may turn as often as it is sampled. */
 #ifndef PERIODIC_H
 #define PERIODIC_H
 
 #include "../../core/c/spring.h"
+#include "fourier.h"
 
 #include <stddef.h>
 
@@ -32,7 +27,7 @@ size_t spring_periodic_workspace(size_t harmonics, size_t samples);
  *
  * start   omega at the highest displacement where the search for it begins, within [-1, 1]; replaced by what was found */
 size_t spring_periodic(
-    const SpringLaw *law, size_t harmonics, size_t samples, const double *basis, const double *coefficients, double *start,
-    double *workspace, SpringPeriod *period);
+    const SpringLaw *law, const FourierBasis *basis, const double *coefficients, double *start, double *workspace,
+    SpringPeriod *period);
 
 #endif
