@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from .identification.scan import ScanOptions
     from .peers.limit_cycle import limit_cycle
     from .peers.ni_spring import NiOptions
-    from .peers.two_stage import TwoStageOptions
+    from .peers.two_stage_options import TwoStageOptions
     from .records.reading import read_record
     from .records.record import Record
     from .spring import Spring
@@ -67,7 +67,7 @@ _MODULES = {
     "Spring": "spring",
     "SpringParameters": "core.parameters",
     "StrandspringError": "errors",
-    "TwoStageOptions": "peers.two_stage",
+    "TwoStageOptions": "peers.two_stage_options",
     "__version__": "_version",
     "identify": "identification.api",
     "limit_cycle": "peers.limit_cycle",

@@ -159,7 +159,7 @@ def test_noise_is_split_into_additive_and_relative() -> None:
     assert force_noise(force[:20]).relative == 0.0
 
 
-def test_what_cannot_be_told_apart_is_said() -> None:
+def test_strong_correlations_are_reported() -> None:
     known = spring_of(0.2, 2.0, 2.0)
     found = identify(record_of(known, sine(), noise=0.03), CUBIC)
     assert Outcome.INDISTINCT in found.outcomes
@@ -178,14 +178,14 @@ def test_uncertainty_goes_into_the_model_file() -> None:
 
 def test_bootstrap_and_jacobian_agree_on_independent_noise() -> None:
     record = record_of(spring_of(1.0, 1.0), sine(12, 4000), noise=0.03)
-    told = identify(record, RefinedOptions((3, 2), bootstrap=60, seed=1)).uncertainty
+    uncertainty = identify(record, RefinedOptions((3, 2), bootstrap=60, seed=1)).uncertainty
     for name in ("kappa_omega", "rho", "sigma", "n"):
         # 60 repetitions scatter by 9 %, and 23 strokes are few: a factor of 1.7 either way.
-        assert told["bootstrap"][name] == pytest.approx(told[name], rel=0.7)
+        assert uncertainty["bootstrap"][name] == pytest.approx(uncertainty[name], rel=0.7)
     few = identify(record_of(spring_of(1.0, 1.0), sine(), noise=0.03), RefinedOptions((3, 2), bootstrap=30)).uncertainty
     assert few["bootstrap"]["kappa_omega"] < 10.0 * few["kappa_omega"]
     again = identify(record, RefinedOptions((3, 2), bootstrap=60, seed=1)).uncertainty
-    assert again["bootstrap"] == told["bootstrap"]
+    assert again["bootstrap"] == uncertainty["bootstrap"]
     with pytest.raises(
         IdentificationError, match=r"synthetic\.csv: A bootstrap draws from at least two steady strokes"
     ):
@@ -258,7 +258,7 @@ def test_options_check_themselves() -> None:
 
 
 @pytest.mark.parametrize("noise", [0.0, 0.01])
-def test_sigma_at_its_physical_bound_is_told_well_by_dense_records(noise: float) -> None:
+def test_sigma_at_its_physical_bound_is_certain_in_dense_records(noise: float) -> None:
     """The classic Bouc-Wen model with beta = 0 lies on the bound sigma = 1/2."""
     known = SpringParameters((0.0, 3000.0), (1.0,), 25.0, 500.0, 0.5, 1.5, 0.0, -AMPLITUDE, AMPLITUDE)
     found = identify(record_of(known, sine(3, 3001) - MEAN, noise))

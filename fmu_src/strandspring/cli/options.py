@@ -15,7 +15,7 @@ from ..identification.method import Method
 from ..identification.refined import RefinedOptions
 from ..identification.scan import ScanOptions
 from ..peers.ni_spring import NiOptions
-from ..peers.two_stage import TwoStageOptions
+from ..peers.two_stage_options import TwoStageOptions
 from ..records.reading import read_record
 from ..records.record import Record
 from .output import progress

@@ -128,7 +128,9 @@ class Problem:
             q, r = _orthogonal(np.hstack([elastic, omega[:, None] * amplifier]))
             along = q.T @ target
             coefficients = np.asarray(np.linalg.solve(r, along), np.float64)
-            return _Projected(omega, derivatives, q, Backbone.of(coefficients, self.columns), root, target - q @ along)
+            return _Projected(
+                omega, derivatives, q, Backbone.from_coefficients(coefficients, self.columns), root, target - q @ along
+            )
 
         start = np.clip(_vector(hysteresis, omega_start), self.low + _INSIDE, self.high - _INSIDE)
         theta, point, converged = minimise(evaluate, start, self.low, self.high, root.size, tolerance, evaluations)
@@ -151,7 +153,7 @@ class Problem:
         rho, sigma, n = natural.tolist()
         omega = np.empty(loops.force.size)
         derivatives = np.zeros((theta.size, loops.force.size))
-        for k, (strokes, points) in enumerate(loops.of_records()):
+        for k, (strokes, points) in enumerate(loops.by_record()):
             omega[points], partials = omega_with_derivatives(
                 rho, sigma, n, float(theta[3 + k]), loops.direction[strokes], loops.length[strokes],
                 loops.stroke[points] - strokes.start, loops.travel[points],

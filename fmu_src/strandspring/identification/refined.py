@@ -92,7 +92,7 @@ class RefinedOptions(Method):
             best.start.steady_share,
             tuple(refinement.omega_start.tolist()),
             content,
-            PredictionBand.of(loops, refinement, errors.force),
+            PredictionBand.from_refinement(loops, refinement, errors.force),
         )
 
     def _best(self, parts: Sequence[SteadyRecord], samples: Samples, where: str) -> _Candidate:

@@ -13,7 +13,7 @@ from typing import ClassVar
 import numpy as np
 
 from ..kernel.arrays import FloatArray
-from ..kernel.table import table
+from ..kernel.saturation_table import table
 from .degrees import choose_degrees
 from .loops import Loops, join
 from .method import Fitted, Method
@@ -94,8 +94,7 @@ class _Grid:
         backbone = fit_backbone(loops, columns, self.omega[pick])
         if backbone is None:
             return None
-        misfit = float(np.sqrt(misfits[pick] / loops.weight.sum()))
-        return Solution(basis, backbone, hysteresis, self.omega[pick], share, misfit)
+        return Solution(basis, backbone, hysteresis, self.omega[pick], share)
 
 
 def _squared_misfits(elastic: FloatArray, amplifier: FloatArray, omega: FloatArray, target: FloatArray) -> FloatArray:

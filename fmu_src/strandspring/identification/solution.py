@@ -35,7 +35,6 @@ class Solution:
     basis, backbone, hysteresis : Basis, Backbone, Hysteresis
     omega : ndarray, shape (P,)
     steady_share : float     Where the steady section begins, share of the longest stroke.
-    misfit : float           rms [N].
     """
 
     basis: Basis
@@ -43,7 +42,6 @@ class Solution:
     hysteresis: Hysteresis
     omega: FloatArray
     steady_share: float
-    misfit: float
 
 
 def is_distinct(omega: FloatArray) -> bool:

@@ -56,7 +56,7 @@ class Backbone:
     G: FloatArray
 
     @classmethod
-    def of(cls, coefficients: FloatArray, columns: Columns) -> Backbone:
+    def from_coefficients(cls, coefficients: FloatArray, columns: Columns) -> Backbone:
         """The backbone of all coefficients, those of FE first, at the displacements of the columns."""
         elastic, amplified = np.split(coefficients, [columns.elastic.shape[1]])
         return cls(elastic, amplified, columns.elastic @ elastic, columns.amplifier @ amplified)
@@ -89,7 +89,7 @@ def fit_backbone(
     weighted = (matrix * root[:, None])[rows]
     if weighted.shape[0] < 2 * weighted.shape[1]:
         return None
-    return Backbone.of(np.linalg.lstsq(weighted, (loops.force * root)[rows], rcond=rcond)[0], columns)
+    return Backbone.from_coefficients(np.linalg.lstsq(weighted, (loops.force * root)[rows], rcond=rcond)[0], columns)
 
 
 def extract_omega(loops: Loops, backbone: Backbone, half_width: int | None) -> tuple[FloatArray, FloatArray] | None:

@@ -74,6 +74,5 @@ def _solve(loops: Loops, degrees: tuple[int, int], stages: Stages, smoothing: in
         omega = loops.omega(hysteresis.rho, hysteresis.sigma, hysteresis.n)
         backbone = fit_backbone(loops, columns, omega)
         if backbone is not None and is_distinct(omega):
-            misfit = loops.rms(backbone.misfit(loops.force, omega))
-            solutions.append(Solution(basis, backbone, hysteresis, omega, share, misfit))
-    return min(solutions, key=lambda s: s.misfit, default=None)
+            solutions.append(Solution(basis, backbone, hysteresis, omega, share))
+    return min(solutions, key=lambda s: loops.rms(s.backbone.misfit(loops.force, s.omega)), default=None)

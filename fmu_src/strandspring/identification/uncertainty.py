@@ -40,7 +40,6 @@ class Uncertainty:
     kE, kA : ndarray                      Of the coefficients [N/m^i], [1/m^i]; 0 for kA[0].
     kappa_omega, rho, sigma, n : float    [N], [1/m], [-], [-]; nan at a bound.
     correlation : ndarray, shape (4, 4)   Between kappa_omega, rho, sigma and n.
-    noise : float                         rms of the points' weighted misfit; 1 if the weights are right.
     force : ndarray, shape (P,)           Of the predicted force at each point of the loops [N].
     """
 
@@ -51,7 +50,6 @@ class Uncertainty:
     sigma: float
     n: float
     correlation: FloatArray
-    noise: float
     force: FloatArray
 
     def as_json(self) -> dict[str, Any]:
@@ -108,7 +106,7 @@ class PredictionBand:
     high: FloatArray
 
     @classmethod
-    def of(cls, loops: Loops, refinement: Refinement, error: FloatArray) -> PredictionBand:
+    def from_refinement(cls, loops: Loops, refinement: Refinement, error: FloatArray) -> PredictionBand:
         """The band on the last two strokes from the standard error at each point."""
         last = loops.stroke >= loops.stroke[-1] - 1
         force = refinement.backbone.force(refinement.omega)[last]
@@ -137,7 +135,6 @@ def uncertainty(loops: Loops, basis: Basis, refinement: Refinement) -> Uncertain
         sigma,
         n,
         np.asarray(correlation),
-        linear.noise,
         force,
     )
 
@@ -176,11 +173,10 @@ def _free(refinement: Refinement) -> NDArray[np.bool_]:
 
 
 class _Linearised(NamedTuple):
-    """Jacobian of the force by the fitted coefficients, a root of their covariance and the rms weighted misfit."""
+    """Jacobian of the force by the fitted coefficients, and a root of their covariance."""
 
     jacobian: FloatArray
     root: FloatArray
-    noise: float
 
     @property
     def covariance(self) -> FloatArray:
@@ -206,7 +202,7 @@ def _linearised(loops: Loops, basis: Basis, refinement: Refinement, free: NDArra
     within = max(float(np.mean(bend == 1.0)), _LEAST_FREE)
     noise = float(np.sqrt(held @ held / degrees_of_freedom)) / within
     inverse = np.asarray(np.linalg.pinv(triangle_of(jacobian * root[:, None])), np.float64)
-    return _Linearised(jacobian, noise * inverse, noise)
+    return _Linearised(jacobian, noise * inverse)
 
 
 def _propagation(basis: Basis, refinement: Refinement, free: NDArray[np.bool_]) -> FloatArray:

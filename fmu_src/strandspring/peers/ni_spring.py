@@ -68,9 +68,8 @@ class NiOptions(Method):
         hysteresis = Hysteresis(p.rho / _MILLIMETRE, p.sigma, p.n)
         backbone = _backbone(p, basis, loops)
         omega = loops.omega(hysteresis.rho, hysteresis.sigma, hysteresis.n)
-        misfit = loops.rms(backbone.misfit(loops.force, omega))
         cautions = [Outcome.NI_MODEL] if result.outcome is NiOutcome.LOCAL_MINIMUM else []
-        return fitted(loops, Solution(basis, backbone, hysteresis, omega, 0.0, misfit), where, cautions)
+        return fitted(loops, Solution(basis, backbone, hysteresis, omega, 0.0), where, cautions)
 
 
 def _backbone(p: NiParameters, basis: Basis, loops: Loops) -> Backbone:
@@ -80,4 +79,4 @@ def _backbone(p: NiParameters, basis: Basis, loops: Loops) -> Backbone:
     x = (grid - basis.offset) / _MILLIMETRE
     elastic = np.linalg.lstsq(columns_E, p.amplifier(x) * p.elastic(x), rcond=None)[0]
     amplified = np.linalg.lstsq(columns_A, p.z0 * p.amplifier(x), rcond=None)[0]
-    return Backbone.of(np.concatenate([elastic, amplified]), basis.columns(loops.displacement))
+    return Backbone.from_coefficients(np.concatenate([elastic, amplified]), basis.columns(loops.displacement))
