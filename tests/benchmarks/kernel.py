@@ -66,13 +66,13 @@ def compiled_powers(folder: Path) -> ctypes.CDLL:
 
 
 def in_turns(works: list[Callable[[], object]]) -> list[float]:
-    """Shortest time of each of several works that take turns [s]."""
+    """Shortest processor time of each of several works that take turns [s]."""
     times = [[] for _ in works]
     for _ in range(ROUNDS):
         for k, work in enumerate(works):
-            begin = time.perf_counter()
+            begin = time.process_time()
             work()
-            times[k].append(time.perf_counter() - begin)
+            times[k].append(time.process_time() - begin)
     return [min(each) for each in times]
 
 
@@ -131,7 +131,7 @@ def measure_memory() -> None:
     tracemalloc.stop()
     del force
     before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-    force = spring.response(path)
+    spring.response(path)
     grown = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before
     print(
         f"Memory of {MANY:g} samples beyond input and output (target: at most 32 bytes a sample): "

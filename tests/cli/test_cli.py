@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from strandspring import Spring
-from strandspring.cli.main import main
+from strandspring.cli.main import COMMANDS, main
 from strandspring.modelfile import load_model
 from synthetic import record_of, sine, spring_of
 
@@ -342,9 +342,8 @@ def test_two_columns_to_reverse_are_refused(run: Any, loop: str, model: str) -> 
         done = run(*command, "--reverse", "displacement", "--reverse", "force")
         assert done.status == 2
         assert "'--reverse': must be one column, got displacement and force; negate the other one" in done.err
-    assert (
-        run("info", model, loop, "--reverse", "force", "--reverse", "force").err.count("force negated, as given") == 1
-    )
+    done = run("info", model, loop, "--reverse", "force", "--reverse", "force")
+    assert done.err.count("force negated, as given") == 1
 
 
 def test_a_forgotten_reverse_is_told(run: Any, loop: str, model: str) -> None:
@@ -438,3 +437,28 @@ def test_bundled_model_is_what_the_bundled_record_gives(run: Any) -> None:
     # Another processor or LAPACK rounds differently, and n is picked from a fine but finite scan.
     assert fresh.response(loop) == pytest.approx(kept.response(loop), abs=0.02)
     assert kept.model.provenance["records"] == fresh.model.provenance["records"]
+
+
+def test_the_help_lists_every_command_without_loading_it(run: Any) -> None:
+    code = "import sys, strandspring.cli.main as m; m.strandspring.get_help(m.click.Context(m.strandspring)); "
+    code += "print(*({'numpy', 'rich', 'scipy', 'pandas', 'pydantic', 'matplotlib', 'fmpy'} & set(sys.modules)))"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=120, check=True)
+    assert done.stdout.strip() == ""
+    text = run("--help").out
+    assert "..." not in text.split("Commands:")[1]
+    for name, summary in COMMANDS.items():
+        assert f"  {name}" in text
+        assert summary.endswith(".")
+        assert "Usage" in run(name, "--help").out
+
+
+def test_identifying_a_small_record_loads_no_pandas_rich_or_matplotlib(loop: str, tmp_path: Path) -> None:
+    code = (
+        "import sys\nfrom strandspring.cli.main import main\n"
+        f"main(['identify', {loop!r}, '-o', 'm.json', '--degrees', '1,0'])\n"
+        "print('loaded:', *({'pandas', 'rich', 'matplotlib', 'jinja2', 'fmpy', 'dask', 'pint'} & set(sys.modules)))"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, timeout=120, check=True
+    )
+    assert done.stdout.splitlines()[-1] == "loaded:"

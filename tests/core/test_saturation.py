@@ -22,7 +22,7 @@ from strandspring.core.saturation import (
     stroke_start,
 )
 from strandspring.kernel.arrays import FloatArray
-from strandspring.kernel.table import Table
+from strandspring.kernel.saturation_table import Table
 
 # The design asks for 1e-10. The interpolants are good to this, and W' multiplies the rounding of xi.
 ACCURACY = 1e-13

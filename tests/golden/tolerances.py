@@ -33,7 +33,7 @@ _CORRECTED = ("18/loops", "01/reversals", "19/reversals", "21/reversals")
 
 
 def _path(case: Case, name: str, kept: Outputs) -> Tolerance:
-    """1e-12 of what can be seen, and two units in the last place of the displacement; four times that where W was off."""
+    """1e-12 of what can be seen, and two units in the last place of the displacement; four times it where W was off."""
     return (4.0 if case.name in _CORRECTED else 1.0) * _along_path(case, name, kept)
 
 

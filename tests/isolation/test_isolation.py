@@ -13,7 +13,6 @@ from strandspring import Spring, SpringParameters
 from strandspring.conversions import NormalizedBoucWen
 from strandspring.isolation.response import FrequencyResponse, frequency_response
 from strandspring.isolation.system import Excitation, IsolatedMass, IsolationError, static_equilibrium
-from strandspring.kernel.periodic import FourierBasis, PeriodicSpring
 from strandspring.peers.ni import PAPER_NI
 
 FORCES = {

@@ -9,7 +9,6 @@ from ..errors import BuildError
 
 FLAGS = (
     "-std=c11",
-    "-O3",
     "-ffp-contract=off",  # or the last bits differ from Python
     "-Wall", "-Wextra", "-Wpedantic", "-Werror",
 )  # fmt: skip

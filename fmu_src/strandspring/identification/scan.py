@@ -13,7 +13,7 @@ from typing import ClassVar
 import numpy as np
 
 from ..kernel.arrays import FloatArray
-from ..kernel.table import table
+from ..kernel.saturation_table import table
 from .degrees import choose_degrees
 from .loops import Loops, join
 from .method import Fitted, Method

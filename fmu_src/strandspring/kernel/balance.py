@@ -18,13 +18,13 @@ _ANY_OMEGA = 0.5  # where the first search for the hysteresis of a period begins
 
 
 class MotionSummary(NamedTuple):
-    """What a steady motion is summed up in, besides its Fourier coefficients.
+    """Summary of a steady motion, besides its Fourier coefficients.
 
     Attributes
     ----------
     low, high : float   Displacement of one spring [m].
     omega : float       Of a spring at phase 0 [-].
-    push : float        Largest force on the mass over the period, its inertia left out, of either sign [N].
+    push : float        Largest absolute force on the mass over the period, inertia excluded [N].
     """
 
     low: float

@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike
 from ..core.parameters import SpringParameters
 from .arrays import FloatArray, address, floats
 from .library import library
-from .table import table
+from .saturation_table import table
 
 # Beyond this the work of the linear continuation may overflow; no spring goes there.
 LARGEST_DISPLACEMENT = 1e9

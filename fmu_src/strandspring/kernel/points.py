@@ -15,7 +15,7 @@ import numpy as np
 
 from .arrays import FloatArray, IntArray, address, floats, integers
 from .library import library
-from .table import table
+from .saturation_table import table
 
 
 def omega_at_points(

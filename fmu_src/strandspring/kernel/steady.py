@@ -12,7 +12,7 @@ import numpy as np
 from ..core.parameters import SpringParameters
 from .arrays import address
 from .library import library
-from .table import table
+from .saturation_table import table
 
 
 def steady_omega(parameters: SpringParameters, stroke: float) -> float:

@@ -1,8 +1,8 @@
-"""Detection of the dialect of a delimited text file: separator, decimal mark, first row of numbers, header, unit row.
+"""Detection of how a text file is written: separator, decimal mark, first row of numbers, header, unit row.
 
-Only the head of the file is examined. Of all pairs of separator and decimal mark the one wins with which the largest share
-of cells are numbers; `csv.Sniffer` knows neither decimal marks nor lines before the table. Rows that look wrong inside
-the table are not skipped here: they stay in the table, where the reader refuses them with their line number.
+Only the head of the file is examined. Of all pairs of separator and decimal mark the one wins with which the largest
+share of cells are numbers; `csv.Sniffer` knows neither decimal marks nor lines before the table. Rows that look wrong
+inside the table are not skipped here: they stay in the table, where the reader refuses them with their line number.
 """
 
 from __future__ import annotations

@@ -139,7 +139,7 @@ def _refuse_impossible(
     source: Source,
     dialect: Dialect,
 ) -> None:
-    """Refuse records that no rig measures: a single sample, a constant, a size that only a wrong unit or value explains."""
+    """Refuse what no rig measures: a single sample, a constant, a size that only a wrong unit or value explains."""
     for quantity in ("displacement", "force"):
         series, where = values[quantity], f"{source.path}, {columns[quantity]}"
         if series.size < 2:

@@ -1,6 +1,7 @@
 /* The FMU as one unit, of which the other files are parts. No name but those of FMI's functions leaves it, so that
- * several FMUs can be linked into one program, each with its FMI2_FUNCTION_PREFIX. */
-#define SPRING_LOCAL static
+ * several FMUs can be linked into one program, each with its FMI2_FUNCTION_PREFIX. Inline, so that compilers do not warn of
+ * functions that only others need. */
+#define SPRING_LOCAL static inline
 
 #include "fmi2_arguments.c"
 #include "fmi2_block.c"

@@ -26,23 +26,23 @@ static const struct {
 typedef struct {
     enum { ELASTIC, AMPLIFIER, SCALAR } list;
     int index;
-} ListPlace;
+} ParameterPlace;
 
-static ListPlace place_of(const Settings *settings, unsigned reference)
+static ParameterPlace parameter_place(const Settings *settings, unsigned reference)
 {
     int elastic = settings->spring.elastic, amplifier = settings->spring.amplifier;
     int index = (int)reference - SPRING_FIRST_PARAMETER;
     if (index < elastic)
-        return (ListPlace){ELASTIC, index};
+        return (ParameterPlace){ELASTIC, index};
     if (index < elastic + amplifier)
-        return (ListPlace){AMPLIFIER, index - elastic};
-    return (ListPlace){SCALAR, index - elastic - amplifier};
+        return (ParameterPlace){AMPLIFIER, index - elastic};
+    return (ParameterPlace){SCALAR, index - elastic - amplifier};
 }
 
 VariableName fmu_name(const Settings *settings, unsigned reference)
 {
     VariableName name;
-    ListPlace place = place_of(settings, reference);
+    ParameterPlace place = parameter_place(settings, reference);
     if (reference < SPRING_FIRST_PARAMETER)
         snprintf(name.text, sizeof name.text, "%s", NAMES[reference]);
     else if (place.list == SCALAR)
@@ -54,7 +54,7 @@ VariableName fmu_name(const Settings *settings, unsigned reference)
 
 double *fmu_setting(Settings *settings, unsigned reference)
 {
-    ListPlace place = place_of(settings, reference);
+    ParameterPlace place = parameter_place(settings, reference);
     switch (place.list) {
     case ELASTIC: return &settings->spring.kE[place.index];
     case AMPLIFIER: return &settings->spring.kA[place.index];
@@ -64,7 +64,7 @@ double *fmu_setting(Settings *settings, unsigned reference)
 
 double fmu_derivative_by(const SpringGradient *gradient, const Settings *settings, unsigned reference)
 {
-    ListPlace place = place_of(settings, reference);
+    ParameterPlace place = parameter_place(settings, reference);
     switch (place.list) {
     case ELASTIC: return gradient->by_kE[place.index];
     case AMPLIFIER: return gradient->by_kA[place.index];

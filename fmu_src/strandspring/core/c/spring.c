@@ -266,7 +266,7 @@ static const double RECIPROCALS[SPRING_POWERS + SPRING_COEFFICIENTS] = {
     1.0 / 19, 1.0 / 20, 1.0 / 21, 1.0 / 22, 1.0 / 23, 1.0 / 24, 1.0 / 25, 1.0 / 26, 1.0 / 27,
     1.0 / 28, 1.0 / 29, 1.0 / 30, 1.0 / 31, 1.0 / 32, 1.0 / 33,
 };
-/* Where sums of moments would lose more than this factor in accuracy, they are not used. */
+/* Where terms of the sum of moments may be so many times the work that full saturation does, it is not used. */
 static const double WORST_CANCELLATION = 300.0;
 
 /* Polynomial within the range, continued outside as if its first or second derivative stayed what it is at the end. */
@@ -382,7 +382,8 @@ static double moments_work(const Part *part, int from, int to)
         return total;
     for (int k = count - 1; k >= 0; k--)
         largest = largest * reach + fabs(law->parameters.kA[k]);
-    return largest * high[0] < WORST_CANCELLATION * total ? total : 0.0;
+    double saturated = (branch->edges[to] - branch->edges[from]) * amplifier(law, within);
+    return largest * high[0] < WORST_CANCELLATION * saturated ? total : 0.0;
 }
 
 static double pieces_work(const Part *part, int from, int to)

@@ -8,14 +8,14 @@
 
 enum {
     NEWTON_STEPS = 40,
-    HALVINGS = 8,  /* of a step of Newton's method */
+    HALVINGS = 8,    /* of a step of Newton's method */
     SWEEP_PARTS = 32 /* of the way to the next wanted frequency, at the finest */
 };
 
-static const double BALANCED = 1e-8;         /* of the largest term */
-static const double WITHIN_ROUNDING = 1e-7;  /* of the same: good enough where no step comes nearer */
-static const double LARGEST_CHANGE = 0.6;    /* of the motion's size in one step of the sweep */
-static const double LARGEST_SURPRISE = 0.3;  /* of the same, by which the motion may differ from its prediction */
+static const double BALANCED = 1e-8;        /* of the largest term */
+static const double WITHIN_ROUNDING = 1e-7; /* of the same: accepted where no step reduces the residual */
+static const double LARGEST_CHANGE = 0.6;   /* of the motion's norm in one step of the sweep */
+static const double LARGEST_SURPRISE = 0.3; /* of the same, between the motion and its prediction */
 
 /* The balance of one motion; arrays as in balance.h. */
 typedef struct {
@@ -29,7 +29,7 @@ typedef struct {
 typedef struct {
     Balance here, there;
     double *scaled, *step, *tangent, *guess, *last; /* N each */
-    double *matrix;                  /* N*N, taken to pieces by the elimination */
+    double *matrix;                                 /* N*N, lost in the elimination */
     double *periodic;
 } BalanceRoom;
 

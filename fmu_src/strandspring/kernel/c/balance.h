@@ -15,24 +15,23 @@
 
 #include <stddef.h>
 
-/* One system under one level of excitation; read only, but for `start` and the workspace, so that each thread needs its
- * own. */
+/* One system under one level of excitation. Each thread needs its own, because `start` and the workspace change. */
 typedef struct {
     const SpringLaw *law;
     FourierBasis basis;
-    double *workspace;   /* as many doubles as balance_workspace says */
-    double start;        /* as in spring_periodic; 0.5 to begin with */
-    double parallel, series;
-    double mass, damping, static_load;  /* [kg], [N s/m], L [N] */
-    double forcing, forcing_by_square;  /* [N], [N s^2] */
-    double force_on_mass;               /* amplitude of the part of F that pushes the mass itself [N]; the rest is inertia */
+    double *workspace;                 /* of balance_workspace doubles */
+    double start;                      /* as in spring_periodic; 0.5 to begin with */
+    double parallel, series;           /* P, S */
+    double mass, damping, static_load; /* [kg], [N s/m], L [N] */
+    double forcing, forcing_by_square; /* [N], [N s^2] */
+    double force_on_mass;              /* the part of F that acts on the mass itself [N]; the rest is inertia */
 } BalancedMass;
 
-/* What a steady motion is summed up in. */
+/* Summary of a steady motion. */
 typedef struct {
-    double low, high;    /* displacement of one spring [m] */
-    double omega;        /* at phase 0 [-] */
-    double push;         /* largest force on the mass over the period, its inertia left out, of either sign [N] */
+    double low, high; /* displacement of one spring [m] */
+    double omega;     /* of a spring at phase 0 [-] */
+    double push;      /* largest absolute force on the mass over the period, inertia excluded [N] */
 } BalancedMotion;
 
 size_t balance_workspace(size_t harmonics, size_t samples);
@@ -53,9 +52,9 @@ int balance_solve(BalancedMass *mass, double frequency, double *z, BalancedMotio
 /* The steady motions at rising frequencies, each predicted along the tangent of the one before and reached in several steps
  * if need be. Ends where a motion would not be continuous with the one before, or beyond the limits.
  *
- * log, z        ln(Omega) and coefficients of the steady motion that is gone out from
+ * log, z        ln(Omega) and coefficients of the steady motion to start from
  * count, logs   the wanted ln(Omega), rising, all above `log`
- * low, high     displacement of one spring; a motion that goes beyond is the last [m]
+ * low, high     limits of a spring's displacement; the first motion beyond them is the last [m]
  * found         coefficients at each frequency reached, up to `count` rows of N
  * motions       one for each of them
  *

@@ -29,15 +29,16 @@ typedef struct {
     size_t strokes, top; /* top: the highest turning point, by rising phase */
     Turn *turns;         /* K, by rising phase */
     double *columns;     /* K*N: the functions of the basis at the turning points */
-    double *way, *xi, *start_slope, *end_slope; /* K each: scaled length, beginning, W' at its ends */
+    double *way, *xi;    /* K each: rho times the length of each stroke, and xi at its beginning */
+    double *start_slope, *end_slope; /* K each: W' at the ends of each stroke */
 } Chain;
 
 /* The parts of the workspace. */
 typedef struct {
     Chain chain;
-    double *g, *h, *slope;                    /* K each */
-    double *begin, *inherited, *projected;    /* N each */
-    double *fourier;                          /* 2K + 2*(3H + 1) */
+    double *g, *h, *slope;                 /* K each */
+    double *begin, *inherited, *projected; /* N each */
+    double *fourier;                       /* 2K + 2*(3H + 1) */
 } PeriodRoom;
 
 size_t spring_periodic_workspace(size_t harmonics, size_t samples)
