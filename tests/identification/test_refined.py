@@ -285,4 +285,4 @@ def test_the_report_prints_digits_that_mean_something(tmp_path: Path) -> None:
         assert abs(float(text) - getattr(found.parameters, name)) < 0.06 * found.uncertainty[name]
     assert repr(found.parameters.kE[1]) not in page
     assert model.parameters.kE == found.parameters.kE
-    assert re.search(r"The band reaches [0-9.]+ N to either side in the median", page)
+    assert re.search(r"Half-width [0-9.]+ N in the median, [0-9.]+ N at most", page)
