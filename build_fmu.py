@@ -1,6 +1,7 @@
 """Identify a measured record (the bundled one by default), build its FMU, validate it and run it.
 
-python build_fmu.py [MODEL.json | RECORD.csv ...] [-o DIR] [--backend python|native]; `--help` tells the rest.
+python build_fmu.py [MODEL.json | RECORD.csv ...] [-o DIR] [--backend native|python|both]; see `--help`. The bundled
+record is built with both back ends.
 """
 
 import sys

@@ -7,12 +7,12 @@ from pathlib import Path
 import pytest
 
 from fmu_tools import SPRING
-from strandspring.fmu.native.compiler import chosen_platforms
 from strandspring.fmu.native.native_fmu import build_native_fmu
-from strandspring.modelfile import model_file
+from strandspring.fmu.native.platforms import chosen_platforms
+from strandspring.modelfile import ModelFile
 
 
 @pytest.fixture(scope="session")
 def native_fmu(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The native FMU of SPRING with a binary for every platform: built once, for it takes seconds."""
-    return build_native_fmu(model_file("spring", SPRING), tmp_path_factory.mktemp("native"), chosen_platforms("all"))
+    return build_native_fmu(ModelFile("spring", SPRING), tmp_path_factory.mktemp("native"), chosen_platforms("all"))

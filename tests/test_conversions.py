@@ -1,4 +1,4 @@
-"""The classic and the normalized Bouc-Wen model, paper eqs. (1)-(5), and raw powers, eqs. (8)-(9)."""
+"""The classic and the normalized Bouc-Wen model, paper eqs. (1)-(5)."""
 
 from __future__ import annotations
 
@@ -9,12 +9,9 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from numpy.polynomial.polynomial import polyval
 from scipy.integrate import solve_ivp
 
-from springs import EXAMPLES, along, force_scale, springs
-from strandspring import ClassicBoucWen, NormalizedBoucWen, Spring, SpringParameters
-from strandspring.conversions import centred_powers, raw_powers, shifted_powers
+from strandspring import ClassicBoucWen, NormalizedBoucWen, Spring
 
 LAW = settings(derandomize=True, deadline=None, max_examples=100)
 
@@ -57,14 +54,14 @@ def integrate_equations_1_and_2(model: ClassicBoucWen) -> tuple[np.ndarray, np.n
 @classic_models
 def test_the_spring_of_a_classic_model_has_its_response(classic: ClassicBoucWen) -> None:
     displacement, force = integrate_equations_1_and_2(classic)
-    response = Spring(classic.normalized().spring(*RANGE)).response(displacement)
+    response = Spring(classic.to_normalized().to_parameters(*RANGE)).response(displacement)
     # The integrator's accuracy where a step crosses the cusp of n = 0.4.
     assert np.max(np.abs(response - force)) <= 1e-8 * np.max(np.abs(force))
 
 
 @classic_models
 def test_normalized_and_classic_undo_each_other(classic: ClassicBoucWen) -> None:
-    back = classic.normalized().classic(classic.D, classic.A)
+    back = classic.to_normalized().to_classic(classic.D, classic.A)
     # A power 1/n and its inverse, n = 0.4 at the worst: rounding times 1/n.
     assert tuple(asdict(back).values()) == pytest.approx(tuple(asdict(classic).values()), rel=1e-14)
 
@@ -83,7 +80,7 @@ def test_every_classic_model_of_a_normalized_one_is_the_same_model(
     kappa_x: float, kappa_omega: float, rho: float, sigma: float, n: float, D: float, A: float
 ) -> None:
     normalized = NormalizedBoucWen(kappa_x, kappa_omega, rho, sigma, n)
-    back = normalized.classic(D, A).normalized()
+    back = normalized.to_classic(D, A).to_normalized()
     # z0^n and its root, and 1 - alpha where alpha is nearly 1: 1e-16*k/(k - kappa_x).
     cancelled = 1.0 + kappa_x * A / (kappa_omega * rho)
     assert tuple(asdict(back).values()) == pytest.approx(tuple(asdict(normalized).values()), rel=1e-13 * cancelled)
@@ -103,19 +100,19 @@ def test_different_classic_parameters_have_one_response(classic: ClassicBoucWen,
         gamma=c * classic.gamma / mu**classic.n,
         n=classic.n,
     )
-    one, two = classic.normalized(), other.normalized()
+    one, two = classic.to_normalized(), other.to_normalized()
     # Rounding of a dozen operations and of a power 1/n.
     assert tuple(asdict(two).values()) == pytest.approx(tuple(asdict(one).values()), rel=1e-13)
     path = np.array(TURNS)
-    forces = [Spring(m.spring(*RANGE)).response(path) for m in (one, two)]
+    forces = [Spring(m.to_parameters(*RANGE)).response(path) for m in (one, two)]
     assert forces[0] == pytest.approx(forces[1], rel=0.0, abs=1e-12 * np.max(np.abs(forces[0])))  # the same rounding
 
 
 def test_the_normalized_spring_is_exact_beyond_its_range_too() -> None:
     # A straight line and a constant amplifier continue as themselves.
-    normalized = CLASSIC["n is 2"].normalized()
+    normalized = CLASSIC["n is 2"].to_normalized()
     path = np.array([0.0, 0.015, -0.03, 0.05])
-    narrow, wide = normalized.spring(-0.001, 0.003), normalized.spring(-0.1, 0.1)
+    narrow, wide = normalized.to_parameters(-0.001, 0.003), normalized.to_parameters(-0.1, 0.1)
     expected = Spring(wide).response(path)
     # The offset of 1 mm rounds differently.
     assert Spring(narrow).response(path) == pytest.approx(expected, rel=0.0, abs=1e-12 * np.max(np.abs(expected)))
@@ -153,53 +150,6 @@ def test_impossible_normalized_models_are_refused(kappa_x: float) -> None:
     "change", [{"sigma": 0.4}, {"rho": -1.0}, {"kappa_omega": 0.0}, {"n": 0.0}], ids=lambda change: next(iter(change))
 )
 def test_a_spring_of_an_impossible_normalized_model_is_refused(change: dict[str, float]) -> None:
-    normalized = replace(CLASSIC["n is 1"].normalized(), **change)
+    normalized = replace(CLASSIC["n is 1"].to_normalized(), **change)
     with pytest.raises(ValueError, match=f"^`{next(iter(change))}` must be"):
-        normalized.spring(*RANGE)
-
-
-@LAW
-@given(st.lists(st.floats(-10.0, 10.0), min_size=1, max_size=9).map(tuple), st.floats(-2.0, 2.0))
-def test_shifted_powers_are_those_of_the_shifted_polynomial(values: tuple[float, ...], shift: float) -> None:
-    shifted = shifted_powers(values, shift)
-    x = np.linspace(-1.0, 1.0, 9)
-    # Terms up to 10*3^8 are summed.
-    scale = np.sum(np.abs(values) * 3.0 ** np.arange(len(values))) + 1e-300
-    assert np.max(np.abs(polyval(x, shifted) - polyval(x + shift, values))) <= 1e-13 * scale
-
-
-@LAW
-@given(springs())
-def test_raw_powers_give_the_same_force(parameters: SpringParameters) -> None:
-    raw_kE, raw_kA = raw_powers(parameters)
-    path = along(parameters, np.linspace(-1.0, 1.0, 11))
-    solved = Spring(parameters)
-    omega = solved.omega(path)
-    force = polyval(path, raw_kE) + parameters.kappa_omega * omega * polyval(path, raw_kA)
-    # Raw powers about zero cancel: their terms are (|displacement|/half)^degree times as large as the force.
-    half = 0.5 * (parameters.displacement_max - parameters.displacement_min)
-    condition = (2.0 + 2.0 * np.max(np.abs(path)) / half) ** max(len(raw_kE), len(raw_kA))
-    scale = max(force_scale(parameters, path), 5.0 * parameters.kappa_omega)
-    assert np.max(np.abs(force - solved.response(path))) <= 1e-15 * condition * scale
-
-
-@pytest.mark.parametrize("parameters", EXAMPLES.values(), ids=EXAMPLES)
-def test_centred_powers_undo_raw_powers(parameters: SpringParameters) -> None:
-    kE, kA, factor = centred_powers(*raw_powers(parameters), parameters.displacement_offset)
-    # Two shifts by 2.5 half ranges: each power amplifies rounding by less than 10.
-    assert factor == pytest.approx(1.0, rel=1e-12)
-    assert kE == pytest.approx(parameters.kE, rel=1e-11, abs=1e-12 * parameters.kappa_omega)
-    assert kA == pytest.approx(parameters.kA, rel=1e-11)
-
-
-def test_the_scale_of_a_raw_amplifier_goes_to_kappa_omega() -> None:
-    kE, kA, factor = centred_powers((0.0, 2.0, 1.0), (3.0, 1.0), 1.0)
-    assert kE == (3.0, 4.0, 1.0)  # 2x + x^2 at x = 1 + y
-    assert factor == 4.0  # 3 + x at x = 1
-    assert kA == (1.0, 0.25)
-
-
-@pytest.mark.parametrize("raw_kA", [(-1.0,), (1.0, -2.0), (2.0, -4.0)])
-def test_a_raw_amplifier_that_is_not_positive_at_the_offset_is_refused(raw_kA: tuple[float, ...]) -> None:
-    with pytest.raises(ValueError, match=r"^FA must be > 0 at the offset 0\.5 m, got "):
-        centred_powers((0.0, 1.0), raw_kA, 0.5)
+        normalized.to_parameters(*RANGE)

@@ -6,6 +6,7 @@ import copy
 import json
 import os
 from collections.abc import Callable
+from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
@@ -16,16 +17,17 @@ from hypothesis import strategies as st
 
 from springs import EXAMPLES, springs
 from strandspring import ModelError, Spring, SpringParameters, StrandspringError
-from strandspring.core.parameters import problems
-from strandspring.modelfile import MAXIMUM_BYTES, ModelFile, load_model, model_file, model_schema, save_model
+from strandspring.core.parameters import MAXIMUM_DEGREE, N_RANGE, SIGMA_RANGE, problems
+from strandspring.modelfile import MAXIMUM_BYTES, NAME_PATTERN, ModelFile, load_model, save_model
 
 # Files are rewritten example by example, so that one folder per test is enough.
 LAW = settings(
     derandomize=True, deadline=None, max_examples=200, suppress_health_check=[HealthCheck.function_scoped_fixture]
 )
 
+SCHEMA = Path(__file__).resolve().parents[1] / "models/strandspring-model.schema.json"
 PARAMETERS = EXAMPLES["wire_rope"]
-MODEL = model_file(
+MODEL = ModelFile(
     "wire_rope",
     PARAMETERS,
     "Isolator 7, größer als µ <&> ✓",
@@ -38,7 +40,7 @@ Content = dict[str, Any]
 @pytest.fixture
 def content() -> Content:
     """A valid model file as JSON gives it."""
-    return json.loads(json.dumps(MODEL.model_dump(mode="json")))
+    return json.loads(MODEL.to_json())
 
 
 def written(folder: Path, text: str | bytes) -> Path:
@@ -56,7 +58,7 @@ def refusal(path: Path) -> str:
     assert sentence.endswith(".")
     assert "\n" not in sentence
     assert "pydantic" not in sentence
-    # A sentence, not a dump: room for the path, a field and 60 characters of what was found.
+    # A sentence, not a dump: room for the path, a field and 60 characters of its value.
     assert len(sentence) <= len(str(path)) + 300
     return sentence.removeprefix(str(path))
 
@@ -80,8 +82,8 @@ def test_saving_and_loading_gives_the_same_spring_and_bytes(tmp_path: Path, para
 @given(parameters=springs())
 def test_no_bit_of_a_parameter_is_lost(tmp_path: Path, parameters: SpringParameters) -> None:
     path = tmp_path / "model.json"
-    save_model(path, model_file("any", parameters))
-    assert load_model(path).parameters.spring() == parameters
+    save_model(path, ModelFile("any", parameters))
+    assert load_model(path).parameters == parameters
 
 
 def test_all_of_a_model_file_survives(tmp_path: Path) -> None:
@@ -107,7 +109,7 @@ def test_a_file_written_by_hand_needs_the_parameters_only(tmp_path: Path, conten
     assert model.fit == model.uncertainty == model.provenance == {}
 
 
-PARAMETER_NAMES = list(MODEL.parameters.model_dump())
+PARAMETER_NAMES = [f.name for f in fields(SpringParameters)]
 POSITIVE = ["kappa_omega", "rho", "sigma", "n"]
 SCALARS = [name for name in PARAMETER_NAMES if name not in {"kE", "kA"}]
 
@@ -140,7 +142,7 @@ def test_unknown_fields_are_named(tmp_path: Path, content: Content) -> None:
 @pytest.mark.parametrize("value", ["1.0", True, None, [1.0], {}], ids=repr)
 def test_a_parameter_that_is_no_number_is_named(tmp_path: Path, content: Content, field: str, value: object) -> None:
     content["parameters"][field] = value
-    expected = f': field "parameters.{field}": input should be a valid number, got {value!r}; correct this field.'
+    expected = f': field "parameters.{field}": must be a finite number, got {value!r}; correct this field.'
     assert refusal(written(tmp_path, json.dumps(content))) == expected
 
 
@@ -156,8 +158,8 @@ def test_coefficients_that_are_none_are_named(tmp_path: Path, content: Content, 
 def test_a_parameter_that_is_not_positive_is_named(tmp_path: Path, content: Content, field: str, value: float) -> None:
     content["parameters"][field] = value
     sentence = refusal(written(tmp_path, json.dumps(content)))
-    assert sentence.startswith(f': field "parameters.{field}": input should be greater than ')
-    assert sentence.endswith(f"got {value}; correct this field.")
+    assert sentence.startswith(f": `{field}` must be ")
+    assert sentence.endswith(f"got {value}; correct the parameters or identify again.")
 
 
 @pytest.mark.parametrize(
@@ -219,7 +221,7 @@ def test_json_of_something_else_is_refused(tmp_path: Path, text: str) -> None:
 def test_another_format_version_is_refused(tmp_path: Path, content: Content, version: object) -> None:
     content["format_version"] = version
     sentence = refusal(written(tmp_path, json.dumps(content)))
-    assert sentence == f': field "format_version": input should be 1, got {version!r}; correct this field.'
+    assert sentence == f': field "format_version": must be 1, got {version!r}; correct this field.'
 
 
 @pytest.mark.parametrize("version", [2, 3, 10**30])
@@ -253,7 +255,7 @@ def test_directories_and_missing_files_are_refused(tmp_path: Path) -> None:
 def test_a_huge_file_is_refused_unread(tmp_path: Path) -> None:
     path = written(tmp_path, "{}")
     os.truncate(path, MAXIMUM_BYTES + 1)
-    expected = f" holds {MAXIMUM_BYTES + 1} bytes, more than the {MAXIMUM_BYTES} a model file (JSON) may have."
+    expected = f" has {MAXIMUM_BYTES + 1} bytes, but a model file (JSON) may have at most {MAXIMUM_BYTES}."
     assert refusal(path) == expected
 
 
@@ -276,19 +278,19 @@ def test_a_name_that_is_no_identifier_is_refused(tmp_path: Path, content: Conten
 @pytest.mark.parametrize("name", [7, None, ["a"], {"a": 1}, True], ids=repr)
 def test_a_name_that_is_no_text_is_refused(tmp_path: Path, content: Content, name: object) -> None:
     content["name"] = name
-    assert refusal(written(tmp_path, json.dumps(content))).startswith(': field "name": input should be a valid string')
+    assert refusal(written(tmp_path, json.dumps(content))).startswith(': field "name": must be text')
 
 
 @pytest.mark.parametrize("name", ["a", "Z9_", "a" * 64, "console", "com10", "nul_"])
 def test_identifiers_are_allowed(name: str) -> None:
-    assert model_file(name, PARAMETERS).name == name
+    assert ModelFile(name, PARAMETERS).name == name
 
 
 @pytest.mark.parametrize("character", ["\0", "\x08", "\x0b", "\x1b", "\x1f", "\ufffe", "\uffff"], ids=ascii)
 def test_a_description_with_control_characters_is_refused(tmp_path: Path, content: Content, character: str) -> None:
     content["description"] = f"a{character}b"
     sentence = refusal(written(tmp_path, json.dumps(content)))
-    assert sentence.startswith(': field "description": text must hold no control characters, got ')
+    assert sentence.startswith(': field "description": must not contain control characters, got ')
     with pytest.raises(ModelError, match="control characters"):
         Spring(PARAMETERS, "name", f"a{character}b")
 
@@ -313,7 +315,7 @@ def test_a_description_may_have_lines_and_2000_characters(tmp_path: Path, conten
 @pytest.mark.parametrize("value", [None, [], "text", 1.0], ids=repr)
 def test_figures_that_are_no_object_are_refused(tmp_path: Path, content: Content, field: str, value: object) -> None:
     content[field] = value
-    assert refusal(written(tmp_path, json.dumps(content))).startswith(f': field "{field}": input should be an object')
+    assert refusal(written(tmp_path, json.dumps(content))).startswith(f': field "{field}": must be an object')
 
 
 json_values = st.recursive(
@@ -334,7 +336,7 @@ def loads_or_is_refused(path: Path) -> None:
     except ModelError as refused:
         outcome = str(refused)
     if isinstance(outcome, ModelFile):
-        assert problems(outcome.parameters.spring()) == []
+        assert problems(outcome.parameters) == []
     else:
         assert outcome.startswith(str(path))
 
@@ -342,7 +344,7 @@ def loads_or_is_refused(path: Path) -> None:
 @LAW
 @given(st.data())
 def test_any_value_in_any_field_is_loaded_or_refused(tmp_path: Path, data: st.DataObject) -> None:
-    content = MODEL.model_dump(mode="json")
+    content = json.loads(MODEL.to_json())
     for _ in range(data.draw(st.integers(1, 2))):
         owner = content["parameters"] if data.draw(st.booleans()) else content
         if not isinstance(owner, dict):
@@ -367,7 +369,7 @@ def test_any_damage_to_the_bytes_is_loaded_or_refused(tmp_path: Path, data: st.D
 
 
 def checker() -> jsonschema.Draft202012Validator:
-    schema = model_schema()
+    schema = json.loads(SCHEMA.read_text(encoding="utf-8"))
     jsonschema.Draft202012Validator.check_schema(schema)
     return jsonschema.Draft202012Validator(schema)
 
@@ -376,7 +378,21 @@ def test_the_schema_accepts_saved_files(tmp_path: Path) -> None:
     for name, parameters in EXAMPLES.items():
         Spring(parameters, name).save(tmp_path / "model.json")
         checker().validate(json.loads((tmp_path / "model.json").read_text(encoding="utf-8")))
-    checker().validate(MODEL.model_dump(mode="json"))
+    checker().validate(json.loads(MODEL.to_json()))
+
+
+def test_the_schema_has_the_fields_and_limits_of_the_code() -> None:
+    schema = checker().schema
+    assert list(schema["properties"]) == list(json.loads(MODEL.to_json()))
+    assert schema["properties"]["name"]["pattern"] == NAME_PATTERN
+    parameters = schema["$defs"]["Parameters"]
+    assert list(parameters["properties"]) == parameters["required"] == PARAMETER_NAMES
+    for name, limits in (("sigma", SIGMA_RANGE), ("n", N_RANGE)):
+        assert (parameters["properties"][name]["minimum"], parameters["properties"][name]["maximum"]) == limits
+    for name in ("kappa_omega", "rho"):
+        assert parameters["properties"][name]["exclusiveMinimum"] == 0.0
+    for name in ("kE", "kA"):
+        assert parameters["properties"][name]["maxItems"] == MAXIMUM_DEGREE + 1
 
 
 WRONG: dict[str, Callable[[Content], object]] = {
@@ -431,7 +447,7 @@ def test_a_write_that_fails_leaves_the_old_file_alone(
     with monkeypatch.context() as broken:
         broken.setattr(Path, step, Failure())
         with pytest.raises(StrandspringError, match=r"model\.json cannot be written: No space left on device\.$"):
-            save_model(path, model_file("other", EXAMPLES["exponential"]))
+            save_model(path, ModelFile("other", EXAMPLES["exponential"]))
     assert path.read_bytes() == before
     assert [p.name for p in tmp_path.iterdir()] == ["model.json"]
 
@@ -449,7 +465,7 @@ def test_a_write_that_is_interrupted_leaves_the_old_file_alone(tmp_path: Path, m
     with monkeypatch.context() as broken:
         broken.setattr(Path, "write_bytes", interrupted)
         with pytest.raises(KeyboardInterrupt):
-            save_model(path, model_file("other", EXAMPLES["exponential"]))
+            save_model(path, ModelFile("other", EXAMPLES["exponential"]))
     assert path.read_bytes() == before
     assert [p.name for p in tmp_path.iterdir()] == ["model.json"]
 
@@ -457,7 +473,7 @@ def test_a_write_that_is_interrupted_leaves_the_old_file_alone(tmp_path: Path, m
 def test_writing_makes_folders_and_replaces_files(tmp_path: Path) -> None:
     path = tmp_path / "new" / "folder" / "model.json"
     save_model(path, MODEL)
-    save_model(path, model_file("other", EXAMPLES["exponential"]))
+    save_model(path, ModelFile("other", EXAMPLES["exponential"]))
     assert load_model(path).name == "other"
     assert [p.name for p in path.parent.iterdir()] == ["model.json"]
 
@@ -478,9 +494,7 @@ def test_free_fields_hold_finite_numbers_only(tmp_path: Path, content: Content, 
     assert "finite" in refusal(written(tmp_path, text))
     for value in (float("nan"), object()):
         with pytest.raises(ModelError, match="finite"):
-            model_file(
-                "a", ModelFile.model_validate_json(json.dumps(content)).parameters.spring(), **{field: {"a": value}}
-            )
+            ModelFile("a", PARAMETERS, **{field: {"a": value}})
 
 
 @pytest.mark.parametrize("version", [True, 1.0], ids=repr)
@@ -492,7 +506,7 @@ def test_what_python_takes_for_one_is_not_a_version(tmp_path: Path, content: Con
 def test_the_format_must_be_stated(tmp_path: Path, content: Content, field: str) -> None:
     del content[field]
     assert "format" in refusal(written(tmp_path, json.dumps(content)))
-    assert not jsonschema.Draft202012Validator(model_schema()).is_valid(content)
+    assert not checker().is_valid(content)
 
 
 def test_control_characters_of_a_file_do_not_reach_the_terminal(tmp_path: Path, content: Content) -> None:

@@ -20,9 +20,9 @@ if TYPE_CHECKING:
     from .identification.refined import RefinedOptions
     from .identification.result import Identification
     from .identification.scan import ScanOptions
-    from .identification.two_stage import TwoStageOptions
     from .peers.limit_cycle import limit_cycle
     from .peers.ni_spring import NiOptions
+    from .peers.two_stage_options import TwoStageOptions
     from .records.reading import read_record
     from .records.record import Record
     from .spring import Spring
@@ -67,7 +67,7 @@ _MODULES = {
     "Spring": "spring",
     "SpringParameters": "core.parameters",
     "StrandspringError": "errors",
-    "TwoStageOptions": "identification.two_stage",
+    "TwoStageOptions": "peers.two_stage_options",
     "__version__": "_version",
     "identify": "identification.api",
     "limit_cycle": "peers.limit_cycle",

@@ -1,4 +1,4 @@
-"""The Bouc-Wen models users bring, and their conversion to the parameters of this package (paper eqs. 1-5, 8-9)."""
+"""Classic and normalized Bouc-Wen models, and their conversion to parameters of this package, paper eqs. (1)-(5)."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from .core.parameters import SpringParameters
 
 @dataclass(frozen=True)
 class ClassicBoucWen:
-    """The classic model, paper eqs. (1)-(2); many parameter sets give one response.
+    """The classic model, paper eqs. (1)-(2); different parameter sets can give the same response.
 
     r = alpha*k*x + (1 - alpha)*D*k*z,
     D*dz/dt = A*dx/dt - beta*|dx/dt|*|z|^(n-1)*z - gamma*dx/dt*|z|^n.
@@ -20,7 +20,7 @@ class ClassicBoucWen:
     alpha : float        Ratio of post-yield to pre-yield stiffness [-], 0 < alpha < 1.
     k : float            Stiffness [N/m], > 0.
     D : float            Yield displacement [m], > 0.
-    A, beta, gamma, n : float   Shape [-]; A > 0, n > 0, beta + gamma > 0, beta >= gamma.
+    A, beta, gamma, n : float   Shape parameters [-]; A > 0, n > 0, beta + gamma > 0, beta >= gamma.
     """
 
     alpha: float
@@ -41,12 +41,12 @@ class ClassicBoucWen:
             ("beta", self.beta + self.gamma > 0.0, "above -gamma (paper eq. 6)"),
             ("beta", self.beta - self.gamma >= 0.0, "at least gamma (paper eq. 6)"),
         )
-        for name, holds, condition in checks:
-            if not (holds and math.isfinite(getattr(self, name))):
+        for name, satisfied, condition in checks:
+            if not (satisfied and math.isfinite(getattr(self, name))):
                 raise ValueError(f"`{name}` must be {condition}, got {getattr(self, name)!r}.")
 
-    def normalized(self) -> NormalizedBoucWen:
-        """The one normalized model with the same response, paper eqs. (3)-(5)."""
+    def to_normalized(self) -> NormalizedBoucWen:
+        """The normalized model with the same response, paper eqs. (3)-(5)."""
         z0 = (self.A / (self.beta + self.gamma)) ** (1.0 / self.n)
         return NormalizedBoucWen(
             kappa_x=self.alpha * self.k,
@@ -59,7 +59,7 @@ class ClassicBoucWen:
 
 @dataclass(frozen=True)
 class NormalizedBoucWen:
-    """The normalized model of Ikhouane, paper eqs. (3)-(4): one parameter set, one response.
+    """The normalized model of Ikhouane, paper eqs. (3)-(4); each response has one parameter set.
 
     r = kappa_x*x + kappa_omega*omega, with omega of eq. (11).
 
@@ -81,27 +81,27 @@ class NormalizedBoucWen:
         if not (self.kappa_x > 0.0 and math.isfinite(self.kappa_x)):
             raise ValueError(f"`kappa_x` must be > 0 [N/m], got {self.kappa_x!r}.")
 
-    def classic(self, D: float, A: float = 1.0) -> ClassicBoucWen:
+    def to_classic(self, D: float, A: float = 1.0) -> ClassicBoucWen:
         """The classic model with the same response and the given D [m] and A.
 
-        Both are free choices (the classic model has two parameters too many); A = 1 and D = 1/rho give z0 = 1.
+        Both can be chosen freely, as the classic model has two redundant parameters; A = 1 and D = 1/rho give z0 = 1.
         """
         z0 = A / (D * self.rho)
-        total = A / z0**self.n  # beta + gamma, from eq. (5)
-        # kappa_x = alpha*k and kappa_omega = (1 - alpha)*D*k*z0 give k first.
+        beta_plus_gamma = A / z0**self.n  # eq. (5)
+        # From kappa_x = alpha*k and kappa_omega = (1 - alpha)*D*k*z0.
         k = self.kappa_x + self.kappa_omega / (D * z0)
         return ClassicBoucWen(
             alpha=self.kappa_x / k,
             k=k,
             D=D,
             A=A,
-            beta=self.sigma * total,
-            gamma=(1.0 - self.sigma) * total,
+            beta=self.sigma * beta_plus_gamma,
+            gamma=(1.0 - self.sigma) * beta_plus_gamma,
             n=self.n,
         )
 
-    def spring(self, displacement_min: float, displacement_max: float) -> SpringParameters:
-        """The same model as a spring of this package, valid over the given range of displacement [m]."""
+    def to_parameters(self, displacement_min: float, displacement_max: float) -> SpringParameters:
+        """Parameters of this package for the same response, valid over a range of displacement [m]."""
         offset = 0.5 * (displacement_min + displacement_max)
         return SpringParameters(
             kE=(self.kappa_x * offset, self.kappa_x),
@@ -114,35 +114,3 @@ class NormalizedBoucWen:
             displacement_min=displacement_min,
             displacement_max=displacement_max,
         )
-
-
-def shifted_powers(coefficients: tuple[float, ...], shift: float) -> tuple[float, ...]:
-    """Coefficients of p(x + shift) in powers of x from those of p(x), by repeated synthetic division."""
-    shifted = list(coefficients)
-    for first in range(len(shifted) - 1):
-        for k in range(len(shifted) - 2, first - 1, -1):
-            shifted[k] += shift * shifted[k + 1]
-    return tuple(shifted)
-
-
-def raw_powers(parameters: SpringParameters) -> tuple[tuple[float, ...], tuple[float, ...]]:
-    """kE and kA in the paper's raw powers of the displacement itself, eqs. (8)-(9).
-
-    kappa_omega stays the same, since FA is still 1 at displacement_offset. Raw powers of a spring far from zero
-    are badly conditioned; they are for reading and comparing.
-    """
-    offset = parameters.displacement_offset
-    return shifted_powers(parameters.kE, -offset), shifted_powers(parameters.kA, -offset)
-
-
-def centred_powers(
-    raw_kE: tuple[float, ...], raw_kA: tuple[float, ...], offset: float
-) -> tuple[tuple[float, ...], tuple[float, ...], float]:
-    """kE and kA in powers of displacement - offset from raw powers, and the factor that kappa_omega takes up.
-
-    The raw FA need not be 1 at the offset: kA is divided by its value there, which multiplies kappa_omega.
-    """
-    kE, kA = shifted_powers(raw_kE, offset), shifted_powers(raw_kA, offset)
-    if not kA[0] > 0.0:
-        raise ValueError(f"FA must be > 0 at the offset {offset!r} m, got {kA[0]!r}.")
-    return kE, tuple(c / kA[0] for c in kA), kA[0]

@@ -1,16 +1,16 @@
-"""Refusals that reach a user: each is one sentence that says where, what was found and what to do."""
+"""Errors that reach the user; each message is one sentence with the place, the value and the remedy."""
 
 
 class StrandspringError(ValueError):
-    """Base of every refusal of data, models or options; its text is written for the user."""
+    """Base class of errors in data, models and options; the message is written for the user."""
 
 
 class RecordError(StrandspringError):
-    """A measured record cannot be used as it is."""
+    """A measured record cannot be used."""
 
 
 class ModelError(StrandspringError):
-    """A model file or a set of parameters is not a possible spring."""
+    """A model file or a set of parameters is not a physically possible spring."""
 
 
 class BuildError(StrandspringError):

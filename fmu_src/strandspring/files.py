@@ -1,4 +1,4 @@
-"""Reading and writing of files, without half-written output."""
+"""Reading text files, and writing files completely or not at all."""
 
 from __future__ import annotations
 
@@ -12,32 +12,32 @@ from pathlib import Path
 from .errors import StrandspringError
 
 
-def read_text(path: Path, maximum_bytes: int, kind: str, error: Callable[[str], StrandspringError]) -> str:
-    """Content of a UTF-8 file, or `error` with one sentence that says why it cannot be read."""
+def read_text(path: Path, maximum_bytes: int, file_type: str, error: Callable[[str], StrandspringError]) -> str:
+    """Content of a UTF-8 file; raises `error` with one sentence if it cannot be read."""
     try:
         is_folder = path.is_dir()
         size = 0 if is_folder else path.stat().st_size
         text = path.read_text(encoding="utf-8") if not is_folder and size <= maximum_bytes else ""
     except UnicodeDecodeError:
-        raise error(f"{path} is not UTF-8 text; give the path of a {kind}.") from None
+        raise error(f"{path} is not UTF-8 text; give the path of a {file_type}.") from None
     except OSError as problem:
         raise error(f"{path} cannot be read: {problem.strerror}.") from None
     except ValueError:
-        raise error(f"{str(path)!a} is not a possible path; give the path of a {kind}.") from None
+        raise error(f"{str(path)!a} is not a possible path; give the path of a {file_type}.") from None
     if is_folder:
-        raise error(f"{path} is a directory; give the path of a {kind}.")
+        raise error(f"{path} is a directory; give the path of a {file_type}.")
     if size > maximum_bytes:
-        raise error(f"{path} holds {size} bytes, more than the {maximum_bytes} a {kind} may have.")
+        raise error(f"{path} has {size} bytes, but a {file_type} may have at most {maximum_bytes}.")
     return text
 
 
 @contextmanager
 def replacing(path: Path) -> Iterator[Path]:
-    """A temporary path beside `path` that takes its place when the block ends without an exception.
+    """A temporary file in the folder of `path` that replaces `path` if the block ends without an exception.
 
     Raises
     ------
-    StrandspringError   If the folder cannot be written to, or `path` is a folder or a device.
+    StrandspringError   If the folder is not writable, or `path` is not a regular file.
     """
     try:
         if path.exists() and not path.is_file():
@@ -59,7 +59,7 @@ def replacing(path: Path) -> Iterator[Path]:
 
 
 def write_text(path: Path, text: str) -> None:
-    """Write UTF-8 text with \\n line ends."""
+    """Write UTF-8 text with \\n as line end."""
     with replacing(path) as part:
         part.write_bytes(text.encode("utf-8"))
 

@@ -1,4 +1,4 @@
-"""`Spring`: an identified spring as users hold it, loaded from and saved to a model file."""
+"""`Spring`: an identified spring with its response to displacement paths, loaded from and saved to a model file."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 from .core.parameters import SpringParameters
 from .kernel.arrays import FloatArray
 from .kernel.path import PathSolver, as_path
-from .modelfile import ModelFile, load_model, model_file, save_model
+from .modelfile import ModelFile, load_model, save_model
 
 
 class Spring:
@@ -23,7 +23,7 @@ class Spring:
 
     Raises
     ------
-    ModelError          If the name is not an identifier.
+    ModelError          If the name is not an identifier, or the description has control characters.
 
     Examples
     --------
@@ -34,36 +34,36 @@ class Spring:
     """
 
     def __init__(self, parameters: SpringParameters, name: str = "spring", description: str = "") -> None:
-        self._become(model_file(name, parameters, description))
+        self._set_model(ModelFile(name, parameters, description))
 
-    def _become(self, model: ModelFile) -> None:
+    def _set_model(self, model: ModelFile) -> None:
         self.model = model
-        self.parameters = model.parameters.spring()
+        self.parameters = model.parameters
         self._solver = PathSolver(self.parameters)
 
     @classmethod
-    def of(cls, model: ModelFile) -> Spring:
-        """The spring of a model file already in memory."""
+    def from_model(cls, model: ModelFile) -> Spring:
+        """The spring of a model in memory."""
         spring = cls.__new__(cls)
-        spring._become(model)
+        spring._set_model(model)
         return spring
 
     @classmethod
     def load(cls, path: str | Path) -> Spring:
-        """Read a model file; raises ModelError with one sentence if it is not a possible spring."""
-        return cls.of(load_model(path))
+        """Read a model file; raises ModelError if it is not a physically possible spring."""
+        return cls.from_model(load_model(path))
 
     def save(self, path: str | Path) -> None:
         """Write the model file; the same spring gives the same bytes."""
         save_model(path, self.model)
 
     def response(self, displacement: ArrayLike, omega_start: float = 0.0) -> FloatArray:
-        """Restoring force along a displacement path, paper eqs. (10)-(11), exact whatever the sampling.
+        """Restoring force along a displacement path, paper eqs. (10)-(11), exact for any sampling.
 
         Parameters
         ----------
-        displacement : array_like, shape (K,)   [m]; the first sample is where the path starts.
-        omega_start : float                     Normalized hysteretic variable there, within [-1, 1].
+        displacement : array_like, shape (K,)   [m]; the path starts at the first sample.
+        omega_start : float                     Normalized hysteretic variable at the start, within [-1, 1].
 
         Returns
         -------

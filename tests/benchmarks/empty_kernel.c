@@ -18,17 +18,33 @@ int spring_problem(const SpringParameters *parameters, char *text, size_t size)
     return 0;
 }
 
-void spring_prepare(SpringLaw *law, const SpringParameters *parameters)
+void spring_tabulate(SpringTable *table, double n, double sigma, int with)
 {
-    law->parameters = *parameters;
+    (void)with;
+    table->n = n;
+    table->curvature = 2.0 * sigma - 1.0;
 }
 
-SpringMemory spring_rest(double displacement, double omega)
+void spring_prepare(SpringLaw *law, const SpringParameters *parameters, const SpringTable *table)
+{
+    law->parameters = *parameters;
+    law->table = table;
+}
+
+SpringMemory spring_start(double displacement, double omega)
 {
     return (SpringMemory){.displacement = displacement, .omega = omega};
 }
 
-void spring_move(const SpringLaw *law, SpringMemory *memory, SpringSensitivity *sensitivity, double displacement)
+SpringMemory spring_trial(const SpringLaw *law, const SpringMemory *memory, double displacement)
+{
+    (void)law;
+    SpringMemory after = *memory;
+    after.displacement = displacement;
+    return after;
+}
+
+void spring_commit(const SpringLaw *law, SpringMemory *memory, SpringSensitivity *sensitivity, double displacement)
 {
     (void)law;
     (void)sensitivity;
@@ -51,13 +67,13 @@ double spring_absorbed_energy(const SpringLaw *law, const SpringMemory *memory)
     return spring_force(law, memory);
 }
 
-SpringMemory spring_settle(const SpringLaw *law, const SpringMemory *memory)
+void spring_integrate(const SpringLaw *law, SpringMemory *memory)
 {
     (void)law;
-    return *memory;
+    (void)memory;
 }
 
-SpringSensitivity spring_advance_sensitivity(
+SpringSensitivity spring_trial_sensitivity(
     const SpringLaw *law, const SpringMemory *before, const SpringSensitivity *sensitivity, const SpringMemory *after)
 {
     (void)law;

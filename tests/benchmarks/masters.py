@@ -20,45 +20,45 @@ sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "helpers"))
 
 from monolithic import monolithic
 from strandspring.cosimulation import (
-    Course,
-    First,
+    FmuSpring,
     GaussSeidel,
+    InputPath,
     Iterative,
     Jacobi,
     Master,
     MeanForce,
     Motion,
     Plant,
+    Subsystem,
     Verlet,
     energy_balance,
     largest_stable_step,
     one_mass,
     simulate,
-    spring_unit,
 )
-from strandspring.examples.mounts import BACKENDS, EQUIPMENT_MOUNT, RECOIL_SPRING, fmu_of
+from strandspring.examples.mounts import BACKENDS, EQUIPMENT_MOUNT, RECOIL_SPRING, build_example_fmu
 
 MASTERS: dict[str, Master] = {
     "Jacobi, held": Jacobi(),
     "Jacobi, force by a line": Jacobi(1),
     "Jacobi, lines": Jacobi(1, 1),
     "Jacobi, parabolas": Jacobi(2, 2),
-    "Gauss-Seidel, plant first, held": GaussSeidel(First.PLANT, 0),
-    "Gauss-Seidel, plant first, lines": GaussSeidel(First.PLANT, 1),
-    "Gauss-Seidel, plant first, parabolas": GaussSeidel(First.PLANT),
-    "Gauss-Seidel, springs first, held": GaussSeidel(First.SPRINGS, 0, 0),
-    "Gauss-Seidel, springs first, lines": GaussSeidel(First.SPRINGS, 1, 1),
-    "Gauss-Seidel, springs first, parabolas": GaussSeidel(First.SPRINGS),
+    "Gauss-Seidel, plant first, held": GaussSeidel(Subsystem.PLANT, 0),
+    "Gauss-Seidel, plant first, lines": GaussSeidel(Subsystem.PLANT, 1),
+    "Gauss-Seidel, plant first, parabolas": GaussSeidel(Subsystem.PLANT),
+    "Gauss-Seidel, springs first, held": GaussSeidel(Subsystem.SPRINGS, 0, 0),
+    "Gauss-Seidel, springs first, lines": GaussSeidel(Subsystem.SPRINGS, 1, 1),
+    "Gauss-Seidel, springs first, parabolas": GaussSeidel(Subsystem.SPRINGS),
     "Verlet": Verlet(),
     "Iterative, mean of end forces": Iterative(MeanForce.ENDS),
     "Iterative, force by work": Iterative(),
 }
 CURVED: dict[str, Master] = {
-    "Jacobi, lines, reset each step": Jacobi(1, 1, Course.RESET),
-    "Jacobi, parabolas, reset each step": Jacobi(2, 2, Course.RESET),
-    "Jacobi, parabolas, curved": Jacobi(2, 2, Course.CURVED),
-    "Gauss-Seidel, plant first, curved": GaussSeidel(First.PLANT, 2, 2, Course.CURVED),
-    "Gauss-Seidel, springs first, curved": GaussSeidel(First.SPRINGS, 2, 2, Course.CURVED),
+    "Jacobi, lines, reset each step": Jacobi(1, 1, InputPath.RESET),
+    "Jacobi, parabolas, reset each step": Jacobi(2, 2, InputPath.RESET),
+    "Jacobi, parabolas, curved": Jacobi(2, 2, InputPath.CURVED),
+    "Gauss-Seidel, plant first, curved": GaussSeidel(Subsystem.PLANT, 2, 2, InputPath.CURVED),
+    "Gauss-Seidel, springs first, curved": GaussSeidel(Subsystem.SPRINGS, 2, 2, InputPath.CURVED),
 }
 STEPS = (4e-3, 2e-3, 1e-3, 5e-4, 2.5e-4)
 STOP = 0.6
@@ -80,19 +80,19 @@ def base(t: float) -> float:
     return AMPLITUDE * (1.0 - math.cos(CIRCULAR * t))
 
 
-def base_speed(t: float) -> float:
+def base_velocity(t: float) -> float:
     return AMPLITUDE * CIRCULAR * math.sin(CIRCULAR * t)
 
 
 def run(fmu: Path, plant: Plant, stop: float, step: float, master: Master, speed: float = 0.0) -> Motion:
-    with spring_unit(fmu) as spring:
-        return simulate(plant, [spring], stop, step, master, speed=[speed])
+    with FmuSpring(fmu) as spring:
+        return simulate(plant, [spring], stop, step, master, velocity=[speed])
 
 
 def errors(fmu: Path) -> None:
     plant = one_mass(MASS, LOAD, base, offset=MIDDLE)
     times = np.linspace(0.0, STOP, round(STOP / STEPS[0]) + 1)
-    expected = monolithic(plant, [EQUIPMENT_MOUNT], times, base_speeds=[base_speed]).q
+    expected = monolithic(plant, [EQUIPMENT_MOUNT], times, base_velocities=[base_velocity]).q
     frequency = math.sqrt((EQUIPMENT_MOUNT.kE[1] + EQUIPMENT_MOUNT.kappa_omega * EQUIPMENT_MOUNT.rho) / MASS)
     table = Table(title=f"Largest error of the position over its range, base at 7 Hz, omega_0 = {frequency:.0f}/s")
     table.add_column("master")
@@ -110,8 +110,8 @@ def errors(fmu: Path) -> None:
 
 def growth_of_fmu(fmu: Path, plant: Plant, step: float, master: Master) -> float:
     """Growth of free motion per step, from the recurrence that its late samples follow."""
-    with spring_unit(fmu, start=LINEAR) as spring:
-        q = simulate(plant, [spring], 400 * step, step, master, speed=[1e-4]).q[250:, 0]
+    with FmuSpring(fmu, parameters=LINEAR) as spring:
+        q = simulate(plant, [spring], 400 * step, step, master, velocity=[1e-4]).q[250:, 0]
     if np.max(np.abs(q)) < 1e-11:
         return 0.0  # died out, and what is left is rounding
     q = q / np.max(np.abs(q))
@@ -139,8 +139,8 @@ def measured_limit(fmu: Path, plant: Plant, master: Master, omega: float) -> flo
     return low
 
 
-def comes_to_rest(fmu: Path, w: float, master: Master) -> bool:
-    """Whether a recoil dies out, at h*omega_0 = w by the steepest tangent."""
+def dies_out(fmu: Path, w: float, master: Master) -> bool:
+    """Whether the motion after a recoil dies out, at h*omega_0 = w by the steepest tangent."""
     step = w / math.sqrt(STEEPEST / RECOILING)
     with np.errstate(all="ignore"):
         try:
@@ -157,7 +157,7 @@ def stability(fmu: Path) -> None:
     table.add_column("master")
     for ratio in RATIOS:
         table.add_column(f"damping {ratio:g}", justify="right")
-    table.add_column("recoil comes to rest up to", justify="right")
+    table.add_column("recoil dies out up to", justify="right")
     for name, master in MASTERS.items():
         cells = []
         for ratio in RATIOS:
@@ -166,7 +166,7 @@ def stability(fmu: Path) -> None:
             cells.append(f"{theory:.3f} | {measured_limit(fmu, plant, master, 100.0):.3f}")
         limit = 0.0
         for w in np.geomspace(0.05, 5.0, 48).tolist():
-            if not comes_to_rest(fmu, w, master):
+            if not dies_out(fmu, w, master):
                 break
             limit = w
         table.add_row(name, *cells, f"{limit:.2f}" if limit < 4.9 else "5.00 and more")
@@ -183,8 +183,8 @@ def energies(fmu: Path) -> None:
         cells = []
         for step in STEPS:
             balance = energy_balance(plant, run(fmu, plant, 0.4, step, master, SPEED))
-            worst = int(np.argmax(np.abs(balance.gap)))
-            cells.append(f"{balance.gap[worst] / balance.kinetic[0]:+.1e}")
+            worst = int(np.argmax(np.abs(balance.residual)))
+            cells.append(f"{balance.residual[worst] / balance.kinetic[0]:+.1e}")
         table.add_row(name, *cells)
     console.print(table)
 
@@ -193,13 +193,13 @@ def costs(folder: Path) -> None:
     plant = one_mass(MASS, LOAD, base, offset=MIDDLE)
     table = Table(title="Time of a step in microseconds, one mass on one spring")
     table.add_column("master")
-    fmus = {backend: fmu_of(EQUIPMENT_MOUNT, f"on_{backend}", folder, backend) for backend in BACKENDS}
+    fmus = {backend: build_example_fmu(EQUIPMENT_MOUNT, f"on_{backend}", folder, backend) for backend in BACKENDS}
     for backend in fmus:
         table.add_column(backend, justify="right")
     for name in ("Gauss-Seidel, plant first, parabolas", "Verlet", "Iterative, force by work"):
         cells = []
         for fmu in fmus.values():
-            with spring_unit(fmu) as spring:
+            with FmuSpring(fmu) as spring:
                 began = time.perf_counter()
                 steps = simulate(plant, [spring], 1.0, 1e-3, MASTERS[name]).times.size - 1
                 cells.append(f"{1e6 * (time.perf_counter() - began) / steps:.0f}")
@@ -210,7 +210,9 @@ def costs(folder: Path) -> None:
 def main() -> None:
     with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as name:
         folder = Path(name)
-        mount, recoil = (fmu_of(s, n, folder) for s, n in ((EQUIPMENT_MOUNT, "mount"), (RECOIL_SPRING, "recoil")))
+        mount, recoil = (
+            build_example_fmu(s, n, folder) for s, n in ((EQUIPMENT_MOUNT, "mount"), (RECOIL_SPRING, "recoil"))
+        )
         errors(mount)
         stability(recoil)
         energies(recoil)

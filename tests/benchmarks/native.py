@@ -3,7 +3,7 @@
 Set the displacement, do a step, get outputs; in a C host without Python and through fmpy, beside the Python-backed FMU
 of the same model; beside the least that an FMU can do, to copy its input (feedthrough.c); and beside our own FMI layer
 without the mathematics (empty_kernel.c). All FMUs of a table take turns in one process; figures are medians, and ratios
-are between figures of one run.
+are between figures of one run. Then springs of higher degrees, and ten thousand instances in one process.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ import sysconfig
 import tempfile
 import time
 import zipfile
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from importlib.resources import files
 from pathlib import Path
 
@@ -26,11 +26,14 @@ from rich.console import Console
 from rich.table import Table
 
 from strandspring import Spring
+from strandspring.compiled import zig
+from strandspring.compiled.targets import host_target
 from strandspring.fmu.archive import installed_version
 from strandspring.fmu.check import running
-from strandspring.fmu.native.compiler import chosen_platforms, compile_binary, host_name
 from strandspring.fmu.native.native_fmu import build_native_fmu
+from strandspring.fmu.native.platforms import host_folder
 from strandspring.fmu.python_backed import build_fmu
+from strandspring.modelfile import ModelFile
 
 HERE = Path(__file__).resolve().parent
 MODEL = HERE.parents[1] / "models" / "rubber_hinge.json"
@@ -41,6 +44,8 @@ STEPS = 20_000
 PYTHON_STEPS, PYTHON_EVERY = 200, 10
 # Fractions of the identified range: excursions would print warnings.
 REACH = 0.95
+DEGREES = (2, 6, 7, 12, 20)
+INSTANCES = (1, 100, 10_000)
 CASES = {
     "stroke,force": "one long stroke: force",
     "stroke,all": "  stiffness, energy as well",
@@ -74,14 +79,14 @@ def unpacked(fmu: Path, folder: Path) -> tuple[str, Path, str]:
     with zipfile.ZipFile(fmu) as archive:
         archive.extractall(folder)
     description = fmpy.read_model_description(str(folder), validate=False)
-    (library,) = (folder / "binaries" / str(host_name())).iterdir()
+    (library,) = (folder / "binaries" / str(host_folder())).iterdir()
     return str(description.guid), library, (folder / "resources").as_uri()
 
 
 def compiled(sources: dict[str, bytes], unit: str, library: Path) -> Path:
     """A C source compiled as the native FMU is."""
-    (target,) = chosen_platforms("host")
-    library.write_bytes(compile_binary(target, sources, unit, library.stem))
+    flags = ("-fvisibility=hidden", "-Wno-unused-function")
+    library.write_bytes(zig.shared_library(host_target(), sources, unit, library.stem, flags))
     return library
 
 
@@ -96,8 +101,8 @@ def copying(folder: Path) -> Loadable:
 def without_kernel(native: Loadable, folder: Path) -> Loadable:
     """The native FMU with an empty kernel."""
     sources = {path.name: path.read_bytes() for path in (native.library.parents[2] / "sources").iterdir()}
-    sources["spring.c"] = (HERE / "empty_kernel.c").read_bytes()
-    # Some functions have lost their callers, about which the compiler would complain.
+    sources |= {"spring.c": (HERE / "empty_kernel.c").read_bytes(), "saturation.c": b""}
+    # Functions without a body may be declared inline only.
     sources["all.c"] = sources["all.c"].replace(b"SPRING_LOCAL static", b"SPRING_LOCAL static inline")
     return Loadable("empty kernel", native.guid, compiled(sources, "all.c", folder / "empty.so"))
 
@@ -108,12 +113,17 @@ def libpython() -> Path | None:
     return library if ".so" in library.name and library.exists() else None
 
 
+def program(source: str, folder: Path) -> Path:
+    """A host in C."""
+    flags = ["-std=c11", "-O2", "-Wall", "-Wextra", "-Wpedantic", "-Werror", "-Wshadow", "-Wconversion"]
+    binary = (folder / source).with_suffix("")
+    subprocess.run(["cc", *flags, f"-I{HEADERS}", str(HERE / source), "-o", str(binary), "-lm", "-ldl"], check=True)
+    return binary
+
+
 def measured(fmus: list[Loadable], middle: float, half: float, preloaded: Path | None) -> dict[str, list[float]]:
     """Median nanoseconds by case, one for each FMU that has it."""
-    host = fmus[0].library.parent / "host"
-    flags = ["-std=c11", "-O2", "-Wall", "-Wextra", "-Wpedantic", "-Werror", "-Wshadow", "-Wconversion"]
-    source = str(HERE / "native_host.c")
-    subprocess.run(["cc", *flags, f"-I{HEADERS}", source, "-o", str(host), "-lm", "-ldl"], check=True)
+    host = program("native_host.c", fmus[0].library.parent)
     environment = dict(os.environ)
     if preloaded is not None:
         environment |= {"LD_PRELOAD": str(preloaded), "PYTHONHOME": sys.base_prefix}
@@ -144,6 +154,41 @@ def in_a_c_host(fmus: list[Loadable], middle: float, half: float, preloaded: Pat
     console.print(table)
 
 
+def of_higher_degrees(model: ModelFile, folder: Path, middle: float, half: float) -> None:
+    """What the energy costs where FA is of a higher degree."""
+    table = Table(title="In a C host: ns an exchange of force, stiffness and energy")
+    p = model.parameters
+    fmus = {}
+    for degree in DEGREES:
+        # Alternating, so that FA stays positive and changes as fast as it may.
+        weights = [0.9 / degree * (-1.0) ** k / p.x_max**k for k in range(1, degree + 1)]
+        spring = ModelFile(f"degree{degree}", replace(p, kA=(1.0, *weights)))
+        fmus[degree] = Loadable("", *unpacked(build_native_fmu(spring, folder), folder / f"degree{degree}"))
+    medians = measured(list(fmus.values()), middle, half, None)
+    for column in ("exchange", *(f"degree {degree}" for degree in fmus)):
+        table.add_column(column, justify="left" if column == "exchange" else "right")
+    for case in ("stroke,all", "sine,all", "reversals,all"):
+        table.add_row(CASES[case.replace("all", "force")].split(":")[0], *(f"{value:.1f}" for value in medians[case]))
+    console.print(table)
+
+
+def many_instances(native: Loadable, folder: Path, middle: float, half: float) -> None:
+    """Instances of one spring that move in turn."""
+    table = Table(title="Instances of one spring in a C host: set, step, get force")
+    for column in ("instances", "ns a step", "of one alone", "bytes each"):
+        table.add_column(column, justify="right")
+    host = program("native_many.c", folder)
+    rows = []
+    for count in INSTANCES:
+        command = [str(host), native.guid, str(native.library), str(count), str(middle), str(half)]
+        said = subprocess.run(command, capture_output=True, text=True, check=True).stdout
+        step, size, _ = map(float, said.split())
+        rows.append((count, step, size))
+    for count, step, size in rows:
+        table.add_row(str(count), f"{step:.1f}", f"{step / rows[0][1]:.2f}", f"{size:.0f}")
+    console.print(table)
+
+
 def through_fmpy(fmus: dict[str, Path], middle: float, half: float) -> None:
     """Microseconds per exchange through fmpy, where its own work weighs most."""
     table = Table(title="Through fmpy, sine: us an exchange")
@@ -170,7 +215,7 @@ def through_fmpy(fmus: dict[str, Path], middle: float, half: float) -> None:
 
 def main() -> None:
     model = Spring.load(Path(sys.argv[1]) if len(sys.argv) > 1 else MODEL).model
-    p = model.parameters.spring()
+    p = model.parameters
     middle = 0.5 * (p.displacement_min + p.displacement_max)
     half = 0.5 * REACH * (p.displacement_max - p.displacement_min)
     console.print(
@@ -189,6 +234,8 @@ def main() -> None:
         else:
             fmus.append(Loadable("Python", *unpacked(python, folder / "p"), PYTHON_STEPS, PYTHON_EVERY, 1))
         in_a_c_host(fmus, middle, half, preloaded)
+        of_higher_degrees(model, folder, middle, half)
+        many_instances(ours, folder, middle, half)
         through_fmpy({"native": native, "Python-backed": python}, middle, half)
 
 

@@ -1,9 +1,6 @@
-"""The C kernel against the Python model, of which it is a second transcription, step by step."""
+"""The single steps of the C kernel, and its whole paths, against those of scalar Python."""
 
 from __future__ import annotations
-
-import math
-from itertools import product
 
 import mpmath
 import numpy as np
@@ -15,20 +12,17 @@ from springs import EXAMPLES, along, energy_scale, force_scale, spring
 from strandspring import SpringParameters
 from strandspring.core import stepper
 from strandspring.core.law import SpringLaw
-from strandspring.core.parameters import N_RANGE, SIGMA_RANGE
-from strandspring.core.saturation import Saturation, inverse_saturation, saturation
+from strandspring.core.saturation import Saturation, inverse_saturation
 from strandspring.kernel.path import PathSolver
-
-CORNERS = tuple(product((N_RANGE[0], 0.22, 1.0, 2.5, 12.0, N_RANGE[1]), (0.5, 3.0, SIGMA_RANGE[1])))
 
 
 def stepped(parameters: SpringParameters, path: np.ndarray, omega: float) -> np.ndarray:
     """omega, force, stiffness and absorbed energy of Python's stepper at each sample."""
     law = SpringLaw(parameters)
-    memory = stepper.rest(float(path[0]), omega)
+    memory = stepper.start(float(path[0]), omega)
     rows = []
     for displacement in path.tolist():
-        memory = stepper.settle(law, stepper.advance(law, memory, displacement))
+        memory = stepper.integrate(law, stepper.trial(law, memory, displacement))
         rows.append((memory.omega, stepper.force(law, memory), stepper.stiffness(law, memory), memory.energy))
     return np.array(rows).T
 
@@ -41,37 +35,23 @@ def rounding_of_stiffness(parameters: SpringParameters) -> float:
     return 4.0 * np.finfo(float).eps * parameters.n * 2.0 * parameters.sigma
 
 
-@pytest.mark.parametrize(("n", "sigma"), CORNERS)
-def test_saturation_function(n: float, sigma: float) -> None:
-    kernel = Kernel(spring(n, sigma, 1.0))
-    table = Saturation(n, sigma)
-    end = inverse_saturation(table, -1.0)
-    rising = np.geomspace(1e-16, 60.0 / n, 3000)
-    near, close = np.geomspace(1e-16, 1.0, 3000), 1.0 - np.geomspace(1e-16, 0.5, 1000)
-    xi = np.concatenate([rising, end * near, end * close, [0.0, -0.0, 1e300, math.inf]])
-    expected = np.array([saturation(table, value) for value in xi.tolist()])
-    # Relative, so that |u|^n is right for small n too. Near -1 a rounding of ln(-xi) in Python counts W' <= 2 sigma
-    # times; below its table, xi < 1.3e-14, Python errs by n*xi/2.
-    rtol = 2e-13 + 4e-16 * sigma + 7e-15 * n
-    got = kernel.saturation(xi)
-    np.testing.assert_allclose(got, expected, rtol=rtol, atol=1e-299)
-    assert np.max(np.abs(got)) <= 1.0
-    u = saturation(table, 0.3 * end)
-    for value in (-1.0, u, -1e-20, 0.0, 1e-20, 0.4, 1.0 - 1e-15, 1.0):
-        # The same sums, but for the libraries' last bits.
-        assert kernel.inverse_saturation(np.array([value]))[0] == pytest.approx(
-            inverse_saturation(table, value), rel=1e-14
-        )
-
-
 @pytest.mark.parametrize("seed", range(60))
 def test_steps_equal_those_of_the_stepper(seed: int) -> None:
     random = np.random.default_rng(seed)
     parameters = random_spring(random)
     path = random_path(random, parameters, 500)
     omega = float(random.choice([-1.0, -0.4, 0.0, 1e-9, 0.7, 1.0]))
-    got = Kernel(parameters).path(path, omega)
+    solver = PathSolver(parameters)
+    whole = (solver.omega, solver.force, solver.stiffness, solver.absorbed_energy)
+    steps = Kernel(parameters).path(path, omega)
     expected = stepped(parameters, path, omega)
+    for got in (steps, np.array([along_path(path, omega) for along_path in whole])):
+        check_response(parameters, path, omega, got, expected)
+
+
+def check_response(
+    parameters: SpringParameters, path: np.ndarray, omega: float, got: np.ndarray, expected: np.ndarray
+) -> None:
     scales = 1.0, force_scale(parameters, path), np.max(np.abs(expected[2]))
     # Python's W through logarithms, the kernel's by polynomials fitted to it: both within some 1e-13.
     tolerances = 1e-12, 1e-12, 1e-12 + rounding_of_stiffness(parameters)
@@ -163,10 +143,11 @@ def test_a_million_steps_equal_the_vectorised_path() -> None:
 
 
 @pytest.mark.parametrize(("n", "sigma", "omega"), [(0.22, 3.0, 0.62), (0.05, 50.0, -0.61), (0.5, 1000.0, -0.3)])
-def test_many_small_reversals_do_not_add_up(n: float, sigma: float, omega: float) -> None:
+@pytest.mark.parametrize("turns", [4_000, pytest.param(100_000, marks=pytest.mark.slow)])
+def test_many_small_reversals_do_not_add_up(n: float, sigma: float, omega: float, turns: int) -> None:
     parameters = spring(n, sigma, 1.0)
     small = 1e-10 / parameters.rho
-    path = parameters.displacement_offset + small * (np.arange(4001) % 2)
+    path = parameters.displacement_offset + small * (np.arange(turns + 1) % 2)
     with mpmath.workdps(20):
         expected, curvature = mpmath.mpf(omega), 2 * mpmath.mpf(sigma) - 1
         for step in parameters.rho * np.diff(path):
@@ -174,10 +155,13 @@ def test_many_small_reversals_do_not_add_up(n: float, sigma: float, omega: float
             rate = 1 - abs(expected) ** n if step * expected >= 0 else 1 + curvature * abs(expected) ** n
             ahead = expected + step * rate / 2
             expected += step * (1 - abs(ahead) ** n if step * ahead >= 0 else 1 + curvature * abs(ahead) ** n)
-    # Rounding of 4000 strokes, and the accuracy of W once.
+    # Rounding of the strokes, and the accuracy of W once.
     assert Kernel(parameters).path(path, omega)[0, -1] == pytest.approx(float(expected), abs=1e-12)
     assert PathSolver(parameters).omega(path, omega)[-1] == pytest.approx(float(expected), abs=1e-12)
-    assert stepped(parameters, path, omega)[0, -1] == pytest.approx(float(expected), abs=1e-12)
+    law, memory = SpringLaw(parameters), stepper.start(float(path[0]), omega)
+    for displacement in path.tolist():
+        memory = stepper.trial(law, memory, displacement)
+    assert memory.omega == pytest.approx(float(expected), abs=1e-12)
 
 
 @pytest.mark.parametrize("name", EXAMPLES)

@@ -18,25 +18,25 @@ from monolithic import Reference, monolithic
 from strandspring.cosimulation import (
     Attachment,
     CosimulationError,
-    Course,
-    First,
+    FmuSpring,
     GaussSeidel,
+    InputPath,
     Iterative,
     Jacobi,
     Master,
     MeanForce,
     Motion,
     Plant,
-    Slope,
-    Trial,
+    Subsystem,
+    TangentSource,
+    TrialMethod,
     Verlet,
+    apply_static_load,
     energy_balance,
-    growth,
+    growth_factor,
     largest_stable_step,
-    loaded_slowly,
     one_mass,
     simulate,
-    spring_unit,
 )
 from strandspring.cosimulation.plants import LinearFlow
 from strandspring.examples.mounts import EQUIPMENT_MOUNT
@@ -52,11 +52,11 @@ NEARLY_LINEAR = {"kE[1]": 1e4, "kE[2]": 0.0, "kE[3]": 0.0, "kA[1]": 0.0, "kappa_
 
 
 def base(t: float) -> float:
-    """Begins from rest, so that masters which look back find nothing amiss."""
+    """Begins with zero velocity, so that values before the beginning do not disturb extrapolating masters."""
     return AMPLITUDE * (1.0 - math.cos(CIRCULAR * t))
 
 
-def base_speed(t: float) -> float:
+def base_velocity(t: float) -> float:
     return AMPLITUDE * CIRCULAR * math.sin(CIRCULAR * t)
 
 
@@ -66,20 +66,20 @@ def shaken() -> Plant:
 
 @pytest.fixture(scope="module")
 def reference() -> Reference:
-    return monolithic(shaken(), [EQUIPMENT_MOUNT], np.linspace(0.0, STOP, 151), base_speeds=[base_speed])
+    return monolithic(shaken(), [EQUIPMENT_MOUNT], np.linspace(0.0, STOP, 151), base_velocities=[base_velocity])
 
 
 def run(
     spring: str, plant: Plant, stop: float, step: float, master: Master, speed: float = 0.0, backend: str = "native"
 ) -> Motion:
-    with spring_unit(fmu(spring, backend)) as unit:
-        return simulate(plant, [unit], stop, step, master, speed=[speed])
+    with FmuSpring(fmu(spring, backend)) as unit:
+        return simulate(plant, [unit], stop, step, master, velocity=[speed])
 
 
 def run_linear(plant: Plant, steps: int, step: float, master: Master) -> np.ndarray:
     """q of a free motion on the nearly linear spring."""
-    with spring_unit(fmu(RECOIL), start=NEARLY_LINEAR) as unit:
-        return simulate(plant, [unit], steps * step, step, master, speed=[1e-4]).q[:, 0]
+    with FmuSpring(fmu(RECOIL), parameters=NEARLY_LINEAR) as unit:
+        return simulate(plant, [unit], steps * step, step, master, velocity=[1e-4]).q[:, 0]
 
 
 # Order between steps of 1 ms and 0.25 ms, and error of the position at 0.25 ms in units of its range, about twice what
@@ -87,12 +87,12 @@ def run_linear(plant: Plant, steps: int, step: float, master: Master) -> np.ndar
 ORDERS: list[tuple[Master, float, float]] = [
     (Jacobi(), 1.0, 0.07),
     (Jacobi(1, 1), 2.0, 1e-3),
-    (Jacobi(2, 2, Course.CURVED), 3.0, 1.5e-5),
-    (GaussSeidel(First.PLANT, 0, 1), 1.0, 0.02),
-    (GaussSeidel(First.PLANT, 1, 1), 2.0, 2.5e-4),
-    (GaussSeidel(First.PLANT, 2, 2, Course.CURVED), 3.0, 4e-6),
-    (GaussSeidel(First.SPRINGS, 1, 1), 2.0, 6e-4),
-    (GaussSeidel(First.SPRINGS, 2, 2, Course.CURVED), 3.0, 1e-5),
+    (Jacobi(2, 2, InputPath.CURVED), 3.0, 1.5e-5),
+    (GaussSeidel(Subsystem.PLANT, 0, 1), 1.0, 0.02),
+    (GaussSeidel(Subsystem.PLANT, 1, 1), 2.0, 2.5e-4),
+    (GaussSeidel(Subsystem.PLANT, 2, 2, InputPath.CURVED), 3.0, 4e-6),
+    (GaussSeidel(Subsystem.SPRINGS, 1, 1), 2.0, 6e-4),
+    (GaussSeidel(Subsystem.SPRINGS, 2, 2, InputPath.CURVED), 3.0, 1e-5),
     (Verlet(), 2.0, 6e-5),
     (Iterative(), 2.0, 1e-4),
     (Iterative(MeanForce.ENDS), 2.0, 1e-4),
@@ -113,13 +113,13 @@ def test_error_falls_with_the_step_at_the_masters_order(
     assert errors[-1] < bound, errors
 
 
-def test_course_that_jumps_back_makes_a_hysteretic_spring_drift(reference: Reference) -> None:
+def test_input_path_that_jumps_back_makes_a_hysteretic_spring_drift(reference: Reference) -> None:
     """Each jump is a small loop, which a spring with memory does not close."""
     errors = {
-        course: np.max(np.abs(run(MOUNT, shaken(), STOP, 2e-3, Jacobi(1, 1, course)).q - reference.q))
-        for course in (Course.STRAIGHT, Course.RESET)
+        path: np.max(np.abs(run(MOUNT, shaken(), STOP, 2e-3, Jacobi(1, 1, path)).q - reference.q))
+        for path in (InputPath.STRAIGHT, InputPath.RESET)
     }
-    fine = run(MOUNT, shaken(), STOP, 2.5e-4, Jacobi(1, 1, Course.RESET)).q[::8]
+    fine = run(MOUNT, shaken(), STOP, 2.5e-4, Jacobi(1, 1, InputPath.RESET)).q[::8]
     straight = run(MOUNT, shaken(), STOP, 2.5e-4, Jacobi(1, 1)).q[::8]
     assert np.max(np.abs(fine - reference.q)) > 5.0 * np.max(np.abs(straight - reference.q)), errors
 
@@ -130,8 +130,9 @@ def damped(ratio: float) -> Plant:
 
 
 STABLE: list[Master] = [
-    Jacobi(), Jacobi(1, 1), Jacobi(2, 2), GaussSeidel(First.PLANT, 0), GaussSeidel(First.PLANT, 1), GaussSeidel(),
-    GaussSeidel(First.SPRINGS, 0, 0), GaussSeidel(First.SPRINGS, 1, 1), GaussSeidel(First.SPRINGS), Verlet(),
+    Jacobi(), Jacobi(1, 1), Jacobi(2, 2), Verlet(),
+    GaussSeidel(Subsystem.PLANT, 0), GaussSeidel(Subsystem.PLANT, 1), GaussSeidel(),
+    GaussSeidel(Subsystem.SPRINGS, 0, 0), GaussSeidel(Subsystem.SPRINGS, 1, 1), GaussSeidel(Subsystem.SPRINGS),
 ]  # fmt: skip
 
 
@@ -146,7 +147,7 @@ def test_growth_of_the_fmu_is_that_of_linear_theory(master: Master, ratio: float
         recurrence, *_ = np.linalg.lstsq(np.column_stack([late[1:-1], late[:-2]]), late[2:])
         found = np.max(np.abs(np.roots([1.0, *-recurrence])))
         # By then the other eigenvalues have died out; what is left is how little the spring is not linear.
-        assert found == pytest.approx(growth(master, damped(ratio), [1e4], step), abs=1e-7), w
+        assert found == pytest.approx(growth_factor(master, damped(ratio), [1e4], step), abs=1e-7), w
 
 
 @pytest.mark.parametrize("master", STABLE, ids=str)
@@ -168,22 +169,24 @@ def test_linear_theory_agrees_with_closed_forms() -> None:
         w2 = w * w
         # Gauss-Seidel, force held: q + h*v - w2*q/2, v - w2*q/h.
         expected = math.sqrt(1.0 + 0.5 * w2)
-        assert growth(GaussSeidel(First.PLANT, 0), damped(0.0), [1e4], step) == pytest.approx(expected, rel=1e-12)
+        assert growth_factor(GaussSeidel(Subsystem.PLANT, 0), damped(0.0), [1e4], step) == pytest.approx(
+            expected, rel=1e-12
+        )
         # Jacobi, all held: the force is that of the displacement one step before.
         roots = np.roots([1.0, -2.0, 1.0 + 0.5 * w2, 0.5 * w2])
-        assert growth(Jacobi(), damped(0.0), [1e4], step) == pytest.approx(np.max(np.abs(roots)), rel=1e-9)
+        assert growth_factor(Jacobi(), damped(0.0), [1e4], step) == pytest.approx(np.max(np.abs(roots)), rel=1e-9)
         for master in (Verlet(), Iterative(), Iterative(MeanForce.ENDS)):
-            assert growth(master, damped(0.0), [1e4], step) == pytest.approx(1.0, abs=1e-9)
+            assert growth_factor(master, damped(0.0), [1e4], step) == pytest.approx(1.0, abs=1e-9)
 
 
 def test_largest_stable_steps_that_are_known() -> None:
     omega = 100.0
     assert largest_stable_step(Verlet(), damped(0.0), [1e4]) * omega == pytest.approx(2.0, rel=1e-4)
     assert largest_stable_step(Iterative(), damped(0.0), [1e4]) == math.inf
-    assert largest_stable_step(GaussSeidel(First.PLANT, 0), damped(0.0), [1e4]) == 0.0
+    assert largest_stable_step(GaussSeidel(Subsystem.PLANT, 0), damped(0.0), [1e4]) == 0.0
     # Held forces act half a step late, with Jacobi a step and a half: that is a damping of -k*h/2 and of -3*k*h/2,
     # which the plant must make up for. First order in h.
-    assert largest_stable_step(GaussSeidel(First.PLANT, 0), damped(0.005), [1e4]) * omega == pytest.approx(
+    assert largest_stable_step(GaussSeidel(Subsystem.PLANT, 0), damped(0.005), [1e4]) * omega == pytest.approx(
         0.02, rel=0.02
     )
     assert largest_stable_step(Jacobi(), damped(0.005), [1e4]) * omega == pytest.approx(0.02 / 3.0, rel=0.02)
@@ -202,11 +205,11 @@ def test_iterative_closes_the_energy_at_any_step() -> None:
     plant = one_mass(25.0)
     for step in (1e-3, 1e-2, 0.1, 0.3):
         motion = run(RECOIL, plant, max(0.4, 60 * step), step, Iterative(), speed=2.0)
-        energy = 0.5 * 25.0 * motion.speed[:, 0] ** 2 + motion.absorbed_energy[:, 0]
+        energy = 0.5 * 25.0 * motion.velocity[:, 0] ** 2 + motion.absorbed_energy[:, 0]
         gap = np.max(np.abs(energy - energy[0]))
         # Asked: 1e-6. Each step leaves at most 1e-12 m times the force of some kN; measured 4e-12 of 50 J.
         assert gap < 1e-9 * energy[0], step
-        assert gap == pytest.approx(np.max(np.abs(energy_balance(plant, motion).gap)), abs=1e-12)
+        assert gap == pytest.approx(np.max(np.abs(energy_balance(plant, motion).residual)), abs=1e-12)
         assert np.max(np.abs(motion.q)) < 0.08
 
 
@@ -216,10 +219,10 @@ def test_iterative_closes_the_energy_of_several_springs_with_load_base_and_dampi
     springs = [Attachment([1.0, 0.0], 0.03, base, count=3), Attachment([-1.0, 1.0], 0.05)]
     plant = Plant(mass, springs, lambda t: [190.0 + 20.0 * math.sin(40.0 * t), 49.0], damping, np.diag([500.0, 0.0]))
     for step in (5e-4, 5e-3):
-        with spring_unit(fmu(CORNER), "below") as below, spring_unit(fmu(MOUNT), "above") as above:
-            rest = loaded_slowly(plant, [below, above])
-            balance = energy_balance(plant, simulate(plant, [below, above], 0.4, step, q=rest))
-        assert balance.error < 1e-9, step
+        with FmuSpring(fmu(CORNER), "below") as below, FmuSpring(fmu(MOUNT), "above") as above:
+            equilibrium = apply_static_load(plant, [below, above])
+            balance = energy_balance(plant, simulate(plant, [below, above], 0.4, step, q=equilibrium))
+        assert balance.relative_error < 1e-9, step
         assert balance.damped[-1] > 0.01 * balance.exchanged[-1]
 
 
@@ -229,12 +232,12 @@ def test_absorbed_energy_shows_what_explicit_masters_make() -> None:
 
     def made(master: Master, step: float) -> float:
         balance = energy_balance(plant, run(RECOIL, plant, 0.4, step, master, speed=2.0))
-        return float(np.max(np.abs(balance.gap)) / balance.kinetic[0])
+        return float(np.max(np.abs(balance.residual)) / balance.kinetic[0])
 
     # Energy made over that of the recoil with steps of 2 and 1 ms; the bounds are half and twice what was measured.
     for master, order, least, most in (
         (Jacobi(), 1, 0.12, 0.5),
-        (GaussSeidel(First.PLANT, 0), 1, 0.036, 0.15),
+        (GaussSeidel(Subsystem.PLANT, 0), 1, 0.036, 0.15),
         (GaussSeidel(), 2, 6e-5, 2.6e-4),
         (Verlet(), 2, 1.6e-4, 6.4e-4),
     ):
@@ -246,9 +249,9 @@ def test_absorbed_energy_shows_what_explicit_masters_make() -> None:
 @pytest.mark.parametrize(
     "other",
     [
-        Iterative(trial=Trial.ROLLBACK),
-        Iterative(slope=Slope.DIRECTIONAL_DERIVATIVE),
-        Iterative(MeanForce.ENDS, Trial.ROLLBACK, Slope.DIRECTIONAL_DERIVATIVE),
+        Iterative(trial_method=TrialMethod.ROLLBACK),
+        Iterative(tangent=TangentSource.DIRECTIONAL_DERIVATIVE),
+        Iterative(MeanForce.ENDS, TrialMethod.ROLLBACK, TangentSource.DIRECTIONAL_DERIVATIVE),
         Iterative(tolerance=1e-9),
     ],
     ids=["rollback", "directional derivative", "both", "tolerance"],
@@ -262,7 +265,9 @@ def test_ways_to_iterate_agree(other: Iterative) -> None:
     np.testing.assert_allclose(found.absorbed_energy, expected.absorbed_energy, rtol=0.0, atol=1e3 * tolerance)
 
 
-@pytest.mark.parametrize("master", [Verlet(), GaussSeidel(), Iterative(), Iterative(trial=Trial.ROLLBACK)], ids=str)
+@pytest.mark.parametrize(
+    "master", [Verlet(), GaussSeidel(), Iterative(), Iterative(trial_method=TrialMethod.ROLLBACK)], ids=str
+)
 def test_either_back_end_gives_the_same_motion(master: Master) -> None:
     native, python = (run(MOUNT, shaken(), 0.1, 1e-3, master, backend=backend) for backend in ("native", "python"))
     # Forces agree within 1e-12; 100 steps of a stable system do not magnify that by more than 1e3.
@@ -272,14 +277,14 @@ def test_either_back_end_gives_the_same_motion(master: Master) -> None:
 
 def test_standstill_and_tiny_motion_do_not_divide_by_zero() -> None:
     """Where the travel is zero or the energies cancel, the mean force gives way to that of the ends."""
-    with spring_unit(fmu(MOUNT)) as spring:
+    with FmuSpring(fmu(MOUNT)) as spring:
         still = simulate(one_mass(MASS, LOAD, offset=MIDDLE), [spring], 0.01, 1e-3)
     # Load and force agree but for rounding of either.
     assert np.max(np.abs(still.q)) < 1e-18
 
     def response(amplitude: float) -> np.ndarray:
         plant = one_mass(MASS, LOAD, lambda t: amplitude * math.sin(CIRCULAR * t), offset=MIDDLE)
-        with spring_unit(fmu(MOUNT)) as spring:
+        with FmuSpring(fmu(MOUNT)) as spring:
             motion = simulate(plant, [spring], 0.05, 1e-3)
         assert motion.iterations.max() <= 6
         return motion.q / amplitude
@@ -320,15 +325,15 @@ def test_trials_leave_no_trace() -> None:
     for backend in ("native", "python"):
         answers = []
         for trials in ([], [0.07, 0.03, 0.061]):
-            with spring_unit(fmu(MOUNT, backend), start={"omega_start": 0.3}) as spring:
+            with FmuSpring(fmu(MOUNT, backend), parameters={"omega_start": 0.3}) as spring:
                 spring.start(MIDDLE)
-                spring.stepped(0.0, 1e-3, 0.06)
-                for trial in trials:
-                    tried = spring.tried(trial)
-                    with spring.restored():
-                        assert spring.stepped(1e-3, 1e-3, trial) == tried
-                assert spring.reached == 0.06
-                answers.append(spring.stepped(1e-3, 1e-3, 0.055))
+                spring.commit(0.0, 1e-3, 0.06)
+                for displacement in trials:
+                    response = spring.trial(displacement)
+                    with spring.rollback():
+                        assert spring.commit(1e-3, 1e-3, displacement) == response
+                assert spring.committed_displacement == 0.06
+                answers.append(spring.commit(1e-3, 1e-3, 0.055))
         # An energy asked for more often is integrated in more pieces.
         assert answers[0] == pytest.approx(answers[1], rel=1e-13)
 
@@ -352,7 +357,7 @@ def test_flow_of_the_plant_is_exact() -> None:
 
 def _simulated(backend: str = "native", **changes: object) -> Motion:
     arguments = {"stop": 0.01, "step": 1e-3, "master": Verlet(), "springs": 1, "plant": shaken(), **changes}
-    with spring_unit(fmu(MOUNT, backend), "mount") as spring:
+    with FmuSpring(fmu(MOUNT, backend), "mount") as spring:
         return simulate(
             arguments["plant"], [spring] * arguments["springs"], arguments["stop"], arguments["step"],
             arguments["master"], q=arguments.get("q"),
@@ -368,22 +373,22 @@ REFUSED: list[tuple[str, Callable[[], object]]] = [
     ("`direction` of attachment 0 must have 2 entries", lambda: Plant(np.eye(2), [Attachment([1.0])])),
     ("`mass` must be finite, got [[nan]].", lambda: one_mass(math.nan)),
     ("`series` must be >= 1, got 0.", lambda: one_mass(1.0, series=0)),
-    ("cannot be read as an FMU", lambda: spring_unit(__file__).__enter__()),
+    ("cannot be read as an FMU", lambda: FmuSpring(__file__)),
     ("`force_order` must be 0, 1 or 2, got 3.", lambda: Jacobi(3)),
     ("`tolerance` must be > 0 [m], got 0.0.", lambda: Iterative(tolerance=0.0)),
-    ("has no parameter `stiffness`", lambda: spring_unit(fmu(MOUNT), start={"stiffness": 1.0}).__enter__()),
+    ("has no parameter `stiffness`", lambda: FmuSpring(fmu(MOUNT), parameters={"stiffness": 1.0})),
     ("1 attachments, but 2 springs", lambda: _simulated(springs=2)),
     ("`step` must be > 0 [s]", lambda: _simulated(step=0.0)),
     ("`q` must be 1 finite numbers, got [nan].", lambda: _simulated(q=[math.nan])),
-    ("takes no derivatives", lambda: _simulated("python", master=GaussSeidel(course=Course.CURVED))),
+    ("accepts no derivatives", lambda: _simulated("python", master=GaussSeidel(input_path=InputPath.CURVED))),
     (
         "has no directional derivatives",
-        lambda: _simulated("python", master=Iterative(slope=Slope.DIRECTIONAL_DERIVATIVE)),
+        lambda: _simulated("python", master=Iterative(tangent=TangentSource.DIRECTIONAL_DERIVATIVE)),
     ),
-    ("in 1 iterations, but differ by", lambda: _simulated(master=Iterative(iterations=1))),
+    ("in 1 iterations, but differ by", lambda: _simulated(master=Iterative(max_iterations=1))),
     (
         "diverged in the step at",
-        lambda: _simulated(stop=60.0, step=0.1, master=GaussSeidel(First.PLANT, 0)),
+        lambda: _simulated(stop=60.0, step=0.1, master=GaussSeidel(Subsystem.PLANT, 0)),
     ),
 ]
 
@@ -395,9 +400,9 @@ def test_refusals_say_what_is_wrong(text: str, call: Callable[[], object]) -> No
     assert text in str(refused.value)
 
 
-def test_leaving_the_identified_range_is_told() -> None:
-    with spring_unit(fmu(MOUNT), "mount") as spring:
-        far = simulate(one_mass(MASS, LOAD, offset=MIDDLE), [spring], 0.1, 1e-3, speed=[4.0])
+def test_leaving_the_identified_range_is_reported() -> None:
+    with FmuSpring(fmu(MOUNT), "mount") as spring:
+        far = simulate(one_mass(MASS, LOAD, offset=MIDDLE), [spring], 0.1, 1e-3, velocity=[4.0])
         assert any("outside the identified range" in message for message in spring.messages)
     assert far.left_range == (True,)
     assert run(MOUNT, shaken(), 0.05, 1e-3, Verlet()).left_range == (False,)

@@ -18,7 +18,7 @@ from strandspring import Spring, SpringParameters
 from strandspring.core.variables import spring_parameters, start_values, variables
 from strandspring.export.modelica import modelica_package
 from strandspring.export.ssv import parameter_values
-from strandspring.modelfile import model_file
+from strandspring.modelfile import ModelFile
 from terminal import Terminal
 
 AWKWARD = "\"quoted\" 'single' <b>bold</b> &amp; ]]> <!-- \nnew line\ttab\rreturn äöü 弹簧 %s {{ 7*7 }}"
@@ -29,7 +29,7 @@ LONGEST = SpringParameters((0.0, 1e4, *[1e5] * 19), (1.0, *[1.0] * 20), 10.0, 20
 def parameter_set(folder: Path, parameters: SpringParameters, description: str = "") -> tuple[Path, ParameterSet]:
     """The SSV file of a spring, and what FMPy reads after checking it by the schema of SSP 1.0."""
     path = folder / "spring.ssv"
-    path.write_text(parameter_values(model_file("spring", parameters, description)), encoding="utf-8", newline="\n")
+    path.write_text(parameter_values(ModelFile("spring", parameters, description)), encoding="utf-8", newline="\n")
     return path, read_ssv(str(path))
 
 
@@ -82,12 +82,12 @@ def test_same_model_same_text_in_other_processes() -> None:
 from fmu_tools import SPRING
 from strandspring.export.modelica import modelica_package
 from strandspring.export.ssv import parameter_values
-from strandspring.modelfile import model_file
+from strandspring.modelfile import ModelFile
 from terminal import Terminal
-model = model_file("spring", SPRING, "described")
+model = ModelFile("spring", SPRING, "described")
 print(parameter_values(model), modelica_package(model))
 """
-    model = model_file("spring", SPRING, "described")
+    model = ModelFile("spring", SPRING, "described")
     expected = f"{parameter_values(model)} {modelica_package(model)}\n"
     for seed in ("1", "2"):
         assert run_python(code, environment={**os.environ, "PYTHONHASHSEED": seed, "TZ": f"UTC{seed}"}) == expected
@@ -113,7 +113,7 @@ def test_files_go_to_dist_and_hold_what_was_made(terminal: Terminal) -> None:
     assert said == f"SSP parameter values: {Path('dist/mount.ssv')}\nModelica package: {Path('dist/mount.mo')}\n"
     assert terminal.err == ""
     assert files() == {"dist/mount.ssv", "dist/mount.mo"}
-    model = model_file("mount", SPRING, "a mount")
+    model = ModelFile("mount", SPRING, "a mount")
     assert Path("dist/mount.ssv").read_bytes() == parameter_values(model).encode()
     assert Path("dist/mount.mo").read_bytes() == modelica_package(model).encode()
 
@@ -137,16 +137,16 @@ def test_the_output_is_a_folder_or_a_file(terminal: Terminal, arguments: list[st
     assert {name: Path(name).read_bytes() for name in files()} == before
 
 
-def test_json_tells_what_was_written(terminal: Terminal) -> None:
-    told = json.loads(terminal("export", "mount.json", "--ssv", "--json"))
-    assert told == {"model": "mount.json", "name": "mount", "ssv": str(Path("dist/mount.ssv")), "modelica": None}
-    told = json.loads(terminal("export", "model.json", "--modelica", "--json"))
-    assert told["modelica"] == str(Path("dist/model_spring.mo"))
+def test_json_lists_the_files_written(terminal: Terminal) -> None:
+    answer = json.loads(terminal("export", "mount.json", "--ssv", "--json"))
+    assert answer == {"model": "mount.json", "name": "mount", "ssv": str(Path("dist/mount.ssv")), "modelica": None}
+    answer = json.loads(terminal("export", "model.json", "--modelica", "--json"))
+    assert answer["modelica"] == str(Path("dist/model_spring.mo"))
 
 
-def test_a_package_called_otherwise_than_the_model_is_told(terminal: Terminal) -> None:
+def test_a_package_name_that_differs_from_the_model_is_reported(terminal: Terminal) -> None:
     terminal("export", "model.json", "--modelica")
-    assert "called model_spring, because model is a word of Modelica" in terminal.err
+    assert "named model_spring, because model is a reserved word in Modelica" in terminal.err
     assert files() == {"dist/model_spring.mo"}
 
 
@@ -158,7 +158,7 @@ def test_a_package_called_otherwise_than_the_model_is_told(terminal: Terminal) -
         (["--ssv", "-o", "mount.json"], ".ssv"),
         (["--modelica", "-o", "mount.ssv"], ".mo"),
         (["--modelica", "--ssv", "-o", "mount.ssv"], ".mo"),
-        (["--modelica", "-o", "other.mo"], "called mount.mo, got other.mo"),
+        (["--modelica", "-o", "other.mo"], "named mount.mo, got other.mo"),
         (["--fmi"], "--fmi"),
     ],
 )

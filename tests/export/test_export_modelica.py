@@ -19,12 +19,13 @@ from scipy.optimize import brentq
 from fmu_tools import OTHER, SPRING
 from springs import force_by_definition, force_scale, spring
 from strandspring import Spring, SpringParameters
-from strandspring.core.variables import SCALARS, variables
+from strandspring.core.parameters import SCALARS
+from strandspring.core.variables import variables
 from strandspring.export.modelica import modelica_package, package_name
-from strandspring.modelfile import ModelFile, load_model, model_file
+from strandspring.modelfile import ModelFile, load_model
 
 TESTS = Path(__file__).resolve().parents[1]
-HINGE = load_model(TESTS.parent / "models/rubber_hinge.json").parameters.spring()
+HINGE = load_model(TESTS.parent / "models/rubber_hinge.json").parameters
 CONSTANT = SpringParameters((2.0,), (1.0,), 10.0, 200.0, 1.0, 0.5, 0.0, -0.01, 0.01)
 LONGEST = SpringParameters((0.0, 1e4, *[1e5] * 19), (1.0, *[1.0] * 20), 10.0, 200.0, 1.0, 0.5, 0.0, -0.01, 0.01)
 
@@ -110,7 +111,7 @@ def driven(
   equation
     connect(ground.flange, spring.flange_a);
     connect(mover.flange, spring.flange_b);"""
-    found = simulated(folder, model_file("mount", parameters), system, 1.5, tolerance)
+    found = simulated(folder, ModelFile("mount", parameters), system, 1.5, tolerance)
     times = np.asarray(found.time)
     # The turning points belong to the path, wherever the samples fall.
     turns = turning_points(times)
@@ -176,7 +177,7 @@ def test_a_mass_on_the_spring_moves_as_the_monolithic_solution(tmp_path: Path) -
     connect(ground.flange, spring.flange_a);
     connect(mass.flange, spring.flange_b);"""
     # rumoca 0.10's implicit method gives up at this tolerance over events that two of its interpolants place apart.
-    found = simulated(tmp_path, model_file("mount", p), system, stop, solver="rk-like")
+    found = simulated(tmp_path, ModelFile("mount", p), system, stop, solver="rk-like")
 
     def rate(t: float, state: np.ndarray) -> list[float]:
         s, v, omega = state
@@ -200,7 +201,7 @@ def test_other_parameters_can_be_given_in_modelica(tmp_path: Path) -> None:
   equation
     connect(ground.flange, spring.flange_a);
     connect(mover.flange, spring.flange_b);"""
-    found = simulated(tmp_path, model_file("mount", OTHER), system, 0.2)
+    found = simulated(tmp_path, ModelFile("mount", OTHER), system, 0.2)
     x = 0.02 * swing(np.asarray(found.time))
     changed = SpringParameters(
         (1.0, 500.0), OTHER.kA, OTHER.kappa_omega, 50.0, OTHER.sigma, OTHER.n, OTHER.displacement_offset,
@@ -218,7 +219,7 @@ def test_flanges_turned_round_make_a_spring_of_compression(tmp_path: Path) -> No
   equation
     connect(mover.flange, spring.flange_a);
     connect(ground.flange, spring.flange_b);"""
-    found = simulated(tmp_path, model_file("mount", SPRING), system, 0.2)
+    found = simulated(tmp_path, ModelFile("mount", SPRING), system, 0.2)
     distance = np.asarray(found["mover.flange.s"])
     compression = 0.3 - distance
     assert found["spring.displacement"] == pytest.approx(compression, abs=1e-15)
@@ -240,7 +241,7 @@ def test_flanges_of_the_fmu_pass_displacement_and_force_on(tmp_path: Path) -> No
     connect(mover.flange, flanges.flange_b);
     connect(flanges.displacement, fmu.displacement);
     connect(fmu.force, flanges.force);"""
-    found = simulated(tmp_path, model_file("mount", SPRING), system, 0.5)
+    found = simulated(tmp_path, ModelFile("mount", SPRING), system, 0.5)
     displacement = 0.02 + 0.02 * swing(np.asarray(found.time))
     assert found["fmu.displacement"] == pytest.approx(displacement, abs=1e-15)
     force = 5.0 + 200.0 * displacement
@@ -262,7 +263,7 @@ ALONE = """
     "parameters", [SPRING, HINGE, CONSTANT, LONGEST], ids=["spring", "hinge", "constant", "longest"]
 )
 def test_the_record_holds_every_parameter_of_the_fmu(parameters: SpringParameters, tmp_path: Path) -> None:
-    model = model_file("mount", parameters)
+    model = ModelFile("mount", parameters)
     found = compiled(tmp_path, model, ALONE.format(package="mount")).parameters
     table = {v.name: v for v in variables(len(parameters.kE), len(parameters.kA)) if v.causality == "parameter"}
     for name in (*SCALARS, "omega_start"):
@@ -292,7 +293,7 @@ def test_the_record_holds_every_parameter_of_the_fmu(parameters: SpringParameter
 )  # fmt: skip
 def test_whatever_a_model_is_called_it_is_modelica(name: str, package: str, tmp_path: Path) -> None:
     assert package_name(name) == package
-    assert compiled(tmp_path, model_file(name, SPRING), ALONE.format(package=package)).states.names
+    assert compiled(tmp_path, ModelFile(name, SPRING), ALONE.format(package=package)).states.names
     assert [d for d in rumoca.validate(tmp_path / f"{package}.mo") if d.level != "warning"] == []
 
 
@@ -301,7 +302,7 @@ def test_no_text_leaves_its_string(tmp_path: Path) -> None:
         "\"quoted\" 'single' <b>bold</b> </html> & \\ \\n \nnew line\ttab\rreturn äöü 弹簧 %s "
         '"; end mount; << 7*7 >> <% x %> {{ y }} // /* \\'
     )
-    model = model_file("mount", SPRING, awkward)
+    model = ModelFile("mount", SPRING, awkward)
     text = modelica_package(model)
     literal = re.search(r"^package mount (\".*\")$", text, re.MULTILINE)
     (page,) = re.findall(r"^<p>(.*quoted.*)</p>$", text, re.MULTILINE)

@@ -14,12 +14,12 @@ import pytest
 from fmpy.validation import validate_fmu
 
 from fmu_tools import OTHER, SPRING, built, instance, run_python
-from strandspring.core.parameters import SpringParameters
-from strandspring.core.variables import SCALARS, spring_parameters, start_values, units, variables
+from strandspring.core.parameters import SCALARS, SpringParameters
+from strandspring.core.variables import spring_parameters, start_values, units, variables
 from strandspring.errors import StrandspringError
 from strandspring.fmu.documentation import flat
 from strandspring.fmu.python_backed import build_fmu, fmu_contents
-from strandspring.modelfile import model_file
+from strandspring.modelfile import ModelFile
 
 AWKWARD = "\"quoted\" 'single' <b>bold</b> &amp; ]]> <!-- \nnew line\ttab äöü 弹簧 %s %n {name} {{ 7*7 }}"
 
@@ -147,7 +147,7 @@ built(Path(sys.argv[1]))
     for seed in ("1", "2"):
         folder = tmp_path / seed
         run_python(code, folder, environment={**os.environ, "PYTHONHASHSEED": seed, "TZ": f"UTC{seed}"})
-        found.add(hashlib.sha256((folder / "spring.fmu").read_bytes()).hexdigest())
+        found.add(hashlib.sha256((folder / "spring_python.fmu").read_bytes()).hexdigest())
     assert len(found) == 1
 
 
@@ -183,7 +183,7 @@ def test_entries_of_the_archive(fmu):
 def test_building_leaves_nothing_else(tmp_path):
     path, modules = list(sys.path), set(sys.modules)
     built(tmp_path / "new", OTHER, "lambda")
-    assert [p.name for p in tmp_path.rglob("*")] == ["new", "lambda.fmu"]
+    assert [p.name for p in tmp_path.rglob("*")] == ["new", "lambda_python.fmu"]
     assert sys.path == path
     assert set(sys.modules) == modules
 
@@ -200,7 +200,7 @@ def test_an_fmu_named_like_a_keyword_runs(tmp_path):
 
 
 def test_awkward_texts(tmp_path):
-    model = model_file(
+    model = ModelFile(
         "awkward", SPRING, AWKWARD, fit={"<i>rmse</i>": 1.25}, provenance={"records": [{"path": AWKWARD}]}
     )
     path = build_fmu(model, tmp_path)
@@ -216,7 +216,7 @@ def test_awkward_texts(tmp_path):
 
 
 def test_documentation_tells_the_model():
-    model = model_file("documented", SPRING, fit={"rmse": 1.23456789, "records": [{"path": "a.csv", "rnl": 0.98}]})
+    model = ModelFile("documented", SPRING, fit={"rmse": 1.23456789, "records": [{"path": "a.csv", "rnl": 0.98}]})
     page = fmu_contents(model)["documentation/index.html"].decode()
     for variable in variables(len(SPRING.kE), len(SPRING.kA)):
         assert f"<td>{variable.name}</td>" in page

@@ -38,7 +38,7 @@ def test_a_displacement_that_is_not_finite(spring, bad):
     committed = spring.step(0.03, "force", "omega")
     spring.set("displacement", 0.035)
     assert status_of(spring.set, "displacement", bad) == 0
-    assert spring.logged(ERROR) == [f"`displacement` must be finite [m], got {bad!r}; it was not taken over."]
+    assert spring.logged(ERROR) == [f"`displacement` must be finite [m], got {bad!r}; the previous value is kept."]
     outputs = spring.get("force", "stiffness", "absorbed_energy", "omega")
     assert all(map(math.isnan, outputs))
     assert status_of(spring.slave.doStep, 0.0, 1e-3) == DISCARD
@@ -105,7 +105,7 @@ def test_values_are_set_all_or_none(spring):
 @pytest.mark.parametrize("name", ["force", "stiffness", "absorbed_energy", "omega"])
 def test_what_is_computed_cannot_be_set(spring, name):
     assert status_of(spring.set, name, 1.0) == FATAL
-    assert f"`{name}` is computed" in spring.logged(FATAL)[0]
+    assert f"`{name}` is calculated" in spring.logged(FATAL)[0]
 
 
 @pytest.mark.parametrize(
@@ -115,7 +115,7 @@ def test_what_is_computed_cannot_be_set(spring, name):
         ("getReal", 4, "`extrapolating`"), ("getInteger", 1, "is Real, not Integer"),
         ("getBoolean", 1, "is Real, not Boolean"), ("getString", 0, "is Real, not String"),
         ("setReal", 999, "value reference 999"), ("setInteger", 0, "is Real, not Integer"),
-        ("setBoolean", 4, "is computed"), ("setString", 0, "is Real, not String"),
+        ("setBoolean", 4, "is calculated"), ("setString", 0, "is Real, not String"),
     ],
 )  # fmt: skip
 def test_no_such_variable_or_another_type(spring, call, reference, text):

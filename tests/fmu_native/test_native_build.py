@@ -9,6 +9,7 @@ import re
 import struct
 import time
 import zipfile
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -21,12 +22,15 @@ from fmpy.validation import validate_fmu
 from fmu_tools import OTHER, SPRING, built
 from native_tools import FUNCTIONS
 from strandspring.cli.main import main
+from strandspring.compiled import images, zig
+from strandspring.compiled.targets import FMU_TARGETS, LINUX_X86, MACOS_ARM, WINDOWS_X86, Target, host_target
 from strandspring.errors import BuildError
 from strandspring.fmu.check import check_fmu
-from strandspring.fmu.native.compiler import PLATFORMS, chosen_platforms, compile_binary, host_name
+from strandspring.fmu.native.block import filled
 from strandspring.fmu.native.macho import universal
 from strandspring.fmu.native.native_fmu import build_native_fmu, native_contents
-from strandspring.modelfile import model_file
+from strandspring.fmu.native.platforms import PLATFORMS, chosen_platforms, default_platforms, host_folder
+from strandspring.modelfile import ModelFile
 from strandspring.spring import Spring
 
 AWKWARD = (
@@ -87,7 +91,7 @@ def test_sources_are_complete_and_listed(native_fmu: Path) -> None:
         names = {name.removeprefix("sources/") for name in archive.namelist() if name.startswith("sources/")}
         xml = archive.read("modelDescription.xml").decode()
         unit = archive.read("sources/all.c").decode()
-    assert {"spring.c", "spring.h", "spring_config.h", "fmi2Functions.h"} < names
+    assert {"spring.c", "spring.h", "spring_values.h", "fmi2Functions.h"} < names
     # Once for each interface.
     assert re.findall(r'<File name="([^"]+)"', xml) == ["all.c", "all.c"]
     parts = {name for name in names if name.endswith(".c")} - {"all.c"}
@@ -177,8 +181,8 @@ def test_sizes(native_fmu: Path) -> None:
 
 
 @pytest.mark.slow
-def test_same_bytes_from_another_folder_and_an_empty_cache(
-    native_fmu: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+def test_images_have_the_same_bytes_from_another_folder_and_an_empty_cache(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     elsewhere = tmp_path / "a longer name" / "of a folder"
     elsewhere.mkdir(parents=True)
@@ -187,22 +191,47 @@ def test_same_bytes_from_another_folder_and_an_empty_cache(
     monkeypatch.setenv("SOURCE_DATE_EPOCH", "86400")
     monkeypatch.setenv("CC", "/bin/false")
     # Those with most of what a cache holds: the stubs of glibc, the import libraries and the compiler's own functions.
-    some = chosen_platforms("linux64,win64")
-    contents = native_contents(model_file("spring", SPRING), some)
-    with zipfile.ZipFile(native_fmu) as archive:
-        for name in set(contents) - {"documentation/index.html"}:  # it names the platforms
-            assert contents[name] == archive.read(name), name
+    for target in (LINUX_X86, WINDOWS_X86):
+        assert images.compiled(images.FMU, target) == images.image(images.FMU, target).read_bytes()
     assert list(elsewhere.iterdir()) == []
 
 
-@pytest.mark.slow
 def test_the_archive_has_the_same_bytes_again(native_fmu: Path, tmp_path: Path) -> None:
-    told: list[str] = []
-    # Each build has a folder of its own, so everything is compiled once more.
-    again = build_native_fmu(model_file("spring", SPRING), tmp_path, chosen_platforms("all"), told.append)
+    again = build_native_fmu(ModelFile("spring", SPRING), tmp_path, chosen_platforms("all"))
     assert again.read_bytes() == native_fmu.read_bytes()
-    assert sorted(told) == sorted(PLATFORMS)
     assert [path.name for path in tmp_path.iterdir()] == ["spring.fmu"]
+
+
+def test_all_platforms_in_half_a_second_without_a_compiler(
+    native_fmu: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(zig, "is_installed", lambda: False)
+    monkeypatch.setenv("CC", "/bin/false")
+    begin = time.process_time()
+    again = build_native_fmu(ModelFile("spring", SPRING), tmp_path, chosen_platforms("all"))
+    assert time.process_time() - begin < 0.5
+    assert again.read_bytes() == native_fmu.read_bytes()
+
+
+@pytest.mark.parametrize("target", FMU_TARGETS, ids=lambda target: target.triple)
+def test_a_filled_image_differs_in_its_block_and_hashes_only(target: Target) -> None:
+    image = images.image(images.FMU, target).read_bytes()
+    made = filled(image, SPRING, "{12345678-1234-1234-1234-123456789abc}")
+    changed = [k for k, (one, other) in enumerate(zip(image, made, strict=True)) if one != other]
+    block = image.index(b"strandspringfmu\0")
+    outside = [k for k in changed if not block + 24 <= k < block + 480]
+    signature = lief.MachO.parse(image).at(0).code_signature.data_offset if target == MACOS_ARM else len(image)
+    assert changed
+    # SHA-256 of the one or two pages that hold the block.
+    assert len(outside) <= (64 if target == MACOS_ARM else 0)
+    assert all(k >= signature for k in outside)
+
+
+def test_an_image_without_exactly_one_block_is_refused() -> None:
+    image = images.image(images.FMU, LINUX_X86).read_bytes()
+    for bad, count in ((image + image, 2), (image.replace(b"strandspringfmu", b"strandspringgmu"), 0)):
+        with pytest.raises(BuildError, match=f"found {count}"):
+            filled(bad, SPRING, "")
 
 
 @pytest.mark.slow
@@ -212,7 +241,7 @@ def test_builds_where_no_cache_can_be_kept(home: str, monkeypatch: pytest.Monkey
         monkeypatch.delenv(variable, raising=False)
     monkeypatch.setenv("HOME", home)
     source = b"int f(void);\nint f(void) { return 1; }\n"
-    assert compile_binary(PLATFORMS[str(host_name())], {"f.c": source}, "f.c", "f")
+    assert zig.shared_library(host_target(), {"f.c": source}, "f.c", "f", ())
 
 
 def test_headers_and_libraries_of_the_machine_are_not_used(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -221,7 +250,7 @@ def test_headers_and_libraries_of_the_machine_are_not_used(tmp_path: Path, monke
         monkeypatch.setenv(variable, str(tmp_path))
     # New to the compiler's cache.
     source = f"#include <math.h>\ndouble f{time.time_ns()}(double x);\n"
-    assert compile_binary(PLATFORMS[str(host_name())], {"f.c": source.encode()}, "f.c", "f")
+    assert zig.shared_library(host_target(), {"f.c": source.encode()}, "f.c", "f", ())
 
 
 def guid(contents: dict[str, bytes]) -> str:
@@ -232,11 +261,11 @@ def test_guid_follows_the_content_and_not_the_platforms(native_fmu: Path, descri
     guids = {
         guid(native_contents(model, ()))
         for model in (
-            model_file("spring", SPRING),
-            model_file("spring", replace(SPRING, rho=SPRING.rho * (1 + 1e-15))),
-            model_file("renamed", SPRING),
-            model_file("spring", SPRING, "described"),
-            model_file("spring", OTHER),
+            ModelFile("spring", SPRING),
+            ModelFile("spring", replace(SPRING, rho=SPRING.rho * (1 + 1e-15))),
+            ModelFile("renamed", SPRING),
+            ModelFile("spring", SPRING, "described"),
+            ModelFile("spring", OTHER),
         )
     }
     assert len(guids) == 5
@@ -246,8 +275,8 @@ def test_guid_follows_the_content_and_not_the_platforms(native_fmu: Path, descri
 
 
 def test_awkward_texts_reach_neither_c_nor_paths(tmp_path: Path) -> None:
-    plain = native_contents(model_file("awkward", SPRING), ())
-    model = model_file("awkward", SPRING, AWKWARD, provenance={"records": [{"path": AWKWARD}]})
+    plain = native_contents(ModelFile("awkward", SPRING), ())
+    model = ModelFile("awkward", SPRING, AWKWARD, provenance={"records": [{"path": AWKWARD}]})
     fmu = build_native_fmu(model, tmp_path)
     assert validate_fmu(str(fmu)) == []
     # Line ends are the only characters that XML and HTML change.
@@ -273,7 +302,7 @@ def test_awkward_names_are_refused_before_anything_is_built(
     name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    content = json.loads(model_file("fine", SPRING).model_dump_json())
+    content = json.loads(ModelFile("fine", SPRING).to_json())
     Path("m.json").write_text(json.dumps({**content, "name": name}), encoding="utf-8")
     with pytest.raises(SystemExit) as left:
         main(["build", "m.json", "--backend", "native"])
@@ -309,14 +338,14 @@ def model(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
 
 @pytest.mark.slow
 def test_command_line_builds_for_the_host_and_tells_sizes(model: str, capsys: pytest.CaptureFixture[str]) -> None:
-    main(["build", model, "--backend", "native", "--json"])
-    told = json.loads(capsys.readouterr().out)
-    assert told["backend"] == "native"
-    assert list(told["binaries"]) == [host_name()]
-    size = told["binaries"][host_name()]
+    main(["build", model, "--json"])
+    (fmu,) = json.loads(capsys.readouterr().out)["fmus"]
+    assert fmu["backend"] == "native"
+    assert sorted(fmu["binaries"]) == sorted(platform.name for platform in default_platforms())
+    size = fmu["binaries"][host_folder()]
     main(["build", model, "--backend", "native", "--platform", "host"])
     out = capsys.readouterr().out
-    assert f"Binaries: {host_name()} {size / 1024:.0f} KiB\n" in out
+    assert f"Binaries: {host_folder()} {size / 1024:.0f} KiB\n" in out
     assert "valid; 401 steps of co-simulation and of model exchange" in out
 
 
@@ -324,7 +353,7 @@ def test_command_line_builds_for_the_host_and_tells_sizes(model: str, capsys: py
 def test_an_fmu_for_other_computers_only_is_validated_but_not_run(
     model: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    other = "win64" if host_name() != "win64" else "linux64"
+    other = "win64" if host_folder() != "win64" else "linux64"
     main(["build", model, "--backend", "native", "--platform", other])
     out = capsys.readouterr().out
     assert f"Binaries: {other} " in out
@@ -337,7 +366,7 @@ def test_an_fmu_for_other_computers_only_is_validated_but_not_run(
         (["--backend", "native", "--platform", "amiga"], 2, "'amiga'"),
         (["--backend", "native", "--platform", "linux64,"], 2, "''"),
         (["--backend", "native", "--platform", "../x"], 2, "'../x'"),
-        (["--platform", "linux64"], 2, "--backend native"),
+        (["--backend", "python", "--platform", "linux64"], 2, "native back end"),
     ],
 )
 def test_command_line_refuses(
@@ -352,30 +381,47 @@ def test_command_line_refuses(
     assert not Path("dist").exists()
 
 
-def test_without_ziglang_one_sentence_says_what_to_do(
-    model: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+@pytest.fixture
+def other_sources(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Callable[[bytes], None]:
+    """Changes the C sources, and takes away the images of these."""
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path.parent / f"{tmp_path.name}-cache"))
+    sources = images.Unit.sources
+    images.image.cache_clear()
+
+    def change(line: bytes) -> None:
+        monkeypatch.setattr(
+            images.Unit, "sources", lambda unit: {name: line + text for name, text in sources(unit).items()}
+        )
+
+    return change
+
+
+def test_without_image_and_ziglang_one_sentence_says_what_to_do(
+    model: str,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+    other_sources: Callable[[bytes], None],
 ) -> None:
-    monkeypatch.setattr("strandspring.fmu.native.compiler.find_spec", lambda _: None)
+    other_sources(b"\n")
+    monkeypatch.setattr(zig, "is_installed", lambda: False)
     with pytest.raises(SystemExit) as left:
-        main(["build", model, "--backend", "native"])
+        main(["build", model])
     assert left.value.code == 1
-    assert "pip install 'strandspring[native]'" in capsys.readouterr().err
+    assert "pip install ziglang" in capsys.readouterr().err
     assert not Path("dist").exists()
 
 
-def test_a_failing_compiler_leaves_the_old_fmu(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_failing_compiler_leaves_the_old_fmu(tmp_path: Path, other_sources: Callable[[bytes], None]) -> None:
     (tmp_path / "spring.fmu").write_text("kept")
-    monkeypatch.setattr("strandspring.fmu.native.native_fmu.configuration", lambda *_: '#error "broken here"\n')
+    other_sources(b'#error "broken here"\n')
     with pytest.raises(BuildError, match=r"ziglang \S+ failed to compile for x86_64-linux-gnu\.2\.17.*broken here"):
-        build_native_fmu(model_file("spring", SPRING), tmp_path, chosen_platforms("linux64"))
+        build_native_fmu(ModelFile("spring", SPRING), tmp_path, chosen_platforms("linux64"))
     assert [(path.name, path.read_text()) for path in tmp_path.iterdir()] == [("spring.fmu", "kept")]
 
 
 def test_warnings_are_refused() -> None:
     with pytest.raises(BuildError, match="unused"):
-        compile_binary(
-            PLATFORMS["linux64"], {"a.c": b"int f(void);\nint f(void) { int unused; return 1; }\n"}, "a.c", "a"
-        )
+        zig.shared_library(LINUX_X86, {"a.c": b"int f(void);\nint f(void) { int unused; return 1; }\n"}, "a.c", "a", ())
 
 
 @pytest.mark.parametrize(
@@ -389,12 +435,20 @@ def test_warnings_are_refused() -> None:
 def test_the_platform_of_a_host(system: str, machine: str, name: str | None, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("platform.system", lambda: system)
     monkeypatch.setattr("platform.machine", lambda: machine)
-    assert host_name() == name
+    assert host_folder() == name
     if name is None:
         with pytest.raises(BuildError, match=f"{system} {machine}"):
             chosen_platforms("host")
     else:
         assert [platform.name for platform in chosen_platforms("host")] == [name]
+
+
+def test_default_platforms_are_those_that_the_package_carries(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("strandspring.fmu.native.platforms.PACKAGED", tmp_path)
+    assert default_platforms() == chosen_platforms("host")
+    for target in FMU_TARGETS:
+        (tmp_path / images.FMU.file_name(target)).touch()
+    assert [p.name for p in default_platforms()] == list(PLATFORMS)
 
 
 def test_platforms_are_chosen_once_each() -> None:
@@ -420,12 +474,12 @@ def test_universal_binary_has_aligned_untouched_images() -> None:
 
 
 def test_universal_binary_takes_images_of_macos_only() -> None:
-    with pytest.raises(ValueError, match="0x464c457f"):
+    with pytest.raises(ValueError, match="7f454c46"):
         universal([b"\x7fELF".ljust(40, b"\0")])
 
 
 @pytest.mark.parametrize("counts", [(1, 1), (21, 21)])
 def test_every_number_of_coefficients_compiles(counts: tuple[int, int], tmp_path: Path) -> None:
     kE, kA = ((first, *[0.0] * (count - 1)) for first, count in zip((5.0, 1.0), counts, strict=True))
-    model = model_file("counted", replace(SPRING, kE=kE, kA=kA))
+    model = ModelFile("counted", replace(SPRING, kE=kE, kA=kA))
     assert check_fmu(build_native_fmu(model, tmp_path)).problems == ()

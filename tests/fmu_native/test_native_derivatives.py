@@ -166,11 +166,11 @@ def test_derivatives_by_parameters_go_on_from_a_state(spring):
 @pytest.mark.parametrize(
     ("unknown", "known", "text"),
     [
-        ("absorbed_energy", "rho", "of `absorbed_energy` by `rho` is known in initialization mode only."),
-        ("displacement", "displacement", "`displacement` is no output"),
-        ("omega", "displacement", "`omega` is no output"),
-        ("rho", "displacement", "`rho` is no output"), ("force", "stiffness", "`stiffness` is computed"),
-        ("force", "omega", "`omega` is computed"), ("extrapolating", "displacement", "is Boolean, not Real"),
+        ("absorbed_energy", "rho", "with respect to `rho` is available in initialization mode only."),
+        ("displacement", "displacement", "`displacement` is not an output"),
+        ("omega", "displacement", "`omega` is not an output"),
+        ("rho", "displacement", "`rho` is not an output"), ("force", "stiffness", "`stiffness` is calculated"),
+        ("force", "omega", "`omega` is calculated"), ("extrapolating", "displacement", "is Boolean, not Real"),
         ("force", "extrapolating", "is Boolean, not Real"),
     ],
 )  # fmt: skip
@@ -229,8 +229,8 @@ def test_output_derivatives_with_input_derivatives(spring):
     ("name", "order", "text"),
     [
         ("force", 0, "order of the derivative of `force` must be 1, got 0"), ("force", 2, "must be 1, got 2"),
-        ("displacement", 1, "`displacement` is no output"), ("omega", 1, "`omega` is no output"),
-        ("rho", 1, "`rho` is no output"), ("extrapolating", 1, "is Boolean, not Real"),
+        ("displacement", 1, "`displacement` is not an output"), ("omega", 1, "`omega` is not an output"),
+        ("rho", 1, "`rho` is not an output"), ("extrapolating", 1, "is Boolean, not Real"),
     ],
 )  # fmt: skip
 def test_output_derivatives_that_are_refused(spring, name, order, text):

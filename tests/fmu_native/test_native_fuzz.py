@@ -21,10 +21,15 @@ DISCARDED = {"GetStatus", "GetRealStatus", "GetIntegerStatus", "GetBooleanStatus
 
 # What the fuzzer must find: the file, what stands there, and what is put in its place.
 FAULTS = {
-    "a state of another FMU is taken": ("fmi2_state.c", "memcmp(bytes + GUID_AT, SPRING_GUID, GUID_SIZE) != 0", "0"),
+    "a state of another FMU is taken": (
+        "fmi2_state.c",
+        "memcmp(bytes + GUID_AT, fmu_guid().text, FMU_GUID_SIZE) != 0",
+        "0",
+    ),
     "a sensitivity is not serialized": ("fmi2_state.c", "double_field(cursor, &sensitivity->by_n);", ""),
     "a state is not freed": ("fmi2_fmustate.c", "snapshot->free(snapshot);", ""),
-    "a reference too many": ("fmi2_arguments.h", "< SPRING_VARIABLES", "<= SPRING_VARIABLES"),
+    "a table is not released": ("fmi2_spring.c", "fmu_release(instance->shared);", ""),
+    "a reference too many": ("fmi2_arguments.h", "< instance->variables", "<= instance->variables"),
     "text of the host as a format": ("fmi2_log.c", '"%s", text);', "text);"),
     "a trial is not forgotten": ("fmi2_instance.c", "instance->has_trial = 0;", ""),
     "a step before initialization": ("fmi2_states.h", "(DoStep, CS_STEP)", "(DoStep, CS_STEP | CS_INITIALIZATION)"),

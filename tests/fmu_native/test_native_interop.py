@@ -21,9 +21,9 @@ from fmu_tools import SPRING, run_python, wandering_path
 from native_tools import HEADERS
 from strandspring import Spring
 from strandspring.fmu.check import check_fmu
-from strandspring.fmu.native.compiler import host_name
 from strandspring.fmu.native.native_fmu import build_native_fmu
-from strandspring.modelfile import model_file
+from strandspring.fmu.native.platforms import host_folder
+from strandspring.modelfile import ModelFile
 
 HOST_SOURCE = Path(__file__).parents[1] / "helpers" / "portable_host.c"
 STEP = 1e-3
@@ -160,7 +160,7 @@ def test_a_host_without_python_runs_it(native_fmu: Path, path: np.ndarray, tmp_p
     host = tmp_path / "host"
     flags = ["-std=c11", "-Wall", "-Wextra", "-Wpedantic", "-Werror"]
     run(["cc", *flags, f"-I{HEADERS}", str(HOST_SOURCE), "-o", str(host), "-ldl"])
-    libraries = [unpacked(native_fmu, str(host_name()), tmp_path / name) for name in ("one", "two")]
+    libraries = [unpacked(native_fmu, str(host_folder()), tmp_path / name) for name in ("one", "two")]
     assert_host([str(host)], libraries, native_fmu, path)
     # The binary belongs to its description.
     refused = subprocess.run([str(host), "{another}", str(libraries[0])], capture_output=True, text=True, check=False)
@@ -169,7 +169,7 @@ def test_a_host_without_python_runs_it(native_fmu: Path, path: np.ndarray, tmp_p
 
 
 def test_fmpy_compiles_it_from_its_own_sources(tmp_path: Path) -> None:
-    fmu = build_native_fmu(model_file("spring", SPRING), tmp_path, ())
+    fmu = build_native_fmu(ModelFile("spring", SPRING), tmp_path, ())
     assert "no binary" in str(check_fmu(fmu).not_run)
     run(
         [sys.executable, "-m", "fmpy", "compile", "--all-warnings", "--warning-as-error", str(fmu)],

@@ -148,7 +148,7 @@ def test_what_is_expected_is_told(spring):
     spring.SetTime(c_double(1.0))
     assert spring.said == "fmi2SetTime must be called in model exchange, but the instance is for co-simulation."
     spring.CancelStep()
-    assert spring.said == "fmi2CancelStep must follow a step that is pending, but none ever is."
+    assert spring.said == "fmi2CancelStep must be called while a step is pending, and steps of this FMU never are."
 
 
 def test_no_instance_is_an_error():
@@ -212,7 +212,7 @@ def test_a_displacement_that_is_not_finite(spring, bad):
     spring.set(displacement=0.035)
     before = spring.serialized()
     assert spring.set(displacement=bad) == ERROR
-    assert spring.said == f"`displacement` must be finite [m], got {bad!r}; it was not taken over."
+    assert spring.said == f"`displacement` must be finite [m], got {bad!r}; the previous value is kept."
     assert spring.serialized() == before
 
 
@@ -249,14 +249,14 @@ def test_a_fixed_parameter_after_initialization(spring):
     spring.initialize()
     before = spring.serialized()
     assert spring.set(displacement=0.03, rho=5.0) == ERROR
-    assert spring.said == "`rho` is fixed once initialization has ended; reset the instance to change it."
+    assert spring.said == "`rho` is fixed after initialization; reset the instance to change it."
     assert spring.serialized() == before
 
 
 @pytest.mark.parametrize("name", ["force", "stiffness", "absorbed_energy", "omega"])
 def test_what_is_computed_cannot_be_set(spring, name):
     assert spring.set(**{name: 1.0}) == ERROR
-    assert spring.said == f"`{name}` is computed and cannot be set."
+    assert spring.said == f"`{name}` is calculated and cannot be set."
 
 
 @pytest.mark.parametrize(
@@ -267,7 +267,7 @@ def test_what_is_computed_cannot_be_set(spring, name):
         ("GetInteger", 1, "is Real, not Integer"), ("GetBoolean", 1, "is Real, not Boolean"),
         ("GetString", 0, "is Real, not String"), ("GetString", 21, "value reference 21"),
         ("SetReal", 999, "value reference 999"), ("SetInteger", 0, "is Real, not Integer"),
-        ("SetBoolean", 4, "`extrapolating` is computed"), ("SetBoolean", 0, "is Real, not Boolean"),
+        ("SetBoolean", 4, "`extrapolating` is calculated"), ("SetBoolean", 0, "is Real, not Boolean"),
         ("SetString", 0, "is Real, not String"),
     ],
 )  # fmt: skip

@@ -118,8 +118,8 @@ def test_an_excursion_inside_a_step_is_told(spring):
         ([np.inf], [2], "displacement", "derivative of order 2 of `displacement` must be finite, got inf"),
         ([1.0], [3], "displacement", "must be 1 or 2, got 3"),
         ([1.0], [0], "displacement", "must be 1 or 2, got 0"),
-        ([1.0], [1], "force", "`force` is no input"),
-        ([1.0], [1], "rho", "`rho` is no input"),
+        ([1.0], [1], "force", "`force` is not an input"),
+        ([1.0], [1], "rho", "`rho` is not an input"),
     ],
 )
 def test_input_derivatives_that_are_refused(spring, values, orders, name, text):
@@ -174,4 +174,4 @@ def test_status_of_steps(spring):
     assert (time.value, terminated.value) == (0.75, 0)
     for call, kind in (("GetStatus", 0), ("GetStringStatus", 1), ("GetIntegerStatus", 0), ("GetRealStatus", 3)):
         assert getattr(spring, call)(kind, byref(c_double())) == DISCARD
-        assert "no step is ever pending" in spring.said
+        assert "steps of this FMU are never pending" in spring.said

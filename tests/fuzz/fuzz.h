@@ -39,8 +39,9 @@ typedef struct {
 
 /* Since the last call of host_listen. */
 extern Messages messages;
-/* Blocks given out by the counting allocator and not yet returned. */
-extern long blocks;
+/* Blocks given out by the counting allocator and not yet returned: for instances and states, and tables, which instances
+ * share. */
+extern long blocks, tables;
 /* The allocator gives nothing while this is set. */
 extern int starving;
 
@@ -143,7 +144,7 @@ int judged(Trial *trial, fmi2Status status, int effect);
 /* Serializes the state of an instance. */
 void look(Slot *slot);
 size_t state_size(void);
-/* Memory given out must be that of instances and states, and so much more. */
+/* Memory given out must be that of instances and states, and so much more; and one table for each instance at most. */
 void check_blocks(long more);
 
 /* ---- arguments.c ------------------------------------------------------------------------------------------------- */

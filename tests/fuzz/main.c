@@ -95,7 +95,7 @@ static void run(long sequences)
             try_call(slot, next_call(slot));
         }
     }
-    CHECK(blocks == 0, "%ld blocks of memory are never returned", blocks);
+    CHECK(blocks + tables == 0, "%ld blocks of memory are never returned", blocks + tables);
 }
 
 static void print_counts(const char *name, const long *counts)

@@ -28,10 +28,13 @@ void look(Slot *slot)
 
 void check_blocks(long more)
 {
-    long known = blocks_of_states() + more;
-    for (int i = 0; i < SLOTS; i++)
+    long known = blocks_of_states() + more, instances = 0;
+    for (int i = 0; i < SLOTS; i++) {
         known += slots[i].blocks;
+        instances += slots[i].component != NULL;
+    }
     CHECK(blocks == known, "%ld blocks of memory are given out, where instances and states have %ld", blocks, known);
+    CHECK(tables <= instances, "%ld instances have %ld tables", instances, tables);
 }
 
 Trial trial_of(Slot *slot, Call call)

@@ -20,7 +20,7 @@ from fmpy.fmi2 import (
 
 from strandspring.core.parameters import SpringParameters
 from strandspring.fmu.python_backed import build_fmu
-from strandspring.modelfile import model_file
+from strandspring.modelfile import ModelFile
 
 SPRING = SpringParameters(
     kE=(3.0, 1.1e4, -2.0e4, 1.0e6),
@@ -41,7 +41,7 @@ OTHER = SpringParameters(
 
 def built(folder: Path, parameters: SpringParameters = SPRING, name: str = "spring", text: str = "") -> Path:
     """An FMU in `folder`."""
-    return build_fmu(model_file(name, parameters, text), folder)
+    return build_fmu(ModelFile(name, parameters, text), folder)
 
 
 def wandering_path(parameters: SpringParameters, samples: int, seed: int) -> np.ndarray:

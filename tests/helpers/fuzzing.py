@@ -26,9 +26,8 @@ import fmpy
 from fmu_tools import OTHER, SPRING
 from kernel_tools import compiled
 from native_tools import library
-from strandspring.fmu.native.config import c_string
 from strandspring.fmu.native.native_fmu import native_contents
-from strandspring.modelfile import model_file
+from strandspring.modelfile import ModelFile
 
 FUZZER = Path(__file__).parents[1] / "fuzz"
 # Variables that are not initialized get a value of their own, so that whoever uses them is found out.
@@ -48,7 +47,7 @@ Statistics = dict[str, Any]
 def write_sources(folder: Path) -> Path:
     """The C sources of the native FMU of SPRING, and what its model description says of it for the fuzzer."""
     folder.mkdir()
-    for name, content in native_contents(model_file("spring", SPRING), ()).items():
+    for name, content in native_contents(ModelFile("spring", SPRING), ()).items():
         if name == "modelDescription.xml" or name.startswith("sources/"):
             (folder / Path(name).name).write_bytes(content)
     (folder / "fuzz_model.h").write_text(_description(folder))
@@ -60,13 +59,13 @@ def _description(folder: Path) -> str:
     variables = sorted(description.modelVariables, key=lambda variable: int(variable.valueReference))
     starts = [float(v.start or 0.0) if v.type == "Real" else 0.0 for v in variables]
     entries = [
-        f"V({c_string(v.name)}, '{v.type[0]}', '{v.causality[0]}', {start!r})"
+        f"V({json.dumps(v.name)}, '{v.type[0]}', '{v.causality[0]}', {start!r})"
         for v, start in zip(variables, starts, strict=True)
     ]
     amplifier = sum(v.name.startswith("kA[") for v in variables)
     return "\n".join(
         [
-            f"#define MODEL_GUID {c_string(str(description.guid))}",
+            f"#define MODEL_GUID {json.dumps(str(description.guid))}",
             f"enum {{ MODEL_VARIABLES = {len(variables)}, MODEL_AMPLIFIER = {amplifier} }};",
             "#define MODEL_TABLE(V) \\\n    " + " \\\n    ".join(entries),
             "",

@@ -1,94 +1,113 @@
-/* Loops over paths for the tests of spring.c: a call per step through ctypes would take longer than the step. */
+/* Loops over single steps for the tests of spring.c: a call per step through ctypes would take longer than the step. */
 #include "spring.h"
 
 #include <stdlib.h>
 #include <string.h>
 
-SpringLaw *driver_law(const SpringParameters *parameters);
-void driver_free(SpringLaw *law);
-void driver_limits(int limits[3]);
-void driver_taken(const SpringLaw *law, int taken[3]);
-void driver_saturation(const SpringLaw *law, int count, const double *xi, double *u);
-void driver_inverse_saturation(const SpringLaw *law, int count, const double *u, double *xi);
-void driver_path(const SpringLaw *law, int count, const double *displacement, double omega_start, double *response);
-void driver_gradient(
-    const SpringLaw *law, int count, const double *displacement, double omega_start, SpringGradient *of_force,
-    SpringGradient *of_stiffness);
+/* A spring and the table of its own that it needs. */
+typedef struct {
+    SpringTable table;
+    SpringLaw law;
+} Spring;
 
-SpringLaw *driver_law(const SpringParameters *parameters)
+Spring *driver_spring(const SpringParameters *parameters);
+void driver_free(Spring *spring);
+void driver_limits(int limits[2]);
+void driver_taken(const Spring *spring, int taken[2]);
+int driver_path(const Spring *spring, int count, const double *displacement, double omega_start, double *response);
+void driver_gradient(const Spring *spring, int count, const double *displacement, double omega_start,
+                     SpringGradient *of_force, SpringGradient *of_stiffness);
+
+Spring *driver_spring(const SpringParameters *parameters)
 {
-    SpringLaw *law = malloc(sizeof *law);
-    if (law != NULL)
-        spring_prepare(law, parameters);
-    return law;
+    Spring *spring = malloc(sizeof *spring);
+    if (spring != NULL) {
+        spring_tabulate(&spring->table, parameters->n, parameters->sigma,
+                        SPRING_WITH_DERIVATIVES | SPRING_WITH_MOMENTS);
+        spring_prepare(&spring->law, parameters, &spring->table);
+    }
+    return spring;
 }
 
-void driver_free(SpringLaw *law)
+void driver_free(Spring *spring)
 {
-    free(law);
+    free(spring);
 }
 
-/* Room for nodes, pieces and buckets of a branch. */
-void driver_limits(int limits[3])
+/* Room for pieces and buckets of a branch. */
+void driver_limits(int limits[2])
 {
-    limits[0] = SPRING_NODES;
-    limits[1] = SPRING_PIECES;
-    limits[2] = SPRING_BUCKETS;
+    limits[0] = SPRING_PIECES;
+    limits[1] = SPRING_BUCKETS;
 }
 
-/* What the larger of the two branches takes of it. */
-void driver_taken(const SpringLaw *law, int taken[3])
+static int bucket_of(double z)
 {
-    const SpringBranch *branches[] = {&law->table.rising, &law->table.falling};
-    memset(taken, 0, 3 * sizeof *taken);
+    unsigned long long bits;
+    memcpy(&bits, &z, sizeof bits);
+    return (int)(bits >> 48 & 0x7fff);
+}
+
+static int buckets(const double *edges, int from, int to)
+{
+    return abs(bucket_of(edges[to]) - bucket_of(edges[from])) + 1;
+}
+
+/* What of it the larger of the two branches takes. */
+void driver_taken(const Spring *spring, int taken[2])
+{
+    const SpringBranch *branches[] = {&spring->table.rising, &spring->table.falling};
+    memset(taken, 0, 2 * sizeof *taken);
     for (int i = 0; i < 2; i++) {
-        unsigned long long last;
-        memcpy(&last, &branches[i]->edges[branches[i]->pieces], sizeof last);
-        int counts[] = {branches[i]->nodes, branches[i]->pieces, (int)(last >> 48) - branches[i]->first_bucket + 1};
-        for (int k = 0; k < 3; k++)
-            taken[k] = counts[k] > taken[k] ? counts[k] : taken[k];
+        const SpringBranch *branch = branches[i];
+        int counts[] = {branch->pieces, buckets(branch->edges, 1, branch->pieces),
+                        buckets(branch->values, 1, branch->pieces), 0};
+        if (branch->complemented < branch->pieces)
+            counts[3] = buckets(branch->complements, branch->complemented, branch->pieces);
+        for (int k = 0; k < 4; k++) {
+            int *most = &taken[k > 0];
+            *most = counts[k] > *most ? counts[k] : *most;
+        }
     }
 }
 
-void driver_saturation(const SpringLaw *law, int count, const double *xi, double *u)
+static int same(const SpringMemory *a, const SpringMemory *b)
 {
-    for (int k = 0; k < count; k++)
-        u[k] = spring_saturation(&law->table, xi[k]);
-}
-
-void driver_inverse_saturation(const SpringLaw *law, int count, const double *u, double *xi)
-{
-    for (int k = 0; k < count; k++)
-        xi[k] = spring_inverse_saturation(&law->table, u[k]);
+    return a->displacement == b->displacement && a->omega == b->omega && a->start == b->start &&
+           a->start_xi == b->start_xi && a->energy_at == b->energy_at && a->energy == b->energy &&
+           a->direction == b->direction;
 }
 
 /* Rows of omega, force, stiffness and energy at each of `count` displacements; the first is where the path starts. The
- * energy is settled at every second one, so that the work of a step is asked for from the memory and by a reversal. */
-void driver_path(const SpringLaw *law, int count, const double *displacement, double omega_start, double *response)
+ * energy is integrated at every second one, so that the work of a step is asked for from the memory and by a reversal.
+ * Returns the number of steps at which a trial and a commit differ, which is none. */
+int driver_path(const Spring *spring, int count, const double *displacement, double omega_start, double *response)
 {
-    SpringMemory memory = spring_rest(displacement[0], omega_start);
+    const SpringLaw *law = &spring->law;
+    SpringMemory memory = spring_start(displacement[0], omega_start);
+    int different = 0;
     for (int k = 0; k < count; k++) {
-        memory = spring_advance(law, &memory, displacement[k]);
+        SpringMemory after = spring_trial(law, &memory, displacement[k]);
+        spring_commit(law, &memory, NULL, displacement[k]);
+        different += !same(&memory, &after);
         if (k % 2)
-            memory = spring_settle(law, &memory);
+            spring_integrate(law, &memory);
         response[k] = memory.omega;
         response[count + k] = spring_force(law, &memory);
         response[2 * count + k] = spring_stiffness(law, &memory);
         response[3 * count + k] = spring_absorbed_energy(law, &memory);
     }
+    return different;
 }
 
 /* Gradients of force and stiffness at each displacement of a path. */
-void driver_gradient(
-    const SpringLaw *law, int count, const double *displacement, double omega_start, SpringGradient *of_force,
-    SpringGradient *of_stiffness)
+void driver_gradient(const Spring *spring, int count, const double *displacement, double omega_start,
+                     SpringGradient *of_force, SpringGradient *of_stiffness)
 {
-    SpringMemory memory = spring_rest(displacement[0], omega_start);
+    SpringMemory memory = spring_start(displacement[0], omega_start);
     SpringSensitivity sensitivity = {0.0, 0.0, 0.0, 0.0};
     for (int k = 0; k < count; k++) {
-        SpringMemory after = spring_advance(law, &memory, displacement[k]);
-        sensitivity = spring_advance_sensitivity(law, &memory, &sensitivity, &after);
-        memory = after;
-        spring_gradient(law, &memory, &sensitivity, &of_force[k], &of_stiffness[k]);
+        spring_commit(&spring->law, &memory, &sensitivity, displacement[k]);
+        spring_gradient(&spring->law, &memory, &sensitivity, &of_force[k], &of_stiffness[k]);
     }
 }

@@ -1,4 +1,4 @@
-/* Runs every function of spring.c over random springs and paths, for the sanitizers to watch; returns 0 if all outputs
+/* Runs every function of spring.c and saturation.c over random springs and paths, for the sanitizers to watch; returns 0 if all outputs
  * are finite and omega stays within [-1, 1]. */
 #include "spring.h"
 
@@ -57,7 +57,7 @@ static int all_finite(const void *values, size_t size)
 static int shake(const SpringLaw *law, double omega, int steps)
 {
     const SpringParameters *p = &law->parameters;
-    SpringMemory memory = spring_rest(p->displacement_offset, omega);
+    SpringMemory memory = spring_start(p->displacement_offset, omega);
     SpringSensitivity sensitivity = {0.0, 0.0, 0.0, 0.0};
     SpringGradient of_force, of_stiffness;
     double step = within_decades(-12.0, 0.5);
@@ -67,9 +67,15 @@ static int shake(const SpringLaw *law, double omega, int steps)
         double displacement = memory.displacement + step * uniform(-1.0, 1.0) * (k % 5 != 0);
         if (fabs(displacement) > 3.0 && k % 64 > 3)
             displacement = uniform(p->displacement_min, p->displacement_max);
-        SpringMemory after = spring_advance(law, &memory, displacement);
-        sensitivity = spring_advance_sensitivity(law, &memory, &sensitivity, &after);
-        memory = k % 3 ? after : spring_settle(law, &after);
+        SpringMemory after = spring_trial(law, &memory, displacement);
+        SpringSensitivity of_after = spring_trial_sensitivity(law, &memory, &sensitivity, &after);
+        spring_commit(law, &memory, &sensitivity, displacement);
+        if (memcmp(&of_after, &sensitivity, sizeof sensitivity) != 0 || after.omega != memory.omega) {
+            printf("n = %.17g, sigma = %.17g, step %d: a trial and a commit differ\n", p->n, p->sigma, k);
+            return 1;
+        }
+        if (k % 3 == 0)
+            spring_integrate(law, &memory);
         spring_gradient(law, &memory, &sensitivity, &of_force, &of_stiffness);
         const double outputs[] = {
             spring_force(law, &memory), spring_stiffness(law, &memory), spring_absorbed_energy(law, &memory)};
@@ -87,9 +93,10 @@ int main(int count, char **arguments)
 {
     int trials = count > 1 ? atoi(arguments[1]) : 60;
     int steps = count > 2 ? atoi(arguments[2]) : 400;
+    SpringTable *table = malloc(sizeof *table);
     SpringLaw *law = malloc(sizeof *law);
     char problem[200];
-    int failed = law == NULL;
+    int failed = law == NULL || table == NULL;
     for (int trial = 0; trial < trials && !failed; trial++) {
         SpringParameters p = random_parameters(trial);
         if (spring_problem(&p, problem, sizeof problem)) {
@@ -97,7 +104,8 @@ int main(int count, char **arguments)
             failed = 1;
             break;
         }
-        spring_prepare(law, &p);
+        spring_tabulate(table, p.n, p.sigma, SPRING_WITH_DERIVATIVES | SPRING_WITH_MOMENTS);
+        spring_prepare(law, &p, table);
         failed = shake(law, trial % 4 ? uniform(-1.0, 1.0) : trial % 8 / 2.0 - 1.0, steps);
         /* A text that does not fit is cut, not written past its end. */
         p.n = -1.0 / 3.0;
@@ -105,5 +113,6 @@ int main(int count, char **arguments)
         failed = failed || !spring_problem(&p, small, sizeof small) || strlen(small) != sizeof small - 1;
     }
     free(law);
+    free(table);
     return failed;
 }

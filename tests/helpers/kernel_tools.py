@@ -1,4 +1,7 @@
-"""The C kernel compiled into a shared library and reached by ctypes, for the tests of the native back end."""
+"""The single steps of the C kernel, which the native FMU takes, compiled and reached by ctypes.
+
+Whole paths, tables and points are tested as the package calls them, through `strandspring.kernel`.
+"""
 
 from __future__ import annotations
 
@@ -75,16 +78,14 @@ def build_folder() -> Path:
 
 @functools.cache
 def library() -> ctypes.CDLL:
-    """The kernel and the test driver in one shared library."""
-    sources = KERNEL / "spring.c", HERE / "kernel_driver.c"
-    kernel = ctypes.CDLL(str(compiled(build_folder() / "kernel.so", "-O2", "-shared", "-fPIC", *sources, "-lm")))
-    kernel.driver_law.restype = c_void_p
-    kernel.driver_law.argtypes = [POINTER(Parameters)]
+    """The C files that travel inside an FMU and the test driver in one shared library."""
+    sources = KERNEL / "saturation.c", KERNEL / "spring.c", HERE / "kernel_driver.c"
+    kernel = ctypes.CDLL(str(compiled(build_folder() / "driver.so", "-O2", "-shared", "-fPIC", *sources, "-lm")))
+    kernel.driver_spring.restype = c_void_p
+    kernel.driver_spring.argtypes = [POINTER(Parameters)]
     kernel.driver_free.argtypes = [c_void_p]
     kernel.driver_limits.argtypes = [POINTER(c_int)]
     kernel.driver_taken.argtypes = [c_void_p, POINTER(c_int)]
-    kernel.driver_saturation.argtypes = [c_void_p, c_int, c_void_p, c_void_p]
-    kernel.driver_inverse_saturation.argtypes = [c_void_p, c_int, c_void_p, c_void_p]
     kernel.driver_path.argtypes = [c_void_p, c_int, c_void_p, c_double, c_void_p]
     kernel.driver_gradient.argtypes = [c_void_p, c_int, c_void_p, c_double, c_void_p, c_void_p]
     kernel.spring_problem.argtypes = [POINTER(Parameters), c_char_p, c_size_t]
@@ -109,14 +110,14 @@ def problem(parameters: Parameters, size: int = 200) -> str:
 
 
 def limits() -> dict[str, int]:
-    """Room for nodes, pieces and buckets of a branch of W."""
-    room = (c_int * 3)()
+    """Room for pieces and buckets of a branch of W."""
+    room = (c_int * 2)()
     library().driver_limits(room)
-    return dict(zip(("nodes", "pieces", "buckets"), room, strict=True))
+    return dict(zip(("pieces", "buckets"), room, strict=True))
 
 
 class Kernel:
-    """One spring prepared by the kernel.
+    """Single steps of one spring.
 
     Parameters
     ----------
@@ -126,34 +127,23 @@ class Kernel:
     def __init__(self, parameters: SpringParameters | Parameters) -> None:
         self._library = library()
         given = parameters if isinstance(parameters, Parameters) else c_parameters(parameters)
-        self._law = self._library.driver_law(ctypes.byref(given))
-        weakref.finalize(self, self._library.driver_free, self._law)
+        self._spring = self._library.driver_spring(ctypes.byref(given))
+        weakref.finalize(self, self._library.driver_free, self._spring)
 
     def taken(self) -> dict[str, int]:
         """What of `limits` this spring takes."""
-        counts = (c_int * 3)()
-        self._library.driver_taken(self._law, counts)
+        counts = (c_int * 2)()
+        self._library.driver_taken(self._spring, counts)
         return dict(zip(limits(), counts, strict=True))
-
-    def saturation(self, xi: FloatArray) -> FloatArray:
-        """W(xi) elementwise."""
-        u = np.empty(xi.shape)
-        points = np.ascontiguousarray(xi)
-        self._library.driver_saturation(self._law, points.size, points.ctypes.data, u.ctypes.data)
-        return u
-
-    def inverse_saturation(self, u: FloatArray) -> FloatArray:
-        """W^-1(u) elementwise."""
-        xi = np.empty(u.shape)
-        points = np.ascontiguousarray(u)
-        self._library.driver_inverse_saturation(self._law, points.size, points.ctypes.data, xi.ctypes.data)
-        return xi
 
     def path(self, displacement: FloatArray, omega_start: float = 0.0) -> FloatArray:
         """omega [-], force [N], stiffness [N/m] and absorbed energy [J] at each sample, shape (4, K)."""
         response = np.empty((4, displacement.size))
         path = np.ascontiguousarray(displacement)
-        self._library.driver_path(self._law, path.size, path.ctypes.data, omega_start, response.ctypes.data)
+        different = self._library.driver_path(
+            self._spring, path.size, path.ctypes.data, omega_start, response.ctypes.data
+        )
+        assert different == 0, f"trial and commit differ at {different} steps"
         return response
 
     def gradients(self, displacement: FloatArray, omega_start: float = 0.0) -> tuple[list[Gradient], list[Gradient]]:
@@ -161,7 +151,7 @@ class Kernel:
         path = np.ascontiguousarray(displacement)
         of_force, of_stiffness = (Gradient * path.size)(), (Gradient * path.size)()
         self._library.driver_gradient(
-            self._law, path.size, path.ctypes.data, omega_start, ctypes.byref(of_force), ctypes.byref(of_stiffness)
+            self._spring, path.size, path.ctypes.data, omega_start, ctypes.byref(of_force), ctypes.byref(of_stiffness)
         )
         return list(of_force), list(of_stiffness)
 

@@ -26,7 +26,7 @@ class Reference:
     """Solution at K times, with the names and shapes of `strandspring.cosimulation.Motion`."""
 
     q: np.ndarray
-    speed: np.ndarray
+    velocity: np.ndarray
     displacement: np.ndarray
     force: np.ndarray
     absorbed_energy: np.ndarray
@@ -34,7 +34,7 @@ class Reference:
 
 
 @dataclass(frozen=True, eq=False)
-class Rest:
+class Equilibrium:
     """Plant coordinates q, and omega and absorbed energy of each spring."""
 
     q: np.ndarray
@@ -59,9 +59,9 @@ def monolithic(
     springs: Sequence[SpringParameters],
     times: np.ndarray,
     *,
-    base_speeds: Sequence[Callable[[float], float]] | None = None,
-    rest: Rest | None = None,
-    speed: Sequence[float] | None = None,
+    base_velocities: Sequence[Callable[[float], float]] | None = None,
+    equilibrium: Equilibrium | None = None,
+    velocity: Sequence[float] | None = None,
     breaks: Sequence[float] = (),
     rtol: float = 1e-9,
 ) -> Reference:
@@ -69,18 +69,18 @@ def monolithic(
 
     Parameters
     ----------
-    base_speeds   d base_j/dt; at rest by default.
-    rest          Where to begin; at q = 0 with omega = 0 by default.
-    breaks        Times at which the load has kinks.
+    base_velocities   d base_j/dt; zero by default.
+    equilibrium       Initial state; q = 0 with omega = 0 by default.
+    breaks            Times at which the load has kinks.
     """
     n, count = plant.coordinates, len(springs)
-    speeds = [lambda _: 0.0] * count if base_speeds is None else base_speeds
+    velocities = [lambda _: 0.0] * count if base_velocities is None else base_velocities
     inverse = np.linalg.inv(plant.M)
     pulls = inverse @ (plant.G * plant.counts)
     damping, stiffness = inverse @ plant.C, inverse @ plant.K
 
     def slips(t: float, v: np.ndarray) -> np.ndarray:
-        return plant.G.T @ v - [s(t) for s in speeds]
+        return plant.G.T @ v - [s(t) for s in velocities]
 
     def forces(t: float, z: np.ndarray) -> np.ndarray:
         displacements = plant.displacements(t, z[:n])
@@ -103,10 +103,10 @@ def monolithic(
         event.terminal, event.direction = True, -1  # type: ignore[attr-defined]
         return event
 
-    begin = rest or Rest(np.zeros(n), np.zeros(count), np.zeros(count))
-    state = np.concatenate([begin.q, np.zeros(n) if speed is None else speed, begin.omega, begin.energy])
+    begin = equilibrium or Equilibrium(np.zeros(n), np.zeros(count), np.zeros(count))
+    state = np.concatenate([begin.q, np.zeros(n) if velocity is None else velocity, begin.omega, begin.energy])
     now, stop = float(times[0]), float(times[-1])
-    # At rest a look ahead tells which way the springs will go.
+    # In equilibrium, the direction of each spring is that of its motion shortly after.
     soon = now + 1e-9 * (stop - now)
     first = rate(now, state, np.ones(count))
     directions = np.sign(slips(soon, state[n : 2 * n] + (soon - now) * first[n : 2 * n]))
@@ -132,8 +132,8 @@ def monolithic(
     return Reference(z[:, :n], z[:, n : 2 * n], displacement, force, z[:, 2 * n + count :], reversals)
 
 
-def loaded(plant: Plant, springs: Sequence[SpringParameters], directions: Sequence[int]) -> Rest:
-    """Where the plant comes to rest if its load grows slowly from what the springs carry at q = 0.
+def loaded(plant: Plant, springs: Sequence[SpringParameters], directions: Sequence[int]) -> Equilibrium:
+    """Static equilibrium of the plant if its load grows slowly from the force of the springs at q = 0.
 
     The equilibrium as a differential equation over the share of the load, for springs of which each moves in one of the
     `directions` (+1 or -1) only; refused where one does not.
@@ -146,7 +146,7 @@ def loaded(plant: Plant, springs: Sequence[SpringParameters], directions: Sequen
         return np.array([force_of(p, x, w) for p, x, w in zip(springs, displacements, z[n : n + count], strict=True)])
 
     start = np.zeros(n + 2 * count)
-    missing = plant.load_at(0.0) + plant.pull(pulls(start))
+    missing = plant.load_at(0.0) + plant.generalized_force(pulls(start))
 
     def rate(_: float, z: np.ndarray) -> np.ndarray:
         tangents, growth = [], []
@@ -165,4 +165,4 @@ def loaded(plant: Plant, springs: Sequence[SpringParameters], directions: Sequen
         return np.concatenate([q_rate, np.array(growth) * slip, pulls(z) * slip])
 
     end = solve_ivp(rate, (0.0, 1.0), start, "DOP853", rtol=1e-11, atol=1e-14).y[:, -1]
-    return Rest(end[:n], end[n : n + count], end[n + count :])
+    return Equilibrium(end[:n], end[n : n + count], end[n + count :])

@@ -22,9 +22,9 @@ from fmpy.logging import addLoggerProxy
 from fmu_tools import SPRING
 from kernel_tools import build_folder
 from strandspring.core.parameters import SpringParameters
-from strandspring.fmu.native.compiler import chosen_platforms, host_name
 from strandspring.fmu.native.native_fmu import build_native_fmu
-from strandspring.modelfile import model_file
+from strandspring.fmu.native.platforms import chosen_platforms, host_folder
+from strandspring.modelfile import ModelFile
 
 # The headers of FMI, and the functions of both interfaces that they declare.
 HEADERS = Path(str(files("fmpy") / "c-code"))
@@ -54,7 +54,7 @@ class Library:
         description = fmpy.read_model_description(str(folder))
         self.guid = str(description.guid)
         self.references = {v.name: v.valueReference for v in description.modelVariables}
-        (self.path,) = (folder / "binaries" / str(host_name())).iterdir()
+        (self.path,) = (folder / "binaries" / str(host_folder())).iterdir()
         self.functions = ctypes.CDLL(str(self.path))
         self.functions.fmi2Instantiate.restype = c_void_p
 
@@ -63,7 +63,7 @@ class Library:
 def library(parameters: SpringParameters = SPRING) -> Library:
     """The native FMU of a spring, built and unpacked once in a session."""
     folder = build_folder() / f"fmu{next(_numbers)}"
-    fmu = build_native_fmu(model_file("spring", parameters), folder, chosen_platforms("host"))
+    fmu = build_native_fmu(ModelFile("spring", parameters), folder, chosen_platforms("host"))
     with zipfile.ZipFile(fmu) as archive:
         archive.extractall(folder)
     return Library(folder)

@@ -15,7 +15,7 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 from strandspring.core.parameters import polynomial
-from strandspring.isolation.system import Excitation, IsolatedMass, static_point
+from strandspring.isolation.system import Excitation, IsolatedMass, static_equilibrium
 
 _PHASES = 256
 _AGREE = 3  # periods in a row that must repeat
@@ -69,7 +69,7 @@ def shaken(
         return float(direction * state[1])
 
     turn.terminal, turn.direction = True, -1  # type: ignore[attr-defined]
-    state = np.array([system.series * static_point(system).displacement, 0.0, 0.0])
+    state = np.array([system.series * static_equilibrium(system).displacement, 0.0, 0.0])
     direction = 1.0 if strength > 0.0 else -1.0
     period = 1.0 / frequency
     weights = np.exp(-1j * 2.0 * np.pi * np.arange(_PHASES) / _PHASES) * 2.0 / _PHASES

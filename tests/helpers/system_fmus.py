@@ -14,4 +14,4 @@ _FOLDER = tempfile.TemporaryDirectory(prefix="strandspring-fmus-", ignore_cleanu
 @cache
 def fmu(name: str, backend: str = "native") -> Path:
     """The FMU of a spring by its name in `mounts`, such as "EQUIPMENT_MOUNT"."""
-    return mounts.fmu_of(getattr(mounts, name), f"{name.lower()}_{backend}", Path(_FOLDER.name), backend)
+    return mounts.build_example_fmu(getattr(mounts, name), f"{name.lower()}_{backend}", Path(_FOLDER.name), backend)

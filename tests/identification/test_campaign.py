@@ -17,7 +17,7 @@ from strandspring.identification.campaign import (
 )
 from strandspring.kernel.path import PathSolver
 from strandspring.loops.cycles import find_cycles
-from strandspring.loops.modelled import model_curve
+from strandspring.loops.modelled import steady_loop
 from synthetic import AMPLITUDE, MEAN, spring_of
 
 FREQUENCIES = (0.13, 0.5, 2.12)  # the paper's range [Hz]
@@ -41,42 +41,42 @@ def verdict_of(records: Iterable[Record]) -> RateIndependence:
 
 
 @pytest.mark.parametrize(("samples", "cycles", "noise"), [(500, 4, 0.03), (60, 4, 0.03), (500, 2, 0.03), (500, 4, 0.0)])
-def test_a_rate_independent_spring_is_told_so(samples: int, cycles: int, noise: float) -> None:
+def test_a_rate_independent_spring_is_recognised(samples: int, cycles: int, noise: float) -> None:
     parameters = spring_of(0.5, 1.5)
     for seed in range(5):
-        told = verdict_of(
+        comparison = verdict_of(
             measured(parameters, f, a, samples=samples, cycles=cycles, noise=noise, seed=10 * seed + k)
             for k, f in enumerate(FREQUENCIES)
             for a in (0.013, 0.02)
         )
-        assert told.verdict is RateVerdict.INDEPENDENT
-        assert told.amplitudes == 2
-        assert told.frequencies == pytest.approx((0.13, 2.12))
-        assert told.relative_to_noise is not None
+        assert comparison.verdict is RateVerdict.INDEPENDENT
+        assert comparison.amplitudes == 2
+        assert comparison.frequencies == pytest.approx((0.13, 2.12))
+        assert comparison.relative_to_noise is not None
         if noise:
             # 2*2*80 values or more make the ratio 1 within 30 %; clean records fall below the least noise assumed.
-            assert 0.7 < told.relative_to_noise < 1.4
-        assert "0.13 to 2.12 Hz" in told.sentence
+            assert 0.7 < comparison.relative_to_noise < 1.4
+        assert "0.13 to 2.12 Hz" in comparison.sentence
 
 
 @pytest.mark.parametrize(
     ("damper", "verdict"), [(10.0, RateVerdict.LITTLE), (100.0, RateVerdict.DEPENDENT)]
 )  # against a loop 46 N high; the fastest test moves at up to 0.27 m/s
 def test_a_damper_beside_the_spring_is_noticed(damper: float, verdict: RateVerdict) -> None:
-    told = verdict_of(measured(spring_of(0.5, 1.5), f, damper=damper, seed=k) for k, f in enumerate(FREQUENCIES))
-    assert told.verdict is verdict
+    comparison = verdict_of(measured(spring_of(0.5, 1.5), f, damper=damper, seed=k) for k, f in enumerate(FREQUENCIES))
+    assert comparison.verdict is verdict
 
 
 def test_the_difference_is_that_of_the_dampers_forces() -> None:
     frequencies, damper = (0.5, 2.0), 5.0
     parameters = spring_of(1.0, 1.0)
-    told = verdict_of(measured(parameters, f, damper=damper, noise=0.0) for f in frequencies)
+    comparison = verdict_of(measured(parameters, f, damper=damper, noise=0.0) for f in frequencies)
     share = np.linspace(0.2, 0.98, 400)
     speed = 2.0 * np.pi * 1.5 * AMPLITUDE * np.sqrt(1.0 - (2.0 * share - 1.0) ** 2)
     (slow,) = {round(c.figures.height, 9) for c in find_cycles(measured(parameters, 0.5, damper=damper, noise=0.0))[1:]}
     (fast,) = {round(c.figures.height, 9) for c in find_cycles(measured(parameters, 2.0, damper=damper, noise=0.0))[1:]}
     expected = damper * np.sqrt(np.mean(speed**2)) / (0.5 * (slow + fast))
-    assert told.relative_to_height == pytest.approx(expected, rel=0.01)  # cells of 2 % of the stroke
+    assert comparison.relative_to_height == pytest.approx(expected, rel=0.01)  # cells of 2 % of the stroke
 
 
 def test_a_shifted_zero_is_not_taken_for_the_rate() -> None:
@@ -85,7 +85,7 @@ def test_a_shifted_zero_is_not_taken_for_the_rate() -> None:
     assert verdict_of(shifted).verdict is RateVerdict.INDEPENDENT
 
 
-def test_what_cannot_be_told_is_said() -> None:
+def test_the_reason_is_given_where_the_rate_is_unknown() -> None:
     parameters = spring_of(0.5, 1.5)
     without = verdict_of(measured(parameters, f, times=False) for f in FREQUENCIES)
     assert without.verdict is RateVerdict.NO_TIMES
@@ -106,36 +106,36 @@ AMPLITUDES = (0.007, 0.013, 0.02)
 def test_saturated_loading_paths_overlap_and_others_do_not(strokes_in_steady: float, verdict: OverlapVerdict) -> None:
     parameters = spring_of(1.0, 1.0, strokes_in_steady)
     solver = PathSolver(parameters)
-    model = loading_overlap([model_curve(solver, MEAN - a, MEAN + a) for a in AMPLITUDES])
+    model = loading_overlap([steady_loop(solver, MEAN - a, MEAN + a) for a in AMPLITUDES])
     records = [measured(parameters, 1.0, a, seed=k) for k, a in enumerate(AMPLITUDES)]
-    told = loading_overlap([cycle for record in records for cycle in find_cycles(record)])
+    comparison = loading_overlap([cycle for record in records for cycle in find_cycles(record)])
     assert model is not None
-    assert told is not None
-    assert model.verdict is told.verdict is verdict
-    assert told.amplitudes == 2
+    assert comparison is not None
+    assert model.verdict is comparison.verdict is verdict
+    assert comparison.amplitudes == 2
     assert model.relative_to_height is not None
     # What the noise of 3 % adds to the distance is taken out; 12 samples a cell leave 1 % of the loop's height.
-    assert told.relative_to_height == pytest.approx(model.relative_to_height, abs=0.02)
-    assert f"{told.distance:.3g} N" in told.sentence
+    assert comparison.relative_to_height == pytest.approx(model.relative_to_height, abs=0.02)
+    assert f"{comparison.distance:.3g} N" in comparison.sentence
 
 
 def test_the_distance_of_loading_paths_in_closed_form() -> None:
     # n = sigma = 1: omega = 1 - (1 + w)*exp(-rho*s), w = tanh(rho*L/2), on a linear spring with FA = 1.
     rho, kappa = 150.0, 10.0
     solver = PathSolver(SpringParameters((0.0, 1000.0), (1.0,), kappa, rho, 1.0, 1.0, 0.0, -0.02, 0.02))
-    told = loading_overlap([model_curve(solver, -a, a) for a in (0.01, 0.02)])
+    comparison = loading_overlap([steady_loop(solver, -a, a) for a in (0.01, 0.02)])
     x = np.linspace(0.0, 0.02 * 0.48, 400)
     small, large = (1.0 - (1.0 + np.tanh(rho * a)) * np.exp(-rho * (x + a)) for a in (0.01, 0.02))
-    assert told is not None
-    assert told.distance == pytest.approx(kappa * np.sqrt(np.mean((small - large) ** 2)), rel=0.01)  # 40 cells
+    assert comparison is not None
+    assert comparison.distance == pytest.approx(kappa * np.sqrt(np.mean((small - large) ** 2)), rel=0.01)  # 40 cells
 
 
-def test_overlap_that_cannot_be_told() -> None:
+def test_the_reason_is_given_where_the_overlap_is_unknown() -> None:
     parameters = spring_of(1.0, 1.0)
     solver = PathSolver(parameters)
     assert loading_overlap([]) is None
-    assert loading_overlap([model_curve(solver, MEAN - 0.01, MEAN + 0.01)]) is None
-    apart = loading_overlap([model_curve(solver, 0.03, 0.04), model_curve(solver, 0.05, 0.07)])
+    assert loading_overlap([steady_loop(solver, MEAN - 0.01, MEAN + 0.01)]) is None
+    apart = loading_overlap([steady_loop(solver, 0.03, 0.04), steady_loop(solver, 0.05, 0.07)])
     assert apart is not None
     assert apart.verdict is OverlapVerdict.NO_SHARED_RANGE
     assert apart.sentence == OverlapVerdict.NO_SHARED_RANGE.value

@@ -307,7 +307,7 @@ def test_sizes_far_from_any_rig_are_identified_all_the_same(scale: float) -> Non
     assert identify(Record(scale * record.displacement, scale * record.force)).rnl > 0.999
 
 
-def test_loops_that_run_backwards_are_told_as_identify_does() -> None:
+def test_loops_that_run_backwards_are_named_as_identify_does() -> None:
     record = record_of(spring_of(1.0, 1.0), sine(), noise=0.03)
     x, r = record.displacement, record.force
     assert backwards(record) is None

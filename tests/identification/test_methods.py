@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import FrozenInstanceError, fields, replace
 
 import numpy as np
 import pytest
@@ -17,14 +17,15 @@ from strandspring import (
     TwoStageOptions,
     identify,
 )
-from strandspring.identification.api import Options
+from strandspring.identification.method import Method
+from strandspring.identification.steady_part import find_steady_part
 from strandspring.peers.ni import PAPER_NI, sine_period, with_noise
 from synthetic import record_of, sine, spring_of
 
 SEEDS = range(5)
 
 
-def errors(options: Options, amplitude: float, exponent: float) -> list[float]:
+def errors(options: Method, amplitude: float, exponent: float) -> list[float]:
     """RMSE against the noise-free response over a few seeds; the benchmark table1.py has 20."""
     truth = replace(PAPER_NI, n=exponent)
     x = sine_period(amplitude, 1000)
@@ -44,7 +45,7 @@ def errors(options: Options, amplitude: float, exponent: float) -> list[float]:
     ],
     ids=["two-stage", "scan", "refined"],
 )
-def test_table_1_without_start_values(options: Options, mark: float, drowned: float) -> None:
+def test_table_1_without_start_values(options: Method, mark: float, drowned: float) -> None:
     assert np.median(errors(options, 5.0, 0.222)) <= mark
     assert np.median(errors(options, 5.45, 1.0)) <= drowned
 
@@ -64,6 +65,45 @@ def test_nis_method_says_when_its_model_does_not_fit() -> None:
     assert Outcome.NI_MODEL in identify(record, NiOptions()).outcomes
     with pytest.raises(RecordError, match="one periodic record"):
         identify([record, record_of(spring_of(1.0, 1.0), sine(5, 2000))], NiOptions())
+
+
+# One row for each method: its name, fields of its own, and whether it gives standard errors.
+METHODS = {
+    RefinedOptions: ("refined", ("degrees", "robust", "bootstrap", "seed"), True),
+    TwoStageOptions: ("two-stage", ("degrees", "formulas", "smoothing", "filter"), False),
+    ScanOptions: ("scan", ("degrees",), False),
+    NiOptions: ("ni", ("degrees", "start"), False),
+}
+
+
+@pytest.mark.parametrize("method", METHODS, ids=[name for name, _, _ in METHODS.values()])
+def test_all_methods_have_one_interface(method: type[Method]) -> None:
+    name, names, with_errors = METHODS[method]
+    assert issubclass(method, Method)
+    options = method(degrees=(4, 3))
+    assert tuple(field.name for field in fields(options)) == names
+    with pytest.raises(FrozenInstanceError):
+        options.degrees = None  # type: ignore[misc]
+    for wrong in ((0, 0), (3, -1), (3, 21)):
+        with pytest.raises(ValueError, match="`degrees` must be"):
+            method(degrees=wrong)
+    x = sine_period(5.0, 1000)
+    record = Record(1e-3 * x, PAPER_NI.steady_force(x))
+    assert options.prepare(record) is record
+    result = options.fit([find_steady_part(record)], "here")
+    assert (len(result.parameters.kE) - 1, len(result.parameters.kA) - 1) == (4, 3)
+    assert bool(result.uncertainty) is (result.band is not None) is with_errors
+    assert options.withstands_outliers is False
+    found = identify(record, options)
+    assert found.method == name
+    assert found.parameters == result.parameters
+    assert found.options["degrees"] == (4, 3)
+    assert set(found.options) == set(names)
+
+
+def test_only_the_robust_fit_withstands_outliers() -> None:
+    assert RefinedOptions(robust=True).withstands_outliers
+    assert not RefinedOptions().withstands_outliers
 
 
 def test_scan_is_a_method_of_its_own() -> None:

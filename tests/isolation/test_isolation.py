@@ -1,4 +1,4 @@
-"""Harmonic balance: the periodic force, textbook systems, folds, figures, refusals."""
+"""Harmonic balance: textbook systems, folds, figures, refusals."""
 
 from __future__ import annotations
 
@@ -11,56 +11,15 @@ from shaken import shaken
 from springs import MOUNT
 from strandspring import Spring, SpringParameters
 from strandspring.conversions import NormalizedBoucWen
-from strandspring.isolation.periodic import FourierBasis, PeriodicSpring
 from strandspring.isolation.response import FrequencyResponse, frequency_response
-from strandspring.isolation.system import Excitation, IsolatedMass, IsolationError, static_point
+from strandspring.isolation.system import Excitation, IsolatedMass, IsolationError, static_equilibrium
 from strandspring.peers.ni import PAPER_NI
-from synthetic import spring_of
 
 FORCES = {
     Excitation.BASE_DISPLACEMENT: 1e-3,
     Excitation.BASE_ACCELERATION: 2.0,
     Excitation.FORCE: 3.0,
 }
-
-
-def coefficients(basis: FourierBasis, mean: float, amplitude: float, wild: float) -> np.ndarray:
-    """A motion with inner loops where `wild` is large."""
-    c = np.zeros(2 * basis.harmonics + 1)
-    c[0], c[1], c[basis.harmonics + 2] = mean, amplitude, 0.3 * wild * amplitude
-    c[3], c[basis.harmonics + 4] = wild * amplitude, 0.2 * amplitude * wild
-    return c
-
-
-@pytest.mark.parametrize(("n", "sigma"), [(0.22, 0.6), (1.0, 1.0), (2.5, 3.0)])
-@pytest.mark.parametrize(("wild", "turns"), [(0.0, 2), (0.6, 6)])
-def test_the_steady_force_is_that_of_many_periods(n: float, sigma: float, wild: float, turns: int) -> None:
-    p, basis, fine = spring_of(n, sigma), FourierBasis(9, 256), 16
-    motion = coefficients(basis, p.displacement_offset, 0.01, wild)
-    found = PeriodicSpring(p, basis).respond(motion)
-    phase = 2.0 * np.pi * np.arange(10 * 256 * fine) / (256 * fine)
-    force = Spring(p).response(basis.at(phase) @ motion)[-256 * fine :: fine]
-    assert found.turns.size == turns
-    # The path misses the turning points by up to an 8192th of a period, (2 pi/8192)^2/2 = 3e-7 of the amplitude, and
-    # half of that of the inner loops' curvature; a cusp of omega (n < 1) makes ten times as much of it.
-    assert found.force == pytest.approx(force, abs=1e-5 * np.ptp(force))
-
-
-@pytest.mark.parametrize(("n", "sigma"), [(0.22, 0.6), (1.0, 1.0), (2.5, 3.0)])
-@pytest.mark.parametrize("wild", [0.0, 0.6])
-@pytest.mark.parametrize("amplitude", [1e-4, 1e-3, 1e-2])
-def test_derivatives_are_those_of_finite_differences(n: float, sigma: float, wild: float, amplitude: float) -> None:
-    p, basis = spring_of(n, sigma), FourierBasis(5, 128)
-    spring = PeriodicSpring(p, basis)
-    motion = coefficients(basis, p.displacement_offset, amplitude, wild)
-    exact = spring.respond(motion).derivatives
-    step = 1e-5 * amplitude
-    for k in range(motion.size):
-        more, less = (spring.respond(motion + sign * step * np.eye(motion.size)[k]).force for sign in (1.0, -1.0))
-        numeric = (more - less) / (2.0 * step)
-        # For n < 1 the slope of omega has cusps; what is left is the rounding of the memory over the step.
-        assert np.median(np.abs(numeric - exact[:, k])) < 1e-6 * np.abs(exact).max()
-        assert np.percentile(np.abs(numeric - exact[:, k]), 95) < 1e-4 * np.abs(exact).max()
 
 
 @pytest.mark.parametrize("excitation", list(Excitation))
@@ -127,7 +86,7 @@ def test_excitations_of_the_same_strength_move_the_mass_alike() -> None:
 def test_the_papers_normalized_spring_softens_and_damps_more_as_the_level_grows() -> None:
     ni = PAPER_NI
     plain = NormalizedBoucWen(1e3 * ni.K1, ni.z0, 1e3 * ni.rho, ni.sigma, ni.n)
-    system = IsolatedMass(plain.spring(-0.05, 0.05), 5.0, load=0.0)
+    system = IsolatedMass(plain.to_parameters(-0.05, 0.05), 5.0, load=0.0)
     band = np.geomspace(8.0, 60.0, 80)
     found = [
         frequency_response(system, Excitation.BASE_DISPLACEMENT, level, band).resonance
@@ -199,7 +158,7 @@ def test_more_harmonics_and_samples_change_little() -> None:
 
 def test_the_rest_carries_the_load() -> None:
     system = IsolatedMass(MOUNT, 6.0, parallel=2, series=3)
-    rest = static_point(system)
+    rest = static_equilibrium(system)
     each = 6.0 * 9.80665 / 2
     x = rest.displacement - MOUNT.displacement_offset
     assert 50.0 + 20_000.0 * x + 1e5 * x**2 + 2e7 * x**3 == pytest.approx(each, abs=1e-3)  # between grid points
@@ -214,13 +173,13 @@ def test_the_rest_carries_the_load() -> None:
     # A backbone that falls between its humps: from above the spring stays on the other side of them.
     humps = replace(MOUNT, kE=(0.0, -1500.0, 0.0, 1e7), kA=(1.0,), kappa_omega=2.0, rho=500.0, sigma=1.0, n=1.0,
                     displacement_offset=0.0, displacement_min=-0.02, displacement_max=0.02)  # fmt: skip
-    both = static_point(IsolatedMass(humps, 1.0, load=0.0))
+    both = static_equilibrium(IsolatedMass(humps, 1.0, load=0.0))
     for omega, stop in ((1.0, both.least), (-1.0, both.greatest)):
         way = np.linspace(-omega * 0.02, stop, 2001)
         crossed = np.sign(Spring(humps).response(way, omega)[:-1]) != -omega
         assert not crossed.any()
         assert Spring(humps).response(way, omega)[-1] == pytest.approx(0.0, abs=1e-2)
-    soft = static_point(IsolatedMass(MOUNT, 6.0, parallel=2))
+    soft = static_equilibrium(IsolatedMass(MOUNT, 6.0, parallel=2))
     assert rest.sag == pytest.approx(3.0 * soft.sag)
     assert rest.frequency == pytest.approx(soft.frequency / np.sqrt(3.0))
 
@@ -244,12 +203,12 @@ def test_impossible_systems_are_refused(change: dict[str, float], told: str) -> 
 
 def test_impossible_operating_points_are_refused() -> None:
     with pytest.raises(IsolationError, match="must lie within the forces of the identified range"):
-        static_point(IsolatedMass(MOUNT, 1000.0))
+        static_equilibrium(IsolatedMass(MOUNT, 1000.0))
     with pytest.raises(IsolationError, match="where no mass can rest; use another mass"):
-        static_point(IsolatedMass(replace(MOUNT, kE=(-2000.0, 20_000.0)), 5.0))
+        static_equilibrium(IsolatedMass(replace(MOUNT, kE=(-2000.0, 20_000.0)), 5.0))
     falling = replace(MOUNT, kE=(50.0, -20_000.0))
     with pytest.raises(IsolationError, match="is not stable"):
-        static_point(IsolatedMass(falling, 5.0, 50.0))
+        static_equilibrium(IsolatedMass(falling, 5.0, 50.0))
     system = IsolatedMass(MOUNT, 5.0, 50.0)
     with pytest.raises(IsolationError, match=r"of 1 mm .* outside the identified range of 20 to 80 mm; use a lower"):
         frequency_response(system, Excitation.BASE_DISPLACEMENT, 1e-3, np.geomspace(3.0, 30.0, 50))

@@ -286,8 +286,8 @@ def test_stiffness_after_a_reversal(parameters: SpringParameters) -> None:
         assert expected == pytest.approx(one_sided, rel=2e-3)
         # It is steeper than going on: that is what makes a loop.
         assert expected > solved.stiffness(path)[1]
-        memory = stepper.advance(law, stepper.rest(path[0], 0.0), path[1])
-        turned = stepper.advance(law, memory, float(np.nextafter(path[1], back * np.inf)))
+        memory = stepper.trial(law, stepper.start(path[0], 0.0), path[1])
+        turned = stepper.trial(law, memory, float(np.nextafter(path[1], back * np.inf)))
         assert stepper.stiffness(law, turned) == pytest.approx(expected, rel=1e-9)  # one bit further
 
 
@@ -413,9 +413,9 @@ def test_starts_that_are_refused(method: Callable[[Spring], Callable[..., np.nda
 
 
 def stepped(law: SpringLaw, path: np.ndarray, omega_start: float) -> list[stepper.Memory]:
-    memories = [stepper.rest(float(path[0]), omega_start)]
+    memories = [stepper.start(float(path[0]), omega_start)]
     for position in path[1:].tolist():
-        memories.append(stepper.advance(law, memories[-1], position))
+        memories.append(stepper.trial(law, memories[-1], position))
     return memories
 
 
@@ -427,7 +427,7 @@ def test_single_steps_equal_whole_paths(
     path = along(parameters, positions)
     law, solver = SpringLaw(parameters), PathSolver(parameters)
     memories = stepped(law, path, omega_start)
-    # Tables built with the C library's exp and log or with NumPy's: 2e-13 in omega (test_saturation).
+    # Python's W and the kernel's are within 2e-13 (test_saturation).
     scale = force_scale(parameters, path)
     force = np.array([stepper.force(law, m) for m in memories])
     assert np.max(np.abs(force - solver.force(path, omega_start))) <= 1e-12 * scale
@@ -450,10 +450,10 @@ def test_single_steps_have_the_stiffness_of_whole_paths(parameters: SpringParame
 def test_a_memory_rebuilt_from_its_numbers_continues_bit_for_bit(parameters: SpringParameters) -> None:
     rng = np.random.default_rng(9)
     law = SpringLaw(parameters)
-    original = rebuilt = stepper.rest(float(along(parameters, 0.1)), 0.2)
+    original = rebuilt = stepper.start(float(along(parameters, 0.1)), 0.2)
     for position in along(parameters, rng.uniform(-1.5, 1.5, 100)).tolist():
         rebuilt = stepper.Memory(*json.loads(json.dumps(tuple(rebuilt))))
-        original, rebuilt = stepper.advance(law, original, position), stepper.advance(law, rebuilt, position)
+        original, rebuilt = stepper.trial(law, original, position), stepper.trial(law, rebuilt, position)
         assert rebuilt == original
         assert stepper.force(law, rebuilt) == stepper.force(law, original)
         assert stepper.absorbed_energy(law, rebuilt) == stepper.absorbed_energy(law, original)
@@ -463,35 +463,35 @@ def test_a_memory_rebuilt_from_its_numbers_continues_bit_for_bit(parameters: Spr
 def test_trial_steps_leave_no_trace(parameters: SpringParameters) -> None:
     rng = np.random.default_rng(10)
     law = SpringLaw(parameters)
-    tried = untouched = stepper.rest(float(along(parameters, -0.2)), -1.0)
+    tried = untouched = stepper.start(float(along(parameters, -0.2)), -1.0)
     for position in along(parameters, rng.uniform(-1.5, 1.5, 60)).tolist():
         before = tuple(tried)
         for trial in along(parameters, rng.uniform(-2.0, 2.0, 3)).tolist():
-            stepper.absorbed_energy(law, stepper.advance(law, tried, trial))
+            stepper.absorbed_energy(law, stepper.trial(law, tried, trial))
             assert tuple(tried) == before
-        tried, untouched = stepper.advance(law, tried, position), stepper.advance(law, untouched, position)
+        tried, untouched = stepper.trial(law, tried, position), stepper.trial(law, untouched, position)
         assert tried == untouched
 
 
 @examples
-def test_settling_the_energy_changes_nothing_else(parameters: SpringParameters) -> None:
+def test_integrating_the_energy_changes_nothing_else(parameters: SpringParameters) -> None:
     rng = np.random.default_rng(12)
     law = SpringLaw(parameters)
-    plain = settled = stepper.rest(float(along(parameters, 0.0)), 0.0)
+    plain = integrated = stepper.start(float(along(parameters, 0.0)), 0.0)
     path = along(parameters, np.cumsum(rng.normal(0.0, 0.2, 200)))
     for position in path.tolist():
-        plain = stepper.advance(law, plain, position)
-        settled = stepper.settle(law, stepper.advance(law, settled, position))
-        assert stepper.settle(law, settled) == settled
-        assert settled.settled == position
-        assert stepper.force(law, settled) == stepper.force(law, plain)
-        assert settled._replace(settled=plain.settled, energy=plain.energy) == plain
+        plain = stepper.trial(law, plain, position)
+        integrated = stepper.integrate(law, stepper.trial(law, integrated, position))
+        assert stepper.integrate(law, integrated) == integrated
+        assert integrated.energy_at == position
+        assert stepper.force(law, integrated) == stepper.force(law, plain)
+        assert integrated._replace(energy_at=plain.energy_at, energy=plain.energy) == plain
         # Other pieces of the quadrature and one more sum per step.
-        difference = settled.energy - stepper.absorbed_energy(law, plain)
+        difference = integrated.energy - stepper.absorbed_energy(law, plain)
         assert abs(difference) <= 1e-12 * energy_scale(parameters, path)
 
 
 def test_a_step_of_no_length_keeps_the_memory() -> None:
     law = SpringLaw(EXAMPLES["exponential"])
-    memory = stepper.advance(law, stepper.rest(0.05, 0.0), 0.06)
-    assert stepper.advance(law, memory, 0.06) is memory
+    memory = stepper.trial(law, stepper.start(0.05, 0.0), 0.06)
+    assert stepper.trial(law, memory, 0.06) is memory

@@ -14,14 +14,15 @@ from hypothesis import strategies as st
 from strandspring import Record, Spring, SpringParameters, read_record
 from strandspring.errors import RecordError
 from strandspring.kernel.path import PathSolver
+from strandspring.kernel.steady import steady_omega
 from strandspring.loops.cycles import find_cycles
 from strandspring.loops.loop import LoopFigures
 from strandspring.loops.measured import measured_loops
-from strandspring.loops.modelled import model_loop, steady_omega
+from strandspring.loops.modelled import steady_loop_figures
 from synthetic import AMPLITUDE, MEAN, record_of, sine, spring_of
 
 ROOT = Path(__file__).resolve().parents[2]
-FIGURES = ("secant_stiffness", "energy_per_cycle", "loss_factor", "mean_force", "least_force", "greatest_force")
+FIGURES = ("secant_stiffness", "energy_per_cycle", "loss_factor", "mean_force", "min_force", "max_force")
 
 
 def plain(kappa_omega: float, rho: float, n: float = 1.0, sigma: float = 1.0) -> SpringParameters:
@@ -34,7 +35,7 @@ def trapezoid(force: np.ndarray, path: np.ndarray) -> float:
 
 
 def loop_of(parameters: SpringParameters, amplitude: float, mean: float = MEAN) -> LoopFigures:
-    return model_loop(PathSolver(parameters), mean - amplitude, mean + amplitude)
+    return steady_loop_figures(PathSolver(parameters), mean - amplitude, mean + amplitude)
 
 
 @pytest.mark.parametrize("n", [0.3, 1.0, 4.0])
@@ -49,8 +50,8 @@ def test_the_limit_of_dry_friction(n: float) -> None:
     )
     assert figures.damping_ratio == 0.5 * figures.loss_factor
     assert figures.mean_force == pytest.approx(5.0, rel=1e-6)
-    assert figures.greatest_force == pytest.approx(5.0 + 2000.0 * amplitude + kappa, rel=1e-12)
-    assert figures.least_force == pytest.approx(5.0 - 2000.0 * amplitude - kappa, rel=1e-12)
+    assert figures.max_force == pytest.approx(5.0 + 2000.0 * amplitude + kappa, rel=1e-12)
+    assert figures.min_force == pytest.approx(5.0 - 2000.0 * amplitude - kappa, rel=1e-12)
     assert figures.height == pytest.approx(2.0 * kappa, rel=1e-3)
 
 
@@ -92,14 +93,14 @@ def test_the_steady_loop_is_where_many_cycles_end(n: float, sigma: float, steady
     up = low + (high - low) * share
     path = np.concatenate([up, up[-2::-1]])
     force = solver.force(path, -omega)
-    figures = model_loop(solver, low, high)
+    figures = steady_loop_figures(solver, low, high)
     assert figures.energy_per_cycle == pytest.approx(trapezoid(force, path), rel=1e-5)  # the cusp of n = 0.22
     middle = trapezoid(force, np.concatenate([up, 2.0 * high - up[-2::-1]])) / (2.0 * (high - low))
     assert figures.mean_force == pytest.approx(middle, rel=1e-6)
     assert figures.force_high == pytest.approx(force[up.size - 1], rel=1e-12)
     assert figures.force_low == pytest.approx(force[-1], rel=1e-9)
-    assert figures.greatest_force == pytest.approx(force.max(), rel=1e-6)
-    assert figures.least_force == pytest.approx(force.min(), rel=1e-6)
+    assert figures.max_force == pytest.approx(force.max(), rel=1e-6)
+    assert figures.min_force == pytest.approx(force.min(), rel=1e-6)
 
 
 @settings(derandomize=True, max_examples=60, deadline=None)
@@ -124,7 +125,7 @@ def test_a_loop_without_a_rising_secant_has_no_loss_factor() -> None:
 @pytest.mark.parametrize(("low", "high"), [(0.0, 0.0), (1.0, 0.0), (math.nan, 1.0), (0.0, math.inf)])
 def test_turning_points_that_are_none_are_refused(low: float, high: float) -> None:
     with pytest.raises(ValueError, match="`low` must be below `high`"):
-        model_loop(PathSolver(plain(1.0, 100.0)), low, high)
+        steady_loop_figures(PathSolver(plain(1.0, 100.0)), low, high)
 
 
 def test_a_loop_drawn_by_hand() -> None:
@@ -139,7 +140,7 @@ def test_a_loop_drawn_by_hand() -> None:
     assert figures.energy_per_cycle == pytest.approx(6.0 * 0.02)
     assert figures.loss_factor == pytest.approx(0.12 / (2.0 * math.pi * 0.5 * 1300.0 * 0.01**2))
     assert figures.mean_force == pytest.approx(0.0, abs=1e-12)
-    assert (figures.least_force, figures.greatest_force) == pytest.approx((-13.0, 13.0))
+    assert (figures.min_force, figures.max_force) == pytest.approx((-13.0, 13.0))
     assert (loop.path, loop.cycles, loop.frequency, loop.spread) == ("hand", 1, None, None)
 
 
@@ -225,7 +226,7 @@ def test_the_hinge_model_has_the_figures_of_its_record() -> None:
     assert loop.cycles == 2
     assert loop.frequency == pytest.approx(0.01515, rel=1e-3)
     solver = PathSolver(Spring.load(ROOT / "models/rubber_hinge.json").parameters)
-    twin = model_loop(solver, loop.figures.low, loop.figures.high)
+    twin = steady_loop_figures(solver, loop.figures.low, loop.figures.high)
     # The model's rmse, 3.7 % of the rms force, bounds what its loop can be wrong by.
     assert twin.secant_stiffness == pytest.approx(loop.figures.secant_stiffness, rel=0.037)
     assert twin.energy_per_cycle == pytest.approx(loop.figures.energy_per_cycle, rel=0.037)

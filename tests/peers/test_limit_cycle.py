@@ -17,7 +17,7 @@ AMPLITUDE = 0.02  # [m]
 def steady(model: NormalizedBoucWen, cycles: int = 1, samples: int = 2000) -> tuple[np.ndarray, np.ndarray]:
     """Displacement [m] and force [N] of whole steady cycles, after three cycles that are left out."""
     path = AMPLITUDE * np.sin(2.0 * np.pi * np.arange((3 + cycles) * samples) / samples)
-    force = PathSolver(model.spring(-AMPLITUDE, AMPLITUDE)).force(path)
+    force = PathSolver(model.to_parameters(-AMPLITUDE, AMPLITUDE)).force(path)
     return path[3 * samples :], force[3 * samples :]
 
 
@@ -54,7 +54,7 @@ def test_finer_sampling_gives_smaller_errors() -> None:
 
 def test_a_loop_that_is_not_saturated_does() -> None:
     model = model_of(n=1.0, sigma=1.0, saturations=1.0)
-    assert np.max(np.abs(PathSolver(model.spring(-AMPLITUDE, AMPLITUDE)).omega(steady(model)[0]))) < 0.8
+    assert np.max(np.abs(PathSolver(model.to_parameters(-AMPLITUDE, AMPLITUDE)).omega(steady(model)[0]))) < 0.8
     assert max(errors(limit_cycle(*steady(model)), model).values()) < 5e-3
 
 

@@ -14,9 +14,9 @@ from scipy.integrate import solve_ivp
 from strandspring import read_record
 from strandspring.cli.main import main
 from strandspring.errors import RecordError
-from strandspring.identification.periods import whole_periods
 from strandspring.peers.ni import PAPER_NI, NiParameters, sine_period, with_noise
 from strandspring.peers.ni_method import NiOutcome, ni_method, plausible_start, random_start
+from strandspring.peers.periods import whole_periods
 
 # Amplitude [mm] and n with which the rms force of the paper's Table 1 comes out; the second loop nearly vanishes.
 EXPERIMENTS = {"visible loops": (5.0, 0.222), "drowned loops": (5.45, 1.0)}

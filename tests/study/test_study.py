@@ -13,8 +13,8 @@ import pytest
 
 from strandspring import ModelError
 from strandspring.isolation.response import frequency_response
-from strandspring.isolation.system import Excitation, IsolatedMass, IsolationError, static_point
-from strandspring.modelfile import model_file, save_model
+from strandspring.isolation.system import Excitation, IsolatedMass, IsolationError, static_equilibrium
+from strandspring.modelfile import ModelFile, save_model
 from strandspring.study.definition import DONE, Study
 from strandspring.study.quantiles import summarize
 from strandspring.study.spread import DRAWN, Spread
@@ -25,8 +25,8 @@ from terminal import Terminal
 @pytest.fixture
 def terminal(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Terminal:
     monkeypatch.chdir(tmp_path)
-    save_model("mount.json", model_file("mount", SPRING, uncertainty=UNCERTAINTY))
-    save_model("bare.json", model_file("bare", SPRING))
+    save_model("mount.json", ModelFile("mount", SPRING, uncertainty=UNCERTAINTY))
+    save_model("bare.json", ModelFile("bare", SPRING))
     return Terminal(capsys)
 
 
@@ -117,7 +117,7 @@ def test_a_run_tells_what_the_frequency_response_does() -> None:
     assert [getattr(row, name) for name in DRAWN] == [getattr(drawn, name) for name in DRAWN]
     stiff = replace(drawn, kE=tuple(1.2 * c for c in SPRING.kE), kappa_omega=1.2 * drawn.kappa_omega)
     system = IsolatedMass(stiff, 5.0, 30.0, 2, 3, 8.0)
-    rest = static_point(system)
+    rest = static_equilibrium(system)
     band = np.geomspace(0.23 * rest.frequency, 5.0 * rest.frequency, 12)
     resonance = frequency_response(system, Excitation.BASE_ACCELERATION, 0.5, band).resonance
     assert (row.rest, row.sag, row.outcome) == (rest.displacement, rest.sag, DONE)
@@ -248,7 +248,7 @@ def test_grids_are_given_by_numbers_or_ranges(terminal: Terminal) -> None:
 
 def test_a_mass_is_all_that_must_be_said(terminal: Terminal) -> None:
     told = json.loads(terminal("study", "mount.json", "--mass", "5:4:2", "--draws", "1", "-o", "r.csv", "--json"))
-    rest = static_point(IsolatedMass(SPRING, 4.0)).displacement
+    rest = static_equilibrium(IsolatedMass(SPRING, 4.0)).displacement
     room = min(rest - SPRING.displacement_min, SPRING.displacement_max - rest)
     assert [point["level"] for point in told["points"]] == pytest.approx([0.01 * room] * 2, rel=1e-12)
     assert told["excitation"] == "base displacement"

@@ -22,7 +22,7 @@ from distributed import LocalCluster
 
 from strandspring import __version__
 from strandspring.isolation.system import Excitation, IsolationError
-from strandspring.modelfile import model_file, save_model
+from strandspring.modelfile import ModelFile, save_model
 from strandspring.study.cluster import Cluster
 from strandspring.study.definition import Study
 from strandspring.study.journal import Journal, journal_path
@@ -36,7 +36,7 @@ from terminal import Terminal
 @pytest.fixture
 def terminal(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Terminal:
     monkeypatch.chdir(tmp_path)
-    save_model("mount.json", model_file("mount", SPRING, uncertainty=UNCERTAINTY))
+    save_model("mount.json", ModelFile("mount", SPRING, uncertainty=UNCERTAINTY))
     return Terminal(capsys)
 
 

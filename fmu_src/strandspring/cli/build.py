@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import asdict
+from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
@@ -11,19 +13,25 @@ from click.core import ParameterSource
 from ..errors import BuildError, StrandspringError
 from ..fmu.archive import binary_sizes, fmu_path
 from ..fmu.check import CheckReport, check_fmu
-from ..fmu.native.compiler import PLATFORMS, Platform, chosen_platforms
 from ..fmu.native.native_fmu import build_native_fmu
+from ..fmu.native.platforms import PLATFORMS, Platform, chosen_platforms
 from ..fmu.python_backed import build_fmu
-from ..modelfile import ModelFile, checked_name, load_model, save_model
+from ..modelfile import ModelFile, check_name, load_model, save_model
 from .identify import identified, print_identification
 from .options import ColumnOptions, column_options, identification_options, identifier, method_options
-from .output import counting, result, result_json, working
+from .output import result, result_json, working
 from .paths import refuse_overwriting
 
 # The bundled record, below the folder of models: its machine position counts down while the sample is stretched.
 EXAMPLE_RECORD = Path("records") / "rubber_stretch.csv"
 EXAMPLE_NAME = "rubber_hinge"
 EXAMPLE_COLUMNS = {"reverse": "displacement"}
+
+# What the FMU of each back end is for.
+_PURPOSES = {
+    "native": "native: for any simulator, with no Python on its machine",
+    "python": "Python-backed: the model as readable Python, for simulators that run on Python",
+}
 
 
 def _platforms(_context: click.Context, _parameter: click.Parameter, names: str | None) -> tuple[Platform, ...] | None:
@@ -35,20 +43,21 @@ def _platforms(_context: click.Context, _parameter: click.Parameter, names: str 
 
 @click.command()
 @click.argument("sources", nargs=-1, metavar="[MODEL.json | RECORD...]")
-@click.option("-o", "--output", default="dist", show_default=True, metavar="DIR", help="Folder for the FMU.")
+@click.option("-o", "--output", default="dist", show_default=True, metavar="DIR", help="Folder for the FMUs.")
 @click.option(
     "--backend",
-    default="python",
-    show_default=True,
-    type=click.Choice(["python", "native"]),
-    help="python: needs Python on the simulator's machine; native: runs without, compiled by ziglang.",
+    type=click.Choice(["native", "python", "both"]),
+    help="native: NAME.fmu, which runs anywhere; python: NAME_python.fmu, which needs Python on the simulator's "
+    "machine."
+    "  [default: native; both for the bundled record]",
 )
 @click.option(
     "--platform",
     "platforms",
     metavar="NAME,...",
     callback=_platforms,
-    help=f"For the native back end: host, all, or some of {', '.join(PLATFORMS)}.  [default: host]",
+    help=f"Of the native FMU: host, all, or some of {', '.join(PLATFORMS)}.  "
+    "[default: all in an installed package, host in a source checkout]",
 )
 @click.option(
     "--models",
@@ -65,7 +74,7 @@ def _platforms(_context: click.Context, _parameter: click.Parameter, names: str 
 def build(
     sources: tuple[str, ...],
     output: str,
-    backend: str,
+    backend: str | None,
     platforms: tuple[Platform, ...] | None,
     models: str,
     name: str | None,
@@ -75,57 +84,71 @@ def build(
 ) -> None:  # fmt: skip
     """Build, validate and run the FMU of a model file, or of records that are identified first.
 
-    Without an argument the bundled measured record is identified, a rubber hinge on a tensile rig.
+    Without an argument the bundled measured record is identified, a rubber hinge on a tensile rig, and built with both
+    back ends.
 
     \b
     Examples:
       strandspring build spring.json
-      strandspring build spring.json --backend native --platform linux64,win64
+      strandspring build spring.json --platform linux64,win64
       strandspring build loop.csv --name mount_a -o dist
     """
-    if platforms is not None and backend != "native":
-        raise click.UsageError("--platform is for --backend native; the python back end has fixed binaries.")
+    if backend is None:
+        backend = "native" if sources else "both"
+    backends = tuple(_PURPOSES) if backend == "both" else (backend,)
+    if platforms is not None and "native" not in backends:
+        raise click.UsageError("--platform is for the native back end; the python back end has fixed binaries.")
     of_records = {"name", "description", *options}
     method = method_options(options)
     if len(sources) == 1 and sources[0].lower().endswith(".json"):
         _refuse_given(of_records, sources[0])
         model, model_path, identification = load_model(sources[0]), Path(sources[0]), None
-        refuse_overwriting(sources, {"--output": fmu_path(output, model.name)})
+        for one in backends:
+            refuse_overwriting(sources, {"--output": fmu_path(output, model.name, one)})
     else:
         if not sources:
-            example = Path(models) / EXAMPLE_RECORD
-            if not example.is_file():
-                raise click.UsageError(f"No model or record given, and the bundled record {example} is not there.")
-            sources, name = (str(example),), EXAMPLE_NAME if name is None else name
+            sources, name = (str(_example(models)),), EXAMPLE_NAME if name is None else name
             options = {**options, **{key: options[key] or value for key, value in EXAMPLE_COLUMNS.items()}}
-        chosen = identifier(sources[0]) if name is None else checked_name(name)
+        chosen = identifier(sources[0]) if name is None else check_name(name)
         model_path = Path(models) / f"{chosen}.json"
-        refuse_overwriting(sources, {"--models": model_path, "--output": fmu_path(output, chosen)})
+        for one in backends:
+            refuse_overwriting(sources, {"--models": model_path, "--output": fmu_path(output, chosen, one)})
         model, identification = identified(sources, ColumnOptions(**options), method, chosen, description)
         save_model(model_path, model)
-    fmu, report = _built(model, Path(output), backend, platforms)
-    sizes = binary_sizes(fmu)
+    built = {one: _built(model, Path(output), one, platforms) for one in backends}
     if as_json:
         result_json(
             {
                 "model": str(model_path),
-                "fmu": str(fmu),
-                "backend": backend,
-                "binaries": sizes,
                 "name": model.name,
-                "parameters": model.parameters.model_dump(mode="json"),
+                "parameters": asdict(model.parameters),
                 "rmse": None if identification is None else identification.rmse,
                 "rnl": None if identification is None else identification.rnl,
-                "check": report.summary,
+                "fmus": [
+                    {"path": str(fmu), "backend": one, "binaries": binary_sizes(fmu), "check": report.summary}
+                    for one, (fmu, report) in built.items()
+                ],
             }
         )
         return
     if identification is not None:
         print_identification(identification)
     result(f"Model file: {model_path}")
-    result(f"FMU: {fmu} ({fmu.stat().st_size / 1024:.0f} KiB)")
-    result("Binaries: " + ", ".join(f"{name} {size / 1024:.0f} KiB" for name, size in sizes.items()))
-    result(f"Check: {report.summary}")
+    for one, (fmu, report) in built.items():
+        binaries = ", ".join(f"{platform} {size / 1024:.0f} KiB" for platform, size in binary_sizes(fmu).items())
+        result(f"FMU: {fmu} ({fmu.stat().st_size / 1024:.0f} KiB), {_PURPOSES[one]}")
+        result(f"Binaries: {binaries}")
+        result(f"Check: {report.summary}")
+
+
+def _example(models: str) -> Path:
+    """The bundled record, in the folder of models or as the installed package carries it."""
+    for folder in (Path(models), Path(str(files("strandspring") / "examples"))):
+        if (folder / EXAMPLE_RECORD).is_file():
+            return folder / EXAMPLE_RECORD
+    raise click.UsageError(
+        f"No model or record given, and the bundled record {Path(models) / EXAMPLE_RECORD} is missing."
+    )
 
 
 def _refuse_given(names: set[str], model: str) -> None:
@@ -147,12 +170,7 @@ def _built(
 ) -> tuple[Path, CheckReport]:
     if folder.exists() and not folder.is_dir():
         raise StrandspringError(f"{folder} is a file; give a folder with -o.")
-    if backend == "native":
-        chosen = chosen_platforms("host") if platforms is None else platforms
-        with counting("Compiling, longer the first time", len(chosen)) as compiled:
-            fmu = build_native_fmu(model, folder, chosen, compiled)
-    else:
-        with working("Building the FMU"):
-            fmu = build_fmu(model, folder)
+    with working("Building the FMU"):
+        fmu = build_native_fmu(model, folder, platforms) if backend == "native" else build_fmu(model, folder)
     with working("Validating and running the FMU"):
         return fmu, check_fmu(fmu)

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
 import click
 
-from ..identification.api import Options
 from ..identification.api import identify as identify_records
 from ..identification.campaign import campaign_verdicts
+from ..identification.method import Method
 from ..identification.result import Identification
-from ..modelfile import ModelFile, checked_name, save_model
+from ..modelfile import ModelFile, check_name, save_model
 from .cautions import note_assumptions
 from .fit_tables import fit_json, fit_lines, parameter_lines, verdict_json
 from .options import ColumnOptions, column_options, identification_options, identifier, method_options, read_records
@@ -50,7 +51,7 @@ def identify(
     """
     method = method_options(options)
     refuse_overwriting(records, {"--output": output, "--report": report})
-    chosen = identifier(output) if name is None else checked_name(name)
+    chosen = identifier(output) if name is None else check_name(name)
     model, identification = identified(records, ColumnOptions(**options), method, chosen, description)
     save_model(output, model)
     if report is not None:
@@ -67,7 +68,7 @@ def identify(
                 "model": output,
                 "name": model.name,
                 "method": identification.method,
-                "parameters": model.parameters.model_dump(mode="json"),
+                "parameters": asdict(model.parameters),
                 "rmse": identification.rmse,
                 "rnl": identification.rnl,
                 "uncertainty": identification.uncertainty,
@@ -91,7 +92,7 @@ def identify(
 def identified(
     records: tuple[str, ...],
     columns: ColumnOptions,
-    options: Options,
+    options: Method,
     name: str,
     description: str = "",
 ) -> tuple[ModelFile, Identification]:

@@ -14,7 +14,7 @@ from ..identification.campaign import campaign_verdicts
 from ..kernel.path import PathSolver
 from ..loops.loop import Loop, LoopFigures
 from ..loops.measured import MeasuredLoop, measured_loops
-from ..loops.modelled import model_curve
+from ..loops.modelled import steady_loop
 from ..modelfile import ModelFile, load_model
 from .cautions import caution_backwards, note_assumptions, outside_range
 from .fit_tables import parameter_lines, verdict_json
@@ -34,8 +34,8 @@ _COLUMNS = (
     ("loss factor", "loss_factor", 1.0),
     ("damping ratio", "damping_ratio", 1.0),
     ("mean N", "mean_force", 1.0),
-    ("min N", "least_force", 1.0),
-    ("max N", "greatest_force", 1.0),
+    ("min N", "min_force", 1.0),
+    ("max N", "max_force", 1.0),
 )
 
 
@@ -68,14 +68,14 @@ def info(model: str, records: tuple[str, ...], amplitudes: tuple[float, ...], as
       strandspring info spring.json a13.csv a46.csv --json
     """
     content = load_model(model)
-    parameters = content.parameters.spring()
+    parameters = content.parameters
     solver = PathSolver(parameters)
     group = read_records(records, ColumnOptions(**columns))
     note_assumptions(group)
     caution_backwards(group)
     measured = [loop for record in progress(group, "Measuring loops") for loop in measured_loops(record)]
-    modelled = [model_curve(solver, *ends) for ends in _turning_points(parameters, amplitudes, bool(records))]
-    pairs = [(loop, model_curve(solver, loop.figures.low, loop.figures.high)) for loop in measured]
+    modelled = [steady_loop(solver, *ends) for ends in _turning_points(parameters, amplitudes, bool(records))]
+    pairs = [(loop, steady_loop(solver, loop.figures.low, loop.figures.high)) for loop in measured]
     _caution(parameters, [*((model, loop.figures) for loop in modelled), *((m.path, m.figures) for m in measured)])
     rate, overlap = campaign_verdicts(group, modelled)
     if as_json:
@@ -86,7 +86,7 @@ def info(model: str, records: tuple[str, ...], amplitudes: tuple[float, ...], as
             {
                 "model": model,
                 "name": content.name,
-                "parameters": content.parameters.model_dump(mode="json"),
+                "parameters": asdict(content.parameters),
                 "loops": loops,
                 "rate_independence": verdict_json(rate),
                 "overlap": verdict_json(overlap),

@@ -12,8 +12,9 @@ import click
 
 from ..files import write_csv
 from ..isolation.band import band_frequencies
-from ..isolation.response import FrequencyResponse, ResponsePoint, frequency_response
-from ..isolation.system import Excitation, IsolatedMass, StaticPoint, static_point
+from ..isolation.curve_points import ResponsePoint
+from ..isolation.response import FrequencyResponse, frequency_response
+from ..isolation.system import Excitation, IsolatedMass, StaticEquilibrium, static_equilibrium
 from ..modelfile import ModelFile, load_model
 from .cautions import outside_range
 from .mount import chosen_levels, curve_options, level_options, mount_options, positive, shares_of_room
@@ -80,13 +81,13 @@ def isolate(
             raise click.UsageError(f"--plot must end in {', '.join(SUFFIXES)}, got {plot!r}.")
     refuse_overwriting([model], {"--output": output, "--plot": plot})
     content = load_model(model)
-    system = IsolatedMass(content.parameters.spring(), mass, load, parallel, series, damping)
-    rest = static_point(system)
+    system = IsolatedMass(content.parameters, mass, load, parallel, series, damping)
+    equilibrium = static_equilibrium(system)
     excitation, amplitudes = chosen_levels(levels) or (
         Excitation.BASE_DISPLACEMENT,
-        shares_of_room(system, rest, _DEFAULT_SHARES),
+        shares_of_room(system, equilibrium, _DEFAULT_SHARES),
     )
-    frequencies = band_frequencies(band, points, rest)
+    frequencies = band_frequencies(band, points, equilibrium)
     responses = [
         frequency_response(system, excitation, amplitude, frequencies, extrapolate)
         for amplitude in progress(amplitudes, "Balancing harmonics")
@@ -99,9 +100,9 @@ def isolate(
 
         write_plot(Path(plot), responses, f"{content.name}: {mass:g} kg")
     if as_json:
-        result_json(_json(model, system, rest, responses, checks, output, plot))
+        result_json(_json(model, system, equilibrium, responses, checks, output, plot))
         return
-    _print_rest(system, rest)
+    _print_equilibrium(system, equilibrium)
     _print_curves(system, responses)
     _print_checks(checks)
     for title, path in (("Curves", output), ("Plot", plot)):
@@ -135,7 +136,7 @@ def _print_checks(checks: list[tuple[FrequencyResponse, SteadyCheck]]) -> None:
     for response, check in checks:
         verdict = "agrees" if check.agrees else "DIFFERS: the computed motion is not steady or not stable"
         result(
-            f"  {response.told_level}, {check.frequency:.4g} Hz: amplitude {100.0 * check.difference:+.3f} %, "
+            f"  {response.level_text}, {check.frequency:.4g} Hz: amplitude {100.0 * check.difference:+.3f} %, "
             f"phase {check.phase:+.3f} degrees, {verdict}"
         )
 
@@ -165,7 +166,7 @@ def _write(path: Path, responses: list[FrequencyResponse]) -> None:
 def _json(
     model: str,
     system: IsolatedMass,
-    rest: StaticPoint,
+    equilibrium: StaticEquilibrium,
     responses: list[FrequencyResponse],
     checks: list[tuple[FrequencyResponse, SteadyCheck]],
     output: str | None,
@@ -175,7 +176,7 @@ def _json(
     return {
         "model": model,
         "system": {**described, "load": system.static_load},
-        "rest": asdict(rest),
+        "rest": asdict(equilibrium),
         "excitation": responses[0].excitation.value,
         "levels": [
             {
@@ -193,19 +194,19 @@ def _json(
     }
 
 
-def _print_rest(system: IsolatedMass, rest: StaticPoint) -> None:
+def _print_equilibrium(system: IsolatedMass, equilibrium: StaticEquilibrium) -> None:
     springs = "1 spring" if system.parallel * system.series == 1 else f"{system.parallel} x {system.series} springs"
-    friction = f"{1e3 * rest.least:.4g} to {1e3 * rest.greatest:.4g} mm with friction"
-    sag = "" if math.isnan(rest.sag) else f", static sag {1e3 * rest.sag:.4g} mm"
+    friction = f"{1e3 * equilibrium.least:.4g} to {1e3 * equilibrium.greatest:.4g} mm with friction"
+    sag = "" if math.isnan(equilibrium.sag) else f", static sag {1e3 * equilibrium.sag:.4g} mm"
     result(f"{system.mass:g} kg on {springs}, static load {system.static_load:.4g} N")
-    result(f"  static equilibrium at {1e3 * rest.displacement:.4g} mm of each spring ({friction}){sag}")
-    result(f"  small motion: {1e-3 * rest.stiffness:.4g} N/mm, {rest.frequency:.4g} Hz")
+    result(f"  static equilibrium at {1e3 * equilibrium.displacement:.4g} mm of each spring ({friction}){sag}")
+    result(f"  small motion: {1e-3 * equilibrium.stiffness:.4g} N/mm, {equilibrium.frequency:.4g} Hz")
 
 
 def _print_curves(system: IsolatedMass, responses: list[FrequencyResponse]) -> None:
     rows = [
         [
-            response.told_level,
+            response.level_text,
             f"{r.frequency:.4g}" + ("" if r.inside else " (end of band)"),
             f"{r.transmissibility:.4g}",
             f"{1e3 * r.amplitude:.4g}",
@@ -227,6 +228,6 @@ def _print_curves(system: IsolatedMass, responses: list[FrequencyResponse]) -> N
         outside = [point.frequency for point in response.points if point.extrapolating]
         if outside:
             result(
-                f"  Caution: {response.told_level}: at {len(outside)} of {len(response.points)} points, from "
+                f"  Caution: {response.level_text}: at {len(outside)} of {len(response.points)} points, from "
                 f"{min(outside):.4g} to {max(outside):.4g} Hz, the spring moves {outside_range(system.spring)}"
             )

@@ -5,17 +5,17 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import IO, Any, Literal, NoReturn, TypeVar
 
 import click
 
-from ..identification.api import Options
+from ..identification.method import Method
 from ..identification.refined import RefinedOptions
 from ..identification.scan import ScanOptions
-from ..identification.two_stage import TwoStageOptions
 from ..peers.ni_spring import NiOptions
+from ..peers.two_stage_options import TwoStageOptions
 from ..records.reading import read_record
 from ..records.record import Record
 from .output import progress
@@ -79,6 +79,10 @@ class Count(_Possible, click.IntRange):
     """A count of things."""
 
 
+METHODS: dict[str, type[Method]] = {
+    method.name: method for method in (RefinedOptions, TwoStageOptions, ScanOptions, NiOptions)
+}
+
 Command = TypeVar("Command", bound=Callable[..., Any])
 
 
@@ -118,7 +122,7 @@ def identification_options(command: Command) -> Command:
             click.option("--degrees", default="auto", show_default=True, metavar="N,M|auto", callback=_degrees,
                          help="Degrees of the elastic and the amplifier polynomial."),
             click.option("--method", default="refined", show_default=True,
-                         type=click.Choice(["refined", "two-stage", "scan", "ni"]),
+                         type=click.Choice(list(METHODS)),
                          help="two-stage: the paper's, no iteration, no initial values; scan: a coarse grid; refined: "
                          "least squares from the better of both, with standard errors; ni: Ni's model and method, "
                          "for comparison."),
@@ -141,20 +145,18 @@ def identification_options(command: Command) -> Command:
     return command
 
 
-def method_options(chosen: dict[str, Any]) -> Options:
-    """Remove the options of identification from a command's options, and return them checked."""
-    names = ("method", "degrees", "formulas", "smoothing", "filter_", "robust", "bootstrap", "seed")
-    method, degrees, formulas, smoothing, filter_, robust, bootstrap, seed = (chosen.pop(name) for name in names)
-    if method != "two-stage" and (formulas != "whole-branch" or smoothing is not None or filter_ != "moving-average"):
-        raise click.UsageError("--formulas, --smoothing and --filter belong to --method two-stage.")
-    if method != "refined" and (robust or bootstrap):
-        raise click.UsageError("--robust and --bootstrap belong to --method refined.")
+def method_options(chosen: dict[str, Any]) -> Method:
+    """Take the options of identification out of a command's; wrong ones are wrong usage."""
+    method = METHODS[chosen.pop("method")]
+    known = {field.name for field in fields(method)}
+    owners = {field.name: (other.name, field.default) for other in METHODS.values() for field in fields(other)}
+    values = {name: chosen.pop("filter_" if name == "filter" else name) for name in owners if name != "start"}
+    for name, value in values.items():
+        owner, default = owners[name]
+        if name not in known and value != default:
+            raise click.UsageError(f"--{name} belongs to --method {owner}.")
     try:
-        if method == "two-stage":
-            return TwoStageOptions(degrees, formulas, smoothing, filter_)
-        if method == "ni":
-            return NiOptions(degrees)
-        return RefinedOptions(degrees, robust, bootstrap, seed) if method == "refined" else ScanOptions(degrees)
+        return method(**{name: value for name, value in values.items() if name in known})
     except ValueError as problem:
         raise click.UsageError(str(problem)) from None
 

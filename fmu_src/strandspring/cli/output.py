@@ -44,20 +44,6 @@ def working(description: str) -> AbstractContextManager[Any]:
 
 
 @contextmanager
-def counting(description: str, total: int) -> Iterator[Callable[[str], None]]:
-    """A progress bar on a terminal, and a function that takes the name of each part done."""
-    count = 0
-    with _bar(description, total) as update:
-
-        def done(part: str) -> None:
-            nonlocal count
-            count += 1
-            update(completed=count, description=f"{description} ({part} is ready)")
-
-        yield done
-
-
-@contextmanager
 def advancing(description: str, total: int) -> Iterator[Callable[[int], None]]:
     """A progress bar on a terminal, and a function that takes the number of parts done so far."""
     with _bar(description, total) as update:

@@ -38,7 +38,7 @@ def predict(model: str, records: tuple[str, ...], output: str | None, as_json: b
       strandspring predict spring.json a13.csv a46.csv -o predicted.csv --json
     """
     refuse_overwriting((model, *records), {"--output": output})
-    parameters = load_model(model).parameters.spring()
+    parameters = load_model(model).parameters
     group = read_records(records, ColumnOptions(**columns))
     solver = PathSolver(parameters)
     fits = tuple(predict_record(solver, record) for record in progress(group, "Predicting"))

@@ -11,7 +11,7 @@ import click
 import numpy as np
 
 from ..errors import ModelError
-from ..isolation.system import Excitation, IsolatedMass, static_point
+from ..isolation.system import Excitation, IsolatedMass, static_equilibrium
 from ..modelfile import ModelFile, load_model
 from ..study.cluster import Cluster
 from ..study.definition import STIFFNESS_FACTORS, Study
@@ -135,10 +135,10 @@ def study(
         raise click.UsageError("--workers and --scheduler exclude each other; give one of them.")
     refuse_overwriting([model], {"--output": output, "--output's journal": journal_path(Path(output))})
     content = load_model(model)
-    spring = content.parameters.spring()
+    spring = content.parameters
     if chosen is None:
         lightest = IsolatedMass(spring, min(_flat(mass)), load, parallel, series, damping)
-        amplitudes = shares_of_room(lightest, static_point(lightest), [_DEFAULT_SHARE])
+        amplitudes = shares_of_room(lightest, static_equilibrium(lightest), [_DEFAULT_SHARE])
         chosen = Excitation.BASE_DISPLACEMENT, amplitudes
     planned = Study(
         spring=spring,
@@ -171,7 +171,7 @@ def _flat(given: tuple[tuple[float, ...], ...]) -> tuple[float, ...]:
 
 def _spread(path: str, content: ModelFile) -> Spread:
     try:
-        return Spread.of(content.parameters.spring(), content.uncertainty)
+        return Spread.of(content.parameters, content.uncertainty)
     except ModelError as problem:
         raise ModelError(f"{path}: {problem}") from None
 
@@ -254,7 +254,7 @@ def _print_summaries(planned: Study, summaries: list[GridPointSummary]) -> None:
 
 def _point(excitation: Excitation, summary: GridPointSummary) -> list[str]:
     point = summary.point
-    return [f"{point.mass:g}", excitation.told(point.level), f"{point.stiffness_factor:g}"]
+    return [f"{point.mass:g}", excitation.level_text(point.level), f"{point.stiffness_factor:g}"]
 
 
 def _cell(summary: GridPointSummary, name: str, scale: float, quantile: str) -> str:

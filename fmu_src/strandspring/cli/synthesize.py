@@ -106,7 +106,7 @@ def spring(
     """
     _refuse_too_many(max(1, len(amplitudes)) * cycles * samples)
     refuse_overwriting([model], {"--output": output})
-    parameters = load_model(model).parameters.spring()
+    parameters = load_model(model).parameters
     centre = parameters.displacement_offset if mean is None else mean * 1e-3
     reaches = [a * 1e-3 for a in amplitudes] or [0.5 * (parameters.displacement_max - parameters.displacement_min)]
     phase = np.arange(cycles * samples) / samples

@@ -1,7 +1,7 @@
-"""One instance of the FMU as FMI sees it: values set and read, steps, state; nothing of pythonfmu.
+"""One instance of the FMU as FMI sees it: values set and read, steps, state; independent of pythonfmu.
 
-The response to a displacement is computed at most once, from the committed memory, and kept until the
-displacement changes; a step commits it.
+Setting the displacement makes a trial from the committed memory, which is computed at most once; a step commits it, and
+setting another displacement drops it. Restoring a state reverts to it.
 """
 
 from __future__ import annotations
@@ -11,18 +11,19 @@ from collections.abc import Callable, Sequence
 from functools import lru_cache, partial
 from typing import Any
 
+from . import stepper
 from .law import SpringLaw
 from .parameters import SpringParameters
 from .state import State
-from .stepper import Memory, advance, force, rest, settle, stiffness
+from .stepper import Memory
 from .variables import Variable, spring_parameters, start_values, variables
 
-# Building the tables of W takes some 15 ms; instances with the same parameters share them.
+# Instances with the same parameters share the law and its tables, which take milliseconds to build.
 _law_of = lru_cache(maxsize=16)(SpringLaw)
 
 
 class RefusedCallError(ValueError):
-    """A call that must fail; its text is written for the user, and nothing has changed."""
+    """An invalid call; its text is written for the user, and nothing has changed."""
 
 
 class SpringInstance:
@@ -31,7 +32,7 @@ class SpringInstance:
     Parameters
     ----------
     identified : SpringParameters     Start values of the parameters.
-    warn, refuse : callable of str    Take messages to the host about calls that do not raise.
+    warn, refuse : callable of str    Log a warning, or the reason why a call fails that does not raise.
     """
 
     def __init__(
@@ -48,13 +49,13 @@ class SpringInstance:
         self._place = {name: place for place, name in enumerate(settings)}
         self._state = State(tuple(start[name] for name in settings), start["displacement"])
         self._law: SpringLaw | None = None
-        self._reached: Memory | None = None
+        self._trial: Memory | None = None
         readers: dict[str, Callable[[], float]] = {
             "displacement": lambda: self._state.displacement,
-            "force": partial(self._output, force),
-            "stiffness": partial(self._output, stiffness),
+            "force": partial(self._output, stepper.force),
+            "stiffness": partial(self._output, stepper.stiffness),
             "absorbed_energy": partial(self._output, self._absorbed_energy),
-            "omega": partial(self._output, lambda _, reached: reached.omega),
+            "omega": partial(self._output, lambda _, trial: trial.omega),
             "extrapolating": lambda: self._side() != 0,
             **{name: partial(self._setting, name) for name in settings},
         }
@@ -62,16 +63,16 @@ class SpringInstance:
 
     @property
     def state(self) -> State:
-        """Everything the instance remembers; setting it takes the instance back there."""
+        """Everything the instance remembers."""
         return self._state
 
-    @state.setter
-    def state(self, state: State) -> None:
+    def revert(self, state: State) -> None:
+        """Return to a state of this instance or of another one of the same FMU."""
         if not isinstance(state, State) or len(state.settings) != len(self._place):
             raise RefusedCallError("The state must come from an instance of the same FMU.")
         before = self._state
         self._change(state)
-        self._reached = None
+        self._trial = None
         if state.memory is not None:
             try:
                 self._require_law()
@@ -82,8 +83,8 @@ class SpringInstance:
     def read(self, references: Sequence[int], kind: str) -> list[Any]:
         """Values of variables of one type.
 
-        Outputs answer to the path from the last commit to the displacement set last. They are NaN while that is
-        not finite, and while the parameters set before the end of initialization are not a possible spring.
+        Outputs are those of the trial: the path from the last commit to the displacement set last. They are NaN
+        while that is not finite, and while the parameters are not physically possible.
         """
         for reference in references:
             self._variable(reference, kind)
@@ -92,7 +93,7 @@ class SpringInstance:
     def write(self, references: Sequence[int], values: Sequence[Any], kind: str) -> None:
         """Set variables of one type: the displacement, and parameters before initialization ends; all or none.
 
-        A displacement that is not finite is reported, but does not raise.
+        A displacement that is not finite logs an error, but does not raise.
         """
         for reference in references:
             self._require_settable(self._variable(reference, kind))
@@ -106,38 +107,38 @@ class SpringInstance:
                 state = state._replace(displacement=value, refused=False)
             else:
                 state = state._replace(refused=True)
-                self._refuse(f"`displacement` must be finite [m], got {value!r}; it was not taken over.")
+                self._refuse(f"`displacement` must be finite [m], got {value!r}; the previous value is kept.")
         self._change(state)
 
     def end_initialization(self) -> None:
-        """Start the path at the displacement that holds, if the parameters are a possible spring."""
+        """Start the path at the present displacement, if the parameters are physically possible."""
         state = self._state
         if state.memory is not None:
-            raise RefusedCallError("Initialization has ended before; reset the instance to initialize it again.")
+            raise RefusedCallError("Initialization has already ended; reset the instance to initialize it again.")
         if state.refused:
-            raise RefusedCallError("`displacement` must be finite [m] when initialization ends, got the refused value.")
+            raise RefusedCallError("`displacement` must be finite [m] when initialization ends; set it again.")
         self._require_law()
-        self._commit(self._end_of_path())
+        self._commit(self._current_trial())
 
     def step(self, time: float, size: float) -> bool:
-        """Commit the path to the displacement that holds; False, with nothing changed, if that cannot be."""
+        """Commit the path to the present displacement; False, with nothing changed, if the call is invalid."""
         state = self._state
         if state.memory is None:
-            self._refuse(f"The step at time {time!r} s came before initialization had ended.")
+            self._refuse(f"The step at time {time!r} s was requested before the end of initialization.")
         elif not (math.isfinite(size) and size >= 0.0):
             self._refuse(f"The step size at time {time!r} s must be finite and >= 0 [s], got {size!r}.")
         elif state.refused:
-            self._refuse(f"The step at time {time!r} s needs a finite `displacement`; set one.")
+            self._refuse(f"The step at time {time!r} s needs a finite `displacement`; set it again.")
         else:
-            reached = self._end_of_path()
-            self._commit(settle(self._require_law(), reached) if state.energy_wanted else reached)
+            trial = self._current_trial()
+            self._commit(stepper.integrate(self._require_law(), trial) if state.energy_wanted else trial)
             return True
         return False
 
     def _variable(self, reference: int, kind: str) -> Variable:
         if not 0 <= reference < len(self._table):
             raise RefusedCallError(
-                f"There is no variable with value reference {reference}; they go from 0 to {len(self._table) - 1}."
+                f"There is no variable with value reference {reference}; they run from 0 to {len(self._table) - 1}."
             )
         variable = self._table[reference]
         if variable.kind != kind:
@@ -146,21 +147,19 @@ class SpringInstance:
 
     def _require_settable(self, variable: Variable) -> None:
         if variable.causality not in ("input", "parameter"):
-            raise RefusedCallError(f"`{variable.name}` is computed and cannot be set.")
+            raise RefusedCallError(f"`{variable.name}` is calculated and cannot be set.")
         if variable.causality == "parameter" and self._state.memory is not None:
-            raise RefusedCallError(
-                f"`{variable.name}` is fixed once initialization has ended; reset the instance to change it."
-            )
+            raise RefusedCallError(f"`{variable.name}` is fixed after initialization; reset the instance to change it.")
 
     def _change(self, state: State) -> None:
         if state.settings != self._state.settings:
-            self._law = self._reached = None
+            self._law = self._trial = None
         if state.displacement != self._state.displacement:
-            self._reached = None
+            self._trial = None
         self._state = state
 
     def _require_law(self) -> SpringLaw:
-        """The law of the present parameters, or a refusal that says why they are no possible spring."""
+        """The law of the present parameters; RefusedCallError says why they are not physically possible."""
         if self._law is None:
             omega_start = self._setting("omega_start")
             if not -1.0 <= omega_start <= 1.0:
@@ -172,26 +171,26 @@ class SpringInstance:
                 raise RefusedCallError(str(problem)) from None
         return self._law
 
-    def _end_of_path(self) -> Memory:
+    def _current_trial(self) -> Memory:
         """The memory after the path from the last commit to the displacement set last."""
-        if self._reached is None:
+        if self._trial is None:
             state = self._state
             if state.memory is None:
-                self._reached = rest(state.displacement, self._setting("omega_start"))
+                self._trial = stepper.start(state.displacement, self._setting("omega_start"))
             else:
-                self._reached = advance(self._require_law(), state.memory, state.displacement)
-        return self._reached
+                self._trial = stepper.trial(self._require_law(), state.memory, state.displacement)
+        return self._trial
 
     def _commit(self, memory: Memory) -> None:
         side = self._side()
         if side not in (0, self._state.side):
             low, high = self._setting("displacement_min"), self._setting("displacement_max")
             self._warn(
-                f"`displacement` {memory.displacement!r} m lies outside the identified range "
-                f"[{low!r}, {high!r}] m: the force is extrapolated until it comes back."
+                f"`displacement` {memory.displacement!r} m is outside the identified range "
+                f"[{low!r}, {high!r}] m; the force is extrapolated until it returns."
             )
         self._state = self._state._replace(memory=memory, side=side)
-        self._reached = memory
+        self._trial = memory
 
     def _setting(self, name: str) -> float:
         return self._state.settings[self._place[name]]
@@ -203,16 +202,16 @@ class SpringInstance:
             law = self._require_law()
         except RefusedCallError:
             return math.nan
-        return output(law, self._end_of_path())
+        return output(law, self._current_trial())
 
-    def _absorbed_energy(self, law: SpringLaw, reached: Memory) -> float:
+    def _absorbed_energy(self, law: SpringLaw, trial: Memory) -> float:
         if not self._state.energy_wanted:
             self._state = self._state._replace(energy_wanted=True)
-        self._reached = settle(law, reached)
-        return self._reached.energy
+        self._trial = stepper.integrate(law, trial)
+        return self._trial.energy
 
     def _side(self) -> int:
-        """Where the displacement lies: -1 below the identified range, +1 above it, 0 inside."""
+        """Where the displacement is: -1 below the identified range, +1 above it, 0 inside."""
         displacement = self._state.displacement
         above = displacement > self._setting("displacement_max")
         return above - (displacement < self._setting("displacement_min"))

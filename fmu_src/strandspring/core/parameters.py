@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
 from itertools import pairwise
-from typing import Any
 
 # Outside these the closed form's accuracy of 1e-10 has not been shown; real springs lie far inside.
 N_RANGE = (0.01, 100.0)
@@ -15,10 +15,10 @@ MAXIMUM_DEGREE = 20
 LEAST_AMPLIFIER = 1e-12
 
 
-def polynomial(coefficients: Any, x: Any) -> Any:
-    """Sum of coefficients[i]*x**i by Horner's rule, for a float or an array."""
-    total = coefficients[-1] + 0.0 * x
-    for coefficient in reversed(coefficients[:-1]):
+def polynomial(coefficients: Sequence[float], x: float) -> float:
+    """Sum of coefficients[i]*x**i by Horner's rule."""
+    total = 0.0
+    for coefficient in reversed(coefficients):
         total = total * x + coefficient
     return total
 
@@ -79,6 +79,10 @@ class SpringParameters:
         return self.displacement_max - self.displacement_offset
 
 
+# The parameters besides the coefficients kE[i] and kA[i].
+SCALARS = tuple(f.name for f in fields(SpringParameters) if f.name not in ("kE", "kA"))
+
+
 def problems(p: SpringParameters) -> list[str]:
     """Why these parameters are not a physically possible spring, one sentence each; empty if they are.
 
@@ -94,12 +98,7 @@ def problems(p: SpringParameters) -> list[str]:
         return found
     named = [(f"kE[{i}]", c) for i, c in enumerate(p.kE)]
     named += [(f"kA[{i}]", c) for i, c in enumerate(p.kA)]
-    named += [
-        (name, getattr(p, name))
-        for name in (
-            "kappa_omega", "rho", "sigma", "n", "displacement_offset", "displacement_min", "displacement_max"
-        )
-    ]  # fmt: skip
+    named += [(name, getattr(p, name)) for name in SCALARS]
     found = [f"`{name}` must be finite, got {value!r}." for name, value in named if not math.isfinite(value)]
     if found:
         return found

@@ -17,21 +17,17 @@ difference*, exact at both ends of the range:
 
     q - t(xi),      t = ln(expm1(n*xi))     (zero for n = 1, constant for n = 2)
     y - ln(-xi)                             (zero for sigma = 1/2)
-
-Every elementwise function takes ``ops``: `Scalar` here, or its NumPy twin `strandspring.kernel.path.Vector` with the
-same names, so that one source serves one step at a time and whole paths.
 """
 
 from __future__ import annotations
 
 import math
 from bisect import bisect_right
-from itertools import accumulate
-from operator import mul
-from typing import Any
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
 
-# Gauss-Legendre nodes and weights on [-1, 1]: 8 points are exact for degree 15, 3 for degree 5.
-GAUSS_3 = ((-0.77459666924148338, 5.0 / 9.0), (0.0, 8.0 / 9.0), (0.77459666924148338, 5.0 / 9.0))
+# Gauss-Legendre nodes and weights on [-1, 1], exact for degree 15.
 GAUSS_8 = tuple(
     (sign * node, weight)
     for node, weight in (
@@ -43,20 +39,236 @@ GAUSS_8 = tuple(
     for sign in (-1.0, 1.0)
 )
 
-# Degree of the interpolant per cell; with cells of width 1 in t its error is below 2e-13 in u, and 2e-12 where n and
-# sigma are as large as they may be.
+# Degree of the interpolant per cell; with these cells its error is below 1e-13 in u.
 _DEGREE = 9
+_CELL = 0.9  # width of a cell of the rising branch in t
 _CHEBYSHEV = tuple(math.cos(math.pi * (1.0 - k / _DEGREE)) for k in range(_DEGREE + 1))
 
-_LOWEST = -32.0  # ln of the smallest u resolved, 1.3e-14: below it W(xi) = xi within that
+_LOWEST = -32.0  # ln of the smallest u resolved, 1.3e-14: below it W is a straight line
 _HIGHEST = 40.0  # logit of the largest u resolved: above it 1 - u < 5e-18, which a double cannot hold
 _QUADRATURE_STEP = 0.25  # cell of the quadrature in q
-_CORRECTED = 1e-3  # of what W bends in, the most by which xi is corrected
+_LEAST_XI = 1e-300  # below it xi counts as this, so that it has a logarithm
+_LARGEST_CORRECTION = 1e-3  # of the distance in which W bends, the most by which `stroke_start` corrects xi
 _NEWTON_STEPS = 3  # quadratic convergence from a linear start within a cell: 1e-2, 1e-4, 1e-8, 1e-16
 
 
+@dataclass(frozen=True)
+class Branch:
+    """Quadrature grid and interpolation cells of one of the two integrals.
+
+    Attributes
+    ----------
+    rate : callable                Derivative of the integral by p.
+    grid, integral : list          Quadrature nodes in p (q or y) and the integral |xi| up to each.
+    edges : list                   Cell edges in the abscissa a (t or ln(-xi)).
+    polynomials : list of tuples   Of each cell, coefficients of theta in [-1, 1] by descending powers.
+    """
+
+    rate: Callable[[float], float]
+    grid: list[float]
+    integral: list[float]
+    edges: list[float]
+    polynomials: list[tuple[float, ...]]
+
+
+class Saturation:
+    """Tables of W for one pair (n, sigma), built once and read by the functions of this module."""
+
+    __slots__ = ("curvature", "falling", "n", "rising")
+
+    def __init__(self, n: float, sigma: float) -> None:
+        self.n = n
+        self.curvature = 2.0 * sigma - 1.0
+        self.rising = _rising_branch(n)
+        self.falling = _falling_branch(n, self.curvature)
+
+
+def saturation(table: Saturation, xi: float) -> float:
+    """W(xi): u = d*omega after the scaled distance xi from its zero crossing."""
+    if xi >= 0.0:
+        return 1.0 / (1.0 + math.exp(-_logit(table, xi)))
+    zeta = -xi
+    a = math.log(max(zeta, _LEAST_XI))
+    return -min(zeta * math.exp(_interpolate(table.falling, a)), 1.0)
+
+
+def missing_saturation(table: Saturation, xi: float) -> float:
+    """1 - W(xi) for xi >= 0, accurate also where W is 1 within rounding."""
+    # Beyond, nothing is left that a double could add to 1, and the exponential might overflow.
+    return 1.0 / (1.0 + math.exp(min(_logit(table, xi), 700.0)))
+
+
+def inverse_saturation(table: Saturation, u: float) -> float:
+    """W^-1(u), -1 <= u <= 1: S(u) or -T(-u) by quadrature from the nearest node, no interpolation.
+
+    u = 1 gives the largest resolved xi, from which W returns 1 within rounding.
+    """
+    if u == 0.0:
+        return 0.0
+    if u > 0.0:
+        q = math.log(u) - math.log1p(-u) if u < 1.0 else _HIGHEST
+        return _integral_to(table.rising, min(q, _HIGHEST))
+    return -_integral_to(table.falling, math.log(-u))
+
+
+def stroke_start(table: Saturation, u: float) -> float:
+    """xi where a stroke begins that takes over u: the inverse of the tabulated W itself.
+
+    W^-1 by quadrature is exact, but W is not: without this last correction each reversal would change u by the
+    difference, some 1e-13, which many small ones add up.
+    """
+    xi = inverse_saturation(table, u)
+    error = saturation(table, xi) - u
+    # Paper eq. (22).
+    slope = 1.0 - u**table.n if u >= 0.0 else 1.0 + table.curvature * (-u) ** table.n
+    # Where W is nearly level, xi matters little and cannot be determined.
+    return xi - error / slope if abs(error) * (1.0 + table.n) < _LARGEST_CORRECTION * slope else xi
+
+
+def xi_of_abscissa(n: float, t: float) -> float:
+    """xi = ln(1 + e^t)/n, written so that a large t does not overflow."""
+    return (max(t, 0.0) + math.log1p(math.exp(-abs(t)))) / n
+
+
+def _abscissa(n: float, xi: float) -> float:
+    """t = ln(expm1(n*xi)), xi > 0."""
+    scaled = n * xi
+    return scaled + math.log(-math.expm1(-scaled))
+
+
+def _logit(table: Saturation, xi: float) -> float:
+    """q = logit(W(xi)), xi >= 0."""
+    t = _abscissa(table.n, max(xi, _LEAST_XI))
+    return t + _interpolate(table.rising, t)
+
+
+def _interpolate(branch: Branch, abscissa: float) -> float:
+    cell = _cell_of(branch.edges, abscissa)
+    low, high = branch.edges[cell], branch.edges[cell + 1]
+    theta = min(max((2.0 * abscissa - low - high) / (high - low), -1.0), 1.0)
+    total = 0.0
+    for coefficient in branch.polynomials[cell]:
+        total = total * theta + coefficient
+    return total
+
+
+def _integral_to(branch: Branch, p: float) -> float:
+    """The integral up to p; below the grid it is proportional to e^p."""
+    if p <= branch.grid[0]:
+        return branch.integral[0] * math.exp(p - branch.grid[0])
+    cell = _cell_of(branch.grid, p)
+    return branch.integral[cell] + _quadrature(branch.rate, branch.grid[cell], p)
+
+
+def _cell_of(edges: Sequence[float], value: float) -> int:
+    """Index of the cell [edges[i], edges[i+1]] that holds `value`; the first or last one outside."""
+    return bisect_right(edges, value, 1, len(edges) - 1) - 1
+
+
+def _rising_branch(n: float) -> Branch:
+    def rate(q: float) -> float:
+        """d(xi)/dq = u*(1 - u)/(1 - u^n) with u = logistic(q), free of cancellation at both ends."""
+        decay = math.exp(-q)
+        log_u = -math.log1p(decay)
+        return math.exp(log_u) * (decay / (1.0 + decay)) / -math.expm1(n * log_u)
+
+    cells = round((_HIGHEST - _LOWEST) / _QUADRATURE_STEP)
+    grid = [_LOWEST + _QUADRATURE_STEP * k for k in range(cells + 1)]
+    integral = _integrals(rate, grid, _rising_series(n, 1.0 / (1.0 + math.exp(-_LOWEST))))
+    first, last = _abscissa(n, integral[0]), _abscissa(n, integral[-1])
+    count = math.ceil((last - first) / _CELL)
+    width = (last - first) / count
+    edges = [first + width * k for k in range(count)] + [last]
+    return _branch(rate, grid, integral, edges, lambda t: xi_of_abscissa(n, t))
+
+
+def _rising_series(n: float, u: float) -> float:
+    """S(u) = sum of u^(k n + 1)/(k n + 1), k = 0, 1, ..., for a small u."""
+    factor, power, total, before, k = math.pow(u, n), u, u, 0.0, 0
+    while total != before:
+        before = total
+        k += 1
+        power *= factor
+        total += power / (k * n + 1.0)
+    return total
+
+
+def _falling_series(n: float, curvature: float, w: float) -> float:
+    """T(w) for a small w: with p = (2 sigma - 1) w^n it is the sum of
+
+        w/(1 + p) * k!/((1 + 1/n) (2 + 1/n) ... (k + 1/n)) * (p/(1 + p))^k,    k = 0, 1, ...,
+
+    2F1 after Pfaff's transformation, which converges for every p.
+    """
+    p = curvature * math.pow(w, n)
+    term, total, before, k = w / (1.0 + p), w / (1.0 + p), 0.0, 0
+    while total != before:
+        before = total
+        k += 1
+        term *= k / (k + 1.0 / n) * (p / (1.0 + p))
+        total += term
+    return total
+
+
+def _falling_branch(n: float, curvature: float) -> Branch:
+    def rate(y: float) -> float:
+        """d(-xi)/dy = w/(1 + (2 sigma - 1) w^n) with w = exp(y)."""
+        return math.exp(y) / (1.0 + curvature * math.exp(n * y))
+
+    # Below this w the term (2 sigma - 1) w^n is lost in rounding and T(w) = w.
+    lowest = max(_LOWEST, -(36.0 + math.log1p(curvature)) / n)
+    # A cell may span half an e-fold in w and a quarter of e-fold in w^n: the nearest pole of the integrand,
+    # (2 sigma - 1) w^n = -1, is then at least four half cells away from the next cell.
+    count = math.ceil(-lowest / min(0.5, 0.25 / n))
+    grid = [lowest * (1.0 - k / count) for k in range(count + 1)]
+    integral = _integrals(rate, grid, _falling_series(n, curvature, math.exp(lowest)))
+    return _branch(rate, grid, integral, [math.log(zeta) for zeta in integral], math.exp)
+
+
+def _quadrature(rate: Callable[[float], float], start: float, end: float) -> float:
+    """Integral of `rate` from `start` to `end`."""
+    half = 0.5 * (end - start)
+    middle = 0.5 * (end + start)
+    total = 0.0
+    for node, weight in GAUSS_8:
+        total += weight * rate(middle + half * node)
+    return half * total
+
+
+def _integrals(rate: Callable[[float], float], grid: Sequence[float], start: float) -> list[float]:
+    """The integral up to each node, `start` at the first: each sum is exact, for W' may multiply its error by 2000."""
+    pieces = [start, *(_quadrature(rate, a, b) for a, b in pairwise(grid))]
+    return [math.fsum(pieces[: k + 1]) for k in range(len(pieces))]
+
+
+def _branch(
+    rate: Callable[[float], float],
+    grid: list[float],
+    integral: list[float],
+    edges: list[float],
+    xi_of: Callable[[float], float],
+) -> Branch:
+    """The branch with the interpolant p - a on each cell of the abscissa a, where `xi_of` gives |xi|."""
+    polynomials = []
+    for low, high in pairwise(edges):
+        points = [0.5 * ((1.0 - theta) * low + (1.0 + theta) * high) for theta in _CHEBYSHEV]
+        polynomials.append(_interpolant([_invert(rate, grid, integral, xi_of(a)) - a for a in points]))
+    return Branch(rate, grid, integral, edges, polynomials)
+
+
+def _invert(rate: Callable[[float], float], grid: Sequence[float], integral: Sequence[float], target: float) -> float:
+    """The parameter p at which the integral reaches the target: Newton's method on the quadrature."""
+    cell = _cell_of(integral, target)
+    origin, base = grid[cell], integral[cell]
+    share = min(max((target - base) / (integral[cell + 1] - base), 0.0), 1.0)
+    p = origin + (grid[cell + 1] - origin) * share
+    for _ in range(_NEWTON_STEPS):
+        p += (target - base - _quadrature(rate, origin, p)) / rate(p)
+    return p
+
+
 def _monomials_from_chebyshev_values() -> list[list[float]]:
-    """Rows that turn values at the Chebyshev points into coefficients of powers of theta in [-1, 1]."""
+    """Rows that turn values at the Chebyshev points into coefficients of powers of theta in [-1, 1], highest first."""
     size = _DEGREE + 1
     # Lagrange basis polynomials, multiplied out.
     basis = []
@@ -70,262 +282,19 @@ def _monomials_from_chebyshev_values() -> list[list[float]]:
                     (up - _CHEBYSHEV[k] * low) / gap for up, low in zip(raised, [*polynomial, 0.0], strict=True)
                 ]
         basis.append(polynomial)
-    return [[basis[j][power] for j in range(size)] for power in range(size)]
+    return [[basis[j][power] for j in range(size)] for power in range(_DEGREE, -1, -1)]
 
 
 _TO_MONOMIALS = _monomials_from_chebyshev_values()
 
 
-class Scalar:
-    """Operations on one float; `path.Vector` has the same on arrays."""
-
-    exp = staticmethod(math.exp)
-    log = staticmethod(math.log)
-    log1p = staticmethod(math.log1p)
-    expm1 = staticmethod(math.expm1)
-
-    @staticmethod
-    def column(values: Any) -> list[float]:
-        return list(values)
-
-    @staticmethod
-    def clip(value: float, low: float, high: float) -> float:
-        return min(max(value, low), high)
-
-    @staticmethod
-    def where(condition: bool, chosen: float, other: float) -> float:
-        return chosen if condition else other
-
-    @staticmethod
-    def locate(edges: Any, value: float) -> int:
-        """Index of the cell [edges[i], edges[i+1]] that holds `value`; the first or last one outside."""
-        return min(max(bisect_right(edges, value) - 1, 0), len(edges) - 2)
-
-    @staticmethod
-    def combine(weights: list[float], columns: list[Any]) -> list[float]:
-        """Weighted sum of columns, entry by entry."""
-        return [sum(map(mul, weights, entries)) for entries in zip(*columns, strict=True)]
-
-    @staticmethod
-    def map(function: Any, *columns: Any) -> list[Any]:
-        return [function(*row) for row in zip(*columns, strict=True)]
-
-
-class Branch:
-    """Quadrature grid and interpolation cells of one of the two integrals.
-
-    Attributes
-    ----------
-    grid, integral : columns   Quadrature nodes in p (q or y) and the integral xi up to each.
-    edges : column             Cell edges in the abscissa a (t or ln(-xi)).
-    coefficients : list of columns   ``coefficients[k][cell]`` of theta^k, theta in [-1, 1] over the cell.
-    """
-
-    __slots__ = ("coefficients", "edges", "grid", "integral")
-
-    def __init__(self, grid: Any, integral: Any, edges: Any, coefficients: list[Any]) -> None:
-        self.grid = grid
-        self.integral = integral
-        self.edges = edges
-        self.coefficients = coefficients
-
-
-class Saturation:
-    """Tables of W for one pair (n, sigma), built once and read by the functions of this module."""
-
-    __slots__ = ("curvature", "falling", "n", "rising")
-
-    def __init__(self, n: float, sigma: float, ops: Any = Scalar) -> None:
-        self.n = n
-        self.curvature = 2.0 * sigma - 1.0
-        self.rising = _rising_branch(n, ops)
-        self.falling = _falling_branch(n, self.curvature, ops)
-
-    def converted(self, column: Any) -> Saturation:
-        """The same tables with every column turned by `column`, such as an array into a list."""
-        twin = object.__new__(Saturation)
-        twin.n, twin.curvature = self.n, self.curvature
-        twin.rising, twin.falling = (
-            Branch(column(b.grid), column(b.integral), column(b.edges), [column(c) for c in b.coefficients])
-            for b in (self.rising, self.falling)
-        )
-        return twin
-
-
-def quadrature(rate: Any, start: Any, end: Any, rule: tuple[tuple[float, float], ...] = GAUSS_8) -> Any:
-    """Integral of `rate` from `start` to `end`, elementwise."""
-    half = 0.5 * (end - start)
-    middle = 0.5 * (end + start)
-    total = 0.0
-    for node, weight in rule:
-        total = total + weight * rate(middle + half * node)
-    return half * total
-
-
-def _rising_rate(n: float, ops: Any) -> Any:
-    """d(xi)/dq = u*(1 - u)/(1 - u^n) with u = logistic(q), free of cancellation at both ends."""
-
-    def rate(q: Any) -> Any:
-        decay = ops.exp(-q)
-        log_u = -ops.log1p(decay)
-        return ops.exp(log_u) * (decay / (1.0 + decay)) / -ops.expm1(n * log_u)
-
-    return rate
-
-
-def _falling_rate(n: float, curvature: float, ops: Any) -> Any:
-    """d(-xi)/dy = w/(1 + (2 sigma - 1) w^n) with w = exp(y)."""
-
-    def rate(y: Any) -> Any:
-        return ops.exp(y) / (1.0 + curvature * ops.exp(n * y))
-
-    return rate
-
-
-def abscissa(n: float, xi: Any, ops: Any) -> Any:
-    """t = ln(expm1(n*xi)), xi > 0."""
-    scaled = n * xi
-    return scaled + ops.log(-ops.expm1(-scaled))
-
-
-def xi_of_abscissa(n: float, t: Any, ops: Any) -> Any:
-    """xi = ln(1 + e^t)/n, written so that a large t does not overflow."""
-    return (ops.clip(t, 0.0, math.inf) + ops.log1p(ops.exp(-abs(t)))) / n
-
-
-def _rising_branch(n: float, ops: Any) -> Branch:
-    rate = _rising_rate(n, ops)
-    cells = round((_HIGHEST - _LOWEST) / _QUADRATURE_STEP)
-    grid = ops.column([_LOWEST + _QUADRATURE_STEP * k for k in range(cells + 1)])
-    pieces = ops.map(lambda a, b: quadrature(rate, a, b), grid[:-1], grid[1:])
-    integral = ops.column(list(accumulate(pieces, initial=math.exp(_LOWEST))))
-    first = abscissa(n, integral[0], Scalar)
-    last = abscissa(n, integral[-1], Scalar)
-    count = math.ceil(last - first)
-    width = (last - first) / count
-    edges = ops.column([first + width * k for k in range(count)] + [last])
-    spots = _chebyshev_points(edges, ops)
-    targets = ops.map(lambda t: xi_of_abscissa(n, t, ops), spots)
-    parameters = _invert(rate, grid, integral, targets, ops)
-    differences = ops.map(lambda q, t: q - t, parameters, spots)
-    return Branch(grid, integral, edges, _interpolants(differences, ops))
-
-
-def _falling_branch(n: float, curvature: float, ops: Any) -> Branch:
-    rate = _falling_rate(n, curvature, ops)
-    # Below this w the term (2 sigma - 1) w^n is lost in rounding and T(w) = w.
-    lowest = max(_LOWEST, -(36.0 + math.log1p(curvature)) / n)
-    # A cell may span half an e-fold in w and a quarter of e-fold in w^n: the nearest pole of the integrand,
-    # (2 sigma - 1) w^n = -1, is then at least four half cells away from the next cell.
-    count = math.ceil(-lowest / min(0.5, 0.25 / n))
-    grid = ops.column([lowest * (1.0 - k / count) for k in range(count + 1)])
-    pieces = ops.map(lambda a, b: quadrature(rate, a, b), grid[:-1], grid[1:])
-    start = math.exp(lowest) / (1.0 + curvature * math.exp(n * lowest) / (1.0 + n))
-    integral = ops.column(list(accumulate(pieces, initial=start)))
-    edges = ops.map(ops.log, integral)
-    spots = _chebyshev_points(edges, ops)
-    targets = ops.map(ops.exp, spots)
-    parameters = _invert(rate, grid, integral, targets, ops)
-    differences = ops.map(lambda y, a: y - a, parameters, spots)
-    return Branch(grid, integral, edges, _interpolants(differences, ops))
-
-
-def _chebyshev_points(edges: Any, ops: Any) -> Any:
-    """The Chebyshev points of all cells, one point index after the other."""
-    points: list[Any] = []
-    for theta in _CHEBYSHEV:
-        points.extend(
-            ops.map(lambda a, b, theta=theta: 0.5 * ((1.0 - theta) * a + (1.0 + theta) * b), edges[:-1], edges[1:])
-        )
-    return ops.column(points)
-
-
-def _invert(rate: Any, grid: Any, integral: Any, targets: Any, ops: Any) -> Any:
-    """Parameters p at which the integral reaches each target: Newton's method on the quadrature."""
-
-    def solve(target: Any) -> Any:
-        cell = ops.locate(integral, target)
-        origin = grid[cell]
-        base = integral[cell]
-        p = origin + (grid[cell + 1] - origin) * ops.clip((target - base) / (integral[cell + 1] - base), 0.0, 1.0)
-        for _ in range(_NEWTON_STEPS):
-            p = p + (target - base - quadrature(rate, origin, p)) / rate(p)
-        return p
-
-    return ops.map(solve, targets)
-
-
-def _interpolants(values: Any, ops: Any) -> list[Any]:
-    """Coefficients per power from values at the Chebyshev points (ordered as `_chebyshev_points`)."""
-    cells = len(values) // (_DEGREE + 1)
-    columns = [values[k * cells : (k + 1) * cells] for k in range(_DEGREE + 1)]
+def _interpolant(values: Sequence[float]) -> tuple[float, ...]:
+    """Coefficients by descending powers from values at the Chebyshev points."""
     # Of differences from the middle, or the matrix would magnify the rounding of large values.
-    middle = columns[_DEGREE // 2]
-    columns = [ops.map(lambda value, m: value - m, column, middle) for column in columns]
-    coefficients = [ops.combine(row, columns) for row in _TO_MONOMIALS]
-    coefficients[0] = ops.map(lambda c, m: c + m, coefficients[0], middle)
-    return coefficients
-
-
-def _interpolate(branch: Branch, abscissa: Any, ops: Any) -> Any:
-    cell = ops.locate(branch.edges, abscissa)
-    low = branch.edges[cell]
-    high = branch.edges[cell + 1]
-    theta = ops.clip((2.0 * abscissa - low - high) / (high - low), -1.0, 1.0)
-    total = branch.coefficients[_DEGREE][cell]
-    for power in range(_DEGREE - 1, -1, -1):
-        total = total * theta + branch.coefficients[power][cell]
-    return total
-
-
-def rising(table: Saturation, xi: Any, ops: Any = Scalar) -> Any:
-    """W(xi) for xi >= 0, elementwise: in [0, 1]."""
-    t = abscissa(table.n, ops.clip(xi, 1e-300, math.inf), ops)
-    return 1.0 / (1.0 + ops.exp(-(t + _interpolate(table.rising, t, ops))))
-
-
-def falling(table: Saturation, zeta: Any, ops: Any = Scalar) -> Any:
-    """w = -W(-zeta) for zeta >= 0, elementwise: in [0, 1]."""
-    a = ops.log(ops.clip(zeta, 1e-300, math.inf))
-    return ops.clip(zeta * ops.exp(_interpolate(table.falling, a, ops)), 0.0, 1.0)
-
-
-def saturation(table: Saturation, xi: float) -> float:
-    """W(xi) of one float: u = d*omega after the scaled distance xi from its zero crossing."""
-    if xi >= 0.0:
-        return rising(table, xi)  # type: ignore[no-any-return]
-    return -falling(table, -xi)  # type: ignore[no-any-return]
-
-
-def inverse_saturation(table: Saturation, u: float) -> float:
-    """W^-1(u), -1 <= u <= 1: S(u) or -T(-u) by quadrature from the nearest node, no interpolation.
-
-    u = 1 gives the largest resolved xi, from which W returns 1 within rounding.
-    """
-    if u == 0.0:
-        return 0.0
-    if u > 0.0:
-        q = math.log(u) - math.log1p(-u) if u < 1.0 else _HIGHEST
-        return _integral_to(table.rising, _rising_rate(table.n, Scalar), min(q, _HIGHEST))
-    return -_integral_to(table.falling, _falling_rate(table.n, table.curvature, Scalar), math.log(-u))
-
-
-def stroke_start(table: Saturation, u: float) -> float:
-    """xi where a stroke begins that takes over u: the inverse of the tabulated W itself.
-
-    W^-1 by quadrature is exact, but W is not: without this last correction each reversal would change u by the
-    difference, some 1e-13, which many small ones add up.
-    """
-    xi = inverse_saturation(table, u)
-    error = saturation(table, xi) - u
-    # Paper eq. (22).
-    slope = 1.0 - u**table.n if u >= 0.0 else 1.0 + table.curvature * (-u) ** table.n
-    # Where W is nearly level, xi matters little and cannot be told.
-    return xi - error / slope if abs(error) * (1.0 + table.n) < _CORRECTED * slope else xi
-
-
-def _integral_to(branch: Branch, rate: Any, p: float) -> float:
-    if p <= branch.grid[0]:
-        return float(branch.integral[0]) * math.exp(p - branch.grid[0])
-    cell = Scalar.locate(branch.grid, p)
-    return float(branch.integral[cell]) + float(quadrature(rate, branch.grid[cell], p))
+    middle = values[_DEGREE // 2]
+    differences = [value - middle for value in values]
+    coefficients = [
+        sum(factor * value for factor, value in zip(row, differences, strict=True)) for row in _TO_MONOMIALS
+    ]
+    coefficients[-1] += middle
+    return tuple(coefficients)

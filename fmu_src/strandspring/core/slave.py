@@ -1,10 +1,10 @@
-"""The spring as a slave of pythonfmu: each FMI call goes to `SpringInstance`, each exception through one place.
+"""The spring as a slave of pythonfmu: every FMI call goes to `SpringInstance`.
 
-pythonfmu's binary answers an exception in a callback with fmi2Fatal, and each time gives up a reference to the
-instance, to its log queue and to its class that it does not own, so that the host crashes after a few. Those
-references are added back right before an exception leaves (see `_keep`). The binary logs the exception's text
-itself; a message queued before it would reach the host's logger while the exception is pending, which a logger
-written in Python (FMPy's) does not survive: it swallows the exception, and from Python 3.13 on the message too.
+When a callback raises, pythonfmu's binary returns fmi2Fatal and releases references to the instance, its log queue and
+its class that it does not own: the host crashes after a few errors. `_keep` adds those references before an exception
+leaves a callback. The binary logs the exception's text itself. No message may be queued before it: a logger written
+in Python (FMPy's) would be called while the exception is pending, and swallow it, and from Python 3.13 on the message
+too.
 """
 
 from __future__ import annotations
@@ -28,15 +28,15 @@ def _keep(*owned: object) -> None:
 
 
 def keep_module(namespace: dict[str, Any]) -> None:
-    """Add the reference to a slave module's namespace that pythonfmu's binary gives up per instance.
+    """Add the reference to a slave module's namespace that pythonfmu's binary releases for each instance.
 
-    Without it the namespace of a module that holds no functions is freed at the first instance.
+    Without it the namespace of a module that holds no functions is freed with the first instance.
     """
     _keep(namespace)
 
 
 def _guarded(callback: Callable[..., Any]) -> Callable[..., Any]:
-    """A callback of one instance whose exceptions leave without harm to the host."""
+    """A callback of one instance whose exceptions do not corrupt the host."""
 
     @wraps(callback)
     def run(self: SpringSlave, *arguments: Any) -> Any:
@@ -50,7 +50,7 @@ def _guarded(callback: Callable[..., Any]) -> Callable[..., Any]:
 
 
 def _guarded_for_class(callback: Callable[..., Any]) -> Callable[..., Any]:
-    """The same for a callback of the class: which instance it is called for is not known, so all are kept."""
+    """The same for a class method, where the instance is unknown: references to all of them are added."""
 
     @wraps(callback)
     def run(cls: type[SpringSlave], *arguments: Any) -> Any:
@@ -66,7 +66,7 @@ def _guarded_for_class(callback: Callable[..., Any]) -> Callable[..., Any]:
 
 
 class SpringSlave(Fmi2Slave):  # type: ignore[misc]
-    """Base of the slave class that each FMU brings with its own parameters.
+    """Base of the slave class that each FMU defines with its own parameters.
 
     Attributes
     ----------
@@ -85,8 +85,8 @@ class SpringSlave(Fmi2Slave):  # type: ignore[misc]
     def __init__(self, **options: Any) -> None:
         super().__init__(**options)
         self.alive.add(self)
-        # The binary adds the FMU's folder to the path at each instance to find the slave's module, and never
-        # takes it away; the module is known by now.
+        # For each instance the binary adds the FMU's folder to the path, to find the slave's module, and never
+        # removes it; the module is loaded by now.
         if self.resources in sys.path:
             sys.path.remove(self.resources)
         self._spring = SpringInstance(
@@ -141,7 +141,7 @@ class SpringSlave(Fmi2Slave):  # type: ignore[misc]
 
     @_guarded
     def _set_fmu_state(self, state: State) -> None:
-        self._spring.state = state
+        self._spring.revert(state)
 
     @classmethod
     @_guarded_for_class

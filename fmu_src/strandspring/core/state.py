@@ -22,7 +22,7 @@ class State(NamedTuple):
     displacement : float        The last finite displacement set [m].
     refused : bool              Whether the displacement set after it was not finite.
     memory : Memory or None     The committed path; None before initialization ends.
-    energy_wanted : bool        Whether absorbed_energy has been read, so that each step pays for it.
+    energy_wanted : bool        Whether absorbed_energy has been read, so that each step integrates it.
     side : int                  Where the path ended: -1 below the identified range, +1 above it, 0 inside.
     """
 
@@ -45,25 +45,25 @@ def from_bytes(data: bytes, guid: str) -> State:
 
     Raises
     ------
-    ValueError   If the bytes are no such state.
+    ValueError   If the bytes are not such a state.
     """
     try:
         content = json.loads(data.decode("utf-8"))
     except (ValueError, RecursionError):
         raise ValueError(
-            f"The serialized state of {len(data)} bytes must be JSON, but it is cut off or damaged."
+            f"The serialized state of {len(data)} bytes must be JSON, but it is truncated or damaged."
         ) from None
     if not isinstance(content, dict) or content.pop("format", None) != _FORMAT:
-        raise ValueError("The serialized state must come from a strandspring FMU, but it does not.")
+        raise ValueError("The serialized state must come from a strandspring FMU.")
     if content.pop("format_version", None) != _FORMAT_VERSION:
-        raise ValueError(f"The serialized state must have format version {_FORMAT_VERSION}, but it has another.")
+        raise ValueError(f"The serialized state must have format version {_FORMAT_VERSION}.")
     if content.pop("guid", None) != guid:
         raise ValueError(f"The serialized state must be of the FMU {guid}, but it is of another one.")
     for field, fits in _FIELDS.items():
         if field not in content or not fits(content[field]):
             raise ValueError(f"The serialized state is damaged in its field `{field}`.")
     if len(content) != len(_FIELDS):
-        raise ValueError("The serialized state is damaged: it has too many fields.")
+        raise ValueError("The serialized state is damaged: it has unknown fields.")
     memory = content["memory"]
     content["memory"] = None if memory is None else Memory(*memory)
     content["settings"] = tuple(content["settings"])

@@ -1,4 +1,7 @@
-"""The spring one step at a time: the memory that is committed and the response to a trial displacement.
+"""The spring one step at a time, with the verbs of path-dependent materials.
+
+`trial` gives the memory after a straight path to a displacement and leaves the one before as it was. To commit the
+trial is to keep the new memory, to revert is to drop it.
 
 The memory keeps where the present stroke began and xi there, not omega: while the direction holds,
 xi = start_xi + rho*|displacement - start|, so that cutting a stroke into any steps gives the same bits as one
@@ -24,8 +27,8 @@ class Memory(NamedTuple):
     omega : float          Normalized hysteretic variable there [-].
     direction : int        +1 loading, -1 unloading, 0 before the first motion.
     start, start_xi : float   Displacement [m] at which the stroke began, and xi there [-].
-    settled, energy : float   Energy absorbed [J] since the beginning up to the displacement `settled` [m]
-                              of this stroke; the rest is integrated when asked for.
+    energy_at, energy : float   Energy absorbed [J] since the beginning up to the displacement `energy_at` [m]
+                              of this stroke; what follows is integrated when asked for.
     """
 
     displacement: float
@@ -33,56 +36,61 @@ class Memory(NamedTuple):
     direction: int
     start: float
     start_xi: float
-    settled: float
+    energy_at: float
     energy: float
 
 
-def rest(displacement: float, omega: float) -> Memory:
+def start(displacement: float, omega: float) -> Memory:
     """The memory at the start of a path."""
     return Memory(displacement, omega, 0, displacement, 0.0, displacement, 0.0)
 
 
-def advance(law: SpringLaw, memory: Memory, displacement: float) -> Memory:
-    """The memory after a straight path to `displacement` [m]; `memory` itself is left as it was."""
+def trial(law: SpringLaw, memory: Memory, displacement: float) -> Memory:
+    """The memory after a straight path to `displacement` [m], finite; `memory` itself is left as it was."""
     travel = displacement - memory.displacement
     if travel == 0.0:
         return memory
     direction = 1 if travel > 0.0 else -1
-    start, start_xi, settled, energy = memory.start, memory.start_xi, memory.settled, memory.energy
     if direction != memory.direction:
-        start = memory.displacement
-        start_xi = stroke_start(law.table, direction * memory.omega)
-        settled, energy = start, absorbed_energy(law, memory)
+        memory = _reverse(law, memory, direction)
     # Paper eq. (22) in closed form.
-    omega = direction * saturation(law.table, start_xi + law.parameters.rho * abs(displacement - start))
-    return Memory(displacement, omega, direction, start, start_xi, settled, energy)
+    xi = memory.start_xi + law.parameters.rho * abs(displacement - memory.start)
+    return memory._replace(displacement=displacement, omega=direction * saturation(law.table, xi))
 
 
 def force(law: SpringLaw, memory: Memory) -> float:
     """Restoring force [N] where the path ends."""
-    x = memory.displacement - law.parameters.displacement_offset
-    return float(restoring_force(law, x, memory.omega))
+    return restoring_force(law, memory.displacement - law.parameters.displacement_offset, memory.omega)
 
 
 def stiffness(law: SpringLaw, memory: Memory) -> float:
     """Tangent stiffness [N/m] in the direction of the last motion, of loading before the first one."""
     x = memory.displacement - law.parameters.displacement_offset
-    return float(tangent_stiffness(law, x, memory.omega, memory.direction or 1))
+    return tangent_stiffness(law, x, memory.omega, memory.direction or 1)
 
 
 def absorbed_energy(law: SpringLaw, memory: Memory) -> float:
     """Integral of the force over the displacement since the beginning of the path [J]."""
     p = law.parameters
-    before, now = memory.settled - p.displacement_offset, memory.displacement - p.displacement_offset
+    before, now = memory.energy_at - p.displacement_offset, memory.displacement - p.displacement_offset
     if before == now:
         return memory.energy
     elastic = elastic_work(law, now) - elastic_work(law, before)
-    start = memory.start - p.displacement_offset
-    x_at_zero = start - memory.direction * memory.start_xi / p.rho
-    low, high = (memory.start_xi + p.rho * abs(x - start) for x in (before, now))
-    return float(memory.energy + elastic + hysteretic_work(law, memory.direction, x_at_zero, low, high))
+    origin = memory.start - p.displacement_offset
+    x_at_zero = origin - memory.direction * memory.start_xi / p.rho
+    low, high = (memory.start_xi + p.rho * abs(x - origin) for x in (before, now))
+    return memory.energy + elastic + hysteretic_work(law, memory.direction, x_at_zero, low, high)
 
 
-def settle(law: SpringLaw, memory: Memory) -> Memory:
+def integrate(law: SpringLaw, memory: Memory) -> Memory:
     """The same memory with its energy integrated up to now, so that asking again costs little."""
-    return memory._replace(settled=memory.displacement, energy=absorbed_energy(law, memory))
+    return memory._replace(energy_at=memory.displacement, energy=absorbed_energy(law, memory))
+
+
+def _reverse(law: SpringLaw, memory: Memory, direction: int) -> Memory:
+    """The memory at the beginning of a stroke in the other direction."""
+    return integrate(law, memory)._replace(
+        direction=direction,
+        start=memory.displacement,
+        start_xi=stroke_start(law.table, direction * memory.omega),
+    )

@@ -10,12 +10,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
 
-from .parameters import N_RANGE, SIGMA_RANGE, SpringParameters
-
-# The parameters that every spring has, besides the coefficients kE[i] and kA[i].
-SCALARS = (
-    "kappa_omega", "rho", "sigma", "n", "displacement_offset", "displacement_min", "displacement_max"
-)  # fmt: skip
+from .parameters import N_RANGE, SCALARS, SIGMA_RANGE, SpringParameters
 
 
 @dataclass(frozen=True)

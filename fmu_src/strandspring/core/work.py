@@ -4,173 +4,158 @@ On one stroke dx = direction*d(xi)/rho, so that the hysteretic part of paper eq.
 
     kappa_omega/rho * integral of W(xi)*FA(x_at_zero + direction*xi/rho) d(xi)
 
-where x_at_zero is where xi would be 0. It is integrated by quadrature of short pieces; many pieces at once come from
-the moments of W, FA being expanded about x_at_zero.
-
-``ops`` is explained in `saturation`.
+where x_at_zero is where xi would be 0. While W rises it is what full saturation would do, which FA's antiderivative
+gives, less the same integral of 1 - W, which is short where FA changes little. Both branches are integrated by the
+moments of `pieces`, FA being expanded about x_at_zero, and by quadrature of the pieces that hold the ends.
 """
 
 from __future__ import annotations
 
-import math
-from bisect import bisect_left, bisect_right
-from collections.abc import Iterator
+from bisect import bisect_right
+from collections.abc import Callable
 from itertools import pairwise
-from typing import Any
+from typing import NamedTuple
 
 from .law import SpringLaw
 from .parameters import polynomial
+from .pieces import Pieces
 from .restoring import amplifier
-from .saturation import GAUSS_3, Scalar, abscissa, falling, rising, xi_of_abscissa
+from .saturation import GAUSS_8, saturation
 
-# Work done within this distance of xi = 0 is below sigma*1e-20*kappa_omega/rho and is left out.
-_LEAST = 1e-10
-# Where sums of moments would lose more than this factor in accuracy, they are not used.
+# Gauss-Legendre nodes and weights on [-1, 1], exact for degree 5.
+_GAUSS_3 = ((-0.77459666924148338, 5.0 / 9.0), (0.0, 8.0 / 9.0), (0.77459666924148338, 5.0 / 9.0))
+# Up to this share of a piece, and of what FA may change in, 3 points are enough.
+_NARROW = 0.05
+# Where terms of the sum of moments may be so many times the work that full saturation does, it is not used.
 _WORST_CANCELLATION = 300.0
 
 
-def elastic_work(law: SpringLaw, x: Any, ops: Any = Scalar) -> Any:
+class _Part(NamedTuple):
+    """Part of a stroke on one branch of W, where x = x_at_zero + per_z*|xi|."""
+
+    law: SpringLaw
+    pieces: Pieces
+    x_at_zero: float
+    per_z: float
+
+
+def elastic_work(law: SpringLaw, x: float) -> float:
     """Integral of FE from the offset to x [J]."""
-    inside = ops.clip(x, law.x_min, law.x_max)
+    inside = law.inside(x)
     out = x - inside
-    return polynomial(law.FE_work, inside) + out * (
-        polynomial(law.FE, inside) + 0.5 * polynomial(law.dFE, inside) * out
-    )
+    work = polynomial(law.FE_work, inside)
+    return work + out * (polynomial(law.FE, inside) + 0.5 * polynomial(law.dFE, inside) * out)
 
 
-def is_narrow(law: SpringLaw, low: Any, high: Any, ops: Any = Scalar) -> Any:
-    """Whether 3 points give the work from xi = `low` to `high`, not across 0, to 1e-14."""
-    n = law.parameters.n
-    nearest = ops.clip(ops.where(low >= 0.0, low, -high), _LEAST, math.inf)
-    # On the falling branch W''/W' = n*(2 sigma - 1)*w^(n-1), where w, being convex, lies between zeta and its chord.
-    w = ops.clip(low / law.work_edges[0], _LEAST, 1.0) if n > 1.0 else nearest
-    bend = ops.where(low < 0.0, n * law.table.curvature * w ** (n - 1.0), 0.0)
-    return (high - low) * ((1.0 + n) * (1.0 + 1.0 / nearest) + bend + law.roughness) < 0.05
-
-
-def rising_work(
-    law: SpringLaw, direction: Any, x_at_zero: Any, low: Any, high: Any, rule: Any, ops: Any = Scalar
-) -> Any:
-    """Integral of kappa_omega*omega*FA dx while xi >= 0 grows from `low` to `high` on one stroke [J].
-
-    `low` and `high` must lie between two neighbours of `law.work_edges`, and x_at_zero + direction*xi/rho
-    must not cross an end of the range in between: then the integrand is analytic in t = ln(expm1(n*xi)) and
-    `law.work_rule` gives it nearly to rounding.
-    """
-    p = law.parameters
-    total = 0.0
-    for xi, share in _rising_shares(law, low, high, rule, ops):
-        total = total + share * amplifier(law, x_at_zero + direction * xi / p.rho, ops)
-    return p.kappa_omega / p.rho * total
-
-
-def falling_work(
-    law: SpringLaw, direction: Any, x_at_zero: Any, low: Any, high: Any, rule: Any, ops: Any = Scalar
-) -> Any:
-    """The same while xi <= 0: analytic in ln(-xi)."""
-    p = law.parameters
-    total = 0.0
-    for zeta, share in _falling_shares(law, low, high, rule, ops):
-        total = total + share * amplifier(law, x_at_zero - direction * zeta / p.rho, ops)
-    return -p.kappa_omega / p.rho * total
-
-
-def _rising_shares(law: SpringLaw, low: Any, high: Any, rule: Any, ops: Any) -> Iterator[tuple[Any, Any]]:
-    """xi >= 0 and shares such that sum(share*g(xi)) is the integral of W*g from `low` to `high`."""
-    n = law.parameters.n
-    start = abscissa(n, ops.clip(low, _LEAST, math.inf), ops)
-    end = abscissa(n, ops.clip(high, _LEAST, math.inf), ops)
-    half, middle = 0.5 * (end - start), 0.5 * (end + start)
-    for node, weight in rule:
-        xi = xi_of_abscissa(n, middle + half * node, ops)
-        yield xi, weight * half * rising(law.table, xi, ops) * -ops.expm1(-n * xi) / n
-
-
-def _falling_shares(law: SpringLaw, low: Any, high: Any, rule: Any, ops: Any) -> Iterator[tuple[Any, Any]]:
-    """zeta = -xi >= 0 and shares such that sum(share*g(zeta)) is the integral of |W|*g from xi = `low` to `high`."""
-    start = ops.log(ops.clip(-high, _LEAST, math.inf))
-    end = ops.log(ops.clip(-low, _LEAST, math.inf))
-    half, middle = 0.5 * (end - start), 0.5 * (end + start)
-    for node, weight in rule:
-        zeta = ops.exp(middle + half * node)
-        yield zeta, weight * half * falling(law.table, zeta, ops) * zeta
+def amplifier_work(law: SpringLaw, x: float) -> float:
+    """Integral of FA from the offset to x [m]."""
+    inside = law.inside(x)
+    return polynomial(law.FA_work, inside) + (x - inside) * polynomial(law.FA, inside)
 
 
 def hysteretic_work(law: SpringLaw, direction: int, x_at_zero: float, low: float, high: float) -> float:
     """Integral of kappa_omega*omega*FA dx while xi grows from `low` to `high` on one stroke [J]."""
     rho = law.parameters.rho
+    # Where the stroke crosses the ends of the range, and xi = 0, the integrand has a kink.
     ends = (direction * rho * (x - x_at_zero) for x in (law.x_min, law.x_max))
     cuts = [xi for xi in sorted((0.0, *ends)) if low < xi < high]
-    return sum(_branch_work(law, direction, x_at_zero, a, b) for a, b in pairwise((low, *cuts, high)))
+    total = 0.0
+    for a, b in pairwise((low, *cuts, high)):
+        branch_work = _falling_work if b <= 0.0 else _rising_work
+        total += branch_work(law, direction, x_at_zero, a, b)
+    return law.parameters.kappa_omega * total
 
 
-def _branch_work(law: SpringLaw, direction: int, x_at_zero: float, low: float, high: float) -> float:
-    """The same on one branch of W and on one side of the ends of the range."""
-    edges = law.work_edges
-    first, last = bisect_right(edges, low), bisect_left(edges, high) - 1
-    if first > last:
-        return _piece_work(law, direction, x_at_zero, low, high)
-    total = _piece_work(law, direction, x_at_zero, low, edges[first])
-    total += _piece_work(law, direction, x_at_zero, edges[last], high)
+def _rising_work(law: SpringLaw, direction: int, x_at_zero: float, low: float, high: float) -> float:
+    """The same for xi >= 0 and kappa_omega = 1, without a kink in between."""
+    rho = law.parameters.rho
+    part = _Part(law, law.rising, x_at_zero, direction / rho)
+    edges = part.pieces.edges
+    here = _piece_of(part, low)
+    if high < edges[-1] and here == _piece_of(part, high):
+        return _piece_work(part, here, low, high, lambda z: saturation(law.table, z)) / rho
+    a, b = x_at_zero + part.per_z * low, x_at_zero + part.per_z * high
+    saturated = direction * (amplifier_work(law, b) - amplifier_work(law, a))
+    # Beyond the last edge nothing is missing.
+    missing = _integral(part, low, min(high, edges[-1])) if low < edges[-1] else 0.0
+    return saturated - missing / rho
+
+
+def _falling_work(law: SpringLaw, direction: int, x_at_zero: float, low: float, high: float) -> float:
+    """The same for xi <= 0."""
+    rho = law.parameters.rho
+    return -_integral(_Part(law, law.falling, x_at_zero, -direction / rho), -high, -low) / rho
+
+
+def _piece_of(part: _Part, z: float) -> int:
+    """The piece that holds z; the last one beyond all."""
+    edges = part.pieces.edges
+    return bisect_right(edges, z, 1, len(edges) - 1) - 1
+
+
+def _integral(part: _Part, a: float, b: float) -> float:
+    """Integral of weight*FA over z = |xi| from a to b."""
+    edges, weight = part.pieces.edges, part.pieces.weight
+    first, last = _piece_of(part, a), _piece_of(part, b)
     if first == last:
+        return _piece_work(part, first, a, b, weight)
+    total = _piece_work(part, first, a, edges[first + 1], weight) + _piece_work(part, last, edges[last], b, weight)
+    return total if first + 1 == last else total + _whole_pieces_work(part, first + 1, last)
+
+
+def _piece_work(part: _Part, piece: int, a: float, b: float, weight: Callable[[float], float]) -> float:
+    """The same on one piece by quadrature."""
+    law = part.law
+    rough = (b - a) * law.roughness
+    width = part.pieces.edges[piece + 1] - part.pieces.edges[piece]
+    rule, panels = GAUSS_8, 1
+    if rough < _NARROW and b - a < _NARROW * width:
+        rule = _GAUSS_3
+    elif rough >= 16.0:
+        # 8 points on each of so many panels suffice for the degree of FA, whatever part of the range it is.
+        panels = min(int(rough / 8.0), (len(law.FA) - 1) // 2)
+    half = 0.5 * (b - a) / panels
+    total = 0.0
+    for panel in range(panels):
+        for node, share in rule:
+            z = a + half * (2 * panel + 1 + node)
+            total += share * weight(z) * amplifier(law, part.x_at_zero + part.per_z * z)
+    return half * total
+
+
+def _whole_pieces_work(part: _Part, first: int, last: int) -> float:
+    """The same from one edge to another."""
+    edges = part.pieces.edges
+    total = _moments_work(part, first, last)
+    if total is not None:
         return total
-    between = _moments_work(law, direction, x_at_zero, first, last)
-    if between is None:
-        pieces = pairwise(edges[first : last + 1])
-        between = sum(_piece_work(law, direction, x_at_zero, a, b) for a, b in pieces)
-    return total + between
+    # Piece by piece only where FA changes over a piece.
+    smooth = min(max(bisect_right(edges, 1.0 / part.law.roughness) - 1, first), last) if part.law.roughness else last
+    total = _moments_work(part, first, smooth) if first < smooth < last else None
+    begin = first if total is None else smooth
+    pieces = range(begin, last)
+    by_piece = sum(_piece_work(part, i, edges[i], edges[i + 1], part.pieces.weight) for i in pieces)
+    return by_piece + (total or 0.0)
 
 
-def _piece_work(law: SpringLaw, direction: int, x_at_zero: float, low: float, high: float) -> float:
-    work = rising_work if low >= 0.0 else falling_work
-    rule = GAUSS_3 if is_narrow(law, low, high) else law.work_rule
-    return float(work(law, direction, x_at_zero, low, high, rule))
-
-
-def _moments_work(law: SpringLaw, direction: int, x_at_zero: float, first: int, last: int) -> float | None:
-    """The same from one edge to another, or None where the terms would cancel: when xi = 0 lies many times the range
-    away."""
-    if law.moments is None:
-        law.moments = _moments(law)
-    p = law.parameters
-    low, high = law.work_edges[first], law.work_edges[last]
-    # Of |xi| on the branch, away from 0.
-    sign, near, far = (1.0, first, last) if low >= 0.0 else (-1.0, last, first)
-    gained = [b - a for a, b in zip(law.moments[near], law.moments[far], strict=True)]
-    scale = sign * p.kappa_omega / p.rho
-    x = x_at_zero + 0.5 * direction * (low + high) / p.rho
-    if not law.x_min <= x <= law.x_max:
-        return float(scale * amplifier(law, x) * gained[0])
-    step = sign * direction / p.rho
-    reach = abs(x_at_zero) + abs(law.work_edges[far]) / p.rho
+def _moments_work(part: _Part, first: int, last: int) -> float | None:
+    """The same from the moments, or None where their terms would cancel: when xi = 0 lies many times the range away, or
+    FA is of a high degree."""
+    law = part.law
+    edges, moments = part.pieces.edges, part.pieces.moments
+    gained = [b - a for a, b in zip(moments[first], moments[last], strict=True)]
+    x = part.x_at_zero + 0.5 * part.per_z * (edges[first] + edges[last])
+    if x != law.inside(x):
+        return amplifier(law, x) * gained[0]
+    reach = abs(part.x_at_zero) + abs(part.per_z) * edges[last]
     largest = polynomial([abs(c) for c in law.FA], reach)
     total, power = 0.0, 1.0
     coefficients = list(law.FA)
     for m, gain in enumerate(gained):
         # Horner's rule once more for each power: coefficients[m] becomes that of (x - x_at_zero)^m.
         for k in range(len(coefficients) - 2, m - 1, -1):
-            coefficients[k] += x_at_zero * coefficients[k + 1]
+            coefficients[k] += part.x_at_zero * coefficients[k + 1]
         total += coefficients[m] * power * gain
-        power *= step
-    return scale * total if largest * law.moments[far][0] < _WORST_CANCELLATION * total else None
-
-
-def _moments(law: SpringLaw) -> list[list[float]]:
-    """For each edge the integrals of |W|*|xi|^m from 0 to it."""
-    edges = law.work_edges
-    zero = edges.index(0.0)
-    powers = range(len(law.FA))
-    found = [[0.0 for _ in powers] for _ in edges]
-    sides = (
-        (_rising_shares, [(k, k + 1) for k in range(zero, len(edges) - 1)]),
-        (_falling_shares, [(k, k - 1) for k in range(zero, 0, -1)]),
-    )
-    for shares, steps in sides:
-        for near, far in steps:
-            low, high = sorted((edges[near], edges[far]))
-            sums = list(found[near])
-            for z, share in shares(law, low, high, law.work_rule, Scalar):
-                for m in powers:
-                    sums[m] += share * z**m
-            found[far] = sums
-    return found
+        power *= part.per_z
+    saturated = (edges[last] - edges[first]) * amplifier(law, x)
+    return total if largest * moments[last][0] < _WORST_CANCELLATION * saturated else None

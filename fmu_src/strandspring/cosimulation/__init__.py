@@ -1,4 +1,4 @@
-"""Spring FMUs coupled to mechanical systems through FMPy: plants, masters, energy balance, stability."""
+"""Co-simulation of mechanical systems with spring FMUs through FMPy: plants, masters, energy balance, stability."""
 
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
@@ -6,21 +6,21 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from .coupling import Master
     from .energy import EnergyBalance, energy_balance
-    from .iterative import Iterative, MeanForce, Slope, Trial
-    from .masters import Course, First, GaussSeidel, Jacobi, Verlet
+    from .fmu_spring import CosimulationError, FmuSpring, Response
+    from .iterative import Iterative, MeanForce, TangentSource, TrialMethod
+    from .masters import GaussSeidel, InputPath, Jacobi, Subsystem, Verlet
     from .plants import Attachment, Plant, one_mass
     from .simulation import Motion, simulate
-    from .stability import growth, largest_stable_step
-    from .statics import loaded_slowly
-    from .unit import CosimulationError, Response, SpringUnit, spring_unit
+    from .stability import growth_factor, largest_stable_step
+    from .statics import apply_static_load
 
 __all__ = [
     "Attachment",
     "CosimulationError",
-    "Course",
     "EnergyBalance",
-    "First",
+    "FmuSpring",
     "GaussSeidel",
+    "InputPath",
     "Iterative",
     "Jacobi",
     "Master",
@@ -28,45 +28,43 @@ __all__ = [
     "Motion",
     "Plant",
     "Response",
-    "Slope",
-    "SpringUnit",
-    "Trial",
+    "Subsystem",
+    "TangentSource",
+    "TrialMethod",
     "Verlet",
+    "apply_static_load",
     "energy_balance",
-    "growth",
+    "growth_factor",
     "largest_stable_step",
-    "loaded_slowly",
     "one_mass",
     "simulate",
-    "spring_unit",
 ]
 
-# Where each name is defined: a module is loaded when the first of its names is asked for.
+# Module of each name; it is loaded when the first of its names is used.
 _MODULES = {
     "Attachment": "plants",
-    "CosimulationError": "unit",
-    "Course": "masters",
+    "CosimulationError": "fmu_spring",
     "EnergyBalance": "energy",
-    "First": "masters",
+    "FmuSpring": "fmu_spring",
     "GaussSeidel": "masters",
+    "InputPath": "masters",
     "Iterative": "iterative",
     "Jacobi": "masters",
     "Master": "coupling",
     "MeanForce": "iterative",
     "Motion": "simulation",
     "Plant": "plants",
-    "Response": "unit",
-    "Slope": "iterative",
-    "SpringUnit": "unit",
-    "Trial": "iterative",
+    "Response": "fmu_spring",
+    "Subsystem": "masters",
+    "TangentSource": "iterative",
+    "TrialMethod": "iterative",
     "Verlet": "masters",
+    "apply_static_load": "statics",
     "energy_balance": "energy",
-    "growth": "stability",
+    "growth_factor": "stability",
     "largest_stable_step": "stability",
-    "loaded_slowly": "statics",
     "one_mass": "plants",
     "simulate": "simulation",
-    "spring_unit": "unit",
 }
 
 

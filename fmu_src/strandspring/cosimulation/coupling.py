@@ -1,4 +1,4 @@
-"""What all masters share: the point the coupled system has reached, and polynomials through past values."""
+"""What all masters share: the state of the coupled system, and polynomials through its latest values."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ from typing import Protocol
 import numpy as np
 
 from ..kernel.arrays import FloatArray
+from .fmu_spring import CosimulationError, Response
 from .plants import Plant
-from .unit import CosimulationError, Response
 
 # Through values at s = 0, -1, -2 (newest first): coefficients of 1, s, s^2 by order.
 EXTRAPOLATION = (
@@ -29,122 +29,131 @@ MEAN = np.array([1.0, 1.0 / 2.0, 1.0 / 3.0])  # of 1, s, s^2 over the step
 END = np.ones(3)  # their values at s = 1
 
 
-class SpringPort(Protocol):
-    """What masters ask of a spring; `SpringUnit` is one."""
+class CoupledSpring(Protocol):
+    """What masters require of a spring; `FmuSpring` provides it.
+
+    `trial` and whatever happens within `rollback` leave the spring unchanged; `commit` and `commit_curve` extend its
+    path.
+    """
 
     displacement_min: float
     displacement_max: float
 
-    def tried(self, displacement: float) -> Response: ...
+    def trial(self, displacement: float) -> Response: ...
 
-    def restored(self) -> AbstractContextManager[None]: ...
+    def rollback(self) -> AbstractContextManager[None]: ...
 
-    def stepped(self, time: float, step: float, displacement: float) -> Response: ...
+    def commit(self, time: float, step: float, displacement: float) -> Response: ...
 
-    def stepped_along(self, time: float, step: float, displacement: float, first: float, second: float) -> Response: ...
+    def commit_curve(
+        self, time: float, step: float, displacement: float, velocity: float, acceleration: float
+    ) -> Response: ...
 
     def directional_derivative(self) -> float: ...
 
 
 @dataclass(frozen=True, eq=False)
-class Point:
-    """Where the coupled system stands at a communication point, and what it remembers of the last ones.
+class CoupledState:
+    """The coupled system at a communication point, with values of up to two points before.
 
     Attributes
     ----------
-    q, speed : ndarray, shape (N,)           Of the plant.
-    displacements : ndarray, shape (3, J)    Of the springs as the plant has them here and at the two points before [m].
-    reached : ndarray, shape (J,)            Where the springs' paths end [m]; masters that extrapolate get elsewhere.
-    forces : ndarray, shape (3, J)           Of the springs here and at the two points before [N].
+    q, velocity : ndarray, shape (N,)        Of the plant.
+    displacements : ndarray, shape (3, J)    Of the springs as the plant moves, here and at the two points before [m].
+    committed : ndarray, shape (J,)          Committed displacements of the springs [m]; masters that extrapolate commit
+                                             others than the plant's.
+    forces : ndarray, shape (3, J)           Of the springs, here and at the two points before [N].
     energies : ndarray, shape (J,)           Absorbed by each spring [J].
-    past : int                               Points before this one that are remembered, 1 or 2.
+    past : int                               Valid points before this one, 1 or 2.
     """
 
     q: FloatArray
-    speed: FloatArray
+    velocity: FloatArray
     displacements: FloatArray
-    reached: FloatArray
+    committed: FloatArray
     forces: FloatArray
     energies: FloatArray
     past: int
 
-    def extrapolated(self, values: FloatArray, order: int) -> FloatArray:
-        """Coefficients of 1, s, s^2 for `forces` or `displacements`; a line while too few points are remembered."""
+    def extrapolate(self, values: FloatArray, order: int) -> FloatArray:
+        """Coefficients of 1, s, s^2 for `forces` or `displacements`; linear while only one point before is valid."""
         return EXTRAPOLATION[min(order, self.past)] @ values
 
-    def interpolated(self, newest: FloatArray, values: FloatArray, order: int) -> FloatArray:
-        """The same between the value at the end of the step and those remembered."""
-        return INTERPOLATION[order] @ _with_newest(newest, values)
+    def interpolate(self, newest: FloatArray, values: FloatArray, order: int) -> FloatArray:
+        """The same between the value at the end of the step and the latest ones."""
+        return INTERPOLATION[order] @ _prepend(newest, values)
 
-    def followed_by(
+    def next(
         self,
         q: FloatArray,
-        speed: FloatArray,
+        velocity: FloatArray,
         displacements: FloatArray,
-        reached: FloatArray,
+        committed: FloatArray,
         responses: Sequence[Response],
-    ) -> Point:
-        """The next point."""
+    ) -> CoupledState:
+        """The state at the next communication point."""
         forces = np.array([response.force for response in responses])
-        return Point(
+        return CoupledState(
             q,
-            speed,
-            _with_newest(displacements, self.displacements),
-            reached,
-            _with_newest(forces, self.forces),
+            velocity,
+            _prepend(displacements, self.displacements),
+            committed,
+            _prepend(forces, self.forces),
             np.array([response.absorbed_energy for response in responses]),
             min(self.past + 1, 2),
         )
 
 
-def _with_newest(newest: FloatArray, values: FloatArray) -> FloatArray:
-    """Three values, newest first."""
-    three = np.empty_like(values)
-    three[0], three[1:] = newest, values[:2]
-    return three
+def _prepend(newest: FloatArray, values: FloatArray) -> FloatArray:
+    """The latest three values, newest first."""
+    latest = np.empty_like(values)
+    latest[0], latest[1:] = newest, values[:2]
+    return latest
 
 
 @dataclass(frozen=True, eq=False)
-class Advance:
-    """One step done.
+class StepResult:
+    """Result of one step.
 
     Attributes
     ----------
-    point : Point
-    felt : ndarray, shape (J,)   Mean spring forces over the step as the plant felt them [N].
+    state : CoupledState
+    applied_force : ndarray, shape (J,)   Mean spring forces over the step as applied to the plant [N].
     iterations : int
     """
 
-    point: Point
-    felt: FloatArray
+    state: CoupledState
+    applied_force: FloatArray
     iterations: int = 1
 
 
-# Time at the beginning of the step, the point there, the springs.
-Stepper = Callable[[float, Point, Sequence[SpringPort]], Advance]
+# Time at the beginning of the step, the state there, the springs.
+Stepper = Callable[[float, CoupledState, Sequence[CoupledSpring]], StepResult]
 
 
 class Master(Protocol):
     """How plant and springs exchange displacement and force."""
 
     def stepper(self, plant: Plant, step: float) -> Stepper:
-        """The master made ready for steps of one size [s]."""
+        """The function that performs steps of this size [s]."""
 
 
-def checked_order(name: str, order: int) -> None:
-    """Refuse an order of extrapolation that there is not."""
+def check_order(name: str, order: int) -> None:
+    """Raise CosimulationError unless `order` is one that polynomials exist for."""
     if order not in (0, 1, 2):
         raise CosimulationError(f"`{name}` must be 0, 1 or 2, got {order!r}.")
 
 
-def stepped_to(springs: Sequence[SpringPort], time: float, step: float, displacements: FloatArray) -> list[Response]:
-    """Step every spring along the straight path to its displacement."""
+def commit_straight(
+    springs: Sequence[CoupledSpring], time: float, step: float, displacements: FloatArray
+) -> list[Response]:
+    """Commit each spring's straight path to its displacement."""
     pairs = zip(springs, displacements.tolist(), strict=True)
-    return [spring.stepped(time, step, displacement) for spring, displacement in pairs]
+    return [spring.commit(time, step, displacement) for spring, displacement in pairs]
 
 
-def stepped_along(springs: Sequence[SpringPort], time: float, step: float, paths: FloatArray) -> list[Response]:
-    """Step every spring along a_0 + a_1*s + a_2*s^2, s = tau/step, for `paths` of shape (3, J)."""
-    scaled = paths * np.array([[1.0], [1.0 / step], [2.0 / step**2]])
-    pairs = zip(springs, scaled.T.tolist(), strict=True)
-    return [spring.stepped_along(time, step, *path) for spring, path in pairs]
+def commit_curves(springs: Sequence[CoupledSpring], time: float, step: float, paths: FloatArray) -> list[Response]:
+    """Commit each spring's path a_0 + a_1*s + a_2*s^2, s = tau/step, for `paths` of shape (3, J)."""
+    derivatives = paths * np.array([[1.0], [1.0 / step], [2.0 / step**2]])
+    pairs = zip(springs, derivatives.T.tolist(), strict=True)
+    return [spring.commit_curve(time, step, *path) for spring, path in pairs]

@@ -1,8 +1,8 @@
 """Explicit masters: each subsystem steps once, with forces and displacements held, extrapolated or interpolated.
 
-All take the plant's exact solution (`plants.LinearFlow`), so that error and instability are the coupling's own. How
-large steps may be is told by `stability`: on an undamped mass and spring, those that hold forces or extrapolate them by
-a line feed energy in at any step, the less the smaller it is; Verlet is stable up to h*omega = 2.
+All use the plant's exact solution (`plants.LinearFlow`), so that error and instability come from the coupling alone.
+`stability` computes the largest stable step: on an undamped mass and spring, masters that hold forces or extrapolate
+them linearly add energy at any step, the less the smaller it is; Verlet is stable up to h*omega = 2.
 """
 
 from __future__ import annotations
@@ -14,107 +14,118 @@ from enum import Enum
 import numpy as np
 
 from ..kernel.arrays import FloatArray
-from .coupling import END, MEAN, Advance, Point, SpringPort, Stepper, checked_order, stepped_along, stepped_to
+from .coupling import (
+    END,
+    MEAN,
+    CoupledSpring,
+    CoupledState,
+    Stepper,
+    StepResult,
+    check_order,
+    commit_curves,
+    commit_straight,
+)
+from .fmu_spring import Response
 from .plants import LinearFlow, Plant, quadratic_load
-from .unit import Response
 
 
-class First(Enum):
-    """Which subsystem steps first."""
+class Subsystem(Enum):
+    """The two sides of the coupling."""
 
     PLANT = "plant"
     SPRINGS = "springs"
 
 
-class Course(Enum):
-    """How a spring goes along the displacement that it is given for a step.
+class InputPath(Enum):
+    """Path of a spring's displacement within a step.
 
-    `STRAIGHT`: to its end. The others give the FMU derivatives of its input, so that it turns within the step where the
-    displacement does. `RESET` begins each step where the plant was, as masters do that pass values and derivatives on:
-    if displacements are extrapolated, that moves the spring back by the error of the last step, and a spring that
-    remembers every turn then drifts. `CURVED` goes on from where the spring is.
+    `STRAIGHT` goes to the displacement at the end. The others give the FMU derivatives of its input, so that it turns
+    within the step where the displacement does. `RESET` begins each step at the plant's displacement, as masters do
+    that pass on values and derivatives: if displacements are extrapolated, this moves the spring back by the error of
+    the last step, and a hysteretic spring, which remembers every reversal, drifts. `CURVED` begins at the spring's
+    committed displacement.
     """
 
     STRAIGHT = "straight"
     CURVED = "curved"
-    RESET = "curved, from where the plant was"
+    RESET = "curved, reset to the plant's displacement"
 
 
 @dataclass(frozen=True)
 class Jacobi:
-    """Both step at once from what they knew at the beginning; most master tools couple so, with both orders 0.
+    """Both subsystems step at once with what is known at the beginning; most master tools do so, with both orders 0.
 
     Parameters
     ----------
-    force_order : int          The plant feels the forces held (0) or extrapolated by a line (1) or a parabola (2).
-    displacement_order : int   The springs go where the displacements held or extrapolated lead.
-    course : Course            Others than straight need FMUs that interpolate inputs.
+    force_order : int          Forces on the plant: held (0), extrapolated linearly (1) or by a parabola (2).
+    displacement_order : int   The same for the displacements of the springs.
+    input_path : InputPath     Other than straight, it needs FMUs that interpolate inputs.
     """
 
     force_order: int = 0
     displacement_order: int = 0
-    course: Course = Course.STRAIGHT
+    input_path: InputPath = InputPath.STRAIGHT
 
     def __post_init__(self) -> None:
-        checked_order("force_order", self.force_order)
-        checked_order("displacement_order", self.displacement_order)
+        check_order("force_order", self.force_order)
+        check_order("displacement_order", self.displacement_order)
 
     def stepper(self, plant: Plant, step: float) -> Stepper:
         flow = LinearFlow(plant, step)
 
-        def advance(time: float, point: Point, springs: Sequence[SpringPort]) -> Advance:
-            forces = point.extrapolated(point.forces, self.force_order)
-            q, speed = _plant_step(plant, flow, time, step, point, forces)
-            paths = point.extrapolated(point.displacements, self.displacement_order)
-            responses = _springs_step(springs, time, step, point, paths, self.course)
-            given = plant.displacements(time + step, q)
-            return Advance(point.followed_by(q, speed, given, END @ paths, responses), MEAN @ forces)
+        def advance(time: float, state: CoupledState, springs: Sequence[CoupledSpring]) -> StepResult:
+            forces = state.extrapolate(state.forces, self.force_order)
+            q, velocity = _advance_plant(plant, flow, time, step, state, forces)
+            paths = state.extrapolate(state.displacements, self.displacement_order)
+            responses = _commit(springs, time, step, state, paths, self.input_path)
+            displacements = plant.displacements(time + step, q)
+            return StepResult(state.next(q, velocity, displacements, END @ paths, responses), MEAN @ forces)
 
         return advance
 
 
 @dataclass(frozen=True)
 class GaussSeidel:
-    """One steps first, the other with the result.
+    """One subsystem steps first, the other with its result.
 
     Parameters
     ----------
-    first : First              `PLANT`: forces are extrapolated, displacements interpolated; `SPRINGS`: the reverse.
-    force_order : int          0, 1 or 2; constant, line, parabola through the latest values.
-    displacement_order : int   The same; interpolated, it matters only if the course is not straight.
-    course : Course            As in `Jacobi`.
+    first : Subsystem          `PLANT`: forces are extrapolated, displacements interpolated; `SPRINGS`: the reverse.
+    force_order : int          0, 1 or 2: constant, linear, parabola through the latest values.
+    displacement_order : int   The same; if displacements are interpolated on a straight path, it has no effect.
+    input_path : InputPath     As in `Jacobi`.
     """
 
-    first: First = First.PLANT
+    first: Subsystem = Subsystem.PLANT
     force_order: int = 2
     displacement_order: int = 2
-    course: Course = Course.STRAIGHT
+    input_path: InputPath = InputPath.STRAIGHT
 
     def __post_init__(self) -> None:
-        checked_order("force_order", self.force_order)
-        checked_order("displacement_order", self.displacement_order)
+        check_order("force_order", self.force_order)
+        check_order("displacement_order", self.displacement_order)
 
     def stepper(self, plant: Plant, step: float) -> Stepper:
         flow = LinearFlow(plant, step)
 
-        def plant_first(time: float, point: Point, springs: Sequence[SpringPort]) -> Advance:
-            forces = point.extrapolated(point.forces, self.force_order)
-            q, speed = _plant_step(plant, flow, time, step, point, forces)
-            given = plant.displacements(time + step, q)
-            paths = point.interpolated(given, point.displacements, self.displacement_order)
-            responses = _springs_step(springs, time, step, point, paths, self.course)
-            return Advance(point.followed_by(q, speed, given, given, responses), MEAN @ forces)
+        def plant_first(time: float, state: CoupledState, springs: Sequence[CoupledSpring]) -> StepResult:
+            forces = state.extrapolate(state.forces, self.force_order)
+            q, velocity = _advance_plant(plant, flow, time, step, state, forces)
+            displacements = plant.displacements(time + step, q)
+            paths = state.interpolate(displacements, state.displacements, self.displacement_order)
+            responses = _commit(springs, time, step, state, paths, self.input_path)
+            return StepResult(state.next(q, velocity, displacements, displacements, responses), MEAN @ forces)
 
-        def springs_first(time: float, point: Point, springs: Sequence[SpringPort]) -> Advance:
-            paths = point.extrapolated(point.displacements, self.displacement_order)
-            responses = _springs_step(springs, time, step, point, paths, self.course)
-            newest = np.array([response.force for response in responses])
-            forces = point.interpolated(newest, point.forces, self.force_order)
-            q, speed = _plant_step(plant, flow, time, step, point, forces)
-            given = plant.displacements(time + step, q)
-            return Advance(point.followed_by(q, speed, given, END @ paths, responses), MEAN @ forces)
+        def springs_first(time: float, state: CoupledState, springs: Sequence[CoupledSpring]) -> StepResult:
+            paths = state.extrapolate(state.displacements, self.displacement_order)
+            responses = _commit(springs, time, step, state, paths, self.input_path)
+            end_forces = np.array([response.force for response in responses])
+            forces = state.interpolate(end_forces, state.forces, self.force_order)
+            q, velocity = _advance_plant(plant, flow, time, step, state, forces)
+            displacements = plant.displacements(time + step, q)
+            return StepResult(state.next(q, velocity, displacements, END @ paths, responses), MEAN @ forces)
 
-        return plant_first if self.first is First.PLANT else springs_first
+        return plant_first if self.first is Subsystem.PLANT else springs_first
 
 
 @dataclass(frozen=True)
@@ -122,40 +133,45 @@ class Verlet:
     """Springs act on the plant by half an impulse at either end of the step; in between it moves without them.
 
     Velocity Verlet where the plant is mass alone. Of second order and symplectic: without damping the energy error
-    stays bounded up to h*omega = 2, omega being the highest natural frequency.
+    stays bounded up to h*omega = 2, where omega is the highest natural frequency.
     """
 
     def stepper(self, plant: Plant, step: float) -> Stepper:
         flow = LinearFlow(plant, step)
-        kick = -0.5 * step * plant.inverse_mass @ (plant.G * plant.counts)
+        half_impulse = -0.5 * step * plant.inverse_mass @ (plant.G * plant.counts)
 
-        def advance(time: float, point: Point, springs: Sequence[SpringPort]) -> Advance:
-            speed = point.speed + kick @ point.forces[0]
-            q, speed = flow.advance(point.q, speed, quadratic_load(plant, time, step))
-            given = plant.displacements(time + step, q)
-            responses = stepped_to(springs, time, step, given)
+        def advance(time: float, state: CoupledState, springs: Sequence[CoupledSpring]) -> StepResult:
+            velocity = state.velocity + half_impulse @ state.forces[0]
+            q, velocity = flow.advance(state.q, velocity, quadratic_load(plant, time, step))
+            displacements = plant.displacements(time + step, q)
+            responses = commit_straight(springs, time, step, displacements)
             forces = np.array([response.force for response in responses])
-            after = point.followed_by(q, speed + kick @ forces, given, given, responses)
-            return Advance(after, 0.5 * (point.forces[0] + forces))
+            end = state.next(q, velocity + half_impulse @ forces, displacements, displacements, responses)
+            return StepResult(end, 0.5 * (state.forces[0] + forces))
 
         return advance
 
 
-def _plant_step(
-    plant: Plant, flow: LinearFlow, time: float, step: float, point: Point, forces: FloatArray
+def _advance_plant(
+    plant: Plant, flow: LinearFlow, time: float, step: float, state: CoupledState, forces: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """q and q' after the step under the load and spring forces of shape (3, J) in powers of s."""
     generalized = quadratic_load(plant, time, step) - forces * plant.counts @ plant.G.T
-    return flow.advance(point.q, point.speed, generalized)
+    return flow.advance(state.q, state.velocity, generalized)
 
 
-def _springs_step(
-    springs: Sequence[SpringPort], time: float, step: float, point: Point, given: FloatArray, course: Course
+def _commit(
+    springs: Sequence[CoupledSpring],
+    time: float,
+    step: float,
+    state: CoupledState,
+    displacements: FloatArray,
+    input_path: InputPath,
 ) -> list[Response]:
-    """Step the springs to the end of displacements of shape (3, J) in powers of s."""
-    if course is Course.STRAIGHT:
-        return stepped_to(springs, time, step, END @ given)
-    if course is Course.CURVED:
-        jump = point.reached - given[0]
-        given = given + np.array([jump, -jump, np.zeros_like(jump)])
-    return stepped_along(springs, time, step, given)
+    """Commit the springs' paths to the end of displacements of shape (3, J) in powers of s."""
+    if input_path is InputPath.STRAIGHT:
+        return commit_straight(springs, time, step, END @ displacements)
+    if input_path is InputPath.CURVED:
+        offset = state.committed - displacements[0]
+        displacements = displacements + np.array([offset, -offset, np.zeros_like(offset)])
+    return commit_curves(springs, time, step, displacements)

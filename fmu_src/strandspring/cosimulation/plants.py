@@ -17,29 +17,29 @@ from numpy.typing import ArrayLike
 from scipy.linalg import expm
 
 from ..kernel.arrays import FloatArray
-from .unit import CosimulationError
+from .fmu_spring import CosimulationError
 
 
-def at_rest(_: float) -> float:
-    """A base that does not move."""
+def fixed_base(_: float) -> float:
+    """Displacement of a base that does not move."""
     return 0.0
 
 
 @dataclass(frozen=True, eq=False)
 class Attachment:
-    """Where a spring sits.
+    """How a spring is attached to the plant.
 
     Parameters
     ----------
-    direction : array_like, shape (N,)   g: change of the spring's displacement with q.
-    offset : float                       Its displacement where q and the base are zero [m].
-    base : callable                      Displacement of its other end [m] at a time [s].
-    count : int                          Equal springs that move alike, and are simulated as one.
+    direction : array_like, shape (N,)   g: derivative of the spring's displacement by q.
+    offset : float                       Displacement where q and the base are zero [m].
+    base : callable                      Displacement of the other end [m] at a time [s].
+    count : int                          Number of equal springs with this displacement, simulated as one.
     """
 
     direction: ArrayLike
     offset: float = 0.0
-    base: Callable[[float], float] = at_rest
+    base: Callable[[float], float] = fixed_base
     count: int = 1
 
 
@@ -56,7 +56,7 @@ class Plant:
 
     Raises
     ------
-    CosimulationError   If a shape does not fit, or the mass matrix is not positive definite.
+    CosimulationError   If a shape is wrong, or the mass matrix is not positive definite.
     """
 
     mass: ArrayLike
@@ -75,35 +75,35 @@ class Plant:
     def __post_init__(self) -> None:
         M = np.atleast_2d(np.asarray(self.mass, dtype=np.float64))
         size = len(M)
-        square = {"mass": M}
+        matrices = {"mass": M}
         for name in ("damping", "stiffness"):
-            given = getattr(self, name)
-            square[name] = np.zeros_like(M) if given is None else np.atleast_2d(np.asarray(given, dtype=np.float64))
-        for name, matrix in square.items():
+            matrix = getattr(self, name)
+            matrices[name] = np.zeros_like(M) if matrix is None else np.atleast_2d(np.asarray(matrix, dtype=np.float64))
+        for name, matrix in matrices.items():
             if matrix.shape != (size, size):
                 raise CosimulationError(f"`{name}` must be a square matrix of {size} rows, got shape {matrix.shape}.")
             if not np.isfinite(matrix).all():
                 raise CosimulationError(f"`{name}` must be finite, got {matrix.tolist()!r}.")
         if not (np.array_equal(M, M.T) and np.linalg.eigvalsh(M)[0] > 0.0):
             raise CosimulationError(f"`mass` must be symmetric and positive definite, got {M.tolist()!r}.")
-        directions = [np.atleast_1d(np.asarray(one.direction, dtype=np.float64)) for one in self.attachments]
-        for place, direction in enumerate(directions):
+        directions = [np.atleast_1d(np.asarray(spring.direction, dtype=np.float64)) for spring in self.attachments]
+        for index, direction in enumerate(directions):
             if direction.shape != (size,):
                 raise CosimulationError(
-                    f"`direction` of attachment {place} must have {size} entries, got shape {direction.shape}."
+                    f"`direction` of attachment {index} must have {size} entries, got shape {direction.shape}."
                 )
-        put = object.__setattr__
-        put(self, "M", M)
-        put(self, "inverse_mass", np.linalg.inv(M))
-        put(self, "C", square["damping"])
-        put(self, "K", square["stiffness"])
-        put(self, "G", np.array(directions).reshape(-1, size).T)
-        put(self, "counts", np.array([one.count for one in self.attachments], dtype=np.float64))
-        put(self, "offsets", np.array([one.offset for one in self.attachments], dtype=np.float64))
+        set_field = object.__setattr__
+        set_field(self, "M", M)
+        set_field(self, "inverse_mass", np.linalg.inv(M))
+        set_field(self, "C", matrices["damping"])
+        set_field(self, "K", matrices["stiffness"])
+        set_field(self, "G", np.array(directions).reshape(-1, size).T)
+        set_field(self, "counts", np.array([spring.count for spring in self.attachments], dtype=np.float64))
+        set_field(self, "offsets", np.array([spring.offset for spring in self.attachments], dtype=np.float64))
 
     @property
     def coordinates(self) -> int:
-        """N."""
+        """Number of coordinates, N."""
         return len(self.M)
 
     def load_at(self, time: float) -> FloatArray:
@@ -112,28 +112,28 @@ class Plant:
             return np.zeros(self.coordinates)
         return np.atleast_1d(np.asarray(self.load(time), dtype=np.float64))
 
-    def bases(self, time: float) -> FloatArray:
+    def base_displacements(self, time: float) -> FloatArray:
         """Displacements of the springs' other ends, shape (J,) [m]."""
-        return np.array([one.base(time) for one in self.attachments])
+        return np.array([spring.base(time) for spring in self.attachments])
 
     def displacements(self, time: float, q: FloatArray) -> FloatArray:
         """Displacements of the springs, shape (J,) [m]."""
-        return self.offsets + self.G.T @ q - self.bases(time)
+        return self.offsets + self.G.T @ q - self.base_displacements(time)
 
-    def pull(self, forces: FloatArray) -> FloatArray:
-        """Generalized forces that spring forces of shape (J,) exert, shape (N,)."""
+    def generalized_force(self, forces: FloatArray) -> FloatArray:
+        """Generalized forces on the plant of spring forces of shape (J,), shape (N,)."""
         return -self.G @ (self.counts * forces)
 
-    def acceleration(self, time: float, q: FloatArray, speed: FloatArray, forces: FloatArray) -> FloatArray:
+    def acceleration(self, time: float, q: FloatArray, velocity: FloatArray, forces: FloatArray) -> FloatArray:
         """q'', shape (N,), from the equations of motion."""
-        total = self.load_at(time) + self.pull(forces) - self.C @ speed - self.K @ q
+        total = self.load_at(time) + self.generalized_force(forces) - self.C @ velocity - self.K @ q
         return np.asarray(self.inverse_mass @ total)
 
 
 def one_mass(
     mass: float,
     load: Callable[[float], float] | float = 0.0,
-    base: Callable[[float], float] = at_rest,
+    base: Callable[[float], float] = fixed_base,
     *,
     offset: float = 0.0,
     damping: float = 0.0,
@@ -145,26 +145,26 @@ def one_mass(
     Parameters
     ----------
     mass : float                 [kg].
-    load : callable or float     [N], positive as the force.
+    load : callable or float     [N], in the positive direction of the spring force.
     base : callable              Displacement of the base [m].
     offset : float               Displacement of each spring where q and the base are zero [m].
-    damping : float              Between the mass and the frame of q [N s/m].
-    parallel, series : int       P rows side by side of S springs each.
+    damping : float              Viscous, between the mass and the frame of q [N s/m].
+    parallel, series : int       P parallel rows of S springs each.
 
     Raises
     ------
-    CosimulationError            If the mass is not positive or a number of springs below 1.
+    CosimulationError            If the mass is not positive, or a number of springs is below 1.
     """
-    for name, rows in (("parallel", parallel), ("series", series)):
-        if rows < 1:
-            raise CosimulationError(f"`{name}` must be >= 1, got {rows!r}.")
-    of_load = load if callable(load) else lambda _, constant=load: constant
+    for name, count in (("parallel", parallel), ("series", series)):
+        if count < 1:
+            raise CosimulationError(f"`{name}` must be >= 1, got {count!r}.")
+    load_at = load if callable(load) else lambda _, constant=load: constant
     spring = Attachment([1.0 / series], offset, lambda t: base(t) / series, parallel * series)
-    return Plant([[mass]], [spring], lambda t: [of_load(t)], [[damping]])
+    return Plant([[mass]], [spring], lambda t: [load_at(t)], [[damping]])
 
 
 class LinearFlow:
-    """Exact step of the plant under generalized forces that are quadratic in time.
+    """Exact solution over a step of the plant without springs, for generalized forces quadratic in time.
 
     Parameters
     ----------
@@ -185,14 +185,14 @@ class LinearFlow:
         self._map = expm(block)[: 2 * n]
         self._size = n
 
-    def advance(self, q: FloatArray, speed: FloatArray, generalized: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def advance(self, q: FloatArray, velocity: FloatArray, generalized: FloatArray) -> tuple[FloatArray, FloatArray]:
         """q and q' at the end of the step, for forces u_0 + u_1*s + u_2*s^2 of shape (3, N), 0 <= s <= 1."""
         constant, linear, quadratic = generalized
-        reached = self._map @ np.concatenate([q, speed, constant, linear, 2.0 * quadratic])
-        return reached[: self._size], reached[self._size :]
+        end = self._map @ np.concatenate([q, velocity, constant, linear, 2.0 * quadratic])
+        return end[: self._size], end[self._size :]
 
 
 def quadratic_load(plant: Plant, time: float, step: float) -> FloatArray:
-    """The load over a step as u_0 + u_1*s + u_2*s^2 through its values at both ends and the middle, shape (3, N)."""
+    """Load over a step as u_0 + u_1*s + u_2*s^2 through its values at both ends and the middle, shape (3, N)."""
     begin, middle, end = (plant.load_at(time + share * step) for share in (0.0, 0.5, 1.0))
     return np.array([begin, 4.0 * middle - 3.0 * begin - end, 2.0 * (begin + end) - 4.0 * middle])

@@ -1,4 +1,4 @@
-"""Static equilibrium of a plant on spring FMUs, found on the FMUs themselves."""
+"""Static equilibrium of a plant on spring FMUs, computed with the FMUs themselves."""
 
 from __future__ import annotations
 
@@ -7,65 +7,71 @@ from collections.abc import Sequence
 import numpy as np
 
 from ..kernel.arrays import FloatArray
+from .fmu_spring import CosimulationError, FmuSpring
 from .plants import Plant
-from .simulation import start
-from .unit import CosimulationError, SpringUnit
+from .simulation import initial_state
 
-_NEWTON_STEPS = 50
+_MAX_ITERATIONS = 50
 _TOLERANCE = 1e-12  # of the displacements [m]
 
 
-def loaded_slowly(plant: Plant, springs: Sequence[SpringUnit], time: float = 0.0, increments: int = 20) -> FloatArray:
-    """Bring the plant to rest under its load, which grows from what the springs carry at q = 0, and commit the path.
+def apply_static_load(
+    plant: Plant, springs: Sequence[FmuSpring], time: float = 0.0, increments: int = 20
+) -> FloatArray:
+    """Load the plant slowly until it is in static equilibrium, and commit the springs' paths.
 
-    The rest position of a hysteretic mount depends on how it got there; this is the one of slow loading. The springs
-    start where q = 0 puts them unless they are started, and end where the plant rests.
+    The equilibrium of a hysteretic mount depends on the path that leads to it. Here the load grows from the force of
+    the springs at q = 0 to its full value. Springs that have not been started are started at q = 0; all end at the
+    equilibrium.
 
     Parameters
     ----------
     plant : Plant
-    springs : sequence of SpringUnit   One for each attachment.
-    time : float                       At which the load and the bases are taken [s].
-    increments : int                   Of the load. One is exact for one coordinate; with more, the springs' paths are
-                                       followed as the coordinates share the load.
+    springs : sequence of FmuSpring   One for each attachment.
+    time : float                      At which the load and the bases are evaluated [s].
+    increments : int                  Of the load. One is exact for one coordinate; with more coordinates, the
+                                      springs' paths depend on how they share the load, which the increments follow.
 
     Returns
     -------
-    ndarray, shape (N,)                q at rest.
+    ndarray, shape (N,)               q in static equilibrium.
 
     Raises
     ------
-    CosimulationError                  If no equilibrium is found.
+    CosimulationError                 If no equilibrium is found.
     """
-    point = start(plant, springs, time)
-    q = point.q
-    # What acts on the plant before the load grows, and must have gone when it has.
-    missing = _unbalance(plant, time, q, point.forces[0])
+    state = initial_state(plant, springs, time)
+    q = state.q
+    # Force on the plant before the load grows; it decreases to zero.
+    unbalance = _unbalance(plant, time, q, state.forces[0])
     for k in range(increments):
-        q = _rest(plant, springs, time, q, (1.0 - (k + 1) / increments) * missing)
+        q = _equilibrium(plant, springs, time, q, (1.0 - (k + 1) / increments) * unbalance)
         for spring, displacement in zip(springs, plant.displacements(time, q).tolist(), strict=True):
-            spring.stepped(time, 0.0, displacement)
+            spring.commit(time, 0.0, displacement)
     return q
 
 
 def _unbalance(plant: Plant, time: float, q: FloatArray, forces: FloatArray) -> FloatArray:
-    return plant.load_at(time) + plant.pull(forces) - plant.K @ q
+    """Sum of the generalized forces on the plant, shape (N,)."""
+    return plant.load_at(time) + plant.generalized_force(forces) - plant.K @ q
 
 
-def _rest(plant: Plant, springs: Sequence[SpringUnit], time: float, q: FloatArray, supported: FloatArray) -> FloatArray:
-    """q at which springs and load leave `supported`, by Newton's method from q."""
-    for _ in range(_NEWTON_STEPS):
+def _equilibrium(
+    plant: Plant, springs: Sequence[FmuSpring], time: float, q: FloatArray, target: FloatArray
+) -> FloatArray:
+    """q at which the unbalance equals `target`, by Newton's method from q."""
+    for _ in range(_MAX_ITERATIONS):
         displacements = plant.displacements(time, q).tolist()
-        responses = [spring.tried(d) for spring, d in zip(springs, displacements, strict=True)]
-        unbalance = _unbalance(plant, time, q, np.array([r.force for r in responses])) - supported
+        responses = [spring.trial(d) for spring, d in zip(springs, displacements, strict=True)]
+        residual = _unbalance(plant, time, q, np.array([r.force for r in responses])) - target
         tangents = plant.counts * np.array([r.stiffness for r in responses])
         try:
-            move = np.linalg.solve(plant.K + plant.G * tangents @ plant.G.T, unbalance)
+            increment = np.linalg.solve(plant.K + plant.G * tangents @ plant.G.T, residual)
         except np.linalg.LinAlgError:
             break
-        q = q + move
-        if np.max(np.abs(plant.G.T @ move), initial=0.0) <= _TOLERANCE:
+        q = q + increment
+        if np.max(np.abs(plant.G.T @ increment), initial=0.0) <= _TOLERANCE:
             return q
     raise CosimulationError(
-        f"The plant finds no rest under its load at {time:.6g} s; use another load, or springs that are stiff enough."
+        f"The plant has no static equilibrium under its load at {time:.6g} s; reduce the load or use stiffer springs."
     )

@@ -1,1 +1,1 @@
-"""Systems that such springs are made for, each a script: ``python -m strandspring.examples.recoil``."""
+"""Systems with stranded wire springs, each a script: ``python -m strandspring.examples.recoil``."""

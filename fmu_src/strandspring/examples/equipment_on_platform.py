@@ -1,8 +1,8 @@
-"""Two stages: equipment on one spring on a platform, which stands on four equal springs on a shaking base.
+"""Two stages: equipment on one spring on a platform, which stands on four equal springs on a vibrating base.
 
     python -m strandspring.examples.equipment_on_platform [--backend python]
 
-The four springs below move alike, so one FMU stands for all of them.
+The four lower springs have the same displacement, so one FMU represents all of them.
 """
 
 from __future__ import annotations
@@ -14,17 +14,17 @@ import numpy as np
 
 from ..cosimulation import (
     Attachment,
+    FmuSpring,
     Iterative,
     Master,
     Motion,
     Plant,
+    apply_static_load,
     energy_balance,
-    loaded_slowly,
     simulate,
-    spring_unit,
 )
 from .excitations import GRAVITY, Sine
-from .mounts import EQUIPMENT_MOUNT, SOFT_CORNER, fmu_of, workplace
+from .mounts import EQUIPMENT_MOUNT, SOFT_CORNER, build_example_fmu, example_arguments
 
 EQUIPMENT, PLATFORM = 6.0, 45.0  # kg
 BASE = Sine(amplitude=0.0015, frequency=18.0)
@@ -41,35 +41,36 @@ def plant() -> Plant:
 
 @dataclass(frozen=True, eq=False)
 class Result:
-    """Rest position q, and the motion from there."""
+    """q in static equilibrium, and the motion from there."""
 
-    rest: np.ndarray
+    equilibrium: np.ndarray
     motion: Motion
 
 
 def run(below: Path, above: Path, step: float, master: Master | None = None) -> Result:
-    """Set platform and equipment down, then shake the base."""
-    with spring_unit(below, "below") as lower, spring_unit(above, "above") as upper:
-        rest = loaded_slowly(plant(), [lower, upper])
-        return Result(rest, simulate(plant(), [lower, upper], STOP, step, master or Iterative(), q=rest))
+    """Load the springs by the weights, then vibrate the base."""
+    with FmuSpring(below, "below") as lower, FmuSpring(above, "above") as upper:
+        equilibrium = apply_static_load(plant(), [lower, upper])
+        return Result(equilibrium, simulate(plant(), [lower, upper], STOP, step, master or Iterative(), q=equilibrium))
 
 
 def main() -> None:
-    with workplace(__doc__) as (folder, backend):
-        below = fmu_of(SOFT_CORNER, "soft_corner", folder, backend)
-        above = fmu_of(EQUIPMENT_MOUNT, "equipment_mount", folder, backend)
+    with example_arguments(__doc__) as (folder, backend):
+        below = build_example_fmu(SOFT_CORNER, "soft_corner", folder, backend)
+        above = build_example_fmu(EQUIPMENT_MOUNT, "equipment_mount", folder, backend)
         result = run(below, above, 2.5e-4)
         motion = result.motion
         half = motion.times >= 0.5 * STOP
         base = BASE.amplitude * (2.0 * np.pi * BASE.frequency) ** 2
-        for name, rest, values in zip(("platform", "equipment"), result.rest, motion.acceleration.T, strict=True):
+        for name, sag, values in zip(("platform", "equipment"), result.equilibrium, motion.acceleration.T, strict=True):
             peak = np.abs(values[half]).max()
             print(
-                f"{name:10} rests at {1e3 * rest:6.2f} mm, peak {peak / GRAVITY:.2f} g, ratio to base {peak / base:.2f}"
+                f"{name:10} static equilibrium at {1e3 * sag:6.2f} mm, peak {peak / GRAVITY:.2f} g, "
+                f"{peak / base:.2f} times that of the base"
             )
         for name, stroke, energy in zip(("below", "above"), motion.stroke, motion.absorbed_energy[-1], strict=True):
             print(f"springs {name}: stroke {1e3 * stroke:.2f} mm, absorbed {energy:.3f} J each")
-        print(f"energy balance {energy_balance(plant(), motion).error:.0e} of what was exchanged")
+        print(f"energy balance {energy_balance(plant(), motion).relative_error:.0e} of the energy exchanged")
 
 
 if __name__ == "__main__":

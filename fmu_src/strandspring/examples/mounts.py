@@ -1,6 +1,6 @@
 """Stranded wire springs of the examples, and their FMUs.
 
-The numbers are plausible rather than measured: hardening and asymmetric, with a tenth to a third of the force from
+Their parameters are plausible, not measured: hardening and asymmetric, with a tenth to a third of the force from
 friction between the strands.
 """
 
@@ -19,13 +19,13 @@ from ..spring import Spring
 
 BACKENDS = {"native": build_native_fmu, "python": build_fmu}
 
-# Carries some 5 kg at 50 mm of compression, with a natural frequency of 11 Hz.
+# Carries about 5 kg at 50 mm of compression, with a natural frequency of 11 Hz.
 EQUIPMENT_MOUNT = SpringParameters(
     kE=(50.0, 2.0e4, 1.0e5, 2.0e7), kA=(1.0, 10.0, 100.0), kappa_omega=15.0, rho=400.0, sigma=1.0, n=0.5,
     displacement_offset=0.05, displacement_min=0.02, displacement_max=0.08,
 )  # fmt: skip
 
-# Two mounts of one family, under the light and the heavy end of a platform.
+# Two mounts of one series, under the light and the heavy end of a platform.
 SOFT_CORNER = SpringParameters(
     kE=(120.0, 1.5e4, 8.0e4, 1.0e7), kA=(1.0, 6.0), kappa_omega=18.0, rho=350.0, sigma=1.2, n=0.8,
     displacement_offset=0.03, displacement_min=0.01, displacement_max=0.05,
@@ -35,23 +35,23 @@ STIFF_CORNER = SpringParameters(
     displacement_offset=0.03, displacement_min=0.01, displacement_max=0.05,
 )  # fmt: skip
 
-# Between a gun and its mount: 0 is the battery position, where it is not loaded.
+# Between a gun and its mount: 0 is the battery position, where the spring is unloaded.
 RECOIL_SPRING = SpringParameters(
     kE=(0.0, 1.2e4, 4.0e4, 1.0e6), kA=(1.0, 4.0), kappa_omega=160.0, rho=150.0, sigma=1.5, n=0.7,
     displacement_offset=0.0, displacement_min=-0.06, displacement_max=0.08,
 )  # fmt: skip
 
 
-def fmu_of(parameters: SpringParameters, name: str, folder: Path, backend: str = "native") -> Path:
-    """The FMU of a spring in a folder."""
+def build_example_fmu(parameters: SpringParameters, name: str, folder: Path, backend: str = "native") -> Path:
+    """Build the FMU of a spring in a folder."""
     return BACKENDS[backend](Spring(parameters, name).model, folder)
 
 
 @contextmanager
-def workplace(description: str | None) -> Iterator[tuple[Path, str]]:
-    """A temporary folder, and the back end that the command line names."""
+def example_arguments(description: str | None) -> Iterator[tuple[Path, str]]:
+    """A temporary folder, and the back end selected on the command line."""
     parser = argparse.ArgumentParser(description=description)
     parser.add_argument("--backend", choices=list(BACKENDS), default="native", help="of the spring FMUs")
-    chosen = parser.parse_args()
+    arguments = parser.parse_args()
     with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder:
-        yield Path(folder), chosen.backend
+        yield Path(folder), arguments.backend

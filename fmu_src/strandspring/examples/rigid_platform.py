@@ -1,8 +1,8 @@
-"""A rigid platform on four springs of two kinds, in heave, pitch and roll, driven over a wavy ground.
+"""A rigid platform on four springs of two kinds, in heave, pitch and roll, driven over wavy ground.
 
     python -m strandspring.examples.rigid_platform [--backend python]
 
-The heavy end stands on the stiffer springs. The ground lifts the two axles one after the other, and the right side more
+The heavy end stands on the stiffer springs. The ground lifts the two axles one after the other, the right side more
 than the left.
 """
 
@@ -16,29 +16,29 @@ import numpy as np
 
 from ..cosimulation import (
     Attachment,
+    FmuSpring,
     Iterative,
     Master,
     Motion,
     Plant,
+    apply_static_load,
     energy_balance,
-    loaded_slowly,
     simulate,
-    spring_unit,
 )
 from .excitations import GRAVITY, Sine
-from .mounts import SOFT_CORNER, STIFF_CORNER, fmu_of, workplace
+from .mounts import SOFT_CORNER, STIFF_CORNER, build_example_fmu, example_arguments
 
 MASS, PITCH_INERTIA, ROLL_INERTIA = 60.0, 8.0, 3.5  # kg, kg m^2
 FRONT, REAR, HALF_TRACK = 0.5, 0.4, 0.3  # m, from the centre of gravity
 STOP = 0.4  # s
-BEGIN = 0.03  # m: compression of the springs where q is zero
+START = 0.03  # m: compression of the springs where q is zero
 WAVE = Sine(amplitude=0.0025, frequency=6.0)
 LAG = 0.045  # s, from the front axle to the rear one
 
 
 @dataclass(frozen=True)
 class Corner:
-    """Where a spring stands [m] and how the ground moves under it."""
+    """Position of a spring [m], and the motion of the ground below it."""
 
     name: str
     ahead: float
@@ -49,8 +49,8 @@ class Corner:
     def ground(self, t: float) -> float:
         return self.share * WAVE.displacement(t - self.lag)
 
-    def ground_speed(self, t: float) -> float:
-        return self.share * WAVE.speed(t - self.lag)
+    def ground_velocity(self, t: float) -> float:
+        return self.share * WAVE.velocity(t - self.lag)
 
 
 CORNERS = (
@@ -64,38 +64,39 @@ MODELS = (SOFT_CORNER, SOFT_CORNER, STIFF_CORNER, STIFF_CORNER)
 
 def plant() -> Plant:
     """q = heave (down) [m], pitch (front down) [rad], roll (right side down) [rad]."""
-    springs = [Attachment([1.0, c.ahead, c.right], BEGIN, c.ground) for c in CORNERS]
+    springs = [Attachment([1.0, c.ahead, c.right], START, c.ground) for c in CORNERS]
     return Plant(np.diag([MASS, PITCH_INERTIA, ROLL_INERTIA]), springs, lambda _: [MASS * GRAVITY, 0.0, 0.0])
 
 
 @dataclass(frozen=True, eq=False)
 class Result:
-    """Rest position q, and the motion from there."""
+    """q in static equilibrium, and the motion from there."""
 
-    rest: np.ndarray
+    equilibrium: np.ndarray
     motion: Motion
 
 
 def run(soft: Path, stiff: Path, step: float, master: Master | None = None) -> Result:
-    """Set the platform down on its springs, then drive."""
+    """Load the springs by the platform's weight, then drive."""
     with ExitStack() as stack:
         springs = [
-            stack.enter_context(spring_unit(fmu, corner.name))
+            stack.enter_context(FmuSpring(fmu, corner.name))
             for fmu, corner in zip((soft, soft, stiff, stiff), CORNERS, strict=True)
         ]
-        rest = loaded_slowly(plant(), springs)
-        return Result(rest, simulate(plant(), springs, STOP, step, master or Iterative(), q=rest))
+        equilibrium = apply_static_load(plant(), springs)
+        return Result(equilibrium, simulate(plant(), springs, STOP, step, master or Iterative(), q=equilibrium))
 
 
 def main() -> None:
-    with workplace(__doc__) as (folder, backend):
-        soft = fmu_of(SOFT_CORNER, "soft_corner", folder, backend)
-        stiff = fmu_of(STIFF_CORNER, "stiff_corner", folder, backend)
+    with example_arguments(__doc__) as (folder, backend):
+        soft = build_example_fmu(SOFT_CORNER, "soft_corner", folder, backend)
+        stiff = build_example_fmu(STIFF_CORNER, "stiff_corner", folder, backend)
         result = run(soft, stiff, 5e-4)
         motion = result.motion
-        heave, pitch, roll = result.rest
+        heave, pitch, roll = result.equilibrium
         print(
-            f"at rest: heave {1e3 * heave:.2f} mm, pitch {np.degrees(pitch):.3f} deg, roll {np.degrees(roll):.3f} deg"
+            f"static equilibrium: heave {1e3 * heave:.2f} mm, "
+            f"pitch {np.degrees(pitch):.3f} deg, roll {np.degrees(roll):.3f} deg"
         )
         for name, values, unit, factor in zip(
             ("heave", "pitch", "roll"), motion.q.T, ("mm", "deg", "deg"), (1e3, *[np.degrees(1.0)] * 2), strict=True
@@ -105,8 +106,8 @@ def main() -> None:
         for corner, stroke, force in zip(CORNERS, motion.stroke, motion.force.T, strict=True):
             print(f"{corner.name:12} stroke {1e3 * stroke:6.2f} mm, force {force.min():4.0f} to {force.max():4.0f} N")
         balance = energy_balance(plant(), motion)
-        print(f"the ground put in {balance.by_bases[-1]:.2f} J")
-        print(f"balance closed to {balance.error:.0e} of what plant and springs exchanged")
+        print(f"work of the ground {balance.base_work[-1]:.2f} J")
+        print(f"energy balance closes within {balance.relative_error:.0e} of the energy exchanged")
 
 
 if __name__ == "__main__":

@@ -1,10 +1,9 @@
-"""One mass on one spring, its base shaken four ways: sine, swept sine, half-sine shock, band-limited random vibration.
+"""One mass on one spring under four base motions: sine, swept sine, half-sine shock, band-limited random vibration.
 
     python -m strandspring.examples.shaken_mass [--backend python]
 
-The mass hangs in the middle of the mount's range, where the spring carries its weight. The shock is simulated in the
-coordinate of the mount, q = mass less base, with the inertia of the base's motion as a load; the others by moving the
-spring's other end.
+In static equilibrium the mount is in the middle of its range. The shock is simulated in the coordinate of the mount,
+q = mass minus base, with the inertia force of the base motion as a load; the others by moving the base of the spring.
 """
 
 from __future__ import annotations
@@ -14,12 +13,12 @@ from pathlib import Path
 
 import numpy as np
 
-from ..cosimulation import Iterative, Master, Motion, Plant, energy_balance, one_mass, simulate, spring_unit
+from ..cosimulation import FmuSpring, Iterative, Master, Motion, Plant, energy_balance, one_mass, simulate
 from .excitations import GRAVITY, BandLimitedRandom, HalfSine, Sine, Sweep
-from .mounts import EQUIPMENT_MOUNT, fmu_of, workplace
+from .mounts import EQUIPMENT_MOUNT, build_example_fmu, example_arguments
 
 MASS = 5.0  # kg
-LOAD = EQUIPMENT_MOUNT.kE[0]  # N: rest at the mount's offset
+LOAD = EQUIPMENT_MOUNT.kE[0]  # N: static equilibrium at the mount's offset
 MIDDLE = EQUIPMENT_MOUNT.displacement_offset
 
 SINE = Sine(amplitude=0.004, frequency=7.0)
@@ -30,7 +29,7 @@ RANDOM = BandLimitedRandom(density=0.02 * GRAVITY**2, low=15.0, high=80.0, lines
 
 @dataclass(frozen=True)
 class Case:
-    """One excitation, with how long to simulate and how finely [s]."""
+    """One excitation, with end and step of the simulation [s]."""
 
     name: str
     excitation: Sine | Sweep | HalfSine | BandLimitedRandom
@@ -39,7 +38,7 @@ class Case:
 
     @property
     def relative(self) -> bool:
-        """Whether q is the mount's deformation instead of the position of the mass."""
+        """Whether q is the deformation of the mount instead of the position of the mass."""
         return isinstance(self.excitation, HalfSine)
 
     @property
@@ -60,21 +59,21 @@ CASES = (
 
 def run(case: Case, fmu: Path, step: float, master: Master | None = None) -> Motion:
     """Simulate a case."""
-    with spring_unit(fmu) as spring:
+    with FmuSpring(fmu) as spring:
         return simulate(case.plant, [spring], case.stop, step, master or Iterative())
 
 
 def absolute_acceleration(case: Case, motion: Motion) -> np.ndarray:
     """Of the mass [m/s^2]."""
-    own = motion.acceleration[:, 0]
+    acceleration = motion.acceleration[:, 0]
     if not case.relative:
-        return own
-    return np.asarray(own + [case.excitation.acceleration(t) for t in motion.times.tolist()])
+        return acceleration
+    return np.asarray(acceleration + [case.excitation.acceleration(t) for t in motion.times.tolist()])
 
 
 def main() -> None:
-    with workplace(__doc__) as (folder, backend):
-        fmu = fmu_of(EQUIPMENT_MOUNT, "mount", folder, backend)
+    with example_arguments(__doc__) as (folder, backend):
+        fmu = build_example_fmu(EQUIPMENT_MOUNT, "mount", folder, backend)
         for case in CASES:
             motion = run(case, fmu, case.step)
             base = np.array([case.excitation.acceleration(t) for t in motion.times.tolist()])
@@ -90,8 +89,8 @@ def main() -> None:
                 print(f"  transmissibility    {ratio:8.2f} (rms acceleration, second half)")
             print(f"  stroke used         {1e3 * motion.stroke[0]:8.2f} mm of {1e3 * 0.06:.0f} mm")
             print(
-                f"  energy absorbed     {motion.absorbed_energy[-1, 0]:8.2f} J, balance closed to "
-                f"{energy_balance(case.plant, motion).error:.0e} of what was exchanged"
+                f"  energy absorbed     {motion.absorbed_energy[-1, 0]:8.2f} J, balance closes within "
+                f"{energy_balance(case.plant, motion).relative_error:.0e} of the energy exchanged"
             )
 
 

@@ -1,6 +1,6 @@
 """The plant of the SSP example as a slave for PythonFMU: a mass above a shaking base, force in, mount displacement out.
 
-Between communication points the force is held, so that the motion is a parabola and the step exact.
+Between communication points the force is constant, so the motion is a parabola and the step is exact.
 """
 
 import math
@@ -9,7 +9,7 @@ from pythonfmu import Fmi2Causality, Fmi2Slave, Fmi2Variability, Real
 
 
 class ShakenMass(Fmi2Slave):
-    """Position counts from where mass and base begin, the spring at rest between them."""
+    """Mass above a vibrating base; positions are zero at the start, where the spring is unloaded."""
 
     author = "strandspring"
     description = "Mass above a base that moves as a sine"

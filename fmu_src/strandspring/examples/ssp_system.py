@@ -2,9 +2,9 @@
 
     python -m strandspring.examples.ssp_system [--backend python]
 
-Both couple as `Jacobi()` does: each FMU steps with what the other had put out at the beginning of the step. That is of
-first order and feeds energy in, so the step must be small. FMPy begins with every connector at zero, which suits a
-spring whose displacement and force count from where it rests.
+Both couple as `Jacobi()` does: each FMU steps with the outputs of the other at the beginning of the step. That is of
+first order and adds energy, so the step must be small. FMPy starts with every connector at zero, which suits a spring
+whose displacement and force are zero in static equilibrium.
 """
 
 from __future__ import annotations
@@ -18,9 +18,9 @@ from fmpy.ssp.simulation import simulate_ssp
 from pythonfmu import FmuBuilder
 
 from .excitations import Sine
-from .mounts import RECOIL_SPRING, fmu_of, workplace
+from .mounts import RECOIL_SPRING, build_example_fmu, example_arguments
 
-# As in shaken_mass_slave.py, the plant.
+# As in shaken_mass_slave.py, which is the plant.
 MASS = 10.0  # kg
 BASE = Sine(amplitude=0.004, frequency=7.0)
 STOP = 0.4  # s
@@ -66,7 +66,7 @@ class Run:
 
 
 def build(folder: Path, spring: Path) -> Path:
-    """The .ssp file of the plant and a spring FMU."""
+    """Write the .ssp file of the plant and a spring FMU."""
     FmuBuilder.build_FMU(str(Path(__file__).parent / "shaken_mass_slave.py"), dest=str(folder))
     path = folder / "shaken_mass.ssp"
     with zipfile.ZipFile(path, "w") as archive:
@@ -76,17 +76,17 @@ def build(folder: Path, spring: Path) -> Path:
     return path
 
 
-def by_fmpy(ssp: Path, step: float) -> Run:
-    """FMPy's own SSP simulation; each of its rows bears the time at which the step began."""
-    # Half a step less, because FMPy adds up the time and must not take one step too many.
+def run_fmpy(ssp: Path, step: float) -> Run:
+    """Run FMPy's SSP simulation; the time in each of its rows is that of the beginning of the step."""
+    # FMPy sums up the time: half a step less prevents an extra step by rounding.
     rows = simulate_ssp(str(ssp), stop_time=STOP - 0.5 * step, step_size=step)
     columns = ([0.0, *(rows["time"] + step)], [0.0, *rows["plant.position"]], [0.0, *rows["mount.force"]])
     return Run(*map(np.array, columns))
 
 
-def by_libcosim(ssp: Path, step: float) -> Run:
-    """libcosim with its fixed-step algorithm; it counts in nanoseconds."""
-    # Here, because there is no libcosimpy for macOS and Python 3.10.
+def run_libcosim(ssp: Path, step: float) -> Run:
+    """Run libcosim with its fixed-step algorithm; its times are in nanoseconds."""
+    # Imported here, because libcosimpy does not exist for macOS and Python 3.10.
     from libcosimpy.CosimEnums import CosimVariableType
     from libcosimpy.CosimExecution import CosimExecution
     from libcosimpy.CosimLogging import CosimLogLevel, log_output_level
@@ -96,30 +96,30 @@ def by_libcosim(ssp: Path, step: float) -> Run:
     execution = CosimExecution.from_ssp_file(str(ssp), round(1e9 * step))
     observer = CosimObserver.create_time_series(buffer_size=100_000)
     execution.add_observer(observer)
-    watched = []
+    observed = []
     for component, name in (("plant", "position"), ("mount", "force")):
         index = execution.slave_index_from_instance_name(component)
         (reference,) = (v.reference for v in execution.slave_variables(index) if v.name.decode() == name)
         observer.start_time_series(index, reference, CosimVariableType.REAL)
-        watched.append((index, reference))
+        observed.append((index, reference))
     if not execution.simulate_until(round(1e9 * STOP)):
         raise RuntimeError("libcosim could not simulate the system")
     columns = []
-    for index, reference in watched:
+    for index, reference in observed:
         times, _, samples = observer.time_series_real_samples(index, reference, 1, round(STOP / step))
         columns.append([0.0, *samples])
     return Run(np.array([0.0, *(1e-9 * t for t in times)]), *map(np.array, columns))
 
 
 def main() -> None:
-    with workplace(__doc__) as (folder, backend):
-        ssp = build(folder, fmu_of(RECOIL_SPRING, "mount", folder, backend))
+    with example_arguments(__doc__) as (folder, backend):
+        ssp = build(folder, build_example_fmu(RECOIL_SPRING, "mount", folder, backend))
         for step in (2e-4, 1e-4):
-            for name, run in (("FMPy", by_fmpy), ("libcosim", by_libcosim)):
-                found = run(ssp, step)
+            for name, run in (("FMPy", run_fmpy), ("libcosim", run_libcosim)):
+                result = run(ssp, step)
                 print(
-                    f"{name:8} at {1e3 * step:.1f} ms: largest excursion {1e3 * np.abs(found.position).max():.3f} mm, "
-                    f"largest force {np.abs(found.force).max():.2f} N"
+                    f"{name:8} at {1e3 * step:.1f} ms: largest excursion {1e3 * np.abs(result.position).max():.3f} mm, "
+                    f"largest force {np.abs(result.force).max():.2f} N"
                 )
 
 

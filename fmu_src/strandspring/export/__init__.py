@@ -1,1 +1,1 @@
-"""The identified spring in the formats of other tools: SSP parameter values and Modelica."""
+"""Export of an identified spring to formats of other tools: SSP parameter values and Modelica."""

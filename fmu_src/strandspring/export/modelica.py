@@ -1,6 +1,6 @@
-"""A Modelica package of one spring: its parameters, the spring as equations, and flanges for its FMU.
+"""Modelica package of one spring: its parameters, the spring as equations, and flanges for its FMU.
 
-What differs from spring to spring is made here; the text around it is ``assets/package.mo.j2``.
+The template ``assets/package.mo.j2`` is filled in with what depends on the spring.
 """
 
 from __future__ import annotations
@@ -15,9 +15,9 @@ from .._version import __version__
 from ..core.variables import Variable, start_values, variables
 from ..modelfile import ModelFile
 
-# Keywords of Modelica 3.6, its predefined types and the names that the package looks up from outside: a package
-# of such a name is no Modelica, or hides what it needs itself.
-_TAKEN = """
+# Keywords of Modelica 3.6, its predefined types and the outer names that the package uses: a package with such a name
+# is invalid, or hides the outer name from itself.
+_RESERVED = """
     algorithm and annotation block break class connect connector constant constrainedby der discrete each else elseif
     elsewhen encapsulated end enumeration equation expandable extends external false final flow for function if import
     impure in initial inner input loop model not operator or outer output package parameter partial protected public
@@ -30,20 +30,20 @@ _SI_TYPES = {"N": "Force", "m": "Position"}
 
 
 def package_name(name: str) -> str:
-    """The Modelica package of the model `name`: the same, unless Modelica has taken that name."""
-    return f"{name}_spring" if name in _TAKEN.split() else name
+    """Name of the Modelica package of the model `name`: the same, unless it is reserved."""
+    return f"{name}_spring" if name in _RESERVED.split() else name
 
 
 def modelica_package(model: ModelFile) -> str:
-    """The text of the package; the same model gives the same text."""
-    spring = model.parameters.spring()
+    """Text of the package; the same model gives the same text."""
+    spring = model.parameters
     start = start_values(spring)
     table = variables(len(spring.kE), len(spring.kA))
     kE, kA = (
         [f"data.{name}[{i + 1}]" for i in range(count)]
         for name, count in (("kE", len(spring.kE)), ("kA", len(spring.kA)))
     )
-    # Modelica is full of braces, which are Jinja's own delimiters.
+    # Jinja's usual delimiters are braces, of which Modelica has many.
     environment = Environment(
         variable_start_string="<<",
         variable_end_string=">>",
@@ -72,17 +72,18 @@ def modelica_package(model: ModelFile) -> str:
 
 
 def _declaration(variable: Variable, value: float) -> str:
-    """One scalar parameter of the record."""
-    known = _SI_TYPES.get(str(variable.unit))
-    modifiers = [] if known else [f'final unit="{_unit(variable)}"']
+    """Declaration of a scalar parameter in the record."""
+    si_type = _SI_TYPES.get(str(variable.unit))
+    modifiers = [] if si_type else [f'final unit="{_unit(variable)}"']
     modifiers += ['displayUnit="mm"'] if variable.display_unit == "mm" else []
     modifiers += [
         f"{name}={limit!r}"
         for name, limit in (("min", variable.minimum), ("max", variable.maximum))
         if limit is not None
     ]
-    kind = f"Modelica.Units.SI.{known}" if known else "Real"
-    return f'parameter {kind} {variable.name}({", ".join(modifiers)})={value!r} "{_string(variable.description)}";'
+    modelica_type = f"Modelica.Units.SI.{si_type}" if si_type else "Real"
+    description = _string(variable.description)
+    return f'parameter {modelica_type} {variable.name}({", ".join(modifiers)})={value!r} "{description}";'
 
 
 def _units(table: Sequence[Variable], array: str) -> str:
@@ -90,20 +91,20 @@ def _units(table: Sequence[Variable], array: str) -> str:
 
 
 def _unit(variable: Variable) -> str:
-    """The unit as Modelica spells it: N/m2 for N/m^2."""
+    """The unit in the notation of Modelica: N/m2 for N/m^2."""
     return str(variable.unit).replace("^", "")
 
 
 def _horner(coefficients: Sequence[str], x: str) -> str:
-    """The polynomial with these coefficients of ascending powers; empty if there are none."""
+    """Polynomial with these coefficients of ascending powers; empty without coefficients."""
     if not coefficients:
         return ""
-    *lower, text = coefficients
+    *lower, expression = coefficients
     for coefficient in reversed(lower):
-        text = f"{coefficient} + {x}*({text})"
-    return text
+        expression = f"{coefficient} + {x}*({expression})"
+    return expression
 
 
 def _string(text: str) -> str:
-    """Text as it stands between the quotes of a Modelica string."""
+    """Text with the escapes of a Modelica string."""
     return text.translate(_STRING_ESCAPES)

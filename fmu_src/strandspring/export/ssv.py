@@ -1,8 +1,8 @@
 """Parameter values of SSP 1.0 (System Structure Parameter Values, SSV), named as the FMU's parameters.
 
-A tool that builds systems of FMUs applies such a file to an FMU of a spring with as many coefficients, so that
-another identification of the same mount needs no other FMU. The displacement is among them, for a path that nobody
-starts elsewhere starts at the offset, not at that of the FMU's own spring.
+Tools for systems of FMUs apply such a file to a spring FMU with the same number of coefficients, so another
+identification of the same mount needs no new FMU. The file includes the displacement, so that by default the path
+starts at the offset of this spring, not at that of the spring in the FMU.
 """
 
 from __future__ import annotations
@@ -17,8 +17,8 @@ _NAMESPACE = "http://ssp-standard.org/SSP1/SystemStructure"
 
 
 def parameter_values(model: ModelFile) -> str:
-    """The XML of an SSV file with every variable of the model's FMU that can be set; the same model, the same text."""
-    spring = model.parameters.spring()
+    """XML of an SSV file with every settable variable of the model's FMU; the same model gives the same text."""
+    spring = model.parameters
     counts = len(spring.kE), len(spring.kA)
     start = start_values(spring)
     table = [variable for variable in variables(*counts) if variable.name in start]
@@ -38,7 +38,7 @@ def parameter_values(model: ModelFile) -> str:
         parameter = SubElement(
             parameters, "ssv:Parameter", {"name": variable.name, "description": variable.description}
         )
-        # repr gives back every bit of a float.
+        # repr represents every float exactly.
         SubElement(parameter, "ssv:Real", {"value": repr(start[variable.name]), "unit": str(variable.unit)})
     used = {variable.unit for variable in table}
     definitions = SubElement(root, "ssv:Units")

@@ -54,9 +54,9 @@ def common_contents(
     return contents
 
 
-def fmu_path(directory: str | Path, name: str) -> Path:
-    """Where the FMU of a model of this name is written."""
-    return Path(directory) / f"{name}.fmu"
+def fmu_path(directory: str | Path, name: str, backend: str) -> Path:
+    """Where the FMU of a model of this name is written; both back ends may write into one folder."""
+    return Path(directory) / f"{name}{'_python' if backend == 'python' else ''}.fmu"
 
 
 def write_archive(path: Path, contents: Mapping[str, bytes]) -> None:

@@ -24,7 +24,8 @@ from ..errors import BuildError
 from ..kernel.arrays import FloatArray
 from ..kernel.path import PathSolver
 from .archive import binary_sizes
-from .native.compiler import host_name
+from .fmpy_host import library_path
+from .native.platforms import host_folder
 
 # The FMU and the vectorised path share one source and differ by rounding.
 FORCE_TOLERANCE = 1e-9  # of the largest force
@@ -137,14 +138,12 @@ def running(path: Path, kind: type = FMU2Slave) -> Iterator[Any]:
     interface = description.modelExchange if kind is FMU2Model else description.coSimulation
     with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder:
         fmpy.extract(str(path), unzipdir=folder)
-        library = f"{interface.modelIdentifier}{fmpy.sharedLibraryExtension}"
         one = kind(
             guid=description.guid,
             unzipDirectory=folder,
             modelIdentifier=interface.modelIdentifier,
             instanceName="check",
-            # FMPy takes every computer for one of x86.
-            libraryPath=str(Path(folder, "binaries", str(host_name()), library)),
+            libraryPath=library_path(folder, interface.modelIdentifier),
         )
         one.instantiate()
         try:
@@ -212,7 +211,7 @@ def _continue(model: Any) -> None:
 
 def _why_not_here(path: Path, needs_python: bool) -> str | None:
     """Why this computer cannot run the FMU."""
-    if host_name() not in binary_sizes(path):
+    if host_folder() not in binary_sizes(path):
         computer = f"{platform.system()} {platform.machine().lower()}"
         return f"The FMU has no binary for this computer ({computer}), so it was not run."
     folder = Path(tempfile.gettempdir())

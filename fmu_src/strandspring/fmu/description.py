@@ -45,7 +45,7 @@ class Backend:
 
 def model_description(model: ModelFile, guid: str, generation_tool: str, backend: Backend) -> bytes:
     """The description of one spring as UTF-8 XML; the same arguments give the same bytes."""
-    spring = model.parameters.spring()
+    spring = model.parameters
     counts = len(spring.kE), len(spring.kA)
     table = variables(*counts)
     root = Element(

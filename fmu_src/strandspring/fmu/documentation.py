@@ -18,7 +18,7 @@ def documentation_page(model: ModelFile, platforms: tuple[str, ...] | None) -> s
 
     `platforms` are those of a native FMU; None stands for a Python-backed one.
     """
-    spring = model.parameters.spring()
+    spring = model.parameters
     start = start_values(spring)
     template = Environment(
         autoescape=True, trim_blocks=True, lstrip_blocks=True, undefined=StrictUndefined

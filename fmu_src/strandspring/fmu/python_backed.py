@@ -52,7 +52,7 @@ if locals() is not globals():
 
 
 def build_fmu(model: ModelFile, directory: Path) -> Path:
-    """Write ``<directory>/<model.name>.fmu``, an FMI 2.0 co-simulation FMU that runs on Python.
+    """Write ``<directory>/<model.name>_python.fmu``, an FMI 2.0 co-simulation FMU that runs on Python.
 
     Parameters
     ----------
@@ -67,7 +67,7 @@ def build_fmu(model: ModelFile, directory: Path) -> Path:
     ------
     StrandspringError  If a file of pythonfmu is missing, or the folder cannot be written to.
     """
-    path = fmu_path(directory, model.name)
+    path = fmu_path(directory, model.name, "python")
     contents = fmu_contents(model)
     with replacing(path) as part:
         write_archive(part, contents)
@@ -86,7 +86,7 @@ def fmu_contents(model: ModelFile) -> dict[str, bytes]:
     guid = content_guid(parts)
     # Python keeps modules by name, so each FMU brings all of its code under a name of its own.
     package = "strandspring_" + guid.strip("{}").replace("-", "")[:12]
-    slave = _SLAVE_MODULE.format(name=model.name, package=package, guid=guid, parameters=model.parameters.spring())
+    slave = _SLAVE_MODULE.format(name=model.name, package=package, guid=guid, parameters=model.parameters)
     return {
         **common_contents(model, model_description(model, guid, tool, _BACKEND), ("pythonfmu",)),
         **binaries,

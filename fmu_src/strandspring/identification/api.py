@@ -5,46 +5,31 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import asdict, replace
 from itertools import combinations
-from typing import Any
 
 import numpy as np
 
 from ..errors import RecordError
 from ..kernel.path import PathSolver
-from ..peers.filtering import filtered_record
-from ..peers.ni_spring import NiOptions, ni
 from ..records.record import Record
 from ..records.spikes import spikes_of
 from .figures import RecordFit, overall, predict_record, record_fit
-from .loops import join
+from .method import Method
 from .outcomes import IdentificationError, Outcome
-from .refined import RefinedOptions, bootstrap, linearised, refined
+from .refined import RefinedOptions
 from .result import Identification
-from .scan import ScanOptions, scan
-from .spring_of_fit import Solution, finished
 from .steady_part import SteadyRecord, find_steady_part
-from .two_stage import TwoStageOptions, two_stage
-from .uncertainty import PredictionBand, hides_recovery, is_sigma_free, uncertainty
 
 _POOR_RNL = 0.9
 
-Options = TwoStageOptions | ScanOptions | RefinedOptions | NiOptions
-METHODS: dict[type, str] = {
-    TwoStageOptions: "two-stage",
-    ScanOptions: "scan",
-    RefinedOptions: "refined",
-    NiOptions: "ni",
-}
 
-
-def identify(records: Record | Sequence[Record], options: Options | None = None) -> Identification:
+def identify(records: Record | Sequence[Record], options: Method | None = None) -> Identification:
     """Identify one spring from one or more records.
 
     Parameters
     ----------
     records : Record or sequence of Record
     options : TwoStageOptions, ScanOptions, RefinedOptions, NiOptions or None
-        The method is that of the options; the refined method with its defaults if None.
+        The method with its options; the refined method with its defaults if None.
 
     Returns
     -------
@@ -56,21 +41,21 @@ def identify(records: Record | Sequence[Record], options: Options | None = None)
     RecordError           If a record is given twice, or does not suit the method.
     ValueError            If no record is given.
     """
-    options = options or RefinedOptions()
+    method = RefinedOptions() if options is None else options
     group = (records,) if isinstance(records, Record) else tuple(records)
     if not group:
         raise ValueError("`records` must hold at least one record, got none.")
     _refuse_twins(group)
-    spikes = [told for record in group if (told := _spikes(record))]
+    spikes = [sentence for record in group if (sentence := _spikes(record))]
     try:
-        found = _identified(group, options)
+        identification = _identified(group, method)
     except IdentificationError:
         if spikes:
             raise IdentificationError(Outcome.SPIKES_DECIDE, "; ".join(spikes)) from None
         raise
-    if not spikes or (isinstance(options, RefinedOptions) and options.robust):
-        return found
-    return replace(found, outcomes=(*found.outcomes, Outcome.SPIKES))
+    if not spikes or method.withstands_outliers:
+        return identification
+    return replace(identification, outcomes=(*identification.outcomes, Outcome.SPIKES))
 
 
 def _refuse_twins(group: Sequence[Record]) -> None:
@@ -82,7 +67,7 @@ def _refuse_twins(group: Sequence[Record]) -> None:
 
 
 def _spikes(record: Record) -> str:
-    """The samples of a record that stand alone, in words; empty without any."""
+    """The isolated outliers of a record, in words; empty without any."""
     columns = (("displacement", record.displacement, "m"), ("force", record.force, "N"))
     places = [
         f"sample {k + 1} ({name} {values[k]:.6g} {unit})"
@@ -92,75 +77,37 @@ def _spikes(record: Record) -> str:
     return f"{record.path}, {', '.join(places)}" if places else ""
 
 
-def _identified(group: tuple[Record, ...], options: Options) -> Identification:
-    """The identification without a look at the records' samples one by one."""
-    kind = options.filter if isinstance(options, TwoStageOptions) else "moving-average"
-    parts = [find_steady_part(filtered_record(record, kind)) for record in group]
-    where = ", ".join(record.path for record in group)
-    told: dict[str, Any] = {}
-    band: PredictionBand | None = None
-    starts = np.zeros(len(parts))
-    if isinstance(options, RefinedOptions):
-        parameters, fit, cautions = refined(parts, options, where)
-        start, starts = fit.start, fit.refinement.omega_start
-        sigma_is_hidden = not is_sigma_free(fit.refinement.hysteresis) and hides_recovery(
-            fit.loops, fit.basis, fit.refinement
-        )
-        errors = uncertainty(fit.loops, fit.basis, fit.refinement)
-        told = {**errors.as_json(), "indistinct": errors.indistinct(fit.refinement)}
-        band = PredictionBand.of(fit.loops, fit.refinement, errors.force)
-        if options.bootstrap:
-            spread = bootstrap(fit, options.bootstrap, options.seed, where)
-            told["bootstrap"] = {"repetitions": options.bootstrap, "seed": options.seed, **spread}
-        if told["indistinct"]:
-            cautions.append(Outcome.INDISTINCT)
-    else:
-        loops = join([part.loops for part in parts])
-        extra: list[Outcome] = []
-        solution: Solution | None
-        if isinstance(options, NiOptions):
-            if len(group) > 1:
-                raise RecordError(f"{where}: Ni's method takes one periodic record; give one, or use another method.")
-            solution, extra = ni(group[0], loops, options)
-        else:
-            solution = scan(loops, options) if isinstance(options, ScanOptions) else two_stage(loops, options)
-        if solution is None:
-            raise IdentificationError(Outcome.NO_STEADY_SECTION, where)
-        parameters, start, cautions = finished(loops, solution, where)
-        cautions += extra
-        sigma_is_hidden = not is_sigma_free(start.hysteresis) and hides_recovery(
-            loops, start.basis, linearised(loops, start)
-        )
-    solver = PathSolver(parameters)
-    if kind == "fourier":
-        fits = tuple(predict_record(solver, record) for record in group)
-    else:
-        # A prediction is compared with what was measured, not with what was filtered.
-        measured = (replace(part, record=record) for part, record in zip(parts, group, strict=True))
-        fits = tuple(_fit(solver, part, float(omega)) for part, omega in zip(measured, starts, strict=True))
+def _identified(group: tuple[Record, ...], method: Method) -> Identification:
+    """The identification, isolated outliers left aside."""
+    parts = [find_steady_part(method.prepare(record)) for record in group]
+    result = method.fit(parts, ", ".join(record.path for record in group))
+    solver = PathSolver(result.parameters)
+    starts = result.omega_start or (0.0,) * len(group)
+    fits = tuple(_compared(solver, *each) for each in zip(parts, group, starts, strict=True))
     rmse, rnl = overall(fits)
-    found = [caution for part in parts for caution in part.cautions] + cautions
-    if sigma_is_hidden:
-        found.append(Outcome.SIGMA_AT_BOUND)
+    outcomes = [*(caution for part in parts for caution in part.cautions), *result.cautions]
     if rnl < _POOR_RNL:
-        found.append(Outcome.POOR_FIT)
+        outcomes.append(Outcome.POOR_FIT)
     return Identification(
-        parameters=parameters,
+        parameters=result.parameters,
         records=group,
         fits=fits,
         rmse=rmse,
         rnl=rnl,
-        degrees=(len(parameters.kE) - 1, len(parameters.kA) - 1),
-        steady_share=start.steady_share,
-        outcomes=tuple(dict.fromkeys(found)),
-        uncertainty=told,
-        band=band,
-        method=METHODS[type(options)],
-        options={name: "auto" if value is None else value for name, value in asdict(options).items()},
+        degrees=(len(result.parameters.kE) - 1, len(result.parameters.kA) - 1),
+        steady_share=result.steady_share,
+        outcomes=tuple(dict.fromkeys(outcomes)),
+        uncertainty=result.uncertainty,
+        band=result.band,
+        method=method.name,
+        options={name: "auto" if value is None else value for name, value in asdict(method).items()},
     )
 
 
-def _fit(solver: PathSolver, part: SteadyRecord, omega_start: float) -> RecordFit:
+def _compared(solver: PathSolver, part: SteadyRecord, measured: Record, omega_start: float) -> RecordFit:
+    """Prediction of what was measured, which may not be what was identified."""
+    if not np.array_equal(part.record.displacement, measured.displacement):
+        return predict_record(solver, measured)
     path = part.strokes.displacement
     first = part.first_sample
     if part.periodic:
@@ -171,4 +118,4 @@ def _fit(solver: PathSolver, part: SteadyRecord, omega_start: float) -> RecordFi
         compared = f"steady part from sample {first + 1}; what lies before it sets the memory only"
     else:
         compared = "all samples"
-    return record_fit(part.record, solver.force(path, omega_start), first, omega_start, compared)
+    return record_fit(measured, solver.force(path, omega_start), first, omega_start, compared)

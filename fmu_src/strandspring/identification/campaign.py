@@ -1,4 +1,4 @@
-"""What several loops tell together: whether the rate matters, and whether the loading paths overlap."""
+"""Comparison of several loops: whether the rate matters, and whether the loading paths overlap."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 
 from ..kernel.arrays import FloatArray
 from ..loops.cycles import Cycle, find_cycles
-from ..loops.loop import Loop, alike_loops
+from ..loops.loop import Loop, group_by_amplitude
 from ..records.record import Record
 
 _CELLS = 40  # on each branch compared
@@ -33,13 +33,11 @@ class RateVerdict(Enum):
     LITTLE = "The loops of different frequencies differ beyond the noise, but little against the height of the loop."
     DEPENDENT = (
         "The force depends on the frequency, unless specimen or force sensor drifted between the cycles compared: a "
-        "rate-independent model describes their mean; repeat one frequency to tell, or identify frequencies apart."
+        "rate-independent model describes their mean; repeat one frequency to check, or identify each frequency alone."
     )
-    NO_TIMES = (
-        "Whether the force depends on the frequency cannot be told, because no cycle has times; give a time column."
-    )
+    NO_TIMES = "Whether the force depends on the frequency is unknown, because no cycle has times; give a time column."
     ONE_FREQUENCY = (
-        "Whether the force depends on the frequency cannot be told, because no amplitude was measured at two "
+        "Whether the force depends on the frequency is unknown, because no amplitude was measured at two "
         "frequencies; repeat one amplitude at another frequency."
     )
 
@@ -51,7 +49,7 @@ class RateIndependence:
     Attributes
     ----------
     verdict : RateVerdict
-    frequencies : (float, float) or None   Least and greatest frequency compared [Hz]; None if it cannot be told.
+    frequencies : (float, float) or None   Least and greatest frequency compared [Hz]; None if unknown.
     amplitudes : int                       Number of amplitudes at which frequencies were compared.
     relative_to_noise : float or None      rms difference between mean loops of two frequencies over what cycle-to-cycle
                                            scatter and force noise make of it [-].
@@ -92,7 +90,7 @@ def rate_independence(cycles: Sequence[Cycle]) -> RateIndependence:
         return RateIndependence(RateVerdict.NO_TIMES)
     compared: list[tuple[float, float]] = []
     frequencies: list[float] = []
-    for group in alike_loops(timed):
+    for group in group_by_amplitude(timed):
         classes = _by_frequency(group)
         if len(classes) > 1:
             compared.append(_rate_difference(classes))
@@ -155,11 +153,11 @@ class OverlapVerdict(Enum):
         "strokes, or the spring changed between them."
     )
     LOST_IN_NOISE = (
-        "Whether the loading paths of different amplitudes overlap cannot be told, because the loops are no higher "
+        "Whether the loading paths of different amplitudes overlap is unknown, because the loops are no higher "
         "than the noise; record more cycles."
     )
     NO_SHARED_RANGE = (
-        "Whether the loading paths of different amplitudes overlap cannot be told, because no two of them share enough "
+        "Whether the loading paths of different amplitudes overlap is unknown, because no two of them share enough "
         "of their range; record larger and smaller amplitudes about one mean."
     )
 
@@ -172,7 +170,7 @@ class Overlap:
     ----------
     verdict : OverlapVerdict
     amplitudes : int                     Number of smaller amplitudes compared.
-    distance : float or None             rms distance beyond noise [N]; None if it cannot be told.
+    distance : float or None             rms distance beyond noise [N]; None if unknown.
     relative_to_height : float or None   The same over the mean distance of the largest loop's branches [-].
     """
 
@@ -206,7 +204,7 @@ def loading_overlap(loops: Sequence[Loop]) -> Overlap | None:
     -------
     Overlap or None            None if no amplitude is below nine tenths of the largest.
     """
-    *others, largest = alike_loops(loops) or [[]]
+    *others, largest = group_by_amplitude(loops) or [[]]
     smaller = [g for g in others if g[0].figures.amplitude <= _SMALLER * largest[0].figures.amplitude]
     if not smaller:
         return None
@@ -243,7 +241,7 @@ def _loading(loops: Sequence[Loop], cells: FloatArray) -> tuple[FloatArray, floa
 def campaign_verdicts(
     records: Sequence[Record], model_loops: Sequence[Loop] = ()
 ) -> tuple[RateIndependence | None, Overlap | None]:
-    """What the cycles of a test campaign tell together.
+    """Rate dependence and overlap from the cycles of a test campaign.
 
     Parameters
     ----------
@@ -257,6 +255,6 @@ def campaign_verdicts(
     """
     cycles = [cycle for record in records for cycle in find_cycles(record)]
     rate = rate_independence(cycles) if records else None
-    if rate is not None and rate.frequencies is None and len(records) == 1 and len(alike_loops(cycles)) < 2:
+    if rate is not None and rate.frequencies is None and len(records) == 1 and len(group_by_amplitude(cycles)) < 2:
         rate = None
     return rate, loading_overlap(cycles or list(model_loops))

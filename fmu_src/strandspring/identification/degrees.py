@@ -11,7 +11,7 @@ from ..kernel.arrays import FloatArray
 from .loops import Loops
 from .noise import force_noise
 from .polynomials import Basis
-from .spring_of_fit import Solution
+from .solution import Solution
 
 # Candidate degrees N, M for an automatic choice, in the order of preference.
 _DEGREES = ((1, 0), (2, 1), (3, 2), (4, 3), (5, 3), (6, 4), (8, 6))
@@ -30,7 +30,7 @@ _GOOD_ENOUGH = 0.005
 def choose_degrees(loops: Loops, solve: Callable[[tuple[int, int]], Solution | None]) -> Solution | None:
     """The leanest degrees that predict samples they were not fitted to nearly as well as the best.
 
-    If a pilot at middling degrees leaves no more than noise, its omega serves to look for leaner degrees that do as
+    If the residuals of a pilot at middling degrees are noise, its omega serves to look for leaner degrees that do as
     well, by linear least squares alone. Otherwise the method is applied at all degrees.
     """
     floor = _GOOD_ENOUGH * loops.rms(loops.force - np.average(loops.force, weights=loops.weight))
@@ -63,17 +63,17 @@ def _prediction_error(loops: Loops, basis: Basis, omega: FloatArray) -> float:
 
     With a single cycle Akaike's final prediction error takes its place.
     """
-    columns_E, columns_A = basis.columns(loops.displacement)
+    columns = basis.columns(loops.displacement)
     root = np.sqrt(loops.weight)
-    matrix = np.hstack([columns_E, omega[:, None] * columns_A]) * root[:, None]
+    matrix = np.hstack([columns.elastic, omega[:, None] * columns.amplifier]) * root[:, None]
     target = loops.force * root
     cycle = (loops.stroke - loops.stroke[0]) // 2
     odd = cycle % 2 == 1
     size, terms = matrix.shape
     if cycle.max() < 1 or min(odd.sum(), (~odd).sum()) < 0.3 * size:
-        left = target - matrix @ np.linalg.lstsq(matrix, target, rcond=1e-12)[0]
+        residuals = target - matrix @ np.linalg.lstsq(matrix, target, rcond=1e-12)[0]
         final = (size + terms) / max(size - terms, 1)
-        return float(np.sqrt(final * (left @ left) / loops.weight.sum()))
+        return float(np.sqrt(final * (residuals @ residuals) / loops.weight.sum()))
     total = 0.0
     for fitted in (odd, ~odd):
         coefficients = np.linalg.lstsq(matrix[fitted], target[fitted], rcond=1e-12)[0]

@@ -61,14 +61,14 @@ class Loops:
     def omega(self, rho: float, sigma: float, n: float) -> FloatArray:
         """omega at every point by the closed form, each record starting from omega = 0."""
         omega = np.empty(self.travel.size)
-        for strokes, points in self.of_records():
+        for strokes, points in self.by_record():
             omega[points] = omega_at_points(
                 rho, sigma, n, 0.0, self.direction[strokes], self.length[strokes],
                 self.stroke[points] - strokes.start, self.travel[points],
             )  # fmt: skip
         return omega
 
-    def of_records(self) -> Iterator[tuple[slice, slice]]:
+    def by_record(self) -> Iterator[tuple[slice, slice]]:
         """The strokes and the points of each record."""
         for record in range(int(self.record[-1]) + 1):
             strokes = slice(*np.searchsorted(self.record, [record, record + 1]).tolist())

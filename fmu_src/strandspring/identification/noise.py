@@ -1,7 +1,8 @@
-"""The noise of a record's force, told from its fast changes: an additive part and one that grows with the force."""
+"""The noise of a record's force from its fast changes: an additive part and one that grows with the force."""
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,6 +14,7 @@ from ..loops.strokes import noise_level
 _GROUPS = 24
 _ROUNDS = 4  # of weighting
 _GROUP_SAMPLES = 30  # a group has at least so many
+_SORTED = 50_000  # samples above which they are grouped without being sorted
 _LEAST_SAMPLES = 90  # below which the noise is called additive
 
 
@@ -35,7 +37,7 @@ class ForceNoise:
 
 
 def force_noise(force: FloatArray) -> ForceNoise:
-    """Noise of a record from the fourth differences of its samples, as `records.strokes.noise_level` does.
+    """Noise of a record from the fourth differences of its samples, as `loops.strokes.noise_level` does.
 
     The samples are grouped by |force|; non-negative least squares splits the groups' variances into a constant and
     a part proportional to force^2.
@@ -43,16 +45,38 @@ def force_noise(force: FloatArray) -> ForceNoise:
     if force.size < _LEAST_SAMPLES:
         return ForceNoise(noise_level(force), 0.0)
     fourth, level = np.abs(np.diff(force, 4)), np.abs(force[2:-2])
-    groups = np.array_split(np.argsort(level), min(_GROUPS, level.size // _GROUP_SAMPLES))
-    variance = np.array([(np.median(fourth[g]) / 0.6745) ** 2 / 70.0 for g in groups])
-    squares = np.array([np.mean(level[g] ** 2) for g in groups])
+    count = min(_GROUPS, level.size // _GROUP_SAMPLES)
+    sizes = np.full(count, level.size // count)
+    sizes[: level.size % count] += 1
+    ends = np.cumsum(sizes)
+    order = np.argpartition(level, ends[:-1]) if level.size > _SORTED else np.argsort(level)
+    groups = np.split(order, ends[:-1])
+    variance = np.array([(_median(fourth[g]) / 0.6745) ** 2 / 70.0 for g in groups])
+    squares = np.add.reduceat(level[order] ** 2, ends - sizes) / sizes
     floor = max(1e-6 * float(variance.max()), 1e-30 * float(squares.max()), 1e-300)
-    from scipy.optimize import nnls  # slow to import, and only identification needs it
-
     # A group's estimate scatters in proportion to what it estimates, so each row is divided by that. Dividing by
     # the estimate itself would favour the groups that came out low: the fit takes its place, in a few rounds.
     scale = np.full(variance.shape, max(float(variance.mean()), floor))
     for _ in range(_ROUNDS):
-        parts, _ = nnls(np.stack([1.0 / scale, squares / scale], axis=1), variance / scale)
-        scale = np.maximum(parts[0] + parts[1] * squares, floor)
-    return ForceNoise(float(np.sqrt(parts[0])), float(np.sqrt(parts[1])))
+        additive, relative = _non_negative(1.0 / scale, squares / scale, variance / scale)
+        scale = np.maximum(additive + relative * squares, floor)
+    return ForceNoise(math.sqrt(additive), math.sqrt(relative))
+
+
+def _median(values: FloatArray) -> float:
+    """As `numpy.median`, which takes ten times as long for a few values."""
+    ordered = np.sort(values)
+    return float(0.5 * (ordered[(values.size - 1) // 2] + ordered[values.size // 2]))
+
+
+def _non_negative(p: FloatArray, q: FloatArray, target: FloatArray) -> tuple[float, float]:
+    """Coefficients a, b >= 0 with the least sum of squares of a*p + b*q - target."""
+    pp, pq, qq, pt, qt = (float(v) for v in (p @ p, p @ q, q @ q, p @ target, q @ target))
+    determinant = pp * qq - pq * pq
+    if determinant > 0.0:
+        a, b = (qq * pt - pq * qt) / determinant, (pp * qt - pq * pt) / determinant
+        if a >= 0.0 and b >= 0.0:
+            return a, b
+    # On the boundary; each alone lowers the sum by (its product with the target)^2 over its square.
+    alone_p, alone_q = max(pt, 0.0) / pp, max(qt, 0.0) / qq if qq > 0.0 else 0.0
+    return (alone_p, 0.0) if alone_p * pt >= alone_q * qt else (0.0, alone_q)

@@ -12,13 +12,13 @@ class Outcome(Enum):
 
     # Refusals
     TOO_FEW_STROKES = (
-        "The displacement does not go forth and back over one full range; record at least one whole cycle."
+        "The displacement does not go back and forth over one full range; record at least one whole cycle."
     )
     FORCE_REVERSED = (
         "The force falls as the displacement rises; negate a column with --reverse displacement or --reverse force."
     )
     COLUMNS_SWAPPED = (
-        "The loop runs the wrong way round, as if the spring gave energy away; displacement and force are probably "
+        "The loop runs the wrong way round, as if the spring released energy; displacement and force are probably "
         "swapped: exchange --displacement and --force."
     )
     SNAP_THROUGH = (
@@ -30,12 +30,12 @@ class Outcome(Enum):
         "exists; check the synchronisation of the two sensors or identify a smaller range."
     )
     NO_LOOP = (
-        "No hysteresis stands out of the noise, so its parameters cannot be told; use a plain nonlinear spring or "
+        "The loop is no higher than the noise, so the hysteresis cannot be identified; use a plain nonlinear spring or "
         "record larger strokes."
     )
 
     SPIKES_DECIDE = (
-        "Single samples stand alone, far outside all the others, and no spring can be identified with them; correct or "
+        "Isolated outliers lie far outside all other samples, and no spring can be identified with them; correct or "
         "delete their lines."
     )
 
@@ -46,7 +46,7 @@ class Outcome(Enum):
 
     # Cautions: a model is returned
     SPIKES = (
-        "Single samples stand alone, far outside all the others, and pull at the fit; correct or delete their lines, "
+        "Isolated outliers lie far outside all other samples and distort the fit; correct or delete their lines, "
         "or identify with --robust."
     )
     NO_STEADY_SECTION = (
@@ -59,12 +59,10 @@ class Outcome(Enum):
         "specimen first, or check the force sensor's zero."
     )
     SIGMA_AT_BOUND = (
-        "sigma ended at its bound, so the recovery after a reversal is not told well by these records; sample the "
+        "sigma ended at its bound, so these records show little of the recovery after a reversal; sample the "
         "reversals more densely."
     )
-    N_AT_BOUND = (
-        "n ended at its bound, so the knee of the loop is not told well by these records; sample it more densely."
-    )
+    N_AT_BOUND = "n ended at its bound, so these records show little of the knee of the loop; sample it more densely."
     AMPLIFIER_REDUCED = (
         "The amplifier FA of the wanted degree was not positive over the whole range; its degree was lowered until "
         "it was."
@@ -74,12 +72,12 @@ class Outcome(Enum):
         "--method two-stage."
     )
     INDISTINCT = (
-        "Some parameters cannot be told apart by these records, though the force is predicted as given: see the "
-        "standard errors and correlations in the model file; larger strokes or several amplitudes tell more."
+        "Some parameters are strongly correlated in these records, though the force is predicted as given: see the "
+        "standard errors and correlations in the model file; record larger strokes or several amplitudes."
     )
     NI_MODEL = (
-        "Ni's method converged, but leaves more than the noise: Ni's model does not describe this spring, or its start "
-        "values led to a local minimum; compare it with --method refined."
+        "Ni's method converged, but its residuals exceed the noise: Ni's model does not describe this spring, or its "
+        "start values led to a local minimum; compare it with --method refined."
     )
     POOR_FIT = (
         "The model follows these records poorly (RNL below 0.9); look at the report's plot and try higher --degrees."

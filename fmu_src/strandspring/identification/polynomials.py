@@ -3,11 +3,20 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
+from typing import NamedTuple
 
 import numpy as np
 from numpy.polynomial import legendre
 
 from ..kernel.arrays import FloatArray
+
+
+class Columns(NamedTuple):
+    """Basis functions of FE and of FA at P displacements, shapes (P, N + 1) and (P, M + 1)."""
+
+    elastic: FloatArray
+    amplifier: FloatArray
 
 
 @dataclass(frozen=True)
@@ -35,13 +44,27 @@ class Basis:
         """Half the range [m]."""
         return 0.5 * (self.high - self.low)
 
-    def columns(self, displacement: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Values of the basis functions of FE and of FA at each displacement, shapes (P, N + 1) and (P, M + 1)."""
+    def columns(self, displacement: FloatArray) -> Columns:
+        """Values of the basis functions at each displacement."""
         z = (displacement - self.offset) / self.half
         values = legendre.legvander(z, max(self.elastic, self.amplifier)).astype(np.float64)
-        return values[:, : self.elastic + 1], values[:, : self.amplifier + 1]
+        return Columns(values[:, : self.elastic + 1], values[:, : self.amplifier + 1])
 
     def powers(self, coefficients: FloatArray) -> FloatArray:
         """Coefficients of powers of x [1/m^i] from those of the Legendre series."""
         scaled = legendre.leg2poly(coefficients)
         return np.asarray(scaled / self.half ** np.arange(scaled.size))
+
+    def powers_matrix(self, degree: int) -> FloatArray:
+        """What turns coefficients of a Legendre series into those of powers of x, shape (degree + 1, degree + 1)."""
+        return np.asarray(_powers_of_series(degree) / self.half ** np.arange(degree + 1)[:, None])
+
+
+@lru_cache(maxsize=32)
+def _powers_of_series(degree: int) -> FloatArray:
+    """Coefficients of the powers in each Legendre polynomial, one to a column."""
+    matrix = np.zeros((degree + 1, degree + 1))
+    for k, row in enumerate(np.eye(degree + 1)):
+        series = legendre.leg2poly(row)
+        matrix[: series.size, k] = series
+    return matrix

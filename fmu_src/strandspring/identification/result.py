@@ -8,7 +8,7 @@ from typing import Any
 
 from .._version import __version__
 from ..core.parameters import SpringParameters
-from ..modelfile import ModelFile, model_file
+from ..modelfile import ModelFile
 from ..records.record import Record
 from ..spring import Spring
 from .figures import RecordFit
@@ -18,7 +18,7 @@ from .uncertainty import PredictionBand
 
 @dataclass(frozen=True, eq=False)
 class Identification:
-    """An identified spring and how it was found.
+    """An identified spring, its figures and its origin.
 
     Attributes
     ----------
@@ -28,7 +28,7 @@ class Identification:
     rmse, rnl : float               Over all compared samples [N], [-].
     degrees : (int, int)            N of FE and M of FA.
     steady_share : float            Where the steady section was taken to begin, share of the longest stroke.
-    outcomes : tuple of Outcome     Cautions worth telling the user.
+    outcomes : tuple of Outcome     Cautions for the user.
     uncertainty : dict              Standard errors and correlations; empty but for the refined method.
     band : PredictionBand or None   95 % band of the predicted force; of the refined method only.
     method : str
@@ -55,7 +55,7 @@ class Identification:
         ------
         ModelError   If the name is not an identifier.
         """
-        return Spring.of(_model_file(self, name, description))
+        return Spring.from_model(_model_file(self, name, description))
 
 
 def _model_file(identification: Identification, name: str, description: str = "") -> ModelFile:
@@ -64,7 +64,7 @@ def _model_file(identification: Identification, name: str, description: str = ""
     text = description or (
         f"Hysteretic spring identified from {', '.join(PurePath(record.path).name for record in i.records)}"
     )
-    return model_file(
+    return ModelFile(
         name,
         i.parameters,
         text[:2000],

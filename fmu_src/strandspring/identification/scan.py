@@ -6,18 +6,21 @@ gridded through what it means: the share of the longest stroke within which the 
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
 from ..kernel.arrays import FloatArray
-from ..kernel.table import table
+from ..kernel.saturation_table import table
 from .degrees import choose_degrees
-from .loops import Loops
+from .loops import Loops, join
+from .method import Fitted, Method
 from .polynomials import Basis
-from .spring_of_fit import Solution, is_distinct
+from .solution import Solution, fitted, is_distinct
 from .stages import Hysteresis, fit_backbone
-from .two_stage import TwoStageOptions
+from .steady_part import SteadyRecord
 
 _N = (0.1, 0.2, 0.4, 0.8, 1.6, 4.0, 10.0)
 _SIGMA = (0.5, 1.0, 2.5, 8.0)
@@ -26,7 +29,7 @@ _SATURATED = 0.98  # omega that counts as saturated, coming from -1
 
 
 @dataclass(frozen=True)
-class ScanOptions:
+class ScanOptions(Method):
     """Options of the scan.
 
     Parameters
@@ -34,60 +37,93 @@ class ScanOptions:
     degrees : (int, int) or None   Degrees N of FE and M of FA; chosen from the data if None.
     """
 
-    degrees: tuple[int, int] | None = None
+    name: ClassVar[str] = "scan"
 
-    def __post_init__(self) -> None:
-        TwoStageOptions(self.degrees)
+    def fit(self, parts: Sequence[SteadyRecord], where: str) -> Fitted:
+        """Identify by the best point of the grid."""
+        loops = join([part.loops for part in parts])
+        return fitted(loops, scan(loops, self.degrees), where)
 
 
-def scan(loops: Loops, options: ScanOptions) -> Solution | None:
-    """The best point of the grid; None if none swings omega to both sides."""
+def scan(loops: Loops, degrees: tuple[int, int] | None) -> Solution | None:
+    """The best point of the grid; None if none swings omega to both sides.
+
+    Parameters
+    ----------
+    loops : Loops
+    degrees : (int, int) or None   Chosen from the data if None.
+    """
     grid = _Grid(loops)
-    return choose_degrees(loops, grid.best) if options.degrees is None else grid.best(options.degrees)
+    return choose_degrees(loops, grid.best) if degrees is None else grid.best(degrees)
 
 
 class _Grid:
-    """omega of every grid point on a set of loops; serves all degrees."""
+    """omega of every grid point on a set of loops, where it swings to both sides; serves all degrees."""
 
     def __init__(self, loops: Loops) -> None:
         self.loops = loops
         longest = float(loops.length[np.unique(loops.stroke)].max())
         self.points: list[tuple[Hysteresis, float]] = []
+        rows: list[FloatArray] = []
         for n in _N:
             for sigma in _SIGMA:
                 saturated, reversed_ = table(n, sigma).inverse(np.array([_SATURATED, -1.0]))
                 needed = float(saturated - reversed_)
-                self.points += [(Hysteresis(needed / (share * longest), sigma, n), share) for share in _SHARES]
-        self.omega = [loops.omega(h.rho, h.sigma, h.n) for h, _ in self.points]
+                for share in _SHARES:
+                    omega = loops.omega(needed / (share * longest), sigma, n)
+                    if is_distinct(omega):
+                        self.points.append((Hysteresis(needed / (share * longest), sigma, n), share))
+                        rows.append(omega)
+        self.omega = np.array(rows)
 
     def best(self, degrees: tuple[int, int]) -> Solution | None:
         """The grid point with the least squared misfit for these degrees."""
+        if not self.points:
+            return None
         loops = self.loops
         basis = Basis(*loops.reach, *degrees)
-        columns_E, columns_A = basis.columns(loops.displacement)
+        columns = basis.columns(loops.displacement)
         root = np.sqrt(loops.weight)
-        target = loops.force * root
-        misfits = [
-            _projected(np.hstack([columns_E, omega[:, None] * columns_A]) * root[:, None], target)
-            if is_distinct(omega)
-            else np.inf
-            for omega in self.omega
-        ]
+        misfits = _squared_misfits(
+            columns.elastic * root[:, None], columns.amplifier * root[:, None], self.omega, loops.force * root
+        )
         pick = int(np.argmin(misfits))
         if not np.isfinite(misfits[pick]):
             return None
         hysteresis, share = self.points[pick]
-        backbone = fit_backbone(loops, basis, self.omega[pick])
+        backbone = fit_backbone(loops, columns, self.omega[pick])
         if backbone is None:
             return None
-        misfit = float(np.sqrt(misfits[pick] / loops.weight.sum()))
-        return Solution(basis, backbone, hysteresis, self.omega[pick], share, misfit)
+        return Solution(basis, backbone, hysteresis, self.omega[pick], share)
 
 
-def _projected(matrix: FloatArray, target: FloatArray) -> float:
-    """Squared misfit of linear least squares by the normal equations, accurate enough to rank."""
-    try:
-        coefficients = np.linalg.solve(matrix.T @ matrix, matrix.T @ target)
-    except np.linalg.LinAlgError:
-        return float(np.inf)
-    return float(np.sum((target - matrix @ coefficients) ** 2))
+def _squared_misfits(elastic: FloatArray, amplifier: FloatArray, omega: FloatArray, target: FloatArray) -> FloatArray:
+    """Squared misfit of linear least squares for each row of omega, by the normal equations: accurate enough to rank.
+
+    Parameters
+    ----------
+    elastic, amplifier : ndarray, shapes (P, N + 1), (P, M + 1)   Weighted basis functions.
+    omega : ndarray, shape (G, P)
+    target : ndarray, shape (P,)                                  Weighted force.
+
+    Returns
+    -------
+    ndarray, shape (G,)   inf where the equations are singular.
+    """
+    n_E, n_A = elastic.shape[1], amplifier.shape[1]
+    # The products of basis functions serve all rows: one matrix product each gives all normal matrices.
+    cross = omega @ (elastic[:, :, None] * amplifier[:, None, :]).reshape(-1, n_E * n_A)
+    square = (omega**2) @ (amplifier[:, :, None] * amplifier[:, None, :]).reshape(-1, n_A * n_A)
+    normal = np.empty((omega.shape[0], n_E + n_A, n_E + n_A))
+    normal[:, :n_E, :n_E] = elastic.T @ elastic
+    normal[:, :n_E, n_E:] = cross.reshape(-1, n_E, n_A)
+    normal[:, n_E:, :n_E] = normal[:, :n_E, n_E:].transpose(0, 2, 1)
+    normal[:, n_E:, n_E:] = square.reshape(-1, n_A, n_A)
+    right = np.empty((omega.shape[0], n_E + n_A))
+    right[:, :n_E] = elastic.T @ target
+    right[:, n_E:] = omega @ (amplifier * target[:, None])
+    regular = np.linalg.det(normal) != 0.0
+    normal[~regular] = np.eye(n_E + n_A)
+    coefficients = np.linalg.solve(normal, right[:, :, None])[:, :, 0]
+    left = target - coefficients[:, :n_E] @ elastic.T - omega * (coefficients[:, n_E:] @ amplifier.T)
+    return np.where(regular, np.einsum("gp,gp->g", left, left), np.inf)

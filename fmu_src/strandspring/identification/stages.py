@@ -23,8 +23,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..kernel.arrays import FloatArray
+from ..kernel.line import IntegratedLine
 from .loops import Loops
-from .polynomials import Basis
+from .polynomials import Columns
 from .smoothing import automatic_half_width, moving_average
 
 SIGMA_BOUNDS = (0.5, 50.0)
@@ -54,38 +55,41 @@ class Backbone:
     FE: FloatArray
     G: FloatArray
 
+    @classmethod
+    def from_coefficients(cls, coefficients: FloatArray, columns: Columns) -> Backbone:
+        """The backbone of all coefficients, those of FE first, at the displacements of the columns."""
+        elastic, amplified = np.split(coefficients, [columns.elastic.shape[1]])
+        return cls(elastic, amplified, columns.elastic @ elastic, columns.amplifier @ amplified)
+
     def force(self, omega: FloatArray) -> FloatArray:
         """Predicted force at the points [N]."""
         return self.FE + omega * self.G
 
     def misfit(self, force: FloatArray, omega: FloatArray) -> FloatArray:
-        """What the model leaves of a force at the points [N]."""
+        """Residuals of a measured force at the points [N]."""
         return np.asarray(force - self.FE - omega * self.G)
 
 
 def fit_backbone(
-    loops: Loops, basis: Basis, omega: FloatArray, chosen: NDArray[np.bool_] | None = None
+    loops: Loops, columns: Columns, omega: FloatArray, chosen: NDArray[np.bool_] | None = None
 ) -> Backbone | None:
     """Stage 1: FE and G by linear least squares on the chosen points; None if they are too few.
 
     Parameters
     ----------
     loops : Loops
-    basis : Basis
+    columns : Columns                      Basis functions at the points.
     omega : ndarray, shape (P,)            omega at each point: +-1 in the steady section.
     chosen : ndarray of bool, shape (P,)   The steady section; all points if None.
     """
-    columns_E, columns_A = basis.columns(loops.displacement)
-    matrix = np.hstack([columns_E, omega[:, None] * columns_A])
+    matrix = np.hstack([columns.elastic, omega[:, None] * columns.amplifier])
     root = np.sqrt(loops.weight)
     rows = slice(None) if chosen is None else chosen
     rcond = 1e-12 if chosen is None else _STEADY_RCOND
     weighted = (matrix * root[:, None])[rows]
     if weighted.shape[0] < 2 * weighted.shape[1]:
         return None
-    solution = np.linalg.lstsq(weighted, (loops.force * root)[rows], rcond=rcond)[0]
-    elastic, amplified = np.split(solution, [columns_E.shape[1]])
-    return Backbone(elastic, amplified, columns_E @ elastic, columns_A @ amplified)
+    return Backbone.from_coefficients(np.linalg.lstsq(weighted, (loops.force * root)[rows], rcond=rcond)[0], columns)
 
 
 def extract_omega(loops: Loops, backbone: Backbone, half_width: int | None) -> tuple[FloatArray, FloatArray] | None:
@@ -111,21 +115,40 @@ def fit_hysteresis(loops: Loops, backbone: Backbone, half_width: int | None = No
     if extracted is None:
         return None
     omega, G = extracted
-    u = loops.side * omega
-    line = _IntegratedLine(*_with_reversals(loops, u, loops.weight * G**2))
-    misfit, slopes = line.fit(_N_SCAN)
+    stroke, travel, u, weight = _with_reversals(loops, loops.side * omega, loops.weight * G**2)
+    first = np.flatnonzero(np.diff(stroke, prepend=-1))
+    # Noise may carry u out of its bounds: a little of that is kept in what is fitted, none in what is integrated.
+    line = IntegratedLine(first, travel, np.clip(u, -1.0, 1.0), np.clip(u, -1.5, 1.5), weight)
+    misfit, slopes = _fit(line, _N_SCAN)
     best = int(np.argmin(misfit))
     if not np.isfinite(misfit[best]):
         return None
     n = _N_SCAN[best]
     if 0 < best < _N_SCAN.size - 1:
         finer = np.geomspace(_N_SCAN[best - 1], _N_SCAN[best + 1], 9)
-        fine_misfit, fine_slopes = line.fit(finer)
-        pick = int(np.argmin(fine_misfit))
-        n, misfit, slopes, best = finer[pick], fine_misfit, fine_slopes, pick
+        misfit, slopes = _fit(line, finer)
+        best = int(np.argmin(misfit))
+        n = finer[best]
     rho, recovery = slopes[best]
     sigma = float(np.clip(0.5 * (1.0 + recovery / rho), *SIGMA_BOUNDS))
     return Hysteresis(float(rho), sigma, float(n)), float(np.sqrt(misfit[best] / loops.weight.sum()))
+
+
+def _fit(line: IntegratedLine, n: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Weighted squared misfit for each n, shape (n,), inf where no rho > 0 fits, and slopes a, b, shape (n, 2)."""
+    aa, ab, bb, ay, by = line.sums(n)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        determinant = aa * bb - ab**2
+        a = (bb * ay - ab * by) / determinant
+        b = (aa * by - ab * ay) / determinant
+        # The bounds of sigma are bounds of b/a; on one of them the line has a single slope.
+        low, high = (2.0 * sigma - 1.0 for sigma in SIGMA_BOUNDS)
+        for outside, ratio in ((~(b >= low * a), low), (b > high * a, high)):
+            on_bound = (ay + ratio * by) / (aa + 2.0 * ratio * ab + ratio**2 * bb)
+            a, b = np.where(outside, on_bound, a), np.where(outside, ratio * on_bound, b)
+        misfit = line.squared_target - 2 * (a * ay + b * by) + a**2 * aa + 2 * a * b * ab + b**2 * bb
+        misfit = np.where((a > 0.0) & np.isfinite(misfit), np.maximum(misfit, 0.0), np.inf)
+    return misfit, np.stack([a, b], axis=1)
 
 
 def _with_reversals(
@@ -134,7 +157,7 @@ def _with_reversals(
     """Stroke, travel, u and weight of the points, each stroke begun by the reversal that ended the one before it.
 
     A reversal turns the sign of u. Without that point a loop that switches between two samples, as dry friction
-    does, would tell nothing about rho.
+    does, would show nothing of rho.
     """
     first = np.flatnonzero(np.diff(loops.stroke, prepend=-1))[1:]
     follows = loops.stroke[first] == loops.stroke[first - 1] + 1
@@ -146,76 +169,3 @@ def _with_reversals(
         np.insert(u, at, -u[at - 1]),
         np.insert(weight, at, weight[at]),
     )
-
-
-class _IntegratedLine:
-    """Weighted least squares of the integrated eq. (22) for many n at once; u(0) of each stroke is free."""
-
-    def __init__(self, stroke: NDArray[np.intp], travel: FloatArray, u: FloatArray, weight: FloatArray) -> None:
-        self.first = np.flatnonzero(np.diff(stroke, prepend=-1))
-        self.sizes = np.diff(np.append(self.first, stroke.size))
-        self.weight = weight
-        self.total = np.add.reduceat(weight, self.first)
-        self.travel = travel
-        self.steps = np.diff(travel, prepend=0.0)
-        self.steps[self.first] = travel[self.first]
-        # Noise may carry u out of its bounds: a little of that is kept in what is fitted, none in what is integrated.
-        self.u = np.clip(u, -1.0, 1.0)
-        self.before = np.concatenate([[0.0], self.u[:-1]])
-        self.before[self.first] = self.u[self.first]
-        self.target = self._centred(np.clip(u, -1.5, 1.5)[None])[0]
-
-    def fit(self, n: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Weighted squared misfit, shape (n,), inf where no rho > 0 fits, and slopes a, b, shape (n, 2)."""
-        driven, recovered = self._regressors(n)
-        driven, recovered = self._centred(self.travel - driven), self._centred(recovered)
-        aa, ab, bb = ((p * q) @ self.weight for p, q in ((driven, driven), (driven, recovered), (recovered, recovered)))
-        ay, by = driven @ (self.weight * self.target), recovered @ (self.weight * self.target)
-        yy = float(self.weight @ self.target**2)
-        with np.errstate(divide="ignore", invalid="ignore"):
-            determinant = aa * bb - ab**2
-            a = (bb * ay - ab * by) / determinant
-            b = (aa * by - ab * ay) / determinant
-            # The bounds of sigma are bounds of b/a; on one of them the line has a single slope.
-            low, high = (2.0 * sigma - 1.0 for sigma in SIGMA_BOUNDS)
-            for outside, ratio in ((~(b >= low * a), low), (b > high * a, high)):
-                on_bound = (ay + ratio * by) / (aa + 2.0 * ratio * ab + ratio**2 * bb)
-                a, b = np.where(outside, on_bound, a), np.where(outside, ratio * on_bound, b)
-            misfit = yy - 2 * (a * ay + b * by) + a**2 * aa + 2 * a * b * ab + b**2 * bb
-            misfit = np.where((a > 0.0) & np.isfinite(misfit), np.maximum(misfit, 0.0), np.inf)
-        return misfit, np.stack([a, b], axis=1)
-
-    def _centred(self, columns: FloatArray) -> FloatArray:
-        mean = np.add.reduceat(columns * self.weight, self.first, axis=1) / self.total
-        return np.asarray(columns - np.repeat(mean, self.sizes, axis=1))
-
-    def _regressors(self, n: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Integrals of u^n over u > 0 and of (-u)^n over u < 0 along each stroke, shape (n, P).
-
-        Between two points u is taken as a straight line and integrated exactly, across zero too.
-        """
-        # The antiderivative |u|^(n + 1)/(n + 1) at each point serves the stretch before it and the one after it.
-        with np.errstate(divide="ignore"):
-            power = np.exp((n[:, None] + 1.0) * np.log(np.abs(self.u))) / (n[:, None] + 1.0)
-        positive, negative = np.where(self.u > 0.0, power, 0.0), np.where(self.u < 0.0, power, 0.0)
-        high, change = self.u, self.u - self.before
-        flat = np.abs(change) < 1e-9
-        span = np.where(flat, 1.0, change)
-        positive, negative = self._difference(positive) / span, -self._difference(negative) / span
-        if flat.any():
-            level = np.abs(high[flat]) ** n[:, None]
-            positive[:, flat] = np.where(high[flat] > 0.0, level, 0.0)
-            negative[:, flat] = np.where(high[flat] < 0.0, level, 0.0)
-        return self._running(positive * self.steps), self._running(negative * self.steps)
-
-    def _difference(self, columns: FloatArray) -> FloatArray:
-        """Change from the point before, which for the first of a stroke is itself."""
-        change = np.diff(columns, axis=1, prepend=0.0)
-        change[:, self.first] = 0.0
-        return change
-
-    def _running(self, pieces: FloatArray) -> FloatArray:
-        """Cumulative sum that starts anew with each stroke."""
-        sums = np.cumsum(pieces, axis=1)
-        before = sums[:, self.first] - pieces[:, self.first]
-        return np.asarray(sums - np.repeat(before, self.sizes, axis=1))

@@ -98,15 +98,15 @@ def mean_loop(loops: Loops, shares: FloatArray = _SHARES) -> MeanLoop:
     used = np.unique(loops.stroke)
     chosen = []
     for side in (1, -1):
-        kind = used[loops.direction[used] == side]
-        chosen.append(kind[loops.length[kind] >= _FULL * loops.length[kind].max()])
+        strokes = used[loops.direction[used] == side]
+        chosen.append(strokes[loops.length[strokes] >= _FULL * loops.length[strokes].max()])
     both = np.concatenate(chosen)
     ends = np.stack([loops.start[both], loops.start[both] + loops.direction[both] * loops.length[both]])
     low, high = ends.min(axis=0).max(), ends.max(axis=0).min()
     grid = low + (high - low) * shares
     branches = []
-    for side, kind in zip((1, -1), chosen, strict=True):
-        pieces = [slice(*np.searchsorted(loops.stroke, [stroke, stroke + 1])) for stroke in kind]
+    for side, strokes in zip((1, -1), chosen, strict=True):
+        pieces = [slice(*np.searchsorted(loops.stroke, [stroke, stroke + 1])) for stroke in strokes]
         profiles = [np.interp(grid, loops.displacement[p][::side], loops.force[p][::side]) for p in pieces]
         branches.append(np.mean(profiles, axis=0))
     return MeanLoop(grid, *branches)
@@ -162,7 +162,7 @@ def _goes_forth_and_back(strokes: Strokes, first: int) -> bool:
 def _difference(strokes: Strokes, force: FloatArray, k: int) -> float:
     """rms difference between stroke k and the next one of its kind, beyond what later cycles differ by [N]."""
 
-    def apart(a: int, b: int) -> float:
+    def difference(a: int, b: int) -> float:
         if b >= strokes.count:
             return 0.0
         ends = strokes.turning_displacement
@@ -177,7 +177,7 @@ def _difference(strokes: Strokes, force: FloatArray, k: int) -> float:
             profiles.append(np.interp(grid, distance, force[piece]))
         return float(np.sqrt(np.mean((profiles[0] - profiles[1]) ** 2)))
 
-    return apart(k, k + 2) - 2.0 * apart(k + 2, k + 4)
+    return difference(k, k + 2) - 2.0 * difference(k + 2, k + 4)
 
 
 def _refuse_impossible(record: Record, mean: MeanLoop) -> None:
@@ -215,9 +215,9 @@ def _drift(loops: Loops) -> float:
     full = [k for k in used if loops.length[k] >= _FULL * loops.length[used].max()]
     changes = [0.0]
     for side in (1, -1):
-        kind = [k for k in full if loops.direction[k] == side]
-        if len(kind) >= 3:
-            means = total[kind] / weight[kind]
-            slope = np.polyfit(np.arange(len(kind)), means, 1)[0]
-            changes.append(abs(slope) * (len(kind) - 1))
+        strokes = [k for k in full if loops.direction[k] == side]
+        if len(strokes) >= 3:
+            means = total[strokes] / weight[strokes]
+            slope = np.polyfit(np.arange(len(strokes)), means, 1)[0]
+            changes.append(abs(slope) * (len(strokes) - 1))
     return float(max(changes) / max(spread, 1e-300))

@@ -13,20 +13,20 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.polynomial import legendre
 from numpy.typing import NDArray
 
 from ..kernel.arrays import FloatArray
 from .loops import Loops
 from .polynomials import Basis
-from .refined import Refinement
+from .projection import Refinement, triangle_of
 from .stages import N_BOUNDS, SIGMA_BOUNDS, Hysteresis
 
 _NAMES = ("kappa_omega", "rho", "sigma", "n")
-# Two parameters with a larger correlation, or one with a larger relative error, cannot be told from these records.
+# Two parameters with a larger correlation are not separated by the records; one with a larger relative error is hardly
+# known.
 _CORRELATED = 0.98
 _UNCERTAIN = 0.5
-_UNSURE_RECOVERY = 0.1  # standard error of ln(sigma) from which a sigma at its bound 1/2 is not told well
+_UNSURE_RECOVERY = 0.1  # standard error of ln(sigma) from which a sigma at its bound 1/2 is uncertain
 _LEAST_FREE = 0.1  # share of misfits within the bounds; if fewer were, those beyond would be no outliers
 _NORMAL_95 = 1.96  # standard errors to either side
 
@@ -40,7 +40,6 @@ class Uncertainty:
     kE, kA : ndarray                      Of the coefficients [N/m^i], [1/m^i]; 0 for kA[0].
     kappa_omega, rho, sigma, n : float    [N], [1/m], [-], [-]; nan at a bound.
     correlation : ndarray, shape (4, 4)   Between kappa_omega, rho, sigma and n.
-    noise : float                         rms of the points' weighted misfit; 1 if the weights are right.
     force : ndarray, shape (P,)           Of the predicted force at each point of the loops [N].
     """
 
@@ -51,11 +50,10 @@ class Uncertainty:
     sigma: float
     n: float
     correlation: FloatArray
-    noise: float
     force: FloatArray
 
     def as_json(self) -> dict[str, Any]:
-        """Content of the model file's field `uncertainty`; null where an error cannot be told."""
+        """Content of the model file's field `uncertainty`; null where an error is unknown."""
 
         def plain(value: float) -> float | None:
             return float(value) if np.isfinite(value) else None
@@ -76,21 +74,21 @@ class Uncertainty:
         }
 
     def indistinct(self, refinement: Refinement) -> list[str]:
-        """Sentences about parameters that these records cannot tell apart or hardly tell at all."""
+        """Sentences about parameters that are strongly correlated in these records, or hardly known."""
         h = refinement.hysteresis
         values = {"kappa_omega": float(refinement.backbone.amplified[0]), "rho": h.rho, "sigma": h.sigma, "n": h.n}
-        found = [
+        sentences = [
             f"{name} is known to {100.0 * getattr(self, name) / abs(values[name]):.0f} % only"
             for name in _NAMES
             if getattr(self, name) > _UNCERTAIN * abs(values[name])
         ]
-        found += [
-            f"{a} and {b} cannot be told apart (correlation {self.correlation[i, j]:.3f})"
+        sentences += [
+            f"{a} and {b} are strongly correlated in these records ({self.correlation[i, j]:.3f})"
             for i, a in enumerate(_NAMES)
             for j, b in enumerate(_NAMES)
             if i < j and abs(self.correlation[i, j]) > _CORRELATED
         ]
-        return found
+        return sentences
 
 
 @dataclass(frozen=True, eq=False)
@@ -108,7 +106,7 @@ class PredictionBand:
     high: FloatArray
 
     @classmethod
-    def of(cls, loops: Loops, refinement: Refinement, error: FloatArray) -> PredictionBand:
+    def from_refinement(cls, loops: Loops, refinement: Refinement, error: FloatArray) -> PredictionBand:
         """The band on the last two strokes from the standard error at each point."""
         last = loops.stroke >= loops.stroke[-1] - 1
         force = refinement.backbone.force(refinement.omega)[last]
@@ -119,16 +117,16 @@ class PredictionBand:
 def uncertainty(loops: Loops, basis: Basis, refinement: Refinement) -> Uncertainty:
     """Standard errors of a refined fit."""
     free = _free(refinement)
-    fitted = _covariance(loops, basis, refinement, free)
+    linear = _linearised(loops, basis, refinement, free)
     change = _propagation(basis, refinement, free)
-    natural = change @ fitted.covariance @ change.T
+    natural = change @ linear.covariance @ change.T
     errors = np.sqrt(np.maximum(np.diag(natural), 0.0))
     n_E, n_A = basis.elastic + 1, basis.amplifier + 1
     four = [n_E + n_A + k for k in range(4)]
     scale = np.where(errors[four] > 0.0, errors[four], np.nan)
     correlation = natural[np.ix_(four, four)] / np.outer(scale, scale)
     kappa, rho, sigma, n = (float(s) for s in scale)
-    force = np.sqrt(np.einsum("pi,ij,pj->p", fitted.jacobian, fitted.covariance, fitted.jacobian))
+    force = np.linalg.norm(linear.jacobian @ linear.root, axis=1)
     return Uncertainty(
         errors[:n_E],
         errors[n_E : n_E + n_A],
@@ -137,79 +135,79 @@ def uncertainty(loops: Loops, basis: Basis, refinement: Refinement) -> Uncertain
         sigma,
         n,
         np.asarray(correlation),
-        float(np.sqrt(fitted.noise)),
         force,
     )
 
 
-def is_sigma_free(hysteresis: Hysteresis) -> bool:
+def _is_sigma_free(hysteresis: Hysteresis) -> bool:
     """Whether sigma lies off its bounds."""
     return SIGMA_BOUNDS[0] * 1.001 < hysteresis.sigma < SIGMA_BOUNDS[1] * 0.999
 
 
-def hides_recovery(loops: Loops, basis: Basis, refinement: Refinement) -> bool:
-    """Whether a sigma that is not free is so because the points do not tell how the force recovers after a reversal.
+def is_sigma_uncertain(loops: Loops, basis: Basis, refinement: Refinement) -> bool:
+    """Whether sigma lies on a bound because the points do not show how the force recovers after a reversal.
 
     The lower bound is a physical one, which springs may lie on: there the standard error that sigma would have
     decides, unless n is on a bound too.
     """
+    if _is_sigma_free(refinement.hysteresis):
+        return False
     free = _free(refinement)
     if refinement.hysteresis.sigma > SIGMA_BOUNDS[0] * 1.001 or not free[2]:
         return True
     free[1] = True
-    covariance = _covariance(loops, basis, refinement, free).covariance
+    covariance = _linearised(loops, basis, refinement, free).covariance
     place = -int(free[1:].sum())
     # A coefficient that no point depends on has the variance 0 here.
     return not 0.0 < float(np.sqrt(covariance[place, place])) <= _UNSURE_RECOVERY
 
 
 def _free(refinement: Refinement) -> NDArray[np.bool_]:
-    """Which of ln(rho), ln(sigma), ln(n) and omega_start vary: not at a bound, and not what no point remembers."""
+    """Which of ln(rho), ln(sigma), ln(n) and omega_start vary: those off their bounds that the points depend on."""
     h = refinement.hysteresis
     free = np.ones(refinement.derivatives.shape[0], dtype=bool)
-    free[1] = is_sigma_free(h)
+    free[1] = _is_sigma_free(h)
     free[2] = N_BOUNDS[0] * 1.001 < h.n < N_BOUNDS[1] * 0.999
     free[3:] = (np.abs(refinement.omega_start) < 0.999) & (np.abs(refinement.derivatives[3:]).max(axis=1) > 1e-6)
     return free
 
 
-class _Fitted(NamedTuple):
-    """Jacobian of the force by the fitted coefficients, their covariance and the mean square weighted misfit."""
+class _Linearised(NamedTuple):
+    """Jacobian of the force by the fitted coefficients, and a root of their covariance."""
 
     jacobian: FloatArray
-    covariance: FloatArray
-    noise: float
+    root: FloatArray
+
+    @property
+    def covariance(self) -> FloatArray:
+        return self.root @ self.root.T
 
 
-def _covariance(loops: Loops, basis: Basis, refinement: Refinement, free: NDArray[np.bool_]) -> _Fitted:
-    """Of the coefficients of FE and G and of those of the nonlinear ones that are free."""
-    columns_E, columns_A = basis.columns(loops.displacement)
+def _linearised(loops: Loops, basis: Basis, refinement: Refinement, free: NDArray[np.bool_]) -> _Linearised:
+    """In the coefficients of FE and G and in those of the nonlinear ones that are free."""
+    columns = basis.columns(loops.displacement)
     backbone = refinement.backbone
     jacobian = np.hstack(
-        [columns_E, refinement.omega[:, None] * columns_A, (refinement.derivatives[free] * backbone.G).T]
+        [
+            columns.elastic,
+            refinement.omega[:, None] * columns.amplifier,
+            (refinement.derivatives[free] * backbone.G).T,
+        ]
     )
     root = np.sqrt(refinement.full_weight)
     misfit = root * backbone.misfit(loops.force, refinement.omega)
     bend = refinement.weight / refinement.full_weight
     held = bend * misfit
     degrees_of_freedom = max(1, misfit.size - jacobian.shape[1])
-    noise = float(held @ held) / degrees_of_freedom / max(float(np.mean(bend == 1.0)), _LEAST_FREE) ** 2
-    _, r = np.linalg.qr(jacobian * root[:, None])
-    inverse = np.linalg.pinv(r)
-    return _Fitted(jacobian, noise * inverse @ inverse.T, noise)
+    within = max(float(np.mean(bend == 1.0)), _LEAST_FREE)
+    noise = float(np.sqrt(held @ held / degrees_of_freedom)) / within
+    inverse = np.asarray(np.linalg.pinv(triangle_of(jacobian * root[:, None])), np.float64)
+    return _Linearised(jacobian, noise * inverse)
 
 
 def _propagation(basis: Basis, refinement: Refinement, free: NDArray[np.bool_]) -> FloatArray:
     """Derivatives of kE, kA, kappa_omega, rho, sigma, n with respect to the fitted coefficients."""
-
-    def to_powers(size: int) -> FloatArray:
-        columns = [legendre.leg2poly(row) for row in np.eye(size)]
-        matrix = np.zeros((size, size))
-        for k, column in enumerate(columns):
-            matrix[: len(column), k] = column
-        return np.asarray(matrix / basis.half ** np.arange(size)[:, None])
-
-    elastic, amplified = to_powers(basis.elastic + 1), to_powers(basis.amplifier + 1)
+    elastic, amplified = basis.powers_matrix(basis.elastic), basis.powers_matrix(basis.amplifier)
     powers = amplified @ refinement.backbone.amplified
     n_E, n_A = elastic.shape[0], amplified.shape[0]
     change = np.zeros((n_E + n_A + 4, n_E + n_A + int(free.sum())))

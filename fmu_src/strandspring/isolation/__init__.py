@@ -1,1 +1,1 @@
-"""What a mass on hysteretic springs does: rest, steady vibration, transmissibility; knows the model only."""
+"""A mass on hysteretic springs: static equilibrium, steady vibration, transmissibility; knows the model only."""

@@ -1,4 +1,4 @@
-"""The band of frequencies over which a system is looked at."""
+"""The band of frequencies over which a system is studied."""
 
 from __future__ import annotations
 
@@ -7,26 +7,27 @@ import math
 import numpy as np
 
 from ..kernel.arrays import FloatArray
-from .system import IsolationError, StaticPoint
+from .system import IsolationError, StaticEquilibrium
 
 # Of the frequency of small motion; the lower end is not at a superharmonic resonance.
 DEFAULT_BAND = (0.23, 5.0)
 
 
-def band_frequencies(limits: tuple[float, float] | None, points: int, rest: StaticPoint) -> FloatArray:
+def band_frequencies(limits: tuple[float, float] | None, points: int, equilibrium: StaticEquilibrium) -> FloatArray:
     """Frequencies evenly spaced in the logarithm, shape (points,) [Hz].
 
     Parameters
     ----------
     limits : tuple or None   Lowest and highest [Hz]; about the frequency of small motion if None.
     points : int
-    rest : StaticPoint
+    equilibrium : StaticEquilibrium
 
     Raises
     ------
     IsolationError           If the limits do not rise from above 0.
     """
-    low, high = checked_limits(limits) if limits is not None else (share * rest.frequency for share in DEFAULT_BAND)
+    default = (share * equilibrium.frequency for share in DEFAULT_BAND)
+    low, high = checked_limits(limits) if limits is not None else default
     return np.geomspace(low, high, points)
 
 

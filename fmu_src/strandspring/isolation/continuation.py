@@ -14,15 +14,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..kernel.arrays import FloatArray
+from ..kernel.balance import Balance, MotionSummary
 from ..kernel.path import LARGEST_DISPLACEMENT
-from .harmonic_balance import Balance, HarmonicBalance
-from .system import IsolationError, StaticPoint
+from .harmonic_balance import HarmonicBalance
+from .system import IsolationError, StaticEquilibrium
 
-# At fixed frequencies
-_PARTS = 32  # of the way to the next wanted frequency, at the finest
-_CHANGE = 0.6  # most of the motion's size by which it may change in one step
-_SURPRISE = 0.3  # most of it by which it may differ from its prediction
-_SPIKE = 10  # wanted frequencies over which a spike that cannot be followed may reach
+# Across a spike that cannot be followed
+_SPIKE = 10  # wanted frequencies over which it may reach
+_CHANGE = 0.6  # most of the first harmonic by which it may differ on the other side
 # Along the curve
 _WEIGHT = 4.0  # of ln(Omega) against the relative change of the motion in the length of a step
 _LONGEST = 0.4
@@ -48,7 +47,7 @@ class SteadyMotion:
     ----------
     log : float                       ln of Omega in rad/s.
     z : ndarray, shape (2H + 1,)      Fourier coefficients of the mount's displacement [m].
-    balance : Balance
+    summary : MotionSummary
     rising : bool                     Whether the curve runs towards higher frequencies here; between two folds it runs
                                       back, and such a motion is unstable.
     wanted : bool                     Whether the frequency is one of those asked for.
@@ -56,7 +55,7 @@ class SteadyMotion:
 
     log: float
     z: FloatArray
-    balance: Balance
+    summary: MotionSummary
     rising: bool = True
     wanted: bool = False
 
@@ -66,28 +65,34 @@ class SteadyMotion:
         return float(np.exp(self.log))
 
 
-def follow(balance: HarmonicBalance, rest: StaticPoint, frequencies: FloatArray) -> Iterator[SteadyMotion]:
+def follow(
+    balance: HarmonicBalance, equilibrium: StaticEquilibrium, frequencies: FloatArray, limits: tuple[float, float]
+) -> Iterator[SteadyMotion]:
     """Steady motions from the lowest to the highest frequency, in the order of the curve.
 
     Parameters
     ----------
     balance : HarmonicBalance
-    rest : StaticPoint                  About which the motion at the lowest frequency is looked for.
+    equilibrium : StaticEquilibrium     About which the motion at the lowest frequency is looked for.
     frequencies : ndarray, shape (F,)   Rising [rad/s], > 0.
+    limits : tuple of float             Displacements of a spring [m]; what comes after a motion beyond them is not
+                                        worth computing, and may be left out.
 
     Raises
     ------
     IsolationError                      If no steady motion is found, or the curve cannot be followed.
     """
     logs = np.log(frequencies)
-    here = _start(balance, rest, float(logs[0]))
+    here = _start(balance, equilibrium, float(logs[0]))
     yield here
     while (after := logs[logs > here.log]).size:
-        there = _ahead(balance, here, float(after[0]))
-        if there is not None:
-            yield there
-            here = there
-            continue
+        reached = balance.sweep(here.log, here.z, after, limits)
+        for log, (z, summary) in zip(after.tolist(), reached, strict=False):
+            here = SteadyMotion(log, z, summary, wanted=True)
+            yield here
+        after = after[len(reached) :]
+        if not after.size:
+            return
         try:
             # All or nothing: what leads up a spike that cannot be followed is no part of the curve.
             motions = list(_along(balance, here, logs, float(after[0])))
@@ -100,10 +105,17 @@ def follow(balance: HarmonicBalance, rest: StaticPoint, frequencies: FloatArray)
 
 
 def refine_peak(
-    balance: HarmonicBalance, motions: list[SteadyMotion], measure: Callable[[SteadyMotion], float]
+    balance: HarmonicBalance, motions: list[SteadyMotion], measure: Callable[[list[SteadyMotion]], FloatArray]
 ) -> list[SteadyMotion]:
-    """The motions with more of them about the greatest value of a measure, unless the curve ends or folds there."""
-    found = [(motion, measure(motion)) for motion in motions]
+    """The motions with more of them about the largest value of a measure, unless the curve ends or folds there.
+
+    Parameters
+    ----------
+    balance : HarmonicBalance
+    motions : list of SteadyMotion   In the order of the curve.
+    measure : callable               Gives its values at motions.
+    """
+    found = list(zip(motions, measure(motions).tolist(), strict=True))
     for _ in range(_REFINEMENTS):
         top = max(range(len(found)), key=lambda k: found[k][1])
         if not 0 < top < len(found) - 1:
@@ -115,20 +127,20 @@ def refine_peak(
         for k in (1, 0):
             middle = _between(balance, around[k], around[k + 1], 0.5 * (around[k].log + around[k + 1].log))
             if middle is not None:
-                found.insert(top + k, (middle, measure(middle)))
+                found.insert(top + k, (middle, float(measure([middle])[0])))
     return [motion for motion, _ in found]
 
 
-def _start(balance: HarmonicBalance, rest: StaticPoint, log: float) -> SteadyMotion:
+def _start(balance: HarmonicBalance, equilibrium: StaticEquilibrium, log: float) -> SteadyMotion:
     """A steady motion at one frequency, if need be approached from lower levels."""
     system, omega = balance.system, float(np.exp(log))
     for levels in (np.ones(1), np.geomspace(0.02, 1.0, _RAMP)):
-        z = np.zeros(2 * balance.basis.harmonics + 1)
-        z[0] = system.series * rest.displacement
-        dynamic = rest.stiffness - system.mass * omega**2 + 1j * omega * system.damping
+        z = np.zeros(balance.basis.order.size)
+        z[0] = system.series * equilibrium.displacement
+        dynamic = equilibrium.stiffness - system.mass * omega**2 + 1j * omega * system.damping
         # No more than resonance with a loss factor of a tenth gives.
-        size = max(abs(dynamic), 0.1 * rest.stiffness)
-        z[1] = levels[0] * balance.forcing(omega)[0] / size * (1.0 if dynamic.real >= 0.0 else -1.0)
+        size = max(abs(dynamic), 0.1 * equilibrium.stiffness)
+        z[1] = levels[0] * balance.forcing(omega) / size * (1.0 if dynamic.real >= 0.0 else -1.0)
         solved = None
         for level in levels:
             solved = balance.at_level(level * balance.level).solve(z, omega)
@@ -138,40 +150,13 @@ def _start(balance: HarmonicBalance, rest: StaticPoint, log: float) -> SteadyMot
         if solved is not None:
             return SteadyMotion(log, *solved, wanted=True)
     raise IsolationError(
-        f"No steady motion was found at {_told(balance, log)}; use a lower level or begin at another frequency."
+        f"No steady motion was found at {_described(balance, log)}; use a lower level or begin at another frequency."
     )
 
 
-def _told(balance: HarmonicBalance, log: float) -> str:
-    return f"{np.exp(log) / (2.0 * np.pi):.6g} Hz and a level of {balance.excitation.told(balance.level)}"
-
-
-def _ahead(balance: HarmonicBalance, here: SteadyMotion, target: float) -> SteadyMotion | None:
-    """The motion at the next wanted frequency, by steps at fixed frequencies; None if it is not continuous."""
-    least = (target - here.log) / _PARTS
-    step = target - here.log
-    while here.log < target:
-        log = target if here.log + 1.5 * step > target else here.log + step
-        omega = here.omega
-        try:
-            slope = np.linalg.solve(here.balance.jacobian, -omega * here.balance.by_frequency)
-        except np.linalg.LinAlgError:
-            return None
-        size = float(np.linalg.norm(here.z[1:]))
-        predicted = here.z + slope * (log - here.log)
-        solved = None
-        if np.linalg.norm(predicted - here.z) <= _CHANGE * size:
-            solved = balance.solve(predicted, float(np.exp(log)))
-        if solved is not None and (
-            np.linalg.norm(solved[0] - here.z) <= _CHANGE * size
-            and np.linalg.norm(solved[0] - predicted) <= _SURPRISE * size
-        ):
-            here = SteadyMotion(log, *solved, wanted=log == target)
-            continue
-        step *= 0.5
-        if step < least:
-            return None
-    return here
+def _described(balance: HarmonicBalance, log: float) -> str:
+    """Frequency and level for messages."""
+    return f"{np.exp(log) / (2.0 * np.pi):.6g} Hz and a level of {balance.excitation.level_text(balance.level)}"
 
 
 def _across(balance: HarmonicBalance, here: SteadyMotion, after: FloatArray) -> list[SteadyMotion]:
@@ -188,7 +173,7 @@ def _across(balance: HarmonicBalance, here: SteadyMotion, after: FloatArray) -> 
 
 def _along(balance: HarmonicBalance, here: SteadyMotion, logs: FloatArray, target: float) -> Iterator[SteadyMotion]:
     """Motions along the curve until it has risen past the target, those at wanted frequencies among them."""
-    place = _Place.of(here)
+    place = _Place.of(here, balance.at(here.z, here.omega))
     step = _FIRST
     for _ in range(_MOST_STEPS):
         after, corrections = _next(balance, place, step)
@@ -196,15 +181,15 @@ def _along(balance: HarmonicBalance, here: SteadyMotion, logs: FloatArray, targe
             step *= 0.5
             if step < _SHORTEST:
                 raise IsolationError(
-                    f"The steady motion could not be followed beyond {_told(balance, place.motion.log)}; use a lower "
-                    "level or a narrower band."
+                    f"The steady motion could not be followed beyond {_described(balance, place.motion.log)}; use a "
+                    "lower level or a narrower band."
                 )
             continue
         yield from _passed(balance, place.motion, after.motion, logs)
         yield after.motion
         if after.motion.log < logs[0]:
             raise IsolationError(
-                f"The steady motion turns back at {_told(balance, float(logs[0]))}; begin the band lower."
+                f"The steady motion turns back at {_described(balance, float(logs[0]))}; begin the band lower."
             )
         place = after
         if place.motion.log >= target and place.motion.rising:
@@ -212,8 +197,8 @@ def _along(balance: HarmonicBalance, here: SteadyMotion, logs: FloatArray, targe
         if corrections <= _EASY:
             step = min(1.5 * step, _LONGEST)
     raise IsolationError(
-        f"The steady motion could not be followed within {_MOST_STEPS} steps beyond {_told(balance, here.log)}; use "
-        "another level or band."
+        f"The steady motion could not be followed within {_MOST_STEPS} steps beyond {_described(balance, here.log)}; "
+        "use another level or band."
     )
 
 
@@ -225,10 +210,10 @@ class _Place:
     tangent: FloatArray
 
     @classmethod
-    def of(cls, motion: SteadyMotion, before: _Place | None = None) -> _Place:
+    def of(cls, motion: SteadyMotion, balance: Balance, before: _Place | None = None) -> _Place:
         metric = _metric(motion)
         along = np.append(np.zeros(motion.z.size), 1.0) if before is None else before.tangent
-        matrix = np.vstack([_columns(motion), along * metric**2])
+        matrix = np.vstack([_columns(balance, motion.omega), along * metric**2])
         tangent = np.linalg.solve(matrix, np.append(np.zeros(motion.z.size), 1.0))
         return cls(replace(motion, rising=bool(tangent[-1] > 0.0)), tangent / np.linalg.norm(tangent * metric))
 
@@ -238,9 +223,9 @@ def _metric(motion: SteadyMotion) -> FloatArray:
     return np.append(np.full(motion.z.size, 1.0 / float(np.linalg.norm(motion.z[1:]))), _WEIGHT)
 
 
-def _columns(motion: SteadyMotion) -> FloatArray:
+def _columns(balance: Balance, omega: float) -> FloatArray:
     """Jacobian by (z, ln Omega)."""
-    return np.column_stack([motion.balance.jacobian, motion.omega * motion.balance.by_frequency])
+    return np.column_stack([balance.jacobian, omega * balance.by_frequency])
 
 
 def _next(balance: HarmonicBalance, place: _Place, step: float) -> tuple[_Place | None, int]:
@@ -250,20 +235,19 @@ def _next(balance: HarmonicBalance, place: _Place, step: float) -> tuple[_Place 
     at = np.append(place.motion.z, place.motion.log) + step * place.tangent
     predicted = at
     for correction in range(_CORRECTIONS):
-        if not np.any(at[1:-1]):
-            break
-        there = SteadyMotion(float(at[-1]), at[:-1], balance.at(at[:-1], float(np.exp(at[-1]))))
-        residual = there.balance.residual
-        if correction and float(np.abs(residual).max()) <= _TOLERANCE * there.balance.scale:
-            after = _Place.of(there, place)
-            aligned = float(np.sum(after.tangent * place.tangent * metric**2))
-            aligned /= float(np.linalg.norm(after.tangent * metric))
-            return (after if aligned > _BEND else None), correction
+        z, log = at[:-1], float(at[-1])
+        omega = float(np.exp(log))
         try:
-            at = at - np.linalg.solve(
-                np.vstack([_columns(there), normal]), np.append(residual, normal @ (at - predicted))
-            )
-        except np.linalg.LinAlgError:
+            there = balance.at(z, omega)
+            if correction and float(np.abs(there.residual).max()) <= _TOLERANCE * there.scale:
+                after = _Place.of(SteadyMotion(log, z, there.summary), there, place)
+                aligned = float(np.sum(after.tangent * place.tangent * metric**2))
+                aligned /= float(np.linalg.norm(after.tangent * metric))
+                return (after if aligned > _BEND else None), correction
+            matrix = np.vstack([_columns(there, omega), normal])
+            at = at - np.linalg.solve(matrix, np.append(there.residual, normal @ (at - predicted)))
+        except ValueError:
+            # No motion, or a singular matrix.
             break
         if not np.all(np.abs(at) < LARGEST_DISPLACEMENT) or np.linalg.norm((at - predicted) * metric) > 2.0 * step:
             break

@@ -24,7 +24,7 @@ def write_plot(path: Path, responses: Sequence[FrequencyResponse], title: str) -
         figure = Figure(figsize=(8.0, 8.0), layout="constrained")
         top, bottom = figure.subplots(2, 1, sharex=True)
         for k, response in enumerate(responses):
-            label = response.told_level
+            label = response.level_text
             _curve(top, response, "transmissibility", 1.0, f"C{k}", label)
             _curve(bottom, response, "amplitude", 1e3, f"C{k}", label)
         force = responses[0].excitation is Excitation.FORCE

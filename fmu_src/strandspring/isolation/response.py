@@ -3,65 +3,21 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, fields
+from functools import cached_property
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from ..core.parameters import SpringParameters
 from ..kernel.arrays import FloatArray
 from ..kernel.path import PathSolver
-from ..loops.modelled import model_loop
+from ..loops.modelled import steady_loop_figures
 from .continuation import SteadyMotion, follow, refine_peak
+from .curve_points import ResponsePoint, displacement_limits, response_columns, transmissibility
 from .harmonic_balance import HARMONICS, SAMPLES, HarmonicBalance
-from .system import Excitation, IsolatedMass, IsolationError, static_point
-
-# Motion this share of the identified range beyond its ends still counts as inside.
-_SLACK = 1e-6
-
-
-@dataclass(frozen=True)
-class ResponsePoint:
-    """The steady motion at one frequency.
-
-    Attributes
-    ----------
-    frequency : float               [Hz]
-    transmissibility : float        First harmonic of the absolute motion over that of the base; where a force excites,
-                                    of the force on the base over that force [-].
-    phase : float                   Of the same, negative where it lags, within [-180, 180) [degrees].
-    relative : float                First harmonic of the relative motion over that of the base [-]; over the exciting
-                                    force where a force excites [m/N].
-    relative_phase : float          Of the same [degrees].
-    amplitude : float               Half the stroke of the mount, all harmonics [m].
-    mean : float                    Mean displacement of one spring [m].
-    least, greatest : float         Displacement of one spring [m].
-    force : float                   First harmonic of the force on the base [N].
-    acceleration : float            Largest acceleration of the mass, not relative to the base, of either sign [m/s^2].
-    start_displacement, start_speed, start_omega : float   Of the mount [m, m/s] and of a spring [-] at the crest of the
-                                    excitation: a simulation that begins there is steady at once.
-    stable : bool                   False between two folds of the curve, where no steady motion stays.
-    wanted : bool                   Whether this frequency was asked for; the others are steps along the curve.
-    extrapolating : bool            Whether the spring leaves the identified range.
-    """
-
-    frequency: float
-    transmissibility: float
-    phase: float
-    relative: float
-    relative_phase: float
-    amplitude: float
-    mean: float
-    least: float
-    greatest: float
-    force: float
-    acceleration: float
-    start_displacement: float
-    start_speed: float
-    start_omega: float
-    stable: bool
-    wanted: bool
-    extrapolating: bool
+from .system import Excitation, IsolatedMass, IsolationError, static_equilibrium
 
 
 @dataclass(frozen=True)
@@ -86,28 +42,42 @@ class Resonance:
     inside: bool
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class FrequencyResponse:
-    """Steady motions of one level over a band, in the order of the curve, and their figures."""
+    """Steady motions of one level over a band, in the order of the curve, and their figures.
+
+    Attributes
+    ----------
+    excitation : Excitation
+    level : float                             Amplitude [m], [m/s^2] or [N].
+    columns : mapping of ndarray, shape (P,)  What `ResponsePoint` names, over all points.
+    resonance : Resonance
+    """
 
     excitation: Excitation
     level: float
-    points: tuple[ResponsePoint, ...]
+    columns: Mapping[str, NDArray[Any]]
     resonance: Resonance
 
+    @cached_property
+    def points(self) -> tuple[ResponsePoint, ...]:
+        """The points of the curve."""
+        rows = zip(*(self.columns[field.name].tolist() for field in fields(ResponsePoint)), strict=True)
+        return tuple(ResponsePoint(*row) for row in rows)
+
     @property
-    def told_level(self) -> str:
+    def level_text(self) -> str:
         """The level in the unit that people read."""
-        return self.excitation.told(self.level)
+        return self.excitation.level_text(self.level)
 
     @property
     def extrapolating(self) -> bool:
         """Whether the spring leaves the identified range anywhere on the curve."""
-        return any(point.extrapolating for point in self.points)
+        return bool(self.columns["extrapolating"].any())
 
     def column(self, name: str) -> FloatArray:
         """One attribute of all points, shape (P,)."""
-        return np.array([getattr(point, name) for point in self.points], dtype=np.float64)
+        return self.columns[name].astype(np.float64)
 
 
 def frequency_response(
@@ -136,18 +106,23 @@ def frequency_response(
 
     Raises
     ------
-    IsolationError   If the mass has no rest position, an argument is out of bounds, the motion leaves the identified
+    IsolationError   If there is no static equilibrium, an argument is out of bounds, the motion leaves the identified
                      range, or no steady motion is found.
     """
     band = checked_band(frequencies)
     if not (math.isfinite(level) and level > 0.0):
         raise IsolationError(f"`level` must be finite and > 0 [{excitation.unit}], got {level!r}.")
     balance = HarmonicBalance(system, excitation, level, harmonics, samples)
-    rest = static_point(system)
-    motions = list(_inside(follow(balance, rest, 2.0 * np.pi * band), balance, extrapolate))
-    motions = refine_peak(balance, motions, lambda motion: _point(balance, motion).transmissibility)
-    points = tuple(_point(balance, motion) for motion in _inside(iter(motions), balance, extrapolate))
-    return FrequencyResponse(excitation, level, points, _resonance(system, points))
+    limits = displacement_limits(system.spring, extrapolate)
+    motions = []
+    for motion in follow(balance, static_equilibrium(system), 2.0 * np.pi * band, limits):
+        _check_range(balance, motion, limits)
+        motions.append(motion)
+    motions = refine_peak(balance, motions, lambda at: transmissibility(balance, at))
+    for motion in motions:
+        _check_range(balance, motion, limits)
+    columns = response_columns(balance, motions)
+    return FrequencyResponse(excitation, level, columns, _resonance(system, columns))
 
 
 def checked_band(frequencies: Sequence[float] | FloatArray) -> FloatArray:
@@ -168,110 +143,46 @@ def checked_band(frequencies: Sequence[float] | FloatArray) -> FloatArray:
     return band
 
 
-def _inside(motions: Iterator[SteadyMotion], balance: HarmonicBalance, extrapolate: bool) -> Iterator[SteadyMotion]:
-    """The motions, refused where they leave the identified range."""
-    p = balance.system.spring
-    for motion in motions:
-        least, greatest = _ends(motion)
-        if not extrapolate and _is_outside(p, least, greatest):
-            raise IsolationError(
-                f"At {motion.omega / (2.0 * np.pi):.4g} Hz and a level of {balance.excitation.told(balance.level)} the "
-                f"spring moves from {1e3 * least:.4g} to {1e3 * greatest:.4g} mm, outside the identified range of "
-                f"{1e3 * p.displacement_min:.4g} to {1e3 * p.displacement_max:.4g} mm; use a lower level, more "
-                "springs, or a model identified over a larger range."
-            )
-        yield motion
+def _check_range(balance: HarmonicBalance, motion: SteadyMotion, limits: tuple[float, float]) -> None:
+    """Refuse a motion that leaves the identified range."""
+    low, high = motion.summary.low, motion.summary.high
+    if low < limits[0] or high > limits[1]:
+        p, level = balance.system.spring, balance.excitation.level_text(balance.level)
+        raise IsolationError(
+            f"At {motion.omega / (2.0 * np.pi):.4g} Hz and a level of {level} the spring moves from {1e3 * low:.4g} to "
+            f"{1e3 * high:.4g} mm, outside the identified range of "
+            f"{1e3 * p.displacement_min:.4g} to {1e3 * p.displacement_max:.4g} mm; use a lower level, more "
+            "springs, or a model identified over a larger range."
+        )
 
 
-def _ends(motion: SteadyMotion) -> tuple[float, float]:
-    """Least and greatest displacement of one spring [m]."""
-    turns = motion.balance.spring.turns
-    return float(turns.min()), float(turns.max())
-
-
-def _is_outside(p: SpringParameters, least: float, greatest: float) -> bool:
-    slack = _SLACK * (p.displacement_max - p.displacement_min)
-    return least < p.displacement_min - slack or greatest > p.displacement_max + slack
-
-
-def _point(balance: HarmonicBalance, motion: SteadyMotion) -> ResponsePoint:
-    system, basis, omega = balance.system, balance.basis, motion.omega
-    half = basis.harmonics
-    z = motion.z
-    relative = complex(z[1], -z[1 + half])
-    base = {
-        Excitation.BASE_DISPLACEMENT: balance.level,
-        Excitation.BASE_ACCELERATION: -balance.level / omega**2,
-        Excitation.FORCE: 0.0,
-    }[balance.excitation]
-    # What the mount pushes the mass with, from the mass's own balance.
-    inertia = -system.mass * omega**2 * (relative + base)
-    force = -inertia + (balance.level if balance.excitation is Excitation.FORCE else 0.0)
-    ratio = force / balance.level if balance.excitation is Excitation.FORCE else (relative + base) / base
-    of_relative = relative / (balance.level if balance.excitation is Excitation.FORCE else base)
-    speed = omega * (basis.columns @ basis.differentiate(z))
-    least, greatest = _ends(motion)
-    return ResponsePoint(
-        frequency=omega / (2.0 * math.pi),
-        transmissibility=abs(ratio),
-        phase=_degrees(ratio),
-        relative=abs(of_relative),
-        relative_phase=_degrees(of_relative),
-        amplitude=0.5 * system.series * (greatest - least),
-        mean=float(z[0]) / system.series,
-        least=least,
-        greatest=greatest,
-        force=abs(force),
-        acceleration=float(np.abs(_pushed(balance, motion, speed)).max()) / system.mass,
-        start_displacement=float(basis.columns[0] @ z),
-        start_speed=float(speed[0]),
-        start_omega=float(motion.balance.spring.omega[0]),
-        stable=motion.rising,
-        wanted=motion.wanted,
-        extrapolating=_is_outside(system.spring, least, greatest),
+def _resonance(system: IsolatedMass, columns: Mapping[str, NDArray[Any]]) -> Resonance:
+    frequency, ratio = columns["frequency"], columns["transmissibility"]
+    peak = int(np.argmax(ratio))
+    figures = steady_loop_figures(
+        PathSolver(system.spring), float(columns["least"][peak]), float(columns["greatest"][peak])
     )
-
-
-def _pushed(balance: HarmonicBalance, motion: SteadyMotion, speed: FloatArray) -> FloatArray:
-    """Force on the mass at each sample of the period [N].
-
-    The springs' force has kinks, which the second derivative of the motion's few harmonics would smear.
-    """
-    system = balance.system
-    exciting = balance.level * np.cos(balance.basis.phase) if balance.excitation is Excitation.FORCE else 0.0
-    springs = system.parallel * motion.balance.spring.force
-    return np.asarray(system.static_load + exciting - springs - system.damping * speed)
-
-
-def _degrees(value: complex) -> float:
-    angle = math.degrees(math.atan2(value.imag, value.real))
-    return angle - 360.0 if angle >= 180.0 else angle
-
-
-def _resonance(system: IsolatedMass, points: Sequence[ResponsePoint]) -> Resonance:
-    values = [point.transmissibility for point in points]
-    at = int(np.argmax(values))
-    peak = points[at]
-    figures = model_loop(PathSolver(system.spring), peak.least, peak.greatest)
     stiffness = system.stiffness_scale * figures.secant_stiffness
-    viscous = 2.0 * math.pi * peak.frequency * system.damping / stiffness
-    below = [value < 1.0 for value in values]
-    last = max((k for k, one in enumerate(below) if not one), default=-1)
-    if last + 1 == len(points):
-        isolation = math.nan
-    elif last < 0:
-        isolation = points[0].frequency
-    else:
-        # Both fall nearly by powers of each other.
-        here, there = points[last], points[last + 1]
-        share = math.log(here.transmissibility) / math.log(here.transmissibility / there.transmissibility)
-        isolation = here.frequency * (there.frequency / here.frequency) ** share
+    viscous = 2.0 * math.pi * float(frequency[peak]) * system.damping / stiffness
     return Resonance(
-        frequency=peak.frequency,
-        transmissibility=peak.transmissibility,
-        amplitude=peak.amplitude,
+        frequency=float(frequency[peak]),
+        transmissibility=float(ratio[peak]),
+        amplitude=float(columns["amplitude"][peak]),
         stiffness=stiffness,
         loss_factor=figures.loss_factor + viscous,
-        isolation_frequency=isolation,
-        inside=0 < at < len(points) - 1,
+        isolation_frequency=_isolation_frequency(frequency, ratio),
+        inside=0 < peak < ratio.size - 1,
     )
+
+
+def _isolation_frequency(frequency: FloatArray, ratio: FloatArray) -> float:
+    """Where the transmissibility falls below 1 for good [Hz]; NaN if it does nowhere."""
+    above = np.flatnonzero(~(ratio < 1.0))
+    if above.size == 0:
+        return float(frequency[0])
+    last = int(above[-1])
+    if last + 1 == ratio.size:
+        return math.nan
+    # Both fall nearly by powers of each other.
+    share = math.log(ratio[last]) / math.log(ratio[last] / ratio[last + 1])
+    return float(frequency[last] * (frequency[last + 1] / frequency[last]) ** share)

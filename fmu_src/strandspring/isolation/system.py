@@ -39,7 +39,7 @@ class Excitation(Enum):
         """SI unit of its level."""
         return {"base displacement": "m", "base acceleration": "m/s^2", "force": "N"}[self.value]
 
-    def told(self, level: float) -> str:
+    def level_text(self, level: float) -> str:
         """A level in the unit that people read."""
         return f"{1e3 * level:.4g} mm" if self is Excitation.BASE_DISPLACEMENT else f"{level:.4g} {self.unit}"
 
@@ -92,17 +92,17 @@ class IsolatedMass:
 
 
 @dataclass(frozen=True)
-class StaticPoint:
-    """Where the mass rests.
+class StaticEquilibrium:
+    """Static equilibrium of the mass.
 
     Attributes
     ----------
     displacement : float         Of one spring, midway in the hysteresis (omega = 0) [m].
-    sag : float                  Of the mount from where its springs' force is zero at omega = 0 [m]; NaN if that lies
+    sag : float                  Of the mount, from where its springs' force is zero at omega = 0 [m]; NaN if that lies
                                  outside the identified range.
-    least, greatest : float      Rest positions of one spring that friction allows, unloaded from above and loaded
-                                 from below [m]; held at the ends of the identified range.
-    stiffness : float            Of the mount for small motion about the rest, hysteresis unsaturated [N/m].
+    least, greatest : float      Equilibria of one spring with the hysteresis saturated, loaded from below and unloaded
+                                 from above [m]; held at the ends of the identified range.
+    stiffness : float            Of the mount for small motion about the equilibrium, hysteresis unsaturated [N/m].
     frequency : float            sqrt(stiffness/mass)/(2 pi) [Hz].
     """
 
@@ -114,8 +114,8 @@ class StaticPoint:
     frequency: float
 
 
-def static_point(system: IsolatedMass) -> StaticPoint:
-    """The rest position under the static load.
+def static_equilibrium(system: IsolatedMass) -> StaticEquilibrium:
+    """Find the static equilibrium under the load.
 
     Raises
     ------
@@ -136,22 +136,22 @@ def static_point(system: IsolatedMass) -> StaticPoint:
             f"{middle.min():.6g} to {middle.max():.6g} N{_masses(system, middle)}; use another mass, load or number of "
             "springs."
         )
-    rest = _crossing(grid, middle, each)
+    equilibrium = _crossing(grid, middle, each)
     zero = _crossing(grid, middle, 0.0) if middle.min() <= 0.0 <= middle.max() else math.nan
-    _, by_displacement, by_omega = solver.force_with_partials(np.array([rest]), np.zeros(1))
+    _, by_displacement, by_omega = solver.force_with_partials(np.array([equilibrium]), np.zeros(1))
     stiffness = system.stiffness_scale * float(by_displacement[0] + p.rho * by_omega[0])
     if not stiffness > 0.0:
         raise IsolationError(
-            f"The rest position at {1e3 * rest:.6g} mm is not stable, because the force falls there as the "
+            f"The static equilibrium at {1e3 * equilibrium:.6g} mm is not stable, because the force falls there as the "
             "displacement rises; use another mass or load."
         )
     # Loaded from below omega is 1 at most, unloaded from above -1 at least; the first place with the load holds.
     from_below = np.maximum.accumulate(backbone(1.0))
     from_above = np.minimum.accumulate(backbone(-1.0)[::-1])[::-1]
     reached = [float(np.interp(each, forces, grid)) for forces in (from_below, from_above)]
-    return StaticPoint(
-        displacement=rest,
-        sag=system.series * (rest - zero),
+    return StaticEquilibrium(
+        displacement=equilibrium,
+        sag=system.series * (equilibrium - zero),
         least=min(reached),
         greatest=max(reached),
         stiffness=stiffness,

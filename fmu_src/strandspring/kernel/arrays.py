@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import ctypes
 from typing import Any
 
 import numpy as np
@@ -14,14 +13,14 @@ IntArray = NDArray[np.int64]
 
 def floats(values: ArrayLike) -> FloatArray:
     """Values as contiguous doubles; not copied if they are."""
-    return np.ascontiguousarray(values, dtype=np.float64)
+    return np.asarray(values, dtype=np.float64, order="C")
 
 
 def integers(values: ArrayLike) -> IntArray:
     """Values as contiguous 64-bit integers; not copied if they are."""
-    return np.ascontiguousarray(values, dtype=np.int64)
+    return np.asarray(values, dtype=np.int64, order="C")
 
 
-def address(array: NDArray[Any] | None) -> ctypes.c_void_p:
-    """Where an array begins, which must be contiguous and outlive the call; null for None."""
-    return ctypes.c_void_p(None if array is None else array.__array_interface__["data"][0])
+def address(array: NDArray[Any]) -> int:
+    """Where an array begins, which must be contiguous and outlive the call."""
+    return int(array.__array_interface__["data"][0])

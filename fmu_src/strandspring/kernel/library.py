@@ -1,10 +1,57 @@
-"""Temporary: replaced by the library that the build makes."""
+"""The compiled kernel, found, loaded and declared."""
+
+from __future__ import annotations
 
 import ctypes
-import os
+from ctypes import c_double, c_int, c_size_t, c_void_p
 from functools import cache
+
+from ..compiled.images import KERNEL, image
+from ..compiled.targets import host_target
+
+# Result and arguments of each function. Arrays and structures are passed by their addresses.
+_FUNCTIONS = {
+    "kernel_table_size": (c_size_t, ()),
+    "kernel_law_size": (c_size_t, ()),
+    "kernel_tabulate": (None, (c_void_p, c_double, c_double, c_int)),
+    "kernel_prepare": (None, (c_void_p, c_int, c_void_p, c_int, c_void_p, c_void_p, c_void_p)),
+    "kernel_saturation": (None, (c_void_p, c_size_t, c_void_p, c_void_p)),
+    "kernel_inverse": (None, (c_void_p, c_size_t, c_void_p, c_void_p)),
+    "spring_path": (None, (c_void_p, c_size_t, c_void_p, c_double, c_void_p, c_void_p, c_void_p, c_void_p)),
+    "spring_force_at": (None, (c_void_p, c_size_t, c_void_p, c_void_p, c_void_p, c_void_p, c_void_p)),
+    "spring_at_points": (
+        None,
+        (c_void_p, c_double, c_double, c_size_t, c_void_p, c_void_p, c_size_t, c_void_p, c_void_p, c_void_p, c_void_p,
+         c_void_p),
+    ),
+    "spring_periodic_workspace": (c_size_t, (c_size_t, c_size_t)),
+    "spring_periodic": (c_size_t, (c_void_p, c_void_p, c_void_p, c_void_p, c_void_p, c_void_p)),
+    "balance_workspace": (c_size_t, (c_size_t, c_size_t)),
+    "balance_at": (c_int, (c_void_p, c_void_p, c_double, c_void_p, c_void_p, c_void_p, c_void_p, c_void_p)),
+    "balance_solve": (c_int, (c_void_p, c_double, c_void_p, c_void_p)),
+    "balance_sweep": (
+        c_size_t,
+        (c_void_p, c_double, c_void_p, c_size_t, c_void_p, c_double, c_double, c_void_p, c_void_p),
+    ),
+    "spring_line_sums": (
+        None,
+        (c_size_t, c_void_p, c_size_t, c_void_p, c_void_p, c_void_p, c_void_p, c_void_p, c_void_p, c_size_t, c_void_p,
+         c_void_p, c_void_p),
+    ),
+    "spring_steady": (None, (c_void_p, c_size_t, c_void_p, c_int, c_void_p, c_void_p)),
+}  # fmt: skip
 
 
 @cache
 def library() -> ctypes.CDLL:
-    return ctypes.CDLL(os.environ.get("STRANDSPRING_KERNEL", "/tmp/k.so"))
+    """The library for this computer; its calls release the interpreter's lock.
+
+    Raises
+    ------
+    BuildError   If it has not been compiled and cannot be compiled now.
+    """
+    loaded = ctypes.CDLL(str(image(KERNEL, host_target())))
+    for name, (result, arguments) in _FUNCTIONS.items():
+        function = getattr(loaded, name)
+        function.restype, function.argtypes = result, arguments
+    return loaded

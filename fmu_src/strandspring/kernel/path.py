@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-import ctypes
-
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ..core.parameters import SpringParameters
-from ..kernel.arrays import FloatArray
-from .arrays import address, floats
+from .arrays import FloatArray, address, floats
 from .library import library
-from .table import table
+from .saturation_table import table
 
 # Beyond this the work of the linear continuation may overflow; no spring goes there.
 LARGEST_DISPLACEMENT = 1e9
@@ -24,7 +21,7 @@ def as_path(displacement: ArrayLike) -> FloatArray:
         raise ValueError(f"`displacement` must have shape (K,) with K >= 1, got shape {path.shape}.")
     # NaN makes both comparisons false.
     if not (path.min() >= -LARGEST_DISPLACEMENT and path.max() <= LARGEST_DISPLACEMENT):
-        bad = int(np.flatnonzero(~(np.abs(path) <= LARGEST_DISPLACEMENT))[0])
+        bad = int(np.argmin((path >= -LARGEST_DISPLACEMENT) & (path <= LARGEST_DISPLACEMENT)))
         what = f"within +-{LARGEST_DISPLACEMENT:g}" if np.isfinite(path[bad]) else "finite"
         raise ValueError(f"`displacement` must be {what} [m], got {path[bad]} at index {bad}.")
     return path
@@ -54,7 +51,7 @@ class Law:
         )
 
     @property
-    def address(self) -> ctypes.c_void_p:
+    def address(self) -> int:
         """Where the kernel finds it; valid while the law lives."""
         return address(self._memory)
 
@@ -93,19 +90,14 @@ class PathSolver:
         """Force at samples with this omega [N], and its partial derivatives by displacement [N/m] and by omega [N]."""
         path, omega = floats(path), floats(omega)
         found = np.empty((3, path.size))
-        library().spring_force_at(
-            self._law.address, ctypes.c_size_t(path.size), address(path), address(omega), *map(address, found)
-        )
+        library().spring_force_at(self._law.address, path.size, address(path), address(omega), *map(address, found))
         return found[0], found[1], found[2]
 
     def _along(self, path: FloatArray, omega_start: float, which: int) -> FloatArray:
         """One of the four results along a path."""
         path = floats(path)
         found = np.empty_like(path)
-        results: list[FloatArray | None] = [None] * 4
-        results[which] = found
+        results = [address(found) if k == which else None for k in range(4)]
         law = Law(self.parameters, moments=True) if which == 3 else self._law
-        library().spring_path(
-            law.address, ctypes.c_size_t(path.size), address(path), ctypes.c_double(omega_start), *map(address, results)
-        )
+        library().spring_path(law.address, path.size, address(path), omega_start, *results)
         return found

@@ -11,14 +11,11 @@ u0 = -u(end).
 
 from __future__ import annotations
 
-import ctypes
-
 import numpy as np
 
-from ..kernel.arrays import FloatArray
-from .arrays import IntArray, address, floats, integers
+from .arrays import FloatArray, IntArray, address, floats, integers
 from .library import library
-from .table import table
+from .saturation_table import table
 
 
 def omega_at_points(
@@ -74,20 +71,20 @@ def _omega(
 ) -> tuple[FloatArray, FloatArray]:
     direction, length, stroke, travel = integers(direction), floats(length), integers(stroke), floats(travel)
     omega = np.empty(travel.size)
-    partials = np.empty((4, travel.size)) if derivatives else None
+    partials = np.empty((4 if derivatives else 0, travel.size))
     workspace = np.empty(6 * direction.size)
     library().spring_at_points(
         table(n, sigma, derivatives).address,
-        ctypes.c_double(rho),
-        ctypes.c_double(omega_start),
-        ctypes.c_size_t(direction.size),
+        rho,
+        omega_start,
+        direction.size,
         address(direction),
         address(length),
-        ctypes.c_size_t(travel.size),
+        travel.size,
         address(stroke),
         address(travel),
         address(workspace),
         address(omega),
-        address(partials),
+        address(partials) if derivatives else None,
     )
-    return omega, np.empty((0, travel.size)) if partials is None else partials
+    return omega, partials

@@ -7,14 +7,12 @@ equation W(xi) + W(xi + rho*L) = 0 for xi, and no cycles to run until they repea
 
 from __future__ import annotations
 
-import ctypes
-
 import numpy as np
 
 from ..core.parameters import SpringParameters
 from .arrays import address
 from .library import library
-from .table import table
+from .saturation_table import table
 
 
 def steady_omega(parameters: SpringParameters, stroke: float) -> float:
@@ -28,7 +26,7 @@ def steady_omega(parameters: SpringParameters, stroke: float) -> float:
     way, omega, xi = np.full(2, parameters.rho * stroke), np.zeros(1), np.empty(2)
     library().spring_steady(
         table(parameters.n, parameters.sigma).address,
-        ctypes.c_size_t(2),
+        2,
         address(way),
         -1,
         address(omega),

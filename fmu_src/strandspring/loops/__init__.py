@@ -1,1 +1,4 @@
-"""Strokes, cycles and the figures that engineers read off a hysteresis loop, of records and of the model."""
+"""Hysteresis loops: strokes and cycles of records, the model's steady loop, and the figures of both.
+
+`loop` and `modelled` depend on the model only; `strokes` on arrays only; `cycles` and `measured` use records.
+"""

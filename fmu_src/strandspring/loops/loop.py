@@ -1,4 +1,4 @@
-"""One closed loop between two turning points: its branches and its figures."""
+"""A closed loop between two turning points: its branches and its figures."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ import numpy as np
 
 from ..kernel.arrays import FloatArray
 
-# Loops are of like amplitude if both their turning points agree within this share of the amplitude.
-ALIKE = 0.03
+# Loops form a group if both their turning points agree within this share of the amplitude.
+AMPLITUDE_TOLERANCE = 0.03
 
 
 @dataclass(frozen=True)
@@ -24,7 +24,7 @@ class LoopFigures:
     low, high : float                    Turning points [m], low < high.
     force_low, force_high : float        Force at them [N].
     mean_force : float                   Mean of both branches over the displacement [N].
-    least_force, greatest_force : float  Peak forces over the whole loop [N].
+    min_force, max_force : float         Peak forces over the whole loop [N].
     energy_per_cycle : float             Energy absorbed in one cycle, W_d [J].
     """
 
@@ -33,8 +33,8 @@ class LoopFigures:
     force_low: float
     force_high: float
     mean_force: float
-    least_force: float
-    greatest_force: float
+    min_force: float
+    max_force: float
     energy_per_cycle: float
 
     @property
@@ -49,18 +49,18 @@ class LoopFigures:
 
     @property
     def secant_stiffness(self) -> float:
-        """Difference of the forces at the turning points over the stroke [N/m]."""
+        """Difference of the forces at the turning points divided by the stroke [N/m]."""
         return (self.force_high - self.force_low) / self.stroke
 
     @property
     def loss_factor(self) -> float:
-        """eta = W_d/(2 pi W_s), W_s = secant stiffness * amplitude^2/2 [-]; NaN unless the secant rises."""
-        peak = 0.5 * self.secant_stiffness * self.amplitude**2
-        return self.energy_per_cycle / (2.0 * math.pi * peak) if peak > 0.0 else math.nan
+        """eta = W_d/(2 pi W_s), W_s = secant stiffness * amplitude^2/2 [-]; NaN unless that stiffness is positive."""
+        stored = 0.5 * self.secant_stiffness * self.amplitude**2
+        return self.energy_per_cycle / (2.0 * math.pi * stored) if stored > 0.0 else math.nan
 
     @property
     def damping_ratio(self) -> float:
-        """Equivalent viscous damping ratio at resonance, eta/2 [-]; NaN unless the secant rises."""
+        """Equivalent viscous damping ratio at resonance, eta/2 [-]; NaN unless that stiffness is positive."""
         return 0.5 * self.loss_factor
 
     @property
@@ -71,7 +71,7 @@ class LoopFigures:
 
 @dataclass(frozen=True, eq=False)
 class Branch:
-    """Points of one branch of a loop by rising displacement.
+    """Points of one branch of a loop in ascending order of displacement.
 
     Attributes
     ----------
@@ -82,16 +82,16 @@ class Branch:
     force: FloatArray
 
     def profile(self, cells: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Force averaged over cells of displacement.
+        """Average force in cells of displacement.
 
         Parameters
         ----------
-        cells : ndarray, shape (G,)   Middles of cells of equal width [m], rising, G >= 2, within the branch.
+        cells : ndarray, shape (G,)   Centres of cells of equal width [m], ascending, G >= 2, within the branch.
 
         Returns
         -------
-        force : ndarray, shape (G,)   Force at the middle of each cell [N].
-        count : ndarray, shape (G,)   Samples behind it, at least 1.
+        force : ndarray, shape (G,)   Force at the centre of each cell [N].
+        count : ndarray, shape (G,)   Number of samples in the cell, at least 1.
         """
         width = cells[1] - cells[0]
         cell = np.floor((self.displacement - cells[0]) / width + 0.5).astype(np.intp)
@@ -99,8 +99,8 @@ class Branch:
         count = np.bincount(cell - first)
         filled = np.flatnonzero(count)
         x, r = (np.bincount(cell - first, weights=v)[filled] / count[filled] for v in (self.displacement, self.force))
-        wanted = np.clip(np.arange(cells.size) - first, 0, count.size - 1)
-        return np.interp(cells, x, r), np.maximum(count[wanted], 1).astype(np.float64)
+        index = np.clip(np.arange(cells.size) - first, 0, count.size - 1)
+        return np.interp(cells, x, r), np.maximum(count[index], 1).astype(np.float64)
 
 
 @dataclass(frozen=True, eq=False)
@@ -124,19 +124,19 @@ L = TypeVar("L", bound=Loop)
 
 
 def mean_figures(loops: Sequence[Loop]) -> LoopFigures:
-    """Figures of the mean of loops of like amplitude; stiffness and loss factor follow from the mean loop."""
+    """Figures of the mean loop of a group; stiffness and loss factor follow from it."""
     names = LoopFigures.__dataclass_fields__
     return LoopFigures(*(float(np.mean([getattr(loop.figures, name) for loop in loops])) for name in names))
 
 
-def alike_loops(loops: Iterable[L]) -> list[list[L]]:
-    """Group loops whose turning points agree with the group's mean within 3 % of its amplitude, by rising amplitude."""
+def group_by_amplitude(loops: Iterable[L]) -> list[list[L]]:
+    """Group loops whose turning points agree with the group's mean within 3 % of its amplitude, in ascending order."""
     groups: list[list[L]] = []
     means: list[FloatArray] = []
-    for loop in sorted(loops, key=lambda one: one.figures.amplitude):
+    for loop in sorted(loops, key=lambda loop: loop.figures.amplitude):
         ends = np.array([loop.figures.low, loop.figures.high])
         for k, mean in enumerate(means):
-            if np.max(np.abs(ends - mean)) <= ALIKE * 0.5 * (mean[1] - mean[0]):
+            if np.max(np.abs(ends - mean)) <= AMPLITUDE_TOLERANCE * 0.5 * (mean[1] - mean[0]):
                 groups[k].append(loop)
                 means[k] = mean + (ends - mean) / len(groups[k])
                 break

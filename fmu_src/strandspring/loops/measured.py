@@ -1,4 +1,4 @@
-"""Figures of a record's loops, amplitude by amplitude."""
+"""Figures of the loops in a record, one set per amplitude."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ import numpy as np
 from ..errors import RecordError
 from ..records.record import Record
 from .cycles import Cycle, find_cycles
-from .loop import LoopFigures, alike_loops, mean_figures
+from .loop import LoopFigures, group_by_amplitude, mean_figures
 
 
 @dataclass(frozen=True)
 class FigureSpread:
-    """Standard deviation of figures from cycle to cycle.
+    """Standard deviation of the figures from cycle to cycle.
 
     Attributes
     ----------
@@ -31,14 +31,14 @@ class FigureSpread:
 
 @dataclass(frozen=True)
 class MeasuredLoop:
-    """The cycles of one amplitude in a record.
+    """Cycles of one amplitude in a record.
 
     Attributes
     ----------
-    path : str                     The record.
-    figures : LoopFigures          Of the mean of the cycles.
+    path : str                     Of the record.
+    figures : LoopFigures          Of the mean cycle.
     spread : FigureSpread or None  None for a single cycle.
-    cycles : int                   How many.
+    cycles : int                   Number of cycles.
     frequency : float or None      Mean of the cycles' frequencies [Hz]; None without times.
     """
 
@@ -50,9 +50,9 @@ class MeasuredLoop:
 
 
 def measured_loops(record: Record) -> tuple[MeasuredLoop, ...]:
-    """Figures of the loops in a record by rising amplitude; cycles within 3 % of each other are taken together.
+    """Figures of the loops in a record in ascending order of amplitude; cycles that agree within 3 % are averaged.
 
-    Energies are trapezoidal sums over the samples, closed; peak forces are those sampled, noise included.
+    Energies are trapezoidal sums over the samples of the closed loop; peak forces are sampled and include noise.
 
     Parameters
     ----------
@@ -64,15 +64,15 @@ def measured_loops(record: Record) -> tuple[MeasuredLoop, ...]:
 
     Raises
     ------
-    RecordError   If the record holds no full cycle.
+    RecordError   If the record has no full cycle.
     """
     cycles = find_cycles(record)
     if not cycles:
         raise RecordError(
-            f"{record.path}: no full cycle was found, which is two neighbouring strokes of one length within 3 %; "
-            "record at least one whole cycle."
+            f"{record.path}: no full cycle (two consecutive strokes equal in length within 3 %) was found; record at "
+            "least one full cycle."
         )
-    return tuple(_measured(group) for group in alike_loops(cycles))
+    return tuple(_measured(group) for group in group_by_amplitude(cycles))
 
 
 def _measured(group: Sequence[Cycle]) -> MeasuredLoop:

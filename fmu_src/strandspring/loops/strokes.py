@@ -1,7 +1,7 @@
-"""Reversals, strokes and loops of a measured path, told apart from noise.
+"""Reversals and strokes of a measured path, separated from noise.
 
-A stroke is what lies between two neighbouring reversals. Reversals smaller than a threshold are noise: the
-smallest are taken out pairwise until none is left below it, as in rainflow counting.
+A stroke is the path between two consecutive reversals. Reversals below a threshold are noise: the smallest are removed
+in pairs until none is below it, as in rainflow counting.
 """
 
 from __future__ import annotations
@@ -19,15 +19,15 @@ IndexArray = NDArray[np.intp]
 # A reversal must exceed this many standard deviations of the displacement's noise (a million samples of white
 # noise span 10 of them)...
 _NOISE_FACTOR = 12.0
-# ...and this fraction of the displacement range: sensors jump, and so small a loop dissipates next to nothing.
+# ...and this fraction of the displacement range: sensors jump, and so small a loop dissipates almost nothing.
 _RANGE_FACTOR = 0.02
 
 
 def noise_level(values: FloatArray) -> float:
     """Standard deviation of white noise on a smooth signal, from the median of its fourth differences.
 
-    The fourth difference of white noise of variance s^2 has variance 70*s^2; a signal of 20 samples a cycle
-    leaves 0.1 % of its amplitude in it.
+    The fourth difference of white noise of variance s^2 has variance 70*s^2; that of a signal with 20 samples per
+    cycle is 0.1 % of its amplitude.
     """
     if values.size < 9:
         return 0.0
@@ -37,14 +37,14 @@ def noise_level(values: FloatArray) -> float:
 
 @dataclass(frozen=True, eq=False)
 class Strokes:
-    """A path of K samples cut at its S - 1 reversals.
+    """A path of K samples divided at its S - 1 reversals.
 
     Attributes
     ----------
     turning : ndarray of int, shape (S + 1,)    First sample, reversals, last sample.
     direction : ndarray of int, shape (S,)      +1 loading, -1 unloading.
     of_sample : ndarray of int, shape (K,)      Stroke that leads to each sample.
-    displacement : ndarray, shape (K,)          The path made monotone within each stroke [m].
+    displacement : ndarray, shape (K,)          The path, made monotone within each stroke [m].
     travel : ndarray, shape (K,)                Distance from the reversal before each sample [m].
     """
 
@@ -85,7 +85,7 @@ def turning_points(displacement: FloatArray, threshold: float) -> IndexArray:
         span = np.abs(np.diff(displacement[points]))
         before = np.concatenate([[np.inf], span[:-1]])
         after = np.concatenate([span[1:], [np.inf]])
-        # Local minima only, so that no two neighbours go at once and the larger swing always survives.
+        # Local minima only, so that no two neighbours are removed at once and the larger swing always remains.
         small = (span < threshold) & (span <= before) & (span < after)
         if not small.any():
             break
@@ -98,12 +98,12 @@ def turning_points(displacement: FloatArray, threshold: float) -> IndexArray:
 
 
 def find_strokes(displacement: FloatArray, threshold: float | None = None) -> Strokes:
-    """Cut a measured path into strokes.
+    """Divide a measured path into strokes.
 
     Parameters
     ----------
     displacement : ndarray, shape (K,)   K >= 2 [m].
-    threshold : float or None            Smallest reversal [m]; from the noise if not given.
+    threshold : float or None            Smallest reversal [m]; from the noise by default.
     """
     if threshold is None:
         threshold = reversal_threshold(displacement)

@@ -17,11 +17,10 @@ integrated along the branch from a point 0,
     F(x) - F(x_0) = (kappa_x + a)*(x - x_0) - b*integral of theta^n dx [theta > 0]
                                             + c*integral of (-theta)^n dx [theta < 0],
 
-is linear in kappa_x + a, b and c for given kappa_x and n (inside theta). Both are found by a bounded scan, kappa_x from
+is linear in kappa_x + a, b and c for given kappa_x and n (inside theta). Both are scanned within bounds, kappa_x from
 the slope at the end of the branch downwards (it can not be larger, and is that slope where the branch is saturated),
-n over its whole range; the rest is linear least squares. There are no start values and no differences of neighbouring
-samples. kappa_omega = (a/b)^(1/n), rho = a/kappa_omega
-and sigma = (c/b + 1)/2 follow.
+n over its whole range; the other coefficients follow by linear least squares. There are no start values and no
+differences of neighbouring samples. kappa_omega = (a/b)^(1/n), rho = a/kappa_omega and sigma = (c/b + 1)/2 follow.
 """
 
 from __future__ import annotations
@@ -36,16 +35,16 @@ from numpy.typing import ArrayLike
 from ..conversions import NormalizedBoucWen
 from ..errors import RecordError
 from ..identification.outcomes import IdentificationError, Outcome
-from ..identification.periods import Periods, whole_periods
 from ..identification.stages import N_BOUNDS, SIGMA_BOUNDS
 from ..kernel.arrays import FloatArray
 from ..loops.strokes import noise_level, turning_points
+from .periods import Periods, whole_periods
 
 _SCAN_N, _SCAN_STIFFNESS = 12, 24  # values tried before the minimum is bracketed
 _LOG_N = (math.log(N_BOUNDS[0]), math.log(N_BOUNDS[1]))
 _TOLERANCE = 1e-7  # of the logarithms scanned
 _END = 0.8  # the end of a branch begins at this share of the reach
-_LEAST_GAP = 2e-3  # least distance of kappa_x from its bound that is told apart, in secant stiffnesses
+_LEAST_GAP = 2e-3  # least distance of kappa_x from its bound, in secant stiffnesses
 _ASYMMETRY = 0.03  # rms difference between loading and mirrored unloading branch, share of the force range
 _FLAT = 1e-7  # steps of theta below this share of its range are integrated by the trapezoidal rule
 

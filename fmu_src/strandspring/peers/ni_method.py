@@ -23,10 +23,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..core.parameters import N_RANGE, SIGMA_RANGE
-from ..identification.periods import Periods, whole_periods
 from ..kernel.arrays import FloatArray
 from ..loops.strokes import noise_level
 from .ni import PAPER_NI, NiParameters
+from .periods import Periods, whole_periods
 
 _MAX_STEPS = 500  # of the optimizer, refused ones included
 # A sum of squares that improves by less than this share says nothing more about the parameters: with K samples,
@@ -44,10 +44,10 @@ _SHAPE = 0.01  # ...or of the rms force, whichever is larger
 class NiOutcome(Enum):
     """How Ni's method ended; the value is the sentence for the user."""
 
-    CONVERGED = "Ni's method converged and leaves no more than the record's noise."
+    CONVERGED = "Ni's method converged, and its residuals are the record's noise."
     LOCAL_MINIMUM = (
-        "Ni's method converged, but leaves more than the record's noise: the start values led it to a local minimum, "
-        "or Ni's model does not describe this spring; try other start values or another method."
+        "Ni's method converged, but its residuals exceed the record's noise: the start values led it to a local "
+        "minimum, or Ni's model does not describe this spring; try other start values or another method."
     )
     OUT_OF_STEPS = (
         f"Ni's method did not converge within its {_MAX_STEPS} steps; try other start values or another method."
@@ -56,7 +56,7 @@ class NiOutcome(Enum):
 
 @dataclass(frozen=True, eq=False)
 class NiResult:
-    """What Ni's method found.
+    """Result of Ni's method.
 
     Attributes
     ----------

@@ -1,4 +1,4 @@
-"""Ni's method as a method of `identify`: Ni's model found from a record, written as a spring of this package.
+"""Ni's method as a method of `identify`: Ni's model identified from a record and written as a spring of this package.
 
 Ni's model r = F2*(F1 + Z) is the modified normalized Bouc-Wen model with FE = F2*F1 and kappa_omega*FA = z0*F2, which
 are not polynomials: they are fitted by polynomials over the range of the record.
@@ -6,18 +6,20 @@ are not polynomials: they are fitted by polynomials over the range of the record
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
 from ..errors import RecordError
 from ..identification.loops import Loops
+from ..identification.method import Fitted, Method
 from ..identification.outcomes import IdentificationError, Outcome
 from ..identification.polynomials import Basis
-from ..identification.spring_of_fit import Solution
+from ..identification.solution import Solution, fitted
 from ..identification.stages import Backbone, Hysteresis
-from ..identification.two_stage import TwoStageOptions
-from ..records.record import Record
+from ..identification.steady_part import SteadyRecord
 from .ni import NiParameters
 from .ni_method import NiOutcome, ni_method, plausible_start
 
@@ -27,7 +29,7 @@ _MILLIMETRE = 1e-3
 
 
 @dataclass(frozen=True)
-class NiOptions:
+class NiOptions(Method):
     """Options of Ni's method.
 
     Parameters
@@ -36,39 +38,38 @@ class NiOptions:
     start : NiParameters or None   Start values; read off the record's secant stiffness and loop area if None.
     """
 
-    degrees: tuple[int, int] | None = None
+    name: ClassVar[str] = "ni"
+
     start: NiParameters | None = None
 
-    def __post_init__(self) -> None:
-        TwoStageOptions(self.degrees)
+    def fit(self, parts: Sequence[SteadyRecord], where: str) -> Fitted:
+        """Ni's method on one periodic record.
 
-
-def ni(record: Record, loops: Loops, options: NiOptions) -> tuple[Solution, list[Outcome]]:
-    """Ni's method on one periodic record.
-
-    Raises
-    ------
-    RecordError           If the record does not hold a whole period.
-    IdentificationError   If it is not described by Ni's model about its neutral position.
-    """
-    x = record.displacement / _MILLIMETRE
-    # Ni's model has its neutral position at zero; the middle of the stroke stands for it.
-    low, high = loops.reach
-    middle = 0.5 * (low + high)
-    try:
-        start = options.start or plausible_start(x - middle / _MILLIMETRE, record.force)
-        result = ni_method(x - middle / _MILLIMETRE, record.force, start, time=record.time)
-    except ValueError as problem:
-        raise RecordError(f"{record.path}: {problem}") from None
-    if result.outcome is NiOutcome.OUT_OF_STEPS:
-        raise IdentificationError(Outcome.NOT_CONVERGED, record.path)
-    basis = Basis(low, high, *(options.degrees or _DEGREES))
-    hysteresis = Hysteresis(result.parameters.rho / _MILLIMETRE, result.parameters.sigma, result.parameters.n)
-    backbone = _backbone(result.parameters, basis, loops)
-    omega = loops.omega(hysteresis.rho, hysteresis.sigma, hysteresis.n)
-    misfit = loops.rms(backbone.misfit(loops.force, omega))
-    cautions = [Outcome.NI_MODEL] if result.outcome is NiOutcome.LOCAL_MINIMUM else []
-    return Solution(basis, backbone, hysteresis, omega, 0.0, misfit), cautions
+        Raises
+        ------
+        RecordError           If there are several records, or the record does not hold a whole period.
+        IdentificationError   If it is not described by Ni's model about its neutral position.
+        """
+        if len(parts) > 1:
+            raise RecordError(f"{where}: Ni's method takes one periodic record; give one, or use another method.")
+        record, loops = parts[0].record, parts[0].loops
+        # Ni's model has its neutral position at zero; the middle of the stroke stands for it.
+        low, high = loops.reach
+        x = record.displacement / _MILLIMETRE - 0.5 * (low + high) / _MILLIMETRE
+        try:
+            start = self.start or plausible_start(x, record.force)
+            result = ni_method(x, record.force, start, time=record.time)
+        except ValueError as problem:
+            raise RecordError(f"{where}: {problem}") from None
+        if result.outcome is NiOutcome.OUT_OF_STEPS:
+            raise IdentificationError(Outcome.NOT_CONVERGED, where)
+        p = result.parameters
+        basis = Basis(low, high, *(self.degrees or _DEGREES))
+        hysteresis = Hysteresis(p.rho / _MILLIMETRE, p.sigma, p.n)
+        backbone = _backbone(p, basis, loops)
+        omega = loops.omega(hysteresis.rho, hysteresis.sigma, hysteresis.n)
+        cautions = [Outcome.NI_MODEL] if result.outcome is NiOutcome.LOCAL_MINIMUM else []
+        return fitted(loops, Solution(basis, backbone, hysteresis, omega, 0.0), where, cautions)
 
 
 def _backbone(p: NiParameters, basis: Basis, loops: Loops) -> Backbone:
@@ -76,7 +77,6 @@ def _backbone(p: NiParameters, basis: Basis, loops: Loops) -> Backbone:
     grid = basis.offset + basis.half * np.cos(np.pi * (np.arange(_SAMPLES) + 0.5) / _SAMPLES)
     columns_E, columns_A = basis.columns(grid)
     x = (grid - basis.offset) / _MILLIMETRE
-    elastic = np.linalg.lstsq(columns_E, p.amplifier(x) * p.elastic(x), rcond=None)[0].astype(np.float64)
-    amplified = np.linalg.lstsq(columns_A, p.z0 * p.amplifier(x), rcond=None)[0].astype(np.float64)
-    at_E, at_A = basis.columns(loops.displacement)
-    return Backbone(elastic, amplified, at_E @ elastic, at_A @ amplified)
+    elastic = np.linalg.lstsq(columns_E, p.amplifier(x) * p.elastic(x), rcond=None)[0]
+    amplified = np.linalg.lstsq(columns_A, p.z0 * p.amplifier(x), rcond=None)[0]
+    return Backbone.from_coefficients(np.concatenate([elastic, amplified]), basis.columns(loops.displacement))

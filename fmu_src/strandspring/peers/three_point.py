@@ -8,8 +8,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..identification.loops import Loops
-from ..identification.polynomials import Basis
+from ..identification.loops import Loops, single_branch
+from ..identification.polynomials import Basis, Columns
+from ..identification.smoothing import automatic_half_width, moving_average
 from ..identification.stages import N_BOUNDS, SIGMA_BOUNDS, Backbone, Hysteresis
 from ..identification.steady_part import mean_loop
 from ..kernel.arrays import FloatArray
@@ -17,15 +18,40 @@ from ..kernel.arrays import FloatArray
 # omega at the points H1 (recovering), H2 and H3 (approaching saturation). H1 moves towards zero if the branch is
 # sampled from later on only.
 _H1, _H2, _H3 = -0.5, 0.35, 0.7
+# Where the loading branch is looked at: densely after the reversal.
+_BRANCH_SHARES = ((np.arange(200) + 0.5) / 200) ** 2
 
 
-def fit_backbone_paper(loops: Loops, basis: Basis, steady_travel: float) -> Backbone | None:
+def three_point_stages(
+    loops: Loops, basis: Basis, columns: Columns, steady_travel: float, smoothing: int | None
+) -> tuple[Hysteresis, float] | None:
+    """Both stages by the paper's formulas; arguments and result as `identification.two_stage.Stages` says."""
+    backbone = fit_backbone_paper(loops, basis, columns, steady_travel)
+    if backbone is None:
+        return None
+    mean = mean_loop(loops, _BRANCH_SHARES)
+    at_E, at_A = basis.columns(mean.displacement)
+    G = at_A @ backbone.amplified
+    if not (G > 0.0).all():
+        return None
+    u = (mean.loading - at_E @ backbone.elastic) / G
+    branch = single_branch(mean.displacement, u)
+    half_width = automatic_half_width(branch, u) if smoothing is None else smoothing
+    hysteresis = three_points(mean.displacement - basis.low, moving_average(branch, u, half_width))
+    if hysteresis is None:
+        return None
+    omega = loops.omega(hysteresis.rho, hysteresis.sigma, hysteresis.n)
+    return hysteresis, loops.rms(backbone.misfit(loops.force, omega))
+
+
+def fit_backbone_paper(loops: Loops, basis: Basis, columns: Columns, steady_travel: float) -> Backbone | None:
     """Stage 1 by paper eqs. (14)-(20): both branches at the same x, where both have travelled far enough.
 
     Parameters
     ----------
     loops : Loops
     basis : Basis
+    columns : Columns       Basis functions at the points of the loops.
     steady_travel : float   Distance from a reversal beyond which a branch counts as saturated [m].
 
     Returns
@@ -44,8 +70,7 @@ def fit_backbone_paper(loops: Loops, basis: Basis, steady_travel: float) -> Back
         return None
     elastic = np.asarray(np.linalg.lstsq(columns_E, 0.5 * (upper + lower), rcond=None)[0], np.float64)
     amplifier = np.asarray(np.linalg.lstsq(columns_A, 0.5 * (upper - lower) / kappa, rcond=None)[0], np.float64)
-    at_E, at_A = basis.columns(loops.displacement)
-    return Backbone(elastic, kappa * amplifier, at_E @ elastic, kappa * (at_A @ amplifier))
+    return Backbone(elastic, kappa * amplifier, columns.elastic @ elastic, kappa * (columns.amplifier @ amplifier))
 
 
 def three_points(travel: FloatArray, u: FloatArray) -> Hysteresis | None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import math
 from collections.abc import Sequence
+from dataclasses import asdict
 from pathlib import Path
 
 import matplotlib as mpl
@@ -48,7 +49,7 @@ def write_report(path: Path, model: ModelFile, identification: Identification) -
 
 def _values(model: ModelFile) -> dict[str, str]:
     """The parameters with as many digits as their standard errors justify."""
-    numbers, errors = model.parameters.model_dump(), model.uncertainty
+    numbers, errors = asdict(model.parameters), model.uncertainty
     texts = {name: _digits(numbers[name], errors.get(name)) for name in ("kappa_omega", "rho", "sigma", "n")}
     for name in ("kE", "kA"):
         of_each = errors.get(name) or [None] * len(numbers[name])

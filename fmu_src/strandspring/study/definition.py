@@ -12,7 +12,7 @@ import numpy as np
 from ..core.parameters import SpringParameters
 from ..isolation.band import band_frequencies, checked_limits
 from ..isolation.response import frequency_response
-from ..isolation.system import Excitation, IsolatedMass, IsolationError, static_point
+from ..isolation.system import Excitation, IsolatedMass, IsolationError, static_equilibrium
 from .spread import Spread
 
 DONE = "done"
@@ -30,7 +30,7 @@ class RunRow:
     draw : int or None                      Number of the draw, from 0; None at the identified parameters.
     mass, level, stiffness_factor : float   Of the grid point [kg], [unit of the excitation], [-].
     kappa_omega, rho, sigma, n : float      As drawn, before the stiffness factor [N], [1/m], [-], [-].
-    rest, sag : float or None               See `StaticPoint` [m]; None if there is none.
+    rest, sag : float or None               See `StaticEquilibrium` [m]; None where there is none.
     frequency, transmissibility, amplitude, stiffness, loss_factor, isolation_frequency : float or None
                                             See `Resonance`; None if the run is refused or there is none.
     inside : bool or None                   Whether the resonance lies inside the band, not at one of its ends.
@@ -159,9 +159,9 @@ class Study:
         )  # fmt: skip
         try:
             system = self._system(scaled(spring, point.stiffness_factor), point.mass)
-            rest = static_point(system)
-            row = replace(row, rest=rest.displacement, sag=_finite(rest.sag))
-            frequencies = band_frequencies(self.band, self.points, rest)
+            equilibrium = static_equilibrium(system)
+            row = replace(row, rest=equilibrium.displacement, sag=_finite(equilibrium.sag))
+            frequencies = band_frequencies(self.band, self.points, equilibrium)
             response = frequency_response(system, self.excitation, point.level, frequencies, self.extrapolate)
         except IsolationError as refusal:
             return replace(row, outcome=str(refusal))

@@ -1,8 +1,10 @@
 /* The FMU as one unit, of which the other files are parts. No name but those of FMI's functions leaves it, so that
- * several FMUs can be linked into one program, each with its FMI2_FUNCTION_PREFIX. */
-#define SPRING_LOCAL static
+ * several FMUs can be linked into one program, each with its FMI2_FUNCTION_PREFIX. Inline, so that compilers do not warn of
+ * functions that only others need. */
+#define SPRING_LOCAL static inline
 
 #include "fmi2_arguments.c"
+#include "fmi2_block.c"
 #include "fmi2_cosimulation.c"
 #include "fmi2_derivatives.c"
 #include "fmi2_fmustate.c"
@@ -12,5 +14,7 @@
 #include "fmi2_reversal.c"
 #include "fmi2_spring.c"
 #include "fmi2_state.c"
+#include "fmi2_tables.c"
 #include "fmi2_variables.c"
+#include "saturation.c"
 #include "spring.c"

@@ -6,7 +6,7 @@
 static const struct {
     int modes;
     const char *name;
-} NAMES[] = {
+} MODES[] = {
     {INSTANTIATED, "instantiated"},
     {INITIALIZATION, "in initialization mode"},
     {ME_EVENT, "in event mode"},
@@ -14,7 +14,7 @@ static const struct {
     {CS_STEP, "in step mode"},
     {TERMINATED, "terminated"},
 };
-enum { NAMES_COUNT = sizeof NAMES / sizeof *NAMES };
+enum { MODE_COUNT = sizeof MODES / sizeof *MODES };
 
 static const char *const TYPE_NAMES[] = {
     [VARIABLE_REAL] = "Real",
@@ -30,17 +30,17 @@ fmi2Status fmu_refuse_call(const Instance *instance, const char *call, int allow
     char expected[160] = "";
     const char *actual = "";
     if (allowed == NO_MODE)
-        return fmu_refuse(&instance->log, "%s must follow a step that is pending, but none ever is.", call);
+        return fmu_refuse(&instance->log, "%s must be called while a step is pending, and steps of this FMU never are.", call);
     if (!(allowed & kind))
         return fmu_refuse(&instance->log, "%s must be called in %s, but the instance is for %s.", call,
                           kind == CO_SIMULATION ? "model exchange" : "co-simulation",
                           kind == CO_SIMULATION ? "co-simulation" : "model exchange");
-    for (int i = 0; i < NAMES_COUNT; i++) {
+    for (int i = 0; i < MODE_COUNT; i++) {
         size_t length = strlen(expected);
-        if (NAMES[i].modes & allowed & kind)
-            snprintf(expected + length, sizeof expected - length, "%s%s", length ? " or " : "", NAMES[i].name);
-        if (NAMES[i].modes & mode)
-            actual = NAMES[i].name;
+        if (MODES[i].modes & allowed & kind)
+            snprintf(expected + length, sizeof expected - length, "%s%s", length ? " or " : "", MODES[i].name);
+        if (MODES[i].modes & mode)
+            actual = MODES[i].name;
     }
     return fmu_refuse(&instance->log, "%s must be called while the instance is %s, but it is %s.", call, expected,
                       actual);
@@ -48,10 +48,10 @@ fmi2Status fmu_refuse_call(const Instance *instance, const char *call, int allow
 
 fmi2Status fmu_refuse_type(const Instance *instance, fmi2ValueReference reference, VariableType expected)
 {
-    if (reference >= SPRING_VARIABLES)
-        return fmu_refuse(&instance->log, "There is no variable with value reference %u; they go from 0 to %d.",
-                          reference, SPRING_VARIABLES - 1);
-    const Variable *variable = &fmu_variables[reference];
-    return fmu_refuse(&instance->log, "`%s` (value reference %u) is %s, not %s.", variable->name, reference,
-                      TYPE_NAMES[variable->type], TYPE_NAMES[expected]);
+    const Settings *settings = &instance->state.settings;
+    if (reference >= instance->variables)
+        return fmu_refuse(&instance->log, "There is no variable with value reference %u; they go from 0 to %u.",
+                          reference, instance->variables - 1);
+    return fmu_refuse(&instance->log, "`%s` (value reference %u) is %s, not %s.", fmu_name(settings, reference).text,
+                      reference, TYPE_NAMES[fmu_type(reference)], TYPE_NAMES[expected]);
 }

@@ -4,7 +4,7 @@
 
 #include "fmi2_instance.h"
 
-/* The mode must allow the call. */
+/* The call must be allowed in the present mode. */
 #define FMU_REQUIRE(instance, call) \
     do { \
         if ((instance) == NULL) \
@@ -25,7 +25,7 @@
     do { \
         FMU_REQUIRE_ARRAY(instance, call, references, count); \
         FMU_REQUIRE_ARRAY(instance, call, values, count); \
-        size_t other = fmu_first_of_other_type((references), (count), (type)); \
+        size_t other = fmu_first_of_other_type((instance), (references), (count), (type)); \
         if (other < (count)) \
             return fmu_refuse_type((instance), (references)[other], (type)); \
     } while (0)
@@ -34,10 +34,11 @@ SPRING_LOCAL fmi2Status fmu_refuse_call(const Instance *instance, const char *ca
 
 /* The place of the first reference that is not of a variable of the type, or `count`. Inline, for each exchange asks
  * twice. */
-static inline size_t fmu_first_of_other_type(const fmi2ValueReference references[], size_t count, VariableType type)
+static inline size_t fmu_first_of_other_type(
+    const Instance *instance, const fmi2ValueReference references[], size_t count, VariableType type)
 {
     size_t i = 0;
-    while (i < count && references[i] < SPRING_VARIABLES && fmu_variables[references[i]].type == type)
+    while (i < count && references[i] < instance->variables && fmu_type(references[i]) == type)
         i++;
     return i;
 }

@@ -1,8 +1,8 @@
 /* The calls of FMI 2.0 for co-simulation.
  *
  * A step commits the straight path to the displacement set last, whatever the times that the host gives; or, if it has
- * set input derivatives, the parabola that begins at that displacement. The derivatives hold for one step. A step of no
- * finite size is an error, not discarded: discarding would ask the host to try a smaller one.
+ * set input derivatives, the parabola that begins at that displacement. The derivatives hold for one step. A step without
+ * a finite size is an error and not discarded, since discarding would ask the host to try a smaller one.
  */
 #include "fmi2_arguments.h"
 #include "fmi2_instance.h"
@@ -17,15 +17,15 @@ fmi2Status fmi2SetRealInputDerivatives(fmi2Component c, const fmi2ValueReference
     FMU_REQUIRE_VARIABLES(instance, SetRealInputDerivatives, vr, nvr, value, VARIABLE_REAL);
     FMU_REQUIRE_ARRAY(instance, SetRealInputDerivatives, order, nvr);
     for (size_t i = 0; i < nvr; i++) {
-        const char *name = fmu_variables[vr[i]].name;
-        if (fmu_variables[vr[i]].causality != VARIABLE_INPUT)
-            return fmu_refuse(&instance->log, "`%s` is no input: it has no derivative that can be set.", name);
+        VariableName name = fmu_name(&instance->state.settings, vr[i]);
+        if (fmu_causality(vr[i]) != VARIABLE_INPUT)
+            return fmu_refuse(&instance->log, "`%s` is not an input, so its derivatives cannot be set.", name.text);
         if (order[i] != 1 && order[i] != 2)
-            return fmu_refuse(&instance->log, "The order of a derivative of `%s` must be 1 or 2, got %d.", name,
+            return fmu_refuse(&instance->log, "The order of a derivative of `%s` must be 1 or 2, got %d.", name.text,
                               order[i]);
         if (!isfinite(value[i]))
             return fmu_refuse(&instance->log, "The derivative of order %d of `%s` must be finite, got %s.", order[i],
-                              name, spring_number(value[i]).text);
+                              name.text, spring_number(value[i]).text);
     }
     for (size_t i = 0; i < nvr; i++) {
         *(order[i] == 1 ? &instance->state.velocity : &instance->state.acceleration) = value[i];
@@ -50,10 +50,10 @@ fmi2Status fmi2CancelStep(fmi2Component c)
     return fmi2OK;
 }
 
-/* No step is ever pending, so nothing is known of one. */
+/* No step is ever pending, so there is nothing to report about one. */
 static fmi2Status no_such_status(const Instance *instance, const char *call, fmi2StatusKind kind)
 {
-    return fmu_discard(&instance->log, "%s has no answer to the kind of status %d, since no step is ever pending.",
+    return fmu_discard(&instance->log, "%s has no status of kind %d, since steps of this FMU are never pending.",
                        call, (int)kind);
 }
 

@@ -12,8 +12,8 @@ static Gradients reached_gradients(const Instance *instance, const SpringMemory 
 {
     Gradients found;
     SpringSensitivity sensitivity = fmu_sensitivity(instance, reached);
-    spring_gradient(&instance->law, reached, &sensitivity, &found.of_force, &found.of_stiffness);
-    found.force = spring_force(&instance->law, reached);
+    spring_gradient(instance->law, reached, &sensitivity, &found.of_force, &found.of_stiffness);
+    found.force = spring_force(instance->law, reached);
     return found;
 }
 
@@ -24,14 +24,21 @@ static double by_place(const SpringGradient *gradient)
     return -(gradient->by_displacement_offset + gradient->by_displacement_min + gradient->by_displacement_max);
 }
 
-static double partial(const Gradients *at, unsigned unknown, unsigned known, int at_start)
+static double partial(const Gradients *at, unsigned unknown, unsigned known,
+                      const Settings *settings, int at_start)
 {
     const SpringGradient *gradient = unknown == SPRING_FORCE ? &at->of_force : &at->of_stiffness;
     if (unknown == SPRING_ABSORBED_ENERGY)
         return at_start ? 0.0 : at->force;
     if (known != SPRING_DISPLACEMENT)
-        return fmu_derivative_by(gradient, known);
+        return fmu_derivative_by(gradient, settings, known);
     return at_start ? by_place(gradient) : gradient->by_displacement;
+}
+
+static fmi2Status refuse_no_output(const Instance *instance, unsigned reference)
+{
+    return fmu_refuse(&instance->log, "`%s` is not an output, so it has no derivatives.",
+                      fmu_name(&instance->state.settings, reference).text);
 }
 
 fmi2Status fmi2GetDirectionalDerivative(
@@ -42,20 +49,22 @@ fmi2Status fmi2GetDirectionalDerivative(
     FMU_REQUIRE(instance, GetDirectionalDerivative);
     FMU_REQUIRE_VARIABLES(instance, GetDirectionalDerivative, vUnknown_ref, nUnknown, dvUnknown, VARIABLE_REAL);
     FMU_REQUIRE_VARIABLES(instance, GetDirectionalDerivative, vKnown_ref, nKnown, dvKnown, VARIABLE_REAL);
+    const Settings *settings = &instance->state.settings;
     int at_start = instance->state.mode & INITIALIZATION;
     for (size_t i = 0; i < nUnknown; i++)
-        if (fmu_variables[vUnknown_ref[i]].causality != VARIABLE_OUTPUT)
-            return fmu_refuse(&instance->log, "`%s` is no output: it has no derivative.",
-                              fmu_variables[vUnknown_ref[i]].name);
+        if (fmu_causality(vUnknown_ref[i]) != VARIABLE_OUTPUT)
+            return refuse_no_output(instance, vUnknown_ref[i]);
     for (size_t k = 0; k < nKnown; k++) {
-        const Variable *known = &fmu_variables[vKnown_ref[k]];
-        if (known->causality != VARIABLE_INPUT && known->causality != VARIABLE_PARAMETER)
-            return fmu_refuse(&instance->log, "`%s` is computed: there is no derivative by it.", known->name);
+        VariableCausality causality = fmu_causality(vKnown_ref[k]);
+        if (causality != VARIABLE_INPUT && causality != VARIABLE_PARAMETER)
+            return fmu_refuse(&instance->log, "`%s` is calculated; there are no derivatives with respect to it.",
+                              fmu_name(settings, vKnown_ref[k]).text);
         for (size_t i = 0; i < nUnknown; i++)
-            if (vUnknown_ref[i] == SPRING_ABSORBED_ENERGY && known->causality == VARIABLE_PARAMETER && !at_start)
+            if (vUnknown_ref[i] == SPRING_ABSORBED_ENERGY && causality == VARIABLE_PARAMETER && !at_start)
                 return fmu_refuse(&instance->log,
-                                  "The derivative of `absorbed_energy` by `%s` is known in initialization mode only.",
-                                  known->name);
+                                  "The derivative of `absorbed_energy` with respect to `%s` is available in "
+                                  "initialization mode only.",
+                                  fmu_name(settings, vKnown_ref[k]).text);
     }
     const SpringMemory *reached = fmu_reach(instance);
     if (reached == NULL)
@@ -64,7 +73,7 @@ fmi2Status fmi2GetDirectionalDerivative(
     for (size_t i = 0; i < nUnknown; i++) {
         dvUnknown[i] = 0.0;
         for (size_t k = 0; k < nKnown; k++)
-            dvUnknown[i] += partial(&at, vUnknown_ref[i], vKnown_ref[k], at_start) * dvKnown[k];
+            dvUnknown[i] += partial(&at, vUnknown_ref[i], vKnown_ref[k], settings, at_start) * dvKnown[k];
     }
     return fmi2OK;
 }
@@ -78,20 +87,21 @@ fmi2Status fmi2GetRealOutputDerivatives(fmi2Component c, const fmi2ValueReferenc
     FMU_REQUIRE_VARIABLES(instance, GetRealOutputDerivatives, vr, nvr, value, VARIABLE_REAL);
     FMU_REQUIRE_ARRAY(instance, GetRealOutputDerivatives, order, nvr);
     for (size_t i = 0; i < nvr; i++) {
-        const char *name = fmu_variables[vr[i]].name;
-        if (fmu_variables[vr[i]].causality != VARIABLE_OUTPUT)
-            return fmu_refuse(&instance->log, "`%s` is no output: it has no derivative.", name);
+        if (fmu_causality(vr[i]) != VARIABLE_OUTPUT)
+            return refuse_no_output(instance, vr[i]);
         if (order[i] != 1)
-            return fmu_refuse(&instance->log, "The order of the derivative of `%s` must be 1, got %d.", name, order[i]);
+            return fmu_refuse(&instance->log, "The order of the derivative of `%s` must be 1, got %d.",
+                              fmu_name(&instance->state.settings, vr[i]).text, order[i]);
     }
-    fmu_reach(instance); /* for the law */
+    if (fmu_reach(instance) == NULL) /* makes the law */
+        return fmi2Error;
     const State *state = &instance->state;
     SpringGradient of_force, of_stiffness;
-    spring_gradient(&instance->law, &state->memory, &state->sensitivity, &of_force, &of_stiffness);
+    spring_gradient(instance->law, &state->memory, &state->sensitivity, &of_force, &of_stiffness);
     for (size_t i = 0; i < nvr; i++) {
         double by_displacement = vr[i] == SPRING_FORCE       ? of_force.by_displacement
                                  : vr[i] == SPRING_STIFFNESS ? of_stiffness.by_displacement
-                                                             : spring_force(&instance->law, &state->memory);
+                                                             : spring_force(instance->law, &state->memory);
         value[i] = by_displacement * state->rate;
     }
     return fmi2OK;

@@ -4,7 +4,7 @@
 
 /* A state that the host holds. */
 typedef struct {
-    const void *of; /* which FMU made it: the address of its variables, since another one has its own */
+    const void *of; /* the FMU that made it */
     fmi2CallbackFreeMemory free;
     State state;
 } Snapshot;
@@ -13,20 +13,20 @@ typedef struct {
 #define REQUIRE_SNAPSHOT(instance, call, snapshot) \
     do { \
         FMU_REQUIRE_ARRAY(instance, call, snapshot, 1); \
-        if ((snapshot)->of != fmu_variables) \
+        if ((snapshot)->of != fmu_identity()) \
             return fmu_refuse(&(instance)->log, \
                               "The state given to fmi2%s must come from an instance of the same FMU.", #call); \
     } while (0)
 
 static Snapshot *new_snapshot(const Instance *instance)
 {
-    Snapshot *snapshot = instance->allocate(1, sizeof *snapshot);
+    Snapshot *snapshot = instance->allocator.allocate(1, sizeof *snapshot);
     if (snapshot == NULL) {
         fmu_refuse(&instance->log, "There is not enough memory for a state.");
         return NULL;
     }
-    snapshot->of = fmu_variables;
-    snapshot->free = instance->free;
+    snapshot->of = fmu_identity();
+    snapshot->free = instance->allocator.free;
     return snapshot;
 }
 

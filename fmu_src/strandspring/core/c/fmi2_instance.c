@@ -1,5 +1,7 @@
 #include "fmi2_instance.h"
 
+#include "fmi2_block.h"
+
 #include <float.h>
 #include <math.h>
 #include <string.h>
@@ -7,54 +9,63 @@
 /* Of times added up by the host. */
 static const double ROUNDING = 1e-9;
 
-static double setting(const State *state, unsigned parameter)
-{
-    return state->settings[parameter - SPRING_FIRST_PARAMETER];
-}
-
 /* Where the displacement set last lies: -1 below the identified range, +1 above it, 0 inside. */
 static int side(const State *state)
 {
-    return (state->displacement > setting(state, SPRING_DISPLACEMENT_MAX)) -
-           (state->displacement < setting(state, SPRING_DISPLACEMENT_MIN));
+    const SpringParameters *spring = &state->settings.spring;
+    return (state->displacement > spring->displacement_max) - (state->displacement < spring->displacement_min);
 }
 
 double fmu_range(const State *state)
 {
-    return setting(state, SPRING_DISPLACEMENT_MAX) - setting(state, SPRING_DISPLACEMENT_MIN);
+    return state->settings.spring.displacement_max - state->settings.spring.displacement_min;
 }
 
 void fmu_begin(Instance *instance, int mode)
 {
-    State start = {.mode = mode, .stop_time = INFINITY, .displacement = fmu_variables[SPRING_DISPLACEMENT].start};
-    for (unsigned i = 0; i < SPRING_PARAMETERS; i++)
-        start.settings[i] = fmu_variables[SPRING_FIRST_PARAMETER + i].start;
-    start.memory = spring_rest(start.displacement, setting(&start, SPRING_OMEGA_START));
+    State start = {
+        .mode = mode,
+        .stop_time = INFINITY,
+        .displacement = fmu_start_displacement(),
+        .settings = fmu_start_settings(),
+    };
+    instance->variables = fmu_variables(&start.settings);
+    start.memory = spring_start(start.displacement, start.settings.omega_start);
     start.watch = fmu_watch_from(start.time, start.displacement);
     fmu_restore(instance, &start);
 }
 
 void fmu_restore(Instance *instance, const State *state)
 {
-    if (memcmp(instance->state.settings, state->settings, sizeof state->settings) != 0)
-        instance->has_law = 0;
+    if (memcmp(&instance->state.settings, &state->settings, sizeof state->settings) != 0)
+        instance->law = NULL;
     instance->has_trial = 0;
     instance->state = *state;
 }
 
-/* Makes the law of the present parameters, or says why they are no possible spring. */
-static fmi2Status make_law(Instance *instance)
+/* Prepares the law of the present parameters, unless it is there. */
+static fmi2Status require_law(Instance *instance)
 {
     char problem[256];
-    double omega_start = setting(&instance->state, SPRING_OMEGA_START);
-    if (!(fabs(omega_start) <= 1.0))
+    const Settings *settings = &instance->state.settings;
+    if (instance->law != NULL)
+        return fmi2OK;
+    if (!(fabs(settings->omega_start) <= 1.0))
         return fmu_refuse(&instance->log, "`omega_start` must be within [-1, 1], got %s.",
-                          spring_number(omega_start).text);
-    SpringParameters parameters = fmu_spring_parameters(instance->state.settings);
-    if (spring_problem(&parameters, problem, sizeof problem))
+                          spring_number(settings->omega_start).text);
+    if (spring_problem(&settings->spring, problem, sizeof problem))
         return fmu_refuse(&instance->log, "%s", problem);
-    spring_prepare(&instance->law, &parameters);
-    instance->has_law = 1;
+    /* Acquired before the old one is released, which is often the same. */
+    const SharedSpring *shared = fmu_acquire(&instance->allocator, &settings->spring);
+    if (shared == NULL)
+        return fmu_refuse(&instance->log, "There is not enough memory for the table of this spring.");
+    fmu_release(instance->shared);
+    instance->shared = shared;
+    instance->law = &shared->law;
+    if (memcmp(&shared->law.parameters, &settings->spring, sizeof settings->spring) != 0) {
+        spring_prepare(&instance->own_law, &settings->spring, &shared->table);
+        instance->law = &instance->own_law;
+    }
     return fmi2OK;
 }
 
@@ -62,14 +73,11 @@ static fmi2Status make_law(Instance *instance)
 static const SpringMemory *make_trial(Instance *instance)
 {
     const State *state = &instance->state;
-    if (!instance->has_law && make_law(instance) != fmi2OK)
+    if (require_law(instance) != fmi2OK)
         return NULL;
-    if (state->mode & INITIALIZATION) {
-        instance->trial = spring_rest(state->displacement, setting(state, SPRING_OMEGA_START));
-    } else {
-        instance->trial = state->memory;
-        spring_move(&instance->law, &instance->trial, NULL, state->displacement);
-    }
+    instance->trial = state->mode & INITIALIZATION
+                          ? spring_start(state->displacement, state->settings.omega_start)
+                          : spring_trial(instance->law, &state->memory, state->displacement);
     instance->has_trial = 1;
     return &instance->trial;
 }
@@ -77,7 +85,7 @@ static const SpringMemory *make_trial(Instance *instance)
 const SpringMemory *fmu_reach(Instance *instance)
 {
     const State *state = &instance->state;
-    int committed = instance->has_law && !(state->mode & INITIALIZATION) &&
+    int committed = instance->law != NULL && !(state->mode & INITIALIZATION) &&
                     state->displacement == state->memory.displacement;
     return instance->has_trial ? &instance->trial : committed ? &state->memory : make_trial(instance);
 }
@@ -85,32 +93,32 @@ const SpringMemory *fmu_reach(Instance *instance)
 SpringSensitivity fmu_sensitivity(const Instance *instance, const SpringMemory *reached)
 {
     const State *state = &instance->state;
-    return spring_advance_sensitivity(&instance->law, &state->memory, &state->sensitivity, reached);
+    return spring_trial_sensitivity(instance->law, &state->memory, &state->sensitivity, reached);
 }
 
 static double output(Instance *instance, const SpringMemory *reached, unsigned reference)
 {
     switch (reference) {
-    case SPRING_FORCE: return spring_force(&instance->law, reached);
-    case SPRING_STIFFNESS: return spring_stiffness(&instance->law, reached);
+    case SPRING_FORCE: return spring_force(instance->law, reached);
+    case SPRING_STIFFNESS: return spring_stiffness(instance->law, reached);
     case SPRING_OMEGA: return reached->omega;
     default:
         instance->state.energy_wanted = 1;
-        /* A trial is settled once; the committed memory only by steps, or reading it would change their last bits. */
+        /* A trial is integrated once; the committed memory by steps only, or reading it would change their last bits. */
         if (instance->has_trial)
-            instance->trial = spring_settle(&instance->law, reached);
-        return spring_absorbed_energy(&instance->law, reached);
+            spring_integrate(instance->law, &instance->trial);
+        return spring_absorbed_energy(instance->law, reached);
     }
 }
 
 fmi2Status fmu_read(Instance *instance, const fmi2ValueReference references[], size_t count, double values[])
 {
-    const State *state = &instance->state;
+    State *state = &instance->state;
     for (size_t i = 0; i < count; i++) {
         if (references[i] == SPRING_DISPLACEMENT) {
             values[i] = state->displacement;
         } else if (references[i] >= SPRING_FIRST_PARAMETER) {
-            values[i] = setting(state, references[i]);
+            values[i] = *fmu_setting(&state->settings, references[i]);
         } else {
             const SpringMemory *reached = fmu_reach(instance);
             if (reached == NULL)
@@ -129,8 +137,8 @@ void fmu_write(Instance *instance, const fmi2ValueReference references[], size_t
         if (references[i] == SPRING_DISPLACEMENT) {
             state->displacement = values[i];
         } else {
-            state->settings[references[i] - SPRING_FIRST_PARAMETER] = values[i];
-            instance->has_law = 0;
+            *fmu_setting(&state->settings, references[i]) = values[i];
+            instance->law = NULL;
         }
     }
 }
@@ -144,30 +152,28 @@ int fmu_extrapolating(const Instance *instance)
 static void warn_of_excursion(const Instance *instance)
 {
     const State *state = &instance->state;
-    SpringNumber low = spring_number(setting(state, SPRING_DISPLACEMENT_MIN));
-    SpringNumber high = spring_number(setting(state, SPRING_DISPLACEMENT_MAX));
+    SpringNumber low = spring_number(state->settings.spring.displacement_min);
+    SpringNumber high = spring_number(state->settings.spring.displacement_max);
     fmu_warn(&instance->log,
              "`displacement` %s m lies outside the identified range [%s, %s] m: the force is extrapolated until it "
              "comes back.",
              spring_number(state->displacement).text, low.text, high.text);
 }
 
-/* Makes the way to the displacement set last part of the path. */
+/* Makes the way to the displacement set last part of the path; the law must be present. */
 static void commit(Instance *instance)
 {
     State *state = &instance->state;
     int at = side(state);
-    if (!instance->has_law)
-        make_law(instance); /* possible, as it was in the state that has been restored */
     if (instance->has_trial) {
         state->sensitivity = fmu_sensitivity(instance, &instance->trial);
         state->memory = instance->trial;
         instance->has_trial = 0;
     } else {
-        spring_move(&instance->law, &state->memory, &state->sensitivity, state->displacement);
+        spring_commit(instance->law, &state->memory, &state->sensitivity, state->displacement);
     }
     if (state->energy_wanted)
-        state->memory = spring_settle(&instance->law, &state->memory);
+        spring_integrate(instance->law, &state->memory);
     if (at != state->side) {
         if (at != 0)
             warn_of_excursion(instance);
@@ -194,11 +200,14 @@ fmi2Status fmu_end_initialization(Instance *instance)
     return fmi2OK;
 }
 
-void fmu_accept(Instance *instance)
+fmi2Status fmu_accept(Instance *instance)
 {
     State *state = &instance->state;
+    if (require_law(instance) != fmi2OK)
+        return fmi2Error;
     commit(instance);
     fmu_watch_accept(&state->watch, state->time, state->displacement, fmu_range(state));
+    return fmi2OK;
 }
 
 /* Commits the path x(s) = x + v*s + a*s^2/2 for 0 <= s <= size, which begins at the displacement set last. */
@@ -242,6 +251,8 @@ fmi2Status fmu_step(Instance *instance, double time, double size)
     if (end > state->stop_time && end > state->stop_time + ROUNDING * fmax(fabs(end), fabs(state->stop_time)))
         return fmu_refuse(&instance->log, "The step of %s s at time %s s must not go beyond the stop time %s s.",
                           spring_number(size).text, spring_number(time).text, spring_number(state->stop_time).text);
+    if (require_law(instance) != fmi2OK)
+        return fmi2Error;
     if (!state->interpolated)
         commit_line(instance, size);
     else if (commit_parabola(instance, time, size) != fmi2OK)

@@ -1,7 +1,7 @@
-/* One instance as FMI sees it: values set and read, steps, states; the behaviour of fmu/instance.py, call by call.
+/* One instance as FMI sees it: values set and read, steps, states; the behaviour of core/instance.py, call by call.
  *
  * The response to a displacement that is read before a step commits it is a trial: computed from the committed memory,
- * and kept until the displacement changes or the step comes. A call that is refused has changed nothing.
+ * and kept until it is committed, or reverted by another displacement. A call that returns an error has changed nothing.
  */
 #ifndef FMI2_INSTANCE_H
 #define FMI2_INSTANCE_H
@@ -10,16 +10,20 @@
 #include "fmi2_log.h"
 #include "fmi2_state.h"
 #include "fmi2_states.h"
+#include "fmi2_tables.h"
 #include "spring.h"
 
 typedef struct {
+    /* What a step needs comes first. */
+    unsigned variables; /* their number */
+    int has_trial;
+    SpringMemory trial;   /* after the path from the last commit to the displacement set last, if has_trial */
+    const SpringLaw *law; /* of the present parameters: a shared one or the own one; NULL if there is none */
     State state;
-    SpringMemory trial; /* after the path from the last commit to the displacement set last, if has_trial */
-    int has_trial, has_law;
-    SpringLaw law; /* of the present parameters, if has_law */
+    SpringLaw own_law;
+    const SharedSpring *shared; /* acquired for the law made last; may be NULL */
     Log log;
-    fmi2CallbackAllocateMemory allocate;
-    fmi2CallbackFreeMemory free;
+    Allocator allocator;
     char name[];
 } Instance;
 
@@ -27,7 +31,7 @@ typedef struct {
 SPRING_LOCAL void fmu_begin(Instance *instance, int mode);
 
 /* Values by reference, which must be of a Real that may be read or set. Reading an output fails while the parameters
- * are no possible spring. */
+ * are not a possible spring. */
 SPRING_LOCAL fmi2Status fmu_read(
     Instance *instance, const fmi2ValueReference references[], size_t count, double values[]);
 SPRING_LOCAL void fmu_write(
@@ -39,18 +43,18 @@ SPRING_LOCAL double fmu_range(const State *state);
 /* Whether the displacement lies outside the identified range. */
 SPRING_LOCAL int fmu_extrapolating(const Instance *instance);
 
-/* The memory where the path to the displacement set last ends, with the law present: the committed one or a trial. NULL
- * while the parameters are no possible spring, which they are once initialization has ended. */
+/* The memory where the path to the displacement set last ends: the committed one or a trial; the law is then present.
+ * NULL while the parameters are not a possible spring, or where the memory for its table is missing. */
 SPRING_LOCAL const SpringMemory *fmu_reach(Instance *instance);
 
-/* The sensitivity that belongs to what has been reached. */
+/* The sensitivity at a memory that fmu_reach has returned. */
 SPRING_LOCAL SpringSensitivity fmu_sensitivity(const Instance *instance, const SpringMemory *reached);
 
 /* Starts the path at the displacement that holds, if the parameters are a possible spring. */
 SPRING_LOCAL fmi2Status fmu_end_initialization(Instance *instance);
 
 /* Commits the path to the displacement that holds, as of the present time of model exchange. */
-SPRING_LOCAL void fmu_accept(Instance *instance);
+SPRING_LOCAL fmi2Status fmu_accept(Instance *instance);
 
 /* Commits the path through a step of co-simulation. */
 SPRING_LOCAL fmi2Status fmu_step(Instance *instance, double time, double size);

@@ -41,7 +41,8 @@ fmi2Status fmi2EnterContinuousTimeMode(fmi2Component c)
 {
     Instance *instance = c;
     FMU_REQUIRE(instance, EnterContinuousTimeMode);
-    fmu_accept(instance);
+    if (fmu_accept(instance) != fmi2OK)
+        return fmi2Error;
     instance->state.extrapolating = fmu_extrapolating(instance);
     instance->state.mode = ME_CONTINUOUS_TIME;
     return fmi2OK;
@@ -55,7 +56,8 @@ fmi2Status fmi2CompletedIntegratorStep(fmi2Component c, fmi2Boolean noSetFMUStat
     FMU_REQUIRE(instance, CompletedIntegratorStep);
     FMU_REQUIRE_ARRAY(instance, CompletedIntegratorStep, enterEventMode, 1);
     FMU_REQUIRE_ARRAY(instance, CompletedIntegratorStep, terminateSimulation, 1);
-    fmu_accept(instance);
+    if (fmu_accept(instance) != fmi2OK)
+        return fmi2Error;
     /* `extrapolating` is discrete: it may change at events only. */
     *enterEventMode = (instance->state.side != 0) != instance->state.extrapolating ? fmi2True : fmi2False;
     *terminateSimulation = fmi2False;

@@ -1,5 +1,6 @@
 /* The calls of FMI 2.0 that model exchange and co-simulation share, but for states and derivatives. */
 #include "fmi2_arguments.h"
+#include "fmi2_block.h"
 #include "fmi2_instance.h"
 
 #include <math.h>
@@ -16,11 +17,6 @@ const char *fmi2GetVersion(void)
     return fmi2Version;
 }
 
-static void *allocate(size_t count, size_t size)
-{
-    return calloc(count, size);
-}
-
 /* Memory comes from the host, or from the C library if the host gives no functions for it. */
 fmi2Component fmi2Instantiate(fmi2String instanceName, fmi2Type fmuType, fmi2String fmuGUID,
                               fmi2String fmuResourceLocation, const fmi2CallbackFunctions *functions,
@@ -34,6 +30,7 @@ fmi2Component fmi2Instantiate(fmi2String instanceName, fmi2Type fmuType, fmi2Str
         return NULL;
     int named = instanceName != NULL && instanceName[0] != '\0';
     Log log = {functions->logger, functions->componentEnvironment, named ? instanceName : "unnamed", LOG_ALL};
+    Guid guid = fmu_guid();
     int own_memory = functions->allocateMemory == NULL && functions->freeMemory == NULL;
     if (!named) {
         fmu_refuse(&log, "The name of an instance must not be empty.");
@@ -43,8 +40,8 @@ fmi2Component fmi2Instantiate(fmi2String instanceName, fmi2Type fmuType, fmi2Str
         fmu_refuse(&log, "The type must be fmi2ModelExchange (0) or fmi2CoSimulation (1), got %d.", (int)fmuType);
         return NULL;
     }
-    if (fmuGUID == NULL || strcmp(fmuGUID, SPRING_GUID) != 0) {
-        fmu_refuse(&log, "The GUID must be %s, got %s.", SPRING_GUID,
+    if (fmuGUID == NULL || strcmp(fmuGUID, guid.text) != 0) {
+        fmu_refuse(&log, "The GUID must be %s, got %s.", guid.text,
                    fmuGUID == NULL ? "none" : fmu_printable(fmuGUID).text);
         return NULL;
     }
@@ -52,8 +49,10 @@ fmi2Component fmi2Instantiate(fmi2String instanceName, fmi2Type fmuType, fmi2Str
         fmu_refuse(&log, "The callbacks allocateMemory and freeMemory must both be given or both be NULL.");
         return NULL;
     }
-    fmi2CallbackAllocateMemory allocator = own_memory ? allocate : functions->allocateMemory;
-    Instance *instance = allocator(1, sizeof *instance + strlen(instanceName) + 1);
+    Allocator allocator = {functions->allocateMemory, functions->freeMemory};
+    if (own_memory)
+        allocator = (Allocator){calloc, free};
+    Instance *instance = allocator.allocate(1, sizeof *instance + strlen(instanceName) + 1);
     if (instance == NULL) {
         fmu_refuse(&log, "There is not enough memory for an instance.");
         return NULL;
@@ -62,8 +61,7 @@ fmi2Component fmi2Instantiate(fmi2String instanceName, fmi2Type fmuType, fmi2Str
     strcpy(instance->name, instanceName);
     log.instance_name = instance->name;
     instance->log = log;
-    instance->allocate = allocator;
-    instance->free = own_memory ? free : functions->freeMemory;
+    instance->allocator = allocator;
     fmu_begin(instance, fmuType == fmi2ModelExchange ? ME_INSTANTIATED : CS_INSTANTIATED);
     return instance;
 }
@@ -71,8 +69,10 @@ fmi2Component fmi2Instantiate(fmi2String instanceName, fmi2Type fmuType, fmi2Str
 void fmi2FreeInstance(fmi2Component c)
 {
     Instance *instance = c;
-    if (instance != NULL)
-        instance->free(instance);
+    if (instance == NULL)
+        return;
+    fmu_release(instance->shared);
+    instance->allocator.free(instance);
 }
 
 fmi2Status fmi2SetDebugLogging(
@@ -179,15 +179,16 @@ fmi2Status fmi2GetString(fmi2Component c, const fmi2ValueReference vr[], size_t 
 /* Whether a variable may be set now. */
 static fmi2Status require_settable(const Instance *instance, fmi2ValueReference reference)
 {
-    const Variable *variable = &fmu_variables[reference];
-    if (variable->causality == VARIABLE_INPUT)
+    VariableCausality causality = fmu_causality(reference);
+    if (causality == VARIABLE_INPUT)
         return fmi2OK;
-    if (variable->causality != VARIABLE_PARAMETER)
-        return fmu_refuse(&instance->log, "`%s` is computed and cannot be set.", variable->name);
+    if (causality != VARIABLE_PARAMETER)
+        return fmu_refuse(&instance->log, "`%s` is calculated and cannot be set.",
+                          fmu_name(&instance->state.settings, reference).text);
     if (!(instance->state.mode & (INSTANTIATED | INITIALIZATION)))
         return fmu_refuse(&instance->log,
-                          "`%s` is fixed once initialization has ended; reset the instance to change it.",
-                          variable->name);
+                          "`%s` is fixed after initialization; reset the instance to change it.",
+                          fmu_name(&instance->state.settings, reference).text);
     return fmi2OK;
 }
 
@@ -200,7 +201,7 @@ fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference vr[], size_t nv
         if (require_settable(instance, vr[i]) != fmi2OK)
             return fmi2Error;
         if (vr[i] == SPRING_DISPLACEMENT && !isfinite(value[i]))
-            return fmu_refuse(&instance->log, "`displacement` must be finite [m], got %s; it was not taken over.",
+            return fmu_refuse(&instance->log, "`displacement` must be finite [m], got %s; the previous value is kept.",
                               spring_number(value[i]).text);
     }
     fmu_write(instance, vr, nvr, value);

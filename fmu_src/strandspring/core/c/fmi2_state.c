@@ -1,5 +1,6 @@
 #include "fmi2_state.h"
 
+#include "fmi2_block.h"
 #include "fmi2_states.h"
 
 #include <limits.h>
@@ -18,8 +19,8 @@
  *     the fields of State in the order of fields() below: int as two's complement in 32 bits, double in IEEE 754
  */
 static const char MAGIC[8] = {'s', 't', 'r', 'n', 'd', 's', 'p', 'r'};
-enum { VERSION = 1, SIZE_AT = 12, CHECKSUM_AT = 20, GUID_AT = 28, GUID_SIZE = sizeof SPRING_GUID - 1 };
-enum { FIELDS_AT = GUID_AT + GUID_SIZE };
+enum { VERSION = 1, SIZE_AT = 12, CHECKSUM_AT = 20, GUID_AT = 28};
+enum { FIELDS_AT = GUID_AT + FMU_GUID_SIZE };
 
 /* A position in the bytes; fields() counts when there are none to read or write. */
 typedef struct {
@@ -76,8 +77,8 @@ static void fields(Cursor *cursor, State *state)
     int_field(cursor, &state->mode);
     double_field(cursor, &state->time);
     double_field(cursor, &state->stop_time);
-    for (int i = 0; i < SPRING_PARAMETERS; i++)
-        double_field(cursor, &state->settings[i]);
+    for (unsigned i = SPRING_FIRST_PARAMETER; i < fmu_variables(&state->settings); i++)
+        double_field(cursor, fmu_setting(&state->settings, i));
     double_field(cursor, &state->displacement);
     double_field(cursor, &state->velocity);
     double_field(cursor, &state->acceleration);
@@ -87,7 +88,7 @@ static void fields(Cursor *cursor, State *state)
     int_field(cursor, &memory->direction);
     double_field(cursor, &memory->start);
     double_field(cursor, &memory->start_xi);
-    double_field(cursor, &memory->settled);
+    double_field(cursor, &memory->energy_at);
     double_field(cursor, &memory->energy);
     double_field(cursor, &sensitivity->by_rho);
     double_field(cursor, &sensitivity->by_sigma);
@@ -117,7 +118,7 @@ static uint64_t checksum(const unsigned char *bytes, size_t size)
 
 size_t fmu_state_size(void)
 {
-    State any;
+    State any = {.settings = fmu_start_settings()};
     Cursor cursor = {NULL, NULL, FIELDS_AT};
     fields(&cursor, &any);
     return cursor.position;
@@ -131,7 +132,7 @@ void fmu_state_write(const State *state, unsigned char *bytes)
     memcpy(bytes, MAGIC, sizeof MAGIC);
     put_number(bytes + sizeof MAGIC, VERSION, SIZE_AT - sizeof MAGIC);
     put_number(bytes + SIZE_AT, cursor.position, CHECKSUM_AT - SIZE_AT);
-    memcpy(bytes + GUID_AT, SPRING_GUID, GUID_SIZE);
+    memcpy(bytes + GUID_AT, fmu_guid().text, FMU_GUID_SIZE);
     put_number(bytes + CHECKSUM_AT, checksum(bytes + GUID_AT, cursor.position - GUID_AT), GUID_AT - CHECKSUM_AT);
 }
 
@@ -159,25 +160,25 @@ static const char *damaged_field(const State *state)
     if (!isfinite(state->velocity) || !isfinite(state->acceleration) || !is_flag(state->interpolated))
         return "input derivatives";
     if (!isfinite(memory->displacement) || !(fabs(memory->omega) <= 1.0) || !is_side(memory->direction) ||
-        !isfinite(memory->start) || !isfinite(memory->start_xi) || !isfinite(memory->settled))
+        !isfinite(memory->start) || !isfinite(memory->start_xi) || !isfinite(memory->energy_at))
         return "memory";
     if (!is_flag(state->energy_wanted) || !is_side(state->side) || !is_flag(state->extrapolating))
         return "flags";
     return fmu_watch_is_sound(&state->watch) ? NULL : "watch";
 }
 
-/* The reason why the bytes are no state of this FMU, but for its fields; NULL if there is none. */
+/* The reason why the bytes are not a state of this FMU, apart from its fields; NULL if there is none. */
 static const char *foreign(const unsigned char *bytes, size_t size)
 {
     if (size < GUID_AT || memcmp(bytes, MAGIC, sizeof MAGIC) != 0)
-        return "The serialized state must come from a native strandspring FMU, but it does not.";
+        return "The serialized state is not from a native strandspring FMU.";
     if (get_number(bytes + sizeof MAGIC, SIZE_AT - sizeof MAGIC) != VERSION)
-        return "The serialized state must be of this version's format, but it is of another one.";
+        return "The serialized state has the format of another version of strandspring.";
     if (get_number(bytes + SIZE_AT, CHECKSUM_AT - SIZE_AT) != size ||
         get_number(bytes + CHECKSUM_AT, GUID_AT - CHECKSUM_AT) != checksum(bytes + GUID_AT, size - GUID_AT))
-        return "The serialized state must be whole, but it is cut off or damaged.";
-    if (size < FIELDS_AT || memcmp(bytes + GUID_AT, SPRING_GUID, GUID_SIZE) != 0 || size != fmu_state_size())
-        return "The serialized state must be of the FMU " SPRING_GUID ", but it is of another one.";
+        return "The serialized state is truncated or damaged.";
+    if (size < FIELDS_AT || memcmp(bytes + GUID_AT, fmu_guid().text, FMU_GUID_SIZE) != 0 || size != fmu_state_size())
+        return "The serialized state is from another FMU.";
     return NULL;
 }
 
@@ -189,6 +190,7 @@ int fmu_state_read(State *state, const unsigned char *bytes, size_t size, char *
         return 1;
     }
     Cursor cursor = {bytes, NULL, FIELDS_AT};
+    state->settings = fmu_start_settings(); /* for the numbers of coefficients */
     fields(&cursor, state);
     const char *field = damaged_field(state);
     if (field != NULL) {
@@ -197,11 +199,9 @@ int fmu_state_read(State *state, const unsigned char *bytes, size_t size, char *
     }
     if (!(state->mode & (INITIALIZED | TERMINATED)))
         return 0;
-    SpringParameters parameters = fmu_spring_parameters(state->settings);
-    double omega_start = state->settings[SPRING_OMEGA_START - SPRING_FIRST_PARAMETER];
-    if (!(fabs(omega_start) <= 1.0)) {
+    if (!(fabs(state->settings.omega_start) <= 1.0)) {
         snprintf(problem, problem_size, "The serialized state is damaged in its field `omega_start`.");
         return 1;
     }
-    return spring_problem(&parameters, problem, problem_size);
+    return spring_problem(&state->settings.spring, problem, problem_size);
 }

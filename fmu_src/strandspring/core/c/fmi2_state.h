@@ -12,7 +12,6 @@
 typedef struct {
     int mode;                               /* one of fmi2_states.h */
     double time, stop_time;                 /* [s]; stop_time is infinite if there is none */
-    double settings[SPRING_PARAMETERS];     /* values of the parameters, in the order of the table */
     double displacement;                    /* as set last [m] */
     double velocity, acceleration;          /* input derivatives for the next step [m/s], [m/s^2] */
     int interpolated;                       /* whether they were set */
@@ -23,6 +22,7 @@ typedef struct {
     int side;                               /* where the path ended: -1 below the range, +1 above it, 0 inside */
     int extrapolating;                      /* what the discrete output holds in continuous-time mode */
     ReversalWatch watch;                    /* of model exchange */
+    Settings settings;
 } State;
 
 /* The size of the serialized form, which is the same for all states of one FMU. */

@@ -1,37 +1,73 @@
 #include "fmi2_variables.h"
 
-#include <string.h>
+#include <stdio.h>
 
-SpringParameters fmu_spring_parameters(const double settings[SPRING_PARAMETERS])
+static const char *const NAMES[SPRING_FIRST_PARAMETER] = {
+    "displacement", "force", "stiffness", "absorbed_energy", "extrapolating", "omega"};
+
+/* Name of each scalar parameter, and the places of its value and of the derivative by it. */
+static const struct {
+    const char *name;
+    size_t value, derivative;
+} SCALARS[SPRING_SCALARS] = {
+#define SCALAR(name) {#name, offsetof(Settings, spring.name), offsetof(SpringGradient, by_##name)}
+    SCALAR(kappa_omega),
+    SCALAR(rho),
+    SCALAR(sigma),
+    SCALAR(n),
+    SCALAR(displacement_offset),
+    SCALAR(displacement_min),
+    SCALAR(displacement_max),
+#undef SCALAR
+    {"omega_start", offsetof(Settings, omega_start), offsetof(SpringGradient, by_omega_start)},
+};
+
+/* The place of a parameter in one of three lists. */
+typedef struct {
+    enum { ELASTIC, AMPLIFIER, SCALAR } list;
+    int index;
+} ParameterPlace;
+
+static ParameterPlace parameter_place(const Settings *settings, unsigned reference)
 {
-    SpringParameters p = {
-        .elastic = SPRING_ELASTIC,
-        .amplifier = SPRING_AMPLIFIER,
-        .kappa_omega = settings[SPRING_KAPPA_OMEGA - SPRING_FIRST_PARAMETER],
-        .rho = settings[SPRING_RHO - SPRING_FIRST_PARAMETER],
-        .sigma = settings[SPRING_SIGMA - SPRING_FIRST_PARAMETER],
-        .n = settings[SPRING_N - SPRING_FIRST_PARAMETER],
-        .displacement_offset = settings[SPRING_DISPLACEMENT_OFFSET - SPRING_FIRST_PARAMETER],
-        .displacement_min = settings[SPRING_DISPLACEMENT_MIN - SPRING_FIRST_PARAMETER],
-        .displacement_max = settings[SPRING_DISPLACEMENT_MAX - SPRING_FIRST_PARAMETER],
-    };
-    memcpy(p.kE, settings + (SPRING_KE - SPRING_FIRST_PARAMETER), SPRING_ELASTIC * sizeof *settings);
-    memcpy(p.kA, settings + (SPRING_KA - SPRING_FIRST_PARAMETER), SPRING_AMPLIFIER * sizeof *settings);
-    return p;
+    int elastic = settings->spring.elastic, amplifier = settings->spring.amplifier;
+    int index = (int)reference - SPRING_FIRST_PARAMETER;
+    if (index < elastic)
+        return (ParameterPlace){ELASTIC, index};
+    if (index < elastic + amplifier)
+        return (ParameterPlace){AMPLIFIER, index - elastic};
+    return (ParameterPlace){SCALAR, index - elastic - amplifier};
 }
 
-double fmu_derivative_by(const SpringGradient *gradient, unsigned parameter)
+VariableName fmu_name(const Settings *settings, unsigned reference)
 {
-    switch (parameter) {
-    case SPRING_KAPPA_OMEGA: return gradient->by_kappa_omega;
-    case SPRING_RHO: return gradient->by_rho;
-    case SPRING_SIGMA: return gradient->by_sigma;
-    case SPRING_N: return gradient->by_n;
-    case SPRING_DISPLACEMENT_OFFSET: return gradient->by_displacement_offset;
-    case SPRING_DISPLACEMENT_MIN: return gradient->by_displacement_min;
-    case SPRING_DISPLACEMENT_MAX: return gradient->by_displacement_max;
-    case SPRING_OMEGA_START: return gradient->by_omega_start;
-    default:
-        return parameter < SPRING_KA ? gradient->by_kE[parameter - SPRING_KE] : gradient->by_kA[parameter - SPRING_KA];
+    VariableName name;
+    ParameterPlace place = parameter_place(settings, reference);
+    if (reference < SPRING_FIRST_PARAMETER)
+        snprintf(name.text, sizeof name.text, "%s", NAMES[reference]);
+    else if (place.list == SCALAR)
+        snprintf(name.text, sizeof name.text, "%s", SCALARS[place.index].name);
+    else
+        snprintf(name.text, sizeof name.text, "%s[%d]", place.list == ELASTIC ? "kE" : "kA", place.index);
+    return name;
+}
+
+double *fmu_setting(Settings *settings, unsigned reference)
+{
+    ParameterPlace place = parameter_place(settings, reference);
+    switch (place.list) {
+    case ELASTIC: return &settings->spring.kE[place.index];
+    case AMPLIFIER: return &settings->spring.kA[place.index];
+    default: return (double *)((char *)settings + SCALARS[place.index].value);
+    }
+}
+
+double fmu_derivative_by(const SpringGradient *gradient, const Settings *settings, unsigned reference)
+{
+    ParameterPlace place = parameter_place(settings, reference);
+    switch (place.list) {
+    case ELASTIC: return gradient->by_kE[place.index];
+    case AMPLIFIER: return gradient->by_kA[place.index];
+    default: return *(const double *)((const char *)gradient + SCALARS[place.index].derivative);
     }
 }

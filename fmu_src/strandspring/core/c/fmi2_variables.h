@@ -1,32 +1,61 @@
-/* The variables of the FMU. */
+/* The variables of the FMU, in the order of core/variables.py, which is that of their value references: six that every
+ * spring has, the coefficients kE[i] and kA[i], of which springs have different numbers, and the other parameters. */
 #ifndef FMI2_VARIABLES_H
 #define FMI2_VARIABLES_H
 
 #include "spring.h"
-#include "spring_config.h"
 
-enum { SPRING_PARAMETERS = SPRING_VARIABLES - SPRING_FIRST_PARAMETER };
+enum {
+    SPRING_DISPLACEMENT,
+    SPRING_FORCE,
+    SPRING_STIFFNESS,
+    SPRING_ABSORBED_ENERGY,
+    SPRING_EXTRAPOLATING,
+    SPRING_OMEGA,
+    SPRING_FIRST_PARAMETER
+};
+
+enum { SPRING_SCALARS = 8 }; /* parameters besides the coefficients */
+
+/* The values of all parameters. */
+typedef struct {
+    SpringParameters spring;
+    double omega_start;
+} Settings;
 
 typedef enum { VARIABLE_REAL, VARIABLE_INTEGER, VARIABLE_BOOLEAN, VARIABLE_STRING } VariableType;
 
 typedef enum { VARIABLE_INPUT, VARIABLE_OUTPUT, VARIABLE_LOCAL, VARIABLE_PARAMETER } VariableCausality;
 
 typedef struct {
-    const char *name;
-    VariableType type;
-    VariableCausality causality;
-    double start;
-} Variable;
+    char text[24];
+} VariableName;
 
-/* By value reference. */
-#define VARIABLE(name, type, causality, start) {name, type, causality, start},
-static const Variable fmu_variables[SPRING_VARIABLES] = {SPRING_VARIABLE_TABLE(VARIABLE)};
-#undef VARIABLE
+/* How many variables there are. */
+static inline unsigned fmu_variables(const Settings *settings)
+{
+    return (unsigned)(SPRING_FIRST_PARAMETER + settings->spring.elastic + settings->spring.amplifier + SPRING_SCALARS);
+}
 
-/* The values of the parameters, in the order of the table, as the kernel takes them; omega_start is none of these. */
-SPRING_LOCAL SpringParameters fmu_spring_parameters(const double settings[SPRING_PARAMETERS]);
+static inline VariableType fmu_type(unsigned reference)
+{
+    return reference == SPRING_EXTRAPOLATING ? VARIABLE_BOOLEAN : VARIABLE_REAL;
+}
+
+static inline VariableCausality fmu_causality(unsigned reference)
+{
+    return reference == SPRING_DISPLACEMENT      ? VARIABLE_INPUT
+           : reference < SPRING_OMEGA            ? VARIABLE_OUTPUT
+           : reference >= SPRING_FIRST_PARAMETER ? VARIABLE_PARAMETER
+                                                 : VARIABLE_LOCAL;
+}
+
+SPRING_LOCAL VariableName fmu_name(const Settings *settings, unsigned reference);
+
+/* The value of a parameter. */
+SPRING_LOCAL double *fmu_setting(Settings *settings, unsigned reference);
 
 /* The derivative by a parameter. */
-SPRING_LOCAL double fmu_derivative_by(const SpringGradient *gradient, unsigned parameter);
+SPRING_LOCAL double fmu_derivative_by(const SpringGradient *gradient, const Settings *settings, unsigned reference);
 
 #endif

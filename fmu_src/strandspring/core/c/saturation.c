@@ -10,9 +10,9 @@ enum { DEGREE = SPRING_POWERS - 1 };
 static const double PI = 3.14159265358979323846;
 /* As in saturation.py: ln of the smallest |W| resolved. Above the highest logit 1 - W is below a rounding. */
 static const double LOWEST = -32.0, HIGHEST = 36.5;
-/* Of a piece in the logit of W, or in ln|W| and in n*ln|W| on the falling branch: its nearest singularity is then four
- * half widths away at least, and the polynomial's error some 1e-14. */
-static const double WIDTH = 0.5;
+/* Of a piece in the logit of W, or in ln|W| and in n*ln|W| on the falling branch: the nearest singularity, most often
+ * xi = 0, is then 4.5 half widths away at least, and the polynomial's error below 1e-13. */
+static const double WIDTH = 0.45;
 /* W' never quite vanishes, so that one may divide by it. */
 static const double LEAST_SLOPE = 1e-15;
 /* Of a piece's half width, the most by which Newton's method moves: more is rounding, where W is nearly level. */
@@ -88,7 +88,7 @@ static void make_rule(Rule *rule)
 {
     double cosine[2 * DEGREE];
     for (int k = 0; k < 2 * DEGREE; k++)
-        cosine[k] = cos(PI * k / DEGREE);
+        cosine[k] = cos(PI * k / (double)DEGREE);
     for (int j = 0; j < SPRING_POWERS; j++)
         rule->node[j] = cosine[DEGREE - j];
     /* The integral of each Chebyshev polynomial, times its share in what is given at the nodes. */
@@ -100,7 +100,7 @@ static void make_rule(Rule *rule)
                 if (m > 1)
                     integral = 0.5 * ((cosine[(m + 1) * (DEGREE - j) % (2 * DEGREE)] - at_start) / (m + 1) -
                                       (cosine[(m - 1) * (DEGREE - j) % (2 * DEGREE)] - at_start) / (m - 1));
-                double share = (m % DEGREE ? 2.0 : 1.0) * (i % DEGREE ? 1.0 : 0.5) / DEGREE;
+                double share = (m % DEGREE ? 2.0 : 1.0) * (i % DEGREE ? 1.0 : 0.5) / (double)DEGREE;
                 total += share * cosine[m * (DEGREE - i) % (2 * DEGREE)] * integral;
             }
             rule->integral[j][i] = total;
@@ -218,6 +218,18 @@ static void integrate(const Rule *rule, double half, const double *rate, double 
     }
 }
 
+/* |xi| at the nodes of a piece. W' may be 2000, so that the roundings of a hundred pieces would count: what they lose is
+ * carried from piece to piece. */
+static void integrate_xi(const Rule *rule, double half, double *z, double *lost, Nodes *nodes)
+{
+    integrate(rule, half, nodes->rate, 0.0, nodes->z);
+    double step = nodes->z[DEGREE] + *lost, before = *z;
+    for (int k = 0; k < SPRING_POWERS; k++)
+        nodes->z[k] = before + (*lost + nodes->z[k]);
+    *z = nodes->z[DEGREE];
+    *lost = step - (*z - before);
+}
+
 static void add_derivatives(const Rule *rule, SpringBranch *branch, int index, double half, const Nodes *nodes,
                             double integrals[2], double side)
 {
@@ -272,23 +284,47 @@ static void make_indices(SpringBranch *branch)
         make_index(&branch->of_complement, branch->complements, branch->complemented, branch->pieces);
 }
 
+/* S(u) = sum of u^(k n + 1)/(k n + 1), for a small u. */
+static double rising_series(double n, double u)
+{
+    double factor = pow(u, n), power = u, total = u, before = 0.0;
+    for (int k = 1; total != before; k++) {
+        before = total;
+        power *= factor;
+        total += power / (k * n + 1.0);
+    }
+    return total;
+}
+
+/* T(w) for a small w: 2F1 after Pfaff's transformation, as saturation.py has it. */
+static double falling_series(double n, double curvature, double w)
+{
+    double p = curvature * pow(w, n), term = w / (1.0 + p), total = term, before = 0.0;
+    for (int k = 1; total != before; k++) {
+        before = total;
+        term *= k / (k + 1.0 / n) * (p / (1.0 + p));
+        total += term;
+    }
+    return total;
+}
+
 static void tabulate_rising(const Rule *rule, SpringTable *table, int with)
 {
     SpringBranch *branch = &table->rising;
     int pieces = (int)((HIGHEST - LOWEST) / WIDTH);
-    double share[SPRING_POWERS], integrals[2] = {0.0, 0.0}, z = exp(LOWEST);
+    double lowest = 1.0 / (1.0 + exp(-LOWEST)), z = rising_series(table->n, lowest);
+    double share[SPRING_POWERS], integrals[2] = {0.0, 0.0}, lost = 0.0;
     for (int k = 0; k < SPRING_POWERS; k++)
         share[k] = exp(-0.5 * WIDTH * (1.0 + rule->node[k]));
     branch->complemented = 1 - (int)(LOWEST / WIDTH);
-    begin_branch(branch, z, 1.0 / (1.0 + exp(-LOWEST)));
+    begin_branch(branch, z, lowest);
     for (int index = 0; index < pieces; index++) {
         Nodes nodes;
         rising_nodes(table, share, LOWEST + WIDTH * index, &nodes);
-        integrate(rule, 0.5 * WIDTH, nodes.rate, z, nodes.z);
+        integrate_xi(rule, 0.5 * WIDTH, &z, &lost, &nodes);
         if (with & SPRING_WITH_DERIVATIVES)
             add_derivatives(rule, branch, branch->pieces, 0.5 * WIDTH, &nodes, integrals, 1.0);
         add_piece(branch, &nodes);
-        z = nodes.z[DEGREE];
     }
     make_indices(branch);
 }
@@ -302,7 +338,7 @@ static void tabulate_falling(const Rule *rule, SpringTable *table, int with)
     int pieces = (int)ceil(-lowest / clip(WIDTH / n, 0.0, WIDTH));
     double half = -0.5 * lowest / pieces;
     double share[SPRING_POWERS], share_n[SPRING_POWERS], y[SPRING_POWERS], integrals[2] = {0.0, 0.0};
-    double z = exp(lowest) / (1.0 + curvature * exp(n * lowest) / (1.0 + n));
+    double z = falling_series(n, curvature, exp(lowest)), lost = 0.0;
     for (int k = 0; k < SPRING_POWERS; k++) {
         share[k] = exp(half * (1.0 + rule->node[k]));
         share_n[k] = exp(n * half * (1.0 + rule->node[k]));
@@ -314,11 +350,10 @@ static void tabulate_falling(const Rule *rule, SpringTable *table, int with)
         for (int k = 0; k < SPRING_POWERS; k++)
             y[k] = lowest - lowest * index / pieces + half * (1.0 + rule->node[k]);
         falling_nodes(table, share, share_n, y, &nodes);
-        integrate(rule, half, nodes.rate, z, nodes.z);
+        integrate_xi(rule, half, &z, &lost, &nodes);
         if (with & SPRING_WITH_DERIVATIVES)
             add_derivatives(rule, branch, branch->pieces, half, &nodes, integrals, -1.0);
         add_piece(branch, &nodes);
-        z = nodes.z[DEGREE];
     }
     /* Exactly, so that every u from -1 on has its place. */
     branch->values[branch->pieces] = 1.0;
@@ -401,13 +436,19 @@ static Place place_of(const SpringTable *table, double xi)
     Place at = {.branch = xi >= 0.0 ? &table->rising : &table->falling, .value = 1.0, .slope = LEAST_SLOPE};
     double z = fabs(xi);
     at.index = spring_piece(at.branch, z);
-    if (at.index == at.branch->pieces)
-        return at;
+    int beyond = at.index == at.branch->pieces;
+    if (beyond) {
+        if (xi >= 0.0)
+            return at;
+        /* No stroke begins before u = -1, where W' is 2 sigma: xi is there, but for rounding. */
+        at.index--;
+        z = at.branch->edges[at.index + 1];
+    }
     const SpringPiece *piece = &at.branch->piece[at.index];
     at.theta = (z - piece->middle) * piece->per_half;
     double value = spring_polynomial(piece->coefficients, at.theta);
     double slope = polynomial_slope(piece->coefficients, at.theta) * piece->per_half;
-    at.value = value < 1.0 ? value : 1.0;
+    at.value = beyond || value > 1.0 ? 1.0 : value;
     at.slope = slope > LEAST_SLOPE ? slope : LEAST_SLOPE;
     return at;
 }
@@ -427,6 +468,8 @@ SpringSlopes spring_slopes(const SpringTable *table, double xi)
     if (at.index < at.branch->pieces) {
         slopes.by_n = side * spring_polynomial(at.branch->by_n[at.index], at.theta);
         slopes.by_sigma = xi >= 0.0 ? 0.0 : -spring_polynomial(at.branch->by_sigma[at.index], at.theta);
+    } else {
+        slopes.slope = 0.0; /* saturated: nothing is passed on to the next stroke */
     }
     return slopes;
 }

@@ -14,7 +14,7 @@
 
 enum {
     SPRING_POWERS = 12,    /* coefficients of a polynomial of degree 11 */
-    SPRING_PIECES = 144,   /* of a branch; 139 are taken at most */
+    SPRING_PIECES = 156,   /* of a branch; 153 are taken at most */
     SPRING_BUCKETS = 1056, /* of a branch, 16 to the octave: 66 octaves */
     SPRING_MOMENTS = 21    /* for FA of degree 20 at most */
 };
@@ -49,7 +49,7 @@ typedef struct {
     double by_n[SPRING_PIECES][SPRING_POWERS], by_sigma[SPRING_PIECES][SPRING_POWERS];
 } SpringBranch;
 
-/* W for one pair (n, sigma); some 170 kB. */
+/* W for one pair (n, sigma); some 200 kB. */
 typedef struct {
     double n, curvature; /* 2 sigma - 1 */
     SpringBranch rising, falling;

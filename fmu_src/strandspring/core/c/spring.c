@@ -257,7 +257,16 @@ static const double GAUSS_3[FEW_POINTS][2] = {
     {-0.77459666924148338, 5.0 / 9.0}, {0.0, 8.0 / 9.0}, {0.77459666924148338, 5.0 / 9.0}};
 /* Up to this share of a piece, and of what FA may change in, 3 points are enough. */
 static const double NARROW = 0.05;
-/* Where sums of moments would lose more than this factor in accuracy, they are not used. */
+/* Up to this, the powers of FA about the middle of a piece do not cancel. */
+static const double SMOOTH = 16.0;
+/* Of 1, 2, ... */
+static const double RECIPROCALS[SPRING_POWERS + SPRING_COEFFICIENTS] = {
+    1.0 / 1, 1.0 / 2, 1.0 / 3, 1.0 / 4, 1.0 / 5, 1.0 / 6, 1.0 / 7, 1.0 / 8, 1.0 / 9,
+    1.0 / 10, 1.0 / 11, 1.0 / 12, 1.0 / 13, 1.0 / 14, 1.0 / 15, 1.0 / 16, 1.0 / 17, 1.0 / 18,
+    1.0 / 19, 1.0 / 20, 1.0 / 21, 1.0 / 22, 1.0 / 23, 1.0 / 24, 1.0 / 25, 1.0 / 26, 1.0 / 27,
+    1.0 / 28, 1.0 / 29, 1.0 / 30, 1.0 / 31, 1.0 / 32, 1.0 / 33,
+};
+/* Where terms of the sum of moments may be so many times the work that full saturation does, it is not used. */
 static const double WORST_CANCELLATION = 300.0;
 
 /* Polynomial within the range, continued outside as if its first or second derivative stayed what it is at the end. */
@@ -290,16 +299,57 @@ typedef struct {
     int complement;
 } Part;
 
+/* Coefficients of FA by powers of t, x = origin + scale*t, as it is at x = `within`; returns their number. */
+static int expand_amplifier(const SpringLaw *law, double origin, double scale, double within, double *f)
+{
+    int count = law->parameters.amplifier;
+    if (within < law->x_min || within > law->x_max) {
+        f[0] = amplifier(law, within);
+        return 1;
+    }
+    double power = 1.0;
+    memcpy(f, law->parameters.kA, (size_t)count * sizeof *f);
+    for (int m = 0; m < count; m++, power *= scale) {
+        for (int k = count - 2; k >= m; k--)
+            f[k] += origin * f[k + 1];
+        f[m] *= power;
+    }
+    return count;
+}
+
+/* Integral over |xi| from a to b on a piece over which FA changes little: that of a product of polynomials of theta. */
+static double smooth_work(const Part *part, const SpringPiece *piece, double a, double b)
+{
+    double f[SPRING_COEFFICIENTS], product[SPRING_POWERS + SPRING_COEFFICIENTS] = {0.0};
+    double half = 1.0 / piece->per_half, from = (a - piece->middle) * piece->per_half, to = (b - piece->middle) * piece->per_half;
+    double sign = part->complement ? -1.0 : 1.0, at_from = 0.0, at_to = 0.0;
+    double origin = part->x_at_zero + part->per_z * piece->middle, within = part->x_at_zero + 0.5 * part->per_z * (a + b);
+    int count = expand_amplifier(part->law, origin, part->per_z * half, within, f);
+    for (int k = 0; k < count; k++) {
+        for (int i = 0; i < SPRING_POWERS; i++)
+            product[i + k] += sign * piece->coefficients[i] * f[k];
+        if (part->complement)
+            product[k] += f[k];
+    }
+    for (int i = SPRING_POWERS + count - 2; i >= 0; i--) {
+        double integrated = product[i] * RECIPROCALS[i];
+        at_from = (at_from + integrated) * from;
+        at_to = (at_to + integrated) * to;
+    }
+    return half * (at_to - at_from);
+}
+
 /* Integral over |xi| from a to b, both on one piece. */
 static double piece_work(const Part *part, int index, double a, double b)
 {
     const SpringLaw *law = part->law;
     const SpringBranch *branch = part->branch;
-    if (index == branch->pieces && part->complement)
-        return 0.0;
-    int next = index < branch->pieces ? index + 1 : index;
-    double rough = (b - a) * law->roughness, width = branch->edges[next] - branch->edges[index];
+    if (index == branch->pieces)
+        return part->complement ? 0.0 : (b - a) * amplifier(law, part->x_at_zero + 0.5 * part->per_z * (a + b));
+    double rough = (b - a) * law->roughness, width = branch->edges[index + 1] - branch->edges[index];
     int few = rough < NARROW && b - a < NARROW * width;
+    if (!few && width * law->roughness < SMOOTH)
+        return smooth_work(part, &branch->piece[index], a, b);
     int most = law->parameters.amplifier / 2;
     int panels = few || rough < 16.0 ? 1 : rough < 8.0 * most ? (int)(rough / 8.0) : most;
     int points = few ? FEW_POINTS : GAUSS_POINTS;
@@ -322,22 +372,18 @@ static double moments_work(const Part *part, int from, int to)
     const SpringLaw *law = part->law;
     const SpringBranch *branch = part->branch;
     const double *low = branch->moments[from], *high = branch->moments[to];
-    double x = part->x_at_zero + 0.5 * part->per_z * (branch->edges[from] + branch->edges[to]);
-    if (x < law->x_min || x > law->x_max)
-        return amplifier(law, x) * (high[0] - low[0]);
-    int count = law->parameters.amplifier;
-    double f[SPRING_MOMENTS], largest = 0.0, total = 0.0, scale = 1.0;
     double reach = fabs(part->x_at_zero) + fabs(part->per_z) * branch->edges[to];
-    for (int k = count - 1; k >= 0; k--) {
-        f[k] = law->parameters.kA[k];
-        largest = largest * reach + fabs(f[k]);
-    }
-    for (int m = 0; m < count; m++, scale *= part->per_z) {
-        for (int k = count - 2; k >= m; k--)
-            f[k] += part->x_at_zero * f[k + 1];
-        total += f[m] * scale * (high[m] - low[m]);
-    }
-    return largest * high[0] < WORST_CANCELLATION * total ? total : 0.0;
+    double within = part->x_at_zero + 0.5 * part->per_z * (branch->edges[from] + branch->edges[to]);
+    double f[SPRING_COEFFICIENTS], largest = 0.0, total = 0.0;
+    int count = expand_amplifier(law, part->x_at_zero, part->per_z, within, f);
+    for (int m = 0; m < count; m++)
+        total += f[m] * (high[m] - low[m]);
+    if (count == 1)
+        return total;
+    for (int k = count - 1; k >= 0; k--)
+        largest = largest * reach + fabs(law->parameters.kA[k]);
+    double saturated = (branch->edges[to] - branch->edges[from]) * amplifier(law, within);
+    return largest * high[0] < WORST_CANCELLATION * saturated ? total : 0.0;
 }
 
 static double pieces_work(const Part *part, int from, int to)
@@ -363,8 +409,12 @@ static double branch_work(const Part *part, double a, double b)
     int from = spring_piece(branch, a), to = spring_piece(branch, b);
     if (from == to)
         return piece_work(part, from, a, b);
-    double ends = piece_work(part, from, a, branch->edges[from + 1]) + piece_work(part, to, branch->edges[to], b);
-    return from + 1 == to ? ends : ends + pieces_work(part, from + 1, to);
+    double total = piece_work(part, to, branch->edges[to], b);
+    if (a > branch->edges[from]) {
+        total += piece_work(part, from, a, branch->edges[from + 1]);
+        from++;
+    }
+    return from == to ? total : total + pieces_work(part, from, to);
 }
 
 static double rising_work(const SpringLaw *law, int direction, double x_at_zero, double low, double high)

@@ -5,20 +5,20 @@ The same model gives the same bytes, whatever the platform it is built on.
 
 from __future__ import annotations
 
-import os
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from importlib.resources import files
 from pathlib import Path
 
+from ...compiled.images import FMI_HEADERS, FMU, fmi_header, image
 from ...errors import BuildError
 from ...files import replacing
 from ...modelfile import ModelFile
 from ..archive import common_contents, content_guid, fmu_path, installed_version, write_archive
 from ..description import Backend, model_description
-from .compiler import Platform, chosen_platforms, compile_binary
-from .config import configuration
+from .block import filled, values_source
+from .macho import universal
+from .platforms import Platform, default_platforms
 
 _STATE_AND_DERIVATIVES = {
     "needsExecutionTool": "false",
@@ -29,27 +29,17 @@ _LOG_CATEGORIES = {"logAll": "Every message."}
 
 # Includes all other sources.
 _UNIT = "all.c"
-_FMI_HEADERS = ("fmi2FunctionTypes.h", "fmi2Functions.h", "fmi2TypesPlatform.h")
 
 
-def _nothing(_: str) -> None:
-    """What `build_native_fmu` calls unless it is told something else."""
-
-
-def build_native_fmu(
-    model: ModelFile,
-    directory: Path,
-    platforms: Sequence[Platform] | None = None,
-    compiled: Callable[[str], object] = _nothing,
-) -> Path:
+def build_native_fmu(model: ModelFile, directory: Path, platforms: Sequence[Platform] | None = None) -> Path:
     """Write ``<directory>/<model.name>.fmu``, an FMI 2.0 FMU that runs without Python.
 
     Parameters
     ----------
     model : ModelFile
     directory : Path                    Made if it does not exist.
-    platforms : sequence of Platform    Those it runs on; this computer's by default.
-    compiled : callable                 Told the name of each platform whose binary is ready.
+    platforms : sequence of Platform    Those it runs on; by default those whose images the installed package carries,
+                                        or this computer's in a source checkout.
 
     Returns
     -------
@@ -57,18 +47,17 @@ def build_native_fmu(
 
     Raises
     ------
-    StrandspringError  If ziglang is missing or fails, or the folder cannot be written to.
+    StrandspringError  If an image has to be compiled and ziglang is missing or fails, or the folder cannot be written
+                       to.
     """
-    path = fmu_path(directory, model.name)
-    contents = native_contents(model, chosen_platforms("host") if platforms is None else platforms, compiled)
+    path = fmu_path(directory, model.name, "native")
+    contents = native_contents(model, default_platforms() if platforms is None else platforms)
     with replacing(path) as part:
         write_archive(part, contents)
     return path
 
 
-def native_contents(
-    model: ModelFile, platforms: Sequence[Platform], compiled: Callable[[str], object] = _nothing
-) -> dict[str, bytes]:
+def native_contents(model: ModelFile, platforms: Sequence[Platform]) -> dict[str, bytes]:
     """Every file of the native FMU by its path inside it."""
     fixed = _fixed_sources()
     backend = Backend(
@@ -83,21 +72,23 @@ def native_contents(
         log_categories=_LOG_CATEGORIES,
         sources=(_UNIT,),
     )
-    tool = f"strandspring {installed_version('strandspring')} with ziglang {installed_version('ziglang')}"
+    tool = f"strandspring {installed_version('strandspring')}"
+    spring = model.parameters
     # The binaries hold the GUID, so it comes from what they are made of.
-    parts = [model_description(model, "", tool, backend), configuration(model, "").encode("utf-8")]
+    parts = [model_description(model, "", tool, backend), values_source(spring, "").encode("ascii")]
     for name, content in sorted(fixed.items()):
         parts += [name.encode(), content]
     guid = content_guid(parts)
-    sources = {**fixed, "spring_config.h": configuration(model, guid).encode("utf-8")}
-
-    def binary(platform: Platform) -> tuple[str, bytes]:
-        content = compile_binary(platform, sources, _UNIT, model.name)
-        compiled(platform.name)
-        return f"binaries/{platform.name}/{model.name}{platform.suffix}", content
-
-    with ThreadPoolExecutor(os.cpu_count()) as pool:
-        binaries = dict(pool.map(binary, platforms))
+    sources = {**fixed, "spring_values.h": values_source(spring, guid).encode("ascii")}
+    # At once, for images that must be compiled first.
+    targets = {target for platform in platforms for target in platform.targets}
+    with ThreadPoolExecutor() as pool:
+        images = dict(zip(targets, pool.map(lambda target: image(FMU, target).read_bytes(), targets), strict=True))
+    binaries = {}
+    for platform in platforms:
+        parts = [filled(images[target], spring, guid) for target in platform.targets]
+        binary = parts[0] if len(parts) == 1 else universal(parts)
+        binaries[f"binaries/{platform.name}/{model.name}{platform.suffix}"] = binary
     return {
         **common_contents(
             model, model_description(model, guid, tool, backend), platforms=tuple(sorted(p.name for p in platforms))
@@ -110,15 +101,8 @@ def native_contents(
 
 def _fixed_sources() -> dict[str, bytes]:
     """The C files that are the same for every model, by name."""
-    ours = [file for file in (files("strandspring") / "core" / "c").iterdir() if file.name[-2:] in (".c", ".h")]
-    return {**{file.name: file.read_bytes() for file in ours}, **{name: _of_fmpy(name) for name in _FMI_HEADERS}}
-
-
-def _of_fmpy(name: str) -> bytes:
-    try:
-        return (files("fmpy") / "c-code" / name).read_bytes()
-    except OSError:
-        raise BuildError(f"fmpy {installed_version('fmpy')} has no file {name}; install a newer one.") from None
+    ours = {Path(path).name: content for path, content in FMU.sources().items()}
+    return {**ours, **{name: fmi_header(name) for name in FMI_HEADERS}}
 
 
 def _licence_of_headers(sources: Mapping[str, bytes]) -> bytes:

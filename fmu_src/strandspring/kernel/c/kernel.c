@@ -1,11 +1,16 @@
 /* The compiled kernel of the package as one unit: what travels inside FMUs, what only the package needs, and here what the
  * package calls to make tables and laws. The caller owns all memory; arrays are contiguous. */
-#define SPRING_LOCAL static
+#define SPRING_LOCAL static inline
 
 #include "../../core/c/saturation.c"
 #include "../../core/c/spring.c"
 #include "path.c"
+#include "line.c"
 #include "steady.c"
+#include "fourier.c"
+#include "periodic.c"
+#include "linear.c"
+#include "balance.c"
 
 /* Bytes of a table and of a law, for memory that is aligned to 8 bytes. */
 size_t kernel_table_size(void)

@@ -1,7 +1,8 @@
-"""From fitted coefficients to a spring: physically possible or not, and what to say about it."""
+"""From the solution of a method to a spring: whether it is physically possible, and what to caution."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -9,29 +10,31 @@ import numpy as np
 from ..core.parameters import SpringParameters, least_value
 from ..kernel.arrays import FloatArray
 from .loops import Loops
+from .method import Fitted
 from .outcomes import IdentificationError, Outcome
 from .polynomials import Basis
+from .projection import Problem
 from .stages import N_BOUNDS, Backbone, Hysteresis, fit_backbone
+from .uncertainty import is_sigma_uncertain
 
 # |omega| that full strokes must reach for a steady section to exist.
 _SATURATED = 0.9
 # A bound is reached within this share of it.
 _AT_BOUND = 1e-3
-# |omega| to either side below which FE and FA can no longer be told apart, and the memory of where the record
-# starts does not fade: a huge FA times a tiny omega is not a spring.
+# |omega| to either side below which FE and FA are strongly correlated, and the memory of where the record starts does
+# not fade: a huge FA times a tiny omega is not a spring.
 _DISTINCT = 0.6
 
 
 @dataclass(frozen=True, eq=False)
 class Solution:
-    """What a method found on a set of loops.
+    """Solution of a method on a set of loops.
 
     Attributes
     ----------
     basis, backbone, hysteresis : Basis, Backbone, Hysteresis
     omega : ndarray, shape (P,)
     steady_share : float     Where the steady section begins, share of the longest stroke.
-    misfit : float           rms [N].
     """
 
     basis: Basis
@@ -39,36 +42,44 @@ class Solution:
     hysteresis: Hysteresis
     omega: FloatArray
     steady_share: float
-    misfit: float
 
 
 def is_distinct(omega: FloatArray) -> bool:
-    """Whether omega swings far enough to both sides for FE and FA to be told apart."""
+    """Whether omega swings far enough to both sides for FE and FA to be separated."""
     return bool(min(omega.max(), -omega.min()) >= _DISTINCT)
 
 
-def finished(loops: Loops, solution: Solution, where: str) -> tuple[SpringParameters, Solution, list[Outcome]]:
-    """A physically possible spring: the degree of FA is lowered until it is positive over the whole range.
+def fitted(loops: Loops, solution: Solution | None, where: str, cautions: Sequence[Outcome] = ()) -> Fitted:
+    """The spring of a solution: the degree of FA is lowered until it is positive over the whole range.
+
+    Parameters
+    ----------
+    loops : Loops
+    solution : Solution or None
+    where : str                     Names of the records, for messages.
+    cautions : sequence of Outcome  Further cautions of the method.
 
     Raises
     ------
-    IdentificationError   If even a constant FA is not.
+    IdentificationError   If there is no solution, or even a constant FA is not positive.
     """
-    cautions: list[Outcome] = []
-    basis, backbone = solution.basis, solution.backbone
+    if solution is None:
+        raise IdentificationError(Outcome.NO_STEADY_SECTION, where)
+    basis, backbone, hysteresis = solution.basis, solution.backbone, solution.hysteresis
+    reduced = []
     while not is_positive(basis, backbone):
-        fitted = None
+        again = None
         if basis.amplifier > 0:
             basis = replace(basis, amplifier=basis.amplifier - 1)
-            fitted = fit_backbone(loops, basis, solution.omega)
-        if fitted is None:
+            again = fit_backbone(loops, basis.columns(loops.displacement), solution.omega)
+        if again is None:
             raise IdentificationError(Outcome.BRANCHES_CROSS, where)
-        backbone = fitted
-        cautions = [Outcome.AMPLIFIER_REDUCED]
-    misfit = loops.rms(backbone.misfit(loops.force, solution.omega))
-    solution = replace(solution, basis=basis, backbone=backbone, misfit=misfit)
-    cautions += cautions_of(loops, solution.hysteresis, solution.omega)
-    return spring_of(basis, backbone, solution.hysteresis), solution, cautions
+        backbone, reduced = again, [Outcome.AMPLIFIER_REDUCED]
+    all_cautions = [*reduced, *cautions_of(loops, hysteresis, solution.omega), *cautions]
+    refinement = Problem(loops, basis, hysteresis).linearised(hysteresis, backbone)
+    if is_sigma_uncertain(loops, basis, refinement):
+        all_cautions.append(Outcome.SIGMA_AT_BOUND)
+    return Fitted(spring_of(basis, backbone, hysteresis), tuple(all_cautions), solution.steady_share)
 
 
 def is_positive(basis: Basis, backbone: Backbone) -> bool:
@@ -79,14 +90,14 @@ def is_positive(basis: Basis, backbone: Backbone) -> bool:
 
 
 def cautions_of(loops: Loops, hysteresis: Hysteresis, omega: FloatArray) -> list[Outcome]:
-    """What a user should know about a fit, but for how well it tells sigma."""
-    found = []
+    """Cautions about the saturation and the knee of the loop."""
+    cautions = []
     full = loops.length[loops.stroke] >= 0.9 * float(loops.length[np.unique(loops.stroke)].max())
     if np.max(np.abs(omega[full])) < _SATURATED:
-        found.append(Outcome.NO_STEADY_SECTION)
+        cautions.append(Outcome.NO_STEADY_SECTION)
     if any(abs(hysteresis.n - bound) <= _AT_BOUND * bound for bound in N_BOUNDS):
-        found.append(Outcome.N_AT_BOUND)
-    return found
+        cautions.append(Outcome.N_AT_BOUND)
+    return cautions
 
 
 def spring_of(basis: Basis, backbone: Backbone, hysteresis: Hysteresis) -> SpringParameters:

@@ -77,11 +77,11 @@ def whole_periods(displacement: ArrayLike, force: ArrayLike, time: ArrayLike | N
     at = begin + period * np.arange(count * size) / size
     columns = [np.interp(at, clock, values).reshape(count, size) for values in (x, r)]
     moved, forces = columns
-    apart = float(np.sqrt(np.mean((moved - moved.mean(axis=0)) ** 2)))
-    if apart > _REPEATS * np.ptp(x):
+    difference = float(np.sqrt(np.mean((moved - moved.mean(axis=0)) ** 2)))
+    if difference > _REPEATS * np.ptp(x):
         raise RecordError(
-            f"the displacement must repeat itself from period to period, but its periods differ by {apart:.4g} rms "
-            f"at a range of {np.ptp(x):.4g}; cut the record to whole periods of one amplitude."
+            f"the displacement must repeat itself from period to period, but its periods differ by {difference:.4g} "
+            f"rms at a range of {np.ptp(x):.4g}; cut the record to whole periods of one amplitude."
         )
     if count > 1 and _differs(forces):
         moved, forces = moved[1:], forces[1:]

@@ -1,0 +1,67 @@
+"""What setuptools does besides copying files when the package is built: it compiles the images of a wheel.
+
+pyproject.toml names these commands. setuptools loads this file by itself, before the package can be imported.
+"""
+
+from __future__ import annotations
+
+import shutil
+import sys
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+from setuptools.command.bdist_wheel import bdist_wheel
+from setuptools.command.build_py import build_py
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
+
+from strandspring.compiled import images
+from strandspring.compiled.targets import FMU_TARGETS, host_target, wheel_platform
+
+# The bundled record, which a source checkout keeps beside its models.
+_EXAMPLES = [f"models/records/{name}" for name in ("LICENSE.txt", "README.md", "rubber_stretch.csv")]
+
+
+class BuildWithImages(build_py):
+    """Adds the kernel for this computer and the FMU's images for all; an editable install compiles its kernel only."""
+
+    def run(self) -> None:
+        """Run the command."""
+        super().run()
+        if self.editable_mode:
+            images.image(images.KERNEL, host_target())
+            return
+        folder = self._images()
+        # A folder that an earlier build left may hold images of other sources.
+        shutil.rmtree(folder, ignore_errors=True)
+        wanted = [(images.KERNEL, host_target()), *((images.FMU, target) for target in FMU_TARGETS)]
+        with ThreadPoolExecutor() as pool:
+            contents = pool.map(lambda one: images.compiled(*one), wanted)
+            folder.mkdir(parents=True)
+            for (unit, target), content in zip(wanted, contents, strict=True):
+                (folder / unit.file_name(target)).write_bytes(content)
+        for path in _EXAMPLES:
+            self.copy_file(path, self._example(path))
+
+    def get_source_files(self) -> list[str]:
+        """Files of a source distribution."""
+        return [*super().get_source_files(), *_EXAMPLES]
+
+    def get_outputs(self, include_bytecode: bool = True) -> list[str]:
+        """Files of the build."""
+        built = [*self._images().glob("*"), *(self._example(path) for path in _EXAMPLES)]
+        return [*super().get_outputs(include_bytecode), *map(str, built)]
+
+    def _images(self) -> Path:
+        return Path(self.build_lib, *images.PACKAGED.relative_to(images.PACKAGED.parents[2]).parts)
+
+    def _example(self, path: str) -> Path:
+        return Path(self.build_lib, "strandspring", "examples", *Path(path).parts[1:])
+
+
+class WheelOfPlatform(bdist_wheel):
+    """Tags the wheel: any Python 3, this kind of computer."""
+
+    def get_tag(self) -> tuple[str, str, str]:
+        """Python, binary interface and platform of the wheel."""
+        return "py3", "none", wheel_platform()

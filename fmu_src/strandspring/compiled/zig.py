@@ -1,0 +1,105 @@
+"""The compiler of the ziglang package, which compiles for every target on every computer."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import tempfile
+from collections.abc import Mapping
+from contextlib import suppress
+from importlib import metadata
+from importlib.util import find_spec
+from pathlib import Path
+
+from ..errors import BuildError
+from .targets import FLAGS, Target
+
+# Variables that say where the compiler has its cache, the first that is set.
+_HOMES = ("ZIG_GLOBAL_CACHE_DIR", "XDG_CACHE_HOME", "HOME", "LOCALAPPDATA")
+# Variables by which the compiler would find other headers and libraries than those it brings.
+_FOREIGN = ("CPATH", "C_INCLUDE_PATH", "LIBRARY_PATH", "SDKROOT")
+
+
+def is_installed() -> bool:
+    """Whether there is a compiler."""
+    return find_spec("ziglang") is not None
+
+
+def shared_library(target: Target, sources: Mapping[str, bytes], unit: str, name: str, flags: tuple[str, ...]) -> bytes:
+    """The shared library of a C source; the same arguments give the same bytes.
+
+    Parameters
+    ----------
+    target : Target
+    sources : mapping of str to bytes   Content of each C file by its path below a common folder.
+    unit : str                          The file to be compiled; it includes the others.
+    name : str                          Of the library, without suffix.
+    flags : tuple of str                Besides those of every library.
+
+    Raises
+    ------
+    BuildError   If ziglang is not installed, or refuses the sources.
+    """
+    if not is_installed():
+        raise BuildError("C sources are compiled by ziglang, which is not installed; run pip install ziglang.")
+    system = target.system
+    library = f"{name}{system.suffix}"
+    output = ("-shared", "-s", "-o", library)
+    with tempfile.TemporaryDirectory(prefix="strandspring-", ignore_cleanup_errors=True) as temporary:
+        folder = Path(temporary)
+        for path, content in sources.items():
+            (folder / path).parent.mkdir(parents=True, exist_ok=True)
+            (folder / path).write_bytes(content)
+        if system.runtime is None:
+            _run(folder, target, *FLAGS, *flags, unit, *system.linking, *output)
+        else:
+            (folder / "runtime.c").write_bytes(runtime(target))
+            # The compiler finds no headers when it links without its own libraries.
+            for part, into in ((unit, "unit.o"), ("runtime.c", "runtime.o")):
+                _run(folder, target, *FLAGS, *flags, "-c", part, "-o", into)
+            # Without -O the linker writes the time into the file.
+            _run(folder, target, "-O3", "unit.o", "runtime.o", *system.linking, *output)
+        return (folder / library).read_bytes()
+
+
+def runtime(target: Target) -> bytes:
+    """The C file that takes the place of the compiler's start code, or nothing."""
+    file = target.system.runtime
+    return b"" if file is None else (Path(__file__).parent / file).read_bytes()
+
+
+def _environment(folder: Path) -> dict[str, str]:
+    environment = {key: value for key, value in os.environ.items() if key not in _FOREIGN}
+    home = next((environment[key] for key in _HOMES if environment.get(key)), None)
+    if home is None or not _can_write(home):
+        # As in services and containers. Without a cache the compiler fails or never ends.
+        environment["ZIG_GLOBAL_CACHE_DIR"] = str(folder / "cache")
+    return environment
+
+
+def _can_write(folder: str) -> bool:
+    with suppress(OSError):
+        Path(folder).mkdir(parents=True, exist_ok=True)
+        return os.access(folder, os.W_OK)
+    return False
+
+
+def _run(folder: Path, target: Target, *arguments: str) -> None:
+    # File names are relative to where the compiler runs: no path of this computer reaches the binary.
+    done = subprocess.run(
+        [sys.executable, "-m", "ziglang", "cc", "-target", target.triple, *arguments],
+        cwd=folder,
+        env=_environment(folder),
+        stdin=subprocess.DEVNULL,
+        capture_output=True,
+        text=True,
+        errors="replace",
+        check=False,
+    )
+    if done.returncode != 0:
+        message = next((line for line in done.stderr.splitlines() if "error" in line), done.stderr.strip()[:200])
+        raise BuildError(
+            f"ziglang {metadata.version('ziglang')} failed to compile for {target.triple}: {message.strip()}. "
+            "Install another version of it."
+        )

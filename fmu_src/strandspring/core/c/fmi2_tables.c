@@ -1,0 +1,92 @@
+#include "fmi2_tables.h"
+
+#if defined(_MSC_VER) && !defined(__clang__)
+#include <intrin.h>
+static volatile long locked;
+#define TAKE_LOCK() _InterlockedExchange(&locked, 1)
+#define DROP_LOCK() _InterlockedExchange(&locked, 0)
+#else
+#include <stdatomic.h>
+static atomic_flag locked = ATOMIC_FLAG_INIT;
+#define TAKE_LOCK() atomic_flag_test_and_set_explicit(&locked, memory_order_acquire)
+#define DROP_LOCK() atomic_flag_clear_explicit(&locked, memory_order_release)
+#endif
+
+typedef struct Entry {
+    SharedSpring shared;
+    size_t users;
+    fmi2CallbackFreeMemory free;
+    struct Entry *next;
+} Entry;
+
+static Entry *entries; /* guarded by the lock */
+
+/* Held for a few instructions only, never while a table is filled. */
+static void lock(void)
+{
+    while (TAKE_LOCK())
+        continue;
+}
+
+static void unlock(void)
+{
+    DROP_LOCK();
+}
+
+static Entry *find_entry(const SpringParameters *parameters)
+{
+    Entry *entry = entries;
+    while (entry != NULL && !(entry->shared.law.parameters.n == parameters->n &&
+                              entry->shared.law.parameters.sigma == parameters->sigma))
+        entry = entry->next;
+    return entry;
+}
+
+const SharedSpring *fmu_acquire(const Allocator *allocator, const SpringParameters *parameters)
+{
+    lock();
+    Entry *entry = find_entry(parameters);
+    if (entry != NULL)
+        entry->users++;
+    unlock();
+    if (entry != NULL)
+        return &entry->shared;
+
+    Entry *made = allocator->allocate(1, sizeof *made);
+    if (made == NULL)
+        return NULL;
+    spring_tabulate(&made->shared.table, parameters->n, parameters->sigma,
+                    SPRING_WITH_DERIVATIVES | SPRING_WITH_MOMENTS);
+    spring_prepare(&made->shared.law, parameters, &made->shared.table);
+    made->users = 0;
+    made->free = allocator->free;
+    lock();
+    /* Another thread may have made the same table in the meantime. */
+    entry = find_entry(parameters);
+    if (entry == NULL) {
+        made->next = entries;
+        entries = entry = made;
+    }
+    entry->users++;
+    unlock();
+    if (entry != made)
+        made->free(made);
+    return &entry->shared;
+}
+
+void fmu_release(const SharedSpring *shared)
+{
+    Entry *unused = NULL;
+    lock();
+    for (Entry **link = &entries; *link != NULL; link = &(*link)->next)
+        if (&(*link)->shared == shared) {
+            if (--(*link)->users == 0) {
+                unused = *link;
+                *link = unused->next;
+            }
+            break;
+        }
+    unlock();
+    if (unused != NULL)
+        unused->free(unused);
+}

@@ -1,0 +1,30 @@
+/* What instances share.
+ *
+ * Instances of this FMU whose n and sigma are the same use one table: the first makes it, the last frees it. With it comes
+ * the law of the first, for all instances with the same parameters: thousands of them then step out of the processor's
+ * cache. All functions may be called from any number of threads at once.
+ */
+#ifndef FMI2_TABLES_H
+#define FMI2_TABLES_H
+
+#include "fmi2_api.h"
+#include "spring.h"
+
+/* Of one host; what is shared is freed by the function that belongs to the one that allocated it. */
+typedef struct {
+    fmi2CallbackAllocateMemory allocate;
+    fmi2CallbackFreeMemory free;
+} Allocator;
+
+typedef struct {
+    SpringTable table;
+    SpringLaw law;
+} SharedSpring;
+
+/* The table for these parameters, to be released later; NULL if there is not enough memory. */
+SPRING_LOCAL const SharedSpring *fmu_acquire(const Allocator *allocator, const SpringParameters *parameters);
+
+/* NULL is allowed. */
+SPRING_LOCAL void fmu_release(const SharedSpring *shared);
+
+#endif

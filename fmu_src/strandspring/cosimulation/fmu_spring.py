@@ -1,0 +1,228 @@
+"""One instance of a spring FMU, run through FMPy: trial displacements, steps that commit, rollback.
+
+Works with either back end. The FMU's force is a direct feed-through of its displacement, so a trial needs no step. FMI
+2.0 does not require that of an FMU; where it must not be relied on, step within `FmuSpring.rollback`.
+"""
+
+from __future__ import annotations
+
+import math
+import tempfile
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from ctypes import c_double, c_uint
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import fmpy
+from fmpy.fmi1 import FMICallException
+from fmpy.fmi2 import FMU2Slave
+from fmpy.model_description import ModelDescription
+
+from ..errors import StrandspringError
+from ..fmu.fmpy_host import library_path
+from .messages import Messages
+
+_MODEL_VALUES: Mapping[str, float] = {}
+
+
+class CosimulationError(StrandspringError):
+    """Invalid arguments, a failing FMU, or a simulation that cannot be completed."""
+
+
+class Response(NamedTuple):
+    """Response of a spring to a displacement.
+
+    Attributes
+    ----------
+    force : float             [N].
+    absorbed_energy : float   Integral of the force over the displacement since the start [J].
+    stiffness : float         Tangent in the direction of motion [N/m].
+    """
+
+    force: float
+    absorbed_energy: float
+    stiffness: float
+
+
+class FmuSpring:
+    """An instance of a spring FMU; a context manager that frees it.
+
+    `start` is called once, then any number of `trial` and `commit`. A trial changes nothing; a commit extends the
+    spring's path.
+
+    Parameters
+    ----------
+    fmu : path
+    name : str                           Name of the instance, at the beginning of its error messages.
+    parameters : mapping of str to float   Values of FMU parameters that replace those of the model, by name.
+
+    Attributes
+    ----------
+    displacement_min, displacement_max : float   Identified range [m].
+    can_interpolate : bool             Whether the FMU accepts derivatives of its displacement.
+    committed_displacement : float     End of the committed path [m]; NaN before `start`.
+    messages : list of str             Log messages of the FMU.
+
+    Raises
+    ------
+    CosimulationError   If the file is not a spring FMU, has no such parameter, or cannot be run on this computer.
+    """
+
+    def __init__(self, fmu: Path | str, name: str = "spring", parameters: Mapping[str, float] = _MODEL_VALUES) -> None:
+        description = _read_description(fmu, name, parameters)
+        interface = description.coSimulation
+        references = {variable.name: variable.valueReference for variable in description.modelVariables}
+        values = {variable.name: variable.start for variable in description.modelVariables} | dict(parameters)
+        self.name = name
+        self.displacement_min = float(values["displacement_min"])
+        self.displacement_max = float(values["displacement_max"])
+        self.can_interpolate = bool(interface.canInterpolateInputs)
+        self.committed_displacement = math.nan
+        self.messages = Messages()
+        self._has_derivatives = bool(interface.providesDirectionalDerivative)
+        self._parameters = {references[name]: value for name, value in parameters.items()}
+        self._displacement = references["displacement"]
+        self._force = references["force"]
+        # FMPy's own calls by lists take longer than the FMU itself.
+        self._input, self._input_value = (c_uint * 1)(self._displacement), (c_double * 1)()
+        self._outputs = (c_uint * 3)(*(references[output] for output in Response._fields))
+        self._output_values = (c_double * 3)()
+        self._folder = tempfile.TemporaryDirectory(prefix="strandspring-", ignore_cleanup_errors=True)
+        try:
+            fmpy.extract(str(fmu), unzipdir=self._folder.name)
+            self._slave = FMU2Slave(
+                guid=description.guid,
+                unzipDirectory=self._folder.name,
+                modelIdentifier=interface.modelIdentifier,
+                instanceName=name,
+                libraryPath=library_path(self._folder.name, interface.modelIdentifier),
+            )
+            self._slave.instantiate(callbacks=self.messages.callbacks)
+        except Exception as problem:  # FMPy raises plain exceptions
+            self._folder.cleanup()
+            raise CosimulationError(f"{name}: {fmu} cannot be run here: {problem}") from None
+
+    def __enter__(self) -> FmuSpring:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Terminate and free the instance."""
+        if self.started:
+            self._slave.terminate()
+        self._slave.freeInstance()
+        self._folder.cleanup()
+
+    @property
+    def started(self) -> bool:
+        """Whether `start` has been called."""
+        return not math.isnan(self.committed_displacement)
+
+    def start(self, displacement: float, time: float = 0.0) -> Response:
+        """Begin the path at a displacement [m] and time [s]."""
+        self._call(self._slave.setupExperiment, None, time)
+        self._call(self._slave.enterInitializationMode)
+        if self._parameters:
+            self._call(self._slave.setReal, list(self._parameters), list(self._parameters.values()))
+        self._set(displacement)
+        self._call(self._slave.exitInitializationMode)
+        self.committed_displacement = displacement
+        return self._get()
+
+    def trial(self, displacement: float) -> Response:
+        """Response to the straight path from the committed displacement to a trial displacement [m]."""
+        self._set(displacement)
+        return self._get()
+
+    def commit(self, time: float, step: float, displacement: float) -> Response:
+        """Commit the straight path to a displacement [m] by a step; times in s."""
+        self._set(displacement)
+        self._call(self._slave.doStep, time, step)
+        self.committed_displacement = displacement
+        return self._get()
+
+    def commit_curve(
+        self, time: float, step: float, displacement: float, velocity: float, acceleration: float
+    ) -> Response:
+        """Commit the path displacement + velocity*tau + acceleration*tau^2/2, with 0 <= tau <= step.
+
+        Parameters
+        ----------
+        displacement, velocity, acceleration : float   At the beginning of the step [m, m/s, m/s^2].
+
+        Raises
+        ------
+        CosimulationError   If the FMU does not accept input derivatives.
+        """
+        if not self.can_interpolate:
+            raise CosimulationError(
+                f"{self.name}: the FMU accepts no derivatives of its displacement; build it with --backend native, or "
+                "choose a straight input path."
+            )
+        self._set(displacement)
+        self._call(
+            self._slave.setRealInputDerivatives, [self._displacement] * 2, [1, 2], [velocity, acceleration]
+        )  # fmt: skip
+        self._call(self._slave.doStep, time, step)
+        self.committed_displacement = displacement + step * (velocity + 0.5 * step * acceleration)
+        return self._get()
+
+    def directional_derivative(self) -> float:
+        """d force/d displacement at the displacement set last, by fmi2GetDirectionalDerivative [N/m].
+
+        Raises
+        ------
+        CosimulationError   If the FMU does not provide it.
+        """
+        if not self._has_derivatives:
+            raise CosimulationError(
+                f"{self.name}: the FMU has no directional derivatives; build it with --backend native, or use its "
+                "`stiffness`."
+            )
+        derivatives = self._call(self._slave.getDirectionalDerivative, [self._force], [self._displacement], [1.0])
+        return float(derivatives[0])
+
+    @contextmanager
+    def rollback(self) -> Iterator[None]:
+        """Revert the FMU to its present state when the block ends."""
+        state, committed = self._call(self._slave.getFMUstate), self.committed_displacement
+        try:
+            yield
+        finally:
+            self.committed_displacement = committed
+            self._call(self._slave.setFMUstate, state)
+            self._call(self._slave.freeFMUstate, state)
+
+    def _set(self, displacement: float) -> None:
+        self._input_value[0] = displacement
+        self._call(self._slave.fmi2SetReal, self._slave.component, self._input, 1, self._input_value)
+
+    def _get(self) -> Response:
+        self._call(self._slave.fmi2GetReal, self._slave.component, self._outputs, 3, self._output_values)
+        return Response(*self._output_values)
+
+    def _call(self, function: Callable[..., Any], *arguments: Any) -> Any:
+        try:
+            return function(*arguments)
+        except FMICallException as problem:
+            reason = self.messages[-1] if self.messages else "The FMU logged no reason."
+            raise CosimulationError(f"{self.name}: {problem.function} failed. {reason}") from None
+
+
+def _read_description(fmu: Path | str, name: str, parameters: Mapping[str, float]) -> ModelDescription:
+    """The model description, if it is that of a spring with these parameters."""
+    try:
+        description = fmpy.read_model_description(str(fmu))
+    except Exception as problem:  # FMPy raises plain exceptions
+        raise CosimulationError(f"{fmu} cannot be read as an FMU: {str(problem).strip()}") from None
+    variables = {v.name for v in description.modelVariables}
+    for missing in ("displacement", *Response._fields):
+        if missing not in variables:
+            raise CosimulationError(f"{fmu} is not a spring FMU: it has no variable `{missing}`.")
+    settable = {v.name for v in description.modelVariables if v.causality == "parameter"}
+    for unknown in sorted(parameters.keys() - settable):
+        raise CosimulationError(f"{name}: {fmu} has no parameter `{unknown}`.")
+    return description

@@ -1,0 +1,81 @@
+"""One spring in the binary of a native FMU.
+
+The binary is compiled once for all springs. It holds a block of values (core/c/fmi2_block.h) that begins with a marker;
+making an FMU of a spring means to overwrite the block. The same values as C source, for those who compile the FMU's
+sources, are those of `values_source`.
+"""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Sequence
+
+from ...core.parameters import MAXIMUM_DEGREE, SCALARS, SpringParameters
+from ...core.variables import start_values
+from ...errors import BuildError
+from .macho import is_macho, with_new_hashes
+
+_COEFFICIENTS = MAXIMUM_DEGREE + 1
+# Marker: magic, size of the block, version of its layout. Then GUID, displacement, numbers of coefficients, kE, kA, the
+# other parameters, omega_start.
+_MARKER = struct.Struct("<16sII")
+_VALUES = struct.Struct(f"<40sdii{_COEFFICIENTS}d{_COEFFICIENTS}d{len(SCALARS)}dd")
+_MAGIC, _VERSION = b"strandspringfmu", 1
+
+
+def filled(image: bytes, parameters: SpringParameters, guid: str) -> bytes:
+    """An image with the values of one spring in its block.
+
+    Raises
+    ------
+    BuildError   If the image does not have exactly one block of this layout.
+    """
+    marker = _MARKER.pack(_MAGIC, _MARKER.size + _VALUES.size, _VERSION)
+    if image.count(marker) != 1:
+        raise BuildError(
+            f"A compiled spring must hold one block of values, found {image.count(marker)}; install strandspring again."
+        )
+    start = start_values(parameters)
+    values = _VALUES.pack(
+        guid.encode("ascii"),
+        start["displacement"],
+        len(parameters.kE),
+        len(parameters.kA),
+        *_padded(parameters.kE),
+        *_padded(parameters.kA),
+        *(start[name] for name in SCALARS),
+        start["omega_start"],
+    )
+    begin = image.index(marker) + _MARKER.size
+    image = image[:begin] + values + image[begin + _VALUES.size :]
+    return with_new_hashes(image) if is_macho(image) else image
+
+
+def values_source(parameters: SpringParameters, guid: str) -> str:
+    """The text of spring_values.h."""
+    start = start_values(parameters)
+    scalars = "\n".join(f"        .{name} = {start[name].hex()}," for name in SCALARS)
+    return f"""\
+/* The start values of one spring's variables; the only source that differs from FMU to FMU. */
+.guid = "{guid}",
+.displacement = {start["displacement"].hex()},
+.settings = {{
+    .spring = {{
+        .elastic = {len(parameters.kE)},
+        .amplifier = {len(parameters.kA)},
+        .kE = {_listed(parameters.kE)},
+        .kA = {_listed(parameters.kA)},
+{scalars}
+    }},
+    .omega_start = {start["omega_start"].hex()},
+}},
+"""
+
+
+def _padded(coefficients: Sequence[float]) -> list[float]:
+    return [*coefficients, *[0.0] * (_COEFFICIENTS - len(coefficients))]
+
+
+def _listed(coefficients: Sequence[float]) -> str:
+    # Hexadecimal floats give every compiler the same bits.
+    return "{" + ", ".join(c.hex() for c in coefficients) + "}"

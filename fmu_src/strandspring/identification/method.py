@@ -1,0 +1,92 @@
+"""What the methods of identification have in common, and what they return."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any, ClassVar
+
+from ..core.parameters import MAXIMUM_DEGREE, SpringParameters
+from ..records.record import Record
+from .outcomes import Outcome
+from .steady_part import SteadyRecord
+from .uncertainty import PredictionBand
+
+
+@dataclass(frozen=True, eq=False)
+class Fitted:
+    """What a method returns.
+
+    Attributes
+    ----------
+    parameters : SpringParameters
+    cautions : tuple of Outcome
+    steady_share : float             Where the steady section was taken to begin, share of the longest stroke.
+    omega_start : tuple of float     omega at the first sample of each record; 0 where it is empty.
+    uncertainty : dict               Content of the model file's field; empty if the method knows none.
+    band : PredictionBand or None
+    """
+
+    parameters: SpringParameters
+    cautions: tuple[Outcome, ...]
+    steady_share: float
+    omega_start: tuple[float, ...] = ()
+    uncertainty: dict[str, Any] = field(default_factory=dict)
+    band: PredictionBand | None = None
+
+
+@dataclass(frozen=True)
+class Method(ABC):
+    """A method of identification with its options, which check themselves.
+
+    `identify` calls `prepare` with each record, cuts the result into strokes, and calls `fit` once with the steady
+    parts of all records. A method keeps nothing between calls.
+
+    Parameters
+    ----------
+    degrees : (int, int) or None   Degrees N of FE and M of FA; chosen from the data if None.
+    """
+
+    name: ClassVar[str]
+
+    degrees: tuple[int, int] | None = None
+
+    def __post_init__(self) -> None:
+        if self.degrees is None:
+            return
+        elastic, amplifier = self.degrees
+        if not (1 <= elastic <= MAXIMUM_DEGREE and 0 <= amplifier <= MAXIMUM_DEGREE):
+            raise ValueError(
+                f"`degrees` must be N,M with 1 <= N <= {MAXIMUM_DEGREE} and 0 <= M <= {MAXIMUM_DEGREE}, "
+                f"got {self.degrees}."
+            )
+
+    @property
+    def withstands_outliers(self) -> bool:
+        """Whether isolated outliers hardly change the fit."""
+        return False
+
+    def prepare(self, record: Record) -> Record:
+        """The record that is identified in place of a measured one.
+
+        Raises
+        ------
+        RecordError   If the record does not suit the method.
+        """
+        return record
+
+    @abstractmethod
+    def fit(self, parts: Sequence[SteadyRecord], where: str) -> Fitted:
+        """Identify one spring.
+
+        Parameters
+        ----------
+        parts : sequence of SteadyRecord   At least one.
+        where : str                        Names of the records, for messages.
+
+        Raises
+        ------
+        IdentificationError   If no model is physically possible.
+        RecordError           If the records do not suit the method.
+        """

@@ -1,0 +1,195 @@
+"""Variable projection: least squares in rho, sigma, n and omega_start alone.
+
+FE and FA enter linearly: for given rho, sigma, n (and omega_start of each record) their coefficients follow from one
+linear least-squares problem, so only those few parameters are iterated on. With the weighted basis A = QR the residuals
+are (1 - QQ^T) r, and their Jacobian in Kaufman's form is -(1 - QQ^T) (d omega/d theta)*G, with the exact derivatives
+of `kernel.points`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..kernel.arrays import FloatArray
+from ..kernel.points import omega_with_derivatives
+from .loops import Loops
+from .polynomials import Basis
+from .stages import N_BOUNDS, SIGMA_BOUNDS, Backbone, Hysteresis
+from .trust_region import minimise
+
+# rho times the longest stroke: from a loop that hardly saturates (below, FA and rho are strongly correlated) to one
+# that saturates within a millionth of the stroke.
+RHO_BOUNDS = (2.0, 1e6)
+# rho may move by this factor from its start. Records outside the model would else drive it to where FE imitates the
+# loop of the one amplitude measured.
+_TRUST = 10.0
+_EVALUATIONS = 100
+_INSIDE = 1e-6  # distance of a start from the bounds
+_BLOCK = 512  # rows that are decomposed together, which stay in the cache
+
+
+@dataclass(frozen=True, eq=False)
+class Refinement:
+    """A refined fit.
+
+    Attributes
+    ----------
+    hysteresis : Hysteresis
+    omega_start : ndarray, shape (R,)      omega at the first sample of each record.
+    backbone : Backbone
+    omega : ndarray, shape (P,)
+    derivatives : ndarray, shape (3 + R, P)   d omega by ln(rho), ln(sigma), ln(n) and each omega_start.
+    weight : ndarray, shape (P,)           Weight of each squared misfit [1/N^2], counts included.
+    full_weight : ndarray, shape (P,)      The same before Huber's loss lowered the weight of outliers.
+    converged : bool                       Whether the iteration ended before its limit of evaluations.
+    """
+
+    hysteresis: Hysteresis
+    omega_start: FloatArray
+    backbone: Backbone
+    omega: FloatArray
+    derivatives: FloatArray
+    weight: FloatArray
+    full_weight: FloatArray
+    converged: bool
+
+
+@dataclass(frozen=True, eq=False)
+class _Projected:
+    """One evaluation: omega and its derivatives, an orthonormal basis q of the weighted linear part, the fit."""
+
+    omega: FloatArray
+    derivatives: FloatArray
+    q: FloatArray
+    backbone: Backbone
+    root: FloatArray
+    residuals: FloatArray
+
+    @property
+    def cost(self) -> float:
+        return float(0.5 * (self.residuals @ self.residuals))
+
+    def triangle(self) -> FloatArray:
+        size = self.derivatives.shape[0]
+        columns = np.empty((self.root.size, size + 1))
+        np.multiply(self.derivatives.T, (self.backbone.G * self.root)[:, None], out=columns[:, :size])
+        steepest = columns[:, :size]
+        columns[:, :size] = self.q @ (self.q.T @ steepest) - steepest
+        columns[:, size] = self.residuals
+        return triangle_of(columns)
+
+
+class Problem:
+    """The projected least-squares problem of a set of loops in theta = ln(rho), ln(sigma), ln(n), omega_start..."""
+
+    def __init__(self, loops: Loops, basis: Basis, start: Hysteresis) -> None:
+        self.loops = loops
+        self.columns = basis.columns(loops.displacement)
+        self.records = int(loops.record.max()) + 1
+        longest = float(loops.length.max())
+        least, most = (b / longest for b in RHO_BOUNDS)
+        around = (max(least, start.rho / _TRUST), min(most, start.rho * _TRUST))
+        bounds = [around, SIGMA_BOUNDS, N_BOUNDS]
+        self.low = np.append([np.log(low) for low, _ in bounds], -np.ones(self.records))
+        self.high = np.append([np.log(high) for _, high in bounds], np.ones(self.records))
+
+    def linearised(self, hysteresis: Hysteresis, backbone: Backbone) -> Refinement:
+        """The fit of another method as a refinement that has not begun, with the derivatives there."""
+        weight, start = self.loops.weight, np.zeros(self.records)
+        omega, derivatives = self._omega(_vector(hysteresis, start))
+        return Refinement(hysteresis, start, backbone, omega, derivatives, weight, weight, False)
+
+    def solve(
+        self,
+        hysteresis: Hysteresis,
+        omega_start: FloatArray,
+        weight: FloatArray,
+        tolerance: float,
+        evaluations: int = _EVALUATIONS,
+    ) -> Refinement:
+        """Minimise the weighted squared misfit from a start.
+
+        Parameters
+        ----------
+        hysteresis : Hysteresis
+        omega_start : ndarray, shape (R,)
+        weight : ndarray, shape (P,)   [1/N^2]
+        tolerance : float              Relative change of the squared misfit at which the iteration ends.
+        evaluations : int              At which it ends in any case.
+        """
+        root = np.sqrt(weight)
+        target = self.loops.force * root
+        elastic, amplifier = (columns * root[:, None] for columns in self.columns)
+
+        def evaluate(theta: FloatArray) -> _Projected:
+            omega, derivatives = self._omega(theta)
+            q, r = _orthogonal(np.hstack([elastic, omega[:, None] * amplifier]))
+            along = q.T @ target
+            coefficients = np.asarray(np.linalg.solve(r, along), np.float64)
+            return _Projected(
+                omega, derivatives, q, Backbone.from_coefficients(coefficients, self.columns), root, target - q @ along
+            )
+
+        start = np.clip(_vector(hysteresis, omega_start), self.low + _INSIDE, self.high - _INSIDE)
+        theta, point, converged = minimise(evaluate, start, self.low, self.high, root.size, tolerance, evaluations)
+        rho, sigma, n = np.exp(theta[:3]).tolist()
+        return Refinement(
+            Hysteresis(rho, max(sigma, SIGMA_BOUNDS[0]), n),
+            theta[3:],
+            point.backbone,
+            point.omega,
+            point.derivatives,
+            weight,
+            weight,
+            converged,
+        )
+
+    def _omega(self, theta: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """omega at every point and its derivatives with respect to theta."""
+        loops = self.loops
+        natural = np.exp(theta[:3])
+        rho, sigma, n = natural.tolist()
+        omega = np.empty(loops.force.size)
+        derivatives = np.zeros((theta.size, loops.force.size))
+        for k, (strokes, points) in enumerate(loops.by_record()):
+            omega[points], partials = omega_with_derivatives(
+                rho, sigma, n, float(theta[3 + k]), loops.direction[strokes], loops.length[strokes],
+                loops.stroke[points] - strokes.start, loops.travel[points],
+            )  # fmt: skip
+            derivatives[:3, points] = partials[:3] * natural[:, None]
+            derivatives[3 + k, points] = partials[3]
+        return omega, derivatives
+
+
+def triangle_of(matrix: FloatArray) -> FloatArray:
+    """R of the QR decomposition of a tall matrix, block by block."""
+    rows, columns = matrix.shape
+    blocks = rows // _BLOCK
+    if blocks > 1:
+        cut = blocks * _BLOCK
+        parts = np.asarray(np.linalg.qr(matrix[:cut].reshape(blocks, _BLOCK, columns), mode="r"))
+        matrix = np.concatenate([parts.reshape(-1, columns), matrix[cut:]])
+    return np.asarray(np.linalg.qr(matrix, mode="r"))
+
+
+def _vector(hysteresis: Hysteresis, omega_start: FloatArray) -> FloatArray:
+    return np.append(np.log([hysteresis.rho, hysteresis.sigma, hysteresis.n]), omega_start)
+
+
+def _orthogonal(matrix: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Q and R of a tall matrix by two rounds of Cholesky, which for few columns is much faster than Householder.
+
+    The Legendre basis keeps the condition number far below the 1e7 up to which two rounds are as good.
+    """
+    r = np.eye(matrix.shape[1])
+    q = matrix
+    for _ in range(2):
+        try:
+            upper = np.linalg.cholesky(q.T @ q).T
+        except np.linalg.LinAlgError:
+            q, r = np.linalg.qr(matrix)
+            return np.asarray(q), np.asarray(r)
+        q, r = q @ np.linalg.inv(upper), upper @ r
+    return np.asarray(q), np.asarray(r)

@@ -1,0 +1,203 @@
+/* A period is a closed chain of monotone strokes between the turning points of the series. What the spring remembers at the
+ * first of them is the fixed point of one period (steady.h); then omega = D*W(xi0 + rho*s) at every sample, with D the
+ * direction of its stroke, which begins at displacement z_k, and s the distance from there.
+ *
+ * The derivatives follow the same chain:
+ *
+ *     d omega = D*W'(xi)*(d xi0 + rho*D*(dz - dz_k)),     d xi0 = D*d omega_k/W'(xi0),
+ *
+ * and where the stroke ends this is d omega of the next beginning: a linear recursion once around the period. A turning
+ * point moves with the series itself, since dz/dtau = 0 there. With D^2 = 1 the force r at a sample changes by
+ *
+ *     dr = g*dz + h*(d omega_k/W'(xi0) - rho*dz_k),     g = dr/dz + rho*h,     h = dr/domega*W'(xi),
+ *
+ * and the bracket is the same for all samples of a stroke. So the part of g in the Jacobian is that of a product of two
+ * series (Toeplitz plus Hankel), and that of h is the product of a column and a row for each stroke. */
+#include "periodic.h"
+
+#include "path.h"
+#include "steady.h"
+
+#include <math.h>
+#include <string.h>
+
+/* Slope of omega after a period over omega before it; it is 1 for motion too small for a loop. */
+static const double STEEPEST_PERIOD = 1.0 - 1e-9;
+
+/* Strokes, from the highest turning point on, where omega depends least on what was before; the even ones fall. */
+typedef struct {
+    size_t strokes, top; /* top: the highest turning point, by rising phase */
+    Turn *turns;         /* K, by rising phase */
+    double *columns;     /* K*N: the functions of the basis at the turning points */
+    double *way, *xi;    /* K each: rho times the length of each stroke, and xi at its beginning */
+    double *start_slope, *end_slope; /* K each: W' at the ends of each stroke */
+} Chain;
+
+/* The parts of the workspace. */
+typedef struct {
+    Chain chain;
+    double *g, *h, *slope;                 /* K each */
+    double *begin, *inherited, *projected; /* N each */
+    double *fourier;                       /* 2K + 2*(3H + 1) */
+} PeriodRoom;
+
+size_t spring_periodic_workspace(size_t harmonics, size_t samples)
+{
+    size_t size = 2 * harmonics + 1;
+    return samples * (sizeof(Turn) / sizeof(double) + 9 + size) + 3 * size + 2 * (3 * harmonics + 1);
+}
+
+static PeriodRoom divide_room(const FourierBasis *basis, double *workspace)
+{
+    PeriodRoom room = {.chain = {.turns = (Turn *)workspace}};
+    workspace += basis->samples * (sizeof(Turn) / sizeof(double));
+    double **of_samples[] = {&room.chain.way, &room.chain.xi, &room.chain.start_slope, &room.chain.end_slope,
+                             &room.g, &room.h, &room.slope};
+    for (size_t i = 0; i < sizeof of_samples / sizeof *of_samples; i++, workspace += basis->samples)
+        *of_samples[i] = workspace;
+    double **of_coefficients[] = {&room.begin, &room.inherited, &room.projected};
+    for (size_t i = 0; i < sizeof of_coefficients / sizeof *of_coefficients; i++, workspace += fourier_size(basis))
+        *of_coefficients[i] = workspace;
+    room.fourier = workspace;
+    room.chain.columns = workspace + 2 * basis->samples + 2 * (3 * basis->harmonics + 1);
+    return room;
+}
+
+/* ---- strokes ---- */
+
+/* The turning point at which a stroke begins, by rising phase. */
+static size_t turn_of(const Chain *chain, size_t stroke)
+{
+    return (stroke + chain->top) % chain->strokes;
+}
+
+/* The samples of a stroke, in two spans if it goes round the end of the period. */
+static void spans_of(const FourierBasis *basis, const Chain *chain, size_t stroke, Span *spans)
+{
+    size_t from = chain->turns[turn_of(chain, stroke)].cell + 1, to = chain->turns[turn_of(chain, stroke + 1)].cell + 1;
+    spans[0] = (Span){from, from < to ? to : basis->samples};
+    spans[1] = (Span){0, from < to ? 0 : to};
+}
+
+static double slope_at(const SpringTable *table, double xi)
+{
+    double slope;
+    spring_saturation_slope(table, xi, &slope);
+    return slope;
+}
+
+/* Completes the chain from its turning points. turns: their displacements in its order. */
+static void chain_strokes(const SpringLaw *law, Chain *chain, double *start, double *turns)
+{
+    size_t strokes = chain->strokes;
+    chain->top = 0;
+    for (size_t k = 1; k < strokes; k++)
+        if (chain->turns[k].value > chain->turns[chain->top].value)
+            chain->top = k;
+    for (size_t k = 0; k < strokes; k++)
+        turns[k] = chain->turns[turn_of(chain, k)].value;
+    for (size_t k = 0; k < strokes; k++)
+        chain->way[k] = law->parameters.rho * fabs(turns[k + 1 < strokes ? k + 1 : 0] - turns[k]);
+    spring_steady(law->table, strokes, chain->way, -1, start, chain->xi);
+    for (size_t k = 0; k < strokes; k++) {
+        chain->start_slope[k] = slope_at(law->table, chain->xi[k]);
+        chain->end_slope[k] = slope_at(law->table, chain->xi[k] + chain->way[k]);
+    }
+}
+
+/* omega and W' at samples of a stroke. */
+static void follow_stroke(const SpringLaw *law, double start_xi, double start, double side, Span span,
+                          const double *displacement, double *omega, double *slope)
+{
+    double rho = law->parameters.rho;
+    for (size_t j = span.from; j < span.to; j++) {
+        /* A sample within rounding of a turning point may lie a bit beyond it. */
+        double s = side * (displacement[j] - start);
+        omega[j] = side * spring_saturation_slope(law->table, start_xi + rho * (s > 0.0 ? s : 0.0), &slope[j]);
+    }
+}
+
+/* ---- derivatives ---- */
+
+/* Derivatives of omega by the coefficients, from those at the beginning of a stroke to those at its end. */
+static void carry(const SpringLaw *law, const Chain *chain, size_t size, size_t stroke, double *by)
+{
+    const double *here = chain->columns + turn_of(chain, stroke) * size;
+    const double *next = chain->columns + turn_of(chain, stroke + 1) * size;
+    double ratio = chain->end_slope[stroke] / chain->start_slope[stroke];
+    double moved = law->parameters.rho * chain->end_slope[stroke];
+    for (size_t i = 0; i < size; i++)
+        by[i] = ratio * by[i] + moved * (next[i] - here[i]);
+}
+
+/* Derivatives of omega at the beginning of the first stroke. */
+static void begin_derivatives(const SpringLaw *law, const Chain *chain, size_t size, double *by)
+{
+    /* The second of two strokes alone is enough, by their symmetry: 1 - product vanishes where the loop does. */
+    int two = chain->strokes == 2;
+    double product = 1.0;
+    memset(by, 0, size * sizeof *by);
+    for (size_t k = two ? 1 : 0; k < chain->strokes; k++) {
+        carry(law, chain, size, k, by);
+        product *= chain->end_slope[k] / chain->start_slope[k];
+    }
+    double divisor = two ? 1.0 + chain->end_slope[0] / chain->start_slope[0] : 1.0 - fmin(product, STEEPEST_PERIOD);
+    for (size_t i = 0; i < size; i++)
+        by[i] /= divisor;
+}
+
+/* Adds what comes from the beginning of a stroke. */
+static void add_inherited(const SpringLaw *law, const FourierBasis *basis, const PeriodRoom *room, size_t stroke,
+                          const Span *spans, double *jacobian)
+{
+    size_t size = fourier_size(basis);
+    const double *column = room->chain.columns + turn_of(&room->chain, stroke) * size;
+    double *inherited = room->inherited, *projected = room->projected, scale = 2.0 / (double)basis->samples;
+    for (size_t i = 0; i < size; i++)
+        inherited[i] = room->begin[i] / room->chain.start_slope[stroke] - law->parameters.rho * column[i];
+    memset(projected, 0, size * sizeof *projected);
+    for (int i = 0; i < 2; i++)
+        fourier_add_sums(basis, room->h, spans[i], basis->harmonics, projected, projected + basis->harmonics);
+    for (size_t i = 0; i < size; i++) {
+        double factor = (i ? scale : 0.5 * scale) * projected[i];
+        for (size_t j = 0; j < size; j++)
+            jacobian[i * size + j] += factor * inherited[j];
+    }
+}
+
+size_t spring_periodic(
+    const SpringLaw *law, const FourierBasis *basis, const double *coefficients, double *start, double *workspace,
+    SpringPeriod *period)
+{
+    size_t size = fourier_size(basis), samples = basis->samples;
+    PeriodRoom room = divide_room(basis, workspace);
+    Chain *chain = &room.chain;
+    fourier_samples(basis, coefficients, period->displacement, period->rate);
+    chain->strokes = fourier_turns(basis, coefficients, period->rate, chain->turns, chain->columns);
+    if (chain->strokes == 0)
+        return 0;
+    chain_strokes(law, chain, start, period->turns);
+    for (size_t k = 0; k < chain->strokes; k++) {
+        Span spans[2];
+        spans_of(basis, chain, k, spans);
+        for (int i = 0; i < 2; i++)
+            follow_stroke(law, chain->xi[k], period->turns[k], k % 2 ? 1.0 : -1.0, spans[i], period->displacement,
+                          period->omega, room.slope);
+    }
+    /* At first g and h hold the partial derivatives by displacement and by omega. */
+    spring_force_at(law, samples, period->displacement, period->omega, period->force, room.g, room.h);
+    for (size_t j = 0; j < samples; j++) {
+        room.h[j] *= room.slope[j];
+        room.g[j] += law->parameters.rho * room.h[j];
+    }
+    fourier_coefficients(basis, period->force, period->coefficients, room.fourier);
+    fourier_product(basis, room.g, period->jacobian, room.fourier);
+    begin_derivatives(law, chain, size, room.begin);
+    for (size_t k = 0; k < chain->strokes; k++) {
+        Span spans[2];
+        spans_of(basis, chain, k, spans);
+        add_inherited(law, basis, &room, k, spans, period->jacobian);
+        carry(law, chain, size, k, room.begin);
+    }
+    return chain->strokes;
+}

@@ -1,0 +1,33 @@
+/* The steady force of a spring over one period of a displacement given by its Fourier coefficients (fourier.h), and the
+ * derivatives of the force's coefficients by those of the displacement. A series may turn as often as it is sampled. */
+#ifndef PERIODIC_H
+#define PERIODIC_H
+
+#include "../../core/c/spring.h"
+#include "fourier.h"
+
+#include <stddef.h>
+
+/* What a period gives; all arrays are the caller's. */
+typedef struct {
+    double *displacement; /* K [m] */
+    double *rate;         /* K, derivative of the displacement by the phase [m] */
+    double *omega;        /* K [-] */
+    double *force;        /* K [N] */
+    double *coefficients; /* N, of the force [N] */
+    double *jacobian;     /* N rows of N: row i by coefficient j of the displacement [N/m] */
+    double *turns;        /* room for K: displacement at the turning points, the highest first [m] */
+} SpringPeriod;
+
+/* Doubles of workspace. */
+size_t spring_periodic_workspace(size_t harmonics, size_t samples);
+
+/* The steady period under a displacement of the given coefficients. Returns the number of its strokes, which is even; 0 if
+ * the displacement does not move, and then *period holds nothing.
+ *
+ * start   omega at the highest displacement where the search for it begins, within [-1, 1]; replaced by what was found */
+size_t spring_periodic(
+    const SpringLaw *law, const FourierBasis *basis, const double *coefficients, double *start, double *workspace,
+    SpringPeriod *period);
+
+#endif

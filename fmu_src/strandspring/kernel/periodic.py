@@ -1,0 +1,136 @@
+"""The steady force of a spring over one period of a displacement given by its Fourier coefficients, in the kernel."""
+
+from __future__ import annotations
+
+import ctypes
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+
+from ..core.parameters import SpringParameters
+from .arrays import FloatArray, address, floats
+from .library import library
+from .path import Law
+
+
+class BasisStructure(ctypes.Structure):
+    """FourierBasis of fourier.h."""
+
+    _fields_ = [("harmonics", ctypes.c_size_t), ("samples", ctypes.c_size_t), ("rows", ctypes.c_void_p)]
+
+
+class FourierBasis:
+    """1, cos(k tau), sin(k tau) at K equal phases.
+
+    A series has N = 2H + 1 coefficients: the mean, then those of the cosines and those of the sines of orders 1 to H.
+
+    Parameters
+    ----------
+    harmonics, samples : int   H >= 1; K > 2H and K >= 8.
+
+    Attributes
+    ----------
+    order : ndarray, shape (N,)         0, 1 .. H, 1 .. H.
+    phase : ndarray, shape (K,)         [rad]
+    rows : ndarray, shape (4H + 1, K)   1, cosines and sines of orders 1 to 2H.
+    structure : BasisStructure          The same for the kernel; valid while the basis lives.
+    """
+
+    def __init__(self, harmonics: int, samples: int) -> None:
+        if not (harmonics >= 1 and samples > max(2 * harmonics, 7)):
+            raise ValueError(
+                f"`harmonics` must be >= 1 and `samples` > 2*harmonics and >= 8, got {harmonics!r} and {samples!r}."
+            )
+        self.harmonics = harmonics
+        self.samples = samples
+        orders = np.arange(1, harmonics + 1)
+        self.order = np.concatenate([[0], orders, orders]).astype(np.float64)
+        self.phase = 2.0 * np.pi * np.arange(samples) / samples
+        # Every angle is that of a sample.
+        angle = self.phase[np.outer(np.arange(1, 2 * harmonics + 1), np.arange(samples)) % samples]
+        self.rows = np.vstack([np.ones((1, samples)), np.cos(angle), np.sin(angle)])
+        self.structure = BasisStructure(harmonics, samples, address(self.rows))
+
+    def at(self, phase: FloatArray) -> FloatArray:
+        """The functions of orders up to H at any phases of shape (P,), shape (P, N)."""
+        angle = phase[:, None] * self.order[1 : self.harmonics + 1]
+        return np.hstack([np.ones((phase.size, 1)), np.cos(angle), np.sin(angle)])
+
+
+@lru_cache(maxsize=8)
+def fourier_basis(harmonics: int, samples: int) -> FourierBasis:
+    """The basis of H harmonics and K samples, which all balances share."""
+    return FourierBasis(harmonics, samples)
+
+
+class _Period(ctypes.Structure):
+    """SpringPeriod of periodic.h."""
+
+    _fields_ = [
+        (name, ctypes.c_void_p)
+        for name in ("displacement", "rate", "omega", "force", "coefficients", "jacobian", "turns")
+    ]
+
+
+@dataclass(frozen=True, eq=False)
+class PeriodicForce:
+    """Steady force over one period.
+
+    Attributes
+    ----------
+    displacement, omega, force : ndarray, shape (K,)   At equal phases [m], [-], [N].
+    coefficients : ndarray, shape (N,)                 Fourier coefficients of the force [N].
+    jacobian : ndarray, shape (N, N)                   Their derivatives by those of the displacement [N/m].
+    turns : ndarray, shape (S,)                        Displacement at the turning points, the highest first [m].
+    """
+
+    displacement: FloatArray
+    omega: FloatArray
+    force: FloatArray
+    coefficients: FloatArray
+    jacobian: FloatArray
+    turns: FloatArray
+
+
+class PeriodicSpring:
+    """One spring under periodic displacements; omega at the highest displacement is kept to start the next search.
+
+    Parameters
+    ----------
+    parameters : SpringParameters
+    basis : FourierBasis
+    """
+
+    def __init__(self, parameters: SpringParameters, basis: FourierBasis) -> None:
+        self.basis = basis
+        self._law = Law(parameters)
+        self._start = np.array([0.5])
+        self._workspace = np.empty(library().spring_periodic_workspace(basis.harmonics, basis.samples))
+
+    def respond(self, coefficients: FloatArray) -> PeriodicForce:
+        """The steady force under a displacement.
+
+        Parameters
+        ----------
+        coefficients : ndarray, shape (N,)   [m]
+
+        Raises
+        ------
+        ValueError                           If the displacement is constant.
+        """
+        count, samples = self.basis.order.size, self.basis.samples
+        displacement, rate, omega, force, turns = np.empty((5, samples))
+        of_force, jacobian, coefficients = np.empty(count), np.empty((count, count)), floats(coefficients)
+        arrays = displacement, rate, omega, force, of_force, jacobian, turns
+        strokes = library().spring_periodic(
+            self._law.address,
+            ctypes.byref(self.basis.structure),
+            address(coefficients),
+            address(self._start),
+            address(self._workspace),
+            ctypes.byref(_Period(*map(address, arrays))),
+        )
+        if strokes == 0:
+            raise ValueError("`coefficients` must describe a motion, got a constant displacement.")
+        return PeriodicForce(displacement, omega, force, of_force, jacobian, turns[:strokes])

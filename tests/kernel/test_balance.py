@@ -1,0 +1,89 @@
+"""The balance of a mass on springs: its derivatives, Newton's method, the sweep."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from springs import MOUNT
+from strandspring import SpringParameters
+from strandspring.kernel.balance import BalancedMass
+from strandspring.kernel.periodic import PeriodicSpring, fourier_basis
+
+BASIS = fourier_basis(7, 128)
+ANYWHERE = (-np.inf, np.inf)
+
+
+def mass_on(spring: SpringParameters, forcing: float = 20.0) -> BalancedMass:
+    return BalancedMass(
+        spring, BASIS, parallel=3, series=2, mass=5.0, damping=15.0, static_load=150.0,
+        forcing=forcing, forcing_by_square=1e-3, force_on_mass=forcing,
+    )  # fmt: skip
+
+
+def motion(amplitude: float) -> np.ndarray:
+    z = amplitude * np.random.default_rng(1).normal(0.0, 1.0, BASIS.order.size) / (1.0 + BASIS.order**3)
+    z[0] = 2.0 * MOUNT.displacement_offset
+    return z
+
+
+def test_the_residual_is_that_of_the_equation_of_motion() -> None:
+    z, omega = motion(5e-3), 60.0
+    found = mass_on(MOUNT).at(z, omega)
+    spring = PeriodicSpring(MOUNT, BASIS).respond(z / 2.0)
+    functions, order = BASIS.at(BASIS.phase), BASIS.order
+    half = BASIS.harmonics
+    speed = omega * np.concatenate([[0.0], order[half + 1 :] * z[half + 1 :], -order[1 : half + 1] * z[1 : half + 1]])
+    acting = 150.0 + (20.0 + 1e-3 * omega**2) * np.cos(BASIS.phase)
+    unbalanced = 3.0 * spring.force + functions @ (15.0 * speed - 5.0 * omega**2 * order**2 * z) - acting
+    share = np.where(order > 0.0, 2.0, 1.0) / BASIS.samples
+    assert found.residual == pytest.approx(share * (functions.T @ unbalanced), abs=1e-12 * found.scale)
+    assert found.summary.low == spring.turns.min()
+    assert found.summary.high == spring.turns.max()
+    assert found.summary.omega == spring.omega[0]
+    push = 150.0 + 20.0 * np.cos(BASIS.phase) - 3.0 * spring.force - 15.0 * (functions @ speed)
+    assert found.summary.push == pytest.approx(np.abs(push).max(), rel=1e-12)
+
+
+@pytest.mark.parametrize("amplitude", [1e-3, 1e-2])
+def test_derivatives_are_those_of_finite_differences(amplitude: float) -> None:
+    mass, z, omega = mass_on(MOUNT), motion(amplitude), 60.0
+    found, step = mass.at(z, omega), 1e-5 * amplitude
+    for k, unit in enumerate(np.eye(z.size)):
+        more, less = (mass.at(z + sign * step * unit, omega).residual for sign in (1.0, -1.0))
+        # Samples beside a kink of omega (n < 1), as in test_periodic.py.
+        tolerance = 2e-5 * np.abs(found.jacobian).max()
+        assert (more - less) / (2.0 * step) == pytest.approx(found.jacobian[:, k], abs=tolerance)
+    more, less = (mass.at(z, omega + sign * 1e-4).residual for sign in (1.0, -1.0))
+    # Differences of numbers of the scale's size, 1e-16 of it over 1e-4.
+    assert (more - less) / 2e-4 == pytest.approx(found.by_frequency, abs=1e-11 * found.scale)
+
+
+def test_a_sweep_ends_where_the_motion_goes_beyond_the_limits() -> None:
+    mass, logs = mass_on(MOUNT), np.log(np.linspace(30.0, 80.0, 41))
+    start = np.zeros(BASIS.order.size)
+    start[:2] = 2.0 * MOUNT.displacement_offset, 1e-3
+    solved = mass.solve(start, float(np.exp(logs[0])))
+    assert solved is not None
+    z, summary = solved
+    everything = mass.sweep(float(logs[0]), z, logs[1:], ANYWHERE)
+    assert len(everything) == 40
+    highest = np.array([one.high for _, one in everything])
+    limit = 0.5 * (summary.high + highest.max())
+    some = mass.sweep(float(logs[0]), z, logs[1:], (-np.inf, limit))
+    assert len(some) == np.flatnonzero(highest > limit)[0] + 1
+    for (z, _), log in zip(everything[::8], logs[1::8], strict=True):
+        found = mass.at(z, float(np.exp(log)))
+        assert np.abs(found.residual).max() <= 1e-8 * found.scale  # what Newton's method is stopped at
+        # Newton's method from there stays there.
+        again = mass.solve(z, float(np.exp(log)))
+        assert again is not None
+        assert again[0] == pytest.approx(z, abs=1e-15)
+
+
+def test_what_does_not_move_has_no_balance() -> None:
+    mass, z = mass_on(MOUNT), np.zeros(BASIS.order.size)
+    with pytest.raises(ValueError, match="got a constant displacement"):
+        mass.at(z, 60.0)
+    assert mass.solve(z, 60.0) is None
+    assert mass.sweep(4.0, z, np.array([4.1, 4.2]), ANYWHERE) == []
