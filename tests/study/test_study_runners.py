@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import json
 import multiprocessing
 import os
@@ -285,7 +286,10 @@ def test_memory_does_not_grow_with_the_rows(tmp_path: Path) -> None:
     before = 0
     for run in range(len(study)):
         journal.add([replace(row, run=run)])
-        before = before or (run == 500) * tracemalloc.get_traced_memory()[0]
+        if run == 500:
+            gc.collect()
+            before = tracemalloc.get_traced_memory()[0]
+    gc.collect()
     growth = tracemalloc.get_traced_memory()[0] - before
     tracemalloc.stop()
     journal.close(True)

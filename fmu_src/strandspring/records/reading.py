@@ -13,9 +13,9 @@ from ..errors import RecordError
 from .columns import Column, choose_columns, choose_unit, table_columns
 from .dialect import Dialect, find_dialect
 from .record import Record
+from .rows import lines_of_rows, read_numbers
 from .source import Source, load
 from .spikes import find_spikes, spikes_of
-from .table import lines_of_rows, read_numbers
 from .units import Quantity, quoted, unit_factor
 
 # Beyond any rig: the unit is wrong.
