@@ -17,8 +17,8 @@ from scipy.optimize import brentq
 from fmu_tools import SPRING, wandering_path
 from native_tools import ERROR, MODEL_EXCHANGE, OK, WARNING, Native, close, library
 from strandspring import SpringParameters
+from strandspring.core import stepper
 from strandspring.core.law import SpringLaw
-from strandspring.core.stepper import advance, force, rest
 from strandspring.kernel.path import PathSolver
 
 RANGE = SPRING.displacement_max - SPRING.displacement_min
@@ -237,12 +237,12 @@ def base_speed(t: float) -> float:
 def monolithic(times: np.ndarray) -> np.ndarray:
     """Position of the mass; the model's own memory is committed where the spring turns, which is solved for."""
     law = SpringLaw(MOUNT)
-    memory, state, found = rest(MIDDLE, 0.0), np.zeros(2), []
+    memory, state, found = stepper.start(MIDDLE, 0.0), np.zeros(2), []
     now, direction = 0.0, -1.0
     while len(found) < times.size:
 
         def rate(t: float, z: np.ndarray, memory: Any = memory) -> list[float]:
-            return [z[1], (LOAD - force(law, advance(law, memory, MIDDLE + z[0] - base(t)))) / MASS]
+            return [z[1], (LOAD - stepper.force(law, stepper.trial(law, memory, MIDDLE + z[0] - base(t)))) / MASS]
 
         def turn(t: float, z: np.ndarray, direction: float = direction) -> float:
             return direction * (z[1] - base_speed(t))
@@ -250,7 +250,7 @@ def monolithic(times: np.ndarray) -> np.ndarray:
         turn.terminal, turn.direction = True, -1.0  # type: ignore[attr-defined]
         piece = solve_ivp(rate, (now, STOP), state, "DOP853", events=turn, dense_output=True, rtol=1e-10, atol=1e-13)
         now, state, direction = piece.t[-1], piece.y[:, -1], -direction
-        memory = advance(law, memory, MIDDLE + state[0] - base(now))
+        memory = stepper.trial(law, memory, MIDDLE + state[0] - base(now))
         found += [piece.sol(t)[0] for t in times[len(found) :] if t <= now]
     return np.array(found)
 
