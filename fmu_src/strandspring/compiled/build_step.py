@@ -41,6 +41,7 @@ class BuildWithImages(build_py):
             for (unit, target), content in zip(wanted, contents, strict=True):
                 (folder / unit.file_name(target)).write_bytes(content)
         for path in _EXAMPLES:
+            self.mkpath(str(self._example(path).parent))
             self.copy_file(path, self._example(path))
 
     def get_source_files(self) -> list[str]:

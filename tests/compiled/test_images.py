@@ -1,0 +1,156 @@
+"""Images of the C sources: found, compiled once, kept, and never those of other sources."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from strandspring.compiled import images, zig
+from strandspring.compiled.images import FMU, KERNEL, PACKAGED, image
+from strandspring.compiled.targets import FMU_TARGETS, LINUX_X86, Target, host_target, wheel_platform
+from strandspring.errors import BuildError
+
+# Everything that a user's program does to get the kernel.
+LOAD = "from strandspring.kernel.library import library; print(library()._name)"
+
+
+@pytest.fixture
+def cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
+    """The user's cache, empty, where the package carries no image."""
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    monkeypatch.setattr(images, "PACKAGED", tmp_path / "package")
+    image.cache_clear()
+    yield tmp_path / "strandspring"
+    image.cache_clear()
+
+
+@pytest.fixture
+def compiler(monkeypatch: pytest.MonkeyPatch) -> list[Target]:
+    """The targets for which something has been compiled, which takes no time."""
+    done: list[Target] = []
+
+    def compiled(_: images.Unit, target: Target) -> bytes:
+        done.append(target)
+        return b"an image"
+
+    monkeypatch.setattr(images, "compiled", compiled)
+    return done
+
+
+def test_an_image_is_compiled_once_and_kept(
+    cache: Path, compiler: list[Target], capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = image(KERNEL, LINUX_X86)
+    assert path.parent == cache
+    assert path.read_bytes() == b"an image"
+    said = capsys.readouterr()
+    assert said.err == "Compiling the kernel for x86_64-linux-gnu.2.17, once for these C sources.\n"
+    assert said.out == ""
+    image.cache_clear()
+    assert image(KERNEL, LINUX_X86) == path
+    assert compiler == [LINUX_X86]
+    assert capsys.readouterr().err == ""
+    assert [kept.name for kept in cache.iterdir()] == [path.name]
+
+
+def test_the_package_comes_before_the_cache(cache: Path, compiler: list[Target]) -> None:
+    images.PACKAGED.mkdir()
+    packaged = images.PACKAGED / KERNEL.file_name(LINUX_X86)
+    packaged.touch()
+    assert image(KERNEL, LINUX_X86) == packaged
+    assert compiler == []
+    assert not cache.exists()
+
+
+def test_a_changed_source_flag_or_target_asks_for_another_image(monkeypatch: pytest.MonkeyPatch) -> None:
+    names = {unit.file_name(target) for unit in (KERNEL, FMU) for target in FMU_TARGETS}
+    assert len(names) == 10
+    sources = KERNEL.sources()
+    assert {"core/c/spring.c", "core/c/saturation.h", "kernel/c/kernel.c"} <= set(sources)
+    for changed in (
+        {**sources, "core/c/spring.c": sources["core/c/spring.c"] + b"\n"},
+        {("core/c/other.c" if name == "core/c/spring.c" else name): text for name, text in sources.items()},
+    ):
+        monkeypatch.setattr(images.Unit, "sources", lambda _, changed=changed: changed)
+        names.add(KERNEL.file_name(LINUX_X86))
+    monkeypatch.undo()
+    monkeypatch.setattr(images, "FLAGS", (*images.FLAGS, "-DOTHER"))
+    names.add(KERNEL.file_name(LINUX_X86))
+    assert len(names) == 13
+
+
+def test_without_a_compiler_one_sentence_says_what_to_do(cache: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(zig, "is_installed", lambda: False)
+    with pytest.raises(BuildError, match=r"^The compiled kernel for .* is missing, .*pip install ziglang.*\.$"):
+        image(KERNEL, LINUX_X86)
+    assert not cache.exists()
+
+
+def test_a_cache_that_cannot_be_written_is_done_without(
+    cache: Path, compiler: list[Target], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "file").touch()
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "file"))
+    assert image(KERNEL, LINUX_X86).read_bytes() == b"an image"
+    assert compiler == [LINUX_X86]
+    assert not cache.exists()
+
+
+def test_images_of_old_sources_are_discarded_after_a_month(cache: Path, compiler: list[Target]) -> None:
+    cache.mkdir()
+    for name, days in (("old", 31), ("young", 29)):
+        (cache / name).touch()
+        then = time.time() - days * 24 * 3600
+        os.utime(cache / name, (then, then))
+    made = image(KERNEL, LINUX_X86)
+    assert compiler
+    assert {path.name for path in cache.iterdir()} == {"young", made.name}
+
+
+@pytest.mark.slow
+def test_processes_that_compile_at_once_do_not_disturb_each_other(tmp_path: Path) -> None:
+    if PACKAGED.exists():
+        pytest.skip("the installed package carries its images")
+    environment = {**os.environ, "XDG_CACHE_HOME": str(tmp_path)}
+    environment.setdefault("ZIG_GLOBAL_CACHE_DIR", str(Path("~/.cache/zig").expanduser()))
+    running = [
+        subprocess.Popen([sys.executable, "-c", LOAD], env=environment, stdout=subprocess.PIPE, text=True)
+        for _ in range(3)
+    ]
+    paths = {process.communicate()[0].strip() for process in running}
+    assert paths == {str(tmp_path / "strandspring" / KERNEL.file_name(host_target()))}
+    assert [path.name for path in (tmp_path / "strandspring").iterdir()] == [KERNEL.file_name(host_target())]
+
+
+def test_a_wheel_carries_every_image() -> None:
+    if not PACKAGED.exists():
+        pytest.skip("run from a source checkout")
+    expected = {KERNEL.file_name(host_target()), *(FMU.file_name(target) for target in FMU_TARGETS)}
+    assert {path.name for path in PACKAGED.iterdir()} == expected
+
+
+@pytest.mark.parametrize(
+    ("system", "machine", "tag"),
+    [
+        ("Linux", "x86_64", "manylinux_2_17_x86_64"), ("Linux", "aarch64", "manylinux_2_17_aarch64"),
+        ("Windows", "AMD64", "win_amd64"), ("Darwin", "x86_64", "macosx_11_0_x86_64"),
+        ("Darwin", "arm64", "macosx_11_0_arm64"),
+    ],
+)  # fmt: skip
+def test_tag_of_a_wheel(system: str, machine: str, tag: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("platform.system", lambda: system)
+    monkeypatch.setattr("platform.machine", lambda: machine)
+    assert wheel_platform() == tag
+
+
+def test_headers_of_fmi_are_those_of_fmpy(monkeypatch: pytest.MonkeyPatch) -> None:
+    assert b"fmi2DoStepTYPE" in images.fmi_header("fmi2Functions.h")
+    monkeypatch.setattr(images, "find_spec", lambda _: None)
+    with pytest.raises(BuildError, match="install fmpy"):
+        images.fmi_header("fmi2Functions.h")
