@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -15,6 +16,7 @@ from strandspring.isolation.response import FrequencyResponse, frequency_respons
 from strandspring.isolation.system import Excitation, IsolatedMass, IsolationError, static_equilibrium
 from strandspring.peers.ni import PAPER_NI
 
+ROOT = Path(__file__).resolve().parents[2]
 FORCES = {
     Excitation.BASE_DISPLACEMENT: 1e-3,
     Excitation.BASE_ACCELERATION: 2.0,
@@ -260,3 +262,19 @@ def test_time_integration_gives_the_same_steady_motion(
         assert point.relative == pytest.approx(abs(reference.relative / base), rel=2e-4)
         # Its peak lies at a reversal, up to half of 256 samples of a period from the nearest of them.
         assert point.acceleration == pytest.approx(reference.acceleration, rel=5e-3)
+
+
+def test_a_closed_curve_beside_the_followed_one_is_passed_over() -> None:
+    """A draw of the bundled hinge: near 7.15 Hz arclength steps land on a closed superharmonic curve."""
+    hinge = Spring.load(ROOT / "models" / "rubber_hinge.json").parameters
+    drawn = replace(
+        hinge,
+        kappa_omega=0.06395164797191956,
+        rho=1766.9740459124064,
+        sigma=0.8874243050051873,
+        n=3.421727778814006,
+    )
+    band = [3.29255384, 6.09510679, 11.28313418, 20.88710195, 38.66576617, 71.57725745]
+    response = frequency_response(IsolatedMass(drawn, 0.02), Excitation.BASE_DISPLACEMENT, 8.538063896930848e-05, band)
+    assert [point.frequency for point in response.points if point.wanted] == pytest.approx(band, rel=1e-12)
+    assert response.resonance.frequency == pytest.approx(13.58, rel=2e-3)  # as fine as the peak is searched for

@@ -3,7 +3,8 @@
 From one wanted frequency to the next the motion is predicted along its tangent and solved at the new frequency. Where a
 resonance leans over, one frequency has several steady motions and that fails; the curve of (z, ln Omega) itself is
 smooth, and is followed there by pseudo-arclength: predicted along its tangent, corrected by Newton's method across it.
-Spikes narrower than the band's spacing, such as superharmonic resonances without damping, are passed over.
+Spikes narrower than the band's spacing, such as superharmonic resonances without damping, are passed over, and so are
+closed curves beside the one followed, on which a step may land.
 """
 
 from __future__ import annotations
@@ -20,6 +21,7 @@ from .harmonic_balance import HarmonicBalance
 from .system import IsolationError, StaticEquilibrium
 
 # Across a spike that cannot be followed
+_PARTS = 32  # of the way to the next wanted frequency, where the other side is looked for
 _SPIKE = 10  # wanted frequencies over which it may reach
 _CHANGE = 0.6  # most of the first harmonic by which it may differ on the other side
 # Along the curve
@@ -34,6 +36,7 @@ _BEND = 0.7  # least cosine between the tangents of neighbours; a jump to anothe
 # Another branch is further away than the neighbours are from each other and the curve bends between them.
 _NEAR, _ALIKE = 5.0, 0.02
 _MOST_STEPS = 5_000
+_RECENT = 10  # steps whose neighbourhood is no sign of a closed curve
 
 _RAMP = 10  # levels through which a start is approached
 _REFINEMENTS = 6  # halvings of the frequencies' spacing about a peak
@@ -96,8 +99,8 @@ def follow(
         try:
             # All or nothing: what leads up a spike that cannot be followed is no part of the curve.
             motions = list(_along(balance, here, logs, float(after[0])))
-        except IsolationError:
-            motions = _across(balance, here, after)
+        except _LostError as lost:
+            motions = _across(balance, here, after, lost.reached)
             if not motions:
                 raise
         yield from motions
@@ -159,32 +162,41 @@ def _described(balance: HarmonicBalance, log: float) -> str:
     return f"{np.exp(log) / (2.0 * np.pi):.6g} Hz and a level of {balance.excitation.level_text(balance.level)}"
 
 
-def _across(balance: HarmonicBalance, here: SteadyMotion, after: FloatArray) -> list[SteadyMotion]:
-    """The motion beyond a spike, at the first of the next wanted frequencies where its first harmonic is alike."""
+class _LostError(IsolationError):
+    """A curve that cannot be followed further; `reached` is the highest ln(Omega) on it."""
+
+    def __init__(self, message: str, reached: float) -> None:
+        super().__init__(message)
+        self.reached = reached
+
+
+def _across(balance: HarmonicBalance, here: SteadyMotion, after: FloatArray, reached: float) -> list[SteadyMotion]:
+    """The motion beyond a spike, at the first frequency above it where the first harmonic is alike."""
     first = [1, 1 + balance.basis.harmonics]
     plain = np.zeros_like(here.z)
     plain[[0, *first]] = here.z[[0, *first]]
-    for log in after[:_SPIKE].tolist():
+    logs = np.union1d(np.linspace(here.log, after[0], _PARTS + 1), after[:_SPIKE])
+    for log in logs[logs > max(here.log, reached)].tolist():
         solved = balance.solve(plain, float(np.exp(log)))
         if solved is not None and np.linalg.norm((solved[0] - plain)[first]) <= _CHANGE * np.linalg.norm(plain[first]):
-            return [SteadyMotion(log, *solved, wanted=True)]
+            return [SteadyMotion(log, *solved, wanted=log in after)]
     return []
 
 
 def _along(balance: HarmonicBalance, here: SteadyMotion, logs: FloatArray, target: float) -> Iterator[SteadyMotion]:
     """Motions along the curve until it has risen past the target, those at wanted frequencies among them."""
     place = _Place.of(here, balance.at(here.z, here.omega))
+    places = [place]
     step = _FIRST
     for _ in range(_MOST_STEPS):
         after, corrections = _next(balance, place, step)
         if after is None:
             step *= 0.5
             if step < _SHORTEST:
-                raise IsolationError(
-                    f"The steady motion could not be followed beyond {_described(balance, place.motion.log)}; use a "
-                    "lower level or a narrower band."
-                )
+                break
             continue
+        if after.is_near(places[:-_RECENT], step):
+            break
         yield from _passed(balance, place.motion, after.motion, logs)
         yield after.motion
         if after.motion.log < logs[0]:
@@ -192,13 +204,15 @@ def _along(balance: HarmonicBalance, here: SteadyMotion, logs: FloatArray, targe
                 f"The steady motion turns back at {_described(balance, float(logs[0]))}; begin the band lower."
             )
         place = after
+        places.append(place)
         if place.motion.log >= target and place.motion.rising:
             return
         if corrections <= _EASY:
             step = min(1.5 * step, _LONGEST)
-    raise IsolationError(
-        f"The steady motion could not be followed within {_MOST_STEPS} steps beyond {_described(balance, here.log)}; "
-        "use another level or band."
+    raise _LostError(
+        f"The steady motion could not be followed beyond {_described(balance, place.motion.log)}; use a lower level or "
+        "a narrower band.",
+        max(one.motion.log for one in places),
     )
 
 
@@ -216,6 +230,18 @@ class _Place:
         matrix = np.vstack([_columns(balance, motion.omega), along * metric**2])
         tangent = np.linalg.solve(matrix, np.append(np.zeros(motion.z.size), 1.0))
         return cls(replace(motion, rising=bool(tangent[-1] > 0.0)), tangent / np.linalg.norm(tangent * metric))
+
+    def is_near(self, others: list[_Place], distance: float) -> bool:
+        """Whether the curve runs here the way it has run before: it is closed."""
+        if not others:
+            return False
+        metric = _metric(self.motion)
+        gaps = np.array([other.motion.z for other in others]) - self.motion.z
+        logs = np.array([other.motion.log for other in others]) - self.motion.log
+        near = np.linalg.norm(np.column_stack([gaps, logs]) * metric, axis=1) < 0.5 * distance
+        return any(
+            float(np.sum(others[k].tangent * self.tangent * metric**2)) > _BEND for k in np.flatnonzero(near).tolist()
+        )
 
 
 def _metric(motion: SteadyMotion) -> FloatArray:
