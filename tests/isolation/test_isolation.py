@@ -277,4 +277,4 @@ def test_a_closed_curve_beside_the_followed_one_is_passed_over() -> None:
     band = [3.29255384, 6.09510679, 11.28313418, 20.88710195, 38.66576617, 71.57725745]
     response = frequency_response(IsolatedMass(drawn, 0.02), Excitation.BASE_DISPLACEMENT, 8.538063896930848e-05, band)
     assert [point.frequency for point in response.points if point.wanted] == pytest.approx(band, rel=1e-12)
-    assert response.resonance.frequency == pytest.approx(13.58, rel=2e-3)  # as fine as the peak is searched for
+    assert response.resonance.frequency == pytest.approx(13.56, rel=5e-3)  # 64th parts of the way between two points
