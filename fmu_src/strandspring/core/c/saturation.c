@@ -46,42 +46,52 @@ static double polynomial_slope(const double *c, double t)
     return low + fourth * (middle + fourth * high);
 }
 
-/* Adds the polynomial through (t[k], value[k]), k = 0 .. DEGREE, by powers of t. */
-static void add_interpolant(const double *t, const double *value, double *coefficients)
+/* Where a polynomial is fitted: theta of each argument, in the order in which interpolation takes them, and
+ * 1/(theta[k] - theta[k - step]) for each step. */
+typedef struct {
+    double middle, per_half, theta[SPRING_POWERS], per_gap[SPRING_POWERS][SPRING_POWERS];
+} Grid;
+
+/* The arguments are monotone. */
+static void make_grid(Grid *grid, const double *argument)
 {
-    double at[SPRING_POWERS], difference[SPRING_POWERS], power[SPRING_POWERS];
-    for (int k = 0; k < SPRING_POWERS; k++) {
-        at[k] = t[ORDER[k]];
+    grid->middle = 0.5 * (argument[0] + argument[DEGREE]);
+    grid->per_half = 2.0 / (argument[DEGREE] - argument[0]);
+    for (int k = 0; k < SPRING_POWERS; k++)
+        grid->theta[k] = (argument[ORDER[k]] - grid->middle) * grid->per_half;
+    for (int step = 1; step < SPRING_POWERS; step++)
+        for (int k = step; k < SPRING_POWERS; k++)
+            grid->per_gap[step][k] = 1.0 / (grid->theta[k] - grid->theta[k - step]);
+}
+
+/* Adds to the coefficients the polynomial that is value[k] at the argument k. */
+static void add_interpolant(const Grid *grid, const double *value, double *coefficients)
+{
+    double difference[SPRING_POWERS], power[SPRING_POWERS];
+    for (int k = 0; k < SPRING_POWERS; k++)
         difference[k] = value[ORDER[k]];
-    }
     for (int step = 1; step < SPRING_POWERS; step++)
         for (int k = DEGREE; k >= step; k--)
-            difference[k] = (difference[k] - difference[k - 1]) / (at[k] - at[k - step]);
+            difference[k] = (difference[k] - difference[k - 1]) * grid->per_gap[step][k];
     /* Newton's form, multiplied out from the innermost bracket. */
     power[0] = difference[DEGREE];
     for (int k = DEGREE - 1, size = 1; k >= 0; k--, size++) {
         power[size] = power[size - 1];
         for (int i = size - 1; i > 0; i--)
-            power[i] = power[i - 1] - at[k] * power[i];
-        power[0] = difference[k] - at[k] * power[0];
+            power[i] = power[i - 1] - grid->theta[k] * power[i];
+        power[0] = difference[k] - grid->theta[k] * power[0];
     }
     for (int k = 0; k < SPRING_POWERS; k++)
         coefficients[k] += power[k];
 }
 
-/* The polynomial of theta through (argument[k], value[k]); the arguments are monotone. */
-static void interpolate(SpringPiece *piece, const double *argument, const double *value)
+/* The polynomial once more for what rounding has left. */
+static void correct(const Grid *grid, const double *value, double *coefficients)
 {
-    double theta[SPRING_POWERS], left[SPRING_POWERS];
-    *piece = (SpringPiece){
-        .middle = 0.5 * (argument[0] + argument[DEGREE]), .per_half = 2.0 / (argument[DEGREE] - argument[0])};
+    double left[SPRING_POWERS];
     for (int k = 0; k < SPRING_POWERS; k++)
-        theta[k] = (argument[k] - piece->middle) * piece->per_half;
-    add_interpolant(theta, value, piece->coefficients);
-    /* Once more for what rounding has left. */
-    for (int k = 0; k < SPRING_POWERS; k++)
-        left[k] = value[k] - spring_polynomial(piece->coefficients, theta[k]);
-    add_interpolant(theta, left, piece->coefficients);
+        left[ORDER[k]] = value[ORDER[k]] - spring_polynomial(coefficients, grid->theta[k]);
+    add_interpolant(grid, left, coefficients);
 }
 
 static void make_rule(Rule *rule)
@@ -230,20 +240,21 @@ static void integrate_xi(const Rule *rule, double half, double *z, double *lost,
     *lost = step - (*z - before);
 }
 
-static void add_derivatives(const Rule *rule, SpringBranch *branch, int index, double half, const Nodes *nodes,
-                            double integrals[2], double side)
+/* By n alone, or by n and sigma. */
+static void add_derivatives(const Rule *rule, SpringBranch *branch, double half, const Grid *grid, const Nodes *nodes,
+                            double integrals[2], int count)
 {
     const double *rates[2] = {nodes->rate_by_n, nodes->rate_by_sigma};
-    for (int one = 0; one < (side > 0.0 ? 1 : 2); one++) {
+    double *coefficients[2] = {branch->by_n[branch->pieces], branch->by_sigma[branch->pieces]};
+    for (int one = 0; one < count; one++) {
         double integral[SPRING_POWERS];
-        SpringPiece piece;
         integrate(rule, half, rates[one], integrals[one], integral);
         integrals[one] = integral[DEGREE];
         /* With I the integral, xi = I(u) at a fixed xi gives d|W| = -W' dI. */
         for (int k = 0; k < SPRING_POWERS; k++)
             integral[k] *= -nodes->slope[k];
-        interpolate(&piece, nodes->z, integral);
-        memcpy(one == 0 ? branch->by_n[index] : branch->by_sigma[index], piece.coefficients, sizeof piece.coefficients);
+        memset(coefficients[one], 0, sizeof branch->by_n[0]);
+        add_interpolant(grid, integral, coefficients[one]);
     }
 }
 
@@ -262,15 +273,20 @@ static void begin_branch(SpringBranch *branch, double z, double value)
     memset(branch->by_sigma[0], 0, sizeof branch->by_sigma[0]);
 }
 
-static void add_piece(SpringBranch *branch, const Nodes *nodes)
+static void add_piece(SpringBranch *branch, const Grid *grid, const Nodes *nodes)
 {
     int index = branch->pieces++;
-    const SpringPiece *piece = &branch->piece[index];
+    const double *argument = index < branch->complemented ? nodes->value : nodes->complement;
     double theta[SPRING_POWERS];
-    interpolate(&branch->piece[index], nodes->z, nodes->value);
+    Grid inverse;
+    make_grid(&inverse, argument);
     for (int k = 0; k < SPRING_POWERS; k++)
-        theta[k] = (nodes->z[k] - piece->middle) * piece->per_half;
-    interpolate(&branch->inverse[index], index < branch->complemented ? nodes->value : nodes->complement, theta);
+        theta[ORDER[k]] = grid->theta[k];
+    branch->piece[index] = (SpringPiece){.middle = grid->middle, .per_half = grid->per_half};
+    add_interpolant(grid, nodes->value, branch->piece[index].coefficients);
+    correct(grid, nodes->value, branch->piece[index].coefficients);
+    branch->inverse[index] = (SpringPiece){.middle = inverse.middle, .per_half = inverse.per_half};
+    add_interpolant(&inverse, theta, branch->inverse[index].coefficients);
     branch->edges[index + 1] = nodes->z[DEGREE];
     branch->values[index + 1] = nodes->value[DEGREE];
     branch->complements[index + 1] = nodes->complement[DEGREE];
@@ -320,11 +336,13 @@ static void tabulate_rising(const Rule *rule, SpringTable *table, int with)
     begin_branch(branch, z, lowest);
     for (int index = 0; index < pieces; index++) {
         Nodes nodes;
+        Grid grid;
         rising_nodes(table, share, LOWEST + WIDTH * index, &nodes);
         integrate_xi(rule, 0.5 * WIDTH, &z, &lost, &nodes);
+        make_grid(&grid, nodes.z);
         if (with & SPRING_WITH_DERIVATIVES)
-            add_derivatives(rule, branch, branch->pieces, 0.5 * WIDTH, &nodes, integrals, 1.0);
-        add_piece(branch, &nodes);
+            add_derivatives(rule, branch, 0.5 * WIDTH, &grid, &nodes, integrals, 1);
+        add_piece(branch, &grid, &nodes);
     }
     make_indices(branch);
 }
@@ -347,13 +365,15 @@ static void tabulate_falling(const Rule *rule, SpringTable *table, int with)
     begin_branch(branch, z, exp(lowest));
     for (int index = 0; index < pieces; index++) {
         Nodes nodes;
+        Grid grid;
         for (int k = 0; k < SPRING_POWERS; k++)
             y[k] = lowest - lowest * index / pieces + half * (1.0 + rule->node[k]);
         falling_nodes(table, share, share_n, y, &nodes);
         integrate_xi(rule, half, &z, &lost, &nodes);
+        make_grid(&grid, nodes.z);
         if (with & SPRING_WITH_DERIVATIVES)
-            add_derivatives(rule, branch, branch->pieces, half, &nodes, integrals, -1.0);
-        add_piece(branch, &nodes);
+            add_derivatives(rule, branch, half, &grid, &nodes, integrals, 2);
+        add_piece(branch, &grid, &nodes);
     }
     /* Exactly, so that every u from -1 on has its place. */
     branch->values[branch->pieces] = 1.0;
