@@ -1,1 +1,1 @@
-"""The report of an identification: one HTML file that stands alone."""
+"""The report of an identification: a self-contained HTML file."""
