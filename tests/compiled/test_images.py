@@ -17,6 +17,7 @@ from strandspring.compiled.targets import FMU_TARGETS, LINUX_X86, Target, host_t
 from strandspring.errors import BuildError
 
 # Everything that a user's program does to get the kernel.
+ROOT = Path(__file__).resolve().parents[2]
 LOAD = "from strandspring.kernel.library import library; print(library()._name)"
 
 
