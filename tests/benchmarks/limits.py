@@ -1,8 +1,7 @@
 """The refined method at the statistical limit, and its time: python tests/benchmarks/limits.py
 
 Data of the model itself with additive noise of 1 N: ratio of the prediction's error to the Cramer-Rao bound, share of
-95 % intervals that hold the truth, and processor time against the number of samples and against Ni's method. For one
-core set OMP_NUM_THREADS=1.
+95 % intervals that hold the truth, and processor time on one core against the number of samples and against Ni's method.
 """
 
 from __future__ import annotations
@@ -12,6 +11,7 @@ import time
 import numpy as np
 from rich.console import Console
 from rich.table import Table
+from threadpoolctl import threadpool_limits
 
 from strandspring import Record, RefinedOptions, Spring, SpringParameters, identify
 from strandspring.peers.ni import PAPER_NI, sine_period, with_noise
@@ -90,5 +90,6 @@ def _timed(record: Record, options: RefinedOptions) -> float:
 
 if __name__ == "__main__":
     at_the_limit()
-    times()
-    against_ni()
+    with threadpool_limits(1):
+        times()
+        against_ni()

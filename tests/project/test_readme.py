@@ -82,7 +82,8 @@ def test_python_programs_run_in_order(folder: Path) -> None:
 
 
 def test_the_table_of_symbols_is_the_fmus_table() -> None:
-    lines = re.findall(r"^\|(.*)\|$", README, flags=re.MULTILINE)[2:]
+    table = README.split("| paper |", 1)[1].split("\n\n", 1)[0]
+    lines = re.findall(r"^\|(.*)\|$", table, flags=re.MULTILINE)[1:]
     rows = [[cell.strip() for cell in line.split("|")] for line in lines]
     units = {v.name: v.unit for v in variables(1, 1)}
     listed = {}
