@@ -1,7 +1,7 @@
 """The refined method at the statistical limit, and its time: python tests/benchmarks/limits.py
 
 Data of the model itself with additive noise of 1 N: ratio of the prediction's error to the Cramer-Rao bound, share of
-95 % intervals that hold the truth, and processor time on one core against the number of samples and against Ni's method.
+95 % intervals that hold the truth, and processor time on one core, by number of samples and against Ni's method.
 """
 
 from __future__ import annotations
