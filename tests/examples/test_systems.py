@@ -39,6 +39,8 @@ from strandspring.examples.excitations import GRAVITY, FixedBase
 from strandspring.examples.mounts import EQUIPMENT_MOUNT, RECOIL_SPRING, SOFT_CORNER
 from system_fmus import fmu
 
+pytestmark = pytest.mark.slow
+
 QUANTITIES = ("q", "force", "absorbed_energy")
 
 

@@ -412,6 +412,7 @@ def test_without_image_and_ziglang_one_sentence_says_what_to_do(
     assert not Path("dist").exists()
 
 
+@pytest.mark.slow
 def test_a_failing_compiler_leaves_the_old_fmu(tmp_path: Path, other_sources: Callable[[bytes], None]) -> None:
     (tmp_path / "spring.fmu").write_text("kept")
     other_sources(b'#error "broken here"\n')

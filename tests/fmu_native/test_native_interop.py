@@ -168,6 +168,7 @@ def test_a_host_without_python_runs_it(native_fmu: Path, path: np.ndarray, tmp_p
     assert "fmi2Instantiate failed" in refused.stderr
 
 
+@pytest.mark.slow
 def test_fmpy_compiles_it_from_its_own_sources(tmp_path: Path) -> None:
     fmu = build_native_fmu(ModelFile("spring", SPRING), tmp_path, ())
     assert "no binary" in str(check_fmu(fmu).not_run)
@@ -185,6 +186,7 @@ def wine() -> str | None:
     return shutil.which("wine64") or shutil.which("wine") or shutil.which("wine64", path="/usr/lib/wine")
 
 
+@pytest.mark.slow
 def test_wine_runs_the_windows_binary(native_fmu: Path, path: np.ndarray, tmp_path: Path) -> None:
     program = wine()
     if program is None:

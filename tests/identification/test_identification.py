@@ -41,6 +41,7 @@ def friction() -> Record:
     return read_record(ROOT / "tests/data/actuator/circle_3bar.csv", displacement=5, force=7)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("strokes_in_steady", [1.5, 2.0, 3.0])
 @pytest.mark.parametrize("options", [CUBIC, TwoStageOptions()], ids=["given", "auto"])
 def test_known_springs_are_predicted(strokes_in_steady: float, options: TwoStageOptions) -> None:

@@ -11,6 +11,8 @@ from strandspring.identification.outcomes import IdentificationError, Outcome
 from strandspring.kernel.path import PathSolver
 from strandspring.peers.limit_cycle import limit_cycle
 
+pytestmark = pytest.mark.slow
+
 AMPLITUDE = 0.02  # [m]
 
 

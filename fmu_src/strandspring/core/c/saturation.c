@@ -46,10 +46,10 @@ static double polynomial_slope(const double *c, double t)
     return low + fourth * (middle + fourth * high);
 }
 
-/* Where a polynomial is fitted: theta of each argument, in the order in which interpolation takes them, and
- * 1/(theta[k] - theta[k - step]) for each step. */
+/* Where a polynomial is fitted: theta of each argument, in the order in which interpolation takes them, and the
+ * 1/(theta[k] - theta[k - step]) that it divides by, one after the other. */
 typedef struct {
-    double middle, per_half, theta[SPRING_POWERS], per_gap[SPRING_POWERS][SPRING_POWERS];
+    double middle, per_half, theta[SPRING_POWERS], per_gap[SPRING_POWERS * DEGREE / 2];
 } Grid;
 
 /* The arguments are monotone. */
@@ -59,9 +59,9 @@ static void make_grid(Grid *grid, const double *argument)
     grid->per_half = 2.0 / (argument[DEGREE] - argument[0]);
     for (int k = 0; k < SPRING_POWERS; k++)
         grid->theta[k] = (argument[ORDER[k]] - grid->middle) * grid->per_half;
-    for (int step = 1; step < SPRING_POWERS; step++)
-        for (int k = step; k < SPRING_POWERS; k++)
-            grid->per_gap[step][k] = 1.0 / (grid->theta[k] - grid->theta[k - step]);
+    for (int step = 1, i = 0; step < SPRING_POWERS; step++)
+        for (int k = DEGREE; k >= step; k--)
+            grid->per_gap[i++] = 1.0 / (grid->theta[k] - grid->theta[k - step]);
 }
 
 /* Adds to the coefficients the polynomial that is value[k] at the argument k. */
@@ -70,9 +70,9 @@ static void add_interpolant(const Grid *grid, const double *value, double *coeff
     double difference[SPRING_POWERS], power[SPRING_POWERS];
     for (int k = 0; k < SPRING_POWERS; k++)
         difference[k] = value[ORDER[k]];
-    for (int step = 1; step < SPRING_POWERS; step++)
+    for (int step = 1, i = 0; step < SPRING_POWERS; step++)
         for (int k = DEGREE; k >= step; k--)
-            difference[k] = (difference[k] - difference[k - 1]) * grid->per_gap[step][k];
+            difference[k] = (difference[k] - difference[k - 1]) * grid->per_gap[i++];
     /* Newton's form, multiplied out from the innermost bracket. */
     power[0] = difference[DEGREE];
     for (int k = DEGREE - 1, size = 1; k >= 0; k--, size++) {
