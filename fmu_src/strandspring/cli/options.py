@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, fields
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import fields
 from pathlib import Path
-from typing import IO, Any, Literal, NoReturn, TypeVar
+from typing import IO, Any, NoReturn, TypeVar
 
 import click
 
@@ -84,18 +84,6 @@ METHODS: dict[str, type[Method]] = {
 }
 
 Command = TypeVar("Command", bound=Callable[..., Any])
-
-
-@dataclass(frozen=True)
-class ColumnOptions:
-    """Which columns of a record to read, and how."""
-
-    displacement: str | None = None
-    force: str | None = None
-    time: str | None = None
-    displacement_unit: str | None = None
-    force_unit: str | None = None
-    reverse: Literal["displacement", "force"] | None = None
 
 
 def together(*options: Callable[[Command], Command]) -> Callable[[Command], Command]:
@@ -176,20 +164,9 @@ def method_options(chosen: dict[str, Any]) -> Method:
         raise click.UsageError(str(problem)) from None
 
 
-def read_records(paths: Sequence[str], columns: ColumnOptions) -> list[Record]:
-    """Read records with a progress bar."""
-    return [
-        read_record(
-            path,
-            displacement=columns.displacement,
-            force=columns.force,
-            time=columns.time,
-            displacement_unit=columns.displacement_unit,
-            force_unit=columns.force_unit,
-            reverse=columns.reverse,
-        )
-        for path in progress(paths, "Reading records")
-    ]
+def read_records(paths: Sequence[str], columns: Mapping[str, Any]) -> list[Record]:
+    """Read records with a progress bar, with what `column_options` say."""
+    return [read_record(path, **columns) for path in progress(paths, "Reading records")]
 
 
 def identifier(text: str) -> str:
