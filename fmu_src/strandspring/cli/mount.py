@@ -12,7 +12,7 @@ from ..isolation.system import MOST_SPRINGS, Excitation, IsolatedMass, Isolation
 from .options import Command, Count, ImpossibleValueError, Quantity, together
 
 # Excitation, factor from the unit of the option to SI.
-_EXCITATIONS = {
+EXCITATIONS = {
     "base_displacement": (Excitation.BASE_DISPLACEMENT, 1e-3),
     "base_acceleration": (Excitation.BASE_ACCELERATION, 1.0),
     "force": (Excitation.FORCE, 1.0),
@@ -86,7 +86,7 @@ def chosen_levels(given: Mapping[str, Sequence[float]]) -> tuple[Excitation, lis
         raise click.UsageError(f"{names} exclude each other; give one of them.")
     if not options:
         return None
-    excitation, factor = _EXCITATIONS[options[0]]
+    excitation, factor = EXCITATIONS[options[0]]
     return excitation, [factor * level for level in given[options[0]]]
 
 
