@@ -11,16 +11,6 @@ GRAVITY = 9.80665  # m/s^2
 
 
 @dataclass(frozen=True)
-class FixedBase:
-    """A base that does not move."""
-
-    def displacement(self, _: float) -> float:
-        return 0.0
-
-    velocity = acceleration = displacement
-
-
-@dataclass(frozen=True)
 class Sine:
     """amplitude*sin(2 pi frequency t) [m], [Hz]."""
 
