@@ -123,7 +123,8 @@ def uncertainty(loops: Loops, basis: Basis, refinement: Refinement) -> Uncertain
     scale = np.where(errors[four] > 0.0, errors[four], np.nan)
     correlation = natural[np.ix_(four, four)] / np.outer(scale, scale)
     force = np.linalg.norm(linear.jacobian @ linear.root, axis=1)
-    return Uncertainty(errors[:n_E], errors[n_E : n_E + n_A], *scale.tolist(), np.asarray(correlation), force)
+    own = dict(zip(_NAMES, scale.tolist(), strict=True))
+    return Uncertainty(errors[:n_E], errors[n_E : n_E + n_A], **own, correlation=np.asarray(correlation), force=force)
 
 
 def _is_sigma_free(hysteresis: Hysteresis) -> bool:
