@@ -46,9 +46,6 @@ class Sweep:
         start = 2.0 * math.pi * self.low
         return start * t + 0.5 * rate * t * t, start + rate * t, rate
 
-    def frequency(self, t: float) -> float:
-        return self._phase(t)[1] / (2.0 * math.pi)
-
     def displacement(self, t: float) -> float:
         return self.amplitude * math.sin(self._phase(t)[0])
 
