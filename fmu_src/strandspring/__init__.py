@@ -11,46 +11,28 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from ._version import __version__
-    from .conversions import ClassicBoucWen, NormalizedBoucWen
-    from .core.parameters import SpringParameters
-    from .errors import BuildError, ModelError, RecordError, StrandspringError
-    from .identification.api import identify
-    from .identification.outcomes import IdentificationError, Outcome
-    from .identification.refined import RefinedOptions
-    from .identification.result import Identification
-    from .identification.scan import ScanOptions
-    from .peers.limit_cycle import limit_cycle
-    from .peers.ni_spring import NiOptions
-    from .peers.two_stage_options import TwoStageOptions
-    from .records.reading import read_record
-    from .records.record import Record
-    from .spring import Spring
+    from ._version import __version__ as __version__
+    from .conversions import ClassicBoucWen as ClassicBoucWen
+    from .conversions import NormalizedBoucWen as NormalizedBoucWen
+    from .core.parameters import SpringParameters as SpringParameters
+    from .errors import BuildError as BuildError
+    from .errors import ModelError as ModelError
+    from .errors import RecordError as RecordError
+    from .errors import StrandspringError as StrandspringError
+    from .identification.api import identify as identify
+    from .identification.outcomes import IdentificationError as IdentificationError
+    from .identification.outcomes import Outcome as Outcome
+    from .identification.refined import RefinedOptions as RefinedOptions
+    from .identification.result import Identification as Identification
+    from .identification.scan import ScanOptions as ScanOptions
+    from .peers.limit_cycle import limit_cycle as limit_cycle
+    from .peers.ni_spring import NiOptions as NiOptions
+    from .peers.two_stage_options import TwoStageOptions as TwoStageOptions
+    from .records.reading import read_record as read_record
+    from .records.record import Record as Record
+    from .spring import Spring as Spring
 
-__all__ = [
-    "BuildError",
-    "ClassicBoucWen",
-    "Identification",
-    "IdentificationError",
-    "ModelError",
-    "NiOptions",
-    "NormalizedBoucWen",
-    "Outcome",
-    "Record",
-    "RecordError",
-    "RefinedOptions",
-    "ScanOptions",
-    "Spring",
-    "SpringParameters",
-    "StrandspringError",
-    "TwoStageOptions",
-    "__version__",
-    "identify",
-    "limit_cycle",
-    "read_record",
-]
-
-# Where each name is defined: a module is loaded when the first of its names is asked for.
+# Where each name is defined.
 _MODULES = {
     "BuildError": "errors",
     "ClassicBoucWen": "conversions",
@@ -75,13 +57,17 @@ _MODULES = {
 }
 
 
-def __getattr__(name: str) -> Any:
-    if name not in _MODULES:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    value = getattr(import_module(f".{_MODULES[name]}", __name__), name)
-    globals()[name] = value
-    return value
+def load_lazily(content: dict[str, Any], modules: dict[str, str]) -> None:
+    """Give a package, by its globals, names whose modules are loaded when the first of their names is asked for."""
+    package = content["__name__"]
+
+    def load(name: str) -> Any:
+        if name not in modules:
+            raise AttributeError(f"module {package!r} has no attribute {name!r}")
+        content[name] = getattr(import_module(f".{modules[name]}", package), name)
+        return content[name]
+
+    content |= {"__getattr__": load, "__dir__": lambda: sorted({*content, *modules}), "__all__": list(modules)}
 
 
-def __dir__() -> list[str]:
-    return sorted({*globals(), *__all__})
+load_lazily(globals(), _MODULES)

@@ -26,6 +26,7 @@ from strandspring.cosimulation import (
     one_mass,
     simulate,
 )
+from strandspring.cosimulation.plants import fixed_base
 from strandspring.examples import (
     equipment_on_platform,
     mounts,
@@ -35,7 +36,7 @@ from strandspring.examples import (
     shaken_mass,
     ssp_system,
 )
-from strandspring.examples.excitations import GRAVITY, FixedBase
+from strandspring.examples.excitations import GRAVITY
 from strandspring.examples.mounts import EQUIPMENT_MOUNT, RECOIL_SPRING, SOFT_CORNER
 from system_fmus import fmu
 
@@ -173,7 +174,7 @@ def test_two_stages() -> None:
         plant,
         models,
         times,
-        base_velocities=[equipment_on_platform.BASE.velocity, FixedBase().velocity],
+        base_velocities=[equipment_on_platform.BASE.velocity, fixed_base],
         equilibrium=equilibrium,
     )
     check([result.motion for result in results], reference, 3.6e-4)

@@ -18,7 +18,7 @@ from ..fmu.native.platforms import PLATFORMS, Platform, chosen_platforms
 from ..fmu.python_backed import build_fmu
 from ..modelfile import ModelFile, check_name, load_model, save_model
 from .identify import identified, print_identification
-from .options import ColumnOptions, column_options, identification_options, identifier, method_options
+from .options import column_options, identification_options, identifier, method_options
 from .output import result, result_json, working
 from .paths import refuse_overwriting
 
@@ -113,7 +113,7 @@ def build(
         model_path = Path(models) / f"{chosen}.json"
         for one in backends:
             refuse_overwriting(sources, {"--models": model_path, "--output": fmu_path(output, chosen, one)})
-        model, identification = identified(sources, ColumnOptions(**options), method, chosen, description)
+        model, identification = identified(sources, options, method, chosen, description)
         save_model(model_path, model)
     built = {one: _built(model, Path(output), one, platforms) for one in backends}
     if as_json:

@@ -15,7 +15,7 @@ from ..identification.result import Identification
 from ..modelfile import ModelFile, check_name, save_model
 from .cautions import note_assumptions
 from .fit_tables import fit_json, fit_lines, parameter_lines, verdict_json
-from .options import ColumnOptions, column_options, identification_options, identifier, method_options, read_records
+from .options import column_options, identification_options, identifier, method_options, read_records
 from .output import note, result, result_json, working
 from .paths import refuse_overwriting
 
@@ -52,7 +52,7 @@ def identify(
     method = method_options(options)
     refuse_overwriting(records, {"--output": output, "--report": report})
     chosen = identifier(output) if name is None else check_name(name)
-    model, identification = identified(records, ColumnOptions(**options), method, chosen, description)
+    model, identification = identified(records, options, method, chosen, description)
     save_model(output, model)
     if report is not None:
         from ..report.html import write_report
@@ -91,7 +91,7 @@ def identify(
 
 def identified(
     records: tuple[str, ...],
-    columns: ColumnOptions,
+    columns: dict[str, Any],
     options: Method,
     name: str,
     description: str = "",

@@ -18,7 +18,7 @@ from ..loops.modelled import steady_loop
 from ..modelfile import ModelFile, load_model
 from .cautions import caution_backwards, note_assumptions, outside_range
 from .fit_tables import parameter_lines, verdict_json
-from .options import ColumnOptions, FiniteRange, column_options, read_records
+from .options import FiniteRange, column_options, read_records
 from .output import note, progress, result, result_json, result_table
 
 _DEFAULT_SHARES = (0.25, 0.5, 0.75, 1.0)  # of the identified half range
@@ -70,7 +70,7 @@ def info(model: str, records: tuple[str, ...], amplitudes: tuple[float, ...], as
     content = load_model(model)
     parameters = content.parameters
     solver = PathSolver(parameters)
-    group = read_records(records, ColumnOptions(**columns))
+    group = read_records(records, columns)
     note_assumptions(group)
     caution_backwards(group)
     measured = [loop for record in progress(group, "Measuring loops") for loop in measured_loops(record)]

@@ -17,7 +17,7 @@ from ..isolation.response import FrequencyResponse, frequency_response
 from ..isolation.system import Excitation, IsolatedMass, StaticEquilibrium, static_equilibrium
 from ..modelfile import ModelFile, load_model
 from .cautions import outside_range
-from .mount import chosen_levels, curve_options, level_options, mount_options, positive, shares_of_room
+from .mount import EXCITATIONS, chosen_levels, curve_options, level_options, mount_options, positive, shares_of_room
 from .output import progress, result, result_json, result_table
 from .paths import refuse_overwriting
 
@@ -48,10 +48,6 @@ _HEADINGS = (
 def isolate(
     model: str,
     mass: float,
-    load: float | None,
-    parallel: int,
-    series: int,
-    damping: float,
     band: tuple[float, float] | None,
     points: int,
     extrapolate: bool,
@@ -59,7 +55,7 @@ def isolate(
     plot: str | None,
     verify: bool,
     as_json: bool,
-    **levels: tuple[float, ...],
+    **options: Any,
 ) -> None:
     """Compute transmissibility and resonance of a mass on the spring.
 
@@ -74,6 +70,7 @@ def isolate(
       strandspring isolate spring.json --mass 5 --load 0 --force 10 --band 2 50 -o curve.csv --json
       strandspring isolate spring.json --mass 5 --verify
     """
+    levels = {kind: options.pop(kind) for kind in EXCITATIONS}
     if plot is not None:
         from ..isolation.curves_plot import SUFFIXES
 
@@ -81,7 +78,7 @@ def isolate(
             raise click.UsageError(f"--plot must end in {', '.join(SUFFIXES)}, got {plot!r}.")
     refuse_overwriting([model], {"--output": output, "--plot": plot})
     content = load_model(model)
-    system = IsolatedMass(content.parameters, mass, load, parallel, series, damping)
+    system = IsolatedMass(content.parameters, mass, **options)
     equilibrium = static_equilibrium(system)
     excitation, amplitudes = chosen_levels(levels) or (
         Excitation.BASE_DISPLACEMENT,

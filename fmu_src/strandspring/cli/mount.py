@@ -9,10 +9,10 @@ import click
 
 from ..isolation.band import checked_limits
 from ..isolation.system import MOST_SPRINGS, Excitation, IsolatedMass, IsolationError, StaticEquilibrium
-from .options import Command, Count, ImpossibleValueError, Quantity
+from .options import Command, Count, ImpossibleValueError, Quantity, together
 
 # Excitation, factor from the unit of the option to SI.
-_EXCITATIONS = {
+EXCITATIONS = {
     "base_displacement": (Excitation.BASE_DISPLACEMENT, 1e-3),
     "base_acceleration": (Excitation.BASE_ACCELERATION, 1.0),
     "force": (Excitation.FORCE, 1.0),
@@ -24,22 +24,17 @@ def positive(unit: str) -> Quantity:
     return Quantity(min=0.0, min_open=True, unit=unit)
 
 
-def mount_options(command: Command) -> Command:
-    """Options of the mount and its load, named as in `IsolatedMass`."""
-    for option in reversed(
-        (
-            click.option("--load", type=Quantity(unit="N"), metavar="N",
-                         help="Static load along the axis [N].  [default: the weight]"),
-            click.option("--parallel", type=Count(1, MOST_SPRINGS), default=1, show_default=True,
-                         help="Rows of springs side by side."),
-            click.option("--series", type=Count(1, MOST_SPRINGS), default=1, show_default=True,
-                         help="Springs in series in each row."),
-            click.option("--damping", type=Quantity(min=0.0, unit="N s/m"), default=0.0, show_default=True,
-                         metavar="N*S/M", help="Viscous damping in parallel with the springs [N s/m]."),
-        )
-    ):  # fmt: skip
-        command = option(command)
-    return command
+# Options of the mount and its load, named as in `IsolatedMass`.
+mount_options = together(
+    click.option("--load", type=Quantity(unit="N"), metavar="N",
+                 help="Static load along the axis [N].  [default: the weight]"),
+    click.option("--parallel", type=Count(1, MOST_SPRINGS), default=1, show_default=True,
+                 help="Rows of springs side by side."),
+    click.option("--series", type=Count(1, MOST_SPRINGS), default=1, show_default=True,
+                 help="Springs in series in each row."),
+    click.option("--damping", type=Quantity(min=0.0, unit="N s/m"), default=0.0, show_default=True,
+                 metavar="N*S/M", help="Viscous damping in parallel with the springs [N s/m]."),
+)  # fmt: skip
 
 
 def level_options(values: Callable[[Quantity], Any], how: str, default: str = "") -> Callable[[Command], Command]:
@@ -51,43 +46,27 @@ def level_options(values: Callable[[Quantity], Any], how: str, default: str = ""
     how : str             How to give several levels, for the help.
     default : str         The default, for the help.
     """
-
-    def options(command: Command) -> Command:
-        for option in reversed(
-            (
-                click.option("--base-displacement", type=values(positive("mm")), multiple=True, metavar="MM",
-                             help=f"Displacement amplitude of the base [mm]; {how}.{default}"),
-                click.option("--base-acceleration", type=values(positive("m/s^2")), multiple=True, metavar="M/S2",
-                             help=f"Acceleration amplitude of the base [m/s^2]; {how}."),
-                click.option("--force", type=values(positive("N")), multiple=True, metavar="N",
-                             help=f"Amplitude of a force on the mass [N]; {how}."),
-            )
-        ):  # fmt: skip
-            command = option(command)
-        return command
-
-    return options
+    return together(
+        click.option("--base-displacement", type=values(positive("mm")), multiple=True, metavar="MM",
+                     help=f"Displacement amplitude of the base [mm]; {how}.{default}"),
+        click.option("--base-acceleration", type=values(positive("m/s^2")), multiple=True, metavar="M/S2",
+                     help=f"Acceleration amplitude of the base [m/s^2]; {how}."),
+        click.option("--force", type=values(positive("N")), multiple=True, metavar="N",
+                     help=f"Amplitude of a force on the mass [N]; {how}."),
+    )  # fmt: skip
 
 
 def curve_options(points: int) -> Callable[[Command], Command]:
     """Options of the frequency band, with the default number of points."""
-
-    def options(command: Command) -> Command:
-        for option in reversed(
-            (
-                click.option("--band", type=(float, float), metavar="LOW HIGH", callback=_rising,
-                             help="Frequency band [Hz].  [default: 0.23 to 5 times the natural frequency of small "
-                             "motion]"),
-                click.option("--points", type=click.IntRange(2, 100_000), default=points, show_default=True,
-                             help="Number of frequencies, logarithmically spaced."),
-                click.option("--extrapolate", is_flag=True,
-                             help="Continue where the motion leaves the identified range, instead of refusing."),
-            )
-        ):  # fmt: skip
-            command = option(command)
-        return command
-
-    return options
+    return together(
+        click.option("--band", type=(float, float), metavar="LOW HIGH", callback=_rising,
+                     help="Frequency band [Hz].  [default: 0.23 to 5 times the natural frequency of small "
+                     "motion]"),
+        click.option("--points", type=click.IntRange(2, 100_000), default=points, show_default=True,
+                     help="Number of frequencies, logarithmically spaced."),
+        click.option("--extrapolate", is_flag=True,
+                     help="Continue where the motion leaves the identified range, instead of refusing."),
+    )  # fmt: skip
 
 
 def _rising(
@@ -107,7 +86,7 @@ def chosen_levels(given: Mapping[str, Sequence[float]]) -> tuple[Excitation, lis
         raise click.UsageError(f"{names} exclude each other; give one of them.")
     if not options:
         return None
-    excitation, factor = _EXCITATIONS[options[0]]
+    excitation, factor = EXCITATIONS[options[0]]
     return excitation, [factor * level for level in given[options[0]]]
 
 

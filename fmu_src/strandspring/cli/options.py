@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, fields
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import fields
 from pathlib import Path
-from typing import IO, Any, Literal, NoReturn, TypeVar
+from typing import IO, Any, NoReturn, TypeVar
 
 import click
 
@@ -86,63 +86,66 @@ METHODS: dict[str, type[Method]] = {
 Command = TypeVar("Command", bound=Callable[..., Any])
 
 
-@dataclass(frozen=True)
-class ColumnOptions:
-    """Which columns of a record to read, and how."""
+def together(*options: Callable[[Command], Command]) -> Callable[[Command], Command]:
+    """Several options as one decorator, which the help shows in this order."""
 
-    displacement: str | None = None
-    force: str | None = None
-    time: str | None = None
-    displacement_unit: str | None = None
-    force_unit: str | None = None
-    reverse: Literal["displacement", "force"] | None = None
+    def decorate(command: Command) -> Command:
+        for option in reversed(options):
+            command = option(command)
+        return command
 
-
-def column_options(command: Command) -> Command:
-    """Options that select the columns of a record."""
-    for option in reversed(
-        (
-            click.option("--displacement", metavar="COLUMN", help="Displacement column: name, or number from 1."),
-            click.option("--force", metavar="COLUMN", help="Force column: name, or number from 1."),
-            click.option("--time", metavar="COLUMN", help="Time column, if any; the model does not need it."),
-            click.option("--displacement-unit", metavar="UNIT", help="mm, m, in, ...  [default: the file's, or mm]"),
-            click.option("--force-unit", metavar="UNIT", help="N, kN, lbf, kip, ...  [default: the file's, or N]"),
-            click.option("--reverse", type=click.Choice(["displacement", "force"]), multiple=True, callback=_one_column,
-                         help="Negate this column."),
-        )
-    ):  # fmt: skip
-        command = option(command)
-    return command
+    return decorate
 
 
-def identification_options(command: Command) -> Command:
-    """Options of the identification itself."""
-    for option in reversed(
-        (
-            click.option("--degrees", default="auto", show_default=True, metavar="N,M|auto", callback=_degrees,
-                         help="Degrees of the elastic and the amplifier polynomial."),
-            click.option("--method", default="refined", show_default=True,
-                         type=click.Choice(list(METHODS)),
-                         help="two-stage: the paper's, no iteration, no initial values; scan: a coarse grid; refined: "
-                         "least squares from the better of both, with standard errors; ni: Ni's model and method, "
-                         "for comparison."),
-            click.option("--formulas", default="whole-branch", show_default=True,
-                         type=click.Choice(["whole-branch", "three-point"]),
-                         help="Two-stage: least squares over whole branches, or the paper's three-point formulas."),
-            click.option("--smoothing", type=click.IntRange(0, 10_000), metavar="POINTS",
-                         help="Two-stage: half width of the moving average.  [default: from the noise]"),
-            click.option("--filter", "filter_", default="moving-average", show_default=True,
-                         type=click.Choice(["moving-average", "low-pass", "fourier"]),
-                         help="Two-stage: against heavy noise; fourier needs whole periods."),
-            click.option("--robust", is_flag=True, help="Refined: Huber's loss, for records with outliers."),
-            click.option("--bootstrap", type=click.IntRange(0, 10_000), default=0, metavar="REPETITIONS",
-                         help="Refined: also estimate standard errors by resampling strokes."),
-            click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True,
-                         help="Seed of the bootstrap."),
-        )
-    ):  # fmt: skip
-        command = option(command)
-    return command
+def _one_column(_context: click.Context, _option: click.Parameter, columns: tuple[str, ...]) -> str | None:
+    if len(set(columns)) > 1:
+        raise click.BadParameter(f"must be one column, got {' and '.join(columns)}; negate the other one in the file.")
+    return columns[0] if columns else None
+
+
+def _degrees(_context: click.Context, _option: click.Parameter, text: str) -> tuple[int, int] | None:
+    if text == "auto":
+        return None
+    match = re.fullmatch(r"\s*(\d{1,2})\s*,\s*(\d{1,2})\s*", text)
+    if not match:
+        raise click.BadParameter(f"must be N,M (such as 3,2) or auto, got {text!r}.")
+    return int(match[1]), int(match[2])
+
+
+# Options that select the columns of a record.
+column_options = together(
+    click.option("--displacement", metavar="COLUMN", help="Displacement column: name, or number from 1."),
+    click.option("--force", metavar="COLUMN", help="Force column: name, or number from 1."),
+    click.option("--time", metavar="COLUMN", help="Time column, if any; the model does not need it."),
+    click.option("--displacement-unit", metavar="UNIT", help="mm, m, in, ...  [default: the file's, or mm]"),
+    click.option("--force-unit", metavar="UNIT", help="N, kN, lbf, kip, ...  [default: the file's, or N]"),
+    click.option("--reverse", type=click.Choice(["displacement", "force"]), multiple=True, callback=_one_column,
+                 help="Negate this column."),
+)  # fmt: skip
+
+# Options of the identification itself.
+identification_options = together(
+    click.option("--degrees", default="auto", show_default=True, metavar="N,M|auto", callback=_degrees,
+                 help="Degrees of the elastic and the amplifier polynomial."),
+    click.option("--method", default="refined", show_default=True,
+                 type=click.Choice(list(METHODS)),
+                 help="two-stage: the paper's, no iteration, no initial values; scan: a coarse grid; refined: "
+                 "least squares from the better of both, with standard errors; ni: Ni's model and method, "
+                 "for comparison."),
+    click.option("--formulas", default="whole-branch", show_default=True,
+                 type=click.Choice(["whole-branch", "three-point"]),
+                 help="Two-stage: least squares over whole branches, or the paper's three-point formulas."),
+    click.option("--smoothing", type=click.IntRange(0, 10_000), metavar="POINTS",
+                 help="Two-stage: half width of the moving average.  [default: from the noise]"),
+    click.option("--filter", "filter_", default="moving-average", show_default=True,
+                 type=click.Choice(["moving-average", "low-pass", "fourier"]),
+                 help="Two-stage: against heavy noise; fourier needs whole periods."),
+    click.option("--robust", is_flag=True, help="Refined: Huber's loss, for records with outliers."),
+    click.option("--bootstrap", type=click.IntRange(0, 10_000), default=0, metavar="REPETITIONS",
+                 help="Refined: also estimate standard errors by resampling strokes."),
+    click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True,
+                 help="Seed of the bootstrap."),
+)  # fmt: skip
 
 
 def method_options(chosen: dict[str, Any]) -> Method:
@@ -161,38 +164,12 @@ def method_options(chosen: dict[str, Any]) -> Method:
         raise click.UsageError(str(problem)) from None
 
 
-def read_records(paths: Sequence[str], columns: ColumnOptions) -> list[Record]:
-    """Read records with a progress bar."""
-    return [
-        read_record(
-            path,
-            displacement=columns.displacement,
-            force=columns.force,
-            time=columns.time,
-            displacement_unit=columns.displacement_unit,
-            force_unit=columns.force_unit,
-            reverse=columns.reverse,
-        )
-        for path in progress(paths, "Reading records")
-    ]
+def read_records(paths: Sequence[str], columns: Mapping[str, Any]) -> list[Record]:
+    """Read records with a progress bar, with what `column_options` say."""
+    return [read_record(path, **columns) for path in progress(paths, "Reading records")]
 
 
 def identifier(text: str) -> str:
     """An identifier derived from the file name `text`."""
     name = re.sub(r"[^A-Za-z0-9_]+", "_", Path(text).stem).strip("_")
     return (name if name[:1].isalpha() and name.isascii() else f"spring_{name}").rstrip("_")[:64]
-
-
-def _one_column(_context: click.Context, _option: click.Parameter, columns: tuple[str, ...]) -> str | None:
-    if len(set(columns)) > 1:
-        raise click.BadParameter(f"must be one column, got {' and '.join(columns)}; negate the other one in the file.")
-    return columns[0] if columns else None
-
-
-def _degrees(_context: click.Context, _option: click.Parameter, text: str) -> tuple[int, int] | None:
-    if text == "auto":
-        return None
-    match = re.fullmatch(r"\s*(\d{1,2})\s*,\s*(\d{1,2})\s*", text)
-    if not match:
-        raise click.BadParameter(f"must be N,M (such as 3,2) or auto, got {text!r}.")
-    return int(match[1]), int(match[2])

@@ -46,14 +46,8 @@ def working(description: str) -> AbstractContextManager[Any]:
 @contextmanager
 def advancing(description: str, total: int) -> Iterator[Callable[[int], None]]:
     """A progress bar on a terminal, and a function that takes the number of parts done so far."""
-    with _bar(description, total) as update:
-        yield lambda count: update(completed=count)
-
-
-@contextmanager
-def _bar(description: str, total: int) -> Iterator[Callable[..., None]]:
     if not _is_watched():
-        yield lambda **_: None
+        yield lambda _: None
         return
     from rich.console import Console
     from rich.progress import MofNCompleteColumn, Progress
@@ -61,7 +55,7 @@ def _bar(description: str, total: int) -> Iterator[Callable[..., None]]:
     columns = (*Progress.get_default_columns(), MofNCompleteColumn())
     with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
         task = bar.add_task(description, total=total)
-        yield lambda **changes: bar.update(task, **changes)
+        yield lambda count: bar.update(task, completed=count)
 
 
 def note(text: str) -> None:

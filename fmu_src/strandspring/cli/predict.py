@@ -15,7 +15,7 @@ from ..modelfile import load_model
 from ..records.record import Record
 from .cautions import caution_backwards, caution_samples, note_assumptions
 from .fit_tables import fit_json, fit_lines
-from .options import ColumnOptions, column_options, read_records
+from .options import column_options, read_records
 from .output import progress, result, result_json
 from .paths import refuse_overwriting
 
@@ -39,7 +39,7 @@ def predict(model: str, records: tuple[str, ...], output: str | None, as_json: b
     """
     refuse_overwriting((model, *records), {"--output": output})
     parameters = load_model(model).parameters
-    group = read_records(records, ColumnOptions(**columns))
+    group = read_records(records, columns)
     solver = PathSolver(parameters)
     fits = tuple(predict_record(solver, record) for record in progress(group, "Predicting"))
     note_assumptions(group)

@@ -21,7 +21,7 @@ from ..study.run import run_study
 from ..study.runners import Local, Runner
 from ..study.spread import Spread
 from .cautions import outside_range
-from .mount import chosen_levels, curve_options, level_options, mount_options, positive, shares_of_room
+from .mount import EXCITATIONS, chosen_levels, curve_options, level_options, mount_options, positive, shares_of_room
 from .options import Quantity
 from .output import advancing, note, result, result_json, result_table
 from .paths import refuse_overwriting
@@ -104,10 +104,6 @@ def study(
     stiffness: tuple[tuple[float, ...], ...],
     draws: int,
     seed: int,
-    load: float | None,
-    parallel: int,
-    series: int,
-    damping: float,
     band: tuple[float, float] | None,
     points: int,
     extrapolate: bool,
@@ -115,7 +111,7 @@ def study(
     scheduler: str | None,
     output: str,
     as_json: bool,
-    **levels: tuple[tuple[float, ...], ...],
+    **options: Any,
 ) -> None:
     """Run a parameter study of resonance and isolation.
 
@@ -130,14 +126,14 @@ def study(
       strandspring study spring.json --mass 4:8:5 --base-displacement 0.2 --base-displacement 0.5 --draws 0 -o grid.csv
       strandspring study spring.json --mass 5 --stiffness 0.9:1.1:3 --force 10 --scheduler tcp://host:8786 -o s.csv
     """
-    chosen = chosen_levels({kind: _flat(given) for kind, given in levels.items()})
+    chosen = chosen_levels({kind: _flat(options.pop(kind)) for kind in EXCITATIONS})
     if workers is not None and scheduler is not None:
         raise click.UsageError("--workers and --scheduler exclude each other; give one of them.")
     refuse_overwriting([model], {"--output": output, "--output's journal": journal_path(Path(output))})
     content = load_model(model)
     spring = content.parameters
     if chosen is None:
-        lightest = IsolatedMass(spring, min(_flat(mass)), load, parallel, series, damping)
+        lightest = IsolatedMass(spring, min(_flat(mass)), **options)
         amplitudes = shares_of_room(lightest, static_equilibrium(lightest), [_DEFAULT_SHARE])
         chosen = Excitation.BASE_DISPLACEMENT, amplitudes
     planned = Study(
@@ -149,13 +145,10 @@ def study(
         draws=draws,
         seed=seed,
         spread=_spread(model, content) if draws else None,
-        load=load,
-        parallel=parallel,
-        series=series,
-        damping=damping,
         band=band,
         points=points,
         extrapolate=extrapolate,
+        **options,
     )
     summaries = _run(planned, Path(output), Local(workers) if scheduler is None else Cluster(scheduler, note))
     if as_json:

@@ -1,46 +1,35 @@
 """Co-simulation of mechanical systems with spring FMUs through FMPy: plants, masters, energy balance, stability."""
 
-from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from .. import load_lazily
 
 if TYPE_CHECKING:
-    from .coupling import Master
-    from .energy import EnergyBalance, energy_balance
-    from .fmu_spring import CosimulationError, FmuSpring, Response
-    from .iterative import Iterative, MeanForce, TangentSource, TrialMethod
-    from .masters import GaussSeidel, InputPath, Jacobi, Subsystem, Verlet
-    from .plants import Attachment, Plant, one_mass
-    from .simulation import Motion, simulate
-    from .stability import growth_factor, largest_stable_step
-    from .statics import apply_static_load
+    from .coupling import Master as Master
+    from .energy import EnergyBalance as EnergyBalance
+    from .energy import energy_balance as energy_balance
+    from .fmu_spring import CosimulationError as CosimulationError
+    from .fmu_spring import FmuSpring as FmuSpring
+    from .fmu_spring import Response as Response
+    from .iterative import Iterative as Iterative
+    from .iterative import MeanForce as MeanForce
+    from .iterative import TangentSource as TangentSource
+    from .iterative import TrialMethod as TrialMethod
+    from .masters import GaussSeidel as GaussSeidel
+    from .masters import InputPath as InputPath
+    from .masters import Jacobi as Jacobi
+    from .masters import Subsystem as Subsystem
+    from .masters import Verlet as Verlet
+    from .plants import Attachment as Attachment
+    from .plants import Plant as Plant
+    from .plants import one_mass as one_mass
+    from .simulation import Motion as Motion
+    from .simulation import simulate as simulate
+    from .stability import growth_factor as growth_factor
+    from .stability import largest_stable_step as largest_stable_step
+    from .statics import apply_static_load as apply_static_load
 
-__all__ = [
-    "Attachment",
-    "CosimulationError",
-    "EnergyBalance",
-    "FmuSpring",
-    "GaussSeidel",
-    "InputPath",
-    "Iterative",
-    "Jacobi",
-    "Master",
-    "MeanForce",
-    "Motion",
-    "Plant",
-    "Response",
-    "Subsystem",
-    "TangentSource",
-    "TrialMethod",
-    "Verlet",
-    "apply_static_load",
-    "energy_balance",
-    "growth_factor",
-    "largest_stable_step",
-    "one_mass",
-    "simulate",
-]
-
-# Module of each name; it is loaded when the first of its names is used.
+# Where each name is defined.
 _MODULES = {
     "Attachment": "plants",
     "CosimulationError": "fmu_spring",
@@ -67,14 +56,4 @@ _MODULES = {
     "simulate": "simulation",
 }
 
-
-def __getattr__(name: str) -> Any:
-    if name not in _MODULES:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    value = getattr(import_module(f".{_MODULES[name]}", __name__), name)
-    globals()[name] = value
-    return value
-
-
-def __dir__() -> list[str]:
-    return sorted({*globals(), *__all__})
+load_lazily(globals(), _MODULES)

@@ -75,10 +75,9 @@ class Jacobi:
 
         def advance(time: float, state: CoupledState, springs: Sequence[CoupledSpring]) -> StepResult:
             forces = state.extrapolate(state.forces, self.force_order)
-            q, velocity = _advance_plant(plant, flow, time, step, state, forces)
+            q, velocity, displacements = _advance_plant(plant, flow, time, step, state, forces)
             paths = state.extrapolate(state.displacements, self.displacement_order)
             responses = _commit(springs, time, step, state, paths, self.input_path)
-            displacements = plant.displacements(time + step, q)
             return StepResult(state.next(q, velocity, displacements, END @ paths, responses), MEAN @ forces)
 
         return advance
@@ -110,8 +109,7 @@ class GaussSeidel:
 
         def plant_first(time: float, state: CoupledState, springs: Sequence[CoupledSpring]) -> StepResult:
             forces = state.extrapolate(state.forces, self.force_order)
-            q, velocity = _advance_plant(plant, flow, time, step, state, forces)
-            displacements = plant.displacements(time + step, q)
+            q, velocity, displacements = _advance_plant(plant, flow, time, step, state, forces)
             paths = state.interpolate(displacements, state.displacements, self.displacement_order)
             responses = _commit(springs, time, step, state, paths, self.input_path)
             return StepResult(state.next(q, velocity, displacements, displacements, responses), MEAN @ forces)
@@ -121,8 +119,7 @@ class GaussSeidel:
             responses = _commit(springs, time, step, state, paths, self.input_path)
             end_forces = np.array([response.force for response in responses])
             forces = state.interpolate(end_forces, state.forces, self.force_order)
-            q, velocity = _advance_plant(plant, flow, time, step, state, forces)
-            displacements = plant.displacements(time + step, q)
+            q, velocity, displacements = _advance_plant(plant, flow, time, step, state, forces)
             return StepResult(state.next(q, velocity, displacements, END @ paths, responses), MEAN @ forces)
 
         return plant_first if self.first is Subsystem.PLANT else springs_first
@@ -154,10 +151,11 @@ class Verlet:
 
 def _advance_plant(
     plant: Plant, flow: LinearFlow, time: float, step: float, state: CoupledState, forces: FloatArray
-) -> tuple[FloatArray, FloatArray]:
-    """q and q' after the step under the load and spring forces of shape (3, J) in powers of s."""
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """q, q' and the springs' displacements after the step under the load and forces of shape (3, J) in powers of s."""
     generalized = quadratic_load(plant, time, step) - forces * plant.counts @ plant.G.T
-    return flow.advance(state.q, state.velocity, generalized)
+    q, velocity = flow.advance(state.q, state.velocity, generalized)
+    return q, velocity, plant.displacements(time + step, q)
 
 
 def _commit(

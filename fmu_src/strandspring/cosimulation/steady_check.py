@@ -49,7 +49,7 @@ class SteadyCheck:
 
 
 def check_steady(
-    fmu: Path, system: IsolatedMass, excitation: Excitation, level: float, point: ResponsePoint, periods: int = PERIODS
+    fmu: Path, system: IsolatedMass, excitation: Excitation, level: float, point: ResponsePoint
 ) -> SteadyCheck:
     """Simulate a steady motion with the FMU of the system's spring and compare the last period.
 
@@ -58,7 +58,6 @@ def check_steady(
     fmu : Path               Of either back end.
     system, excitation, level   As for `frequency_response`.
     point : ResponsePoint    Its result.
-    periods : int            Number of periods to simulate.
 
     Raises
     ------
@@ -82,7 +81,7 @@ def check_steady(
         motion = simulate(
             plant,
             [spring],
-            periods / point.frequency,
+            PERIODS / point.frequency,
             1.0 / (point.frequency * _STEPS),
             q=[point.start_displacement],
             velocity=[point.start_speed],

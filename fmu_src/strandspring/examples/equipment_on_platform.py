@@ -7,23 +7,13 @@ The four lower springs have the same displacement, so one FMU represents all of 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
-from ..cosimulation import (
-    Attachment,
-    FmuSpring,
-    Iterative,
-    Master,
-    Motion,
-    Plant,
-    apply_static_load,
-    energy_balance,
-    simulate,
-)
+from ..cosimulation import Attachment, FmuSpring, Master, Plant, energy_balance
 from .excitations import GRAVITY, Sine
+from .loaded import LoadedMotion, simulate_loaded
 from .mounts import EQUIPMENT_MOUNT, SOFT_CORNER, build_example_fmu, example_arguments
 
 EQUIPMENT, PLATFORM = 6.0, 45.0  # kg
@@ -39,19 +29,10 @@ def plant() -> Plant:
     return Plant(np.diag([PLATFORM, EQUIPMENT]), [below, above], lambda _: weight)
 
 
-@dataclass(frozen=True, eq=False)
-class Result:
-    """q in static equilibrium, and the motion from there."""
-
-    equilibrium: np.ndarray
-    motion: Motion
-
-
-def run(below: Path, above: Path, step: float, master: Master | None = None) -> Result:
+def run(below: Path, above: Path, step: float, master: Master | None = None) -> LoadedMotion:
     """Load the springs by the weights, then vibrate the base."""
     with FmuSpring(below, "below") as lower, FmuSpring(above, "above") as upper:
-        equilibrium = apply_static_load(plant(), [lower, upper])
-        return Result(equilibrium, simulate(plant(), [lower, upper], STOP, step, master or Iterative(), q=equilibrium))
+        return simulate_loaded(plant(), [lower, upper], STOP, step, master)
 
 
 def main() -> None:

@@ -11,16 +11,6 @@ GRAVITY = 9.80665  # m/s^2
 
 
 @dataclass(frozen=True)
-class FixedBase:
-    """A base that does not move."""
-
-    def displacement(self, _: float) -> float:
-        return 0.0
-
-    velocity = acceleration = displacement
-
-
-@dataclass(frozen=True)
 class Sine:
     """amplitude*sin(2 pi frequency t) [m], [Hz]."""
 
@@ -55,9 +45,6 @@ class Sweep:
         rate = 2.0 * math.pi * (self.high - self.low) / self.duration
         start = 2.0 * math.pi * self.low
         return start * t + 0.5 * rate * t * t, start + rate * t, rate
-
-    def frequency(self, t: float) -> float:
-        return self._phase(t)[1] / (2.0 * math.pi)
 
     def displacement(self, t: float) -> float:
         return self.amplitude * math.sin(self._phase(t)[0])

@@ -14,18 +14,9 @@ from pathlib import Path
 
 import numpy as np
 
-from ..cosimulation import (
-    Attachment,
-    FmuSpring,
-    Iterative,
-    Master,
-    Motion,
-    Plant,
-    apply_static_load,
-    energy_balance,
-    simulate,
-)
+from ..cosimulation import Attachment, FmuSpring, Master, Plant, energy_balance
 from .excitations import GRAVITY, Sine
+from .loaded import LoadedMotion, simulate_loaded
 from .mounts import SOFT_CORNER, STIFF_CORNER, build_example_fmu, example_arguments
 
 MASS, PITCH_INERTIA, ROLL_INERTIA = 60.0, 8.0, 3.5  # kg, kg m^2
@@ -68,23 +59,14 @@ def plant() -> Plant:
     return Plant(np.diag([MASS, PITCH_INERTIA, ROLL_INERTIA]), springs, lambda _: [MASS * GRAVITY, 0.0, 0.0])
 
 
-@dataclass(frozen=True, eq=False)
-class Result:
-    """q in static equilibrium, and the motion from there."""
-
-    equilibrium: np.ndarray
-    motion: Motion
-
-
-def run(soft: Path, stiff: Path, step: float, master: Master | None = None) -> Result:
+def run(soft: Path, stiff: Path, step: float, master: Master | None = None) -> LoadedMotion:
     """Load the springs by the platform's weight, then drive."""
     with ExitStack() as stack:
         springs = [
             stack.enter_context(FmuSpring(fmu, corner.name))
             for fmu, corner in zip((soft, soft, stiff, stiff), CORNERS, strict=True)
         ]
-        equilibrium = apply_static_load(plant(), springs)
-        return Result(equilibrium, simulate(plant(), springs, STOP, step, master or Iterative(), q=equilibrium))
+        return simulate_loaded(plant(), springs, STOP, step, master)
 
 
 def main() -> None:

@@ -39,10 +39,8 @@ def modelica_package(model: ModelFile) -> str:
     spring = model.parameters
     start = start_values(spring)
     table = variables(len(spring.kE), len(spring.kA))
-    kE, kA = (
-        [f"data.{name}[{i + 1}]" for i in range(count)]
-        for name, count in (("kE", len(spring.kE)), ("kA", len(spring.kA)))
-    )
+    arrays = {"kE": spring.kE, "kA": spring.kA}
+    kE, kA = ([f"data.{name}[{i + 1}]" for i in range(len(values))] for name, values in arrays.items())
     # Jinja's usual delimiters are braces, of which Modelica has many.
     environment = Environment(
         variable_start_string="<<",
@@ -61,8 +59,7 @@ def modelica_package(model: ModelFile) -> str:
         description_html=_string(escape(model.description)),
         version=__version__,
         arrays=[
-            (name, len(values), _units(table, name), ", ".join(map(repr, values)))
-            for name, values in (("kE", spring.kE), ("kA", spring.kA))
+            (name, len(values), _units(table, name), ", ".join(map(repr, values))) for name, values in arrays.items()
         ],
         scalars=[_declaration(v, start[v.name]) for v in table if v.causality == "parameter" and "[" not in v.name],
         FE=_horner(kE, "inside"),

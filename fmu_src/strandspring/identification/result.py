@@ -55,51 +55,47 @@ class Identification:
         ------
         ModelError   If the name is not an identifier.
         """
-        return Spring.from_model(_model_file(self, name, description))
-
-
-def _model_file(identification: Identification, name: str, description: str = "") -> ModelFile:
-    """The model file of an identification: file names without folders and no dates, so that bytes are stable."""
-    i = identification
-    text = description or (
-        f"Hysteretic spring identified from {', '.join(PurePath(record.path).name for record in i.records)}"
-    )
-    return ModelFile(
-        name,
-        i.parameters,
-        text[:2000],
-        fit={
-            "rmse": i.rmse,
-            "rnl": i.rnl,
-            "degrees": list(i.degrees),
-            "steady_share": i.steady_share,
-            "outcomes": [{"name": o.name.lower(), "sentence": o.value} for o in i.outcomes],
-            "records": [
-                {
-                    "file": PurePath(fit.path).name,
-                    "samples": fit.samples,
-                    "first_sample": fit.first_sample,
-                    "rmse": fit.rmse,
-                    "rnl": fit.rnl,
-                    "omega_start": fit.omega_start,
-                    "compared": fit.compared,
-                }
-                for fit in i.fits
-            ],
-        },
-        uncertainty=i.uncertainty,
-        provenance={
-            "records": [
-                {
-                    "file": PurePath(record.path).name,
-                    "sha256": record.sha256,
-                    "samples": int(record.force.size),
-                    "notes": list(record.notes),
-                }
-                for record in i.records
-            ],
-            "method": i.method,
-            "options": i.options,
-            "version": __version__,
-        },
-    )
+        text = description or (
+            f"Hysteretic spring identified from {', '.join(PurePath(record.path).name for record in self.records)}"
+        )
+        # File names without folders and no dates, so that bytes are stable.
+        model = ModelFile(
+            name,
+            self.parameters,
+            text[:2000],
+            fit={
+                "rmse": self.rmse,
+                "rnl": self.rnl,
+                "degrees": list(self.degrees),
+                "steady_share": self.steady_share,
+                "outcomes": [{"name": o.name.lower(), "sentence": o.value} for o in self.outcomes],
+                "records": [
+                    {
+                        "file": PurePath(fit.path).name,
+                        "samples": fit.samples,
+                        "first_sample": fit.first_sample,
+                        "rmse": fit.rmse,
+                        "rnl": fit.rnl,
+                        "omega_start": fit.omega_start,
+                        "compared": fit.compared,
+                    }
+                    for fit in self.fits
+                ],
+            },
+            uncertainty=self.uncertainty,
+            provenance={
+                "records": [
+                    {
+                        "file": PurePath(record.path).name,
+                        "sha256": record.sha256,
+                        "samples": int(record.force.size),
+                        "notes": list(record.notes),
+                    }
+                    for record in self.records
+                ],
+                "method": self.method,
+                "options": self.options,
+                "version": __version__,
+            },
+        )
+        return Spring.from_model(model)

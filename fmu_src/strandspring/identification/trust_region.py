@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import Generic, NamedTuple, Protocol, TypeVar
+from typing import NamedTuple, Protocol, TypeVar
 
 import numpy as np
 
@@ -35,14 +35,6 @@ class Point(Protocol):
 
 
 P = TypeVar("P", bound=Point)
-
-
-class Minimum(NamedTuple, Generic[P]):
-    """Best x reached, the point there, and whether it is a minimum or the evaluations were used up."""
-
-    x: FloatArray
-    point: P
-    converged: bool
 
 
 class _Model(NamedTuple):
@@ -77,8 +69,10 @@ def minimise(
     samples: int,
     tolerance: float,
     evaluations: int,
-) -> Minimum[P]:
-    """Minimise a sum of squares within bounds.
+) -> tuple[FloatArray, P, bool]:
+    """Minimise a sum of squares within bounds: best x, the point there, and whether it is a minimum.
+
+    It is none where the evaluations were used up.
 
     Parameters
     ----------
@@ -107,9 +101,9 @@ def minimise(
         if radius == 0.0:
             radius = float(np.linalg.norm(start * scale_inverse / np.sqrt(room))) or 1.0
         if optimality < _GTOL:
-            return Minimum(x, point, True)
+            return x, point, True
         if count == evaluations:
-            return Minimum(x, point, False)
+            return x, point, False
         d = np.sqrt(room) / scale_inverse
         barrier = np.abs(gradient) / scale_inverse
         scaled = R * d
@@ -133,7 +127,7 @@ def minimise(
             if (reduction < tolerance * point.cost and ratio > 0.25) or float(np.linalg.norm(d * step)) < _XTOL * (
                 _XTOL + float(np.linalg.norm(x))
             ):
-                return Minimum(trial_x, trial, True) if reduction > 0.0 else Minimum(x, point, True)
+                return (trial_x, trial, True) if reduction > 0.0 else (x, point, True)
             before = radius
             if ratio < 0.25:
                 radius = 0.25 * length

@@ -10,6 +10,7 @@ rho, sigma and n follow by linear propagation. A parameter at its bound is taken
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import combinations
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -66,10 +67,7 @@ class Uncertainty:
             "force_rms": float(np.sqrt(np.mean(self.force**2))),
             "force_max": float(np.max(self.force)),
             "correlation": {
-                f"{a},{b}": plain(self.correlation[i, j])
-                for i, a in enumerate(_NAMES)
-                for j, b in enumerate(_NAMES)
-                if i < j
+                f"{a},{b}": plain(self.correlation[i, j]) for (i, a), (j, b) in combinations(enumerate(_NAMES), 2)
             },
         }
 
@@ -84,9 +82,8 @@ class Uncertainty:
         ]
         sentences += [
             f"{a} and {b} are strongly correlated in these records ({self.correlation[i, j]:.3f})"
-            for i, a in enumerate(_NAMES)
-            for j, b in enumerate(_NAMES)
-            if i < j and abs(self.correlation[i, j]) > _CORRELATED
+            for (i, a), (j, b) in combinations(enumerate(_NAMES), 2)
+            if abs(self.correlation[i, j]) > _CORRELATED
         ]
         return sentences
 
@@ -125,18 +122,9 @@ def uncertainty(loops: Loops, basis: Basis, refinement: Refinement) -> Uncertain
     four = [n_E + n_A + k for k in range(4)]
     scale = np.where(errors[four] > 0.0, errors[four], np.nan)
     correlation = natural[np.ix_(four, four)] / np.outer(scale, scale)
-    kappa, rho, sigma, n = (float(s) for s in scale)
     force = np.linalg.norm(linear.jacobian @ linear.root, axis=1)
-    return Uncertainty(
-        errors[:n_E],
-        errors[n_E : n_E + n_A],
-        kappa,
-        rho,
-        sigma,
-        n,
-        np.asarray(correlation),
-        force,
-    )
+    own = dict(zip(_NAMES, scale.tolist(), strict=True))
+    return Uncertainty(errors[:n_E], errors[n_E : n_E + n_A], **own, correlation=np.asarray(correlation), force=force)
 
 
 def _is_sigma_free(hysteresis: Hysteresis) -> bool:

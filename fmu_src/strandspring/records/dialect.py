@@ -37,7 +37,40 @@ _QUOTED_LINE_LENGTH = 100_000  # the csv module refuses fields longer than 13107
 
 
 @dataclass(frozen=True)
-class Dialect:
+class _Shape:
+    """Shape of a row of the table."""
+
+    separator: str | None
+    decimal: str
+    width: int
+    raw_width: int
+    numeric: tuple[bool, ...]
+
+    def is_full(self, cells: Sequence[str]) -> bool:
+        """Whether each numeric column holds a number."""
+        return self.fits(cells) and all(
+            is_number(cell, self.decimal) for cell, numeric in zip(cells, self.numeric, strict=False) if numeric
+        )
+
+    def fits(self, cells: Sequence[str]) -> bool:
+        """Whether the number of cells is that of the table; separators at the end may be missing."""
+        return len(cells) == self.raw_width or _width(cells) == self.width
+
+    def named_cells(self, line: str) -> tuple[str, ...]:
+        """Cells of a header or unit row, one per column; () if their number is not that of the table."""
+        line = line.lstrip("#%").strip(" ") if line[:1] in ("#", "%") else line
+        candidates = [split_cells(line, self.separator)]
+        if self.separator is None:
+            # Single blanks do not separate in "Force [kN]", nor where two blanks separate the names.
+            candidates += [re.sub(r"\s{1,9}(?=[\[(])", "", line).split(), re.split(r"\s{2,}|\t", line.strip())]
+        for cells in candidates:
+            if self.fits(cells):
+                return (*cells, *[""] * self.width)[: self.width]
+        return ()
+
+
+@dataclass(frozen=True)
+class Dialect(_Shape):
     """Format of the numbers of a file.
 
     Attributes
@@ -55,16 +88,11 @@ class Dialect:
     rows : tuple of tuple of str   Cells of the first rows, for messages.
     """
 
-    separator: str | None
-    decimal: str
     has_quotes: bool
-    width: int
-    raw_width: int
     first_line: int
     header: tuple[str, ...] | None
     header_line: int | None
     units: tuple[str, ...] | None
-    numeric: tuple[bool, ...]
     rows: tuple[tuple[str, ...], ...]
 
 
@@ -101,16 +129,12 @@ def find_dialect(lines: Sequence[str], path: str) -> Dialect:
     _refuse_text(table, damaged, shape, path)
     first = min([first, *damaged])
     return Dialect(
-        separator=separator,
-        decimal=decimal,
+        **vars(shape),
         has_quotes=any(_STARTS_QUOTED.search(line) for line in lines[first:]),
-        width=width,
-        raw_width=raw_width,
         first_line=first + 1,
         header=None if header is None else shape.named_cells(lines[header]),
         header_line=None if header is None else header + 1,
         units=None if units is None else shape.named_cells(lines[units]),
-        numeric=numeric,
         rows=tuple(tuple(cells) for cells in table[first:] if any(cells))[:_JUDGED_LINES],
     )
 
@@ -157,39 +181,6 @@ def _count_numbers(cells: Sequence[str], decimal: str) -> int:
 def _width(cells: Sequence[str]) -> int:
     """Number of cells up to the last that is not empty."""
     return max((i for i, cell in enumerate(cells, 1) if cell), default=0)
-
-
-@dataclass(frozen=True)
-class _Shape:
-    """Shape of a row of the table."""
-
-    separator: str | None
-    decimal: str
-    width: int
-    raw_width: int
-    numeric: tuple[bool, ...]
-
-    def is_full(self, cells: Sequence[str]) -> bool:
-        """Whether each numeric column holds a number."""
-        return self.fits(cells) and all(
-            is_number(cell, self.decimal) for cell, numeric in zip(cells, self.numeric, strict=False) if numeric
-        )
-
-    def fits(self, cells: Sequence[str]) -> bool:
-        """Whether the number of cells is that of the table; separators at the end may be missing."""
-        return len(cells) == self.raw_width or _width(cells) == self.width
-
-    def named_cells(self, line: str) -> tuple[str, ...]:
-        """Cells of a header or unit row, one per column; () if their number is not that of the table."""
-        line = line.lstrip("#%").strip(" ") if line[:1] in ("#", "%") else line
-        candidates = [split_cells(line, self.separator)]
-        if self.separator is None:
-            # Single blanks do not separate in "Force [kN]", nor where two blanks separate the names.
-            candidates += [re.sub(r"\s{1,9}(?=[\[(])", "", line).split(), re.split(r"\s{2,}|\t", line.strip())]
-        for cells in candidates:
-            if self.fits(cells):
-                return (*cells, *[""] * self.width)[: self.width]
-        return ()
 
 
 def _above(

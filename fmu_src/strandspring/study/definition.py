@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from itertools import product
+from typing import Any
 
 import numpy as np
 
@@ -168,18 +169,10 @@ class Study:
         except (ArithmeticError, ValueError, np.linalg.LinAlgError) as problem:
             # One extreme spring must not end a study of thousands.
             return replace(row, outcome=f"No steady motion was found: {problem}.")
-        r = response.resonance
-        return replace(
-            row,
-            frequency=_finite(r.frequency),
-            transmissibility=_finite(r.transmissibility),
-            amplitude=_finite(r.amplitude),
-            stiffness=_finite(r.stiffness),
-            loss_factor=_finite(r.loss_factor),
-            isolation_frequency=_finite(r.isolation_frequency),
-            inside=bool(r.inside),
-            extrapolating=response.extrapolating,
-        )
+        figures: dict[str, Any] = asdict(response.resonance)
+        inside = bool(figures.pop("inside"))
+        figures = {name: _finite(value) for name, value in figures.items()}
+        return replace(row, **figures, inside=inside, extrapolating=response.extrapolating)
 
     def _system(self, spring: SpringParameters, mass: float) -> IsolatedMass:
         return IsolatedMass(spring, mass, self.load, self.parallel, self.series, self.damping)
