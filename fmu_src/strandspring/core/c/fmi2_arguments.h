@@ -17,7 +17,7 @@
 #define FMU_REQUIRE_ARRAY(instance, call, pointer, count) \
     do { \
         if ((count) > 0 && (pointer) == NULL) \
-            return fmu_refuse(&(instance)->log, "`%s` of %s must not be NULL.", #pointer, "fmi2" #call); \
+            return FMU_REFUSE(&(instance)->log, "`%s` of %s must not be NULL.", #pointer, "fmi2" #call); \
     } while (0)
 
 /* Value references must be those of variables of one type. */

@@ -19,12 +19,12 @@ fmi2Status fmi2SetRealInputDerivatives(fmi2Component c, const fmi2ValueReference
     for (size_t i = 0; i < nvr; i++) {
         VariableName name = fmu_name(&instance->state.settings, vr[i]);
         if (fmu_causality(vr[i]) != VARIABLE_INPUT)
-            return fmu_refuse(&instance->log, "`%s` is not an input, so its derivatives cannot be set.", name.text);
+            return FMU_REFUSE(&instance->log, "`%s` is not an input, so its derivatives cannot be set.", name.text);
         if (order[i] != 1 && order[i] != 2)
-            return fmu_refuse(&instance->log, "The order of a derivative of `%s` must be 1 or 2, got %d.", name.text,
+            return FMU_REFUSE(&instance->log, "The order of a derivative of `%s` must be 1 or 2, got %d.", name.text,
                               order[i]);
         if (!isfinite(value[i]))
-            return fmu_refuse(&instance->log, "The derivative of order %d of `%s` must be finite, got %s.", order[i],
+            return FMU_REFUSE(&instance->log, "The derivative of order %d of `%s` must be finite, got %s.", order[i],
                               name.text, spring_number(value[i]).text);
     }
     for (size_t i = 0; i < nvr; i++) {
@@ -53,7 +53,7 @@ fmi2Status fmi2CancelStep(fmi2Component c)
 /* No step is ever pending, so there is nothing to report about one. */
 static fmi2Status no_such_status(const Instance *instance, const char *call, fmi2StatusKind kind)
 {
-    return fmu_discard(&instance->log, "%s has no status of kind %d, since steps of this FMU are never pending.",
+    return fmu_report(&instance->log, fmi2Discard, "%s has no status of kind %d, since steps of this FMU are never pending.",
                        call, (int)kind);
 }
 

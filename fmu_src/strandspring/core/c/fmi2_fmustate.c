@@ -1,5 +1,6 @@
 /* The calls of FMI 2.0 about states of the FMU. */
 #include "fmi2_arguments.h"
+#include "fmi2_block.h"
 #include "fmi2_instance.h"
 
 /* A state that the host holds. */
@@ -14,7 +15,7 @@ typedef struct {
     do { \
         FMU_REQUIRE_ARRAY(instance, call, snapshot, 1); \
         if ((snapshot)->of != fmu_identity()) \
-            return fmu_refuse(&(instance)->log, \
+            return FMU_REFUSE(&(instance)->log, \
                               "The state given to fmi2%s must come from an instance of the same FMU.", #call); \
     } while (0)
 
@@ -22,7 +23,7 @@ static Snapshot *new_snapshot(const Instance *instance)
 {
     Snapshot *snapshot = instance->allocator.allocate(1, sizeof *snapshot);
     if (snapshot == NULL) {
-        fmu_refuse(&instance->log, "There is not enough memory for a state.");
+        FMU_REFUSE(&instance->log, "There is not enough memory for a state.");
         return NULL;
     }
     snapshot->of = fmu_identity();
@@ -53,7 +54,7 @@ fmi2Status fmi2SetFMUstate(fmi2Component c, fmi2FMUstate FMUstate)
     REQUIRE_SNAPSHOT(instance, SetFMUstate, snapshot);
     int kind = instance->state.mode & MODEL_EXCHANGE ? MODEL_EXCHANGE : CO_SIMULATION;
     if (!(snapshot->state.mode & kind))
-        return fmu_refuse(&instance->log, "The state must be one of %s, but it is one of %s.",
+        return FMU_REFUSE(&instance->log, "The state must be one of %s, but it is one of %s.",
                           kind == MODEL_EXCHANGE ? "model exchange" : "co-simulation",
                           kind == MODEL_EXCHANGE ? "co-simulation" : "model exchange");
     fmu_restore(instance, &snapshot->state);
@@ -93,7 +94,7 @@ fmi2Status fmi2SerializeFMUstate(fmi2Component c, fmi2FMUstate FMUstate, fmi2Byt
     REQUIRE_SNAPSHOT(instance, SerializeFMUstate, snapshot);
     FMU_REQUIRE_ARRAY(instance, SerializeFMUstate, serializedState, 1);
     if (size != fmu_state_size())
-        return fmu_refuse(&instance->log, "A serialized state must have %.0f bytes, got %.0f.",
+        return FMU_REFUSE(&instance->log, "A serialized state must have %.0f bytes, got %.0f.",
                           (double)fmu_state_size(), (double)size);
     fmu_state_write(&snapshot->state, (unsigned char *)serializedState);
     return fmi2OK;
@@ -112,7 +113,7 @@ fmi2Status fmi2DeSerializeFMUstate(
     if (snapshot != NULL)
         REQUIRE_SNAPSHOT(instance, DeSerializeFMUstate, snapshot);
     if (fmu_state_read(&state, (const unsigned char *)serializedState, size, problem, sizeof problem))
-        return fmu_refuse(&instance->log, "%s", problem);
+        return FMU_REFUSE(&instance->log, "%s", problem);
     if (snapshot == NULL && (snapshot = new_snapshot(instance)) == NULL)
         return fmi2Error;
     snapshot->state = state;

@@ -15,7 +15,7 @@ enum { STATES = 0, EVENT_INDICATORS = 1 };
 #define REQUIRE_COUNT(instance, call, pointer, count, expected) \
     do { \
         if ((count) != (expected)) \
-            return fmu_refuse(&(instance)->log, "`%s` of fmi2%s must have %d elements, got %.0f.", #pointer, #call, \
+            return FMU_REFUSE(&(instance)->log, "`%s` of fmi2%s must have %d elements, got %.0f.", #pointer, #call, \
                               (expected), (double)(count)); \
         FMU_REQUIRE_ARRAY(instance, call, pointer, count); \
     } while (0)
@@ -69,7 +69,7 @@ fmi2Status fmi2SetTime(fmi2Component c, fmi2Real time)
     Instance *instance = c;
     FMU_REQUIRE(instance, SetTime);
     if (!isfinite(time))
-        return fmu_refuse(&instance->log, "The time must be finite [s], got %s.", spring_number(time).text);
+        return FMU_REFUSE(&instance->log, "The time must be finite [s], got %s.", spring_number(time).text);
     instance->state.time = time;
     return fmi2OK;
 }

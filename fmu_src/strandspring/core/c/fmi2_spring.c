@@ -33,20 +33,20 @@ fmi2Component fmi2Instantiate(fmi2String instanceName, fmi2Type fmuType, fmi2Str
     Guid guid = fmu_guid();
     int own_memory = functions->allocateMemory == NULL && functions->freeMemory == NULL;
     if (!named) {
-        fmu_refuse(&log, "The name of an instance must not be empty.");
+        FMU_REFUSE(&log, "The name of an instance must not be empty.");
         return NULL;
     }
     if (fmuType != fmi2ModelExchange && fmuType != fmi2CoSimulation) {
-        fmu_refuse(&log, "The type must be fmi2ModelExchange (0) or fmi2CoSimulation (1), got %d.", (int)fmuType);
+        FMU_REFUSE(&log, "The type must be fmi2ModelExchange (0) or fmi2CoSimulation (1), got %d.", (int)fmuType);
         return NULL;
     }
     if (fmuGUID == NULL || strcmp(fmuGUID, guid.text) != 0) {
-        fmu_refuse(&log, "The GUID must be %s, got %s.", guid.text,
+        FMU_REFUSE(&log, "The GUID must be %s, got %s.", guid.text,
                    fmuGUID == NULL ? "none" : fmu_printable(fmuGUID).text);
         return NULL;
     }
     if (!own_memory && (functions->allocateMemory == NULL || functions->freeMemory == NULL)) {
-        fmu_refuse(&log, "The callbacks allocateMemory and freeMemory must both be given or both be NULL.");
+        FMU_REFUSE(&log, "The callbacks allocateMemory and freeMemory must both be given or both be NULL.");
         return NULL;
     }
     Allocator allocator = {functions->allocateMemory, functions->freeMemory};
@@ -54,7 +54,7 @@ fmi2Component fmi2Instantiate(fmi2String instanceName, fmi2Type fmuType, fmi2Str
         allocator = (Allocator){calloc, free};
     Instance *instance = allocator.allocate(1, sizeof *instance + strlen(instanceName) + 1);
     if (instance == NULL) {
-        fmu_refuse(&log, "There is not enough memory for an instance.");
+        FMU_REFUSE(&log, "There is not enough memory for an instance.");
         return NULL;
     }
     memset(instance, 0, sizeof *instance);
@@ -85,7 +85,7 @@ fmi2Status fmi2SetDebugLogging(
     for (size_t i = 0; i < nCategories; i++) {
         int category = categories[i] == NULL ? 0 : fmu_log_category(categories[i]);
         if (category == 0)
-            return fmu_refuse(&instance->log,
+            return FMU_REFUSE(&instance->log,
                               "A log category must be logAll, logStatusWarning or logStatusError, got %s.",
                               categories[i] == NULL ? "NULL" : fmu_printable(categories[i]).text);
         chosen |= category;
@@ -102,9 +102,9 @@ fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean toleranceDefined, fm
     (void)tolerance; /* the response is exact */
     FMU_REQUIRE(instance, SetupExperiment);
     if (!isfinite(startTime))
-        return fmu_refuse(&instance->log, "The start time must be finite [s], got %s.", spring_number(startTime).text);
+        return FMU_REFUSE(&instance->log, "The start time must be finite [s], got %s.", spring_number(startTime).text);
     if (stopTimeDefined && !(stopTime >= startTime))
-        return fmu_refuse(&instance->log, "The stop time must not be before the start time %s s, got %s.",
+        return FMU_REFUSE(&instance->log, "The stop time must not be before the start time %s s, got %s.",
                           spring_number(startTime).text, spring_number(stopTime).text);
     instance->state.time = startTime;
     instance->state.stop_time = stopTimeDefined ? stopTime : INFINITY;
@@ -183,10 +183,10 @@ static fmi2Status require_settable(const Instance *instance, fmi2ValueReference 
     if (causality == VARIABLE_INPUT)
         return fmi2OK;
     if (causality != VARIABLE_PARAMETER)
-        return fmu_refuse(&instance->log, "`%s` is calculated and cannot be set.",
+        return FMU_REFUSE(&instance->log, "`%s` is calculated and cannot be set.",
                           fmu_name(&instance->state.settings, reference).text);
     if (!(instance->state.mode & (INSTANTIATED | INITIALIZATION)))
-        return fmu_refuse(&instance->log,
+        return FMU_REFUSE(&instance->log,
                           "`%s` is fixed after initialization; reset the instance to change it.",
                           fmu_name(&instance->state.settings, reference).text);
     return fmi2OK;
@@ -201,7 +201,7 @@ fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference vr[], size_t nv
         if (require_settable(instance, vr[i]) != fmi2OK)
             return fmi2Error;
         if (vr[i] == SPRING_DISPLACEMENT && !isfinite(value[i]))
-            return fmu_refuse(&instance->log, "`displacement` must be finite [m], got %s; the previous value is kept.",
+            return FMU_REFUSE(&instance->log, "`displacement` must be finite [m], got %s; the previous value is kept.",
                               spring_number(value[i]).text);
     }
     fmu_write(instance, vr, nvr, value);
