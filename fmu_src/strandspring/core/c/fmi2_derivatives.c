@@ -45,8 +45,7 @@ fmi2Status fmi2GetDirectionalDerivative(
     fmi2Component c, const fmi2ValueReference vUnknown_ref[], size_t nUnknown, const fmi2ValueReference vKnown_ref[],
     size_t nKnown, const fmi2Real dvKnown[], fmi2Real dvUnknown[])
 {
-    Instance *instance = c;
-    FMU_REQUIRE(instance, GetDirectionalDerivative);
+    FMU_REQUIRE(c, GetDirectionalDerivative);
     FMU_REQUIRE_VARIABLES(instance, GetDirectionalDerivative, vUnknown_ref, nUnknown, dvUnknown, VARIABLE_REAL);
     FMU_REQUIRE_VARIABLES(instance, GetDirectionalDerivative, vKnown_ref, nKnown, dvKnown, VARIABLE_REAL);
     const Settings *settings = &instance->state.settings;
@@ -82,8 +81,7 @@ fmi2Status fmi2GetDirectionalDerivative(
 fmi2Status fmi2GetRealOutputDerivatives(fmi2Component c, const fmi2ValueReference vr[], size_t nvr,
                                         const fmi2Integer order[], fmi2Real value[])
 {
-    Instance *instance = c;
-    FMU_REQUIRE(instance, GetRealOutputDerivatives);
+    FMU_REQUIRE(c, GetRealOutputDerivatives);
     FMU_REQUIRE_VARIABLES(instance, GetRealOutputDerivatives, vr, nvr, value, VARIABLE_REAL);
     FMU_REQUIRE_ARRAY(instance, GetRealOutputDerivatives, order, nvr);
     for (size_t i = 0; i < nvr; i++) {

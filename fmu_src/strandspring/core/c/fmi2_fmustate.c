@@ -33,8 +33,7 @@ static Snapshot *new_snapshot(const Instance *instance)
 
 fmi2Status fmi2GetFMUstate(fmi2Component c, fmi2FMUstate *FMUstate)
 {
-    Instance *instance = c;
-    FMU_REQUIRE(instance, GetFMUstate);
+    FMU_REQUIRE(c, GetFMUstate);
     FMU_REQUIRE_ARRAY(instance, GetFMUstate, FMUstate, 1);
     Snapshot *snapshot = *FMUstate;
     if (snapshot != NULL)
@@ -48,9 +47,8 @@ fmi2Status fmi2GetFMUstate(fmi2Component c, fmi2FMUstate *FMUstate)
 
 fmi2Status fmi2SetFMUstate(fmi2Component c, fmi2FMUstate FMUstate)
 {
-    Instance *instance = c;
     const Snapshot *snapshot = FMUstate;
-    FMU_REQUIRE(instance, SetFMUstate);
+    FMU_REQUIRE(c, SetFMUstate);
     REQUIRE_SNAPSHOT(instance, SetFMUstate, snapshot);
     int kind = instance->state.mode & MODEL_EXCHANGE ? MODEL_EXCHANGE : CO_SIMULATION;
     if (!(snapshot->state.mode & kind))
@@ -63,8 +61,7 @@ fmi2Status fmi2SetFMUstate(fmi2Component c, fmi2FMUstate FMUstate)
 
 fmi2Status fmi2FreeFMUstate(fmi2Component c, fmi2FMUstate *FMUstate)
 {
-    Instance *instance = c;
-    FMU_REQUIRE(instance, FreeFMUstate);
+    FMU_REQUIRE(c, FreeFMUstate);
     if (FMUstate == NULL || *FMUstate == NULL)
         return fmi2OK;
     Snapshot *snapshot = *FMUstate;
@@ -77,9 +74,8 @@ fmi2Status fmi2FreeFMUstate(fmi2Component c, fmi2FMUstate *FMUstate)
 
 fmi2Status fmi2SerializedFMUstateSize(fmi2Component c, fmi2FMUstate FMUstate, size_t *size)
 {
-    Instance *instance = c;
     const Snapshot *snapshot = FMUstate;
-    FMU_REQUIRE(instance, SerializedFMUstateSize);
+    FMU_REQUIRE(c, SerializedFMUstateSize);
     REQUIRE_SNAPSHOT(instance, SerializedFMUstateSize, snapshot);
     FMU_REQUIRE_ARRAY(instance, SerializedFMUstateSize, size, 1);
     *size = fmu_state_size();
@@ -88,9 +84,8 @@ fmi2Status fmi2SerializedFMUstateSize(fmi2Component c, fmi2FMUstate FMUstate, si
 
 fmi2Status fmi2SerializeFMUstate(fmi2Component c, fmi2FMUstate FMUstate, fmi2Byte serializedState[], size_t size)
 {
-    Instance *instance = c;
     const Snapshot *snapshot = FMUstate;
-    FMU_REQUIRE(instance, SerializeFMUstate);
+    FMU_REQUIRE(c, SerializeFMUstate);
     REQUIRE_SNAPSHOT(instance, SerializeFMUstate, snapshot);
     FMU_REQUIRE_ARRAY(instance, SerializeFMUstate, serializedState, 1);
     if (size != fmu_state_size())
@@ -103,10 +98,9 @@ fmi2Status fmi2SerializeFMUstate(fmi2Component c, fmi2FMUstate FMUstate, fmi2Byt
 fmi2Status fmi2DeSerializeFMUstate(
     fmi2Component c, const fmi2Byte serializedState[], size_t size, fmi2FMUstate *FMUstate)
 {
-    Instance *instance = c;
     State state;
     char problem[256];
-    FMU_REQUIRE(instance, DeSerializeFMUstate);
+    FMU_REQUIRE(c, DeSerializeFMUstate);
     FMU_REQUIRE_ARRAY(instance, DeSerializeFMUstate, serializedState, 1);
     FMU_REQUIRE_ARRAY(instance, DeSerializeFMUstate, FMUstate, 1);
     Snapshot *snapshot = *FMUstate;
