@@ -16,21 +16,13 @@ static const double SIGMA_LOW = 0.5, SIGMA_HIGH = 1000.0;
 static const double N_LOW = 0.01, N_HIGH = 100.0;
 static const double LEAST_AMPLIFIER = 1e-12;
 
-static double polynomial(const double *coefficients, int count, double x)
-{
-    double total = coefficients[count - 1];
-    for (int i = count - 2; i >= 0; i--)
-        total = total * x + coefficients[i];
-    return total;
-}
-
 /* Returns the number of coefficients of the derivative. */
 static int derivative(const double *coefficients, int count, double *of)
 {
     of[0] = 0.0;
     for (int i = 1; i < count; i++)
         of[i - 1] = i * coefficients[i];
-    return count > 1 ? count - 1 : 1;
+    return slope_count(count);
 }
 
 static void antiderivative(const double *coefficients, int count, double *of)
@@ -201,18 +193,13 @@ void spring_prepare(SpringLaw *law, const SpringParameters *parameters, const Sp
 
 /* ---- restoring.py ----------------------------------------------------------------------------------------------- */
 
-static int slopes(int coefficients)
-{
-    return coefficients > 1 ? coefficients - 1 : 1;
-}
-
 static double elastic_force(const SpringLaw *law, double x)
 {
     const SpringParameters *p = &law->parameters;
     double inside = clip(x, law->x_min, law->x_max);
     double out = x - inside;
     double force = polynomial(p->kE, p->elastic, inside);
-    return out == 0.0 ? force : force + polynomial(law->dFE, slopes(p->elastic), inside) * out;
+    return out == 0.0 ? force : force + polynomial(law->dFE, slope_count(p->elastic), inside) * out;
 }
 
 static double amplifier(const SpringLaw *law, double x)
@@ -220,21 +207,22 @@ static double amplifier(const SpringLaw *law, double x)
     return polynomial(law->parameters.kA, law->parameters.amplifier, clip(x, law->x_min, law->x_max));
 }
 
-static double restoring_force(const SpringLaw *law, double x, double omega)
+double spring_force(const SpringLaw *law, const SpringMemory *memory)
 {
-    double hysteretic = law->parameters.kappa_omega * omega * amplifier(law, x);
-    return elastic_force(law, x) + hysteretic;
+    double x = memory->displacement - law->parameters.displacement_offset;
+    return elastic_force(law, x) + law->parameters.kappa_omega * memory->omega * amplifier(law, x);
 }
 
-static double tangent_stiffness(const SpringLaw *law, double x, double omega, int direction)
+double spring_stiffness(const SpringLaw *law, const SpringMemory *memory)
 {
     const SpringParameters *p = &law->parameters;
-    double u = direction * omega;
+    double x = memory->displacement - p->displacement_offset, omega = memory->omega;
+    double u = memory->direction < 0 ? -omega : omega;
     double slope = 1.0 + (u >= 0.0 ? -1.0 : law->table->curvature) * pow(fabs(u), p->n);
     double inside = clip(x, law->x_min, law->x_max);
-    double amplifier_slope = x == inside ? polynomial(law->dFA, slopes(p->amplifier), inside) : 0.0;
+    double amplifier_slope = x == inside ? polynomial(law->dFA, slope_count(p->amplifier), inside) : 0.0;
     double hysteretic = omega * amplifier_slope + polynomial(p->kA, p->amplifier, inside) * p->rho * slope;
-    return polynomial(law->dFE, slopes(p->elastic), inside) + p->kappa_omega * hysteretic;
+    return polynomial(law->dFE, slope_count(p->elastic), inside) + p->kappa_omega * hysteretic;
 }
 
 /* ---- work.py ---------------------------------------------------------------------------------------------------- */
@@ -267,7 +255,7 @@ static double elastic_work(const SpringLaw *law, double x)
     if (out == 0.0)
         return work;
     double force = polynomial(p->kE, p->elastic, inside);
-    double slope = polynomial(law->dFE, slopes(p->elastic), inside);
+    double slope = polynomial(law->dFE, slope_count(p->elastic), inside);
     return work + out * (force + 0.5 * slope * out);
 }
 
@@ -459,8 +447,7 @@ SpringMemory spring_start(double displacement, double omega)
 /* A new stroke, which goes in the other direction. */
 static void reverse(const SpringLaw *law, SpringMemory *memory, int direction)
 {
-    memory->energy = spring_absorbed_energy(law, memory);
-    memory->energy_at = memory->displacement;
+    spring_integrate(law, memory);
     memory->start_xi = spring_inverse(law->table, direction * memory->omega);
     memory->start = memory->displacement;
     memory->direction = direction;
@@ -484,17 +471,6 @@ SpringMemory spring_trial(const SpringLaw *law, const SpringMemory *memory, doub
         reverse(law, &after, direction);
     continue_stroke(law, &after, displacement);
     return after;
-}
-
-double spring_force(const SpringLaw *law, const SpringMemory *memory)
-{
-    return restoring_force(law, memory->displacement - law->parameters.displacement_offset, memory->omega);
-}
-
-double spring_stiffness(const SpringLaw *law, const SpringMemory *memory)
-{
-    double x = memory->displacement - law->parameters.displacement_offset;
-    return tangent_stiffness(law, x, memory->omega, memory->direction ? memory->direction : 1);
 }
 
 double spring_absorbed_energy(const SpringLaw *law, const SpringMemory *memory)
@@ -609,7 +585,7 @@ void spring_gradient(
     double slope_by_n = factor * power * log(size);
 
     double ddFE[SPRING_COEFFICIENTS], ddFA[SPRING_COEFFICIENTS];
-    int elastic = slopes(p->elastic), hysteretic = slopes(p->amplifier);
+    int elastic = slope_count(p->elastic), hysteretic = slope_count(p->amplifier);
     int elastics = derivative(law->dFE, elastic, ddFE), hysteretics = derivative(law->dFA, hysteretic, ddFA);
     double FE_1 = polynomial(law->dFE, elastic, inside), FE_2 = polynomial(ddFE, elastics, inside);
     double FA = polynomial(p->kA, p->amplifier, inside);
