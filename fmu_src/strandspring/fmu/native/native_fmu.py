@@ -64,7 +64,6 @@ def native_contents(model: ModelFile, platforms: Sequence[Platform]) -> dict[str
             "canRunAsynchronuously": "false",
         },
         model_exchange={**_STATE_AND_DERIVATIVES, "completedIntegratorStepNotNeeded": "false"},
-        event_indicators=1,
         log_categories=_LOG_CATEGORIES,
         sources=(_UNIT,),
     )
