@@ -4,7 +4,6 @@
 
 #include <float.h>
 #include <math.h>
-#include <stdarg.h>
 #include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -100,14 +99,8 @@ SpringNumber spring_number(double value)
     return number;
 }
 
-static int give_reason(char *text, size_t size, const char *format, ...)
-{
-    va_list arguments;
-    va_start(arguments, format);
-    vsnprintf(text, size, format, arguments);
-    va_end(arguments);
-    return 1;
-}
+/* Writes a reason into `text`; its value is 1. */
+#define GIVE_REASON(...) (snprintf(text, size, __VA_ARGS__), 1)
 
 int spring_problem(const SpringParameters *parameters, char *text, size_t size)
 {
@@ -133,41 +126,39 @@ int spring_problem(const SpringParameters *parameters, char *text, size_t size)
     snprintf(text, size, "%s", "");
     for (int i = 0; i < 2; i++)
         if (columns[i].count < 1 || columns[i].count > SPRING_COEFFICIENTS)
-            return give_reason(text, size, "`%s` must have between 1 and %d coefficients, got %d.", columns[i].name,
+            return GIVE_REASON("`%s` must have between 1 and %d coefficients, got %d.", columns[i].name,
                                SPRING_COEFFICIENTS, columns[i].count);
     for (int i = 0; i < 2; i++)
         for (int k = 0; k < columns[i].count; k++)
             if (!isfinite(columns[i].values[k]))
-                return give_reason(text, size, "`%s[%d]` must be finite, got %s.", columns[i].name, k,
+                return GIVE_REASON("`%s[%d]` must be finite, got %s.", columns[i].name, k,
                                    spring_number(columns[i].values[k]).text);
     for (size_t i = 0; i < sizeof named / sizeof *named; i++)
         if (!isfinite(named[i].value))
-            return give_reason(text, size, "`%s` must be finite, got %s.", named[i].name, spring_number(named[i].value).text);
+            return GIVE_REASON("`%s` must be finite, got %s.", named[i].name, spring_number(named[i].value).text);
     if (p->kA[0] != 1.0)
-        return give_reason(text, size, "`kA[0]` must be 1 (kappa_omega carries the scale), got %s.",
+        return GIVE_REASON("`kA[0]` must be 1 (kappa_omega carries the scale), got %s.",
                            spring_number(p->kA[0]).text);
     if (!(p->kappa_omega > 0.0))
-        return give_reason(text, size, "`kappa_omega` must be > 0 [N], got %s.", spring_number(p->kappa_omega).text);
+        return GIVE_REASON("`kappa_omega` must be > 0 [N], got %s.", spring_number(p->kappa_omega).text);
     if (!(p->rho > 0.0))
-        return give_reason(text, size, "`rho` must be > 0 [1/m], got %s.", spring_number(p->rho).text);
+        return GIVE_REASON("`rho` must be > 0 [1/m], got %s.", spring_number(p->rho).text);
     if (!(SIGMA_LOW <= p->sigma && p->sigma <= SIGMA_HIGH))
-        return give_reason(text, size, "`sigma` must be within [%g, %g], got %s.", SIGMA_LOW, SIGMA_HIGH,
+        return GIVE_REASON("`sigma` must be within [%g, %g], got %s.", SIGMA_LOW, SIGMA_HIGH,
                            spring_number(p->sigma).text);
     if (!(N_LOW <= p->n && p->n <= N_HIGH))
-        return give_reason(text, size, "`n` must be within [%g, %g], got %s.", N_LOW, N_HIGH, spring_number(p->n).text);
+        return GIVE_REASON("`n` must be within [%g, %g], got %s.", N_LOW, N_HIGH, spring_number(p->n).text);
     if (!(p->displacement_min < p->displacement_max && isfinite(p->displacement_max - p->displacement_min)))
-        return give_reason(text, size, "`displacement_min` must be below `displacement_max` [m], got %s and %s.",
+        return GIVE_REASON("`displacement_min` must be below `displacement_max` [m], got %s and %s.",
                            spring_number(p->displacement_min).text, spring_number(p->displacement_max).text);
     if (!(p->displacement_min <= p->displacement_offset && p->displacement_offset <= p->displacement_max))
-        return give_reason(text, size,
-                           "`displacement_offset` must lie between `displacement_min` and `displacement_max` [m], got %s.",
+        return GIVE_REASON("`displacement_offset` must lie between `displacement_min` and `displacement_max` [m], got %s.",
                            spring_number(p->displacement_offset).text);
     double where;
     double least = least_value(p->kA, p->amplifier, p->displacement_min - p->displacement_offset,
                                p->displacement_max - p->displacement_offset, &where);
     if (!(least > LEAST_AMPLIFIER))
-        return give_reason(text, size,
-                           "the amplifier FA (coefficients `kA`) must be > 0 over the identified range, "
+        return GIVE_REASON("the amplifier FA (coefficients `kA`) must be > 0 over the identified range, "
                            "got %.6g at displacement %.6g m.",
                            least, where + p->displacement_offset);
     return 0;
