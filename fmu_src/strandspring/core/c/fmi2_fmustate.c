@@ -22,10 +22,8 @@ typedef struct {
 static Snapshot *new_snapshot(const Instance *instance)
 {
     Snapshot *snapshot = instance->allocator.allocate(1, sizeof *snapshot);
-    if (snapshot == NULL) {
-        FMU_REFUSE(&instance->log, "There is not enough memory for a state.");
-        return NULL;
-    }
+    if (snapshot == NULL)
+        return FMU_REFUSE_POINTER(&instance->log, "There is not enough memory for a state.");
     snapshot->of = fmu_identity();
     snapshot->free = instance->allocator.free;
     return snapshot;

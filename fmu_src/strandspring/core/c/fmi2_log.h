@@ -24,6 +24,8 @@ SPRING_LOCAL int fmu_log_category(const char *name);
 /* Log a message, written as by printf, and return its status. */
 SPRING_LOCAL fmi2Status fmu_report(const Log *log, fmi2Status status, const char *format, ...);
 #define FMU_REFUSE(log, ...) fmu_report((log), fmi2Error, __VA_ARGS__)
+/* The same in place of a pointer. */
+#define FMU_REFUSE_POINTER(log, ...) (FMU_REFUSE(log, __VA_ARGS__), NULL)
 
 typedef struct {
     char text[64];

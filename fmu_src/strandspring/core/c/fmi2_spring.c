@@ -32,31 +32,22 @@ fmi2Component fmi2Instantiate(fmi2String instanceName, fmi2Type fmuType, fmi2Str
     Log log = {functions->logger, functions->componentEnvironment, named ? instanceName : "unnamed", LOG_ALL};
     Guid guid = fmu_guid();
     int own_memory = functions->allocateMemory == NULL && functions->freeMemory == NULL;
-    if (!named) {
-        FMU_REFUSE(&log, "The name of an instance must not be empty.");
-        return NULL;
-    }
-    if (fmuType != fmi2ModelExchange && fmuType != fmi2CoSimulation) {
-        FMU_REFUSE(&log, "The type must be fmi2ModelExchange (0) or fmi2CoSimulation (1), got %d.", (int)fmuType);
-        return NULL;
-    }
-    if (fmuGUID == NULL || strcmp(fmuGUID, guid.text) != 0) {
-        FMU_REFUSE(&log, "The GUID must be %s, got %s.", guid.text,
-                   fmuGUID == NULL ? "none" : fmu_printable(fmuGUID).text);
-        return NULL;
-    }
-    if (!own_memory && (functions->allocateMemory == NULL || functions->freeMemory == NULL)) {
-        FMU_REFUSE(&log, "The callbacks allocateMemory and freeMemory must both be given or both be NULL.");
-        return NULL;
-    }
+    if (!named)
+        return FMU_REFUSE_POINTER(&log, "The name of an instance must not be empty.");
+    if (fmuType != fmi2ModelExchange && fmuType != fmi2CoSimulation)
+        return FMU_REFUSE_POINTER(&log, "The type must be fmi2ModelExchange (0) or fmi2CoSimulation (1), got %d.",
+                                  (int)fmuType);
+    if (fmuGUID == NULL || strcmp(fmuGUID, guid.text) != 0)
+        return FMU_REFUSE_POINTER(&log, "The GUID must be %s, got %s.", guid.text,
+                                  fmuGUID == NULL ? "none" : fmu_printable(fmuGUID).text);
+    if (!own_memory && (functions->allocateMemory == NULL || functions->freeMemory == NULL))
+        return FMU_REFUSE_POINTER(&log, "The callbacks allocateMemory and freeMemory must both be given or both be NULL.");
     Allocator allocator = {functions->allocateMemory, functions->freeMemory};
     if (own_memory)
         allocator = (Allocator){calloc, free};
     Instance *instance = allocator.allocate(1, sizeof *instance + strlen(instanceName) + 1);
-    if (instance == NULL) {
-        FMU_REFUSE(&log, "There is not enough memory for an instance.");
-        return NULL;
-    }
+    if (instance == NULL)
+        return FMU_REFUSE_POINTER(&log, "There is not enough memory for an instance.");
     memset(instance, 0, sizeof *instance);
     strcpy(instance->name, instanceName);
     log.instance_name = instance->name;
