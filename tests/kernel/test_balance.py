@@ -5,10 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from periodic_spring import PeriodicSpring
 from springs import MOUNT
 from strandspring import SpringParameters
 from strandspring.kernel.balance import BalancedMass
-from strandspring.kernel.periodic import PeriodicSpring, fourier_basis
+from strandspring.kernel.periodic import fourier_basis
 
 BASIS = fourier_basis(7, 128)
 ANYWHERE = (-np.inf, np.inf)

@@ -10,12 +10,16 @@ from hypothesis import strategies as st
 from strandspring import SpringParameters
 from strandspring.core.parameters import N_RANGE, SIGMA_RANGE
 from strandspring.kernel.path import PathSolver
-from strandspring.kernel.points import omega_at_points, omega_with_derivatives
+from strandspring.kernel.points import omega_with_derivatives
 
 LAW = settings(derandomize=True, deadline=None, max_examples=100)
 RHO = 4.0
 TURNS = np.array([0.1, 0.8, -0.2, 0.1, -0.05, 0.02, -0.9, 0.3, 0.29, 0.6])
 SHARES = np.linspace(0.05, 1.0, 20)
+
+
+def omega_at_points(*arguments: object) -> np.ndarray:
+    return omega_with_derivatives(*arguments, derivatives=False)[0]
 
 
 def points(turns: np.ndarray = TURNS) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:

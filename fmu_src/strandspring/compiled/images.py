@@ -103,11 +103,6 @@ def image(unit: Unit, target: Target) -> Path:
         return folder / name
 
 
-def exists(unit: Unit, target: Target) -> bool:
-    """Whether the image need not be compiled."""
-    return _found(unit, target) is not None
-
-
 def compiled(unit: Unit, target: Target) -> bytes:
     """The image of a unit, compiled now."""
     sources = unit.sources()

@@ -65,6 +65,16 @@ def _guarded_for_class(callback: Callable[..., Any]) -> Callable[..., Any]:
     return run
 
 
+def _reader(kind: str) -> Callable[..., Any]:
+    """The callback that reads variables of one type."""
+    return _guarded(lambda self, vrs: self._spring.read(vrs, kind))
+
+
+def _writer(kind: str) -> Callable[..., Any]:
+    """The callback that sets variables of one type."""
+    return _guarded(lambda self, vrs, values: self._spring.write(vrs, values, kind))
+
+
 class SpringSlave(Fmi2Slave):  # type: ignore[misc]
     """Base of the slave class that each FMU defines with its own parameters.
 
@@ -103,37 +113,14 @@ class SpringSlave(Fmi2Slave):  # type: ignore[misc]
     def do_step(self, current_time: float, step_size: float) -> bool:
         return self._spring.step(current_time, step_size)
 
-    @_guarded
-    def get_real(self, vrs: list[int]) -> list[float]:
-        return self._spring.read(vrs, "Real")
-
-    @_guarded
-    def get_integer(self, vrs: list[int]) -> list[int]:
-        return self._spring.read(vrs, "Integer")
-
-    @_guarded
-    def get_boolean(self, vrs: list[int]) -> list[bool]:
-        return self._spring.read(vrs, "Boolean")
-
-    @_guarded
-    def get_string(self, vrs: list[int]) -> list[str]:
-        return self._spring.read(vrs, "String")
-
-    @_guarded
-    def set_real(self, vrs: list[int], values: list[float]) -> None:
-        self._spring.write(vrs, values, "Real")
-
-    @_guarded
-    def set_integer(self, vrs: list[int], values: list[int]) -> None:
-        self._spring.write(vrs, values, "Integer")
-
-    @_guarded
-    def set_boolean(self, vrs: list[int], values: list[bool]) -> None:
-        self._spring.write(vrs, values, "Boolean")
-
-    @_guarded
-    def set_string(self, vrs: list[int], values: list[str]) -> None:
-        self._spring.write(vrs, values, "String")
+    get_real = _reader("Real")
+    get_integer = _reader("Integer")
+    get_boolean = _reader("Boolean")
+    get_string = _reader("String")
+    set_real = _writer("Real")
+    set_integer = _writer("Integer")
+    set_boolean = _writer("Boolean")
+    set_string = _writer("String")
 
     @_guarded
     def _get_fmu_state(self) -> State:

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import hashlib
 import zipfile
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from importlib import metadata
 from importlib.resources import files
 from pathlib import Path
 
+from ..files import replacing
 from ..modelfile import ModelFile
 from .documentation import documentation_page
 
@@ -24,10 +25,10 @@ def installed_version(distribution: str) -> str:
         return "unknown"
 
 
-def content_guid(parts: Iterable[bytes]) -> str:
-    """A GUID that is the same for the same parts."""
+def content_guid(parts: list[bytes], files: Mapping[str, bytes]) -> str:
+    """A GUID that is the same for the same parts and files."""
     digest = hashlib.sha256()
-    for part in parts:
+    for part in (*parts, *(part for name, content in sorted(files.items()) for part in (name.encode(), content))):
         digest.update(len(part).to_bytes(8, "big"))
         digest.update(part)
     code = digest.hexdigest()
@@ -59,15 +60,16 @@ def fmu_path(directory: str | Path, name: str, backend: str) -> Path:
     return Path(directory) / f"{name}{'_python' if backend == 'python' else ''}.fmu"
 
 
-def write_archive(path: Path, contents: Mapping[str, bytes]) -> None:
-    """Write a zip archive whose bytes depend on the contents alone."""
-    with zipfile.ZipFile(path, "w") as archive:
+def write_archive(path: Path, contents: Mapping[str, bytes]) -> Path:
+    """Write a zip archive whose bytes depend on the contents alone; returns its path."""
+    with replacing(path) as part, zipfile.ZipFile(part, "w") as archive:
         for name, content in sorted(contents.items()):
             entry = zipfile.ZipInfo(name, _TIMESTAMP)
             entry.compress_type = zipfile.ZIP_DEFLATED
             entry.create_system = 3  # Unix, on every platform, so that the permissions below count
             entry.external_attr = (0o100755 if name.startswith("binaries/") else 0o100644) << 16
             archive.writestr(entry, content)
+    return path
 
 
 def binary_sizes(fmu: Path) -> dict[str, int]:

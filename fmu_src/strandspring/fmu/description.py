@@ -31,14 +31,12 @@ class Backend:
     Attributes
     ----------
     co_simulation, model_exchange : mapping of str to str   Attributes of the two interfaces; None if there is none.
-    event_indicators : int                                  Of model exchange.
     log_categories : mapping of str to str                  Names and descriptions, besides those of every spring.
     sources : tuple of str                                  The C files below ``sources/`` to be compiled.
     """
 
     co_simulation: Mapping[str, str]
     model_exchange: Mapping[str, str] | None = None
-    event_indicators: int = 0
     log_categories: Mapping[str, str] = field(default_factory=dict)
     sources: tuple[str, ...] = ()
 
@@ -63,7 +61,7 @@ def model_description(model: ModelFile, guid: str, generation_tool: str, backend
     )
     # No generation date: the same model gives the same bytes.
     if backend.model_exchange is not None:
-        root.set("numberOfEventIndicators", str(backend.event_indicators))
+        root.set("numberOfEventIndicators", "1")
         _append_interface(root, "ModelExchange", model.name, backend.model_exchange, backend.sources)
     variable_steps = {"canHandleVariableCommunicationStepSize": "true"}
     _append_interface(root, "CoSimulation", model.name, {**variable_steps, **backend.co_simulation}, backend.sources)

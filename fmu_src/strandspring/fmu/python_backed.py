@@ -10,7 +10,6 @@ from pathlib import Path
 
 from ..core.facade import INSIDE_FMU
 from ..errors import BuildError
-from ..files import replacing
 from ..modelfile import ModelFile
 from .archive import common_contents, content_guid, fmu_path, installed_version, write_archive
 from .description import Backend, model_description
@@ -67,11 +66,7 @@ def build_fmu(model: ModelFile, directory: Path) -> Path:
     ------
     StrandspringError  If a file of pythonfmu is missing, or the folder cannot be written to.
     """
-    path = fmu_path(directory, model.name, "python")
-    contents = fmu_contents(model)
-    with replacing(path) as part:
-        write_archive(part, contents)
-    return path
+    return write_archive(fmu_path(directory, model.name, "python"), fmu_contents(model))
 
 
 def fmu_contents(model: ModelFile) -> dict[str, bytes]:
@@ -80,10 +75,7 @@ def fmu_contents(model: ModelFile) -> dict[str, bytes]:
     sources = _sources()
     binaries = _binaries(model.name)
     # Without a GUID yet, the description holds the table, start values, name, texts and versions.
-    parts = [model_description(model, "", tool, _BACKEND)]
-    for name, content in sorted({**sources, **binaries}.items()):
-        parts += [name.encode(), content]
-    guid = content_guid(parts)
+    guid = content_guid([model_description(model, "", tool, _BACKEND)], {**sources, **binaries})
     # Python keeps modules by name, so each FMU brings all of its code under a name of its own.
     package = "strandspring_" + guid.strip("{}").replace("-", "")[:12]
     slave = _SLAVE_MODULE.format(name=model.name, package=package, guid=guid, parameters=model.parameters)

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..kernel.arrays import FloatArray
-from ..kernel.points import omega_at_points
+from ..kernel.points import omega_with_derivatives
 from ..loops.strokes import Strokes
 
 IndexArray = NDArray[np.intp]
@@ -62,9 +62,9 @@ class Loops:
         """omega at every point by the closed form, each record starting from omega = 0."""
         omega = np.empty(self.travel.size)
         for strokes, points in self.by_record():
-            omega[points] = omega_at_points(
+            omega[points], _ = omega_with_derivatives(
                 rho, sigma, n, 0.0, self.direction[strokes], self.length[strokes],
-                self.stroke[points] - strokes.start, self.travel[points],
+                self.stroke[points] - strokes.start, self.travel[points], derivatives=False,
             )  # fmt: skip
         return omega
 

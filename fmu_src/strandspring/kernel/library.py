@@ -14,7 +14,7 @@ _FUNCTIONS = {
     "kernel_table_size": (c_size_t, ()),
     "kernel_law_size": (c_size_t, ()),
     "kernel_tabulate": (None, (c_void_p, c_double, c_double, c_int)),
-    "kernel_prepare": (None, (c_void_p, c_int, c_void_p, c_int, c_void_p, c_void_p, c_void_p)),
+    "kernel_prepare": (None, (c_void_p, c_void_p, c_void_p)),
     "kernel_saturation": (None, (c_void_p, c_size_t, c_void_p, c_void_p)),
     "kernel_inverse": (None, (c_void_p, c_size_t, c_void_p, c_void_p)),
     "spring_path": (None, (c_void_p, c_size_t, c_void_p, c_double, c_void_p, c_void_p, c_void_p, c_void_p)),

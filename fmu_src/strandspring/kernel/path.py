@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import struct
+
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..core.parameters import SpringParameters
+from ..core.parameters import MAXIMUM_DEGREE, SCALARS, SpringParameters
 from .arrays import FloatArray, address, floats
 from .library import library
 from .saturation_table import table
@@ -27,6 +29,14 @@ def as_path(displacement: ArrayLike) -> FloatArray:
     return path
 
 
+def packed(parameters: SpringParameters) -> bytes:
+    """SpringParameters of spring.h, little-endian on every platform."""
+    counts = [len(parameters.kE), len(parameters.kA)]
+    columns = [(*c, *[0.0] * (MAXIMUM_DEGREE + 1 - len(c))) for c in (parameters.kE, parameters.kA)]
+    values = [*columns[0], *columns[1], *(getattr(parameters, name) for name in SCALARS)]
+    return struct.pack(f"<ii{len(values)}d", *counts, *values)
+
+
 class Law:
     """One spring as the kernel takes it; it keeps the table of its n and sigma alive.
 
@@ -40,15 +50,7 @@ class Law:
         kernel, p = library(), parameters
         self._table = table(p.n, p.sigma, moments=moments)
         self._memory = np.empty(kernel.kernel_law_size() // 8)
-        kE, kA = floats(p.kE), floats(p.kA)
-        scalars = floats(
-            (
-                p.kappa_omega, p.rho, p.sigma, p.n, p.displacement_offset, p.displacement_min, p.displacement_max
-            )
-        )  # fmt: skip
-        kernel.kernel_prepare(
-            self.address, kE.size, address(kE), kA.size, address(kA), address(scalars), self._table.address
-        )
+        kernel.kernel_prepare(self.address, packed(p), self._table.address)
 
     @property
     def address(self) -> int:

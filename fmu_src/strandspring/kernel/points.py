@@ -18,32 +18,6 @@ from .library import library
 from .saturation_table import table
 
 
-def omega_at_points(
-    rho: float,
-    sigma: float,
-    n: float,
-    omega_start: float,
-    direction: IntArray,
-    length: FloatArray,
-    stroke: IntArray,
-    travel: FloatArray,
-) -> FloatArray:
-    """omega at points of S consecutive strokes.
-
-    Parameters
-    ----------
-    rho, sigma, n : float                     [1/m], [-], [-].
-    omega_start : float                       omega at the beginning of the first stroke.
-    direction, length : ndarray, shape (S,)   +1 or -1, alternating; length of each stroke [m].
-    stroke, travel : ndarray, shape (P,)      Stroke of each point and its distance from the stroke's beginning [m].
-
-    Returns
-    -------
-    ndarray, shape (P,)
-    """
-    return _omega(rho, sigma, n, omega_start, direction, length, stroke, travel, derivatives=False)[0]
-
-
 def omega_with_derivatives(
     rho: float,
     sigma: float,
@@ -53,22 +27,23 @@ def omega_with_derivatives(
     length: FloatArray,
     stroke: IntArray,
     travel: FloatArray,
+    derivatives: bool = True,
 ) -> tuple[FloatArray, FloatArray]:
-    """The same, and the derivatives by rho, sigma, n and omega_start, shape (4, P)."""
-    return _omega(rho, sigma, n, omega_start, direction, length, stroke, travel, derivatives=True)
+    """omega at points of S consecutive strokes, and its derivatives.
 
+    Parameters
+    ----------
+    rho, sigma, n : float                     [1/m], [-], [-].
+    omega_start : float                       omega at the beginning of the first stroke.
+    direction, length : ndarray, shape (S,)   +1 or -1, alternating; length of each stroke [m].
+    stroke, travel : ndarray, shape (P,)      Stroke of each point and its distance from the stroke's beginning [m].
+    derivatives : bool                        Whether they are wanted.
 
-def _omega(
-    rho: float,
-    sigma: float,
-    n: float,
-    omega_start: float,
-    direction: IntArray,
-    length: FloatArray,
-    stroke: IntArray,
-    travel: FloatArray,
-    derivatives: bool,
-) -> tuple[FloatArray, FloatArray]:
+    Returns
+    -------
+    ndarray, shape (P,)
+    ndarray, shape (4, P)                     By rho, sigma, n and omega_start; no rows if they are not wanted.
+    """
     direction, length, stroke, travel = integers(direction), floats(length), integers(stroke), floats(travel)
     omega = np.empty(travel.size)
     partials = np.empty((4 if derivatives else 0, travel.size))

@@ -21,7 +21,7 @@ class Table:
     Parameters
     ----------
     n, sigma : float     Within the bounds of `SpringParameters`.
-    derivatives : bool   Tabulate the derivatives by n and sigma too, for `omega_at_points`.
+    derivatives : bool   Tabulate the derivatives by n and sigma too, for `omega_with_derivatives`.
     moments : bool       Tabulate what absorbed energies need.
     """
 

@@ -30,9 +30,9 @@ fmi2Status fmu_refuse_call(const Instance *instance, const char *call, int allow
     char expected[160] = "";
     const char *actual = "";
     if (allowed == NO_MODE)
-        return fmu_refuse(&instance->log, "%s must be called while a step is pending, and steps of this FMU never are.", call);
+        return FMU_REFUSE(&instance->log, "%s must be called while a step is pending, and steps of this FMU never are.", call);
     if (!(allowed & kind))
-        return fmu_refuse(&instance->log, "%s must be called in %s, but the instance is for %s.", call,
+        return FMU_REFUSE(&instance->log, "%s must be called in %s, but the instance is for %s.", call,
                           kind == CO_SIMULATION ? "model exchange" : "co-simulation",
                           kind == CO_SIMULATION ? "co-simulation" : "model exchange");
     for (int i = 0; i < MODE_COUNT; i++) {
@@ -42,7 +42,7 @@ fmi2Status fmu_refuse_call(const Instance *instance, const char *call, int allow
         if (MODES[i].modes & mode)
             actual = MODES[i].name;
     }
-    return fmu_refuse(&instance->log, "%s must be called while the instance is %s, but it is %s.", call, expected,
+    return FMU_REFUSE(&instance->log, "%s must be called while the instance is %s, but it is %s.", call, expected,
                       actual);
 }
 
@@ -50,8 +50,8 @@ fmi2Status fmu_refuse_type(const Instance *instance, fmi2ValueReference referenc
 {
     const Settings *settings = &instance->state.settings;
     if (reference >= instance->variables)
-        return fmu_refuse(&instance->log, "There is no variable with value reference %u; they go from 0 to %u.",
+        return FMU_REFUSE(&instance->log, "There is no variable with value reference %u; they go from 0 to %u.",
                           reference, instance->variables - 1);
-    return fmu_refuse(&instance->log, "`%s` (value reference %u) is %s, not %s.", fmu_name(settings, reference).text,
+    return FMU_REFUSE(&instance->log, "`%s` (value reference %u) is %s, not %s.", fmu_name(settings, reference).text,
                       reference, TYPE_NAMES[fmu_type(reference)], TYPE_NAMES[expected]);
 }

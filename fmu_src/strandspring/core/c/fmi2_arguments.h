@@ -4,20 +4,21 @@
 
 #include "fmi2_instance.h"
 
-/* The call must be allowed in the present mode. */
-#define FMU_REQUIRE(instance, call) \
+/* Declares `instance`, which component c is; the call must be allowed in its present mode. */
+#define FMU_REQUIRE(c, call) \
+    Instance *instance = (c); \
     do { \
-        if ((instance) == NULL) \
+        if (instance == NULL) \
             return fmi2Error; \
-        if (!((instance)->state.mode & ALLOWED_##call)) \
-            return fmu_refuse_call((instance), "fmi2" #call, ALLOWED_##call); \
+        if (!(instance->state.mode & ALLOWED_##call)) \
+            return fmu_refuse_call(instance, "fmi2" #call, ALLOWED_##call); \
     } while (0)
 
 /* A pointer to `count` elements may be NULL if there are none. */
 #define FMU_REQUIRE_ARRAY(instance, call, pointer, count) \
     do { \
         if ((count) > 0 && (pointer) == NULL) \
-            return fmu_refuse(&(instance)->log, "`%s` of %s must not be NULL.", #pointer, "fmi2" #call); \
+            return FMU_REFUSE(&(instance)->log, "`%s` of %s must not be NULL.", #pointer, "fmi2" #call); \
     } while (0)
 
 /* Value references must be those of variables of one type. */

@@ -12,19 +12,18 @@
 fmi2Status fmi2SetRealInputDerivatives(fmi2Component c, const fmi2ValueReference vr[], size_t nvr,
                                        const fmi2Integer order[], const fmi2Real value[])
 {
-    Instance *instance = c;
-    FMU_REQUIRE(instance, SetRealInputDerivatives);
+    FMU_REQUIRE(c, SetRealInputDerivatives);
     FMU_REQUIRE_VARIABLES(instance, SetRealInputDerivatives, vr, nvr, value, VARIABLE_REAL);
     FMU_REQUIRE_ARRAY(instance, SetRealInputDerivatives, order, nvr);
     for (size_t i = 0; i < nvr; i++) {
         VariableName name = fmu_name(&instance->state.settings, vr[i]);
         if (fmu_causality(vr[i]) != VARIABLE_INPUT)
-            return fmu_refuse(&instance->log, "`%s` is not an input, so its derivatives cannot be set.", name.text);
+            return FMU_REFUSE(&instance->log, "`%s` is not an input, so its derivatives cannot be set.", name.text);
         if (order[i] != 1 && order[i] != 2)
-            return fmu_refuse(&instance->log, "The order of a derivative of `%s` must be 1 or 2, got %d.", name.text,
+            return FMU_REFUSE(&instance->log, "The order of a derivative of `%s` must be 1 or 2, got %d.", name.text,
                               order[i]);
         if (!isfinite(value[i]))
-            return fmu_refuse(&instance->log, "The derivative of order %d of `%s` must be finite, got %s.", order[i],
+            return FMU_REFUSE(&instance->log, "The derivative of order %d of `%s` must be finite, got %s.", order[i],
                               name.text, spring_number(value[i]).text);
     }
     for (size_t i = 0; i < nvr; i++) {
@@ -37,68 +36,33 @@ fmi2Status fmi2SetRealInputDerivatives(fmi2Component c, const fmi2ValueReference
 fmi2Status fmi2DoStep(fmi2Component c, fmi2Real currentCommunicationPoint, fmi2Real communicationStepSize,
                       fmi2Boolean noSetFMUStatePriorToCurrentPoint)
 {
-    Instance *instance = c;
     (void)noSetFMUStatePriorToCurrentPoint;
-    FMU_REQUIRE(instance, DoStep);
+    FMU_REQUIRE(c, DoStep);
     return fmu_step(instance, currentCommunicationPoint, communicationStepSize);
 }
 
 fmi2Status fmi2CancelStep(fmi2Component c)
 {
-    Instance *instance = c;
-    FMU_REQUIRE(instance, CancelStep);
+    FMU_REQUIRE(c, CancelStep);
     return fmi2OK;
 }
 
-/* No step is ever pending, so there is nothing to report about one. */
-static fmi2Status no_such_status(const Instance *instance, const char *call, fmi2StatusKind kind)
-{
-    return fmu_discard(&instance->log, "%s has no status of kind %d, since steps of this FMU are never pending.",
-                       call, (int)kind);
-}
+/* No step is ever pending, so that few kinds of status are known. */
+#define GET_STATUS(call, Type, known, answer) \
+    fmi2Status fmi2##call(fmi2Component c, const fmi2StatusKind s, Type *value) \
+    { \
+        FMU_REQUIRE(c, call); \
+        FMU_REQUIRE_ARRAY(instance, call, value, 1); \
+        if (!(known)) \
+            return fmu_report(&instance->log, fmi2Discard, \
+                              "%s has no status of kind %d, since steps of this FMU are never pending.", "fmi2" #call, \
+                              (int)s); \
+        *value = (answer); \
+        return fmi2OK; \
+    }
 
-fmi2Status fmi2GetStatus(fmi2Component c, const fmi2StatusKind s, fmi2Status *value)
-{
-    Instance *instance = c;
-    FMU_REQUIRE(instance, GetStatus);
-    FMU_REQUIRE_ARRAY(instance, GetStatus, value, 1);
-    return no_such_status(instance, "fmi2GetStatus", s);
-}
-
-fmi2Status fmi2GetRealStatus(fmi2Component c, const fmi2StatusKind s, fmi2Real *value)
-{
-    Instance *instance = c;
-    FMU_REQUIRE(instance, GetRealStatus);
-    FMU_REQUIRE_ARRAY(instance, GetRealStatus, value, 1);
-    if (s != fmi2LastSuccessfulTime)
-        return no_such_status(instance, "fmi2GetRealStatus", s);
-    *value = instance->state.time;
-    return fmi2OK;
-}
-
-fmi2Status fmi2GetIntegerStatus(fmi2Component c, const fmi2StatusKind s, fmi2Integer *value)
-{
-    Instance *instance = c;
-    FMU_REQUIRE(instance, GetIntegerStatus);
-    FMU_REQUIRE_ARRAY(instance, GetIntegerStatus, value, 1);
-    return no_such_status(instance, "fmi2GetIntegerStatus", s);
-}
-
-fmi2Status fmi2GetBooleanStatus(fmi2Component c, const fmi2StatusKind s, fmi2Boolean *value)
-{
-    Instance *instance = c;
-    FMU_REQUIRE(instance, GetBooleanStatus);
-    FMU_REQUIRE_ARRAY(instance, GetBooleanStatus, value, 1);
-    if (s != fmi2Terminated)
-        return no_such_status(instance, "fmi2GetBooleanStatus", s);
-    *value = fmi2False;
-    return fmi2OK;
-}
-
-fmi2Status fmi2GetStringStatus(fmi2Component c, const fmi2StatusKind s, fmi2String *value)
-{
-    Instance *instance = c;
-    FMU_REQUIRE(instance, GetStringStatus);
-    FMU_REQUIRE_ARRAY(instance, GetStringStatus, value, 1);
-    return no_such_status(instance, "fmi2GetStringStatus", s);
-}
+GET_STATUS(GetStatus, fmi2Status, 0, fmi2OK)
+GET_STATUS(GetRealStatus, fmi2Real, s == fmi2LastSuccessfulTime, instance->state.time)
+GET_STATUS(GetIntegerStatus, fmi2Integer, 0, 0)
+GET_STATUS(GetBooleanStatus, fmi2Boolean, s == fmi2Terminated, fmi2False)
+GET_STATUS(GetStringStatus, fmi2String, 0, NULL)

@@ -37,7 +37,7 @@ static double partial(const Gradients *at, unsigned unknown, unsigned known,
 
 static fmi2Status refuse_no_output(const Instance *instance, unsigned reference)
 {
-    return fmu_refuse(&instance->log, "`%s` is not an output, so it has no derivatives.",
+    return FMU_REFUSE(&instance->log, "`%s` is not an output, so it has no derivatives.",
                       fmu_name(&instance->state.settings, reference).text);
 }
 
@@ -45,8 +45,7 @@ fmi2Status fmi2GetDirectionalDerivative(
     fmi2Component c, const fmi2ValueReference vUnknown_ref[], size_t nUnknown, const fmi2ValueReference vKnown_ref[],
     size_t nKnown, const fmi2Real dvKnown[], fmi2Real dvUnknown[])
 {
-    Instance *instance = c;
-    FMU_REQUIRE(instance, GetDirectionalDerivative);
+    FMU_REQUIRE(c, GetDirectionalDerivative);
     FMU_REQUIRE_VARIABLES(instance, GetDirectionalDerivative, vUnknown_ref, nUnknown, dvUnknown, VARIABLE_REAL);
     FMU_REQUIRE_VARIABLES(instance, GetDirectionalDerivative, vKnown_ref, nKnown, dvKnown, VARIABLE_REAL);
     const Settings *settings = &instance->state.settings;
@@ -57,11 +56,11 @@ fmi2Status fmi2GetDirectionalDerivative(
     for (size_t k = 0; k < nKnown; k++) {
         VariableCausality causality = fmu_causality(vKnown_ref[k]);
         if (causality != VARIABLE_INPUT && causality != VARIABLE_PARAMETER)
-            return fmu_refuse(&instance->log, "`%s` is calculated; there are no derivatives with respect to it.",
+            return FMU_REFUSE(&instance->log, "`%s` is calculated; there are no derivatives with respect to it.",
                               fmu_name(settings, vKnown_ref[k]).text);
         for (size_t i = 0; i < nUnknown; i++)
             if (vUnknown_ref[i] == SPRING_ABSORBED_ENERGY && causality == VARIABLE_PARAMETER && !at_start)
-                return fmu_refuse(&instance->log,
+                return FMU_REFUSE(&instance->log,
                                   "The derivative of `absorbed_energy` with respect to `%s` is available in "
                                   "initialization mode only.",
                                   fmu_name(settings, vKnown_ref[k]).text);
@@ -82,15 +81,14 @@ fmi2Status fmi2GetDirectionalDerivative(
 fmi2Status fmi2GetRealOutputDerivatives(fmi2Component c, const fmi2ValueReference vr[], size_t nvr,
                                         const fmi2Integer order[], fmi2Real value[])
 {
-    Instance *instance = c;
-    FMU_REQUIRE(instance, GetRealOutputDerivatives);
+    FMU_REQUIRE(c, GetRealOutputDerivatives);
     FMU_REQUIRE_VARIABLES(instance, GetRealOutputDerivatives, vr, nvr, value, VARIABLE_REAL);
     FMU_REQUIRE_ARRAY(instance, GetRealOutputDerivatives, order, nvr);
     for (size_t i = 0; i < nvr; i++) {
         if (fmu_causality(vr[i]) != VARIABLE_OUTPUT)
             return refuse_no_output(instance, vr[i]);
         if (order[i] != 1)
-            return fmu_refuse(&instance->log, "The order of the derivative of `%s` must be 1, got %d.",
+            return FMU_REFUSE(&instance->log, "The order of the derivative of `%s` must be 1, got %d.",
                               fmu_name(&instance->state.settings, vr[i]).text, order[i]);
     }
     if (fmu_reach(instance) == NULL) /* makes the law */

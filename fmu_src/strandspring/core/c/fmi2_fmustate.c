@@ -1,5 +1,6 @@
 /* The calls of FMI 2.0 about states of the FMU. */
 #include "fmi2_arguments.h"
+#include "fmi2_block.h"
 #include "fmi2_instance.h"
 
 /* A state that the host holds. */
@@ -14,17 +15,15 @@ typedef struct {
     do { \
         FMU_REQUIRE_ARRAY(instance, call, snapshot, 1); \
         if ((snapshot)->of != fmu_identity()) \
-            return fmu_refuse(&(instance)->log, \
+            return FMU_REFUSE(&(instance)->log, \
                               "The state given to fmi2%s must come from an instance of the same FMU.", #call); \
     } while (0)
 
 static Snapshot *new_snapshot(const Instance *instance)
 {
     Snapshot *snapshot = instance->allocator.allocate(1, sizeof *snapshot);
-    if (snapshot == NULL) {
-        fmu_refuse(&instance->log, "There is not enough memory for a state.");
-        return NULL;
-    }
+    if (snapshot == NULL)
+        return FMU_REFUSE_POINTER(&instance->log, "There is not enough memory for a state.");
     snapshot->of = fmu_identity();
     snapshot->free = instance->allocator.free;
     return snapshot;
@@ -32,8 +31,7 @@ static Snapshot *new_snapshot(const Instance *instance)
 
 fmi2Status fmi2GetFMUstate(fmi2Component c, fmi2FMUstate *FMUstate)
 {
-    Instance *instance = c;
-    FMU_REQUIRE(instance, GetFMUstate);
+    FMU_REQUIRE(c, GetFMUstate);
     FMU_REQUIRE_ARRAY(instance, GetFMUstate, FMUstate, 1);
     Snapshot *snapshot = *FMUstate;
     if (snapshot != NULL)
@@ -47,13 +45,12 @@ fmi2Status fmi2GetFMUstate(fmi2Component c, fmi2FMUstate *FMUstate)
 
 fmi2Status fmi2SetFMUstate(fmi2Component c, fmi2FMUstate FMUstate)
 {
-    Instance *instance = c;
     const Snapshot *snapshot = FMUstate;
-    FMU_REQUIRE(instance, SetFMUstate);
+    FMU_REQUIRE(c, SetFMUstate);
     REQUIRE_SNAPSHOT(instance, SetFMUstate, snapshot);
     int kind = instance->state.mode & MODEL_EXCHANGE ? MODEL_EXCHANGE : CO_SIMULATION;
     if (!(snapshot->state.mode & kind))
-        return fmu_refuse(&instance->log, "The state must be one of %s, but it is one of %s.",
+        return FMU_REFUSE(&instance->log, "The state must be one of %s, but it is one of %s.",
                           kind == MODEL_EXCHANGE ? "model exchange" : "co-simulation",
                           kind == MODEL_EXCHANGE ? "co-simulation" : "model exchange");
     fmu_restore(instance, &snapshot->state);
@@ -62,8 +59,7 @@ fmi2Status fmi2SetFMUstate(fmi2Component c, fmi2FMUstate FMUstate)
 
 fmi2Status fmi2FreeFMUstate(fmi2Component c, fmi2FMUstate *FMUstate)
 {
-    Instance *instance = c;
-    FMU_REQUIRE(instance, FreeFMUstate);
+    FMU_REQUIRE(c, FreeFMUstate);
     if (FMUstate == NULL || *FMUstate == NULL)
         return fmi2OK;
     Snapshot *snapshot = *FMUstate;
@@ -76,9 +72,8 @@ fmi2Status fmi2FreeFMUstate(fmi2Component c, fmi2FMUstate *FMUstate)
 
 fmi2Status fmi2SerializedFMUstateSize(fmi2Component c, fmi2FMUstate FMUstate, size_t *size)
 {
-    Instance *instance = c;
     const Snapshot *snapshot = FMUstate;
-    FMU_REQUIRE(instance, SerializedFMUstateSize);
+    FMU_REQUIRE(c, SerializedFMUstateSize);
     REQUIRE_SNAPSHOT(instance, SerializedFMUstateSize, snapshot);
     FMU_REQUIRE_ARRAY(instance, SerializedFMUstateSize, size, 1);
     *size = fmu_state_size();
@@ -87,13 +82,12 @@ fmi2Status fmi2SerializedFMUstateSize(fmi2Component c, fmi2FMUstate FMUstate, si
 
 fmi2Status fmi2SerializeFMUstate(fmi2Component c, fmi2FMUstate FMUstate, fmi2Byte serializedState[], size_t size)
 {
-    Instance *instance = c;
     const Snapshot *snapshot = FMUstate;
-    FMU_REQUIRE(instance, SerializeFMUstate);
+    FMU_REQUIRE(c, SerializeFMUstate);
     REQUIRE_SNAPSHOT(instance, SerializeFMUstate, snapshot);
     FMU_REQUIRE_ARRAY(instance, SerializeFMUstate, serializedState, 1);
     if (size != fmu_state_size())
-        return fmu_refuse(&instance->log, "A serialized state must have %.0f bytes, got %.0f.",
+        return FMU_REFUSE(&instance->log, "A serialized state must have %.0f bytes, got %.0f.",
                           (double)fmu_state_size(), (double)size);
     fmu_state_write(&snapshot->state, (unsigned char *)serializedState);
     return fmi2OK;
@@ -102,17 +96,16 @@ fmi2Status fmi2SerializeFMUstate(fmi2Component c, fmi2FMUstate FMUstate, fmi2Byt
 fmi2Status fmi2DeSerializeFMUstate(
     fmi2Component c, const fmi2Byte serializedState[], size_t size, fmi2FMUstate *FMUstate)
 {
-    Instance *instance = c;
     State state;
     char problem[256];
-    FMU_REQUIRE(instance, DeSerializeFMUstate);
+    FMU_REQUIRE(c, DeSerializeFMUstate);
     FMU_REQUIRE_ARRAY(instance, DeSerializeFMUstate, serializedState, 1);
     FMU_REQUIRE_ARRAY(instance, DeSerializeFMUstate, FMUstate, 1);
     Snapshot *snapshot = *FMUstate;
     if (snapshot != NULL)
         REQUIRE_SNAPSHOT(instance, DeSerializeFMUstate, snapshot);
     if (fmu_state_read(&state, (const unsigned char *)serializedState, size, problem, sizeof problem))
-        return fmu_refuse(&instance->log, "%s", problem);
+        return FMU_REFUSE(&instance->log, "%s", problem);
     if (snapshot == NULL && (snapshot = new_snapshot(instance)) == NULL)
         return fmi2Error;
     snapshot->state = state;

@@ -51,14 +51,14 @@ static fmi2Status require_law(Instance *instance)
     if (instance->law != NULL)
         return fmi2OK;
     if (!(fabs(settings->omega_start) <= 1.0))
-        return fmu_refuse(&instance->log, "`omega_start` must be within [-1, 1], got %s.",
+        return FMU_REFUSE(&instance->log, "`omega_start` must be within [-1, 1], got %s.",
                           spring_number(settings->omega_start).text);
     if (spring_problem(&settings->spring, problem, sizeof problem))
-        return fmu_refuse(&instance->log, "%s", problem);
+        return FMU_REFUSE(&instance->log, "%s", problem);
     /* Acquired before the old one is released, which is often the same. */
     const SharedSpring *shared = fmu_acquire(&instance->allocator, &settings->spring);
     if (shared == NULL)
-        return fmu_refuse(&instance->log, "There is not enough memory for the table of this spring.");
+        return FMU_REFUSE(&instance->log, "There is not enough memory for the table of this spring.");
     fmu_release(instance->shared);
     instance->shared = shared;
     instance->law = &shared->law;
@@ -154,10 +154,10 @@ static void warn_of_excursion(const Instance *instance)
     const State *state = &instance->state;
     SpringNumber low = spring_number(state->settings.spring.displacement_min);
     SpringNumber high = spring_number(state->settings.spring.displacement_max);
-    fmu_warn(&instance->log,
-             "`displacement` %s m lies outside the identified range [%s, %s] m: the force is extrapolated until it "
-             "comes back.",
-             spring_number(state->displacement).text, low.text, high.text);
+    fmu_report(&instance->log, fmi2Warning,
+               "`displacement` %s m lies outside the identified range [%s, %s] m: the force is extrapolated until it "
+               "comes back.",
+               spring_number(state->displacement).text, low.text, high.text);
 }
 
 /* Makes the way to the displacement set last part of the path; the law must be present. */
@@ -219,7 +219,7 @@ static fmi2Status commit_parabola(Instance *instance, double time, double size)
     double turn = a == 0.0 ? 0.0 : -v / a;
     double vertex = 0.0 < turn && turn < size ? x + 0.5 * v * turn : x;
     if (!isfinite(end) || !isfinite(vertex))
-        return fmu_refuse(&instance->log,
+        return FMU_REFUSE(&instance->log,
                           "The derivatives %s m/s and %s m/s^2 of `displacement` must keep it finite [m] in the step "
                           "at time %s s.",
                           spring_number(v).text, spring_number(a).text, spring_number(time).text);
@@ -244,12 +244,12 @@ fmi2Status fmu_step(Instance *instance, double time, double size)
     State *state = &instance->state;
     double end = time + size;
     if (!(fabs(time) <= DBL_MAX))
-        return fmu_refuse(&instance->log, "The time of a step must be finite [s], got %s.", spring_number(time).text);
+        return FMU_REFUSE(&instance->log, "The time of a step must be finite [s], got %s.", spring_number(time).text);
     if (!(size >= 0.0 && end <= DBL_MAX))
-        return fmu_refuse(&instance->log, "The step size at time %s s must be finite and >= 0 [s], got %s.",
+        return FMU_REFUSE(&instance->log, "The step size at time %s s must be finite and >= 0 [s], got %s.",
                           spring_number(time).text, spring_number(size).text);
     if (end > state->stop_time && end > state->stop_time + ROUNDING * fmax(fabs(end), fabs(state->stop_time)))
-        return fmu_refuse(&instance->log, "The step of %s s at time %s s must not go beyond the stop time %s s.",
+        return FMU_REFUSE(&instance->log, "The step of %s s at time %s s must not go beyond the stop time %s s.",
                           spring_number(size).text, spring_number(time).text, spring_number(state->stop_time).text);
     if (require_law(instance) != fmi2OK)
         return fmi2Error;

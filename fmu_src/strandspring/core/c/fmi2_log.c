@@ -21,41 +21,20 @@ int fmu_log_category(const char *name)
     return 0;
 }
 
-static void send(const Log *log, fmi2Status status, int category, const char *format, va_list arguments)
+fmi2Status fmu_report(const Log *log, fmi2Status status, const char *format, ...)
 {
     char text[512];
+    int category = status == fmi2Warning ? LOG_WARNINGS : LOG_ERRORS;
     if (log->logger == NULL || !(log->categories & category))
-        return;
+        return status;
+    va_list arguments;
+    va_start(arguments, format);
     vsnprintf(text, sizeof text, format, arguments);
+    va_end(arguments);
     /* The logger takes a format, which text that holds a value of the host must not be. */
     log->logger(log->environment, log->instance_name, status,
                 category == LOG_WARNINGS ? "logStatusWarning" : "logStatusError", "%s", text);
-}
-
-fmi2Status fmu_refuse(const Log *log, const char *format, ...)
-{
-    va_list arguments;
-    va_start(arguments, format);
-    send(log, fmi2Error, LOG_ERRORS, format, arguments);
-    va_end(arguments);
-    return fmi2Error;
-}
-
-fmi2Status fmu_discard(const Log *log, const char *format, ...)
-{
-    va_list arguments;
-    va_start(arguments, format);
-    send(log, fmi2Discard, LOG_ERRORS, format, arguments);
-    va_end(arguments);
-    return fmi2Discard;
-}
-
-void fmu_warn(const Log *log, const char *format, ...)
-{
-    va_list arguments;
-    va_start(arguments, format);
-    send(log, fmi2Warning, LOG_WARNINGS, format, arguments);
-    va_end(arguments);
+    return status;
 }
 
 ShortText fmu_printable(const char *text)

@@ -21,13 +21,11 @@ typedef struct {
 /* The category of that name, or 0 if there is none. */
 SPRING_LOCAL int fmu_log_category(const char *name);
 
-/* Log a message, written as by printf, and return fmi2Error. */
-SPRING_LOCAL fmi2Status fmu_refuse(const Log *log, const char *format, ...);
-
-/* The same with fmi2Discard: what was asked for is not known. */
-SPRING_LOCAL fmi2Status fmu_discard(const Log *log, const char *format, ...);
-
-SPRING_LOCAL void fmu_warn(const Log *log, const char *format, ...);
+/* Log a message, written as by printf, and return its status. */
+SPRING_LOCAL fmi2Status fmu_report(const Log *log, fmi2Status status, const char *format, ...);
+#define FMU_REFUSE(log, ...) fmu_report((log), fmi2Error, __VA_ARGS__)
+/* The same in place of a pointer. */
+#define FMU_REFUSE_POINTER(log, ...) (FMU_REFUSE(log, __VA_ARGS__), NULL)
 
 typedef struct {
     char text[64];

@@ -15,23 +15,21 @@ enum { STATES = 0, EVENT_INDICATORS = 1 };
 #define REQUIRE_COUNT(instance, call, pointer, count, expected) \
     do { \
         if ((count) != (expected)) \
-            return fmu_refuse(&(instance)->log, "`%s` of fmi2%s must have %d elements, got %.0f.", #pointer, #call, \
+            return FMU_REFUSE(&(instance)->log, "`%s` of fmi2%s must have %d elements, got %.0f.", #pointer, #call, \
                               (expected), (double)(count)); \
         FMU_REQUIRE_ARRAY(instance, call, pointer, count); \
     } while (0)
 
 fmi2Status fmi2EnterEventMode(fmi2Component c)
 {
-    Instance *instance = c;
-    FMU_REQUIRE(instance, EnterEventMode);
+    FMU_REQUIRE(c, EnterEventMode);
     instance->state.mode = ME_EVENT;
     return fmi2OK;
 }
 
 fmi2Status fmi2NewDiscreteStates(fmi2Component c, fmi2EventInfo *eventInfo)
 {
-    Instance *instance = c;
-    FMU_REQUIRE(instance, NewDiscreteStates);
+    FMU_REQUIRE(c, NewDiscreteStates);
     FMU_REQUIRE_ARRAY(instance, NewDiscreteStates, eventInfo, 1);
     *eventInfo = (fmi2EventInfo){.newDiscreteStatesNeeded = fmi2False};
     return fmi2OK;
@@ -39,8 +37,7 @@ fmi2Status fmi2NewDiscreteStates(fmi2Component c, fmi2EventInfo *eventInfo)
 
 fmi2Status fmi2EnterContinuousTimeMode(fmi2Component c)
 {
-    Instance *instance = c;
-    FMU_REQUIRE(instance, EnterContinuousTimeMode);
+    FMU_REQUIRE(c, EnterContinuousTimeMode);
     if (fmu_accept(instance) != fmi2OK)
         return fmi2Error;
     instance->state.extrapolating = fmu_extrapolating(instance);
@@ -51,9 +48,8 @@ fmi2Status fmi2EnterContinuousTimeMode(fmi2Component c)
 fmi2Status fmi2CompletedIntegratorStep(fmi2Component c, fmi2Boolean noSetFMUStatePriorToCurrentPoint,
                                        fmi2Boolean *enterEventMode, fmi2Boolean *terminateSimulation)
 {
-    Instance *instance = c;
     (void)noSetFMUStatePriorToCurrentPoint;
-    FMU_REQUIRE(instance, CompletedIntegratorStep);
+    FMU_REQUIRE(c, CompletedIntegratorStep);
     FMU_REQUIRE_ARRAY(instance, CompletedIntegratorStep, enterEventMode, 1);
     FMU_REQUIRE_ARRAY(instance, CompletedIntegratorStep, terminateSimulation, 1);
     if (fmu_accept(instance) != fmi2OK)
@@ -66,52 +62,31 @@ fmi2Status fmi2CompletedIntegratorStep(fmi2Component c, fmi2Boolean noSetFMUStat
 
 fmi2Status fmi2SetTime(fmi2Component c, fmi2Real time)
 {
-    Instance *instance = c;
-    FMU_REQUIRE(instance, SetTime);
+    FMU_REQUIRE(c, SetTime);
     if (!isfinite(time))
-        return fmu_refuse(&instance->log, "The time must be finite [s], got %s.", spring_number(time).text);
+        return FMU_REFUSE(&instance->log, "The time must be finite [s], got %s.", spring_number(time).text);
     instance->state.time = time;
-    return fmi2OK;
-}
-
-fmi2Status fmi2SetContinuousStates(fmi2Component c, const fmi2Real x[], size_t nx)
-{
-    Instance *instance = c;
-    FMU_REQUIRE(instance, SetContinuousStates);
-    REQUIRE_COUNT(instance, SetContinuousStates, x, nx, STATES);
-    return fmi2OK;
-}
-
-fmi2Status fmi2GetDerivatives(fmi2Component c, fmi2Real derivatives[], size_t nx)
-{
-    Instance *instance = c;
-    FMU_REQUIRE(instance, GetDerivatives);
-    REQUIRE_COUNT(instance, GetDerivatives, derivatives, nx, STATES);
     return fmi2OK;
 }
 
 fmi2Status fmi2GetEventIndicators(fmi2Component c, fmi2Real eventIndicators[], size_t ni)
 {
-    Instance *instance = c;
-    FMU_REQUIRE(instance, GetEventIndicators);
+    FMU_REQUIRE(c, GetEventIndicators);
     REQUIRE_COUNT(instance, GetEventIndicators, eventIndicators, ni, EVENT_INDICATORS);
     const State *state = &instance->state;
     eventIndicators[0] = fmu_watch_indicator(&state->watch, state->time, state->displacement, fmu_range(state));
     return fmi2OK;
 }
 
-fmi2Status fmi2GetContinuousStates(fmi2Component c, fmi2Real x[], size_t nx)
-{
-    Instance *instance = c;
-    FMU_REQUIRE(instance, GetContinuousStates);
-    REQUIRE_COUNT(instance, GetContinuousStates, x, nx, STATES);
-    return fmi2OK;
-}
+#define EXCHANGE_STATES(call, Type, values) \
+    fmi2Status fmi2##call(fmi2Component c, Type values[], size_t nx) \
+    { \
+        FMU_REQUIRE(c, call); \
+        REQUIRE_COUNT(instance, call, values, nx, STATES); \
+        return fmi2OK; \
+    }
 
-fmi2Status fmi2GetNominalsOfContinuousStates(fmi2Component c, fmi2Real x_nominal[], size_t nx)
-{
-    Instance *instance = c;
-    FMU_REQUIRE(instance, GetNominalsOfContinuousStates);
-    REQUIRE_COUNT(instance, GetNominalsOfContinuousStates, x_nominal, nx, STATES);
-    return fmi2OK;
-}
+EXCHANGE_STATES(SetContinuousStates, const fmi2Real, x)
+EXCHANGE_STATES(GetDerivatives, fmi2Real, derivatives)
+EXCHANGE_STATES(GetContinuousStates, fmi2Real, x)
+EXCHANGE_STATES(GetNominalsOfContinuousStates, fmi2Real, x_nominal)

@@ -32,31 +32,22 @@ fmi2Component fmi2Instantiate(fmi2String instanceName, fmi2Type fmuType, fmi2Str
     Log log = {functions->logger, functions->componentEnvironment, named ? instanceName : "unnamed", LOG_ALL};
     Guid guid = fmu_guid();
     int own_memory = functions->allocateMemory == NULL && functions->freeMemory == NULL;
-    if (!named) {
-        fmu_refuse(&log, "The name of an instance must not be empty.");
-        return NULL;
-    }
-    if (fmuType != fmi2ModelExchange && fmuType != fmi2CoSimulation) {
-        fmu_refuse(&log, "The type must be fmi2ModelExchange (0) or fmi2CoSimulation (1), got %d.", (int)fmuType);
-        return NULL;
-    }
-    if (fmuGUID == NULL || strcmp(fmuGUID, guid.text) != 0) {
-        fmu_refuse(&log, "The GUID must be %s, got %s.", guid.text,
-                   fmuGUID == NULL ? "none" : fmu_printable(fmuGUID).text);
-        return NULL;
-    }
-    if (!own_memory && (functions->allocateMemory == NULL || functions->freeMemory == NULL)) {
-        fmu_refuse(&log, "The callbacks allocateMemory and freeMemory must both be given or both be NULL.");
-        return NULL;
-    }
+    if (!named)
+        return FMU_REFUSE_POINTER(&log, "The name of an instance must not be empty.");
+    if (fmuType != fmi2ModelExchange && fmuType != fmi2CoSimulation)
+        return FMU_REFUSE_POINTER(&log, "The type must be fmi2ModelExchange (0) or fmi2CoSimulation (1), got %d.",
+                                  (int)fmuType);
+    if (fmuGUID == NULL || strcmp(fmuGUID, guid.text) != 0)
+        return FMU_REFUSE_POINTER(&log, "The GUID must be %s, got %s.", guid.text,
+                                  fmuGUID == NULL ? "none" : fmu_printable(fmuGUID).text);
+    if (!own_memory && (functions->allocateMemory == NULL || functions->freeMemory == NULL))
+        return FMU_REFUSE_POINTER(&log, "The callbacks allocateMemory and freeMemory must both be given or both be NULL.");
     Allocator allocator = {functions->allocateMemory, functions->freeMemory};
     if (own_memory)
         allocator = (Allocator){calloc, free};
     Instance *instance = allocator.allocate(1, sizeof *instance + strlen(instanceName) + 1);
-    if (instance == NULL) {
-        fmu_refuse(&log, "There is not enough memory for an instance.");
-        return NULL;
-    }
+    if (instance == NULL)
+        return FMU_REFUSE_POINTER(&log, "There is not enough memory for an instance.");
     memset(instance, 0, sizeof *instance);
     strcpy(instance->name, instanceName);
     log.instance_name = instance->name;
@@ -78,14 +69,13 @@ void fmi2FreeInstance(fmi2Component c)
 fmi2Status fmi2SetDebugLogging(
     fmi2Component c, fmi2Boolean loggingOn, size_t nCategories, const fmi2String categories[])
 {
-    Instance *instance = c;
     int chosen = 0;
-    FMU_REQUIRE(instance, SetDebugLogging);
+    FMU_REQUIRE(c, SetDebugLogging);
     FMU_REQUIRE_ARRAY(instance, SetDebugLogging, categories, nCategories);
     for (size_t i = 0; i < nCategories; i++) {
         int category = categories[i] == NULL ? 0 : fmu_log_category(categories[i]);
         if (category == 0)
-            return fmu_refuse(&instance->log,
+            return FMU_REFUSE(&instance->log,
                               "A log category must be logAll, logStatusWarning or logStatusError, got %s.",
                               categories[i] == NULL ? "NULL" : fmu_printable(categories[i]).text);
         chosen |= category;
@@ -97,14 +87,13 @@ fmi2Status fmi2SetDebugLogging(
 fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean toleranceDefined, fmi2Real tolerance, fmi2Real startTime,
                                fmi2Boolean stopTimeDefined, fmi2Real stopTime)
 {
-    Instance *instance = c;
     (void)toleranceDefined;
     (void)tolerance; /* the response is exact */
-    FMU_REQUIRE(instance, SetupExperiment);
+    FMU_REQUIRE(c, SetupExperiment);
     if (!isfinite(startTime))
-        return fmu_refuse(&instance->log, "The start time must be finite [s], got %s.", spring_number(startTime).text);
+        return FMU_REFUSE(&instance->log, "The start time must be finite [s], got %s.", spring_number(startTime).text);
     if (stopTimeDefined && !(stopTime >= startTime))
-        return fmu_refuse(&instance->log, "The stop time must not be before the start time %s s, got %s.",
+        return FMU_REFUSE(&instance->log, "The stop time must not be before the start time %s s, got %s.",
                           spring_number(startTime).text, spring_number(stopTime).text);
     instance->state.time = startTime;
     instance->state.stop_time = stopTimeDefined ? stopTime : INFINITY;
@@ -113,66 +102,44 @@ fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean toleranceDefined, fm
 
 fmi2Status fmi2EnterInitializationMode(fmi2Component c)
 {
-    Instance *instance = c;
-    FMU_REQUIRE(instance, EnterInitializationMode);
+    FMU_REQUIRE(c, EnterInitializationMode);
     instance->state.mode = instance->state.mode & MODEL_EXCHANGE ? ME_INITIALIZATION : CS_INITIALIZATION;
     return fmi2OK;
 }
 
 fmi2Status fmi2ExitInitializationMode(fmi2Component c)
 {
-    Instance *instance = c;
-    FMU_REQUIRE(instance, ExitInitializationMode);
+    FMU_REQUIRE(c, ExitInitializationMode);
     return fmu_end_initialization(instance);
 }
 
 fmi2Status fmi2Terminate(fmi2Component c)
 {
-    Instance *instance = c;
-    FMU_REQUIRE(instance, Terminate);
+    FMU_REQUIRE(c, Terminate);
     instance->state.mode = instance->state.mode & MODEL_EXCHANGE ? ME_TERMINATED : CS_TERMINATED;
     return fmi2OK;
 }
 
 fmi2Status fmi2Reset(fmi2Component c)
 {
-    Instance *instance = c;
-    FMU_REQUIRE(instance, Reset);
+    FMU_REQUIRE(c, Reset);
     fmu_begin(instance, instance->state.mode & MODEL_EXCHANGE ? ME_INSTANTIATED : CS_INSTANTIATED);
     return fmi2OK;
 }
 
 fmi2Status fmi2GetReal(fmi2Component c, const fmi2ValueReference vr[], size_t nvr, fmi2Real value[])
 {
-    Instance *instance = c;
-    FMU_REQUIRE(instance, GetReal);
+    FMU_REQUIRE(c, GetReal);
     FMU_REQUIRE_VARIABLES(instance, GetReal, vr, nvr, value, VARIABLE_REAL);
     return fmu_read(instance, vr, nvr, value);
 }
 
-fmi2Status fmi2GetInteger(fmi2Component c, const fmi2ValueReference vr[], size_t nvr, fmi2Integer value[])
-{
-    Instance *instance = c;
-    FMU_REQUIRE(instance, GetInteger);
-    FMU_REQUIRE_VARIABLES(instance, GetInteger, vr, nvr, value, VARIABLE_INTEGER);
-    return fmi2OK;
-}
-
 fmi2Status fmi2GetBoolean(fmi2Component c, const fmi2ValueReference vr[], size_t nvr, fmi2Boolean value[])
 {
-    Instance *instance = c;
-    FMU_REQUIRE(instance, GetBoolean);
+    FMU_REQUIRE(c, GetBoolean);
     FMU_REQUIRE_VARIABLES(instance, GetBoolean, vr, nvr, value, VARIABLE_BOOLEAN);
     for (size_t i = 0; i < nvr; i++)
         value[i] = fmu_extrapolating(instance) ? fmi2True : fmi2False;
-    return fmi2OK;
-}
-
-fmi2Status fmi2GetString(fmi2Component c, const fmi2ValueReference vr[], size_t nvr, fmi2String value[])
-{
-    Instance *instance = c;
-    FMU_REQUIRE(instance, GetString);
-    FMU_REQUIRE_VARIABLES(instance, GetString, vr, nvr, value, VARIABLE_STRING);
     return fmi2OK;
 }
 
@@ -183,10 +150,10 @@ static fmi2Status require_settable(const Instance *instance, fmi2ValueReference 
     if (causality == VARIABLE_INPUT)
         return fmi2OK;
     if (causality != VARIABLE_PARAMETER)
-        return fmu_refuse(&instance->log, "`%s` is calculated and cannot be set.",
+        return FMU_REFUSE(&instance->log, "`%s` is calculated and cannot be set.",
                           fmu_name(&instance->state.settings, reference).text);
     if (!(instance->state.mode & (INSTANTIATED | INITIALIZATION)))
-        return fmu_refuse(&instance->log,
+        return FMU_REFUSE(&instance->log,
                           "`%s` is fixed after initialization; reset the instance to change it.",
                           fmu_name(&instance->state.settings, reference).text);
     return fmi2OK;
@@ -194,40 +161,36 @@ static fmi2Status require_settable(const Instance *instance, fmi2ValueReference 
 
 fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference vr[], size_t nvr, const fmi2Real value[])
 {
-    Instance *instance = c;
-    FMU_REQUIRE(instance, SetReal);
+    FMU_REQUIRE(c, SetReal);
     FMU_REQUIRE_VARIABLES(instance, SetReal, vr, nvr, value, VARIABLE_REAL);
     for (size_t i = 0; i < nvr; i++) {
         if (require_settable(instance, vr[i]) != fmi2OK)
             return fmi2Error;
         if (vr[i] == SPRING_DISPLACEMENT && !isfinite(value[i]))
-            return fmu_refuse(&instance->log, "`displacement` must be finite [m], got %s; the previous value is kept.",
+            return FMU_REFUSE(&instance->log, "`displacement` must be finite [m], got %s; the previous value is kept.",
                               spring_number(value[i]).text);
     }
     fmu_write(instance, vr, nvr, value);
     return fmi2OK;
 }
 
-fmi2Status fmi2SetInteger(fmi2Component c, const fmi2ValueReference vr[], size_t nvr, const fmi2Integer value[])
-{
-    Instance *instance = c;
-    FMU_REQUIRE(instance, SetInteger);
-    FMU_REQUIRE_VARIABLES(instance, SetInteger, vr, nvr, value, VARIABLE_INTEGER);
-    return fmi2OK;
-}
-
 fmi2Status fmi2SetBoolean(fmi2Component c, const fmi2ValueReference vr[], size_t nvr, const fmi2Boolean value[])
 {
-    Instance *instance = c;
-    FMU_REQUIRE(instance, SetBoolean);
+    FMU_REQUIRE(c, SetBoolean);
     FMU_REQUIRE_VARIABLES(instance, SetBoolean, vr, nvr, value, VARIABLE_BOOLEAN);
     return nvr == 0 ? fmi2OK : require_settable(instance, vr[0]);
 }
 
-fmi2Status fmi2SetString(fmi2Component c, const fmi2ValueReference vr[], size_t nvr, const fmi2String value[])
-{
-    Instance *instance = c;
-    FMU_REQUIRE(instance, SetString);
-    FMU_REQUIRE_VARIABLES(instance, SetString, vr, nvr, value, VARIABLE_STRING);
-    return fmi2OK;
-}
+/* Of types that no variable has. */
+#define EXCHANGE_NONE(call, Type, type) \
+    fmi2Status fmi2##call(fmi2Component c, const fmi2ValueReference vr[], size_t nvr, Type value[]) \
+    { \
+        FMU_REQUIRE(c, call); \
+        FMU_REQUIRE_VARIABLES(instance, call, vr, nvr, value, type); \
+        return fmi2OK; \
+    }
+
+EXCHANGE_NONE(GetInteger, fmi2Integer, VARIABLE_INTEGER)
+EXCHANGE_NONE(GetString, fmi2String, VARIABLE_STRING)
+EXCHANGE_NONE(SetInteger, const fmi2Integer, VARIABLE_INTEGER)
+EXCHANGE_NONE(SetString, const fmi2String, VARIABLE_STRING)

@@ -164,7 +164,9 @@ static const char *damaged_field(const State *state)
         return "memory";
     if (!is_flag(state->energy_wanted) || !is_side(state->side) || !is_flag(state->extrapolating))
         return "flags";
-    return fmu_watch_is_sound(&state->watch) ? NULL : "watch";
+    if (!fmu_watch_is_sound(&state->watch))
+        return "watch";
+    return state->mode & (INITIALIZED | TERMINATED) && !(fabs(state->settings.omega_start) <= 1.0) ? "omega_start" : NULL;
 }
 
 /* The reason why the bytes are not a state of this FMU, apart from its fields; NULL if there is none. */
@@ -197,11 +199,5 @@ int fmu_state_read(State *state, const unsigned char *bytes, size_t size, char *
         snprintf(problem, problem_size, "The serialized state is damaged in its field `%s`.", field);
         return 1;
     }
-    if (!(state->mode & (INITIALIZED | TERMINATED)))
-        return 0;
-    if (!(fabs(state->settings.omega_start) <= 1.0)) {
-        snprintf(problem, problem_size, "The serialized state is damaged in its field `omega_start`.");
-        return 1;
-    }
-    return spring_problem(&state->settings.spring, problem, problem_size);
+    return state->mode & (INITIALIZED | TERMINATED) ? spring_problem(&state->settings.spring, problem, problem_size) : 0;
 }

@@ -11,6 +11,20 @@ static const double GAUSS_8[GAUSS_POINTS][2] = {
     {-0.79666647741362674, 0.22238103445337447}, {0.79666647741362674, 0.22238103445337447},
     {-0.96028985649753623, 0.10122853629037626}, {0.96028985649753623, 0.10122853629037626}};
 
+static inline double polynomial(const double *coefficients, int count, double x)
+{
+    double total = coefficients[count - 1];
+    for (int i = count - 2; i >= 0; i--)
+        total = total * x + coefficients[i];
+    return total;
+}
+
+/* The number of coefficients of a polynomial's derivative. */
+static inline int slope_count(int count)
+{
+    return count > 1 ? count - 1 : 1;
+}
+
 static inline double clip(double value, double low, double high)
 {
     value = low > value ? low : value;

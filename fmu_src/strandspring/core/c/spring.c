@@ -15,21 +15,13 @@ static const double SIGMA_LOW = 0.5, SIGMA_HIGH = 1000.0;
 static const double N_LOW = 0.01, N_HIGH = 100.0;
 static const double LEAST_AMPLIFIER = 1e-12;
 
-static double polynomial(const double *coefficients, int count, double x)
-{
-    double total = coefficients[count - 1];
-    for (int i = count - 2; i >= 0; i--)
-        total = total * x + coefficients[i];
-    return total;
-}
-
 /* Returns the number of coefficients of the derivative. */
 static int derivative(const double *coefficients, int count, double *of)
 {
     of[0] = 0.0;
     for (int i = 1; i < count; i++)
         of[i - 1] = i * coefficients[i];
-    return count > 1 ? count - 1 : 1;
+    return slope_count(count);
 }
 
 static void antiderivative(const double *coefficients, int count, double *of)
@@ -107,6 +99,9 @@ SpringNumber spring_number(double value)
     return number;
 }
 
+/* Writes a reason into `text`; its value is 1. */
+#define GIVE_REASON(...) (snprintf(text, size, __VA_ARGS__), 1)
+
 int spring_problem(const SpringParameters *parameters, char *text, size_t size)
 {
     const SpringParameters *p = parameters;
@@ -130,66 +125,42 @@ int spring_problem(const SpringParameters *parameters, char *text, size_t size)
 
     snprintf(text, size, "%s", "");
     for (int i = 0; i < 2; i++)
-        if (columns[i].count < 1 || columns[i].count > SPRING_COEFFICIENTS) {
-            snprintf(text, size, "`%s` must have between 1 and %d coefficients, got %d.", columns[i].name,
-                     SPRING_COEFFICIENTS, columns[i].count);
-            return 1;
-        }
+        if (columns[i].count < 1 || columns[i].count > SPRING_COEFFICIENTS)
+            return GIVE_REASON("`%s` must have between 1 and %d coefficients, got %d.", columns[i].name,
+                               SPRING_COEFFICIENTS, columns[i].count);
     for (int i = 0; i < 2; i++)
         for (int k = 0; k < columns[i].count; k++)
-            if (!isfinite(columns[i].values[k])) {
-                snprintf(text, size, "`%s[%d]` must be finite, got %s.", columns[i].name, k,
-                         spring_number(columns[i].values[k]).text);
-                return 1;
-            }
+            if (!isfinite(columns[i].values[k]))
+                return GIVE_REASON("`%s[%d]` must be finite, got %s.", columns[i].name, k,
+                                   spring_number(columns[i].values[k]).text);
     for (size_t i = 0; i < sizeof named / sizeof *named; i++)
-        if (!isfinite(named[i].value)) {
-            snprintf(text, size, "`%s` must be finite, got %s.", named[i].name, spring_number(named[i].value).text);
-            return 1;
-        }
-    if (p->kA[0] != 1.0) {
-        snprintf(text, size, "`kA[0]` must be 1 (kappa_omega carries the scale), got %s.",
-                 spring_number(p->kA[0]).text);
-        return 1;
-    }
-    if (!(p->kappa_omega > 0.0)) {
-        snprintf(text, size, "`kappa_omega` must be > 0 [N], got %s.", spring_number(p->kappa_omega).text);
-        return 1;
-    }
-    if (!(p->rho > 0.0)) {
-        snprintf(text, size, "`rho` must be > 0 [1/m], got %s.", spring_number(p->rho).text);
-        return 1;
-    }
-    if (!(SIGMA_LOW <= p->sigma && p->sigma <= SIGMA_HIGH)) {
-        snprintf(text, size, "`sigma` must be within [%g, %g], got %s.", SIGMA_LOW, SIGMA_HIGH,
-                 spring_number(p->sigma).text);
-        return 1;
-    }
-    if (!(N_LOW <= p->n && p->n <= N_HIGH)) {
-        snprintf(text, size, "`n` must be within [%g, %g], got %s.", N_LOW, N_HIGH, spring_number(p->n).text);
-        return 1;
-    }
-    if (!(p->displacement_min < p->displacement_max && isfinite(p->displacement_max - p->displacement_min))) {
-        snprintf(text, size, "`displacement_min` must be below `displacement_max` [m], got %s and %s.",
-                 spring_number(p->displacement_min).text, spring_number(p->displacement_max).text);
-        return 1;
-    }
-    if (!(p->displacement_min <= p->displacement_offset && p->displacement_offset <= p->displacement_max)) {
-        snprintf(text, size,
-                 "`displacement_offset` must lie between `displacement_min` and `displacement_max` [m], got %s.",
-                 spring_number(p->displacement_offset).text);
-        return 1;
-    }
+        if (!isfinite(named[i].value))
+            return GIVE_REASON("`%s` must be finite, got %s.", named[i].name, spring_number(named[i].value).text);
+    if (p->kA[0] != 1.0)
+        return GIVE_REASON("`kA[0]` must be 1 (kappa_omega carries the scale), got %s.",
+                           spring_number(p->kA[0]).text);
+    if (!(p->kappa_omega > 0.0))
+        return GIVE_REASON("`kappa_omega` must be > 0 [N], got %s.", spring_number(p->kappa_omega).text);
+    if (!(p->rho > 0.0))
+        return GIVE_REASON("`rho` must be > 0 [1/m], got %s.", spring_number(p->rho).text);
+    if (!(SIGMA_LOW <= p->sigma && p->sigma <= SIGMA_HIGH))
+        return GIVE_REASON("`sigma` must be within [%g, %g], got %s.", SIGMA_LOW, SIGMA_HIGH,
+                           spring_number(p->sigma).text);
+    if (!(N_LOW <= p->n && p->n <= N_HIGH))
+        return GIVE_REASON("`n` must be within [%g, %g], got %s.", N_LOW, N_HIGH, spring_number(p->n).text);
+    if (!(p->displacement_min < p->displacement_max && isfinite(p->displacement_max - p->displacement_min)))
+        return GIVE_REASON("`displacement_min` must be below `displacement_max` [m], got %s and %s.",
+                           spring_number(p->displacement_min).text, spring_number(p->displacement_max).text);
+    if (!(p->displacement_min <= p->displacement_offset && p->displacement_offset <= p->displacement_max))
+        return GIVE_REASON("`displacement_offset` must lie between `displacement_min` and `displacement_max` [m], got %s.",
+                           spring_number(p->displacement_offset).text);
     double where;
     double least = least_value(p->kA, p->amplifier, p->displacement_min - p->displacement_offset,
                                p->displacement_max - p->displacement_offset, &where);
-    if (!(least > LEAST_AMPLIFIER)) {
-        snprintf(text, size,
-                 "the amplifier FA (coefficients `kA`) must be > 0 over the identified range, "
-                 "got %.6g at displacement %.6g m.",
-                 least, where + p->displacement_offset);
-        return 1;
-    }
+    if (!(least > LEAST_AMPLIFIER))
+        return GIVE_REASON("the amplifier FA (coefficients `kA`) must be > 0 over the identified range, "
+                           "got %.6g at displacement %.6g m.",
+                           least, where + p->displacement_offset);
     return 0;
 }
 
@@ -213,18 +184,13 @@ void spring_prepare(SpringLaw *law, const SpringParameters *parameters, const Sp
 
 /* ---- restoring.py ----------------------------------------------------------------------------------------------- */
 
-static int slopes(int coefficients)
-{
-    return coefficients > 1 ? coefficients - 1 : 1;
-}
-
 static double elastic_force(const SpringLaw *law, double x)
 {
     const SpringParameters *p = &law->parameters;
     double inside = clip(x, law->x_min, law->x_max);
     double out = x - inside;
     double force = polynomial(p->kE, p->elastic, inside);
-    return out == 0.0 ? force : force + polynomial(law->dFE, slopes(p->elastic), inside) * out;
+    return out == 0.0 ? force : force + polynomial(law->dFE, slope_count(p->elastic), inside) * out;
 }
 
 static double amplifier(const SpringLaw *law, double x)
@@ -232,21 +198,22 @@ static double amplifier(const SpringLaw *law, double x)
     return polynomial(law->parameters.kA, law->parameters.amplifier, clip(x, law->x_min, law->x_max));
 }
 
-static double restoring_force(const SpringLaw *law, double x, double omega)
+double spring_force(const SpringLaw *law, const SpringMemory *memory)
 {
-    double hysteretic = law->parameters.kappa_omega * omega * amplifier(law, x);
-    return elastic_force(law, x) + hysteretic;
+    double x = memory->displacement - law->parameters.displacement_offset;
+    return elastic_force(law, x) + law->parameters.kappa_omega * memory->omega * amplifier(law, x);
 }
 
-static double tangent_stiffness(const SpringLaw *law, double x, double omega, int direction)
+double spring_stiffness(const SpringLaw *law, const SpringMemory *memory)
 {
     const SpringParameters *p = &law->parameters;
-    double u = direction * omega;
+    double x = memory->displacement - p->displacement_offset, omega = memory->omega;
+    double u = memory->direction < 0 ? -omega : omega;
     double slope = 1.0 + (u >= 0.0 ? -1.0 : law->table->curvature) * pow(fabs(u), p->n);
     double inside = clip(x, law->x_min, law->x_max);
-    double amplifier_slope = x == inside ? polynomial(law->dFA, slopes(p->amplifier), inside) : 0.0;
+    double amplifier_slope = x == inside ? polynomial(law->dFA, slope_count(p->amplifier), inside) : 0.0;
     double hysteretic = omega * amplifier_slope + polynomial(p->kA, p->amplifier, inside) * p->rho * slope;
-    return polynomial(law->dFE, slopes(p->elastic), inside) + p->kappa_omega * hysteretic;
+    return polynomial(law->dFE, slope_count(p->elastic), inside) + p->kappa_omega * hysteretic;
 }
 
 /* ---- work.py ---------------------------------------------------------------------------------------------------- */
@@ -279,7 +246,7 @@ static double elastic_work(const SpringLaw *law, double x)
     if (out == 0.0)
         return work;
     double force = polynomial(p->kE, p->elastic, inside);
-    double slope = polynomial(law->dFE, slopes(p->elastic), inside);
+    double slope = polynomial(law->dFE, slope_count(p->elastic), inside);
     return work + out * (force + 0.5 * slope * out);
 }
 
@@ -471,8 +438,7 @@ SpringMemory spring_start(double displacement, double omega)
 /* A new stroke, which goes in the other direction. */
 static void reverse(const SpringLaw *law, SpringMemory *memory, int direction)
 {
-    memory->energy = spring_absorbed_energy(law, memory);
-    memory->energy_at = memory->displacement;
+    spring_integrate(law, memory);
     memory->start_xi = spring_inverse(law->table, direction * memory->omega);
     memory->start = memory->displacement;
     memory->direction = direction;
@@ -496,17 +462,6 @@ SpringMemory spring_trial(const SpringLaw *law, const SpringMemory *memory, doub
         reverse(law, &after, direction);
     continue_stroke(law, &after, displacement);
     return after;
-}
-
-double spring_force(const SpringLaw *law, const SpringMemory *memory)
-{
-    return restoring_force(law, memory->displacement - law->parameters.displacement_offset, memory->omega);
-}
-
-double spring_stiffness(const SpringLaw *law, const SpringMemory *memory)
-{
-    double x = memory->displacement - law->parameters.displacement_offset;
-    return tangent_stiffness(law, x, memory->omega, memory->direction ? memory->direction : 1);
 }
 
 double spring_absorbed_energy(const SpringLaw *law, const SpringMemory *memory)
@@ -621,7 +576,7 @@ void spring_gradient(
     double slope_by_n = factor * power * log(size);
 
     double ddFE[SPRING_COEFFICIENTS], ddFA[SPRING_COEFFICIENTS];
-    int elastic = slopes(p->elastic), hysteretic = slopes(p->amplifier);
+    int elastic = slope_count(p->elastic), hysteretic = slope_count(p->amplifier);
     int elastics = derivative(law->dFE, elastic, ddFE), hysteretics = derivative(law->dFA, hysteretic, ddFA);
     double FE_1 = polynomial(law->dFE, elastic, inside), FE_2 = polynomial(ddFE, elastics, inside);
     double FA = polynomial(p->kA, p->amplifier, inside);

@@ -16,9 +16,7 @@
 
 #include <stddef.h>
 
-#define SPRING_MAXIMUM_DEGREE 20
-
-enum { SPRING_COEFFICIENTS = SPRING_MAXIMUM_DEGREE + 1 };
+enum { SPRING_COEFFICIENTS = 21 }; /* of a polynomial of degree 20 */
 
 /* One spring in SI units; elastic and amplifier count the coefficients used of kE and kA. */
 typedef struct {

@@ -10,16 +10,14 @@ from __future__ import annotations
 import struct
 from collections.abc import Sequence
 
-from ...core.parameters import MAXIMUM_DEGREE, SCALARS, SpringParameters
+from ...core.parameters import SCALARS, SpringParameters
 from ...core.variables import start_values
 from ...errors import BuildError
+from ...kernel.path import packed
 from .macho import is_macho, with_new_hashes
 
-_COEFFICIENTS = MAXIMUM_DEGREE + 1
-# Marker: magic, size of the block, version of its layout. Then GUID, displacement, numbers of coefficients, kE, kA, the
-# other parameters, omega_start.
+# Marker: magic, size of the block, version of its layout. Then GUID, displacement, SpringParameters, omega_start.
 _MARKER = struct.Struct("<16sII")
-_VALUES = struct.Struct(f"<40sdii{_COEFFICIENTS}d{_COEFFICIENTS}d{len(SCALARS)}dd")
 _MAGIC, _VERSION = b"strandspringfmu", 1
 
 
@@ -30,24 +28,16 @@ def filled(image: bytes, parameters: SpringParameters, guid: str) -> bytes:
     ------
     BuildError   If the image does not have exactly one block of this layout.
     """
-    marker = _MARKER.pack(_MAGIC, _MARKER.size + _VALUES.size, _VERSION)
+    start = start_values(parameters)
+    values = struct.pack("<40sd", guid.encode("ascii"), start["displacement"])
+    values += packed(parameters) + struct.pack("<d", start["omega_start"])
+    marker = _MARKER.pack(_MAGIC, _MARKER.size + len(values), _VERSION)
     if image.count(marker) != 1:
         raise BuildError(
             f"A compiled spring must hold one block of values, found {image.count(marker)}; install strandspring again."
         )
-    start = start_values(parameters)
-    values = _VALUES.pack(
-        guid.encode("ascii"),
-        start["displacement"],
-        len(parameters.kE),
-        len(parameters.kA),
-        *_padded(parameters.kE),
-        *_padded(parameters.kA),
-        *(start[name] for name in SCALARS),
-        start["omega_start"],
-    )
     begin = image.index(marker) + _MARKER.size
-    image = image[:begin] + values + image[begin + _VALUES.size :]
+    image = image[:begin] + values + image[begin + len(values) :]
     return with_new_hashes(image) if is_macho(image) else image
 
 
@@ -70,10 +60,6 @@ def values_source(parameters: SpringParameters, guid: str) -> str:
     .omega_start = {start["omega_start"].hex()},
 }},
 """
-
-
-def _padded(coefficients: Sequence[float]) -> list[float]:
-    return [*coefficients, *[0.0] * (_COEFFICIENTS - len(coefficients))]
 
 
 def _listed(coefficients: Sequence[float]) -> str:

@@ -12,7 +12,6 @@ from pathlib import Path
 
 from ...compiled.images import FMI_HEADERS, FMU, fmi_header, image
 from ...errors import BuildError
-from ...files import replacing
 from ...modelfile import ModelFile
 from ..archive import common_contents, content_guid, fmu_path, installed_version, write_archive
 from ..description import Backend, model_description
@@ -50,11 +49,8 @@ def build_native_fmu(model: ModelFile, directory: Path, platforms: Sequence[Plat
     StrandspringError  If an image has to be compiled and ziglang is missing or fails, or the folder cannot be written
                        to.
     """
-    path = fmu_path(directory, model.name, "native")
     contents = native_contents(model, default_platforms() if platforms is None else platforms)
-    with replacing(path) as part:
-        write_archive(part, contents)
-    return path
+    return write_archive(fmu_path(directory, model.name, "native"), contents)
 
 
 def native_contents(model: ModelFile, platforms: Sequence[Platform]) -> dict[str, bytes]:
@@ -68,17 +64,13 @@ def native_contents(model: ModelFile, platforms: Sequence[Platform]) -> dict[str
             "canRunAsynchronuously": "false",
         },
         model_exchange={**_STATE_AND_DERIVATIVES, "completedIntegratorStepNotNeeded": "false"},
-        event_indicators=1,
         log_categories=_LOG_CATEGORIES,
         sources=(_UNIT,),
     )
     tool = f"strandspring {installed_version('strandspring')}"
     spring = model.parameters
     # The binaries hold the GUID, so it comes from what they are made of.
-    parts = [model_description(model, "", tool, backend), values_source(spring, "").encode("ascii")]
-    for name, content in sorted(fixed.items()):
-        parts += [name.encode(), content]
-    guid = content_guid(parts)
+    guid = content_guid([model_description(model, "", tool, backend), values_source(spring, "").encode("ascii")], fixed)
     sources = {**fixed, "spring_values.h": values_source(spring, guid).encode("ascii")}
     # At once, for images that must be compiled first.
     targets = {target for platform in platforms for target in platform.targets}

@@ -58,7 +58,8 @@ static double *lay_balance(size_t count, size_t samples, double *workspace, Bala
     return workspace + count * count;
 }
 
-static BalanceRoom lay_room(const BalancedMass *mass)
+/* z becomes the motion of `here`. */
+static BalanceRoom lay_room(const BalancedMass *mass, const double *z)
 {
     size_t count = fourier_size(&mass->basis);
     BalanceRoom room;
@@ -69,6 +70,7 @@ static BalanceRoom lay_room(const BalancedMass *mass)
         *of_coefficients[i] = workspace;
     room.matrix = workspace;
     room.periodic = workspace + count * count;
+    memcpy(room.here.z, z, count * sizeof *z);
     return room;
 }
 
@@ -139,8 +141,7 @@ int balance_at(
     double *scale, BalancedMotion *motion)
 {
     size_t count = fourier_size(&mass->basis);
-    BalanceRoom room = lay_room(mass);
-    memcpy(room.here.z, z, count * sizeof *z);
+    BalanceRoom room = lay_room(mass, z);
     if (!balance_motion(mass, frequency, &room, &room.here))
         return 0;
     memcpy(residual, room.here.residual, count * sizeof *residual);
@@ -193,8 +194,7 @@ static int newton(BalancedMass *mass, double frequency, BalanceRoom *room)
 int balance_solve(BalancedMass *mass, double frequency, double *z, BalancedMotion *motion)
 {
     size_t count = fourier_size(&mass->basis);
-    BalanceRoom room = lay_room(mass);
-    memcpy(room.here.z, z, count * sizeof *z);
+    BalanceRoom room = lay_room(mass, z);
     if (!newton(mass, frequency, &room))
         return 0;
     memcpy(z, room.here.z, count * sizeof *z);
@@ -256,8 +256,7 @@ size_t balance_sweep(
     double *found, BalancedMotion *motions)
 {
     size_t size = fourier_size(&mass->basis), reached = 0;
-    BalanceRoom room = lay_room(mass);
-    memcpy(room.here.z, z, size * sizeof *z);
+    BalanceRoom room = lay_room(mass, z);
     if (!balance_motion(mass, exp(log), &room, &room.here))
         return 0;
     while (reached < count && reach(mass, log, logs[reached], &room)) {

@@ -28,24 +28,9 @@ void kernel_tabulate(SpringTable *table, double n, double sigma, int with)
     spring_tabulate(table, n, sigma, with);
 }
 
-/* scalars: kappa_omega, rho, sigma, n, displacement_offset, displacement_min, displacement_max. */
-void kernel_prepare(
-    SpringLaw *law, int elastic, const double *kE, int amplifier, const double *kA, const double *scalars, const SpringTable *table)
+void kernel_prepare(SpringLaw *law, const SpringParameters *parameters, const SpringTable *table)
 {
-    SpringParameters parameters = {
-        .elastic = elastic,
-        .amplifier = amplifier,
-        .kappa_omega = scalars[0],
-        .rho = scalars[1],
-        .sigma = scalars[2],
-        .n = scalars[3],
-        .displacement_offset = scalars[4],
-        .displacement_min = scalars[5],
-        .displacement_max = scalars[6],
-    };
-    memcpy(parameters.kE, kE, (size_t)elastic * sizeof *kE);
-    memcpy(parameters.kA, kA, (size_t)amplifier * sizeof *kA);
-    spring_prepare(law, &parameters, table);
+    spring_prepare(law, parameters, table);
 }
 
 /* W and its inverse, elementwise. */

@@ -42,11 +42,8 @@ static void polynomials(const double *coefficients, int coefficient_count, size_
         for (int k = 0; k < LANES; k++)
             value[i + k] = total[k];
     }
-    for (; i < count; i++) {
-        value[i] = coefficients[coefficient_count - 1];
-        for (int power = coefficient_count - 2; power >= 0; power--)
-            value[i] = value[i] * x[i] + coefficients[power];
-    }
+    for (; i < count; i++)
+        value[i] = polynomial(coefficients, coefficient_count, x[i]);
 }
 
 /* omega where the path moves on to a displacement, which may be back. */
@@ -122,11 +119,6 @@ typedef struct {
     double inside[BLOCK], out[BLOCK];               /* x within the range, and how far it is outside */
     double FE[BLOCK], FA[BLOCK], dFE[BLOCK], dFA[BLOCK];
 } Polynomials;
-
-static int slope_count(int coefficients)
-{
-    return coefficients > 1 ? coefficients - 1 : 1;
-}
 
 /* Returns whether any sample lies outside the range. */
 static int prepare_block(const SpringLaw *law, size_t count, const double *displacement, int slopes, Polynomials *at)

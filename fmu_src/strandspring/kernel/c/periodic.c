@@ -21,9 +21,6 @@
 #include <math.h>
 #include <string.h>
 
-/* Slope of omega after a period over omega before it; it is 1 for motion too small for a loop. */
-static const double STEEPEST_PERIOD = 1.0 - 1e-9;
-
 /* Strokes, from the highest turning point on, where omega depends least on what was before; the even ones fall. */
 typedef struct {
     size_t strokes, top; /* top: the highest turning point, by rising phase */
@@ -141,7 +138,7 @@ static void begin_derivatives(const SpringLaw *law, const Chain *chain, size_t s
         carry(law, chain, size, k, by);
         product *= chain->end_slope[k] / chain->start_slope[k];
     }
-    double divisor = two ? 1.0 + chain->end_slope[0] / chain->start_slope[0] : 1.0 - fmin(product, STEEPEST_PERIOD);
+    double divisor = two ? 1.0 + chain->end_slope[0] / chain->start_slope[0] : 1.0 - fmin(product, STEEPEST);
     for (size_t i = 0; i < size; i++)
         by[i] /= divisor;
 }

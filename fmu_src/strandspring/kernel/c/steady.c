@@ -5,8 +5,6 @@
 enum { STEADY_STEPS = 100 };
 
 static const double STEADY_TOLERANCE = 1e-14;
-/* Slope of omega after a period over omega before it; it is 1 for motion too small for a loop. */
-static const double STEEPEST = 1.0 - 1e-9;
 
 /* A stroke is direction*W(xi0 + rho*s) whatever its direction, so that omega is opposite at the two turns of a loop and
  * W(xi) + W(xi + way) = 0: one rising equation. */

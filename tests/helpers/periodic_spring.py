@@ -1,0 +1,86 @@
+"""The steady force of a spring over one period, which the package asks for inside harmonic balances only."""
+
+from __future__ import annotations
+
+import ctypes
+from dataclasses import dataclass
+
+import numpy as np
+
+from strandspring import SpringParameters
+from strandspring.kernel.arrays import FloatArray, address, floats
+from strandspring.kernel.library import library
+from strandspring.kernel.path import Law
+from strandspring.kernel.periodic import FourierBasis
+
+
+class _Period(ctypes.Structure):
+    """SpringPeriod of periodic.h."""
+
+    _fields_ = [
+        (name, ctypes.c_void_p)
+        for name in ("displacement", "rate", "omega", "force", "coefficients", "jacobian", "turns")
+    ]
+
+
+@dataclass(frozen=True, eq=False)
+class PeriodicForce:
+    """Steady force over one period.
+
+    Attributes
+    ----------
+    displacement, omega, force : ndarray, shape (K,)   At equal phases [m], [-], [N].
+    coefficients : ndarray, shape (N,)                 Fourier coefficients of the force [N].
+    jacobian : ndarray, shape (N, N)                   Their derivatives by those of the displacement [N/m].
+    turns : ndarray, shape (S,)                        Displacement at the turning points, the highest first [m].
+    """
+
+    displacement: FloatArray
+    omega: FloatArray
+    force: FloatArray
+    coefficients: FloatArray
+    jacobian: FloatArray
+    turns: FloatArray
+
+
+class PeriodicSpring:
+    """One spring under periodic displacements; omega at the highest displacement is kept to start the next search.
+
+    Parameters
+    ----------
+    parameters : SpringParameters
+    basis : FourierBasis
+    """
+
+    def __init__(self, parameters: SpringParameters, basis: FourierBasis) -> None:
+        self.basis = basis
+        self._law = Law(parameters)
+        self._start = np.array([0.5])
+        self._workspace = np.empty(library().spring_periodic_workspace(basis.harmonics, basis.samples))
+
+    def respond(self, coefficients: FloatArray) -> PeriodicForce:
+        """The steady force under a displacement.
+
+        Parameters
+        ----------
+        coefficients : ndarray, shape (N,)   [m]
+
+        Raises
+        ------
+        ValueError                           If the displacement is constant.
+        """
+        count, samples = self.basis.order.size, self.basis.samples
+        displacement, rate, omega, force, turns = np.empty((5, samples))
+        of_force, jacobian, coefficients = np.empty(count), np.empty((count, count)), floats(coefficients)
+        arrays = displacement, rate, omega, force, of_force, jacobian, turns
+        strokes = library().spring_periodic(
+            self._law.address,
+            ctypes.byref(self.basis.structure),
+            address(coefficients),
+            address(self._start),
+            address(self._workspace),
+            ctypes.byref(_Period(*map(address, arrays))),
+        )
+        if strokes == 0:
+            raise ValueError("`coefficients` must describe a motion, got a constant displacement.")
+        return PeriodicForce(displacement, omega, force, of_force, jacobian, turns[:strokes])
