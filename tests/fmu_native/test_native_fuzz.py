@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from fuzzing import SANITIZED, add_up, build, link, run, write_sources
+from fuzzing import COUNTED, SANITIZED, add_up, build, link, run, write_sources
 from kernel_tools import compiled
 
 # Of the million that `python tests/helpers/fuzzing.py` does: some 20 s of one core.
@@ -76,7 +76,7 @@ def test_planted_faults_are_found(fault: str, sources: Path, program: Path, tmp_
     (folder / name).write_text(text.replace(sound, faulty))
     objects = {path.stem: path for path in program.parent.glob("*.o")}
     objects["all"] = compiled(
-        tmp_path / "faulty.o", *SANITIZED, "-Wno-format-security", "-Wno-unused", "-c", folder / "all.c"
+        tmp_path / "faulty.o", *SANITIZED, *COUNTED, "-Wno-format-security", "-Wno-unused", "-c", folder / "all.c"
     )
     outcome = run(link(list(objects.values()), tmp_path / "fuzz"), FIRST_SEED, SEQUENCES)
     assert "with the seed" in outcome.found

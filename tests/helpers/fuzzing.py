@@ -30,11 +30,13 @@ from strandspring.fmu.native.native_fmu import native_contents
 from strandspring.modelfile import ModelFile
 
 FUZZER = Path(__file__).parents[1] / "fuzz"
-# Variables that are not initialized get a value of their own, so that whoever uses them is found out.
+# Variables that are not initialized get a value of their own, so that whoever uses them is noticed.
 SANITIZED = (
     "-O1", "-g", "-fno-omit-frame-pointer", "-ftrivial-auto-var-init=pattern",
     "-fsanitize=address,undefined", "-fsanitize=float-cast-overflow", "-fno-sanitize-recover=all",
 )  # fmt: skip
+# What the FMU takes from the C library is counted like what it takes from its host.
+COUNTED = ("-Dcalloc=library_calloc", "-Dfree=library_free")
 # Freed memory is kept to find who uses it: 32 MB instead of 256, which is still that of a hundred instances.
 OPTIONS = {"ASAN_OPTIONS": "detect_leaks=1:quarantine_size_mb=32", "UBSAN_OPTIONS": "print_stacktrace=1"}
 # Sequences that share a seed (RUN in main.c).
@@ -78,8 +80,9 @@ def build(sources: Path, folder: Path) -> Path:
     folder.mkdir()
 
     def compile_unit(unit: Path) -> Path:
+        counted = COUNTED if unit.parent == sources else ()
         return compiled(
-            folder / f"{unit.stem}.o", *SANITIZED, "-D_POSIX_C_SOURCE=200809L", f"-I{sources}", "-c", unit
+            folder / f"{unit.stem}.o", *SANITIZED, *counted, "-D_POSIX_C_SOURCE=200809L", f"-I{sources}", "-c", unit
         )  # fmt: skip
 
     with ThreadPoolExecutor(os.cpu_count()) as pool:

@@ -20,6 +20,7 @@ from strandspring.core import stepper
 from strandspring.core.law import SpringLaw
 from strandspring.core.restoring import tangent_stiffness
 from strandspring.kernel.path import PathSolver
+from strandspring.kernel.steady import steady_omega
 
 LAW = settings(derandomize=True, deadline=None, max_examples=100)
 
@@ -495,3 +496,37 @@ def test_a_step_of_no_length_keeps_the_memory() -> None:
     law = SpringLaw(EXAMPLES["exponential"])
     memory = stepper.trial(law, stepper.start(0.05, 0.0), 0.06)
     assert stepper.trial(law, memory, 0.06) is memory
+
+
+@pytest.mark.parametrize("n", [0.5, 1.0, 2.0])
+def test_the_energy_of_small_loops_has_all_its_digits(n: float) -> None:
+    """Of a loop far below saturation, whose energy falls with the power 2 + n of its length."""
+    parameters = SpringParameters((0.0,), (1.0, 5.0), 10.0, 500.0, 1.0, n, 0.0, -0.02, 0.02)
+    solver = PathSolver(parameters)
+
+    def energies(length: float) -> np.ndarray:
+        omega = -steady_omega(parameters, length)
+        lows = np.linspace(-0.019, 0.019, 50)
+        loops = [solver.absorbed_energy(np.array([low, low + length, low]), omega)[-1] for low in lows]
+        return np.array(loops) / (1.0 + 5.0 * (lows + 0.5 * length))
+
+    small, smaller = energies(1e-6), energies(1e-7)
+    assert np.all(smaller > 0.0)
+    # FA changes by 5e-6 of itself over the loop; rounding of the displacement, 3e-18 of 1e-7 m.
+    assert small == pytest.approx(small.mean(), rel=1e-5)
+    assert smaller == pytest.approx(smaller.mean(), rel=1e-5)
+    # The next term of W is below rho*length of the first, to the power n at most.
+    assert small.mean() / smaller.mean() == pytest.approx(10.0 ** (2.0 + n), rel=max(1e-4, 3.0 * (500.0 * 1e-6) ** n))
+
+
+def test_work_beyond_a_range_that_xi_hardly_notices() -> None:
+    """FA of degree 1 over a range far below 1/rho, left by a thousand times: quadrature over a rough piece."""
+    parameters = SpringParameters((0.0, 1.0), (1.0, 0.5), 1.0, 1.0, 1.0, 1.0, 0.0, -1e-3, 1e-3)
+    law = SpringLaw(parameters)
+    memory = stepper.trial(law, stepper.start(0.0, 0.0), 1.0)
+    there = stepper.absorbed_energy(law, memory)
+    back = stepper.absorbed_energy(law, stepper.trial(law, memory, -1.0))
+    # W = 1 - exp(-x) and FA is 1.0005 beyond the range.
+    assert there == pytest.approx(0.5 + 1.0005 * np.exp(-1.0), rel=1e-6)  # FA within the range
+    whole = PathSolver(parameters).absorbed_energy(np.array([0.0, 1.0, -1.0]))
+    assert [there, back] == pytest.approx(whole[1:], rel=1e-14)

@@ -147,5 +147,7 @@ def _user_cache() -> Path:
 
 def _discard_old(folder: Path) -> None:
     for path in folder.iterdir():
-        if path.stat().st_mtime < time.time() - _KEPT_FOR:
-            path.unlink(missing_ok=True)
+        # Another process may be doing the same, or have the library loaded.
+        with suppress(OSError):
+            if path.stat().st_mtime < time.time() - _KEPT_FOR:
+                path.unlink()

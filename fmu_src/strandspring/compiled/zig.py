@@ -101,5 +101,5 @@ def _run(folder: Path, target: Target, *arguments: str) -> None:
         message = next((line for line in done.stderr.splitlines() if "error" in line), done.stderr.strip()[:200])
         raise BuildError(
             f"ziglang {metadata.version('ziglang')} failed to compile for {target.triple}: {message.strip()}. "
-            "Install another version of it."
+            "Correct the source or, if it has not been changed, install another version of ziglang."
         )

@@ -113,7 +113,7 @@ def _piece_work(part: _Part, piece: int, a: float, b: float, weight: Callable[[f
         rule = _GAUSS_3
     elif rough >= 16.0:
         # 8 points on each of so many panels suffice for the degree of FA, whatever part of the range it is.
-        panels = min(int(rough / 8.0), (len(law.FA) - 1) // 2)
+        panels = min(int(rough / 8.0), len(law.FA) // 2)
     half = 0.5 * (b - a) / panels
     total = 0.0
     for panel in range(panels):

@@ -47,9 +47,11 @@ def omega_with_derivatives(
     direction, length, stroke, travel = integers(direction), floats(length), integers(stroke), floats(travel)
     omega = np.empty(travel.size)
     partials = np.empty((4 if derivatives else 0, travel.size))
-    workspace = np.empty(6 * direction.size)
+    # Bound to a name, or another thread that needs many tables might discard it while the kernel reads it.
+    saturation = table(n, sigma, derivatives)
+    workspace = np.empty(5 * direction.size)
     library().spring_at_points(
-        table(n, sigma, derivatives).address,
+        saturation.address,
         rho,
         omega_start,
         direction.size,

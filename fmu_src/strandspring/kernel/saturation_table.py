@@ -16,7 +16,7 @@ _WITH_DERIVATIVES, _WITH_MOMENTS = 1, 2  # as in saturation.h
 
 
 class Table:
-    """W and its inverse for one pair (n, sigma); some 200 kB, made in half a millisecond.
+    """W and its inverse for one pair (n, sigma); some 250 kB, made in half a millisecond.
 
     Parameters
     ----------

@@ -23,9 +23,10 @@ def steady_omega(parameters: SpringParameters, stroke: float) -> float:
     parameters : SpringParameters
     stroke : float                  Distance between the turning points [m], >= 0.
     """
+    saturation = table(parameters.n, parameters.sigma)
     way, omega, xi = np.full(2, parameters.rho * stroke), np.zeros(1), np.empty(2)
     library().spring_steady(
-        table(parameters.n, parameters.sigma).address,
+        saturation.address,
         2,
         address(way),
         -1,

@@ -56,7 +56,7 @@ static fmi2Status require_law(Instance *instance)
     if (spring_problem(&settings->spring, problem, sizeof problem))
         return FMU_REFUSE(&instance->log, "%s", problem);
     /* Acquired before the old one is released, which is often the same. */
-    const SharedSpring *shared = fmu_acquire(&instance->allocator, &settings->spring);
+    const SharedSpring *shared = fmu_acquire(&settings->spring);
     if (shared == NULL)
         return FMU_REFUSE(&instance->log, "There is not enough memory for the table of this spring.");
     fmu_release(instance->shared);

@@ -13,6 +13,12 @@
 #include "fmi2_tables.h"
 #include "spring.h"
 
+/* The host's functions for memory, or the C library's. */
+typedef struct {
+    fmi2CallbackAllocateMemory allocate;
+    fmi2CallbackFreeMemory free;
+} Allocator;
+
 typedef struct {
     /* What a step needs comes first. */
     unsigned variables; /* their number */

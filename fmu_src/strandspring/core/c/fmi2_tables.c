@@ -1,5 +1,7 @@
 #include "fmi2_tables.h"
 
+#include <stdlib.h>
+
 #if defined(_MSC_VER) && !defined(__clang__)
 #include <intrin.h>
 static volatile long locked;
@@ -15,7 +17,6 @@ static atomic_flag locked = ATOMIC_FLAG_INIT;
 typedef struct Entry {
     SharedSpring shared;
     size_t users;
-    fmi2CallbackFreeMemory free;
     struct Entry *next;
 } Entry;
 
@@ -42,7 +43,7 @@ static Entry *find_entry(const SpringParameters *parameters)
     return entry;
 }
 
-const SharedSpring *fmu_acquire(const Allocator *allocator, const SpringParameters *parameters)
+const SharedSpring *fmu_acquire(const SpringParameters *parameters)
 {
     lock();
     Entry *entry = find_entry(parameters);
@@ -52,14 +53,13 @@ const SharedSpring *fmu_acquire(const Allocator *allocator, const SpringParamete
     if (entry != NULL)
         return &entry->shared;
 
-    Entry *made = allocator->allocate(1, sizeof *made);
+    Entry *made = calloc(1, sizeof *made);
     if (made == NULL)
         return NULL;
     spring_tabulate(&made->shared.table, parameters->n, parameters->sigma,
                     SPRING_WITH_DERIVATIVES | SPRING_WITH_MOMENTS);
     spring_prepare(&made->shared.law, parameters, &made->shared.table);
     made->users = 0;
-    made->free = allocator->free;
     lock();
     /* Another thread may have made the same table in the meantime. */
     entry = find_entry(parameters);
@@ -70,7 +70,7 @@ const SharedSpring *fmu_acquire(const Allocator *allocator, const SpringParamete
     entry->users++;
     unlock();
     if (entry != made)
-        made->free(made);
+        free(made);
     return &entry->shared;
 }
 
@@ -87,6 +87,5 @@ void fmu_release(const SharedSpring *shared)
             break;
         }
     unlock();
-    if (unused != NULL)
-        unused->free(unused);
+    free(unused);
 }

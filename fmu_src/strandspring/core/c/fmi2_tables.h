@@ -7,22 +7,16 @@
 #ifndef FMI2_TABLES_H
 #define FMI2_TABLES_H
 
-#include "fmi2_api.h"
 #include "spring.h"
-
-/* Of one host; what is shared is freed by the function that belongs to the one that allocated it. */
-typedef struct {
-    fmi2CallbackAllocateMemory allocate;
-    fmi2CallbackFreeMemory free;
-} Allocator;
 
 typedef struct {
     SpringTable table;
     SpringLaw law;
 } SharedSpring;
 
-/* The table for these parameters, to be released later; NULL if there is not enough memory. */
-SPRING_LOCAL const SharedSpring *fmu_acquire(const Allocator *allocator, const SpringParameters *parameters);
+/* The table for these parameters, to be released later; NULL if there is not enough memory. Its memory is the C library's:
+ * the host of the instance that needed it first may be gone when the last one releases it. */
+SPRING_LOCAL const SharedSpring *fmu_acquire(const SpringParameters *parameters);
 
 /* NULL is allowed. */
 SPRING_LOCAL void fmu_release(const SharedSpring *shared);

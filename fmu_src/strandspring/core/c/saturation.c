@@ -304,7 +304,7 @@ static void make_indices(SpringBranch *branch)
 static double rising_series(double n, double u)
 {
     double factor = pow(u, n), power = u, total = u, before = 0.0;
-    for (int k = 1; total != before; k++) {
+    for (int k = 1; total > before; k++) {
         before = total;
         power *= factor;
         total += power / (k * n + 1.0);
@@ -316,7 +316,7 @@ static double rising_series(double n, double u)
 static double falling_series(double n, double curvature, double w)
 {
     double p = curvature * pow(w, n), term = w / (1.0 + p), total = term, before = 0.0;
-    for (int k = 1; total != before; k++) {
+    for (int k = 1; total > before; k++) {
         before = total;
         term *= k / (k + 1.0 / n) * (p / (1.0 + p));
         total += term;
@@ -380,18 +380,18 @@ static void tabulate_falling(const Rule *rule, SpringTable *table, int with)
     make_indices(branch);
 }
 
-static void add_moments(SpringBranch *branch, int complement)
+static void add_moments(SpringBranch *branch, int complement, double moments[][SPRING_MOMENTS])
 {
-    memset(branch->moments[0], 0, sizeof branch->moments[0]);
+    memset(moments[0], 0, sizeof moments[0]);
     for (int i = 0; i < branch->pieces; i++) {
         double half = 0.5 * (branch->edges[i + 1] - branch->edges[i]);
         double middle = 0.5 * (branch->edges[i + 1] + branch->edges[i]);
-        memcpy(branch->moments[i + 1], branch->moments[i], sizeof branch->moments[i]);
+        memcpy(moments[i + 1], moments[i], sizeof moments[i]);
         for (int k = 0; k < GAUSS_POINTS; k++) {
             double z = middle + half * GAUSS_8[k][0], value = spring_on_piece(branch, i, z);
             double share = half * GAUSS_8[k][1] * (complement ? 1.0 - value : value);
             for (int m = 0; m < SPRING_MOMENTS; m++, share *= z)
-                branch->moments[i + 1][m] += share;
+                moments[i + 1][m] += share;
         }
     }
 }
@@ -405,8 +405,9 @@ void spring_tabulate(SpringTable *table, double n, double sigma, int with)
     tabulate_rising(&rule, table, with);
     tabulate_falling(&rule, table, with);
     if (with & SPRING_WITH_MOMENTS) {
-        add_moments(&table->rising, 1);
-        add_moments(&table->falling, 0);
+        add_moments(&table->rising, 0, table->rising.moments);
+        add_moments(&table->rising, 1, table->rising.missing);
+        add_moments(&table->falling, 0, table->falling.moments);
     }
 }
 

@@ -43,13 +43,13 @@ typedef struct {
     SpringPiece piece[SPRING_PIECES];
     SpringPiece inverse[SPRING_PIECES];
     SpringIndex of_xi, of_value, of_complement;
-    /* Integrals from 0 to each edge of |xi|^m times 1 - |W| on the rising branch, times |W| on the falling one. */
-    double moments[SPRING_PIECES + 1][SPRING_MOMENTS];
+    /* Integrals from 0 to each edge of |xi|^m times |W|, and on the rising branch times 1 - |W|. */
+    double moments[SPRING_PIECES + 1][SPRING_MOMENTS], missing[SPRING_PIECES + 1][SPRING_MOMENTS];
     /* Derivatives of |W| by n and sigma at fixed |xi|, as polynomials of theta. */
     double by_n[SPRING_PIECES][SPRING_POWERS], by_sigma[SPRING_PIECES][SPRING_POWERS];
 } SpringBranch;
 
-/* W for one pair (n, sigma); some 200 kB. */
+/* W for one pair (n, sigma); some 250 kB. */
 typedef struct {
     double n, curvature; /* 2 sigma - 1 */
     SpringBranch rising, falling;

@@ -338,7 +338,8 @@ static double moments_work(const Part *part, int from, int to)
 {
     const SpringLaw *law = part->law;
     const SpringBranch *branch = part->branch;
-    const double *low = branch->moments[from], *high = branch->moments[to];
+    const double(*moments)[SPRING_MOMENTS] = part->complement ? branch->missing : branch->moments;
+    const double *low = moments[from], *high = moments[to];
     double reach = fabs(part->x_at_zero) + fabs(part->per_z) * branch->edges[to];
     double within = part->x_at_zero + 0.5 * part->per_z * (branch->edges[from] + branch->edges[to]);
     double f[SPRING_COEFFICIENTS], largest = 0.0, total = 0.0;
@@ -389,9 +390,11 @@ static double rising_work(const SpringLaw *law, int direction, double x_at_zero,
     const SpringParameters *p = &law->parameters;
     const SpringBranch *branch = &law->table->rising;
     Part part = {.law = law, .branch = branch, .x_at_zero = x_at_zero, .per_z = direction / p->rho};
-    if (high < branch->edges[branch->pieces] && spring_piece(branch, low) == spring_piece(branch, high))
+    int last = spring_piece(branch, high);
+    if (last < branch->complemented || (last < branch->pieces && spring_piece(branch, low) == last))
         return p->kappa_omega / p->rho * branch_work(&part, low, high);
-    /* What full saturation would do less what is missing from it, which is much shorter where FA changes little. */
+    /* What full saturation would do less what is missing from it, which is much shorter. Not before W is 1/2, or little
+     * would be left. */
     double a = x_at_zero + part.per_z * low, b = x_at_zero + part.per_z * high;
     double saturated = direction * (amplifier_work(law, b) - amplifier_work(law, a));
     part.complement = 1;

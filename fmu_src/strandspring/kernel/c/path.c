@@ -221,7 +221,6 @@ void spring_force_at(const SpringLaw *law, size_t count, const double *displacem
 /* xi at the beginning of a stroke and its derivatives by rho, sigma, n and omega_start. */
 typedef struct {
     double xi, by[4];
-    double unused;
 } Beginning;
 
 static void begin_strokes(const SpringTable *table, double rho, double omega_start, size_t strokes, const int64_t *direction,

@@ -22,7 +22,7 @@ void spring_force_at(const SpringLaw *law, size_t count, const double *displacem
  *
  * direction, length   of each stroke: +1 or -1, alternating; [m]
  * stroke, travel      of each point: the stroke it is on, and how far from its beginning [m]
- * workspace           6 doubles for each stroke */
+ * workspace           5 doubles for each stroke */
 void spring_at_points(const SpringTable *table, double rho, double omega_start, size_t strokes, const int64_t *direction,
                       const double *length, size_t points, const int64_t *stroke, const double *travel, double *workspace,
                       double *omega, double *derivatives);

@@ -20,10 +20,13 @@ static double two_strokes(const SpringTable *table, double way)
             high = xi;
         else
             low = xi;
-        double next = low < xi + change && xi + change < high ? xi + change : 0.5 * (low + high);
-        if (fabs(change) <= STEADY_TOLERANCE * way || next == xi)
+        int is_inside = low < xi + change && xi + change < high, is_last = fabs(change) <= STEADY_TOLERANCE * way;
+        double next = is_inside ? xi + change : 0.5 * (low + high);
+        if (next == xi || (is_last && !is_inside))
             break;
         xi = next;
+        if (is_last)
+            break;
     }
     return xi;
 }
