@@ -4,7 +4,7 @@
  * points is lost; and the force has a kink there, at which a solver must restart or creep. Only the displacement is an
  * input, so its rate at the time t of the solver's trial is taken from the parabola through the trial and the last two
  * accepted points. It errs by the square of the step, and the turning point, where the displacement is flat, by the
- * fourth power; a cubic would err less and be led astray by the uneven steps after a restart.
+ * fourth power; a cubic would err less, but fail at the uneven steps after a restart.
  *
  * With d the heading, +1 or -1, and h the time since the last accepted point, the indicator is
  *

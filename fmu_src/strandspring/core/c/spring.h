@@ -67,7 +67,7 @@ typedef struct {
 
 SPRING_LOCAL SpringNumber spring_number(double value);
 
-/* The first reason why the parameters are no physically possible spring, written into text (always terminated), in
+/* The first reason why the parameters are not a physically possible spring, written into text (always terminated), in
  * the words of problems() in parameters.py. Returns 0 if they are possible, else 1. */
 SPRING_LOCAL int spring_problem(const SpringParameters *parameters, char *text, size_t size);
 

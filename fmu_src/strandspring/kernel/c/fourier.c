@@ -47,7 +47,7 @@ void fourier_samples(const FourierBasis *basis, const double *c, double *value, 
     for (size_t first = 0; first <= samples / 2; first += SAMPLE_LANES) {
         double even[SAMPLE_LANES] = {0.0}, odd[SAMPLE_LANES] = {0.0};
         double even_rate[SAMPLE_LANES] = {0.0}, odd_rate[SAMPLE_LANES] = {0.0};
-        /* The last lanes may lie beyond the half, and even in the next row; they serve nothing. */
+        /* The last lanes may lie beyond the half, and even in the next row; they are not used. */
         for (size_t k = 1; k <= harmonics; k++) {
             const double *cosine = cosine_row(basis, k) + first, *sine = sine_row(basis, k) + first;
             double a = c[k], b = c[harmonics + k], rate_a = -(double)k * a, rate_b = (double)k * b;

@@ -58,7 +58,7 @@ void spring_steady(const SpringTable *table, size_t strokes, const double *way, 
         else
             high = before;
         double change = gap / (1.0 - fmin(ratio, STEEPEST));
-        /* For n < 1 Newton's method alone may go to and fro about omega = 0. */
+        /* For n < 1 Newton's method alone may oscillate about omega = 0. */
         if (low < before + change && before + change < high && fabs(change) < 0.5 * last) {
             *omega = before + change;
             last = fabs(change);
