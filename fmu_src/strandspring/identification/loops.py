@@ -54,6 +54,11 @@ class Loops:
         ends = np.concatenate([self.start[used], (self.start + self.direction * self.length)[used]])
         return float(ends.min()), float(ends.max())
 
+    @property
+    def longest(self) -> float:
+        """Length of the longest stroke that has points [m]."""
+        return float(self.length[np.unique(self.stroke)].max())
+
     def rms(self, values: FloatArray) -> float:
         """Root of the weighted mean square of values at the points."""
         return float(np.sqrt(self.weight @ values**2 / self.weight.sum()))
