@@ -1,4 +1,4 @@
-"""A simulated test rig: drawn springs, their experiments, the faults of real rigs, and the judgement of what was identified.
+"""A simulated test rig: drawn springs, their experiments, faults of real rigs, and a judgement of what was identified.
 
 A run is simulated on a fine grid of time that holds every reversal, so that the forces are exact, and is sampled at the
 end. A fault acts at one stage of it: on the programme, on the motion, on the spring's force, on the measured signals of
@@ -132,6 +132,7 @@ class Experiment:
     samples : int                  Of all records together, about.
     noise : float                  Standard deviation of the force's noise, share of the force's.
     correlation : float            AR(1) coefficient of the noise.
+    synchronous : bool             Every reversal is sampled; otherwise reversals fall between the samples.
     """
 
     shape: Literal["sine", "triangle"] = "sine"
@@ -142,6 +143,7 @@ class Experiment:
     samples: int = 1000
     noise: float = 0.005
     correlation: float = 0.0
+    synchronous: bool = True
 
     @property
     def period(self) -> float:
@@ -155,13 +157,13 @@ class Experiment:
 
 
 def draw_experiment(generator: Generator, **fixed: Any) -> Experiment:
-    """An experiment with two to four amplitudes; `fixed` are fields of Experiment that are not drawn."""
-    choices = ((0.4, 0.7, 1.0), (0.5, 1.0), (0.3, 0.6, 1.0), (0.35, 0.55, 0.75, 1.0))
+    """An experiment with one to four amplitudes; `fixed` are fields of Experiment that are not drawn."""
+    choices = ((1.0,), (1.0,), (0.5, 1.0), (0.4, 0.7, 1.0), (0.3, 0.6, 1.0), (0.35, 0.55, 0.75, 1.0))
     amplitudes = choices[int(generator.integers(len(choices)))]
     drawn = Experiment(
         shape="sine" if generator.random() < 0.5 else "triangle",
         amplitudes=amplitudes,
-        cycles=tuple(int(c) for c in generator.integers(2, 5, len(amplitudes))),
+        cycles=tuple(int(c) for c in generator.integers(2 if len(amplitudes) > 1 else 3, 5, len(amplitudes))),
         separate=bool(generator.random() < 0.5),
         frequency=log_uniform(generator, 0.1, 2.0),
     )
@@ -247,7 +249,7 @@ class Fault:
     ----------
     small, large : float     Sizes: barely worth correcting, and what a bad rig does; in the unit of `size`.
     size : str               What the size is measured in.
-    points_to : tuple of str Lower-case words, one of which stands in the name or sentence of a caution that points to it.
+    points_to : tuple of str Lower-case words; a caution that points to it has one of them in its name or sentence.
     motion, force, signals, sampled : callable   What it does to a run at that stage.
     truths : callable        The springs that are right; any of them will do, the spring itself by default.
     programme : callable     What the experiment must be.
@@ -267,9 +269,10 @@ class Fault:
     options: Callable[[SpringParameters, Experiment, float], dict[str, float]] = lambda *_: {}
 
     def magnitude(self, size: Size, generator: Generator) -> float:
-        """The size; a drawn one lies between somewhat below the small and somewhat above the large one."""
+        """The size; a drawn one may lie somewhat beyond either of them."""
         if size == "drawn":
-            return log_uniform(generator, self.small / 1.5, self.large * 1.2)
+            low, high = sorted((self.small, self.large))
+            return log_uniform(generator, low / 1.5, high * 1.2)
         return self.small if size == "small" else self.large
 
 
@@ -325,8 +328,11 @@ def simulate(
     magnitude = fault.magnitude(size, generator)
     experiment = fault.programme(experiment, magnitude)
     truths = fault.truths(spring, experiment, magnitude)
-    fine = 4 * int(generator.integers(700, 900))  # steps of a cycle
-    stride = max(1, round(fine * sum(experiment.cycles) / experiment.samples))
+    quarter = max(2, round(experiment.samples / (4 * sum(experiment.cycles))))  # samples
+    stride = -(-800 // quarter)
+    fine = 4 * quarter * stride
+    if not experiment.synchronous:
+        stride += 1
     runs: list[Run] = []
     duration = sum(experiment.cycles) * experiment.period
     begun = 0
@@ -344,7 +350,8 @@ def simulate(
         _act(fault.force, run, magnitude, generator)
         run.force = run.elastic + run.hysteretic
         _act(fault.signals, run, magnitude, generator)
-        run.at = np.arange(int(generator.integers(stride)), run.path.size, stride)
+        first = 0 if experiment.synchronous else int(generator.integers(stride))
+        run.at = np.arange(first, run.path.size, stride)
         runs.append(run)
     scale = float(np.std(np.concatenate([run.force[run.at] for run in runs])))
     for run in runs:
@@ -734,7 +741,14 @@ def _slower_friction(spring: SpringParameters, _: Experiment, share: float) -> t
 
 
 def _separate(experiment: Experiment, _: float) -> Experiment:
+    """Several records, at least three."""
+    if len(experiment.amplitudes) < 3:
+        experiment = replace(experiment, amplitudes=(0.4, 0.7, 1.0), cycles=(3, 3, 3))
     return replace(experiment, separate=True)
+
+
+def _asynchronous(experiment: Experiment, samples: float) -> Experiment:
+    return replace(experiment, synchronous=False, samples=round(samples))
 
 
 def _sine(experiment: Experiment, _: float) -> Experiment:
@@ -792,6 +806,7 @@ FAULTS: dict[str, Fault] = {
     "dwells": Fault(0.05, 0.5, "of hysteresis", ("dwell", "relax", "pause"), motion=_dwell, force=_relaxation),
     "gaps": Fault(0.03, 0.15, _PERIOD, ("gap", "lost", "missing"), sampled=_gaps),
     "lost reversals": Fault(0.02, 0.2, _PERIOD, ("gap", "lost", "missing"), sampled=_lost_reversals),
+    "reversals between samples": Fault(2000.0, 500.0, "samples", ("reversal",), programme=_asynchronous),
     "duplicates": Fault(0.01, 0.2, "of the samples", ("duplicate", "repeated", "twice"), sampled=_duplicates),
     "single amplitude": Fault(
         4.0, 2.0, "cycles", ("amplitude", "extrapolat", "small loops"), programme=_single
