@@ -27,10 +27,12 @@ Size = Literal["small", "large", "drawn"]
 WRONG_ENERGY = 0.10  # of loops at 30 % of the amplitude
 WRONG_FORCE = 0.05  # share of the force's standard deviation on minor loops
 SMALL_LOOP = 0.3
-# Shapes that no polynomial follows are also pointed to by a caution about the misfit as such.
+# A caution about the misfit as such points to shapes that no polynomial follows, and to no other fault.
 MISFIT = ("misfit", "residual", "poorly", "lack of fit", "shape", "polynomial")
-# Wrong without a fault: cautions that leave open which of several springs it is, or that say that it does not fit.
-UNDECIDED = ("uncertain", "undecided", "misfit", "poorly", "small loops", "extrapolat", "span")
+# Cautions that put the energy of small loops in doubt point to a wrong spring, whatever the fault; without a fault those
+# do too that leave open which of several springs it is, or say that it does not fit.
+DOUBTED = ("undecided", "small loops")
+UNDECIDED = (*DOUBTED, "uncertain", "misfit", "poorly", "extrapolat", "span")
 
 
 def log_uniform(generator: Generator, low: float, high: float) -> float:
@@ -42,6 +44,7 @@ def draw_spring(
     n: tuple[float, float] = (0.1, 12.0),
     sigma: tuple[float, float] = (0.5, 10.0),
     saturations: tuple[float, float] = (4.0, 60.0),
+    friction: tuple[float, float] = (0.03, 0.4),
     degrees: tuple[int, int] | None = None,
 ) -> SpringParameters:
     """A monotone, hardening spring of real size.
@@ -49,12 +52,13 @@ def draw_spring(
     Parameters
     ----------
     generator : Generator
-    n, sigma, saturations : (float, float)   Ranges of n, sigma and rho*amplitude [-], drawn log-uniformly.
+    n, sigma, saturations, friction : (float, float)   Ranges of n, sigma, rho*amplitude and kappa_omega as a share of the
+                                             elastic force [-], drawn log-uniformly.
     degrees : (int, int) or None             Of FE and FA; None draws 1 to 4 and 0 to 2.
     """
     amplitude = log_uniform(generator, 1e-3, 50e-3)
     elastic = log_uniform(generator, 10.0, 1000.0)
-    share = log_uniform(generator, 0.03, 0.4)
+    share = log_uniform(generator, *friction)
     elastic_degree, amplifier_degree = degrees or (int(generator.integers(1, 5)), int(generator.integers(0, 3)))
     y = np.linspace(-1.0, 1.0, 201)
     while True:
@@ -249,7 +253,8 @@ class Fault:
     ----------
     small, large : float     Sizes: barely worth correcting, and what a bad rig does; in the unit of `size`.
     size : str               What the size is measured in.
-    points_to : tuple of str Lower-case words; a caution that points to it has one of them in its name or sentence.
+    points_to : tuple of str Beginnings of words in lower case; a caution that points to it has one of them in its name
+                             or sentence.
     motion, force, signals, sampled : callable   What it does to a run at that stage.
     truths : callable        The springs that are right; any of them will do, the spring itself by default.
     programme : callable     What the experiment must be.
@@ -801,7 +806,7 @@ FAULTS: dict[str, Fault] = {
         0.05, 0.6, "of the sampling interval", ("jitter", "displacement noise", "irregular"),
         sampled=_jitter,
     ),
-    "clipped force": Fault(0.01, 0.15, "of the force's range", ("clip", "saturat", "extreme"), sampled=_clipped),
+    "clipped force": Fault(0.01, 0.15, "of the force's range", ("clip", "extreme"), sampled=_clipped),
     "play": Fault(0.003, 0.05, _AMPLITUDE, ("play", "backlash"), motion=_play),
     "dwells": Fault(0.05, 0.5, "of hysteresis", ("dwell", "relax", "pause"), motion=_dwell, force=_relaxation),
     "gaps": Fault(0.03, 0.15, _PERIOD, ("gap", "lost", "missing"), sampled=_gaps),
@@ -823,7 +828,7 @@ FAULTS: dict[str, Fault] = {
     ),
     "tanh": Fault(1.5, 5.0, "y in tanh", MISFIT, truths=_tanh),
     "bump stop": Fault(
-        0.1, 2.0, _ELASTIC, (*MISFIT, "stop"),
+        0.1, 2.0, _ELASTIC, (*MISFIT, "bump stop", "end stop"),
         truths=_added(lambda y, size: size * (np.maximum(y - 0.75, 0.0) / 0.25) ** 1.5),
     ),
     "closing coils": Fault(
