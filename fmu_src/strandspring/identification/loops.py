@@ -28,6 +28,7 @@ class Loops:
     displacement, force, weight : ndarray, shape (P,)   [m], [N], number of samples behind the point.
     travel : ndarray, shape (P,)        Distance from the reversal before [m], rising within a stroke.
     stroke : ndarray of int, shape (P,) Stroke of each point, ascending.
+    sample : ndarray, shape (P,)        Mean place of the samples behind the point in the path of its record.
     direction, start, length : ndarray, shape (S,)      +1 or -1, where it begins [m], how long it is [m].
     record : ndarray of int, shape (S,) Record of each stroke; the memory starts anew with each record.
     """
@@ -37,6 +38,7 @@ class Loops:
     weight: FloatArray
     travel: FloatArray
     stroke: IndexArray
+    sample: FloatArray
     direction: NDArray[np.int64]
     start: FloatArray
     length: FloatArray
@@ -85,7 +87,7 @@ def single_branch(displacement: FloatArray, force: FloatArray) -> Loops:
     travel = displacement - displacement[0]
     one = np.ones(1, np.int64)
     return Loops(
-        displacement, force, np.ones(force.size), travel, np.zeros(force.size, np.intp),
+        displacement, force, np.ones(force.size), travel, np.zeros(force.size, np.intp), np.arange(float(force.size)),
         one, displacement[:1], travel[-1:], np.zeros(1, np.intp),
     )  # fmt: skip
 
@@ -104,11 +106,11 @@ def gather(strokes: Strokes, force: FloatArray, first_used: int, points: int = P
     used[0] = first_used == 0
     stroke = strokes.of_sample[used]
     travel = strokes.travel[used]
-    columns = [strokes.displacement[used], force[used], travel]
+    columns = [strokes.displacement[used], force[used], travel, np.flatnonzero(used).astype(np.float64)]
     samples = np.bincount(stroke, minlength=strokes.count)
     if samples.max() <= points:
         # Travel rises within a stroke because the displacement was made monotone.
-        x, r, s = columns
+        x, r, s, sample = columns
         weight = np.ones(stroke.size)
     else:
         share = np.sqrt(travel / strokes.length[stroke])
@@ -116,10 +118,10 @@ def gather(strokes: Strokes, force: FloatArray, first_used: int, points: int = P
         count = np.bincount(cells)
         filled = np.flatnonzero(count)
         weight = count[filled].astype(np.float64)
-        x, r, s = (np.bincount(cells, weights=column)[filled] / weight for column in columns)
+        x, r, s, sample = (np.bincount(cells, weights=column)[filled] / weight for column in columns)
         stroke = filled // points
     return Loops(
-        x, r, weight, s, stroke,
+        x, r, weight, s, stroke, sample,
         strokes.direction, strokes.turning_displacement[:-1], strokes.length, np.zeros(strokes.count, np.intp),
     )  # fmt: skip
 
@@ -135,6 +137,7 @@ def join(parts: Sequence[Loops]) -> Loops:
     return Loops(
         column("displacement"), column("force"), column("weight"), column("travel"),
         np.concatenate([part.stroke + offset for part, offset in zip(parts, offsets, strict=True)]),
+        column("sample"),
         np.concatenate([part.direction for part in parts]),
         column("start"), column("length"),
         np.repeat(np.arange(len(parts)), counts),

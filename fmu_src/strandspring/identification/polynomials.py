@@ -50,6 +50,16 @@ class Basis:
         values = legendre.legvander(z, max(self.elastic, self.amplifier)).astype(np.float64)
         return Columns(values[:, : self.elastic + 1], values[:, : self.amplifier + 1])
 
+    def slopes(
+        self, displacement: FloatArray, elastic: FloatArray, amplified: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
+        """Slopes [N/m] at each displacement of two series of force, FE and G."""
+        z = (displacement - self.offset) / self.half
+        of_elastic, of_amplified = (
+            legendre.legval(z, legendre.legder(series)) / self.half for series in (elastic, amplified)
+        )
+        return np.asarray(of_elastic), np.asarray(of_amplified)
+
     def powers(self, coefficients: FloatArray) -> FloatArray:
         """Coefficients of powers of x [1/m^i] from those of the Legendre series."""
         scaled = legendre.leg2poly(coefficients)

@@ -73,19 +73,19 @@ def search(loops: Loops, degrees: tuple[int, int] | None = None) -> list[Candida
     """
     pilots: list[Candidate] = []
     for start in _starts(loops, degrees or _PILOT):
-        pilot = _refined(loops, Basis(*loops.reach, *(degrees or _PILOT)), start, _PILOT_TOLERANCE, _PILOT_EVALUATIONS)
+        pilot = refined(loops, Basis(*loops.reach, *(degrees or _PILOT)), start, _PILOT_TOLERANCE, _PILOT_EVALUATIONS)
         if pilot is None or any(_alike(pilot, other) for other in pilots):
             continue
         pilots.append(pilot)
     if not pilots:
         return []
     least = min(pilot.misfit for pilot in pilots)
-    floor = _FLOOR * loops.rms(loops.force - np.average(loops.force, weights=loops.weight))
+    floor = force_floor(loops)
     carried = [pilot for pilot in pilots if pilot.misfit <= _PROMISING * (least + floor)]
     if degrees is None:
-        carried = [_leaner(loops, _with_degrees(loops, pilot, floor), floor) for pilot in carried]
+        carried = [_with_degrees(loops, pilot, floor) for pilot in carried]
     else:
-        carried = [_refined(loops, c.basis, c.refinement.hysteresis, _TOLERANCE, _EVALUATIONS) or c for c in carried]
+        carried = [refined(loops, c.basis, c.refinement.hysteresis) or c for c in carried]
     independent = loops.force.size / min(carried, key=lambda c: c.misfit).autocorrelation_time
     ranked = sorted((_ranked(c, independent, floor) for c in carried), key=lambda c: c.criterion)
     return [c for k, c in enumerate(ranked) if not any(_alike(c, other) for other in ranked[:k])]
@@ -99,8 +99,12 @@ def _starts(loops: Loops, degrees: tuple[int, int]) -> Iterator[Hysteresis]:
     yield from scan_minima(loops, degrees)[:_STARTS]
 
 
-def _refined(
-    loops: Loops, basis: Basis, start: Hysteresis, tolerance: float, evaluations: int
+def refined(
+    loops: Loops,
+    basis: Basis,
+    start: Hysteresis,
+    tolerance: float = _TOLERANCE,
+    evaluations: int = _EVALUATIONS,
 ) -> Candidate | None:
     """Least squares on the points from a start, with the degree of FA lowered until it is positive."""
     while True:
@@ -118,67 +122,58 @@ def _refined(
 
 
 def _with_degrees(loops: Loops, candidate: Candidate, floor: float) -> Candidate:
-    """The candidate with the degrees that its omega asks for, refined; repeated until they stay."""
-    for _ in range(_ROUNDS):
-        degrees = _choose(loops, candidate, floor)
-        if degrees == (candidate.basis.elastic, candidate.basis.amplifier):
-            break
-        basis = replace(candidate.basis, elastic=degrees[0], amplifier=degrees[1])
-        refined = _refined(loops, basis, candidate.refinement.hysteresis, _TOLERANCE, _EVALUATIONS)
-        if refined is None:
-            break
-        candidate = refined
-    return candidate
-
-
-def _leaner(loops: Loops, candidate: Candidate, floor: float) -> Candidate:
-    """The candidate with lower degrees as far as refining makes up for them."""
+    """The candidate refined with the degrees that the criterion asks for; repeated as long as that lowers it."""
     independent = loops.force.size / candidate.autocorrelation_time
     best = _ranked(candidate, independent, floor)
-    while True:
-        basis = best.basis
-        leaner = []
-        if basis.amplifier > 0:
-            leaner.append(replace(basis, amplifier=basis.amplifier - 1))
-        if basis.elastic > 1:
-            leaner.append(replace(basis, elastic=basis.elastic - 1))
-        tried = [_refined(loops, each, best.refinement.hysteresis, _TOLERANCE, _EVALUATIONS) for each in leaner]
-        ranked = [_ranked(each, independent, floor) for each in tried if each is not None]
-        winner = min(ranked, key=lambda c: c.criterion, default=best)
-        if winner.criterion >= best.criterion:
-            return best
-        best = winner
+    for _ in range(_ROUNDS):
+        elastic, amplifier = _choose(loops, best, independent, floor)
+        if (elastic, amplifier) == (best.basis.elastic, best.basis.amplifier):
+            break
+        basis = replace(best.basis, elastic=elastic, amplifier=amplifier)
+        other = refined(loops, basis, best.refinement.hysteresis)
+        if other is None:
+            break
+        other = _ranked(other, independent, floor)
+        if other.criterion >= best.criterion:
+            break
+        best = other
+    return best
 
 
-def _choose(loops: Loops, candidate: Candidate, floor: float) -> tuple[int, int]:
-    """Degrees with the least criterion for the omega of a candidate, by linear least squares."""
+def _choose(loops: Loops, candidate: Candidate, independent: float, floor: float) -> tuple[int, int]:
+    """Degrees with the least criterion by linear least squares, in which rho, sigma and n yield as well."""
     basis = replace(candidate.basis, elastic=_DEGREES[0], amplifier=_DEGREES[1])
     columns = basis.columns(loops.displacement)
-    omega = candidate.refinement.omega[:, None]
-    root = np.sqrt(loops.weight)[:, None]
-    whole = np.hstack([columns.elastic, omega * columns.amplifier, loops.force[:, None]]) * root
-    triangle = np.linalg.qr(whole, mode="r")
+    fit = candidate.refinement
+    yielding = (fit.derivatives * fit.backbone.G).T
+    whole = np.hstack([columns.elastic, fit.omega[:, None] * columns.amplifier, yielding, loops.force[:, None]])
+    triangle = np.linalg.qr(whole * np.sqrt(loops.weight)[:, None], mode="r")
     matrix, target = triangle[:, :-1], triangle[:, -1]
-    independent = loops.force.size / candidate.autocorrelation_time
+    n_E, n_A = basis.elastic + 1, basis.amplifier + 1
     best, chosen = np.inf, (basis.elastic, basis.amplifier)
-    for elastic in range(1, basis.elastic + 1):
-        for amplifier in range(basis.amplifier + 1):
-            used = [*range(elastic + 1), *range(basis.elastic + 1, basis.elastic + amplifier + 2)]
-            left = target - matrix[:, used] @ np.linalg.lstsq(matrix[:, used], target, rcond=None)[0]
-            square = float(left @ left) / loops.weight.sum()
-            value = _criterion(square, len(used), independent, floor)
+    for elastic in range(1, n_E):
+        for amplifier in range(n_A):
+            used = [*range(elastic + 1), *range(n_E, n_E + amplifier + 1), *range(n_E + n_A, matrix.shape[1])]
+            left = target - matrix[:, used] @ np.linalg.lstsq(matrix[:, used], target, rcond=1e-10)[0]
+            value = information(float(left @ left) / loops.weight.sum(), elastic + amplifier + 2, independent, floor)
             if value < best:
                 best, chosen = value, (elastic, amplifier)
     return chosen
 
 
-def _criterion(square: float, coefficients: int, independent: float, floor: float) -> float:
+def force_floor(loops: Loops) -> float:
+    """The misfit that is not worth a coefficient [N]."""
+    return _FLOOR * loops.rms(loops.force - np.average(loops.force, weights=loops.weight))
+
+
+def information(square: float, coefficients: int, independent: float, floor: float) -> float:
+    """The criterion of this module."""
     return float(independent * np.log(square + floor**2) + coefficients * np.log(independent))
 
 
 def _ranked(candidate: Candidate, independent: float, floor: float) -> Candidate:
     coefficients = candidate.basis.elastic + candidate.basis.amplifier + 2
-    value = _criterion(candidate.misfit**2, coefficients, independent, floor)
+    value = information(candidate.misfit**2, coefficients, independent, floor)
     return replace(candidate, criterion=value + (0.0 if candidate.steady else _SATURATION))
 
 
