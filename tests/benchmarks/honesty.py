@@ -16,7 +16,7 @@ import time
 import zlib
 from collections import Counter
 from collections.abc import Iterator
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import Any
 
@@ -26,18 +26,9 @@ from rich.table import Table
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "helpers"))
 
-from rig import (
-    DOUBTED,
-    FAULTS,
-    UNDECIDED,
-    Case,
-    Experiment,
-    Judgement,
-    draw_experiment,
-    draw_spring,
-    judge_case,
-    simulate,
-)
+from judgement import Judgement, judge_case
+from rig import DOUBTED, UNDECIDED, Case, draw_experiment, draw_spring, simulate
+from rig_faults import FAULTS
 from strandspring import Identification, IdentificationError, RefinedOptions, identify, read_record
 from strandspring.errors import StrandspringError
 
@@ -254,16 +245,13 @@ def noise(arguments: argparse.Namespace) -> None:
     table = Table(title=f"Displacement noise {100 * arguments.share:g} % of the amplitude, {arguments.count} runs")
     for column in ("shape", "n median", "n worst", "rho median", "rho worst", "both within 5 %", "wrong"):
         table.add_column(column, justify="left" if column == "shape" else "right")
-    noisy = type(fault)(arguments.share, arguments.share, fault.size, fault.points_to, sampled=fault.sampled)
+    noisy = replace(fault, small=arguments.share)
     for shape in ("sine", "triangle"):
         errors, wrong = [], 0
         for index in range(arguments.count):
             generator = np.random.default_rng([arguments.seed, index])
-            spring = draw_spring(
-                generator, n=(0.3, 3.0), sigma=(0.5, 3.0), saturations=(6.0, 30.0), friction=(0.2, 0.4)
-            )
-            experiment: Experiment = draw_experiment(generator, shape=shape)
-            result = run(simulate(spring, experiment, generator, noisy))
+            spring = draw_spring(generator, (0.3, 3.0), (0.5, 3.0), (6.0, 30.0), friction=(0.2, 0.4))
+            result = run(simulate(spring, draw_experiment(generator, shape=shape), generator, noisy))
             wrong += result.wrong
             if result.identification is None:
                 errors.append((np.inf, np.inf))

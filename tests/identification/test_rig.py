@@ -7,7 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from rig import FAULTS, Case, Experiment, Truth, draw_experiment, draw_spring, judge, judge_case, simulate, strokes_of
+from judgement import judge, judge_case
+from rig import Case, Experiment, Truth, draw_experiment, draw_spring, simulate, strokes_of
+from rig_faults import FAULTS
 from strandspring import Spring
 from strandspring.core.parameters import problems
 
