@@ -44,11 +44,12 @@ class Basis:
         """Half the range [m]."""
         return 0.5 * (self.high - self.low)
 
-    def columns(self, displacement: FloatArray) -> Columns:
-        """Values of the basis functions at each displacement."""
+    def columns(self, displacement: FloatArray, further: FloatArray | None = None) -> Columns:
+        """Values of the basis functions at each displacement; further columns go with those of FE."""
         z = (displacement - self.offset) / self.half
         values = legendre.legvander(z, max(self.elastic, self.amplifier)).astype(np.float64)
-        return Columns(values[:, : self.elastic + 1], values[:, : self.amplifier + 1])
+        elastic = values[:, : self.elastic + 1]
+        return Columns(elastic if further is None else np.hstack([elastic, further]), values[:, : self.amplifier + 1])
 
     def slopes(
         self, displacement: FloatArray, elastic: FloatArray, amplified: FloatArray

@@ -82,11 +82,19 @@ class _Projected:
 
 
 class Problem:
-    """The projected least-squares problem of a set of loops in theta = ln(rho), ln(sigma), ln(n), omega_start..."""
+    """The projected least-squares problem of a set of loops in theta = ln(rho), ln(sigma), ln(n), omega_start...
 
-    def __init__(self, loops: Loops, basis: Basis, start: Hysteresis) -> None:
+    Parameters
+    ----------
+    loops : Loops
+    basis : Basis
+    start : Hysteresis                        Limits rho.
+    further : ndarray, shape (P, k), or None  Further columns, whose coefficients follow those of FE.
+    """
+
+    def __init__(self, loops: Loops, basis: Basis, start: Hysteresis, further: FloatArray | None = None) -> None:
         self.loops = loops
-        self.columns = basis.columns(loops.displacement)
+        self.columns = basis.columns(loops.displacement, further)
         self.records = int(loops.record.max()) + 1
         longest = float(loops.length.max())
         least, most = (b / longest for b in RHO_BOUNDS)

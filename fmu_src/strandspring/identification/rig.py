@@ -18,7 +18,11 @@ import numpy as np
 from ..kernel.arrays import FloatArray
 from .autocorrelation import autocorrelation_time
 from .loops import Loops, join
-from .search import Candidate, force_floor, information, refined
+from .polynomials import Basis
+from .projection import Problem
+from .refinement import FAIR_TOLERANCE
+from .scan import scan_minima
+from .search import PILOT, SATURATION, Candidate, force_floor, information, refined, search
 from .steady_part import SteadyRecord
 
 
@@ -39,7 +43,12 @@ Sizes = dict[Effect, FloatArray]
 
 _MARGIN = 12.0  # by which an effect must lower the criterion beyond its price
 _WORTH = 0.03  # share of the misfit that an effect must explain
-_ROUNDS = 12  # of Gauss-Newton steps
+_TRIED = 3  # effects that promise most are tried
+_CARRIED = 3  # minima from which effects are looked for
+_STEPS = 6  # of Gauss-Newton
+# Effects that may be fitted with the spring from the beginning.
+_LINEAR = ((Effect.FORCE_ZERO, Effect.CURVED_DRIFT), (Effect.VISCOSITY,))
+_WHITE = 1.5  # autocorrelation time of residuals up to which they are called white
 _SETTLED = 0.01  # change of a size at which they end, share of it
 _VELOCITY_WINDOW = 7  # samples over which the velocity is taken
 
@@ -92,42 +101,51 @@ class Rig:
             and (several or effect not in (Effect.FORCE_ZERO, Effect.DISPLACEMENT_ZERO))
         )
 
-    def columns(self, effect: Effect, fit: Candidate, loops: Loops) -> FloatArray:
-        """Derivatives of the predicted force by the sizes of an effect, shape (P, number of sizes)."""
-        h, backbone, omega = fit.refinement.hysteresis, fit.refinement.backbone, fit.refinement.omega
-        others = np.arange(1, len(self.parts))
-        of_record = (loops.record[loops.stroke][:, None] == others).astype(np.float64)
-        if effect in (Effect.DELAY, Effect.DISPLACEMENT_ZERO):
-            slope = fit.basis.slopes(loops.displacement, backbone.elastic, backbone.amplified)
-            elastic = slope[0] + omega * slope[1]
-            if effect is Effect.DISPLACEMENT_ZERO:
-                return np.asarray(-elastic[:, None] * of_record)
-            u = loops.side * omega
-            growth = 1.0 - np.where(u >= 0.0, 1.0, 1.0 - 2.0 * h.sigma) * np.abs(u) ** h.n
-            return np.asarray(-((elastic + backbone.G * h.rho * growth) * self.velocity)[:, None])
+    def plain_columns(self, effect: Effect, loops: Loops) -> FloatArray:
+        """Derivatives of the force by the sizes of an effect that does not depend on the spring, shape (P, sizes)."""
         match effect:
             case Effect.VISCOSITY:
                 return self.velocity[:, None]
-            case Effect.FORCE_ZERO:
-                return of_record
             case Effect.DRIFT:
                 return self.elapsed[:, None]
             case Effect.CURVED_DRIFT:
                 return np.asarray(self.elapsed[:, None] ** np.arange(1, 4))
-            case Effect.FRICTION_WEAR:
-                return np.asarray((self.cycle * omega * backbone.G)[:, None])
             case _:
-                return np.asarray((self.cycle * (backbone.FE - np.mean(backbone.FE)))[:, None])
+                return (loops.record[loops.stroke][:, None] == np.arange(1, len(self.parts))).astype(np.float64)
 
-    def corrected(self, sizes: Sizes, fit: Candidate) -> Loops:
-        """The points as a rig without these effects would have measured them."""
+    def columns(self, effect: Effect, fit: Candidate, loops: Loops) -> FloatArray:
+        """Derivatives of the force by the sizes of any effect, shape (P, sizes)."""
+        h, backbone, omega = fit.refinement.hysteresis, fit.refinement.backbone, fit.refinement.omega
+        if effect is Effect.FRICTION_WEAR:
+            return np.asarray((self.cycle * omega * backbone.G)[:, None])
+        if effect is Effect.STIFFNESS_WEAR:
+            return np.asarray((self.cycle * (backbone.FE - np.mean(backbone.FE)))[:, None])
+        if effect not in (Effect.DELAY, Effect.DISPLACEMENT_ZERO):
+            return self.plain_columns(effect, loops)
+        of_elastic, of_amplified = fit.basis.slopes(loops.displacement, backbone.elastic, backbone.amplified)
+        slope = of_elastic + omega * of_amplified
+        if effect is Effect.DISPLACEMENT_ZERO:
+            return np.asarray(-slope[:, None] * self.plain_columns(Effect.FORCE_ZERO, loops))
+        u = loops.side * omega
+        growth = 1.0 - np.where(u >= 0.0, 1.0, 1.0 - 2.0 * h.sigma) * np.abs(u) ** h.n
+        return np.asarray(-((slope + backbone.G * h.rho * growth) * self.velocity)[:, None])
+
+    def corrected(self, sizes: Sizes, fit: Candidate | None) -> Loops:
+        """The points as a rig without these effects would have measured them.
+
+        Parameters
+        ----------
+        sizes : dict
+        fit : Candidate or None   Needed for effects that depend on the spring.
+        """
         loops = self.loops
         if Effect.DELAY in sizes:
             loops = self._at(float(sizes[Effect.DELAY][0]))
         force = loops.force.copy()
         for effect, size in sizes.items():
             if effect not in (Effect.DELAY, Effect.DISPLACEMENT_ZERO):
-                force -= self.columns(effect, fit, loops) @ size
+                columns = self.plain_columns(effect, loops) if fit is None else self.columns(effect, fit, loops)
+                force -= columns @ size
         loops = replace(loops, force=force)
         if Effect.DISPLACEMENT_ZERO in sizes:
             zeros = np.append(0.0, sizes[Effect.DISPLACEMENT_ZERO])[loops.record]
@@ -151,79 +169,189 @@ class Rig:
         return replace(loops, displacement=x, stroke=stroke, travel=travel)
 
 
-def find_effects(rig: Rig, fit: Candidate) -> tuple[Sizes, Candidate]:
-    """The effects that pay for themselves with their sizes, and the spring fitted without them.
+@dataclass(frozen=True, eq=False)
+class Corrected:
+    """A spring fitted to points from which effects were taken out.
+
+    Attributes
+    ----------
+    fit : Candidate
+    loops : Loops    The corrected points.
+    sizes : dict     Effects with their sizes.
+    """
+
+    fit: Candidate
+    loops: Loops
+    sizes: Sizes
+
+    @property
+    def price(self) -> int:
+        """Number of sizes fitted."""
+        return sum(map(len, self.sizes.values()))
+
+    def better_by(self, other: Corrected) -> float:
+        """By how much the criterion favours this one over another one."""
+        loops = self.loops
+        finer = min(self.fit, other.fit, key=lambda fit: fit.misfit)
+        independent = loops.force.size / finer.autocorrelation_time
+        floor = force_floor(loops)
+        mine, theirs = (
+            information(one.fit.misfit**2, one.price + one.fit.coefficients, independent, floor)
+            + (0.0 if one.fit.steady else SATURATION)
+            for one in (self, other)
+        )
+        return theirs - mine
+
+
+def find_effects(rig: Rig, candidates: Sequence[Candidate], degrees: tuple[int, int] | None) -> list[Corrected]:
+    """The effects that pay for themselves, and the springs fitted without them, the best first.
 
     Parameters
     ----------
     rig : Rig
-    fit : Candidate   Of the points as measured.
+    candidates : sequence of Candidate   From `search`, of the points as measured; at least one.
+    degrees : (int, int) or None         Of FE and FA; chosen if None.
     """
-    sizes: Sizes = {}
+    started = [Corrected(fit, rig.loops, {}) for fit in candidates]
+    if not rig.effects:
+        return started
+    grown = [_grown(rig, one) for one in started[:_CARRIED]]
+    if started[0].fit.autocorrelation_time > _WHITE:
+        grown += _all_at_once(rig, degrees or PILOT)
+    best = _best(grown)
+    if not best.sizes:
+        return started
+    # Without the effects another minimum, or other degrees, may be better.
+    again = search(best.loops, degrees)
+    settled = [one for fit in again if (one := _settled(rig, fit, best.sizes)) is not None]
+    settled = [_pruned(rig, _grown(rig, one)) for one in settled[:_CARRIED]]
+    first = _best([*settled, best])
+    return [first, *(one for one in settled if one is not first)]
+
+
+def _all_at_once(rig: Rig, degrees: tuple[int, int]) -> list[Corrected]:
+    """Springs fitted together with every effect that is linear, since a large effect may hide the right minimum."""
     loops = rig.loops
-    open_to = list(rig.effects)
-    for _ in range(_ROUNDS):
-        step, entered = _step(rig, fit, loops, sizes, open_to)
-        if not step:
-            break
-        before = sizes
-        sizes = {effect: before.get(effect, 0.0) + change for effect, change in step.items()}
-        loops = rig.corrected(sizes, fit)
-        again = refined(loops, fit.basis, fit.refinement.hysteresis)
-        if again is None:
-            return before, fit
-        fit = again
-        if not entered and all(
-            np.abs(change).max() <= _SETTLED * np.abs(sizes[effect]).max() for effect, change in step.items()
-        ):
-            break
-    return sizes, fit
-
-
-def _step(
-    rig: Rig, fit: Candidate, loops: Loops, sizes: Sizes, open_to: list[Effect]
-) -> tuple[Sizes, bool]:
-    """Changes of the sizes by the linear problem, and whether an effect enters with it."""
-    columns = fit.basis.columns(loops.displacement)
-    refinement = fit.refinement
-    root = np.sqrt(loops.weight)
-    yielding = (refinement.derivatives * refinement.backbone.G).T
-    model = np.hstack([columns.elastic, refinement.omega[:, None] * columns.amplifier, yielding])
-    model /= np.maximum(np.abs(model).max(axis=0), 1e-300)
-    q, _ = np.linalg.qr(model * root[:, None])
-    misfit = root * refinement.backbone.misfit(loops.force, refinement.omega)
-
-    def beside(values: FloatArray) -> FloatArray:
-        return np.asarray(values - q @ (q.T @ values))
-
-    left = beside(misfit)
-    traces = {effect: beside(rig.columns(effect, fit, loops) * root[:, None]) for effect in [*sizes, *open_to]}
-
-    def solved(effects: Sequence[Effect]) -> tuple[Sizes, FloatArray]:
-        if not effects:
-            return {}, left
-        matrix = np.hstack([traces[effect] for effect in effects])
-        solution = np.linalg.lstsq(matrix, left, rcond=1e-10)[0]
-        ends = np.cumsum([traces[effect].shape[1] for effect in effects])[:-1]
-        return dict(zip(effects, np.split(solution, ends), strict=True)), left - matrix @ solution
-
-    floor = force_floor(loops)
-    present = list(sizes)
-    now, without = solved(present)
-    best, chosen, gain = now, None, 0.0
-    for effect in open_to:
-        if effect in sizes or (effect is Effect.DRIFT and Effect.CURVED_DRIFT in sizes):
+    basis = Basis(*loops.reach, *degrees)
+    found = []
+    for effects in _LINEAR:
+        columns = {e: rig.plain_columns(e, loops) for e in effects if e in rig.effects}
+        if not columns:
             continue
-        others = [e for e in present if not (effect is Effect.CURVED_DRIFT and e is Effect.DRIFT)]
-        step, residuals = solved([*others, effect])
+        further = np.hstack(list(columns.values()))
+        ends = np.cumsum([column.shape[1] for column in columns.values()])[:-1]
+        for start in scan_minima(loops, basis.columns(loops.displacement, further))[:_CARRIED]:
+            problem = Problem(loops, basis, start, further)
+            solved = problem.solve(start, np.zeros(problem.records), loops.weight, FAIR_TOLERANCE)
+            sizes = dict(zip(columns, np.split(solved.backbone.elastic[basis.elastic + 1 :], ends), strict=True))
+            fit = refined(rig.corrected(sizes, None), basis, solved.hysteresis)
+            settled = None if fit is None else _settled(rig, fit, sizes)
+            if settled is not None:
+                found.append(settled)
+    return [_grown(rig, _pruned(rig, _best(found)))] if found else []
+
+
+def _best(alternatives: Sequence[Corrected]) -> Corrected:
+    best = alternatives[0]
+    for other in alternatives[1:]:
+        if other.better_by(best) > 0.0:
+            best = other
+    return best
+
+
+def _grown(rig: Rig, state: Corrected) -> Corrected:
+    """With each effect that pays for itself, the best first."""
+    while True:
+        tried = [_settled(rig, state.fit, sizes) for sizes in _promising(rig, state)]
+        paying = [
+            one
+            for one in tried
+            if one is not None and one.better_by(state) > _MARGIN and one.fit.misfit < (1.0 - _WORTH) * state.fit.misfit
+        ]
+        if not paying:
+            return state
+        state = _best(paying)
+
+
+def _pruned(rig: Rig, state: Corrected) -> Corrected:
+    """Without the effects that no longer pay, now that others are there."""
+    for effect in list(state.sizes):
+        left = {other: size for other, size in state.sizes.items() if other is not effect}
+        without = _settled(rig, state.fit, left)
+        if without is not None and state.better_by(without) <= _MARGIN:
+            state = without
+    return state
+
+
+def _settled(rig: Rig, fit: Candidate, sizes: Sizes) -> Corrected | None:
+    """Sizes and spring after Gauss-Newton steps; None where they do not fit together."""
+    for _ in range(_STEPS):
+        loops = rig.corrected(sizes, fit)
+        other = refined(loops, fit.basis, fit.refinement.hysteresis)
+        if other is None:
+            return None
+        fit = other
+        if not sizes:
+            break
+        step, _ = _Traces(rig, fit, loops, list(sizes)).solved(list(sizes))
+        sizes = {effect: sizes[effect] + change for effect, change in step.items()}
+        if all(np.abs(c).max() <= _SETTLED * np.abs(sizes[effect]).max() for effect, c in step.items()):
+            break
+    if Effect.VISCOSITY in sizes and sizes[Effect.VISCOSITY][0] <= 0.0:
+        return None
+    return Corrected(fit, loops, sizes)
+
+
+def _promising(rig: Rig, state: Corrected) -> list[Sizes]:
+    """Sizes with one more effect each, those that promise most by the linear problem."""
+    open_to = [effect for effect in rig.effects if effect not in state.sizes]
+    traces = _Traces(rig, state.fit, state.loops, [*state.sizes, *open_to])
+    weight = state.loops.weight.sum()
+    floor = force_floor(state.loops)
+    _, without = traces.solved(list(state.sizes))
+    promised: list[tuple[float, Sizes]] = []
+    for effect in open_to:
+        if effect is Effect.DRIFT and Effect.CURVED_DRIFT in state.sizes:
+            continue
+        kept = [e for e in state.sizes if not (effect is Effect.CURVED_DRIFT and e is Effect.DRIFT)]
+        step, residuals = traces.solved([*kept, effect])
         independent = residuals.size / autocorrelation_time(residuals)
-        price = (len(np.concatenate(list(step.values()))) - sum(map(len, now.values())))
-        won = information(without @ without / loops.weight.sum(), 0, independent, floor) - information(
-            residuals @ residuals / loops.weight.sum(), price, independent, floor
+        price = sum(map(len, step.values())) - state.price
+        before, after = (
+            information(float(left @ left) / weight, paid, independent, floor)
+            for left, paid in ((without, 0), (residuals, price))
         )
-        if won > max(gain, _MARGIN) and residuals @ residuals < (1.0 - _WORTH) ** 2 * (without @ without):
-            best, chosen, gain = step, effect, won
-    return best, chosen is not None
+        if before - after > _MARGIN:
+            promised.append((before - after, {e: state.sizes.get(e, 0.0) + change for e, change in step.items()}))
+    promised.sort(key=lambda one: -one[0])
+    return [sizes for _, sizes in promised[:_TRIED]]
+
+
+class _Traces:
+    """What effects leave in the residuals of a fit beside what FE, FA, rho, sigma and n can take over."""
+
+    def __init__(self, rig: Rig, fit: Candidate, loops: Loops, effects: Sequence[Effect]) -> None:
+        columns, refinement = fit.basis.columns(loops.displacement), fit.refinement
+        root = np.sqrt(loops.weight)
+        yielding = (refinement.derivatives * refinement.backbone.G).T
+        model = np.hstack([columns.elastic, refinement.omega[:, None] * columns.amplifier, yielding])
+        model = model * root[:, None] / np.maximum(np.abs(model).max(axis=0), 1e-300)
+        self._model, _ = np.linalg.qr(model)
+        self._misfit = self._beside(root * refinement.backbone.misfit(loops.force, refinement.omega))
+        self._traces = {effect: self._beside(rig.columns(effect, fit, loops) * root[:, None]) for effect in effects}
+
+    def _beside(self, values: FloatArray) -> FloatArray:
+        return np.asarray(values - self._model @ (self._model.T @ values))
+
+    def solved(self, effects: Sequence[Effect]) -> tuple[Sizes, FloatArray]:
+        """Sizes of these effects by least squares, and the weighted residuals that are left."""
+        if not effects:
+            return {}, self._misfit
+        matrix = np.hstack([self._traces[effect] for effect in effects])
+        scale = np.maximum(np.linalg.norm(matrix, axis=0), 1e-300)
+        solution = np.linalg.lstsq(matrix / scale, self._misfit, rcond=1e-8)[0] / scale
+        ends = np.cumsum([self._traces[effect].shape[1] for effect in effects])[:-1]
+        return dict(zip(effects, np.split(solution, ends), strict=True)), self._misfit - matrix @ solution
 
 
 def _time(part: SteadyRecord) -> FloatArray:

@@ -55,15 +55,15 @@ def scan(loops: Loops, degrees: tuple[int, int] | None) -> Solution | None:
     return choose_degrees(loops, grid.best) if degrees is None else grid.best(degrees)
 
 
-def scan_minima(loops: Loops, degrees: tuple[int, int]) -> list[Hysteresis]:
+def scan_minima(loops: Loops, columns: Columns) -> list[Hysteresis]:
     """The local minima of the misfit over n and the saturation length, the least first.
 
     Parameters
     ----------
     loops : Loops
-    degrees : (int, int)
+    columns : Columns   Basis functions at the points.
     """
-    return _Grid(loops).minima(degrees)
+    return _Grid(loops).minima(columns)
 
 
 class _Grid:
@@ -101,11 +101,11 @@ class _Grid:
             return None
         return Solution(basis, backbone, hysteresis, self.omega[pick], share)
 
-    def minima(self, degrees: tuple[int, int]) -> list[Hysteresis]:
+    def minima(self, columns: Columns) -> list[Hysteresis]:
         """Grid points with less misfit than their neighbours in n and share, each with its best sigma."""
         if not self.points:
             return []
-        misfits = self._misfits(Basis(*self.loops.reach, *degrees).columns(self.loops.displacement))
+        misfits = self._misfits(columns)
         surface = np.full((len(_N) + 2, len(_SHARES) + 2), np.inf)
         best = np.zeros(surface.shape, np.intp)
         for k, (hysteresis, share) in enumerate(self.points):

@@ -14,12 +14,11 @@ follows anyway: they would spend themselves on imitating the hysteresis of the a
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..kernel.arrays import FloatArray
 from .autocorrelation import autocorrelation_time
 from .loops import Loops
 from .polynomials import Basis
@@ -29,7 +28,7 @@ from .solution import cautions_of, is_positive
 from .stages import Hysteresis
 from .two_stage import two_stage
 
-_PILOT = (5, 2)  # degrees at which minima are looked for
+PILOT = (5, 2)  # degrees at which minima are looked for
 _DEGREES = (8, 2)  # highest degrees chosen from: an FA that bends more imitates the loop
 _FLOOR = 0.003  # misfit not worth a coefficient, share of the force's standard deviation
 _STARTS = 6  # local minima of the scan that are refined
@@ -38,7 +37,7 @@ _PILOT_TOLERANCE, _TOLERANCE = 1e-3, 1e-5
 _PROMISING = 1.5  # minima with a misfit up to this many times the least are carried through the degrees
 _ROUNDS = 3  # of choosing degrees and refining
 _SAME = 0.1  # difference of ln(rho), ln(sigma), ln(n) within which two fits are one minimum
-_SATURATION = 20.0  # by which the criterion must favour a fit whose strokes do not saturate
+SATURATION = 20.0  # by which the criterion must favour a fit whose strokes do not saturate
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,6 +61,11 @@ class Candidate:
     autocorrelation_time: float
     criterion: float = np.inf
 
+    @property
+    def coefficients(self) -> int:
+        """Number of coefficients of FE and FA."""
+        return self.basis.elastic + self.basis.amplifier + 2
+
 
 def search(loops: Loops, degrees: tuple[int, int] | None = None) -> list[Candidate]:
     """The distinct minima by their criterion, the best first; none if nothing physically possible was found.
@@ -72,8 +76,8 @@ def search(loops: Loops, degrees: tuple[int, int] | None = None) -> list[Candida
     degrees : (int, int) or None   Chosen if None.
     """
     pilots: list[Candidate] = []
-    for start in _starts(loops, degrees or _PILOT):
-        pilot = refined(loops, Basis(*loops.reach, *(degrees or _PILOT)), start, _PILOT_TOLERANCE, _PILOT_EVALUATIONS)
+    for start in _starts(loops, degrees or PILOT):
+        pilot = refined(loops, Basis(*loops.reach, *(degrees or PILOT)), start, _PILOT_TOLERANCE, _PILOT_EVALUATIONS)
         if pilot is None or any(_alike(pilot, other) for other in pilots):
             continue
         pilots.append(pilot)
@@ -96,7 +100,7 @@ def _starts(loops: Loops, degrees: tuple[int, int]) -> Iterator[Hysteresis]:
     start = two_stage(loops, degrees)
     if start is not None:
         yield start.hysteresis
-    yield from scan_minima(loops, degrees)[:_STARTS]
+    yield from scan_minima(loops, Basis(*loops.reach, *degrees).columns(loops.displacement))[:_STARTS]
 
 
 def refined(
@@ -172,9 +176,8 @@ def information(square: float, coefficients: int, independent: float, floor: flo
 
 
 def _ranked(candidate: Candidate, independent: float, floor: float) -> Candidate:
-    coefficients = candidate.basis.elastic + candidate.basis.amplifier + 2
-    value = information(candidate.misfit**2, coefficients, independent, floor)
-    return replace(candidate, criterion=value + (0.0 if candidate.steady else _SATURATION))
+    value = information(candidate.misfit**2, candidate.coefficients, independent, floor)
+    return replace(candidate, criterion=value + (0.0 if candidate.steady else SATURATION))
 
 
 def _alike(one: Candidate, other: Candidate) -> bool:
