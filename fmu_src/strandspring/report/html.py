@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 
 from .._version import __version__
 from ..files import write_text
+from ..identification.prediction_interval import PredictionBand
 from ..identification.result import Identification
-from ..identification.uncertainty import PredictionBand
 from ..kernel.path import PathSolver
 from ..modelfile import ModelFile
 
