@@ -26,7 +26,7 @@ from .projection import triangle_of
 
 _LENGTHS = 14  # correlation lengths tried
 _SHORTEST = 0.5  # of them, in samples
-_LONGEST = 0.5  # of them, share of the longest record: a longer one looks like a trend
+_LONGEST = 0.2  # of them, share of the longest record: a longer one looks like a trend
 _WHITE = np.array([0.0, 0.003, 0.01, 0.03, 0.1, 0.3, 0.7])  # shares of white noise in the variance tried
 _BAND = 1.15  # ratio of the ends of a band of frequencies
 _RANK = 1e-10  # singular value below which a combination of coefficients is not determined, share of the largest
