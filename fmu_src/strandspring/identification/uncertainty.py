@@ -5,8 +5,10 @@ omega_start) follows from the Jacobian and from residuals that are correlated fr
 `coloured_noise`. The errors of kE, kA, kappa_omega, rho, sigma and n follow by linear propagation, and the intervals
 by `intervals`. A parameter at its bound is taken as known by the others.
 
-Share of 95 % intervals that hold the truth, 200 records of the model itself, 3 cycles of 500 samples, degrees (3,2),
-noise of 1 % of the loop's height, of first-order autocorrelation 0, 0.9 and 0.99: SHARES.
+Share of 95 % intervals that hold the truth, 200 records of the model itself, 1000 samples in 3 cycles, degrees (3,2),
+noise of 0.3 N on a loop 50 N high: 96 to 97 % at an autocorrelation from sample to sample of 0, 95 to 98 % at 0.9, and
+96 to 97 % at 0.99, where the covariance of independent noise times the autocorrelation time of the residuals gives
+96, 94 to 97, and 99 to 100 %. With ten springs and noise of 0.2 to 1 N the shares are 91 to 99 %.
 """
 
 from __future__ import annotations

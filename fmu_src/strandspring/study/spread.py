@@ -1,10 +1,10 @@
 """Springs drawn from the uncertainty of an identification.
 
 The coefficients of FE and FA and the logarithms of kappa_omega, rho, sigma and n are jointly normal about the
-identified values, with the joint covariance of the model file, which is what the identification itself says: it fits ln(rho),
-ln(sigma) and ln(n), and its errors follow by linear propagation. So kappa_omega, rho and n stay positive for every
-draw. A sigma drawn below 1/2 becomes 1/2, as the identification ends there too; n and sigma are kept in the same way
-within the ranges of the model. A draw with an FA that is not positive is no spring, and is drawn again.
+identified values, with the joint covariance of the model file, which is what the identification itself says: it
+fits ln(rho), ln(sigma) and ln(n), and its errors follow by linear propagation. So kappa_omega, rho and n stay positive
+for every draw. A sigma drawn below 1/2 becomes 1/2, as the identification ends there too; n and sigma are kept in the
+same way within the ranges of the model. A draw with an FA that is not positive is no spring, and is drawn again.
 
 Older model files hold standard errors and correlations of kappa_omega, rho, sigma and n only; with these FE and FA
 stay as identified.
