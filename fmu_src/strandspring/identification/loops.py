@@ -75,6 +75,17 @@ class Loops:
             )  # fmt: skip
         return omega
 
+    def cycles(self) -> IndexArray:
+        """Cycle of each point: two strokes of one record, a last single stroke belonging to the cycle before it."""
+        cycle = np.zeros(self.stroke.size, np.intp)
+        first = 0
+        for _, points in self.by_record():
+            stroke = self.stroke[points] - self.stroke[points.start]
+            count = max(1, (int(stroke[-1]) + 1) // 2)
+            cycle[points] = first + np.minimum(stroke // 2, count - 1)
+            first += count
+        return cycle
+
     def by_record(self) -> Iterator[tuple[slice, slice]]:
         """The strokes and the points of each record."""
         for record in range(int(self.record[-1]) + 1):

@@ -10,8 +10,8 @@ from typing import Any, ClassVar
 from ..core.parameters import MAXIMUM_DEGREE, SpringParameters
 from ..records.record import Record
 from .outcomes import Outcome
+from .prediction_interval import PredictionBand
 from .steady_part import SteadyRecord
-from .uncertainty import PredictionBand
 
 
 @dataclass(frozen=True, eq=False)

@@ -7,17 +7,19 @@ from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
 from .bootstrap import bootstrap
+from .linearised import Linearised
 from .loops import POINTS_PER_STROKE, join
 from .method import Fitted, Method
 from .noise import force_noise
 from .outcomes import IdentificationError, Outcome
 from .polynomials import Basis
+from .prediction_interval import PredictionBand, prediction_interval
 from .projection import RHO_BOUNDS, Refinement
 from .refinement import Samples, refine
 from .search import search
 from .solution import cautions_of, is_positive, saturation_share, spring_of
 from .steady_part import SteadyRecord
-from .uncertainty import PredictionBand, is_sigma_uncertain, uncertainty
+from .uncertainty import is_sigma_uncertain, uncertainty
 
 # Points in all, and at least in a stroke, on which minima are looked for.
 _SEARCHED = 1000
@@ -76,8 +78,13 @@ class RefinedOptions(Method):
         if not refinement.converged:
             cautions.append(Outcome.NOT_CONVERGED)
         cautions += cautions_of(loops, refinement.hysteresis, refinement.omega)
-        errors = uncertainty(loops, basis, refinement)
-        content: dict[str, Any] = {**errors.as_json(), "indistinct": errors.indistinct(refinement)}
+        linear = Linearised.of(loops, basis, refinement)
+        errors, interval = uncertainty(linear), prediction_interval(samples, linear)
+        content: dict[str, Any] = {
+            **errors.as_json(),
+            "prediction_interval": interval.as_json(),
+            "indistinct": errors.indistinct(refinement),
+        }
         if self.bootstrap:
             spread = bootstrap(loops, basis, refinement, self.bootstrap, self.seed, where)
             content["bootstrap"] = {"repetitions": self.bootstrap, "seed": self.seed, **spread}
@@ -91,7 +98,7 @@ class RefinedOptions(Method):
             saturation_share(loops, refinement.hysteresis),
             tuple(refinement.omega_start.tolist()),
             content,
-            PredictionBand.from_refinement(loops, refinement, errors.force),
+            PredictionBand.of(linear, interval),
         )
 
     def _best(self, parts: Sequence[SteadyRecord], samples: Samples, where: str) -> tuple[Basis, Refinement]:

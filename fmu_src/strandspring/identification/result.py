@@ -13,7 +13,7 @@ from ..records.record import Record
 from ..spring import Spring
 from .figures import RecordFit
 from .outcomes import Outcome
-from .uncertainty import PredictionBand
+from .prediction_interval import PredictionBand
 
 
 @dataclass(frozen=True, eq=False)
