@@ -8,7 +8,7 @@ of `kernel.points`.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -108,6 +108,20 @@ class Problem:
         weight, start = self.loops.weight, np.zeros(self.records)
         omega, derivatives = self._omega(_vector(hysteresis, start))
         return Refinement(hysteresis, start, backbone, omega, derivatives, weight, weight, False)
+
+    def at(self, fit: Refinement) -> Refinement:
+        """A fit of other points of the same records at these points, unweighted."""
+        weight = self.loops.weight
+        omega, derivatives = self._omega(_vector(fit.hysteresis, fit.omega_start))
+        coefficients = np.concatenate([fit.backbone.elastic, fit.backbone.amplified])
+        return replace(
+            fit,
+            backbone=Backbone.from_coefficients(coefficients, self.columns),
+            omega=omega,
+            derivatives=derivatives,
+            weight=weight,
+            full_weight=weight,
+        )
 
     def solve(
         self,

@@ -6,9 +6,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
+from ..kernel.arrays import FloatArray
 from .bootstrap import bootstrap
+from .effects import find_effects
 from .linearised import Linearised
-from .loops import POINTS_PER_STROKE, join
+from .loops import POINTS_PER_STROKE
 from .method import Fitted, Method
 from .noise import force_noise
 from .outcomes import IdentificationError, Outcome
@@ -16,7 +18,9 @@ from .polynomials import Basis
 from .prediction_interval import PredictionBand, prediction_interval
 from .projection import RHO_BOUNDS, Refinement
 from .refinement import Samples, refine
-from .search import search
+from .rig import Rig, Sizes, transferred
+from .rig_effects import CAUTIONS, described
+from .search import Candidate, search
 from .solution import cautions_of, is_positive, saturation_share, spring_of
 from .steady_part import SteadyRecord
 from .uncertainty import is_sigma_uncertain, uncertainty
@@ -67,14 +71,22 @@ class RefinedOptions(Method):
         ------
         IdentificationError   If no model is physically possible.
         """
-        samples = _samples(parts)
+        strokes = sum(part.strokes.count for part in parts)
+        rig = Rig.from_parts(parts, max(_LEAST_POINTS, _SEARCHED // strokes))
+        candidates = search(rig.loops, self.degrees)
+        if not candidates:
+            raise IdentificationError(Outcome.BRANCHES_CROSS, where)
+        found = find_effects(rig, candidates, self.degrees)
+        sizes = found[0].sizes
+        samples = _samples(parts, sizes, found[0].fit)
         loops = samples.loops
-        basis, refinement = self._best(parts, samples, where)
+        basis, refinement = self._refined(samples, found[0].fit, where)
         cautions = []
         if self.degrees not in (None, (basis.elastic, basis.amplifier)):
             cautions.append(Outcome.AMPLIFIER_REDUCED)
         if refinement.hysteresis.rho * loops.length.max() < 1.01 * RHO_BOUNDS[0]:
             cautions.append(Outcome.NO_STEADY_SECTION)
+        cautions += [CAUTIONS[effect] for effect in sizes]
         if not refinement.converged:
             cautions.append(Outcome.NOT_CONVERGED)
         cautions += cautions_of(loops, refinement.hysteresis, refinement.omega)
@@ -99,17 +111,13 @@ class RefinedOptions(Method):
             tuple(refinement.omega_start.tolist()),
             content,
             PredictionBand.of(linear, interval),
+            effects=described(sizes),
+            predicted=_measured(parts, sizes, replace(found[0].fit, basis=basis, refinement=refinement)),
         )
 
-    def _best(self, parts: Sequence[SteadyRecord], samples: Samples, where: str) -> tuple[Basis, Refinement]:
-        """The best minimum, refined on all samples."""
-        strokes = sum(part.strokes.count for part in parts)
-        coarse = join([part.loops_with(max(_LEAST_POINTS, _SEARCHED // strokes)) for part in parts])
-        candidates = search(coarse, self.degrees)
-        if not candidates:
-            raise IdentificationError(Outcome.BRANCHES_CROSS, where)
-        best = candidates[0]
-        basis, start = best.basis, best.refinement.hysteresis
+    def _refined(self, samples: Samples, fit: Candidate, where: str) -> tuple[Basis, Refinement]:
+        """The fit refined on all samples, with the degree of FA lowered until it is positive."""
+        basis, start = fit.basis, fit.refinement.hysteresis
         refinement = refine(samples, basis, start, self.robust)
         while not is_positive(basis, refinement.backbone):
             if basis.amplifier == 0:
@@ -119,9 +127,18 @@ class RefinedOptions(Method):
         return basis, refinement
 
 
-def _samples(parts: Sequence[SteadyRecord]) -> Samples:
-    """The samples of all records, averaged where there are very many."""
+def _samples(parts: Sequence[SteadyRecord], sizes: Sizes, fit: Candidate) -> Samples:
+    """The samples of all records without the effects of the rig, averaged where there are very many."""
     strokes = sum(part.strokes.count for part in parts)
-    points = max(POINTS_PER_STROKE, min(_POINTS_PER_STROKE, _POINTS // strokes))
-    loops = join([part.loops_with(points) for part in parts])
+    rig = Rig.from_parts(parts, max(POINTS_PER_STROKE, min(_POINTS_PER_STROKE, _POINTS // strokes)))
+    loops = rig.corrected(sizes, transferred(fit, rig.placed(sizes))) if sizes else rig.loops
     return Samples(loops, tuple(force_noise(part.record.force) for part in parts))
+
+
+def _measured(parts: Sequence[SteadyRecord], sizes: Sizes, fit: Candidate) -> tuple[FloatArray, ...]:
+    """Force at every sample of each record that the spring on this rig gives [N]; empty without effects."""
+    if not sizes:
+        return ()
+    rig = Rig.from_parts(parts, None)
+    _, force = rig.predicted(sizes, fit)
+    return tuple(force[at] for _, at in rig.loops.by_record())

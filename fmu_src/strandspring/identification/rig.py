@@ -1,10 +1,7 @@
-"""What a test rig adds to a spring's force: found by its trace in the residuals, and taken out.
+"""What a test rig adds to the force of a spring, as a function of sizes that can be fitted.
 
-Each effect has a size s that changes the predicted force by s times a column: the derivative of the force by that size
-at the fit. An effect enters if a linear least-squares problem in its size, FE, FA, rho, sigma and n lowers the
-criterion of `search` by more than a margin; where several would, the one that lowers it most. Sizes are then found by
-Gauss-Newton steps: the points are corrected by the sizes, the spring is fitted to them anew, and what is left of each
-size follows from the linear problem.
+Each effect changes the force by its size times a column: the derivative of the force by that size. Delay, play and the
+zero of the displacement move the points along the path instead, which is done exactly.
 """
 
 from __future__ import annotations
@@ -16,40 +13,31 @@ from enum import Enum
 import numpy as np
 
 from ..kernel.arrays import FloatArray
-from .autocorrelation import autocorrelation_time
 from .loops import Loops, join
-from .polynomials import Basis
 from .projection import Problem
-from .refinement import FAIR_TOLERANCE
-from .scan import scan_minima
-from .search import PILOT, SATURATION, Candidate, force_floor, information, refined, search
+from .search import Candidate
 from .steady_part import SteadyRecord
 
 
 class Effect(Enum):
-    """Effects of a rig; the value names the size with its unit."""
+    """Effects of a rig; the value is the name in the model file."""
 
-    DELAY = "delay of the force [s]"
-    VISCOSITY = "viscous damping in parallel [N s/m]"
-    FORCE_ZERO = "zero of the force, each record against the first [N]"
-    DISPLACEMENT_ZERO = "zero of the displacement, each record against the first [m]"
-    DRIFT = "drift of the force from the first sample to the last [N]"
-    CURVED_DRIFT = "drift of the force, powers of the elapsed share of the test [N]"
-    FRICTION_WEAR = "change of the hysteretic force from the first cycle to the last [-]"
-    STIFFNESS_WEAR = "change of the elastic force from the first cycle to the last [-]"
+    DELAY = "delay"
+    VISCOSITY = "viscosity"
+    PLAY = "play"
+    FORCE_ZERO = "force_zero"
+    DISPLACEMENT_ZERO = "displacement_zero"
+    DRIFT = "drift"
+    CURVED_DRIFT = "curved_drift"
+    FRICTION_WEAR = "friction_wear"
+    STIFFNESS_WEAR = "stiffness_wear"
 
 
 Sizes = dict[Effect, FloatArray]
 
-_MARGIN = 12.0  # by which an effect must lower the criterion beyond its price
-_WORTH = 0.03  # share of the misfit that an effect must explain
-_TRIED = 3  # effects that promise most are tried
-_CARRIED = 3  # minima from which effects are looked for
-_STEPS = 6  # of Gauss-Newton
-# Effects that may be fitted with the spring from the beginning.
-_LINEAR = ((Effect.FORCE_ZERO, Effect.CURVED_DRIFT), (Effect.VISCOSITY,))
-_WHITE = 1.5  # autocorrelation time of residuals up to which they are called white
-_SETTLED = 0.01  # change of a size at which they end, share of it
+_TIMED = (Effect.DELAY, Effect.VISCOSITY)
+_BETWEEN_RECORDS = (Effect.FORCE_ZERO, Effect.DISPLACEMENT_ZERO)
+_MOVING = (Effect.DELAY, Effect.PLAY, Effect.DISPLACEMENT_ZERO)
 _VELOCITY_WINDOW = 7  # samples over which the velocity is taken
 
 
@@ -72,9 +60,10 @@ class Rig:
     velocity: FloatArray
 
     @classmethod
-    def from_parts(cls, parts: Sequence[SteadyRecord], points: int) -> Rig:
-        """The rig of some records, a stroke being averaged over at most so many points."""
-        loops = join([part.loops_with(points) for part in parts])
+    def from_parts(cls, parts: Sequence[SteadyRecord], points: int | None) -> Rig:
+        """The rig of some records: their steady parts, averaged over so many points of a stroke; every sample if None."""
+        each = (part.all_samples() if points is None else part.loops_with(points) for part in parts)
+        loops = join(list(each))
         elapsed, velocity = np.empty(loops.force.size), np.zeros(loops.force.size)
         begun = 0.0
         for part, (_, at) in zip(parts, loops.by_record(), strict=True):
@@ -92,14 +81,12 @@ class Rig:
         """Those that the records can show."""
         if any(part.periodic for part in self.parts):
             return ()
-        timed = all(part.record.time is not None for part in self.parts)
-        several = len(self.parts) > 1
-        return tuple(
-            effect
-            for effect in Effect
-            if (timed or effect not in (Effect.DELAY, Effect.VISCOSITY))
-            and (several or effect not in (Effect.FORCE_ZERO, Effect.DISPLACEMENT_ZERO))
-        )
+        impossible: tuple[Effect, ...] = ()
+        if any(part.record.time is None for part in self.parts):
+            impossible += _TIMED
+        if len(self.parts) == 1:
+            impossible += _BETWEEN_RECORDS
+        return tuple(effect for effect in Effect if effect not in impossible)
 
     def plain_columns(self, effect: Effect, loops: Loops) -> FloatArray:
         """Derivatives of the force by the sizes of an effect that does not depend on the spring, shape (P, sizes)."""
@@ -120,41 +107,65 @@ class Rig:
             return np.asarray((self.cycle * omega * backbone.G)[:, None])
         if effect is Effect.STIFFNESS_WEAR:
             return np.asarray((self.cycle * (backbone.FE - np.mean(backbone.FE)))[:, None])
-        if effect not in (Effect.DELAY, Effect.DISPLACEMENT_ZERO):
+        if effect not in _MOVING:
             return self.plain_columns(effect, loops)
         of_elastic, of_amplified = fit.basis.slopes(loops.displacement, backbone.elastic, backbone.amplified)
         slope = of_elastic + omega * of_amplified
         if effect is Effect.DISPLACEMENT_ZERO:
             return np.asarray(-slope[:, None] * self.plain_columns(Effect.FORCE_ZERO, loops))
         u = loops.side * omega
-        growth = 1.0 - np.where(u >= 0.0, 1.0, 1.0 - 2.0 * h.sigma) * np.abs(u) ** h.n
-        return np.asarray(-((slope + backbone.G * h.rho * growth) * self.velocity)[:, None])
+        growth = backbone.G * h.rho * (1.0 - np.where(u >= 0.0, 1.0, 1.0 - 2.0 * h.sigma) * np.abs(u) ** h.n)
+        if effect is Effect.PLAY:
+            return np.asarray(-(loops.side * (0.5 * slope + growth))[:, None])
+        return np.asarray(-((slope + growth) * self.velocity)[:, None])
 
-    def corrected(self, sizes: Sizes, fit: Candidate | None) -> Loops:
-        """The points as a rig without these effects would have measured them.
-
-        Parameters
-        ----------
-        sizes : dict
-        fit : Candidate or None   Needed for effects that depend on the spring.
-        """
+    def placed(self, sizes: Sizes) -> Loops:
+        """The points where the spring itself was when their force arose."""
         loops = self.loops
         if Effect.DELAY in sizes:
-            loops = self._at(float(sizes[Effect.DELAY][0]))
-        force = loops.force.copy()
-        for effect, size in sizes.items():
-            if effect not in (Effect.DELAY, Effect.DISPLACEMENT_ZERO):
-                columns = self.plain_columns(effect, loops) if fit is None else self.columns(effect, fit, loops)
-                force -= columns @ size
-        loops = replace(loops, force=force)
+            loops = self._earlier(float(sizes[Effect.DELAY][0]))
+        if Effect.PLAY in sizes:
+            play = float(sizes[Effect.PLAY][0])
+            start = loops.start + 0.5 * play * loops.direction
+            travel = np.maximum(loops.travel - play, 0.0)
+            at = start[loops.stroke] + loops.side * travel
+            length = np.maximum(loops.length - play, 1e-6 * loops.length)
+            loops = replace(loops, displacement=at, travel=travel, start=start, length=length)
         if Effect.DISPLACEMENT_ZERO in sizes:
             zeros = np.append(0.0, sizes[Effect.DISPLACEMENT_ZERO])[loops.record]
             shifted = loops.displacement - zeros[loops.stroke]
             loops = replace(loops, displacement=shifted, start=loops.start - zeros)
         return loops
 
-    def _at(self, delay: float) -> Loops:
-        """The points with the displacement that held when their force arose, exactly on the measured path."""
+    def added(self, sizes: Sizes, fit: Candidate | None, loops: Loops) -> FloatArray:
+        """Force that the other effects add at the points, shape (P,) [N].
+
+        Parameters
+        ----------
+        sizes : dict
+        fit : Candidate or None   Needed for effects that depend on the spring.
+        loops : Loops             As placed.
+        """
+        force = np.zeros(loops.force.size)
+        for effect, size in sizes.items():
+            if effect not in _MOVING:
+                columns = self.plain_columns(effect, loops) if fit is None else self.columns(effect, fit, loops)
+                force += columns @ size
+        return force
+
+    def corrected(self, sizes: Sizes, fit: Candidate | None) -> Loops:
+        """The points as a rig without these effects would have measured them; arguments as of `added`."""
+        loops = self.placed(sizes)
+        return replace(loops, force=loops.force - self.added(sizes, fit, loops))
+
+    def predicted(self, sizes: Sizes, fit: Candidate) -> tuple[Candidate, FloatArray]:
+        """A fit of other points of the same records at these points, and the force that the rig measures there [N]."""
+        loops = self.placed(sizes)
+        fit = transferred(fit, loops)
+        return fit, fit.refinement.backbone.force(fit.refinement.omega) + self.added(sizes, fit, loops)
+
+    def _earlier(self, delay: float) -> Loops:
+        """The points with the displacement that held a delay earlier, exactly on the measured path."""
         loops = self.loops
         x, stroke, travel = loops.displacement.copy(), loops.stroke.copy(), loops.travel.copy()
         for part, (of_record, at) in zip(self.parts, loops.by_record(), strict=True):
@@ -169,189 +180,10 @@ class Rig:
         return replace(loops, displacement=x, stroke=stroke, travel=travel)
 
 
-@dataclass(frozen=True, eq=False)
-class Corrected:
-    """A spring fitted to points from which effects were taken out.
-
-    Attributes
-    ----------
-    fit : Candidate
-    loops : Loops    The corrected points.
-    sizes : dict     Effects with their sizes.
-    """
-
-    fit: Candidate
-    loops: Loops
-    sizes: Sizes
-
-    @property
-    def price(self) -> int:
-        """Number of sizes fitted."""
-        return sum(map(len, self.sizes.values()))
-
-    def better_by(self, other: Corrected) -> float:
-        """By how much the criterion favours this one over another one."""
-        loops = self.loops
-        finer = min(self.fit, other.fit, key=lambda fit: fit.misfit)
-        independent = loops.force.size / finer.autocorrelation_time
-        floor = force_floor(loops)
-        mine, theirs = (
-            information(one.fit.misfit**2, one.price + one.fit.coefficients, independent, floor)
-            + (0.0 if one.fit.steady else SATURATION)
-            for one in (self, other)
-        )
-        return theirs - mine
-
-
-def find_effects(rig: Rig, candidates: Sequence[Candidate], degrees: tuple[int, int] | None) -> list[Corrected]:
-    """The effects that pay for themselves, and the springs fitted without them, the best first.
-
-    Parameters
-    ----------
-    rig : Rig
-    candidates : sequence of Candidate   From `search`, of the points as measured; at least one.
-    degrees : (int, int) or None         Of FE and FA; chosen if None.
-    """
-    started = [Corrected(fit, rig.loops, {}) for fit in candidates]
-    if not rig.effects:
-        return started
-    grown = [_grown(rig, one) for one in started[:_CARRIED]]
-    if started[0].fit.autocorrelation_time > _WHITE:
-        grown += _all_at_once(rig, degrees or PILOT)
-    best = _best(grown)
-    if not best.sizes:
-        return started
-    # Without the effects another minimum, or other degrees, may be better.
-    again = search(best.loops, degrees)
-    settled = [one for fit in again if (one := _settled(rig, fit, best.sizes)) is not None]
-    settled = [_pruned(rig, _grown(rig, one)) for one in settled[:_CARRIED]]
-    first = _best([*settled, best])
-    return [first, *(one for one in settled if one is not first)]
-
-
-def _all_at_once(rig: Rig, degrees: tuple[int, int]) -> list[Corrected]:
-    """Springs fitted together with every effect that is linear, since a large effect may hide the right minimum."""
-    loops = rig.loops
-    basis = Basis(*loops.reach, *degrees)
-    found = []
-    for effects in _LINEAR:
-        columns = {e: rig.plain_columns(e, loops) for e in effects if e in rig.effects}
-        if not columns:
-            continue
-        further = np.hstack(list(columns.values()))
-        ends = np.cumsum([column.shape[1] for column in columns.values()])[:-1]
-        for start in scan_minima(loops, basis.columns(loops.displacement, further))[:_CARRIED]:
-            problem = Problem(loops, basis, start, further)
-            solved = problem.solve(start, np.zeros(problem.records), loops.weight, FAIR_TOLERANCE)
-            sizes = dict(zip(columns, np.split(solved.backbone.elastic[basis.elastic + 1 :], ends), strict=True))
-            fit = refined(rig.corrected(sizes, None), basis, solved.hysteresis)
-            settled = None if fit is None else _settled(rig, fit, sizes)
-            if settled is not None:
-                found.append(settled)
-    return [_grown(rig, _pruned(rig, _best(found)))] if found else []
-
-
-def _best(alternatives: Sequence[Corrected]) -> Corrected:
-    best = alternatives[0]
-    for other in alternatives[1:]:
-        if other.better_by(best) > 0.0:
-            best = other
-    return best
-
-
-def _grown(rig: Rig, state: Corrected) -> Corrected:
-    """With each effect that pays for itself, the best first."""
-    while True:
-        tried = [_settled(rig, state.fit, sizes) for sizes in _promising(rig, state)]
-        paying = [
-            one
-            for one in tried
-            if one is not None and one.better_by(state) > _MARGIN and one.fit.misfit < (1.0 - _WORTH) * state.fit.misfit
-        ]
-        if not paying:
-            return state
-        state = _best(paying)
-
-
-def _pruned(rig: Rig, state: Corrected) -> Corrected:
-    """Without the effects that no longer pay, now that others are there."""
-    for effect in list(state.sizes):
-        left = {other: size for other, size in state.sizes.items() if other is not effect}
-        without = _settled(rig, state.fit, left)
-        if without is not None and state.better_by(without) <= _MARGIN:
-            state = without
-    return state
-
-
-def _settled(rig: Rig, fit: Candidate, sizes: Sizes) -> Corrected | None:
-    """Sizes and spring after Gauss-Newton steps; None where they do not fit together."""
-    for _ in range(_STEPS):
-        loops = rig.corrected(sizes, fit)
-        other = refined(loops, fit.basis, fit.refinement.hysteresis)
-        if other is None:
-            return None
-        fit = other
-        if not sizes:
-            break
-        step, _ = _Traces(rig, fit, loops, list(sizes)).solved(list(sizes))
-        sizes = {effect: sizes[effect] + change for effect, change in step.items()}
-        if all(np.abs(c).max() <= _SETTLED * np.abs(sizes[effect]).max() for effect, c in step.items()):
-            break
-    if Effect.VISCOSITY in sizes and sizes[Effect.VISCOSITY][0] <= 0.0:
-        return None
-    return Corrected(fit, loops, sizes)
-
-
-def _promising(rig: Rig, state: Corrected) -> list[Sizes]:
-    """Sizes with one more effect each, those that promise most by the linear problem."""
-    open_to = [effect for effect in rig.effects if effect not in state.sizes]
-    traces = _Traces(rig, state.fit, state.loops, [*state.sizes, *open_to])
-    weight = state.loops.weight.sum()
-    floor = force_floor(state.loops)
-    _, without = traces.solved(list(state.sizes))
-    promised: list[tuple[float, Sizes]] = []
-    for effect in open_to:
-        if effect is Effect.DRIFT and Effect.CURVED_DRIFT in state.sizes:
-            continue
-        kept = [e for e in state.sizes if not (effect is Effect.CURVED_DRIFT and e is Effect.DRIFT)]
-        step, residuals = traces.solved([*kept, effect])
-        independent = residuals.size / autocorrelation_time(residuals)
-        price = sum(map(len, step.values())) - state.price
-        before, after = (
-            information(float(left @ left) / weight, paid, independent, floor)
-            for left, paid in ((without, 0), (residuals, price))
-        )
-        if before - after > _MARGIN:
-            promised.append((before - after, {e: state.sizes.get(e, 0.0) + change for e, change in step.items()}))
-    promised.sort(key=lambda one: -one[0])
-    return [sizes for _, sizes in promised[:_TRIED]]
-
-
-class _Traces:
-    """What effects leave in the residuals of a fit beside what FE, FA, rho, sigma and n can take over."""
-
-    def __init__(self, rig: Rig, fit: Candidate, loops: Loops, effects: Sequence[Effect]) -> None:
-        columns, refinement = fit.basis.columns(loops.displacement), fit.refinement
-        root = np.sqrt(loops.weight)
-        yielding = (refinement.derivatives * refinement.backbone.G).T
-        model = np.hstack([columns.elastic, refinement.omega[:, None] * columns.amplifier, yielding])
-        model = model * root[:, None] / np.maximum(np.abs(model).max(axis=0), 1e-300)
-        self._model, _ = np.linalg.qr(model)
-        self._misfit = self._beside(root * refinement.backbone.misfit(loops.force, refinement.omega))
-        self._traces = {effect: self._beside(rig.columns(effect, fit, loops) * root[:, None]) for effect in effects}
-
-    def _beside(self, values: FloatArray) -> FloatArray:
-        return np.asarray(values - self._model @ (self._model.T @ values))
-
-    def solved(self, effects: Sequence[Effect]) -> tuple[Sizes, FloatArray]:
-        """Sizes of these effects by least squares, and the weighted residuals that are left."""
-        if not effects:
-            return {}, self._misfit
-        matrix = np.hstack([self._traces[effect] for effect in effects])
-        scale = np.maximum(np.linalg.norm(matrix, axis=0), 1e-300)
-        solution = np.linalg.lstsq(matrix / scale, self._misfit, rcond=1e-8)[0] / scale
-        ends = np.cumsum([self._traces[effect].shape[1] for effect in effects])[:-1]
-        return dict(zip(effects, np.split(solution, ends), strict=True)), self._misfit - matrix @ solution
+def transferred(fit: Candidate, loops: Loops) -> Candidate:
+    """A fit at other points of the same records."""
+    refinement = Problem(loops, fit.basis, fit.refinement.hysteresis).at(fit.refinement)
+    return replace(fit, refinement=refinement)
 
 
 def _time(part: SteadyRecord) -> FloatArray:
