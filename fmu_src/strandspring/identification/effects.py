@@ -24,14 +24,17 @@ from .scan import scan_minima
 from .search import PILOT, SATURATION, Candidate, force_floor, information, refined, search
 
 _MARGIN = 12.0  # by which an effect must lower the criterion beyond its price
-_WORTH = 0.03  # share of the misfit that an effect must explain
+# An effect must explain this share of the misfit, unless nothing but noise is left: where the model itself does not
+# follow the spring, any further column gains a little.
+_WORTH = 0.25
+_NOISE_ONLY = 1.2  # misfit over noise up to which nothing else is left, if the residuals are white
 _TRIED = 3  # effects that promise most are tried
 _CARRIED = 3  # minima from which effects are looked for
 _STEPS = 6  # of Gauss-Newton
 _SETTLED = 0.01  # change of a size at which they end, share of it
 # Effects that may be fitted with the spring from the beginning.
 _LINEAR = ((Effect.FORCE_ZERO, Effect.CURVED_DRIFT), (Effect.VISCOSITY,))
-_WHITE = 1.5  # autocorrelation time of residuals up to which they are called white
+_WHITE = 2.0  # autocorrelation time of residuals up to which they are called white
 _POSITIVE = (Effect.VISCOSITY, Effect.PLAY)  # sizes that cannot be negative
 
 
@@ -69,33 +72,36 @@ class Corrected:
         return theirs - mine
 
 
-def find_effects(rig: Rig, candidates: Sequence[Candidate], degrees: tuple[int, int] | None) -> list[Corrected]:
+def find_effects(
+    rig: Rig, candidates: Sequence[Candidate], noise: float, degrees: tuple[int, int] | None
+) -> list[Corrected]:
     """The effects that pay for themselves, and the springs fitted without them, the best first.
 
     Parameters
     ----------
     rig : Rig
     candidates : sequence of Candidate   From `search`, of the points as measured; at least one.
+    noise : float                        The rms that noise alone gives the residuals [N].
     degrees : (int, int) or None         Of FE and FA; chosen if None.
     """
     started = [Corrected(fit, rig.loops, {}) for fit in candidates]
     if not rig.effects:
         return started
-    grown = [_grown(rig, one) for one in started[:_CARRIED]]
-    if started[0].fit.autocorrelation_time > _WHITE:
-        grown += _all_at_once(rig, degrees or PILOT)
+    grown = [_grown(rig, one, noise) for one in started[:_CARRIED]]
+    if not _is_explained(started[0], noise):
+        grown += _all_at_once(rig, degrees or PILOT, noise)
     best = _best(grown)
     if not best.sizes:
         return started
     # Without the effects another minimum, or other degrees, may be better.
     again = search(best.loops, degrees)
     settled = [one for fit in again if (one := _settled(rig, fit, best.sizes)) is not None]
-    settled = [_pruned(rig, _grown(rig, one)) for one in settled[:_CARRIED]]
+    settled = [_pruned(rig, _grown(rig, one, noise)) for one in settled[:_CARRIED]]
     first = _best([*settled, best])
     return [first, *(one for one in settled if one is not first)]
 
 
-def _all_at_once(rig: Rig, degrees: tuple[int, int]) -> list[Corrected]:
+def _all_at_once(rig: Rig, degrees: tuple[int, int], noise: float) -> list[Corrected]:
     """Springs fitted together with every effect that is linear, since a large effect may hide the right minimum."""
     loops = rig.loops
     basis = Basis(*loops.reach, *degrees)
@@ -114,7 +120,7 @@ def _all_at_once(rig: Rig, degrees: tuple[int, int]) -> list[Corrected]:
             settled = None if fit is None else _settled(rig, fit, sizes)
             if settled is not None:
                 found.append(settled)
-    return [_grown(rig, _pruned(rig, _best(found)))] if found else []
+    return [_grown(rig, _pruned(rig, _best(found)), noise)] if found else []
 
 
 def _best(alternatives: Sequence[Corrected]) -> Corrected:
@@ -125,7 +131,7 @@ def _best(alternatives: Sequence[Corrected]) -> Corrected:
     return best
 
 
-def _grown(rig: Rig, state: Corrected) -> Corrected:
+def _grown(rig: Rig, state: Corrected, noise: float) -> Corrected:
     """With each effect that pays for itself, the best first."""
     while True:
         tried = [_settled(rig, state.fit, sizes) for sizes in _promising(rig, state)]
@@ -137,6 +143,11 @@ def _grown(rig: Rig, state: Corrected) -> Corrected:
         if not paying:
             return state
         state = _best(paying)
+
+
+def _is_explained(state: Corrected, noise: float) -> bool:
+    """Whether nothing but noise is left of the residuals."""
+    return state.fit.misfit <= _NOISE_ONLY * noise and state.fit.autocorrelation_time <= _WHITE
 
 
 def _pruned(rig: Rig, state: Corrected) -> Corrected:

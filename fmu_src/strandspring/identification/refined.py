@@ -10,7 +10,7 @@ from ..kernel.arrays import FloatArray
 from .bootstrap import bootstrap
 from .effects import find_effects
 from .linearised import Linearised
-from .loops import POINTS_PER_STROKE
+from .loops import POINTS_PER_STROKE, Loops
 from .method import Fitted, Method
 from .noise import force_noise
 from .outcomes import IdentificationError, Outcome
@@ -76,9 +76,10 @@ class RefinedOptions(Method):
         candidates = search(rig.loops, self.degrees)
         if not candidates:
             raise IdentificationError(Outcome.BRANCHES_CROSS, where)
-        found = find_effects(rig, candidates, self.degrees)
+        noise = tuple(force_noise(part.record.force) for part in parts)
+        found = find_effects(rig, candidates, Samples(rig.loops, noise).noise_rms, self.degrees)
         sizes = found[0].sizes
-        samples = _samples(parts, sizes, found[0].fit)
+        samples = Samples(_points(parts, sizes, found[0].fit), noise)
         loops = samples.loops
         basis, refinement = self._refined(samples, found[0].fit, where)
         cautions = []
@@ -127,12 +128,11 @@ class RefinedOptions(Method):
         return basis, refinement
 
 
-def _samples(parts: Sequence[SteadyRecord], sizes: Sizes, fit: Candidate) -> Samples:
+def _points(parts: Sequence[SteadyRecord], sizes: Sizes, fit: Candidate) -> Loops:
     """The samples of all records without the effects of the rig, averaged where there are very many."""
     strokes = sum(part.strokes.count for part in parts)
     rig = Rig.from_parts(parts, max(POINTS_PER_STROKE, min(_POINTS_PER_STROKE, _POINTS // strokes)))
-    loops = rig.corrected(sizes, transferred(fit, rig.placed(sizes))) if sizes else rig.loops
-    return Samples(loops, tuple(force_noise(part.record.force) for part in parts))
+    return rig.corrected(sizes, transferred(fit, rig.placed(sizes))) if sizes else rig.loops
 
 
 def _measured(parts: Sequence[SteadyRecord], sizes: Sizes, fit: Candidate) -> tuple[FloatArray, ...]:
