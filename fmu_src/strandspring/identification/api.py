@@ -56,7 +56,7 @@ def identify(records: Record | Sequence[Record], options: Method | None = None) 
         raise
     if not spikes or method.withstands_outliers:
         return identification
-    return replace(identification, outcomes=(*identification.outcomes, Outcome.SPIKES))
+    return replace(identification, findings={**identification.findings, Outcome.SPIKES: "; ".join(spikes)})
 
 
 def _refuse_twins(group: Sequence[Record]) -> None:
@@ -89,11 +89,11 @@ def _identified(group: tuple[Record, ...], method: Method) -> Identification:
     else:
         fits = tuple(_compared(solver, *each) for each in zip(parts, group, starts, strict=True))
     rmse, rnl = overall(fits)
-    outcomes = [*(caution for part in parts for caution in part.cautions), *result.cautions]
-    if Outcome.DRIFT_REMOVED in outcomes:
-        outcomes = [outcome for outcome in outcomes if outcome is not Outcome.DRIFT]
+    findings = _merged([*((part.record.path, part.cautions) for part in parts), ("", result.cautions)])
+    if Outcome.DRIFT_REMOVED in findings:
+        findings.pop(Outcome.DRIFT, None)
     if rnl < _POOR_RNL:
-        outcomes.append(Outcome.POOR_FIT)
+        findings[Outcome.POOR_FIT] = ""
     return Identification(
         parameters=result.parameters,
         records=group,
@@ -102,13 +102,23 @@ def _identified(group: tuple[Record, ...], method: Method) -> Identification:
         rnl=rnl,
         degrees=(len(result.parameters.kE) - 1, len(result.parameters.kA) - 1),
         steady_share=result.steady_share,
-        outcomes=tuple(dict.fromkeys(outcomes)),
+        findings=findings,
         uncertainty=result.uncertainty,
         band=result.band,
         effects=result.effects,
         method=method.name,
         options={name: "auto" if value is None else value for name, value in asdict(method).items()},
     )
+
+
+def _merged(cautions: Sequence[tuple[str, dict[Outcome, str]]]) -> dict[Outcome, str]:
+    """Outcomes with the details of every record that has them."""
+    merged: dict[Outcome, str] = {}
+    for path, found in cautions:
+        for outcome, text in found.items():
+            own = f"{path}: {text}" if path and text else text
+            merged[outcome] = "; ".join(filter(None, (merged.get(outcome, ""), own)))
+    return merged
 
 
 def _with_rig(part: SteadyRecord, measured: Record, predicted: FloatArray, omega_start: float) -> RecordFit:

@@ -96,7 +96,7 @@ def find_effects(
     # Without the effects another minimum, or other degrees, may be better.
     again = search(best.loops, degrees)
     settled = [one for fit in again if (one := _settled(rig, fit, best.sizes)) is not None]
-    settled = [_pruned(rig, _grown(rig, one, noise)) for one in settled[:_CARRIED]]
+    settled = [_pruned(rig, _grown(rig, one, noise), noise) for one in settled[:_CARRIED]]
     first = _best([*settled, best])
     return [first, *(one for one in settled if one is not first)]
 
@@ -120,7 +120,7 @@ def _all_at_once(rig: Rig, degrees: tuple[int, int], noise: float) -> list[Corre
             settled = None if fit is None else _settled(rig, fit, sizes)
             if settled is not None:
                 found.append(settled)
-    return [_grown(rig, _pruned(rig, _best(found)), noise)] if found else []
+    return [_grown(rig, _pruned(rig, _best(found), noise), noise)] if found else []
 
 
 def _best(alternatives: Sequence[Corrected]) -> Corrected:
@@ -135,14 +135,16 @@ def _grown(rig: Rig, state: Corrected, noise: float) -> Corrected:
     """With each effect that pays for itself, the best first."""
     while True:
         tried = [_settled(rig, state.fit, sizes) for sizes in _promising(rig, state)]
-        paying = [
-            one
-            for one in tried
-            if one is not None and one.better_by(state) > _MARGIN and one.fit.misfit < (1.0 - _WORTH) * state.fit.misfit
-        ]
+        paying = [one for one in tried if one is not None and _pays(one, state, noise)]
         if not paying:
             return state
         state = _best(paying)
+
+
+def _pays(richer: Corrected, leaner: Corrected, noise: float) -> bool:
+    """Whether the effects that one state has more are worth their price."""
+    worth = richer.fit.misfit < (1.0 - _WORTH) * leaner.fit.misfit or _is_explained(richer, noise)
+    return worth and richer.better_by(leaner) > _MARGIN
 
 
 def _is_explained(state: Corrected, noise: float) -> bool:
@@ -150,12 +152,12 @@ def _is_explained(state: Corrected, noise: float) -> bool:
     return state.fit.misfit <= _NOISE_ONLY * noise and state.fit.autocorrelation_time <= _WHITE
 
 
-def _pruned(rig: Rig, state: Corrected) -> Corrected:
+def _pruned(rig: Rig, state: Corrected, noise: float) -> Corrected:
     """Without the effects that no longer pay, now that others are there."""
     for effect in list(state.sizes):
         left = {other: size for other, size in state.sizes.items() if other is not effect}
         without = _settled(rig, state.fit, left)
-        if without is not None and state.better_by(without) <= _MARGIN:
+        if without is not None and not _pays(state, without, noise):
             state = without
     return state
 

@@ -103,7 +103,13 @@ def single_branch(displacement: FloatArray, force: FloatArray) -> Loops:
     )  # fmt: skip
 
 
-def gather(strokes: Strokes, force: FloatArray, first_used: int, points: int = POINTS_PER_STROKE) -> Loops:
+def gather(
+    strokes: Strokes,
+    force: FloatArray,
+    first_used: int,
+    points: int = POINTS_PER_STROKE,
+    usable: NDArray[np.bool_] | None = None,
+) -> Loops:
     """Points of one record, averaged where a stroke has many samples.
 
     Parameters
@@ -112,9 +118,12 @@ def gather(strokes: Strokes, force: FloatArray, first_used: int, points: int = P
     force : ndarray, shape (K,)   [N]
     first_used : int              Strokes before this one carry memory only.
     points : int                  A stroke with more samples is averaged over this many cells.
+    usable : ndarray of bool, shape (K,), or None   Samples that become points; all if None.
     """
     used = strokes.of_sample >= first_used
     used[0] = first_used == 0
+    if usable is not None:
+        used &= usable
     stroke = strokes.of_sample[used]
     travel = strokes.travel[used]
     columns = [strokes.displacement[used], force[used], travel, np.flatnonzero(used).astype(np.float64)]

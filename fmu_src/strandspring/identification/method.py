@@ -22,7 +22,7 @@ class Fitted:
     Attributes
     ----------
     parameters : SpringParameters
-    cautions : tuple of Outcome
+    cautions : dict                  Outcomes with their details, which may be empty.
     steady_share : float             Where the steady section was taken to begin, share of the longest stroke.
     omega_start : tuple of float     omega at the first sample of each record; 0 where it is empty.
     uncertainty : dict               Content of the model file's field; empty if the method knows none.
@@ -33,7 +33,7 @@ class Fitted:
     """
 
     parameters: SpringParameters
-    cautions: tuple[Outcome, ...]
+    cautions: dict[Outcome, str]
     steady_share: float
     omega_start: tuple[float, ...] = ()
     uncertainty: dict[str, Any] = field(default_factory=dict)

@@ -58,6 +58,18 @@ class Outcome(Enum):
         "The force drifts from cycle to cycle; the model describes the mean of the cycles: warm up or exercise the "
         "specimen first, or check the force sensor's zero."
     )
+    CLIPPED = (
+        "The force stays at an extreme for many samples, as a sensor or amplifier at the end of its range does; those "
+        "samples were left out: repeat the test with a larger range."
+    )
+    DWELLS = (
+        "The displacement rests for a while and the force relaxes meanwhile, which a rate-independent model does not "
+        "do; the samples of the dwells were left out, but the loops are lower for it: record without dwells."
+    )
+    GAPS = (
+        "Samples are missing where the time column jumps; a reversal within a gap is lost, and with it the memory of "
+        "the spring up to the next ones: record again, or identify from the part without gaps."
+    )
     DELAY = (
         "The force and the displacement were not measured at the same moments; the delay between the columns was "
         "taken out: check it with a stiff plain spring in the rig, and give it as --delay."
@@ -67,8 +79,8 @@ class Outcome(Enum):
         "hold: repeat one amplitude at another frequency to tell it from a delay or a filter on the force channel."
     )
     PLAY = (
-        "After each reversal the spring rests until a play (backlash) in the rig is used up; it was taken out as far as "
-        "the records show it: remove it from the rig and measure again."
+        "After each reversal the spring rests until a play (backlash) in the rig is used up; it was taken out as far "
+        "as the records show it: remove it from the rig and measure again."
     )
     FORCE_ZERO = (
         "The zero of the force differs from record to record; the shifts against the first record were taken out: "

@@ -19,7 +19,7 @@ from .prediction_interval import PredictionBand, prediction_interval
 from .projection import RHO_BOUNDS, Refinement
 from .refinement import Samples, refine
 from .rig import Rig, Sizes, transferred
-from .rig_effects import CAUTIONS, described
+from .rig_effects import CAUTIONS, described, detail
 from .search import Candidate, search
 from .solution import cautions_of, is_positive, saturation_share, spring_of
 from .steady_part import SteadyRecord
@@ -79,10 +79,11 @@ class RefinedOptions(Method):
         noise = tuple(force_noise(part.record.force) for part in parts)
         found = find_effects(rig, candidates, Samples(rig.loops, noise).noise_rms, self.degrees)
         sizes = found[0].sizes
+        effects = described(sizes)
         samples = Samples(_points(parts, sizes, found[0].fit), noise)
         loops = samples.loops
         basis, refinement = self._refined(samples, found[0].fit, where)
-        cautions = []
+        cautions: list[Outcome] = []
         if self.degrees not in (None, (basis.elastic, basis.amplifier)):
             cautions.append(Outcome.AMPLIFIER_REDUCED)
         if refinement.hysteresis.rho * loops.length.max() < 1.01 * RHO_BOUNDS[0]:
@@ -107,12 +108,12 @@ class RefinedOptions(Method):
             cautions.append(Outcome.SIGMA_AT_BOUND)
         return Fitted(
             spring_of(basis, refinement.backbone, refinement.hysteresis),
-            tuple(cautions),
+            {outcome: detail(outcome, effects) for outcome in cautions},
             saturation_share(loops, refinement.hysteresis),
             tuple(refinement.omega_start.tolist()),
             content,
             PredictionBand.of(linear, interval),
-            effects=described(sizes),
+            effects=effects,
             predicted=_measured(parts, sizes, replace(found[0].fit, basis=basis, refinement=refinement)),
         )
 

@@ -14,7 +14,6 @@ from ..spring import Spring
 from .figures import RecordFit
 from .outcomes import Outcome
 from .prediction_interval import PredictionBand
-from .rig_effects import detail
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,7 +28,7 @@ class Identification:
     rmse, rnl : float               Over all compared samples [N], [-].
     degrees : (int, int)            N of FE and M of FA.
     steady_share : float            Where the steady section was taken to begin, share of the longest stroke.
-    outcomes : tuple of Outcome     Cautions for the user.
+    findings : dict                 Cautions for the user: outcomes with their details, which may be empty.
     uncertainty : dict              Standard errors and correlations; empty but for the refined method.
     band : PredictionBand or None   95 % band of the predicted force; of the refined method only.
     effects : dict                  Sizes of what the rig added and what was taken out, by name, in SI units.
@@ -44,7 +43,7 @@ class Identification:
     rnl: float
     degrees: tuple[int, int]
     steady_share: float
-    outcomes: tuple[Outcome, ...]
+    findings: dict[Outcome, str]
     uncertainty: dict[str, Any]
     band: PredictionBand | None
     effects: dict[str, Any]
@@ -52,9 +51,14 @@ class Identification:
     options: dict[str, Any]
 
     @property
+    def outcomes(self) -> tuple[Outcome, ...]:
+        """Cautions for the user."""
+        return tuple(self.findings)
+
+    @property
     def cautions(self) -> tuple[str, ...]:
-        """The outcomes as sentences, with the figures found."""
-        return tuple(outcome.value + detail(outcome, self.effects) for outcome in self.outcomes)
+        """The outcomes as sentences, with what was found."""
+        return tuple(f"{o.value} ({text})" if text else o.value for o, text in self.findings.items())
 
     def spring(self, name: str = "spring", description: str = "") -> Spring:
         """The spring with its figures and provenance, ready to respond, to save and to build an FMU from.

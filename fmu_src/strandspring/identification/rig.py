@@ -61,7 +61,7 @@ class Rig:
 
     @classmethod
     def from_parts(cls, parts: Sequence[SteadyRecord], points: int | None) -> Rig:
-        """The rig of some records: their steady parts, averaged over so many points of a stroke; every sample if None."""
+        """The rig of some records: their steady parts, averaged over so many points of a stroke, or every sample."""
         each = (part.all_samples() if points is None else part.loops_with(points) for part in parts)
         loops = join(list(each))
         elapsed, velocity = np.empty(loops.force.size), np.zeros(loops.force.size)
@@ -98,7 +98,8 @@ class Rig:
             case Effect.CURVED_DRIFT:
                 return np.asarray(self.elapsed[:, None] ** np.arange(1, 4))
             case _:
-                return (loops.record[loops.stroke][:, None] == np.arange(1, len(self.parts))).astype(np.float64)
+                others = np.arange(1, len(self.parts))
+                return np.asarray(loops.record[loops.stroke][:, None] == others, np.float64)
 
     def columns(self, effect: Effect, fit: Candidate, loops: Loops) -> FloatArray:
         """Derivatives of the force by the sizes of any effect, shape (P, sizes)."""
@@ -128,7 +129,7 @@ class Rig:
             play = float(sizes[Effect.PLAY][0])
             start = loops.start + 0.5 * play * loops.direction
             travel = np.maximum(loops.travel - play, 0.0)
-            at = start[loops.stroke] + loops.side * travel
+            at = np.asarray(start[loops.stroke] + loops.side * travel, np.float64)
             length = np.maximum(loops.length - play, 1e-6 * loops.length)
             loops = replace(loops, displacement=at, travel=travel, start=start, length=length)
         if Effect.DISPLACEMENT_ZERO in sizes:

@@ -41,7 +41,7 @@ def detail(outcome: Outcome, effects: dict[str, Any]) -> str:
     """What was found of the effect that a caution speaks of; empty for other cautions."""
     texts = [_text(effect, effects[effect.value]) for effect, own in CAUTIONS.items() if own is outcome
              and effect.value in effects]  # fmt: skip
-    return f" ({'; '.join(texts)})" if texts else ""
+    return "; ".join(texts)
 
 
 def _text(effect: Effect, size: Any) -> str:

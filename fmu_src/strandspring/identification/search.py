@@ -22,7 +22,7 @@ import numpy as np
 from .autocorrelation import autocorrelation_time
 from .loops import Loops
 from .polynomials import Basis
-from .projection import Problem, Refinement
+from .projection import Problem, Refinement, triangle_of
 from .scan import scan_minima
 from .solution import cautions_of, is_positive
 from .stages import Hysteresis
@@ -151,7 +151,7 @@ def _choose(loops: Loops, candidate: Candidate, independent: float, floor: float
     fit = candidate.refinement
     yielding = (fit.derivatives * fit.backbone.G).T
     whole = np.hstack([columns.elastic, fit.omega[:, None] * columns.amplifier, yielding, loops.force[:, None]])
-    triangle = np.linalg.qr(whole * np.sqrt(loops.weight)[:, None], mode="r")
+    triangle = triangle_of(whole * np.sqrt(loops.weight)[:, None])
     matrix, target = triangle[:, :-1], triangle[:, -1]
     n_E, n_A = basis.elastic + 1, basis.amplifier + 1
     best, chosen = np.inf, (basis.elastic, basis.amplifier)

@@ -92,7 +92,7 @@ def fitted(loops: Loops, solution: Solution | None, where: str, cautions: Sequen
     refinement = Problem(loops, basis, hysteresis).linearised(hysteresis, backbone)
     if is_sigma_uncertain(loops, basis, refinement):
         all_cautions.append(Outcome.SIGMA_AT_BOUND)
-    return Fitted(spring_of(basis, backbone, hysteresis), tuple(all_cautions), solution.steady_share)
+    return Fitted(spring_of(basis, backbone, hysteresis), dict.fromkeys(all_cautions, ""), solution.steady_share)
 
 
 def is_positive(basis: Basis, backbone: Backbone) -> bool:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..kernel.arrays import FloatArray
 from ..loops.strokes import Strokes, find_strokes, noise_level
@@ -12,6 +13,7 @@ from ..records.record import Record
 from .direction import correlation, wrong_way
 from .loops import POINTS_PER_STROKE, Loops, gather
 from .outcomes import IdentificationError, Outcome
+from .usable import usable_samples
 
 _SHARES = (np.arange(100) + 0.5) / 100  # where the mean loop is taken by default
 _FULL = 0.9  # share of the longest stroke from which a stroke counts as a full one
@@ -34,7 +36,8 @@ class SteadyRecord:
     first_used : int         First stroke of the steady part.
     loops : Loops            Points of the steady part; memory strokes included.
     periodic : bool          The record is one closed period.
-    cautions : tuple of Outcome
+    cautions : dict          Outcomes with their details, which may be empty.
+    used : ndarray of bool, shape (K,)   Samples that are fitted; the others belong to the path only.
     """
 
     record: Record
@@ -42,15 +45,16 @@ class SteadyRecord:
     first_used: int
     loops: Loops
     periodic: bool
-    cautions: tuple[Outcome, ...]
+    cautions: dict[Outcome, str]
+    used: NDArray[np.bool_]
 
     def loops_with(self, points: int) -> Loops:
         """The points again, strokes averaged over another number of cells."""
-        return _points_of(self.record, self.strokes, self.first_used, self.periodic, points)
+        return _points_of(self.record, self.strokes, self.first_used, self.periodic, points, self.used)
 
     def all_samples(self) -> Loops:
         """Every sample of the record as a point, those before the steady part too."""
-        return gather(self.strokes, self.record.force, 0, len(self.record))
+        return gather(self.strokes, self.record.force, 0, len(self.record), np.ones(len(self.record), dtype=bool))
 
     @property
     def first_sample(self) -> int:
@@ -66,15 +70,15 @@ def find_steady_part(record: Record) -> SteadyRecord:
     IdentificationError   With the outcome that names the reason.
     """
     strokes = find_strokes(record.displacement)
-    cautions: list[Outcome] = []
+    used, cautions = usable_samples(record, strokes)
     periodic = strokes.count in (2, 3) and _is_closed(record, strokes)
     first_used = 0 if periodic else _first_steady_stroke(strokes, record, cautions)
-    loops = _points_of(record, strokes, first_used, periodic, POINTS_PER_STROKE)
+    loops = _points_of(record, strokes, first_used, periodic, POINTS_PER_STROKE, used)
     mean = mean_loop(loops)
     _refuse_impossible(record, mean)
     if _drift(loops) > _DRIFT:
-        cautions.append(Outcome.DRIFT)
-    return SteadyRecord(record, strokes, first_used, loops, periodic, tuple(cautions))
+        cautions[Outcome.DRIFT] = ""
+    return SteadyRecord(record, strokes, first_used, loops, periodic, cautions, used)
 
 
 @dataclass(frozen=True, eq=False)
@@ -126,13 +130,15 @@ def _is_closed(record: Record, strokes: Strokes) -> bool:
     )
 
 
-def _points_of(record: Record, strokes: Strokes, first_used: int, periodic: bool, points: int) -> Loops:
+def _points_of(
+    record: Record, strokes: Strokes, first_used: int, periodic: bool, points: int, used: NDArray[np.bool_]
+) -> Loops:
     if periodic:
-        return _closed_loops(record, strokes, points)
-    return gather(strokes, record.force, first_used, points)
+        return _closed_loops(record, strokes, points, used)
+    return gather(strokes, record.force, first_used, points, used)
 
 
-def _closed_loops(record: Record, strokes: Strokes, points: int) -> Loops:
+def _closed_loops(record: Record, strokes: Strokes, points: int, used: NDArray[np.bool_]) -> Loops:
     """One period, begun at its first reversal and preceded by itself, so that the memory is steady."""
     turn = 0 if strokes.count == 2 else int(strokes.turning[1])
     order = np.concatenate([np.arange(turn, len(record.force)), np.arange(1, turn + 1)])
@@ -140,14 +146,14 @@ def _closed_loops(record: Record, strokes: Strokes, points: int) -> Loops:
         order = order[: len(record.force)]
     twice = np.concatenate([order, order[1:]])
     repeated = find_strokes(record.displacement[twice])
-    return gather(repeated, record.force[twice], 2, points)
+    return gather(repeated, record.force[twice], 2, points, used[twice])
 
 
-def _first_steady_stroke(strokes: Strokes, record: Record, cautions: list[Outcome]) -> int:
+def _first_steady_stroke(strokes: Strokes, record: Record, cautions: dict[Outcome, str]) -> int:
     """First stroke of the steady part: not the very first, whose memory is unknown, if the others suffice."""
     differs = [_difference(strokes, record.force, k) > _ALIKE * float(np.ptp(record.force)) for k in (0, 1)]
     if any(differs):
-        cautions.append(Outcome.FIRST_CYCLE_DIFFERS)
+        cautions[Outcome.FIRST_CYCLE_DIFFERS] = ""
     # If the second stroke differs from its successor, the first cycle reaches into it.
     for first in (2, 1, 0) if differs[1] else (1, 0):
         if _goes_forth_and_back(strokes, first):

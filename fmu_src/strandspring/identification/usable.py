@@ -1,0 +1,104 @@
+"""Samples of a record that say nothing of the spring, and what else is wrong with a record before any fit."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..kernel.arrays import FloatArray
+from ..loops.strokes import Strokes, noise_level
+from ..records.record import Record
+from .outcomes import Outcome
+
+BoolArray = NDArray[np.bool_]
+
+_CLIPPED_RUN = 4  # samples in succession at one extreme force
+_CLIPPED_SHARE = 3  # times as many equal samples at the extreme as at any other level nearby
+_REST = 0.002  # change of displacement that is called a rest, share of its range
+_RESTS = 8  # samples at least that make a dwell
+_SLOWER = 1.5  # times longer than a sine rests at its turning points
+_DWELL = 0.12  # time that makes a dwell, share of the mean stroke's
+_RELAXED = 0.01  # change of force during dwells that counts, share of the force's standard deviation
+_GAP = 3.5  # time step that is called a gap, in those usual
+_NAMED = 6  # places that a message names
+
+
+def usable_samples(record: Record, strokes: Strokes) -> tuple[BoolArray, dict[Outcome, str]]:
+    """Which samples to fit, and cautions with their details.
+
+    Left out are forces at the end of the sensor's range and all but the first sample of a dwell.
+
+    Parameters
+    ----------
+    record : Record
+    strokes : Strokes   Of the record.
+    """
+    found: dict[Outcome, str] = {}
+    used = np.ones(len(record), dtype=bool)
+    clipped = _clipped(record.force)
+    if clipped.any():
+        used &= ~clipped
+        found[Outcome.CLIPPED] = f"{int(clipped.sum())} of {clipped.size} samples"
+    resting, relaxed = _dwells(record, strokes)
+    if resting.any():
+        used &= ~resting
+        if relaxed > _RELAXED * float(np.std(record.force)):
+            found[Outcome.DWELLS] = f"by {relaxed:.3g} N (median)"
+    if record.time is not None:
+        steps = np.diff(record.time)
+        usual = float(np.median(steps[steps > 0.0])) if (steps > 0.0).any() else 0.0
+        at = np.flatnonzero(steps > _GAP * usual) if usual > 0.0 else np.empty(0, np.intp)
+        # A file of several parts, or one that was sampled at will, has no usual step.
+        if 0 < at.size <= 0.02 * steps.size:
+            places = [f"{record.time[k]:.6g} to {record.time[k + 1]:.6g} s" for k in at[:_NAMED]]
+            found[Outcome.GAPS] = "; ".join(places) + (f" and {at.size - _NAMED} more" if at.size > _NAMED else "")
+    return used, found
+
+
+def _runs(same: BoolArray) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """First and last index of each run of True."""
+    edges = np.diff(np.concatenate([[False], same, [False]]).astype(np.int8))
+    return np.flatnonzero(edges == 1), np.flatnonzero(edges == -1) - 1
+
+
+def _clipped(force: FloatArray) -> BoolArray:
+    """Samples at an extreme of the force that is held for several samples, as a sensor at the end of its range does.
+
+    A coarse sensor repeats every level; a clipped one its extreme far more often.
+    """
+    clipped = np.zeros(force.size, dtype=bool)
+    high, low = force == force.max(), force == force.min()
+    for at in (high, low):
+        first, last = _runs(at)
+        longest = int((last - first).max()) + 1
+        if longest < _CLIPPED_RUN:
+            continue
+        begin, end = _runs(np.append(np.diff(force) == 0.0, False) & ~high & ~low)
+        elsewhere = int((end - begin).max()) + 2 if begin.size else 1
+        if longest >= _CLIPPED_SHARE * elsewhere:
+            clipped |= at
+    return clipped
+
+
+def _dwells(record: Record, strokes: Strokes) -> tuple[BoolArray, float]:
+    """Samples within dwells but their first, and the median change of the force during one [N]."""
+    x = record.displacement
+    span = float(np.ptp(x))
+    steps = np.abs(np.diff(x))
+    rest = max(_REST * span, float(np.min(steps[steps > 0.0], initial=span)))
+    first, last = _runs(steps <= max(rest / _RESTS, 4.0 * noise_level(x)))
+    last = last + 1
+    clock = np.arange(x.size, dtype=np.float64) if record.time is None else record.time
+    mean_stroke = float(clock[-1] - clock[0]) / strokes.count
+    # A sine stays so long within a rest of its turning point.
+    turning = _SLOWER * 2.0 / math.pi * math.acos(max(1.0 - 2.0 * rest / span, -1.0))
+    rests = np.abs(x[last] - x[first]) <= _REST * span
+    long = rests & (last - first + 1 >= _RESTS) & (clock[last] - clock[first] >= max(_DWELL, turning) * mean_stroke)
+    resting = np.zeros(x.size, dtype=bool)
+    for begin, end in zip(first[long], last[long], strict=True):
+        resting[begin + 1 : end] = True
+    if not long.any():
+        return resting, 0.0
+    return resting, float(np.median(np.abs(record.force[last[long]] - record.force[first[long]])))
