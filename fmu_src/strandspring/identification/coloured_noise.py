@@ -10,8 +10,9 @@ and Rao, IEEE Trans. Computers 23, 1974), so that sums over bands of frequency a
 
 Residuals vary less than the noise does, and the more so the more it is correlated, since the fit follows slow noise.
 The restricted likelihood allows for that (Patterson and Thompson, Biometrika 58, 1971). It is evaluated on a grid of
-correlation lengths and shares of white noise, and the covariances are averaged with it as weight: what remains unknown
-about the noise makes the errors larger and, as degrees of freedom of Student's distribution, the intervals wider.
+correlation lengths and shares of white noise, and the covariances are averaged with it as weight, noise that is white
+altogether counting as much as all other kinds: what remains unknown about the noise makes the errors larger and, as
+degrees of freedom of Student's distribution, the intervals wider.
 """
 
 from __future__ import annotations
@@ -91,6 +92,7 @@ def coefficient_covariance(
     # Without any misfit there is no noise to be found.
     variance = np.maximum(power - explained, 1e-300) / free
     likelihood = -0.5 * (np.log(spectra) @ bands.number + np.linalg.slogdet(inner)[1] + free * np.log(variance))
+    likelihood[0] += np.log(spectra.shape[0] - 1.0)
     likely = likelihood > likelihood.max() - _LIKELY
     probability = np.exp(likelihood[likely] - likelihood.max())
     probability /= probability.sum()

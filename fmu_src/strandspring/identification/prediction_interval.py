@@ -32,8 +32,7 @@ from .loops import Loops
 from .refinement import Samples
 
 LEVEL = 0.95
-# Standard normal numbers of mean 0 and variance 1, for the noise that averaging over cells has removed.
-_NODES = np.array([-1.663, -0.9616, -0.5299, -0.1705, 0.1705, 0.5299, 0.9616, 1.663])
+_SEED = 0  # of the noise that stands for what averaging over cells has removed
 _RANK = 1e-8  # singular value below which half of the cycles leaves a combination of coefficients as it is
 _STEP = 0.01  # of the differences for the standard error of a prediction, in standard errors of the coefficients
 _NORMAL_95 = 1.96  # standard errors to either side
@@ -155,9 +154,8 @@ def prediction_interval(samples: Samples, linear: Linearised) -> PredictionInter
         residuals, counted = linear.misfit * math.sqrt((size + count) / max(size - count, 1)), half == 0
     # A sample scatters about the mean of its cell by the noise that the mean has lost.
     removed = np.sqrt(noise * (1.0 - 1.0 / loops.weight))
-    nodes = _NODES if removed.any() else np.zeros(1)
-    ratio = np.abs(residuals[:, None] + removed[:, None] * nodes) / scale[:, None]
-    weight = np.broadcast_to(loops.weight[:, None], ratio.shape)
+    ratio = np.abs(residuals + removed * np.random.default_rng(_SEED).standard_normal(removed.size)) / scale
+    weight = loops.weight
     factor = _quantile(ratio[counted], weight[counted], cycles)
     coverage = None
     if cycles > 1:
@@ -241,7 +239,7 @@ def _left_out(linear: Linearised, half: NDArray[np.intp]) -> tuple[FloatArray, N
 
 def _quantile(values: FloatArray, weight: FloatArray, cycles: int) -> float:
     """The value below which the share of the weight lies that is wanted from so many cycles."""
-    order = np.argsort(values, axis=None)
-    share = np.cumsum(weight.ravel()[order])
+    order = np.argsort(values)
+    share = np.cumsum(weight[order])
     wanted = 1.0 - (1.0 - LEVEL) * cycles / (cycles + 1)
-    return float(values.ravel()[order[min(np.searchsorted(share, wanted * share[-1]), order.size - 1)]])
+    return float(values[order[min(np.searchsorted(share, wanted * share[-1]), order.size - 1)]])
