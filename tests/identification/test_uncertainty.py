@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -217,3 +218,24 @@ def test_one_cycle_leaves_the_coverage_open() -> None:
     assert interval is not None
     assert interval.coverage is None
     assert "there is one cycle only" in interval.sentence
+
+
+def test_a_posterior_needs_emcee(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "emcee", None)
+    with pytest.raises(ValueError, match=r"needs the package emcee; install it: pip install strandspring\[posterior\]"):
+        RefinedOptions((3, 2), posterior=200)
+
+
+@pytest.mark.slow
+def test_the_posterior_agrees_with_the_intervals_where_the_records_tell_all() -> None:
+    record = record_of(spring_of(1.0, 1.0), sine(3, 1000), noise=0.003)
+    content = identify(record, RefinedOptions((3, 2), posterior=400, seed=1)).uncertainty
+    sampled = content["posterior"]
+    for name in NAMES:
+        low, high = content["interval_95"][name]
+        # 32 walkers for 300 steps of some 25 autocorrelation steps each: 400 independent draws.
+        assert sampled[name][2] == pytest.approx(0.5 * (low + high), abs=0.1 * (high - low))
+        assert sampled[name][-1] - sampled[name][0] == pytest.approx(high - low, rel=0.25)
+    assert not sampled["long_enough"]
+    again = identify(record, RefinedOptions((3, 2), posterior=100, seed=1)).uncertainty["posterior"]
+    assert again == identify(record, RefinedOptions((3, 2), posterior=100, seed=1)).uncertainty["posterior"]

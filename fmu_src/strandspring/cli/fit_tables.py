@@ -54,11 +54,25 @@ def parameter_lines(p: SpringParameters, uncertainty: dict[str, Any]) -> list[st
         bootstrap = uncertainty["bootstrap"]
         spread = ", ".join(f"{name} +- {bootstrap[name]:.2g}" for name in ("kappa_omega", "rho", "sigma", "n"))
         lines.append(f"  bootstrap of {bootstrap['repetitions']} (seed {bootstrap['seed']}): {spread}")
+    if "posterior" in uncertainty:
+        lines += _posterior_lines(uncertainty["posterior"])
     interval = PredictionInterval.of(uncertainty)
     if interval is not None:
         lines.append(f"  {interval.sentence}")
     lines += [f"  {sentence}" for sentence in uncertainty.get("indistinct", [])]
     return [line.rstrip() for line in lines]
+
+
+def _posterior_lines(posterior: dict[str, Any]) -> list[str]:
+    """Median and 95 % interval of each parameter, and whether the chain was long enough to say so."""
+    of_each = ", ".join(
+        f"{name} {posterior[name][2]:.3g} ({posterior[name][0]:.3g} to {posterior[name][-1]:.3g})"
+        for name in ("kappa_omega", "rho", "sigma", "n")
+    )
+    lines = [f"  posterior of {posterior['steps']} steps (seed {posterior['seed']}), median and 95 %: {of_each}"]
+    if not posterior["long_enough"]:
+        lines.append("  the posterior was sampled in too few steps to be trusted; ask for more with --posterior")
+    return lines
 
 
 def _error(name: str, uncertainty: dict[str, Any]) -> str:
