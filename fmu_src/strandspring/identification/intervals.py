@@ -28,14 +28,18 @@ _ACCURACY = 0.03  # to which the end of an interval is found, share of its lengt
 _TOLERANCE = 1e-5  # relative change of the squared misfit at which a fit of the profile ends
 _FIT_EVALUATIONS = 20  # points at which a fit of the profile ends in any case
 _FIXED = 2e-6  # half of the room in which a fixed logarithm is held
-_NORMAL_95 = 1.959964
+NORMAL_95 = 1.959964  # 97.5 % quantile
+
+
+def student_95(degrees_of_freedom: FloatArray) -> FloatArray:
+    """97.5 % quantile of Student's distribution with 4 degrees of freedom or more (Abramowitz and Stegun 26.7.5)."""
+    nu, z = degrees_of_freedom, NORMAL_95
+    return np.asarray(z + (z**3 + z) / (4.0 * nu) + (5.0 * z**5 + 16.0 * z**3 + 3.0 * z) / (96.0 * nu**2))
 
 
 def quantile_95(degrees_of_freedom: FloatArray) -> FloatArray:
-    """97.5 % quantile of Student's distribution over its standard deviation (Abramowitz and Stegun 26.7.5)."""
-    nu, z = degrees_of_freedom, _NORMAL_95
-    t = z + (z**3 + z) / (4.0 * nu) + (5.0 * z**5 + 16.0 * z**3 + 3.0 * z) / (96.0 * nu**2)
-    return np.asarray(t * np.sqrt((nu - 2.0) / nu))
+    """The same over the distribution's standard deviation."""
+    return np.asarray(student_95(degrees_of_freedom) * np.sqrt((degrees_of_freedom - 2.0) / degrees_of_freedom))
 
 
 def intervals_95(linear: Linearised, change: FloatArray, errors: FloatArray) -> dict[str, Interval]:
