@@ -77,11 +77,12 @@ def _posterior_lines(posterior: dict[str, Any]) -> list[str]:
 
 def _error(name: str, uncertainty: dict[str, Any]) -> str:
     """The standard error; the end of the interval instead, or nothing, where the records bound one side or none."""
-    low, high = uncertainty.get("interval_95", {}).get(name, (0.0, 0.0))
-    if low is None and high is None:
-        return "not bounded by these records"
-    if high is None:
-        return f"> {low:.2g} (95 %)"
-    if low is None:
-        return f"< {high:.2g} (95 %)"
+    if name in uncertainty.get("interval_95", {}):
+        low, high = uncertainty["interval_95"][name]
+        if low is None and high is None:
+            return "not bounded by these records"
+        if high is None:
+            return f"> {low:.2g} (95 %)"
+        if low is None:
+            return f"< {high:.2g} (95 %)"
     return "" if uncertainty.get(name) is None else f"+- {uncertainty[name]:.2g}"
