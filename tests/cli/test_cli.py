@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -116,6 +117,28 @@ def test_predict_tells_figures_and_writes_the_prediction(run: Any, loop: str, mo
     rows = Path("p.csv").read_text(encoding="utf-8").splitlines()
     assert rows[0] == "record,displacement [mm],force [N],predicted force [N]"
     assert len(rows) == 1501
+    assert f"{model} holds no prediction interval, so p.csv has no columns lower and upper" in done.err
+
+
+def test_predict_writes_the_interval_that_identify_prints(run: Any, tmp_path: Path) -> None:
+    x = sine(4, 2000)
+    force = Spring(spring_of(1.0, 1.0)).response(x) + np.random.default_rng(0).standard_normal(x.size)
+    record = write_csv(tmp_path / "noisy.csv", x * 1e3, force)
+    printed = run("identify", record, "--degrees", "3,2", "-o", "n.json").out
+    assert re.search(r"95 % prediction interval \+- (1\.9|2|2\.\d) N, holds 9[3-7] % of held-out cycles", printed)
+    done = run("predict", "n.json", record, "-o", "p.csv")
+    assert "no columns" not in done.err
+    header, *_ = Path("p.csv").read_text(encoding="utf-8").splitlines()
+    assert header.endswith("predicted force [N],lower [N],upper [N]")
+    rows = np.loadtxt("p.csv", delimiter=",", skiprows=1)
+    inside = (rows[:, 4] <= rows[:, 2]) & (rows[:, 2] <= rows[:, 5])
+    assert np.mean(inside) == pytest.approx(0.95, abs=0.02)
+    content = json.loads(Path("n.json").read_text(encoding="utf-8"))
+    content["uncertainty"]["joint"]["root"][2] = [1.0]
+    Path("bad.json").write_text(json.dumps(content), encoding="utf-8")
+    refused = run("predict", "bad.json", record, "-o", "q.csv")
+    assert refused.status == 1
+    assert 'bad.json: field "uncertainty.joint.root" must hold the rows of a lower triangular matrix' in refused.err
 
 
 def test_predict_says_when_a_record_leaves_the_range(run: Any, tmp_path: Path, model: str) -> None:

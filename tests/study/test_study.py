@@ -14,6 +14,7 @@ import pytest
 from strandspring import ModelError
 from strandspring.isolation.response import frequency_response
 from strandspring.isolation.system import Excitation, IsolatedMass, IsolationError, static_equilibrium
+from strandspring.joint import joint_names
 from strandspring.modelfile import ModelFile, save_model
 from strandspring.study.definition import DONE, Study
 from strandspring.study.quantiles import summarize
@@ -67,10 +68,35 @@ def test_draws_stay_possible_however_wide_the_spread() -> None:
     assert {0.01, 100.0} <= {one.n for one in drawn}
 
 
+def test_all_coefficients_are_drawn_jointly_where_the_model_file_has_them() -> None:
+    names = joint_names(len(SPRING.kE) - 1, len(SPRING.kA) - 1)
+    # The slope of FE and ln(kappa_omega) go together; FA is so uncertain that half of the draws are no spring.
+    scale = [0.0, 30.0, 0.0, 0.0, 0.0, 5000.0, 0.0, 0.1, 0.0, 0.0]
+    root = [[0.0] * k + [share] for k, share in enumerate(scale)]
+    root[6][1] = 0.05
+    content = {**UNCERTAINTY, "joint": {"parameters": names, "root": root}}
+    spread = Spread.of(SPRING, content)
+    drawn = [spread.draw(SPRING, 1, k) for k in range(500)]
+    assert drawn[7] == spread.draw(SPRING, 1, 7)
+    slope = np.array([one.kE[1] for one in drawn]) - SPRING.kE[1]
+    kappa_omega = np.log([one.kappa_omega / SPRING.kappa_omega for one in drawn])
+    assert kappa_omega == pytest.approx(slope / 30.0 * 0.05, abs=1e-12)
+    # A standard deviation from 500 draws scatters by 3 %.
+    assert np.std(slope) == pytest.approx(30.0, rel=0.15)
+    assert min(one.kA[2] for one in drawn) > -2500.0  # FA > 0 at both ends
+    assert {one.sigma for one in drawn} == {SPRING.sigma}
+    # The slope of FA alone makes it negative at one end or the other.
+    root[4][4] = 1e9
+    hardly_known = Spread.of(SPRING, content)
+    with pytest.raises(IsolationError, match="None of 1000 springs drawn from the model's uncertainty is physically"):
+        hardly_known.draw(SPRING, 0, 0)
+
+
 def test_what_was_at_its_bound_is_taken_as_known() -> None:
     spread = Spread.of(SPRING, {**UNCERTAINTY, "sigma": None, "correlation": {**CORRELATION, "sigma,n": None}})
     drawn = [spread.draw(SPRING, 0, k) for k in range(3)]
     assert {one.sigma for one in drawn} == {SPRING.sigma}
+    # The slope of FA alone makes it negative at one end or the other.
     assert len({one.n for one in drawn}) == 3
 
 
@@ -90,6 +116,8 @@ def test_parameters_that_cannot_be_told_apart_are_drawn_together() -> None:
         ({"rho": "much"}, "the standard error rho must be a number, got 'much'"),
         ({"rho": True}, "must be a number, got True"),
         ({"n": 11.0}, "n is known to 1100 % only"),
+        ({"n": 0.1, "joint": {"parameters": ["rho"], "root": [[1.0]]}}, 'field "uncertainty.joint.parameters" must be'),
+        ({"n": 0.1, "joint": 1.0}, 'field "uncertainty.joint.parameters" must be'),
         ({"n": 0.1, "correlation": [1.0]}, 'field "uncertainty.correlation" must be an object'),
         ({"n": 0.1, "correlation": {"rho,n": 1.5}}, r"uncertainty.correlation.rho,n\" must be within \[-1, 1\]"),
         (

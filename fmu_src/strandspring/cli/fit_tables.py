@@ -54,6 +54,8 @@ def parameter_lines(p: SpringParameters, uncertainty: dict[str, Any]) -> list[st
         bootstrap = uncertainty["bootstrap"]
         spread = ", ".join(f"{name} +- {bootstrap[name]:.2g}" for name in ("kappa_omega", "rho", "sigma", "n"))
         lines.append(f"  bootstrap of {bootstrap['repetitions']} (seed {bootstrap['seed']}): {spread}")
+    if "posterior" in uncertainty:
+        lines += _posterior_lines(uncertainty["posterior"])
     interval = PredictionInterval.of(uncertainty)
     if interval is not None:
         lines.append(f"  {interval.sentence}")
@@ -61,13 +63,26 @@ def parameter_lines(p: SpringParameters, uncertainty: dict[str, Any]) -> list[st
     return [line.rstrip() for line in lines]
 
 
+def _posterior_lines(posterior: dict[str, Any]) -> list[str]:
+    """Median and 95 % interval of each parameter, and whether the chain was long enough to say so."""
+    of_each = ", ".join(
+        f"{name} {posterior[name][2]:.3g} ({posterior[name][0]:.3g} to {posterior[name][-1]:.3g})"
+        for name in ("kappa_omega", "rho", "sigma", "n")
+    )
+    lines = [f"  posterior of {posterior['steps']} steps (seed {posterior['seed']}), median and 95 %: {of_each}"]
+    if not posterior["long_enough"]:
+        lines.append("  the posterior was sampled in too few steps to be trusted; ask for more with --posterior")
+    return lines
+
+
 def _error(name: str, uncertainty: dict[str, Any]) -> str:
     """The standard error; the end of the interval instead, or nothing, where the records bound one side or none."""
-    low, high = uncertainty.get("interval_95", {}).get(name, (0.0, 0.0))
-    if low is None and high is None:
-        return "not bounded by these records"
-    if high is None:
-        return f"> {low:.2g} (95 %)"
-    if low is None:
-        return f"< {high:.2g} (95 %)"
+    if name in uncertainty.get("interval_95", {}):
+        low, high = uncertainty["interval_95"][name]
+        if low is None and high is None:
+            return "not bounded by these records"
+        if high is None:
+            return f"> {low:.2g} (95 %)"
+        if low is None:
+            return f"< {high:.2g} (95 %)"
     return "" if uncertainty.get(name) is None else f"+- {uncertainty[name]:.2g}"

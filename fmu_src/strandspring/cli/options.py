@@ -144,7 +144,10 @@ identification_options = together(
     click.option("--bootstrap", type=click.IntRange(0, 10_000), default=0, metavar="REPETITIONS",
                  help="Refined: also estimate standard errors by resampling strokes."),
     click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True,
-                 help="Seed of the bootstrap."),
+                 help="Seed of the bootstrap and the posterior."),
+    click.option("--posterior", type=click.IntRange(0, 1_000_000), default=0, metavar="STEPS",
+                 help="Refined: also sample the posterior distribution of the parameters by Monte Carlo, some "
+                 "thousand steps; needs pip install strandspring[posterior]."),
 )  # fmt: skip
 
 

@@ -10,8 +10,9 @@ and Rao, IEEE Trans. Computers 23, 1974), so that sums over bands of frequency a
 
 Residuals vary less than the noise does, and the more so the more it is correlated, since the fit follows slow noise.
 The restricted likelihood allows for that (Patterson and Thompson, Biometrika 58, 1971). It is evaluated on a grid of
-correlation lengths and shares of white noise, and the covariances are averaged with it as weight: what remains unknown
-about the noise makes the errors larger and, as degrees of freedom of Student's distribution, the intervals wider.
+correlation lengths and shares of white noise, and the covariances are averaged with it as weight, noise that is white
+altogether counting as much as all other kinds: what remains unknown about the noise makes the errors larger and, as
+degrees of freedom of Student's distribution, the intervals wider.
 """
 
 from __future__ import annotations
@@ -33,6 +34,14 @@ _RANK = 1e-10  # singular value below which a combination of coefficients is not
 _LIKELY = 20.0  # logarithm of the likelihood by which a kind of noise may fall short of the best
 
 
+class Noise(NamedTuple):
+    """A kind of noise: correlation length [samples], share of white noise in its variance, variance."""
+
+    length: float
+    white: float
+    variance: float
+
+
 class CoefficientCovariance(NamedTuple):
     """Covariance of p coefficients, of which q combinations are determined.
 
@@ -42,12 +51,14 @@ class CoefficientCovariance(NamedTuple):
     models : ndarray, shape (m, q, q)      Covariance of these combinations for each likely kind of noise.
     probability : ndarray, shape (m,)      Of each.
     time : float                           Integrated autocorrelation time of the noise, in samples.
+    noise : Noise                          The likeliest kind.
     """
 
     scale: FloatArray
     models: FloatArray
     probability: FloatArray
     time: float
+    noise: Noise
 
     @property
     def root(self) -> FloatArray:
@@ -91,12 +102,29 @@ def coefficient_covariance(
     # Without any misfit there is no noise to be found.
     variance = np.maximum(power - explained, 1e-300) / free
     likelihood = -0.5 * (np.log(spectra) @ bands.number + np.linalg.slogdet(inner)[1] + free * np.log(variance))
+    likelihood[0] += np.log(spectra.shape[0] - 1.0)
     likely = likelihood > likelihood.max() - _LIKELY
     probability = np.exp(likelihood[likely] - likelihood.max())
     probability /= probability.sum()
     models, _, _ = bands.sums(spectra[likely] * variance[likely, None])
     at_zero = _spectra(np.zeros(1), lengths)[likely, 0]
-    return CoefficientCovariance(scale, models, probability, float(np.exp(probability @ np.log(at_zero))))
+    time = float(np.exp(probability @ np.log(at_zero)))
+    best = int(np.argmax(likelihood))
+    length, white = (lengths[(best - 1) % _LENGTHS], _WHITE[(best - 1) // _LENGTHS]) if best else (_SHORTEST, 1.0)
+    return CoefficientCovariance(
+        scale, models, probability, time, Noise(float(length), float(white), float(variance[best]))
+    )
+
+
+def whitened(columns: FloatArray, records: Sequence[slice], noise: Noise) -> FloatArray:
+    """Cosine transforms of columns over the standard deviation of the noise at each frequency, shape (P, k)."""
+    parts = []
+    for points in records:
+        part = _cosine_transform(columns[points])
+        frequency = np.pi * np.arange(part.shape[0]) / part.shape[0]
+        spectrum = (1.0 - noise.white) * _autoregressive(frequency, noise.length) + noise.white
+        parts.append(part / np.sqrt(noise.variance * spectrum)[:, None])
+    return np.concatenate(parts)
 
 
 def _orthonormal(jacobian: FloatArray) -> FloatArray:
@@ -110,11 +138,16 @@ def _orthonormal(jacobian: FloatArray) -> FloatArray:
 
 def _spectra(frequency: FloatArray, lengths: FloatArray) -> FloatArray:
     """Spectra of unit variance at each frequency [rad/sample], shape (m, f): white noise first."""
-    phi = np.exp(-1.0 / lengths)[:, None]
-    # 1 + phi^2 - 2*phi*cos(w) without loss of digits.
-    coloured = (1.0 - phi**2) / ((1.0 - phi) ** 2 + 4.0 * phi * np.sin(0.5 * frequency) ** 2)
+    coloured = _autoregressive(frequency, lengths[:, None])
     mixed = (1.0 - _WHITE)[:, None, None] * coloured + _WHITE[:, None, None]
     return np.concatenate([np.ones((1, frequency.size)), mixed.reshape(-1, frequency.size)])
+
+
+def _autoregressive(frequency: FloatArray, length: FloatArray | float) -> FloatArray:
+    """Spectrum of unit variance of a first-order process with this correlation length."""
+    phi = np.exp(-1.0 / np.asarray(length))
+    # 1 + phi^2 - 2*phi*cos(w) without loss of digits.
+    return np.asarray((1.0 - phi**2) / ((1.0 - phi) ** 2 + 4.0 * phi * np.sin(0.5 * frequency) ** 2))
 
 
 class _Bands(NamedTuple):

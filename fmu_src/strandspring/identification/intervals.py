@@ -27,15 +27,20 @@ _EVALUATIONS = 8  # points of a profile on either side
 _ACCURACY = 0.03  # to which the end of an interval is found, share of its length
 _TOLERANCE = 1e-5  # relative change of the squared misfit at which a fit of the profile ends
 _FIT_EVALUATIONS = 20  # points at which a fit of the profile ends in any case
+_AT_BOUND = 1e-3  # distance of a logarithm from the bound of the search that counts as none
 _FIXED = 2e-6  # half of the room in which a fixed logarithm is held
-_NORMAL_95 = 1.959964
+NORMAL_95 = 1.959964  # 97.5 % quantile
+
+
+def student_95(degrees_of_freedom: FloatArray) -> FloatArray:
+    """97.5 % quantile of Student's distribution with 4 degrees of freedom or more (Abramowitz and Stegun 26.7.5)."""
+    nu, z = degrees_of_freedom, NORMAL_95
+    return np.asarray(z + (z**3 + z) / (4.0 * nu) + (5.0 * z**5 + 16.0 * z**3 + 3.0 * z) / (96.0 * nu**2))
 
 
 def quantile_95(degrees_of_freedom: FloatArray) -> FloatArray:
-    """97.5 % quantile of Student's distribution over its standard deviation (Abramowitz and Stegun 26.7.5)."""
-    nu, z = degrees_of_freedom, _NORMAL_95
-    t = z + (z**3 + z) / (4.0 * nu) + (5.0 * z**5 + 16.0 * z**3 + 3.0 * z) / (96.0 * nu**2)
-    return np.asarray(t * np.sqrt((nu - 2.0) / nu))
+    """The same over the distribution's standard deviation."""
+    return np.asarray(student_95(degrees_of_freedom) * np.sqrt((degrees_of_freedom - 2.0) / degrees_of_freedom))
 
 
 def intervals_95(linear: Linearised, change: FloatArray, errors: FloatArray) -> dict[str, Interval]:
@@ -53,11 +58,11 @@ def intervals_95(linear: Linearised, change: FloatArray, errors: FloatArray) -> 
     found: dict[str, Interval] = {"kappa_omega": _around(kappa_omega, float(reach[0]))}
     for k, name in enumerate(NONLINEAR):
         value = getattr(fit.hysteresis, name)
-        at_bound = not linear.free[k]
-        if not at_bound and errors[1 + k] <= _CURVED:
+        if linear.free[k] and errors[1 + k] <= _CURVED:
             found[name] = _around(value, float(reach[1 + k]))
             continue
-        profile = _Profile(linear.freed(k) if at_bound else linear, k, Problem(loops, linear.basis, fit.hysteresis))
+        freed = linear if linear.free[k] else linear.freed(k)
+        profile = _Profile(freed, k, Problem(loops, linear.basis, fit.hysteresis))
         found[name] = profile.interval(value)
     low, high = found["sigma"]
     # What no spring can be is not part of the interval.
@@ -74,36 +79,46 @@ class _Profile:
 
     def __init__(self, linear: Linearised, parameter: int, problem: Problem) -> None:
         self.fit, self.parameter, self.problem = linear.refinement, parameter, problem
-        self.points = linear.loops.force.size
         column = linear.column(parameter)
         direction = np.zeros(linear.jacobian.shape[1])
         direction[column] = 1.0
-        error = float(np.linalg.norm(linear.estimate.root[column]))
-        self.reach = float(quantile_95(linear.estimate.degrees_of_freedom(direction[None]))[0]) * error
+        self.error = float(np.linalg.norm(linear.estimate.root[column]))
+        self.reach = float(quantile_95(linear.estimate.degrees_of_freedom(direction[None]))[0]) * self.error
         weighted = linear.jacobian * np.sqrt(self.fit.weight)[:, None]
         free_variance = float(np.linalg.pinv(weighted.T @ weighted)[column, column])
         # Where the misfit does not depend on the coefficient at all, nothing bounds it.
-        self.allowed = self.reach**2 / free_variance if free_variance > 0.0 else math.inf
-        self.least = self._squares(self.fit.hysteresis, self.fit.omega_start, None)[0]
+        self.allowed = self.reach**2 / free_variance if self.reach > 0.0 and free_variance > 0.0 else math.inf
 
     def interval(self, value: float) -> Interval:
         """The ends; None on a side on which the bound of the search is reached first."""
-        low, high = (self._end(math.log(value), side) for side in (-1, 1))
-        return low, high
+        if math.isinf(self.allowed):
+            return None, None
+        center = math.log(value)
+        if self.error <= _CURVED:
+            low, high = _around(value, self.reach)
+        else:
+            least = self._squares(self.fit.hysteresis, self.fit.omega_start, None)[0]
+            low, high = (self._end(center, side, least) for side in (-1, 1))
+        return low if self._room(center, -1) > 0.0 else None, high if self._room(center, 1) > 0.0 else None
 
-    def _end(self, center: float, side: int) -> float | None:
-        limits = (float(self.problem.low[self.parameter]), float(self.problem.high[self.parameter]))
-        room = side * (limits[side > 0] - center)
-        if room < _ACCURACY * min(self.reach, _LONGEST_STEP) or not math.isfinite(self.allowed):
+    def _room(self, center: float, side: int) -> float:
+        """How far the logarithm may move to a side; 0 at the bound of the search."""
+        bound = float((self.problem.low if side < 0 else self.problem.high)[self.parameter])
+        room = side * (bound - center)
+        return room if room > _AT_BOUND else 0.0
+
+    def _end(self, center: float, side: int, least: float) -> float | None:
+        """The end on one side; None if the misfit does not rise enough up to the bound of the search."""
+        room = self._room(center, side)
+        if room == 0.0:
             return None
-        inside, outside, rise_outside = 0.0, math.inf, 0.0
-        rise_inside = 0.0
+        inside, outside, rise_inside, rise_outside = 0.0, math.inf, 0.0, 0.0
         step = min(self.reach, _LONGEST_STEP, room)
         hysteresis, omega_start = self.fit.hysteresis, self.fit.omega_start
         for _ in range(_EVALUATIONS):
             squares, hysteresis, omega_start = self._squares(hysteresis, omega_start, center + side * step)
             # The root of the rise is nearly a straight line.
-            rise = math.sqrt(max(squares - self.least, 0.0) / self.allowed)
+            rise = math.sqrt(max(squares - least, 0.0) / self.allowed)
             if rise >= 1.0:
                 outside, rise_outside = step, rise
             else:
@@ -117,7 +132,7 @@ class _Profile:
             step = inside + (outside - inside) * min(max(share, 0.1), 0.9)
             if outside - inside < _ACCURACY * outside or abs(rise - 1.0) < _ACCURACY:
                 break
-        return math.exp(center + side * step)
+        return None if math.isinf(outside) else math.exp(center + side * step)
 
     def _squares(
         self, hysteresis: Hysteresis, omega_start: FloatArray, fixed: float | None

@@ -6,10 +6,15 @@ the first half of the cycles and then the second, so that drift shows. Half of t
 fit, which takes one solution of the normal equations. The last term, with the standard error e of the prediction and
 the largest one m along the records, widens the interval where a path asks for more than the records have shown.
 
-A cycle yet unseen is to be held, so that with G cycles the interval is made to hold all but 5 %*G/(G + 1) of the
-samples. The share that is held is measured with q from the other half alone: no cycle judges an interval that it has
-shaped. Another scale for each place along the stroke makes the interval narrower by 6 to 24 % on the measured records,
-but lets it miss up to 8 % more of the samples of cycles not fitted; so there is one scale.
+The interval holds 95 % of the left-out samples, widened by the ratio of Student's quantile to the normal one where the
+correlation of the residuals leaves few independent samples. The share that is held is measured with q from the other
+half alone: no cycle judges an interval that it has shaped. Another scale for each place along the stroke makes the
+interval narrower by 6 to 24 % on the measured records, but lets it miss up to 8 % more of the samples of cycles not
+fitted; so there is one scale.
+
+Fitted on some of a record's cycles, it held these shares of the others: hinge 91 to 98 % (fitted on 1 or 2 cycles),
+actuator 91 to 97 % (on 2 to 7 of 10); 30 simulated springs each with noise of first-order autocorrelation 0, 0.9 and
+0.99: 95, 96 and 94 % in the mean.
 """
 
 from __future__ import annotations
@@ -27,16 +32,16 @@ from ..errors import ModelError
 from ..joint import JointCovariance
 from ..kernel.arrays import FloatArray
 from ..kernel.path import PathSolver
+from .intervals import NORMAL_95, student_95
 from .linearised import Linearised
 from .loops import Loops
 from .refinement import Samples
 
 LEVEL = 0.95
-# Standard normal numbers of mean 0 and variance 1, for the noise that averaging over cells has removed.
-_NODES = np.array([-1.663, -0.9616, -0.5299, -0.1705, 0.1705, 0.5299, 0.9616, 1.663])
+_LEAST_INDEPENDENT = 6.0  # samples; with fewer the interval was found to hold nearly all
+_SEED = 0  # of the noise that stands for what averaging over cells has removed
 _RANK = 1e-8  # singular value below which half of the cycles leaves a combination of coefficients as it is
 _STEP = 0.01  # of the differences for the standard error of a prediction, in standard errors of the coefficients
-_NORMAL_95 = 1.96  # standard errors to either side
 _FIELD = 'field "uncertainty.prediction_interval"'
 
 
@@ -74,7 +79,7 @@ class PredictionInterval:
         """Half-width [N] at predicted forces [N] of these standard errors [N]."""
         scale = self.additive**2 + (self.relative * force) ** 2
         beyond = np.maximum(error**2 - self.error**2, 0.0)
-        return np.asarray(np.sqrt(self.factor**2 * scale + _NORMAL_95**2 * beyond))
+        return np.asarray(np.sqrt(self.factor**2 * scale + NORMAL_95**2 * beyond))
 
     def as_json(self) -> dict[str, Any]:
         """Content of the model file's field `uncertainty.prediction_interval`."""
@@ -131,7 +136,7 @@ class PredictionBand:
         loops, fit = linear.loops, linear.refinement
         last = loops.stroke >= loops.stroke[-1] - 1
         force, error = fit.backbone.force(fit.omega)[last], linear.force_error[last]
-        reach = _NORMAL_95 * error
+        reach = NORMAL_95 * error
         return cls(loops.displacement[last], force - reach, force, force + reach, interval.reach(force, error))
 
 
@@ -155,15 +160,17 @@ def prediction_interval(samples: Samples, linear: Linearised) -> PredictionInter
         residuals, counted = linear.misfit * math.sqrt((size + count) / max(size - count, 1)), half == 0
     # A sample scatters about the mean of its cell by the noise that the mean has lost.
     removed = np.sqrt(noise * (1.0 - 1.0 / loops.weight))
-    nodes = _NODES if removed.any() else np.zeros(1)
-    ratio = np.abs(residuals[:, None] + removed[:, None] * nodes) / scale[:, None]
-    weight = np.broadcast_to(loops.weight[:, None], ratio.shape)
-    factor = _quantile(ratio[counted], weight[counted], cycles)
+    ratio = np.abs(residuals + removed * np.random.default_rng(_SEED).standard_normal(removed.size)) / scale
+    weight = loops.weight
+    # Few independent samples show the scatter of others as Student's distribution says.
+    independent = np.maximum(ratio.size / linear.estimate.time, _LEAST_INDEPENDENT)
+    wider = float(student_95(independent)) / NORMAL_95
+    factor = wider * _quantile(ratio[counted], weight[counted])
     coverage = None
     if cycles > 1:
         first, second = counted & (half == 0), counted & (half == 1)
         held = sum(
-            float(weight[own][ratio[own] <= _quantile(ratio[other], weight[other], cycles)].sum())
+            float(weight[own][ratio[own] <= wider * _quantile(ratio[other], weight[other])].sum())
             for own, other in ((first, second), (second, first))
         )
         coverage = held / float(weight[counted].sum())
@@ -239,9 +246,8 @@ def _left_out(linear: Linearised, half: NDArray[np.intp]) -> tuple[FloatArray, N
     return residuals, counted
 
 
-def _quantile(values: FloatArray, weight: FloatArray, cycles: int) -> float:
-    """The value below which the share of the weight lies that is wanted from so many cycles."""
-    order = np.argsort(values, axis=None)
-    share = np.cumsum(weight.ravel()[order])
-    wanted = 1.0 - (1.0 - LEVEL) * cycles / (cycles + 1)
-    return float(values.ravel()[order[min(np.searchsorted(share, wanted * share[-1]), order.size - 1)]])
+def _quantile(values: FloatArray, weight: FloatArray) -> float:
+    """The value below which the wanted share of the weight lies."""
+    order = np.argsort(values)
+    share = np.cumsum(weight[order])
+    return float(values[order[min(np.searchsorted(share, LEVEL * share[-1]), order.size - 1)]])

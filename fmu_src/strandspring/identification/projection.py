@@ -106,7 +106,7 @@ class Problem:
     def linearised(self, hysteresis: Hysteresis, backbone: Backbone) -> Refinement:
         """The fit of another method as a refinement that has not begun, with the derivatives there."""
         weight, start = self.loops.weight, np.zeros(self.records)
-        omega, derivatives = self._omega(_vector(hysteresis, start))
+        omega, derivatives = self.omega(_vector(hysteresis, start))
         return Refinement(hysteresis, start, backbone, omega, derivatives, weight, weight, False)
 
     def at(self, fit: Refinement) -> Refinement:
@@ -146,7 +146,7 @@ class Problem:
         elastic, amplifier = (columns * root[:, None] for columns in self.columns)
 
         def evaluate(theta: FloatArray) -> _Projected:
-            omega, derivatives = self._omega(theta)
+            omega, derivatives = self.omega(theta)
             q, r = _orthogonal(np.hstack([elastic, omega[:, None] * amplifier]))
             along = q.T @ target
             coefficients = np.asarray(np.linalg.solve(r, along), np.float64)
@@ -168,7 +168,7 @@ class Problem:
             converged,
         )
 
-    def _omega(self, theta: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def omega(self, theta: FloatArray) -> tuple[FloatArray, FloatArray]:
         """omega at every point and its derivatives with respect to theta."""
         loops = self.loops
         natural = np.exp(theta[:3])

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from importlib.util import find_spec
 from typing import Any, ClassVar
 
 from ..kernel.arrays import FloatArray
@@ -15,6 +16,7 @@ from .method import Fitted, Method
 from .noise import force_noise
 from .outcomes import IdentificationError, Outcome
 from .polynomials import Basis
+from .posterior import posterior
 from .prediction_interval import PredictionBand, prediction_interval
 from .projection import RHO_BOUNDS, Refinement
 from .refinement import Samples, refine
@@ -32,6 +34,7 @@ _LEAST_POINTS = 24
 # that what is lost is far below the noise.
 _POINTS_PER_STROKE = 2000
 _POINTS = 40_000
+_LEAST_STEPS = 100  # of the sampler of the posterior
 
 
 @dataclass(frozen=True)
@@ -43,7 +46,8 @@ class RefinedOptions(Method):
     degrees : (int, int) or None   Degrees N of FE and M of FA; chosen from the data if None.
     robust : bool                  Huber's loss instead of squares, for records with outliers.
     bootstrap : int                Repetitions of a stroke-wise bootstrap for the standard errors; 0 for none.
-    seed : int                     Of the bootstrap.
+    seed : int                     Of the bootstrap and the posterior.
+    posterior : int                Steps of a Monte Carlo sampler of the posterior; 0 for none. Needs emcee.
     """
 
     name: ClassVar[str] = "refined"
@@ -51,11 +55,16 @@ class RefinedOptions(Method):
     robust: bool = False
     bootstrap: int = 0
     seed: int = 0
+    posterior: int = 0
 
     def __post_init__(self) -> None:
         super().__post_init__()
         if not 0 <= self.bootstrap <= 10_000:
             raise ValueError(f"`bootstrap` must be within [0, 10000] repetitions, got {self.bootstrap}.")
+        if self.posterior and not _LEAST_STEPS <= self.posterior <= 1_000_000:
+            raise ValueError(f"`posterior` must be 0 or within [{_LEAST_STEPS}, 1000000] steps, got {self.posterior}.")
+        if self.posterior and find_spec("emcee") is None:
+            raise ValueError("`posterior` needs the package emcee; install it: pip install strandspring[posterior]")
         if self.seed < 0:
             raise ValueError(f"`seed` must be >= 0, got {self.seed}.")
 
@@ -102,6 +111,8 @@ class RefinedOptions(Method):
         if self.bootstrap:
             spread = bootstrap(loops, basis, refinement, self.bootstrap, self.seed, where)
             content["bootstrap"] = {"repetitions": self.bootstrap, "seed": self.seed, **spread}
+        if self.posterior:
+            content["posterior"] = posterior(linear, self.posterior, self.seed)
         if content["indistinct"]:
             cautions.append(Outcome.INDISTINCT)
         if is_sigma_uncertain(loops, basis, refinement):

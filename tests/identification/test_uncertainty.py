@@ -1,0 +1,241 @@
+"""Errors of coefficients under correlated noise, 95 % intervals, the joint covariance and the prediction interval."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy import stats
+from scipy.linalg import toeplitz
+from scipy.signal import lfilter
+
+from strandspring import Identification, Record, RefinedOptions, identify, read_record
+from strandspring.identification.coloured_noise import coefficient_covariance
+from strandspring.identification.figures import predict_record
+from strandspring.identification.intervals import quantile_95
+from strandspring.identification.loops import gather
+from strandspring.identification.prediction_interval import PredictionInterval, prediction_error
+from strandspring.identification.repetition import repeated_share
+from strandspring.joint import JointCovariance, joint_names
+from strandspring.kernel.path import PathSolver
+from strandspring.loops.strokes import find_strokes
+from synthetic import record_of, sine, spring_of
+
+ROOT = Path(__file__).resolve().parents[2]
+CUBIC = RefinedOptions(degrees=(3, 2))
+NAMES = ("kappa_omega", "rho", "sigma", "n")
+
+
+def autoregressive(samples: int, correlation: float, seed: int) -> np.ndarray:
+    """Stationary noise of variance 1."""
+    shocks = np.random.default_rng(seed).standard_normal(samples) * np.sqrt(1.0 - correlation**2)
+    shocks[0] /= np.sqrt(1.0 - correlation**2)
+    return np.asarray(lfilter([1.0], [1.0, -correlation], shocks))
+
+
+@pytest.mark.parametrize("correlation", [0.0, 0.9, 0.97])
+def test_errors_are_those_of_the_true_covariance_of_the_noise(correlation: float) -> None:
+    """On a linear model: the covariance of least squares under C is (J'J)^-1 J'C J (J'J)^-1."""
+    size = 1500
+    time = np.linspace(0.0, 1.0, size)
+    jacobian = np.column_stack([np.ones(size), time, *(np.sin(2 * np.pi * k * time) for k in (3, 6, 20, 60))])
+    bread = np.linalg.inv(jacobian.T @ jacobian)
+    true = bread @ jacobian.T @ toeplitz(correlation ** np.arange(size)) @ jacobian @ bread
+    ratios, times = [], []
+    for seed in range(30):
+        noise = autoregressive(size, correlation, seed)
+        residuals = noise - jacobian @ (bread @ (jacobian.T @ noise))
+        found = coefficient_covariance(jacobian, residuals, [slice(0, size)])
+        ratios.append(np.linalg.norm(found.root, axis=1) / np.sqrt(np.diag(true)))
+        times.append(found.time)
+    means = np.mean(ratios, axis=0)
+    assert means[2:] == pytest.approx(np.ones(4), rel=0.15)
+    # The mean and the slope depend on the slowest noise, which the residuals hardly show: rather too large than not.
+    assert np.all((means[:2] > 0.85) & (means[:2] < 1.5))
+    assert np.mean(times) == pytest.approx((1.0 + correlation) / (1.0 - correlation), rel=0.3)
+
+
+def test_several_records_are_series_of_their_own() -> None:
+    """Two records in turn say the same as the two the other way round, and twice as much as one."""
+    rng = np.random.default_rng(0)
+    jacobian = np.column_stack([np.ones(1000), rng.standard_normal(1000)])
+    noise = np.concatenate([autoregressive(600, 0.8, 1), autoregressive(400, 0.8, 2)])
+    first = coefficient_covariance(jacobian, noise, [slice(0, 600), slice(600, 1000)])
+    order = np.r_[600:1000, 0:600]
+    second = coefficient_covariance(jacobian[order], noise[order], [slice(0, 400), slice(400, 1000)])
+    assert np.linalg.norm(first.root, axis=1) == pytest.approx(np.linalg.norm(second.root, axis=1), rel=1e-9)
+
+
+def test_a_column_that_nothing_depends_on_has_no_error() -> None:
+    rng = np.random.default_rng(0)
+    jacobian = np.column_stack([np.ones(300), np.zeros(300), rng.standard_normal(300)])
+    errors = np.linalg.norm(coefficient_covariance(jacobian, rng.standard_normal(300), [slice(0, 300)]).root, axis=1)
+    assert errors[1] == 0.0
+    assert np.all(errors[[0, 2]] > 0.0)
+
+
+def test_the_quantile_is_that_of_student() -> None:
+    nu = np.array([4.0, 5.0, 8.0, 30.0, 1e6])
+    expected = stats.t.ppf(0.975, nu) * np.sqrt((nu - 2.0) / nu)
+    assert quantile_95(nu) == pytest.approx(expected, rel=0.02)
+
+
+def test_misfit_of_every_cycle_is_told_from_noise() -> None:
+    path = sine(6, 3000)
+    strokes = find_strokes(path)
+    loops = gather(strokes, path, 1)
+    place = np.sin(8.0 * np.pi * (loops.displacement - path.min()) / np.ptp(path)) * loops.side
+    assert repeated_share(loops, place) == pytest.approx(1.0, abs=0.02)
+    noise = [repeated_share(loops, autoregressive(loops.force.size, c, 0)) for c in (0.0, 0.9)]
+    assert max(noise) < 0.2
+
+
+def covered(correlation: float, runs: int) -> dict[str, float]:
+    """Share of 95 % intervals of a spring that hold the truth."""
+    known = spring_of(1.0, 1.0, 2.0)
+    clean = record_of(known, sine(3, 1000))
+    held = dict.fromkeys(NAMES, 0)
+    for seed in range(runs):
+        force = clean.force + 0.3 * autoregressive(clean.force.size, correlation, 1000 + seed)
+        found = identify(Record(clean.displacement, force), CUBIC)
+        x = found.parameters.displacement_offset - known.displacement_offset
+        there = float(np.polynomial.polynomial.polyval(x, known.kA))
+        for name in NAMES:
+            true = getattr(known, name) * (there if name == "kappa_omega" else 1.0)
+            low, high = found.uncertainty["interval_95"][name]
+            held[name] += (low is None or low <= true) and (high is None or true <= high)
+    return {name: count / runs for name, count in held.items()}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("correlation", [0.0, 0.9, 0.99])
+def test_intervals_hold_the_truth(correlation: float) -> None:
+    shares = covered(correlation, 200)
+    # 200 runs scatter by 1.5 %.
+    assert all(0.91 <= share <= 0.995 for share in shares.values()), shares
+
+
+def test_what_bounds_one_side_only_is_told_so() -> None:
+    """A sharp knee in few, noisy samples: n may be anything above some value."""
+    known = spring_of(12.0, 0.6, 3.0)
+    found = identify(record_of(known, sine(3, 90), noise=0.02, seed=1), RefinedOptions((3, 2)))
+    low, high = found.uncertainty["interval_95"]["n"]
+    assert high is None
+    assert low is not None
+    assert 1.0 < low < 12.0
+    assert any(sentence.startswith("n > ") for sentence in found.uncertainty["indistinct"])
+
+
+@pytest.fixture(scope="module")
+def smooth() -> Identification:
+    return identify(record_of(spring_of(1.0, 1.0), sine(5, 2000), noise=0.003), CUBIC)
+
+
+def test_the_joint_covariance_has_the_standard_errors(smooth: Identification) -> None:
+    content = smooth.uncertainty
+    names = content["joint"]["parameters"]
+    assert names == joint_names(3, 2)
+    root = np.zeros((len(names), len(names)))
+    for k, row in enumerate(content["joint"]["root"]):
+        root[k, : k + 1] = row
+    covariance = root @ root.T
+    errors = np.sqrt(np.diag(covariance))
+    own = [getattr(smooth.parameters, name) for name in NAMES]
+    assert errors[:4] == pytest.approx(content["kE"], rel=1e-6)
+    assert errors[4:6] == pytest.approx(content["kA"][1:], rel=1e-6)
+    assert errors[6:] * own == pytest.approx([content[name] for name in NAMES], rel=1e-6)
+    correlation = covariance[7, 9] / (errors[7] * errors[9])
+    assert correlation == pytest.approx(content["correlation"]["rho,n"], rel=1e-6)
+
+
+def test_drawn_springs_scatter_in_force_as_the_band_says(smooth: Identification) -> None:
+    """FE and FA are drawn with rho and n: alone, each would scatter far more than the force does."""
+    spring = smooth.parameters
+    joint = JointCovariance.of(spring, smooth.uncertainty)
+    assert joint is not None
+    path = sine(2, 200)
+    rng = np.random.default_rng(0)
+    drawn = [joint.moved(spring, rng.standard_normal(len(joint.root)).tolist()) for _ in range(300)]
+    forces = np.array([PathSolver(one).force(path, 0.0) for one in drawn])
+    error = prediction_error(spring, joint, path, 0.0)
+    # 300 draws scatter by 4 %; the force is not quite linear in the coefficients.
+    assert forces.std(axis=0)[40:] == pytest.approx(error[40:], rel=0.2)
+    fit = smooth.fits[0]
+    steady = prediction_error(spring, joint, sine(5, 2000), fit.omega_start)[fit.first_sample :]
+    assert np.sqrt(np.mean(steady**2)) == pytest.approx(smooth.uncertainty["force_rms"], rel=0.1)
+
+
+def cut(record: Record, first: int, last: int) -> Record:
+    """Strokes first to last - 1."""
+    turning = find_strokes(record.displacement).turning
+    piece = slice(turning[first], turning[last] + 1)
+    return Record(record.displacement[piece], record.force[piece])
+
+
+def held_out(found: Identification, record: Record) -> float:
+    """Share of the samples inside the prediction interval."""
+    spring, content = found.parameters, found.uncertainty
+    interval, joint = PredictionInterval.of(content), JointCovariance.of(spring, content)
+    assert interval is not None
+    assert joint is not None
+    fit = predict_record(PathSolver(spring), record)
+    path = find_strokes(record.displacement).displacement
+    reach = interval.reach(fit.predicted, prediction_error(spring, joint, path, fit.omega_start))
+    return float(np.mean(np.abs(record.force - fit.predicted) <= reach))
+
+
+def test_the_prediction_interval_holds_other_cycles_of_measured_records() -> None:
+    hinge = read_record(ROOT / "models/records/rubber_stretch.csv", reverse="displacement")
+    actuator = read_record(ROOT / "tests/data/actuator/circle_3bar.csv", displacement=5, force=7)
+    shares = [
+        held_out(identify(cut(record, *fitted)), cut(record, *others))
+        for record, fitted, others in (
+            (hinge, (0, 5), (3, 6)),
+            (actuator, (0, 10), (10, 20)),
+            (actuator, (0, 15), (15, 20)),
+        )
+    ]
+    assert all(0.9 <= share <= 0.98 for share in shares), shares
+    for record in (hinge, actuator):
+        content = identify(record).uncertainty["prediction_interval"]
+        assert 0.9 <= content["held_out_coverage"] <= 0.98
+
+
+@pytest.mark.parametrize("samples", [2000, 150_000], ids=["all samples", "averaged over cells"])
+def test_the_prediction_interval_is_as_wide_as_the_noise(samples: int) -> None:
+    """Noise of 1 N."""
+    clean = record_of(spring_of(1.0, 1.0), sine(5, samples))
+    force = clean.force + np.random.default_rng(0).standard_normal(samples)
+    interval = identify(Record(clean.displacement, force), CUBIC).uncertainty["prediction_interval"]
+    assert interval["half_width"] == pytest.approx(1.96, rel=0.06)
+    assert interval["held_out_coverage"] == pytest.approx(0.95, abs=0.015)
+
+
+def test_one_cycle_leaves_the_coverage_open() -> None:
+    interval = PredictionInterval.of(identify(record_of(spring_of(1.0, 1.0), sine(1, 500), noise=0.01)).uncertainty)
+    assert interval is not None
+    assert interval.coverage is None
+    assert "there is one cycle only" in interval.sentence
+
+
+def test_a_posterior_needs_emcee(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "emcee", None)
+    with pytest.raises(ValueError, match=r"needs the package emcee; install it: pip install strandspring\[posterior\]"):
+        RefinedOptions((3, 2), posterior=200)
+
+
+@pytest.mark.slow
+def test_the_posterior_agrees_with_the_intervals_where_the_records_tell_all() -> None:
+    record = record_of(spring_of(1.0, 1.0), sine(3, 1000), noise=0.003)
+    content = identify(record, RefinedOptions((3, 2), posterior=400, seed=1)).uncertainty
+    sampled = content["posterior"]
+    for name in NAMES:
+        low, high = content["interval_95"][name]
+        # 32 walkers for 300 steps of some 25 autocorrelation steps each: 400 independent draws.
+        assert sampled[name][2] == pytest.approx(0.5 * (low + high), abs=0.1 * (high - low))
+        assert sampled[name][-1] - sampled[name][0] == pytest.approx(high - low, rel=0.25)
+    assert not sampled["long_enough"]
+    again = identify(record, RefinedOptions((3, 2), posterior=100, seed=1)).uncertainty["posterior"]
+    assert again == identify(record, RefinedOptions((3, 2), posterior=100, seed=1)).uncertainty["posterior"]
