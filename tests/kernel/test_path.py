@@ -498,16 +498,31 @@ def test_a_step_of_no_length_keeps_the_memory() -> None:
     assert stepper.trial(law, memory, 0.06) is memory
 
 
+def energy_of_steps(parameters: SpringParameters, path: np.ndarray, omega: float) -> float:
+    """The energy that Python's stepper absorbs along a path [J]."""
+    law = SpringLaw(parameters)
+    memory = stepper.start(float(path[0]), omega)
+    for displacement in path.tolist():
+        memory = stepper.trial(law, memory, displacement)
+    return stepper.absorbed_energy(law, memory)
+
+
+def energy_of_path(parameters: SpringParameters, path: np.ndarray, omega: float) -> float:
+    return float(PathSolver(parameters).absorbed_energy(path, omega)[-1])
+
+
+@pytest.mark.parametrize("energy_along", [energy_of_path, energy_of_steps])
 @pytest.mark.parametrize("n", [0.5, 1.0, 2.0])
-def test_the_energy_of_small_loops_has_all_its_digits(n: float) -> None:
+def test_the_energy_of_small_loops_has_all_its_digits(
+    n: float, energy_along: Callable[[SpringParameters, np.ndarray, float], float]
+) -> None:
     """Of a loop far below saturation, whose energy falls with the power 2 + n of its length."""
     parameters = SpringParameters((0.0,), (1.0, 5.0), 10.0, 500.0, 1.0, n, 0.0, -0.02, 0.02)
-    solver = PathSolver(parameters)
 
     def energies(length: float) -> np.ndarray:
         omega = -steady_omega(parameters, length)
         lows = np.linspace(-0.019, 0.019, 50)
-        loops = [solver.absorbed_energy(np.array([low, low + length, low]), omega)[-1] for low in lows]
+        loops = [energy_along(parameters, np.array([low, low + length, low]), omega) for low in lows]
         return np.array(loops) / (1.0 + 5.0 * (lows + 0.5 * length))
 
     small, smaller = energies(1e-6), energies(1e-7)

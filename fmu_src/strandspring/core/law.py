@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import cached_property, lru_cache
 
 from .parameters import SpringParameters, antiderivative, derivative
-from .pieces import Pieces, falling_pieces, rising_pieces
+from .pieces import Pieces, falling_pieces, missing_pieces, rising_pieces
 from .saturation import Saturation
 
 # They take some 15 ms to build.
@@ -49,10 +49,15 @@ class SpringLaw:
 
     @cached_property
     def rising(self) -> Pieces:
-        """The branch W >= 0 for integrals over it; made where energy is first asked for."""
+        """The branch W >= 0 for integrals of W; made where energy is first asked for."""
         return rising_pieces(self.table, len(self.FA))
 
     @cached_property
+    def missing(self) -> Pieces:
+        """The same branch for integrals of 1 - W."""
+        return missing_pieces(self.table, len(self.FA))
+
+    @cached_property
     def falling(self) -> Pieces:
-        """The branch W < 0 for integrals over it."""
+        """The branch W < 0 for integrals of |W|."""
         return falling_pieces(self.table, len(self.FA))
