@@ -14,7 +14,18 @@ from hypothesis import strategies as st
 from scipy.integrate import quad, solve_ivp
 from scipy.optimize import brentq
 
-from springs import EXAMPLES, along, energy_scale, force_by_definition, force_scale, fractions, omegas, spring, springs
+from springs import (
+    EXAMPLES,
+    along,
+    elastic_by_definition,
+    energy_scale,
+    force_by_definition,
+    force_scale,
+    fractions,
+    omegas,
+    spring,
+    springs,
+)
 from strandspring import Spring, SpringParameters
 from strandspring.core import stepper
 from strandspring.core.law import SpringLaw
@@ -68,14 +79,14 @@ def integrate_equation_11(parameters: SpringParameters, path: SmoothPath, omega_
     The integration is restarted at turning points, where the right-hand side has a kink.
     """
     p = parameters
-    kE, kA = np.array(p.kE[::-1]), np.array(p.kA[::-1])
+    elastic, kA = elastic_by_definition(p), np.array(p.kA[::-1])
 
     def rates(time: float, state: np.ndarray) -> tuple[float, float]:
         omega, velocity = state[0], path.velocity(time)
         power = min(abs(omega), 2.0) ** p.n  # only a trial step that will be rejected gets beyond 2
         bracket = 1.0 - (p.sigma * np.sign(velocity) * np.sign(omega) - p.sigma + 1.0) * power
         x = path.displacement(time) - p.displacement_offset
-        force = np.polyval(kE, x) + p.kappa_omega * omega * np.polyval(kA, x)
+        force = elastic(x) + p.kappa_omega * omega * np.polyval(kA, x)
         return p.rho * velocity * bracket, force * velocity
 
     # Near saturation omega decays with n*rho*|velocity|: an explicit method must not step further than that.
@@ -115,7 +126,8 @@ def test_force_and_energy_obey_the_differential_equation(
     )
     # The integrator is the inexact side: 2e-9 where a step crosses the cusp at omega = 0, 1e-10 elsewhere.
     assert force_error <= 1e-8
-    assert energy_error <= 1e-9
+    # And 1e-9 where it crosses a knot, at which the third derivative of FE jumps; quarter steps halve it.
+    assert energy_error <= (3e-9 if parameters.FE_knots else 1e-9)
 
 
 @st.composite

@@ -44,8 +44,10 @@ def elastic_work(law: SpringLaw, x: float) -> float:
     """Integral of FE from the offset to x [J]."""
     inside = law.inside(x)
     out = x - inside
-    work = polynomial(law.FE_work, inside)
-    return work + out * (polynomial(law.FE, inside) + 0.5 * polynomial(law.dFE, inside) * out)
+    piece = law.elastic.at(inside)
+    at = inside - piece.origin
+    work = polynomial(piece.work, at)
+    return work + out * (polynomial(piece.force, at) + 0.5 * polynomial(piece.slope, at) * out)
 
 
 def amplifier_work(law: SpringLaw, x: float) -> float:

@@ -38,7 +38,7 @@ def modelica_package(model: ModelFile) -> str:
     """Text of the package; the same model gives the same text."""
     spring = model.parameters
     start = start_values(spring)
-    table = variables(len(spring.kE), len(spring.kA))
+    table = variables(*spring.counts)
     arrays = {"kE": spring.kE, "kA": spring.kA}
     kE, kA = ([f"data.{name}[{i + 1}]" for i in range(len(values))] for name, values in arrays.items())
     # Jinja's usual delimiters are braces, of which Modelica has many.

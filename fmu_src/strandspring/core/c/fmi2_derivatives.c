@@ -17,13 +17,6 @@ static Gradients reached_gradients(const Instance *instance, const SpringMemory 
     return found;
 }
 
-/* Where a path begins omega is given, and only the place of the displacement in the range counts: moving it is moving
- * the range the other way. */
-static double by_place(const SpringGradient *gradient)
-{
-    return -(gradient->by_displacement_offset + gradient->by_displacement_min + gradient->by_displacement_max);
-}
-
 static double partial(const Gradients *at, unsigned unknown, unsigned known,
                       const Settings *settings, int at_start)
 {
@@ -32,7 +25,8 @@ static double partial(const Gradients *at, unsigned unknown, unsigned known,
         return at_start ? 0.0 : at->force;
     if (known != SPRING_DISPLACEMENT)
         return fmu_derivative_by(gradient, settings, known);
-    return at_start ? by_place(gradient) : gradient->by_displacement;
+    /* Where a path begins omega is given. */
+    return at_start ? gradient->by_place : gradient->by_displacement;
 }
 
 static fmi2Status refuse_no_output(const Instance *instance, unsigned reference)
@@ -57,6 +51,11 @@ fmi2Status fmi2GetDirectionalDerivative(
         VariableCausality causality = fmu_causality(vKnown_ref[k]);
         if (causality != VARIABLE_INPUT && causality != VARIABLE_PARAMETER)
             return FMU_REFUSE(&instance->log, "`%s` is calculated; there are no derivatives with respect to it.",
+                              fmu_name(settings, vKnown_ref[k]).text);
+        if (fmu_is_knot(settings, vKnown_ref[k]))
+            return FMU_REFUSE(&instance->log,
+                              "`%s` is where a knot lies; there are no derivatives with respect to it. Ask for those with "
+                              "respect to the forces at the knots, `FE_forces`.",
                               fmu_name(settings, vKnown_ref[k]).text);
         for (size_t i = 0; i < nUnknown; i++)
             if (vUnknown_ref[i] == SPRING_ABSORBED_ENERGY && causality == VARIABLE_PARAMETER && !at_start)
