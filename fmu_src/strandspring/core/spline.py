@@ -34,7 +34,7 @@ class Piece(NamedTuple):
 
 
 class Elastic:
-    """FE within the identified range.
+    """FE within the identified range, at x = displacement - displacement_offset [m].
 
     Parameters
     ----------
@@ -51,8 +51,22 @@ class Elastic:
             self._joints = knots[1:-1]
             self._pieces = _pieces(knots, p.FE_forces)
 
-    def at(self, x: float) -> Piece:
-        """The piece that holds x [m]."""
+    def force(self, x: float) -> float:
+        """FE [N]."""
+        piece = self._piece(x)
+        return polynomial(piece.force, x - piece.origin)
+
+    def slope(self, x: float) -> float:
+        """dFE/dx [N/m]."""
+        piece = self._piece(x)
+        return polynomial(piece.slope, x - piece.origin)
+
+    def work(self, x: float) -> float:
+        """Integral of FE from the offset [J]."""
+        piece = self._piece(x)
+        return polynomial(piece.work, x - piece.origin)
+
+    def _piece(self, x: float) -> Piece:
         return self._pieces[bisect_right(self._joints, x)]
 
 

@@ -44,10 +44,8 @@ def elastic_work(law: SpringLaw, x: float) -> float:
     """Integral of FE from the offset to x [J]."""
     inside = law.inside(x)
     out = x - inside
-    piece = law.elastic.at(inside)
-    at = inside - piece.origin
-    work = polynomial(piece.work, at)
-    return work + out * (polynomial(piece.force, at) + 0.5 * polynomial(piece.slope, at) * out)
+    work = law.elastic.work(inside)
+    return work + out * (law.elastic.force(inside) + 0.5 * law.elastic.slope(inside) * out)
 
 
 def amplifier_work(law: SpringLaw, x: float) -> float:
