@@ -96,7 +96,7 @@ def _elements(name: str, count: int) -> list[str]:
 def _polynomial(kE: Sequence[str]) -> str:
     """FE with these coefficients, along its tangent outside the range."""
     slope = _horner([c if i == 1 else f"{i}*{c}" for i, c in enumerate(kE)][1:], "inside")
-    return _horner(kE, "inside") + (f"\n\n      + ({slope})*(x - inside)" if slope else "")
+    return _horner(kE, "inside") + (f"\n      + ({slope})*(x - inside)" if slope else "")
 
 
 def _spline(knots: int) -> str:

@@ -55,6 +55,14 @@ class Basis:
         scaled = legendre.leg2poly(coefficients)
         return np.asarray(scaled / self.half ** np.arange(scaled.size))
 
+    def elastic_parameters(self, coefficients: FloatArray) -> dict[str, tuple[float, ...]]:
+        """FE as `SpringParameters` takes it."""
+        return {"kE": tuple(self.powers(coefficients).tolist())}
+
+    def elastic_matrix(self) -> FloatArray:
+        """What turns the coefficients of FE into its parameters."""
+        return self.powers_matrix(self.elastic)
+
     def powers_matrix(self, degree: int) -> FloatArray:
         """What turns coefficients of a Legendre series into those of powers of x, shape (degree + 1, degree + 1)."""
         return np.asarray(_powers_of_series(degree) / self.half ** np.arange(degree + 1)[:, None])

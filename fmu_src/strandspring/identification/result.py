@@ -26,7 +26,7 @@ class Identification:
     records : tuple of Record
     fits : tuple of RecordFit       Prediction of each record over its steady part.
     rmse, rnl : float               Over all compared samples [N], [-].
-    degrees : (int, int)            N of FE and M of FA.
+    degrees : (int or None, int)    N of FE, None if it is a table, and M of FA.
     steady_share : float            Where the steady section was taken to begin, share of the longest stroke.
     outcomes : tuple of Outcome     Cautions for the user.
     uncertainty : dict              Standard errors and correlations; empty but for the refined method.
@@ -40,7 +40,7 @@ class Identification:
     fits: tuple[RecordFit, ...]
     rmse: float
     rnl: float
-    degrees: tuple[int, int]
+    degrees: tuple[int | None, int]
     steady_share: float
     outcomes: tuple[Outcome, ...]
     uncertainty: dict[str, Any]

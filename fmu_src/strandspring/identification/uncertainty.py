@@ -195,7 +195,7 @@ def _linearised(loops: Loops, basis: Basis, refinement: Refinement, free: NDArra
 
 def _propagation(basis: Basis, refinement: Refinement, free: NDArray[np.bool_]) -> FloatArray:
     """Derivatives of kE, kA, kappa_omega, rho, sigma, n with respect to the fitted coefficients."""
-    elastic, amplified = basis.powers_matrix(basis.elastic), basis.powers_matrix(basis.amplifier)
+    elastic, amplified = basis.elastic_matrix(), basis.powers_matrix(basis.amplifier)
     powers = amplified @ refinement.backbone.amplified
     n_E, n_A = elastic.shape[0], amplified.shape[0]
     change = np.zeros((n_E + n_A + 4, n_E + n_A + int(free.sum())))
