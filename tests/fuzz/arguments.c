@@ -76,6 +76,11 @@ double usual_displacement(void)
     return low + (high - low) * (chance(90) ? uniform(0.0, 1.0) : uniform(-1.0, 2.0));
 }
 
+int is_knot(fmi2ValueReference reference)
+{
+    return strncmp(described[reference].name, "FE_knots", 8) == 0;
+}
+
 static double usual_value(fmi2ValueReference reference)
 {
     if (careless())
@@ -83,7 +88,9 @@ static double usual_value(fmi2ValueReference reference)
     if (described[reference].causality == 'i')
         return usual_displacement();
     double start = described[reference].start;
-    if (chance(50) || strcmp(described[reference].name, "kA[0]") == 0)
+    int fixed = strcmp(described[reference].name, "kA[0]") == 0 || is_knot(reference) ||
+                (MODEL_KNOTS && strncmp(described[reference].name, "displacement_m", 14) == 0);
+    if (chance(50) || fixed)
         return start;
     if (start == 0.0)
         return chance(20) ? copysign(1.0, uniform(-1.0, 1.0)) : uniform(-1.0, 1.0);
