@@ -11,11 +11,12 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from strandspring import ModelError
+from springs import TABLE
+from strandspring import ModelError, Spring
 from strandspring.isolation.response import frequency_response
 from strandspring.isolation.system import Excitation, IsolatedMass, IsolationError, static_equilibrium
 from strandspring.modelfile import ModelFile, save_model
-from strandspring.study.definition import DONE, Study
+from strandspring.study.definition import DONE, Study, scaled
 from strandspring.study.quantiles import summarize
 from strandspring.study.spread import DRAWN, Spread
 from studies import CHEAP, COMMAND, CORRELATION, ERRORS, SPREAD, SPRING, UNCERTAINTY
@@ -104,6 +105,11 @@ def test_impossible_uncertainties_are_refused(uncertainty: dict[str, Any], told:
 
 
 # Runs
+
+
+def test_a_factor_scales_every_force_of_a_table() -> None:
+    path = np.linspace(TABLE.displacement_min, TABLE.displacement_max, 9)
+    assert Spring(scaled(TABLE, 1.7)).response(path) == pytest.approx(1.7 * Spring(TABLE).response(path), rel=1e-12)
 
 
 def test_a_run_tells_what_the_frequency_response_does() -> None:

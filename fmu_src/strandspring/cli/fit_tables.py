@@ -56,7 +56,9 @@ def parameter_lines(p: SpringParameters, uncertainty: dict[str, Any]) -> list[st
         lines.append(f"  FE degree {len(p.kE) - 1}, kE: {', '.join(f'{c:.6g}' for c in p.kE)}  N/m^i")
     lines.append(f"  FA degree {len(p.kA) - 1}, kA: {', '.join(f'{c:.6g}' for c in p.kA)}  1/m^i")
     low, high, middle = (1e3 * v for v in (p.displacement_min, p.displacement_max, p.displacement_offset))
-    lines.append(f"  identified from {low:.6g} to {high:.6g} mm, polynomials about {middle:.6g} mm")
+    lines.append(
+        f"  identified from {low:.6g} to {high:.6g} mm, {'FA' if p.FE_knots else 'polynomials'} about {middle:.6g} mm"
+    )
     if "bootstrap" in uncertainty:
         bootstrap = uncertainty["bootstrap"]
         spread = ", ".join(f"{name} +- {bootstrap[name]:.2g}" for name in ("kappa_omega", "rho", "sigma", "n"))
