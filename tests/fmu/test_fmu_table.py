@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import zipfile
 from collections.abc import Callable, Iterator
-from ctypes import c_double, c_size_t
 from dataclasses import replace
 from pathlib import Path
 
@@ -108,7 +107,7 @@ def test_an_impossible_table_is_refused(name: str, tmp_path: Path) -> None:
         assert any(sentence in message for _, _, message in python.messages), python.messages
 
 
-def test_directional_derivatives_by_the_forces_are_those_of_the_kernel() -> None:
+def test_directional_derivatives_by_the_table_are_those_of_the_kernel() -> None:
     path = np.array([TABLE.displacement_offset, 0.06, 0.041, 0.0415])
     of_force, of_stiffness = (gradients[-1] for gradients in Kernel(TABLE).gradients(path))
     with Native(library(TABLE)) as one:
@@ -116,17 +115,9 @@ def test_directional_derivatives_by_the_forces_are_those_of_the_kernel() -> None
         for displacement in path[1:]:
             one.step(displacement)
         for i in range(10):
-            found = one.derivatives(("force", "stiffness"), **{f"FE_forces[{i}]": 1.0})
-            close(found, np.array([of_force.FE_forces[i], of_stiffness.FE_forces[i]]))
-
-
-def test_a_knot_has_no_derivative() -> None:
-    with Native(library(TABLE)) as one:
-        one.initialize()
-        one.set(displacement=0.06)
-        unknown, known, change = one.references("force"), one.references("FE_knots[4]"), (c_double * 1)(1.0)
-        assert one.GetDirectionalDerivative(unknown, c_size_t(1), known, c_size_t(1), change, change) == ERROR
-        assert one.said.startswith("`FE_knots[4]` is where a knot lies; there are no derivatives with respect to it.")
+            for name in ("FE_knots", "FE_forces"):
+                found = one.derivatives(("force", "stiffness"), **{f"{name}[{i}]": 1.0})
+                close(found, np.array([getattr(gradient, name)[i] for gradient in (of_force, of_stiffness)]))
 
 
 def test_where_a_path_starts_moving_it_moves_the_place_only() -> None:

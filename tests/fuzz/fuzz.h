@@ -163,7 +163,6 @@ int any_is(const References *of, const char *name);
 void *elements(size_t count, size_t size);
 double *usual_values(const References *of);
 double usual_displacement(void);
-int is_knot(fmi2ValueReference reference); /* the place of a knot of FE, which has no derivative */
 void must_be_given(Trial *trial, const void *array, size_t count);
 void must_be_references(Trial *trial, const References *of);
 

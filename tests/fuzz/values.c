@@ -133,9 +133,6 @@ void directional_derivative(Trial *trial)
     must(trial, all_have(&unknown, "o") && all_have(&known, "ip") ? YES : NO);
     if (any_is(&unknown, "absorbed_energy") && !all_have(&known, "i"))
         must(trial, twin->mode == INITIALIZATION ? YES : twin->mode == UNKNOWN ? UNSURE : NO);
-    for (size_t k = 0; k < known.count && known.at != NULL; k++)
-        if (known.at[k] < MODEL_VARIABLES && is_knot(known.at[k]))
-            must(trial, NO);
     must(trial, possible(twin));
     fmi2Status status =
         fmi2GetDirectionalDerivative(trial->component, unknown.at, unknown.count, known.at, known.count, seed, found);

@@ -61,6 +61,7 @@ class Gradient(Structure):
         ("place", c_double),
         ("kE", _COEFFICIENTS),
         ("kA", _COEFFICIENTS),
+        ("FE_knots", _KNOTS),
         ("FE_forces", _KNOTS),
         *((name, c_double) for name in SCALARS),
         ("omega_start", c_double),

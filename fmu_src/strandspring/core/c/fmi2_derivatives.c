@@ -52,11 +52,6 @@ fmi2Status fmi2GetDirectionalDerivative(
         if (causality != VARIABLE_INPUT && causality != VARIABLE_PARAMETER)
             return FMU_REFUSE(&instance->log, "`%s` is calculated; there are no derivatives with respect to it.",
                               fmu_name(settings, vKnown_ref[k]).text);
-        if (fmu_is_knot(settings, vKnown_ref[k]))
-            return FMU_REFUSE(&instance->log,
-                              "`%s` is where a knot lies; there are no derivatives with respect to it. Ask for those with "
-                              "respect to the forces at the knots, `FE_forces`.",
-                              fmu_name(settings, vKnown_ref[k]).text);
         for (size_t i = 0; i < nUnknown; i++)
             if (vUnknown_ref[i] == SPRING_ABSORBED_ENERGY && causality == VARIABLE_PARAMETER && !at_start)
                 return FMU_REFUSE(&instance->log,

@@ -53,11 +53,6 @@ VariableName fmu_name(const Settings *settings, unsigned reference)
     return name;
 }
 
-int fmu_is_knot(const Settings *settings, unsigned reference)
-{
-    return reference >= SPRING_FIRST_PARAMETER && parameter_place(settings, reference).list == KNOT;
-}
-
 double *fmu_setting(Settings *settings, unsigned reference)
 {
     ParameterPlace place = parameter_place(settings, reference);
@@ -75,6 +70,7 @@ double fmu_derivative_by(const SpringGradient *gradient, const Settings *setting
     ParameterPlace place = parameter_place(settings, reference);
     switch (place.list) {
     case ELASTIC: return gradient->by_kE[place.index];
+    case KNOT: return gradient->by_FE_knots[place.index];
     case KNOT_FORCE: return gradient->by_FE_forces[place.index];
     case AMPLIFIER: return gradient->by_kA[place.index];
     default: return *(const double *)((const char *)gradient + SCALARS[place.index].derivative);

@@ -54,13 +54,10 @@ static inline VariableCausality fmu_causality(unsigned reference)
 
 SPRING_LOCAL VariableName fmu_name(const Settings *settings, unsigned reference);
 
-/* Whether a variable is the place of a knot of FE. */
-SPRING_LOCAL int fmu_is_knot(const Settings *settings, unsigned reference);
-
 /* The value of a parameter. */
 SPRING_LOCAL double *fmu_setting(Settings *settings, unsigned reference);
 
-/* The derivative by a parameter that is no knot. */
+/* The derivative by a parameter. */
 SPRING_LOCAL double fmu_derivative_by(const SpringGradient *gradient, const Settings *settings, unsigned reference);
 
 #endif

@@ -84,7 +84,7 @@ void spring_spline(SpringSpline *spline, int count, const double *knots, const d
 
 /* What is asked for is linear in the two forces and the two second derivatives at the ends of the piece. The latter solve
  * T*M = D*forces, so that the weights of a row of theirs, w, are D^T of the solution of T^T*z = w. */
-void spring_spline_weights(
+static void weights_of_forces(
     const SpringSpline *spline, int count, double x, double by_force, double by_slope, double *weights)
 {
     BendEquations equations;
@@ -112,5 +112,28 @@ void spring_spline_weights(
         weights[k - 1] += w[k] / h[k - 1];
         weights[k] -= w[k] / h[k - 1] + w[k] / h[k];
         weights[k + 1] += w[k] / h[k];
+    }
+}
+
+/* When knot k moves, FE changes by -FE' there, so that it passes through the force at the new place; its second derivative,
+ * which must be continuous at the new place, changes by a step of -J at the old one, J being the step of the third. With
+ * g = -J/2*(x - knot)^2 beyond the knot, the change less g is the spline through what it is at the knots. */
+void spring_spline_gradient(
+    const SpringSpline *spline, int count, double x, double by_force, double by_slope, double *by_forces,
+    double *by_knots)
+{
+    int last = count - 1;
+    weights_of_forces(spline, count, x, by_force, by_slope, by_forces);
+    for (int k = 0; k < count; k++) {
+        int piece = k < last ? k : last - 1;
+        double knot = spline->knots[k], beyond = x > knot ? x - knot : 0.0;
+        double step = k == 0 || k == last ? 0.0 : 6.0 * (spline->cubic[k][3] - spline->cubic[k - 1][3]);
+        double total = -step * beyond * (0.5 * by_force * beyond + by_slope);
+        total -= spline_slope(spline, piece, knot - spline->knots[piece]) * by_forces[k];
+        for (int j = k + 1; j < count; j++) {
+            double distance = spline->knots[j] - knot;
+            total += 0.5 * step * distance * distance * by_forces[j];
+        }
+        by_knots[k] = total;
     }
 }

@@ -20,9 +20,11 @@ typedef struct {
 SPRING_LOCAL void spring_spline(
     SpringSpline *spline, int count, const double *knots, const double *forces, double offset);
 
-/* Writes the derivatives of by_force*FE(x) + by_slope*FE'(x) with respect to the forces at the knots. */
-SPRING_LOCAL void spring_spline_weights(
-    const SpringSpline *spline, int count, double x, double by_force, double by_slope, double *weights);
+/* Writes the derivatives of by_force*FE(x) + by_slope*FE'(x) with respect to the forces at the knots and to the places of
+ * the knots. */
+SPRING_LOCAL void spring_spline_gradient(
+    const SpringSpline *spline, int count, double x, double by_force, double by_slope, double *by_forces,
+    double *by_knots);
 
 /* The piece that holds x; the one beside the range outside it. */
 static inline int spline_piece(const SpringSpline *spline, int count, double x)

@@ -683,8 +683,10 @@ void spring_gradient(
         of_stiffness->by_kE[i] = first[i];
     }
     if (p->knots) {
-        spring_spline_weights(&law->spline, p->knots, inside, 1.0, out, of_force->by_FE_forces);
-        spring_spline_weights(&law->spline, p->knots, inside, 0.0, 1.0, of_stiffness->by_FE_forces);
+        spring_spline_gradient(
+            &law->spline, p->knots, inside, 1.0, out, of_force->by_FE_forces, of_force->by_FE_knots);
+        spring_spline_gradient(
+            &law->spline, p->knots, inside, 0.0, 1.0, of_stiffness->by_FE_forces, of_stiffness->by_FE_knots);
     }
     for (int i = 0; i < p->amplifier; i++) {
         of_force->by_kA[i] = kappa * omega * value[i];

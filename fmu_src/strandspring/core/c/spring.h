@@ -56,11 +56,12 @@ typedef struct {
     double by_rho, by_sigma, by_n, by_omega_start;
 } SpringSensitivity;
 
-/* Derivatives of one output by displacement and by every parameter but the places of the knots. */
+/* Derivatives of one output by displacement and by every parameter. */
 typedef struct {
     double by_displacement; /* along the path */
     double by_place;        /* by displacement, omega being held */
-    double by_kE[SPRING_COEFFICIENTS], by_kA[SPRING_COEFFICIENTS], by_FE_forces[SPRING_KNOTS];
+    double by_kE[SPRING_COEFFICIENTS], by_kA[SPRING_COEFFICIENTS];
+    double by_FE_knots[SPRING_KNOTS], by_FE_forces[SPRING_KNOTS];
     double by_kappa_omega, by_rho, by_sigma, by_n;
     double by_displacement_offset, by_displacement_min, by_displacement_max, by_omega_start;
 } SpringGradient;
