@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from strandspring import Record, Spring, SpringParameters
+from strandspring.identification.linearised import Linearised
 from strandspring.identification.loops import Loops
 from strandspring.identification.noise import force_noise
 from strandspring.identification.polynomials import Basis
@@ -78,8 +79,10 @@ def test_columns_are_the_spring_of_each_force() -> None:
     np.testing.assert_array_equal(columns.amplifier, polynomial)
     for k, unit in enumerate(np.eye(10)):
         spring = replace(known_spring(0.6, 1.5), **basis.elastic_parameters(unit))
-        force, _, _ = PathSolver(spring).force_with_partials(displacement, np.zeros(200))
+        force, slope, _ = PathSolver(spring).force_with_partials(displacement, np.zeros(200))
         assert columns.elastic[:, k] == pytest.approx(force, abs=1e-13)
+        found, _ = basis.slopes(displacement, unit, np.ones(4))
+        assert found == pytest.approx(slope, abs=1e-12 * np.max(np.abs(slope)))
 
 
 def test_standard_errors_of_the_forces_are_those_of_repeated_records() -> None:
@@ -92,7 +95,7 @@ def test_standard_errors_of_the_forces_are_those_of_repeated_records() -> None:
         noisy = Record(sine(4, 3001), force + 0.2 * random.standard_normal(force.size), path="noisy.csv")
         loops, refinement = fitted(noisy, basis, start)
         found.append(refinement.backbone.elastic)
-        errors.append(uncertainty(loops, basis, refinement).kE)
+        errors.append(uncertainty(Linearised.of(loops, basis, refinement)).elastic)
     # A standard deviation of 40 values is known to 11 %, and these are nine.
     ratio = np.std(found, axis=0, ddof=1) / np.mean(errors, axis=0)
     assert np.all((ratio > 0.7) & (ratio < 1.3)), ratio

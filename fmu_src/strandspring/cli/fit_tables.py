@@ -8,6 +8,7 @@ from typing import Any
 from ..core.parameters import SpringParameters
 from ..identification.campaign import Overlap, RateIndependence
 from ..identification.figures import RecordFit
+from ..identification.prediction_interval import PredictionInterval
 
 
 def fit_json(fit: RecordFit) -> dict[str, Any]:
@@ -40,10 +41,7 @@ def fit_lines(fits: tuple[RecordFit, ...]) -> list[str]:
 def parameter_lines(p: SpringParameters, uncertainty: dict[str, Any]) -> list[str]:
     """The parameters, with their standard errors where known."""
     numbers = asdict(p)
-    errors = {
-        name: f"+- {uncertainty[name]:.2g}" if uncertainty.get(name) is not None else ""
-        for name in ("kappa_omega", "rho", "sigma", "n")
-    }
+    errors = {name: _error(name, uncertainty) for name in ("kappa_omega", "rho", "sigma", "n")}
     lines = [
         f"  {name:<12} {numbers[name]:<12.6g} {errors[name]} {unit}"
         for name, unit in (("kappa_omega", "N"), ("rho", "1/m"), ("sigma", ""), ("n", ""))
@@ -63,5 +61,20 @@ def parameter_lines(p: SpringParameters, uncertainty: dict[str, Any]) -> list[st
         bootstrap = uncertainty["bootstrap"]
         spread = ", ".join(f"{name} +- {bootstrap[name]:.2g}" for name in ("kappa_omega", "rho", "sigma", "n"))
         lines.append(f"  bootstrap of {bootstrap['repetitions']} (seed {bootstrap['seed']}): {spread}")
+    interval = PredictionInterval.of(uncertainty)
+    if interval is not None:
+        lines.append(f"  {interval.sentence}")
     lines += [f"  {sentence}" for sentence in uncertainty.get("indistinct", [])]
     return [line.rstrip() for line in lines]
+
+
+def _error(name: str, uncertainty: dict[str, Any]) -> str:
+    """The standard error; the end of the interval instead, or nothing, where the records bound one side or none."""
+    low, high = uncertainty.get("interval_95", {}).get(name, (0.0, 0.0))
+    if low is None and high is None:
+        return "not bounded by these records"
+    if high is None:
+        return f"> {low:.2g} (95 %)"
+    if low is None:
+        return f"< {high:.2g} (95 %)"
+    return "" if uncertainty.get(name) is None else f"+- {uncertainty[name]:.2g}"

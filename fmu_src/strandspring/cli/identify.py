@@ -72,7 +72,11 @@ def identify(
                 "rnl": identification.rnl,
                 "uncertainty": identification.uncertainty,
                 "records": [fit_json(fit) for fit in identification.fits],
-                "outcomes": [{"name": o.name.lower(), "sentence": o.value} for o in identification.outcomes],
+                "outcomes": [
+                    {"name": outcome.name.lower(), "sentence": sentence}
+                    for outcome, sentence in zip(identification.outcomes, identification.cautions, strict=True)
+                ],
+                "effects": identification.effects,
                 "rate_independence": rate,
                 "overlap": overlap,
                 "report": report,
@@ -100,8 +104,8 @@ def identified(
     note_assumptions(group)
     with working("Identifying"):
         identification = identify_records(group, options)
-    for outcome in identification.outcomes:
-        note(f"Caution: {outcome.value}")
+    for sentence in identification.cautions:
+        note(f"Caution: {sentence}")
     return identification.spring(name, description).model, identification
 
 

@@ -84,6 +84,11 @@ class SpringParameters:
         """How many elastic coefficients, amplifier coefficients and knots there are."""
         return len(self.kE), len(self.kA), len(self.FE_knots)
 
+    @property
+    def elastic_name(self) -> str:
+        """Name of the list that FE is linear in."""
+        return "FE_forces" if self.FE_forces else "kE"
+
     def as_dict(self) -> dict[str, Any]:
         """The parameters by name, without the lists that this spring does not have."""
         values = {name: getattr(self, name) for name in (*ARRAYS, *SCALARS)}

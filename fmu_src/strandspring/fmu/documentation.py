@@ -33,7 +33,7 @@ def documentation_page(model: ModelFile, platforms: tuple[str, ...] | None) -> s
         plot=Markup(loops_svg(spring)),
         facts={
             "Fit": flat(model.fit),
-            "Uncertainty": flat(model.uncertainty),
+            "Uncertainty": flat({name: value for name, value in model.uncertainty.items() if name != "joint"}),
             "Provenance": flat(model.provenance),
         },
     )

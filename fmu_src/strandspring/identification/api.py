@@ -9,6 +9,7 @@ from itertools import combinations
 import numpy as np
 
 from ..errors import RecordError
+from ..kernel.arrays import FloatArray
 from ..kernel.path import PathSolver
 from ..records.record import Record
 from ..records.spikes import spikes_of
@@ -83,9 +84,14 @@ def _identified(group: tuple[Record, ...], method: Method) -> Identification:
     result = method.fit(parts, ", ".join(record.path for record in group))
     solver = PathSolver(result.parameters)
     starts = result.omega_start or (0.0,) * len(group)
-    fits = tuple(_compared(solver, *each) for each in zip(parts, group, starts, strict=True))
+    if result.predicted:
+        fits = tuple(_with_rig(*each) for each in zip(parts, group, result.predicted, starts, strict=True))
+    else:
+        fits = tuple(_compared(solver, *each) for each in zip(parts, group, starts, strict=True))
     rmse, rnl = overall(fits)
     outcomes = [*(caution for part in parts for caution in part.cautions), *result.cautions]
+    if Outcome.DRIFT_REMOVED in outcomes:
+        outcomes = [outcome for outcome in outcomes if outcome is not Outcome.DRIFT]
     if rnl < _POOR_RNL:
         outcomes.append(Outcome.POOR_FIT)
     return Identification(
@@ -99,9 +105,17 @@ def _identified(group: tuple[Record, ...], method: Method) -> Identification:
         outcomes=tuple(dict.fromkeys(outcomes)),
         uncertainty=result.uncertainty,
         band=result.band,
+        effects=result.effects,
         method=method.name,
         options={name: "auto" if value is None else value for name, value in asdict(method).items()},
     )
+
+
+def _with_rig(part: SteadyRecord, measured: Record, predicted: FloatArray, omega_start: float) -> RecordFit:
+    """Prediction of what the spring and the effects of the rig give together."""
+    first = part.first_sample
+    compared = f"from sample {first + 1}" if first else "all samples"
+    return record_fit(measured, predicted, first, omega_start, f"{compared}, with the effects of the rig")
 
 
 def _compared(solver: PathSolver, part: SteadyRecord, measured: Record, omega_start: float) -> RecordFit:

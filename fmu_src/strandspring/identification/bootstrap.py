@@ -9,14 +9,12 @@ from .outcomes import IdentificationError, Outcome
 from .polynomials import Basis
 from .projection import Problem, Refinement
 from .refinement import FAIR_TOLERANCE
-from .stages import Hysteresis
 
 
 def bootstrap(
     loops: Loops,
     basis: Basis,
     refinement: Refinement,
-    start: Hysteresis,
     repetitions: int,
     seed: int,
     where: str,
@@ -28,7 +26,6 @@ def bootstrap(
     Parameters
     ----------
     loops, basis, refinement : Loops, Basis, Refinement   The fit.
-    start : Hysteresis   Where it was started, which bounds rho.
     repetitions, seed : int
     where : str          Names of the records, for messages.
 
@@ -43,7 +40,7 @@ def bootstrap(
     fewest = min(group.size for group in groups)
     if fewest < 2:
         raise IdentificationError(Outcome.TOO_FEW_TO_DRAW, where)
-    problem = Problem(loops, basis, start)
+    problem = Problem(loops, basis, refinement.hysteresis)
     rows = []
     for _ in range(repetitions):
         count = np.zeros(int(strokes.max()) + 1)

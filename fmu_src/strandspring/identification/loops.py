@@ -28,6 +28,7 @@ class Loops:
     displacement, force, weight : ndarray, shape (P,)   [m], [N], number of samples behind the point.
     travel : ndarray, shape (P,)        Distance from the reversal before [m], rising within a stroke.
     stroke : ndarray of int, shape (P,) Stroke of each point, ascending.
+    sample : ndarray, shape (P,)        Mean place of the samples behind the point in the path of its record.
     direction, start, length : ndarray, shape (S,)      +1 or -1, where it begins [m], how long it is [m].
     record : ndarray of int, shape (S,) Record of each stroke; the memory starts anew with each record.
     """
@@ -37,6 +38,7 @@ class Loops:
     weight: FloatArray
     travel: FloatArray
     stroke: IndexArray
+    sample: FloatArray
     direction: NDArray[np.int64]
     start: FloatArray
     length: FloatArray
@@ -54,6 +56,11 @@ class Loops:
         ends = np.concatenate([self.start[used], (self.start + self.direction * self.length)[used]])
         return float(ends.min()), float(ends.max())
 
+    @property
+    def longest(self) -> float:
+        """Length of the longest stroke that has points [m]."""
+        return float(self.length[np.unique(self.stroke)].max())
+
     def rms(self, values: FloatArray) -> float:
         """Root of the weighted mean square of values at the points."""
         return float(np.sqrt(self.weight @ values**2 / self.weight.sum()))
@@ -68,6 +75,17 @@ class Loops:
             )  # fmt: skip
         return omega
 
+    def cycles(self) -> IndexArray:
+        """Cycle of each point: two strokes of one record, a last single stroke belonging to the cycle before it."""
+        cycle = np.zeros(self.stroke.size, np.intp)
+        first = 0
+        for _, points in self.by_record():
+            stroke = self.stroke[points] - self.stroke[points.start]
+            count = max(1, (int(stroke[-1]) + 1) // 2)
+            cycle[points] = first + np.minimum(stroke // 2, count - 1)
+            first += count
+        return cycle
+
     def by_record(self) -> Iterator[tuple[slice, slice]]:
         """The strokes and the points of each record."""
         for record in range(int(self.record[-1]) + 1):
@@ -80,7 +98,7 @@ def single_branch(displacement: FloatArray, force: FloatArray) -> Loops:
     travel = displacement - displacement[0]
     one = np.ones(1, np.int64)
     return Loops(
-        displacement, force, np.ones(force.size), travel, np.zeros(force.size, np.intp),
+        displacement, force, np.ones(force.size), travel, np.zeros(force.size, np.intp), np.arange(float(force.size)),
         one, displacement[:1], travel[-1:], np.zeros(1, np.intp),
     )  # fmt: skip
 
@@ -99,11 +117,11 @@ def gather(strokes: Strokes, force: FloatArray, first_used: int, points: int = P
     used[0] = first_used == 0
     stroke = strokes.of_sample[used]
     travel = strokes.travel[used]
-    columns = [strokes.displacement[used], force[used], travel]
+    columns = [strokes.displacement[used], force[used], travel, np.flatnonzero(used).astype(np.float64)]
     samples = np.bincount(stroke, minlength=strokes.count)
     if samples.max() <= points:
         # Travel rises within a stroke because the displacement was made monotone.
-        x, r, s = columns
+        x, r, s, sample = columns
         weight = np.ones(stroke.size)
     else:
         share = np.sqrt(travel / strokes.length[stroke])
@@ -111,10 +129,10 @@ def gather(strokes: Strokes, force: FloatArray, first_used: int, points: int = P
         count = np.bincount(cells)
         filled = np.flatnonzero(count)
         weight = count[filled].astype(np.float64)
-        x, r, s = (np.bincount(cells, weights=column)[filled] / weight for column in columns)
+        x, r, s, sample = (np.bincount(cells, weights=column)[filled] / weight for column in columns)
         stroke = filled // points
     return Loops(
-        x, r, weight, s, stroke,
+        x, r, weight, s, stroke, sample,
         strokes.direction, strokes.turning_displacement[:-1], strokes.length, np.zeros(strokes.count, np.intp),
     )  # fmt: skip
 
@@ -130,6 +148,7 @@ def join(parts: Sequence[Loops]) -> Loops:
     return Loops(
         column("displacement"), column("force"), column("weight"), column("travel"),
         np.concatenate([part.stroke + offset for part, offset in zip(parts, offsets, strict=True)]),
+        column("sample"),
         np.concatenate([part.direction for part in parts]),
         column("start"), column("length"),
         np.repeat(np.arange(len(parts)), counts),

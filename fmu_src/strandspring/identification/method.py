@@ -8,10 +8,11 @@ from dataclasses import dataclass, field
 from typing import Any, ClassVar
 
 from ..core.parameters import MAXIMUM_DEGREE, SpringParameters
+from ..kernel.arrays import FloatArray
 from ..records.record import Record
 from .outcomes import Outcome
+from .prediction_interval import PredictionBand
 from .steady_part import SteadyRecord
-from .uncertainty import PredictionBand
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,6 +27,9 @@ class Fitted:
     omega_start : tuple of float     omega at the first sample of each record; 0 where it is empty.
     uncertainty : dict               Content of the model file's field; empty if the method knows none.
     band : PredictionBand or None
+    effects : dict                   Sizes of what the rig added, by name, in SI units.
+    predicted : tuple of ndarray     Force at every sample of each record, the rig's effects included [N]; empty where
+                                     the spring alone says it.
     """
 
     parameters: SpringParameters
@@ -34,6 +38,8 @@ class Fitted:
     omega_start: tuple[float, ...] = ()
     uncertainty: dict[str, Any] = field(default_factory=dict)
     band: PredictionBand | None = None
+    effects: dict[str, Any] = field(default_factory=dict)
+    predicted: tuple[FloatArray, ...] = ()
 
 
 @dataclass(frozen=True)

@@ -58,6 +58,38 @@ class Outcome(Enum):
         "The force drifts from cycle to cycle; the model describes the mean of the cycles: warm up or exercise the "
         "specimen first, or check the force sensor's zero."
     )
+    DELAY = (
+        "The force and the displacement were not measured at the same moments; the delay between the columns was "
+        "taken out: check it with a stiff plain spring in the rig, and give it as --delay."
+    )
+    VISCOSITY = (
+        "Part of the force grows with the velocity; it was taken out as viscous damping, which the model does not "
+        "hold: repeat one amplitude at another frequency to tell it from a delay or a filter on the force channel."
+    )
+    PLAY = (
+        "After each reversal the spring rests until a play (backlash) in the rig is used up; it was taken out as far as "
+        "the records show it: remove it from the rig and measure again."
+    )
+    FORCE_ZERO = (
+        "The zero of the force differs from record to record; the shifts against the first record were taken out: "
+        "a shift of the displacement's zero would look much alike, so zero both sensors before each record."
+    )
+    DISPLACEMENT_ZERO = (
+        "The zero of the displacement differs from record to record; the shifts against the first record were taken "
+        "out: a shift of the force's zero would look much alike, so zero both sensors before each record."
+    )
+    DRIFT_REMOVED = (
+        "The force drifts; the drift was taken out, so that the model describes the force at the first sample: let "
+        "the sensor warm up, or check its zero."
+    )
+    FRICTION_WEAR = (
+        "The hysteretic force changes from cycle to cycle (wear or running in); the change was taken out, so that the "
+        "model describes the first cycle: exercise the specimen first if it is to describe later ones."
+    )
+    STIFFNESS_WEAR = (
+        "The elastic force changes from cycle to cycle (softening or wear); the change was taken out, so that the "
+        "model describes the first cycle: exercise the specimen first if it is to describe later ones."
+    )
     SIGMA_AT_BOUND = (
         "sigma ended at its bound, so these records show little of the recovery after a reversal; sample the "
         "reversals more densely."

@@ -44,16 +44,32 @@ class Basis:
         """Half the range [m]."""
         return 0.5 * (self.high - self.low)
 
-    def columns(self, displacement: FloatArray) -> Columns:
-        """Values of the basis functions at each displacement."""
+    def columns(self, displacement: FloatArray, further: FloatArray | None = None) -> Columns:
+        """Values of the basis functions at each displacement; further columns go with those of FE."""
         z = (displacement - self.offset) / self.half
         values = legendre.legvander(z, max(self.elastic, self.amplifier)).astype(np.float64)
-        return Columns(values[:, : self.elastic + 1], values[:, : self.amplifier + 1])
+        elastic = values[:, : self.elastic + 1]
+        return Columns(elastic if further is None else np.hstack([elastic, further]), values[:, : self.amplifier + 1])
+
+    def slopes(
+        self, displacement: FloatArray, elastic: FloatArray, amplified: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
+        """Slopes [N/m] at each displacement of two series of force, FE and G."""
+        z = (displacement - self.offset) / self.half
+        of_elastic, of_amplified = (
+            legendre.legval(z, legendre.legder(series)) / self.half for series in (elastic, amplified)
+        )
+        return np.asarray(of_elastic), np.asarray(of_amplified)
 
     def powers(self, coefficients: FloatArray) -> FloatArray:
         """Coefficients of powers of x [1/m^i] from those of the Legendre series."""
         scaled = legendre.leg2poly(coefficients)
         return np.asarray(scaled / self.half ** np.arange(scaled.size))
+
+    @property
+    def elastic_name(self) -> str:
+        """Name of the parameters of FE that the coefficients give."""
+        return "kE"
 
     def elastic_parameters(self, coefficients: FloatArray) -> dict[str, tuple[float, ...]]:
         """FE as `SpringParameters` takes it."""

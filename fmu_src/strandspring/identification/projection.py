@@ -8,7 +8,7 @@ of `kernel.points`.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -82,11 +82,19 @@ class _Projected:
 
 
 class Problem:
-    """The projected least-squares problem of a set of loops in theta = ln(rho), ln(sigma), ln(n), omega_start..."""
+    """The projected least-squares problem of a set of loops in theta = ln(rho), ln(sigma), ln(n), omega_start...
 
-    def __init__(self, loops: Loops, basis: Basis, start: Hysteresis) -> None:
+    Parameters
+    ----------
+    loops : Loops
+    basis : Basis
+    start : Hysteresis                        Limits rho.
+    further : ndarray, shape (P, k), or None  Further columns, whose coefficients follow those of FE.
+    """
+
+    def __init__(self, loops: Loops, basis: Basis, start: Hysteresis, further: FloatArray | None = None) -> None:
         self.loops = loops
-        self.columns = basis.columns(loops.displacement)
+        self.columns = basis.columns(loops.displacement, further)
         self.records = int(loops.record.max()) + 1
         longest = float(loops.length.max())
         least, most = (b / longest for b in RHO_BOUNDS)
@@ -100,6 +108,20 @@ class Problem:
         weight, start = self.loops.weight, np.zeros(self.records)
         omega, derivatives = self._omega(_vector(hysteresis, start))
         return Refinement(hysteresis, start, backbone, omega, derivatives, weight, weight, False)
+
+    def at(self, fit: Refinement) -> Refinement:
+        """A fit of other points of the same records at these points, unweighted."""
+        weight = self.loops.weight
+        omega, derivatives = self._omega(_vector(fit.hysteresis, fit.omega_start))
+        coefficients = np.concatenate([fit.backbone.elastic, fit.backbone.amplified])
+        return replace(
+            fit,
+            backbone=Backbone.from_coefficients(coefficients, self.columns),
+            omega=omega,
+            derivatives=derivatives,
+            weight=weight,
+            full_weight=weight,
+        )
 
     def solve(
         self,

@@ -1,4 +1,4 @@
-"""The refined method: least squares from the better of the two-stage and the scan's result, with standard errors."""
+"""The refined method: least squares from several starts, with standard errors."""
 
 from __future__ import annotations
 
@@ -6,24 +6,28 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
+from ..kernel.arrays import FloatArray
 from .bootstrap import bootstrap
-from .loops import POINTS_PER_STROKE, join
+from .effects import find_effects
+from .linearised import Linearised
+from .loops import POINTS_PER_STROKE
 from .method import Fitted, Method
 from .noise import force_noise
 from .outcomes import IdentificationError, Outcome
 from .polynomials import Basis
+from .prediction_interval import PredictionBand, prediction_interval
 from .projection import RHO_BOUNDS, Refinement
 from .refinement import Samples, refine
-from .scan import scan
-from .solution import Solution, cautions_of, is_positive, spring_of
+from .rig import Rig, Sizes, transferred
+from .rig_effects import CAUTIONS, described
+from .search import Candidate, search
+from .solution import cautions_of, is_positive, saturation_share, spring_of
 from .steady_part import SteadyRecord
-from .two_stage import two_stage
-from .uncertainty import PredictionBand, is_sigma_uncertain, uncertainty
+from .uncertainty import is_sigma_uncertain, uncertainty
 
-# A fit whose strokes do not saturate must be better by this than one whose strokes do.
-_PREFERENCE = 0.9
-# Misfit in standard deviations of the noise up to which the model explains the records.
-_EXPLAINED = 1.5
+# Points in all, and at least in a stroke, on which minima are looked for.
+_SEARCHED = 1000
+_LEAST_POINTS = 24
 # All samples are used up to this many in a stroke and about this many in all; more are averaged over so fine cells
 # that what is lost is far below the noise.
 _POINTS_PER_STROKE = 2000
@@ -36,7 +40,7 @@ class RefinedOptions(Method):
 
     Parameters
     ----------
-    degrees : (int, int) or None   Degrees N of FE and M of FA; chosen by the two-stage start if None.
+    degrees : (int, int) or None   Degrees N of FE and M of FA; chosen from the data if None.
     robust : bool                  Huber's loss instead of squares, for records with outliers.
     bootstrap : int                Repetitions of a stroke-wise bootstrap for the standard errors; 0 for none.
     seed : int                     Of the bootstrap.
@@ -61,26 +65,40 @@ class RefinedOptions(Method):
         return self.robust
 
     def fit(self, parts: Sequence[SteadyRecord], where: str) -> Fitted:
-        """Identify by the better of two-stage and scan, and refine the result on all samples.
+        """Identify from several starts and refine the best minimum on all samples.
 
         Raises
         ------
         IdentificationError   If no model is physically possible.
         """
-        samples = _samples(parts)
+        strokes = sum(part.strokes.count for part in parts)
+        rig = Rig.from_parts(parts, max(_LEAST_POINTS, _SEARCHED // strokes))
+        candidates = search(rig.loops, self.degrees)
+        if not candidates:
+            raise IdentificationError(Outcome.BRANCHES_CROSS, where)
+        found = find_effects(rig, candidates, self.degrees)
+        sizes = found[0].sizes
+        samples = _samples(parts, sizes, found[0].fit)
         loops = samples.loops
-        best = self._best(parts, samples, where)
-        refinement, basis = best.refinement, best.basis
-        cautions = [Outcome.AMPLIFIER_REDUCED] if basis != best.start.basis else []
+        basis, refinement = self._refined(samples, found[0].fit, where)
+        cautions = []
+        if self.degrees not in (None, (basis.elastic, basis.amplifier)):
+            cautions.append(Outcome.AMPLIFIER_REDUCED)
         if refinement.hysteresis.rho * loops.length.max() < 1.01 * RHO_BOUNDS[0]:
             cautions.append(Outcome.NO_STEADY_SECTION)
+        cautions += [CAUTIONS[effect] for effect in sizes]
         if not refinement.converged:
             cautions.append(Outcome.NOT_CONVERGED)
         cautions += cautions_of(loops, refinement.hysteresis, refinement.omega)
-        errors = uncertainty(loops, basis, refinement)
-        content: dict[str, Any] = {**errors.as_json(), "indistinct": errors.indistinct(refinement)}
+        linear = Linearised.of(loops, basis, refinement)
+        errors, interval = uncertainty(linear), prediction_interval(samples, linear)
+        content: dict[str, Any] = {
+            **errors.as_json(),
+            "prediction_interval": interval.as_json(),
+            "indistinct": errors.indistinct(refinement),
+        }
         if self.bootstrap:
-            spread = bootstrap(loops, basis, refinement, best.start.hysteresis, self.bootstrap, self.seed, where)
+            spread = bootstrap(loops, basis, refinement, self.bootstrap, self.seed, where)
             content["bootstrap"] = {"repetitions": self.bootstrap, "seed": self.seed, **spread}
         if content["indistinct"]:
             cautions.append(Outcome.INDISTINCT)
@@ -89,58 +107,38 @@ class RefinedOptions(Method):
         return Fitted(
             spring_of(basis, refinement.backbone, refinement.hysteresis),
             tuple(cautions),
-            best.start.steady_share,
+            saturation_share(loops, refinement.hysteresis),
             tuple(refinement.omega_start.tolist()),
             content,
-            PredictionBand.from_refinement(loops, refinement, errors.force),
+            PredictionBand.of(linear, interval),
+            effects=described(sizes),
+            predicted=_measured(parts, sizes, replace(found[0].fit, basis=basis, refinement=refinement)),
         )
 
-    def _best(self, parts: Sequence[SteadyRecord], samples: Samples, where: str) -> _Candidate:
-        """The better refinement of two starts; the scan is tried where the residuals of the first exceed the noise."""
-        coarse = join([part.loops for part in parts])
-        candidates: list[_Candidate] = []
-        start = two_stage(coarse, self.degrees)
-        if start is not None:
-            candidates.append(self._possible(samples, start, where))
-        if start is None or samples.excess(candidates[0].refinement) > _EXPLAINED:
-            degrees = self.degrees if start is None else (start.basis.elastic, start.basis.amplifier)
-            other = scan(coarse, degrees)
-            if other is not None:
-                candidates.append(self._possible(samples, other, where))
-        if not candidates:
-            raise IdentificationError(Outcome.NO_STEADY_SECTION, where)
-        return min(candidates, key=lambda candidate: candidate.rank(samples))
-
-    def _possible(self, samples: Samples, start: Solution, where: str) -> _Candidate:
-        """The refinement of a start, with the degree of FA lowered until it is positive."""
-        basis = start.basis
-        refinement = refine(samples, basis, start.hysteresis, self.robust)
+    def _refined(self, samples: Samples, fit: Candidate, where: str) -> tuple[Basis, Refinement]:
+        """The fit refined on all samples, with the degree of FA lowered until it is positive."""
+        basis, start = fit.basis, fit.refinement.hysteresis
+        refinement = refine(samples, basis, start, self.robust)
         while not is_positive(basis, refinement.backbone):
             if basis.amplifier == 0:
                 raise IdentificationError(Outcome.BRANCHES_CROSS, where)
             basis = replace(basis, amplifier=basis.amplifier - 1)
-            refinement = refine(samples, basis, start.hysteresis, self.robust)
-        return _Candidate(basis, refinement, start)
+            refinement = refine(samples, basis, start, self.robust)
+        return basis, refinement
 
 
-@dataclass(frozen=True, eq=False)
-class _Candidate:
-    """A physically possible refined fit and its start."""
-
-    basis: Basis
-    refinement: Refinement
-    start: Solution
-
-    def rank(self, samples: Samples) -> float:
-        """rms misfit [N], lowered for a fit whose strokes saturate."""
-        loops, fit = samples.loops, self.refinement
-        steady = Outcome.NO_STEADY_SECTION not in cautions_of(loops, fit.hysteresis, fit.omega)
-        return loops.rms(fit.backbone.misfit(loops.force, fit.omega)) * (_PREFERENCE if steady else 1.0)
-
-
-def _samples(parts: Sequence[SteadyRecord]) -> Samples:
-    """The samples of all records, averaged where there are very many."""
+def _samples(parts: Sequence[SteadyRecord], sizes: Sizes, fit: Candidate) -> Samples:
+    """The samples of all records without the effects of the rig, averaged where there are very many."""
     strokes = sum(part.strokes.count for part in parts)
-    points = max(POINTS_PER_STROKE, min(_POINTS_PER_STROKE, _POINTS // strokes))
-    loops = join([part.loops_with(points) for part in parts])
+    rig = Rig.from_parts(parts, max(POINTS_PER_STROKE, min(_POINTS_PER_STROKE, _POINTS // strokes)))
+    loops = rig.corrected(sizes, transferred(fit, rig.placed(sizes))) if sizes else rig.loops
     return Samples(loops, tuple(force_noise(part.record.force) for part in parts))
+
+
+def _measured(parts: Sequence[SteadyRecord], sizes: Sizes, fit: Candidate) -> tuple[FloatArray, ...]:
+    """Force at every sample of each record that the spring on this rig gives [N]; empty without effects."""
+    if not sizes:
+        return ()
+    rig = Rig.from_parts(parts, None)
+    _, force = rig.predicted(sizes, fit)
+    return tuple(force[at] for _, at in rig.loops.by_record())

@@ -47,16 +47,10 @@ class Samples:
             variance[points] = noise.variance(force[points])
         return variance
 
-    def excess(self, fit: Refinement) -> float:
-        """Typical misfit in standard deviations of the noise; 1 if the model explains the records.
-
-        By the median, since relative noise vanishes where the force crosses zero.
-        """
-        loops = self.loops
-        # Without noise rounding takes its place.
-        variance = self.noise_variance(loops.force) + (1e-9 * np.abs(loops.force).max()) ** 2
-        misfit = fit.backbone.misfit(loops.force, fit.omega)
-        return float(np.sqrt(np.median(loops.weight * misfit**2 / variance) / _MEDIAN))
+    @property
+    def noise_rms(self) -> float:
+        """The weighted rms that noise alone gives the residuals at the points [N]."""
+        return float(np.sqrt(self.noise_variance(self.loops.force).sum() / self.loops.weight.sum()))
 
     def weights(self, fit: Refinement, robust: bool) -> FloatArray:
         """Inverse variance of each point from the noise and from the misfit beyond it.

@@ -13,7 +13,8 @@ from ..records.record import Record
 from ..spring import Spring
 from .figures import RecordFit
 from .outcomes import Outcome
-from .uncertainty import PredictionBand
+from .prediction_interval import PredictionBand
+from .rig_effects import detail
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,6 +32,7 @@ class Identification:
     outcomes : tuple of Outcome     Cautions for the user.
     uncertainty : dict              Standard errors and correlations; empty but for the refined method.
     band : PredictionBand or None   95 % band of the predicted force; of the refined method only.
+    effects : dict                  Sizes of what the rig added and what was taken out, by name, in SI units.
     method : str
     options : dict                  The options, for the provenance.
     """
@@ -45,8 +47,14 @@ class Identification:
     outcomes: tuple[Outcome, ...]
     uncertainty: dict[str, Any]
     band: PredictionBand | None
+    effects: dict[str, Any]
     method: str
     options: dict[str, Any]
+
+    @property
+    def cautions(self) -> tuple[str, ...]:
+        """The outcomes as sentences, with the figures found."""
+        return tuple(outcome.value + detail(outcome, self.effects) for outcome in self.outcomes)
 
     def spring(self, name: str = "spring", description: str = "") -> Spring:
         """The spring with its figures and provenance, ready to respond, to save and to build an FMU from.
@@ -68,7 +76,11 @@ class Identification:
                 "rnl": self.rnl,
                 "degrees": list(self.degrees),
                 "steady_share": self.steady_share,
-                "outcomes": [{"name": o.name.lower(), "sentence": o.value} for o in self.outcomes],
+                "outcomes": [
+                    {"name": outcome.name.lower(), "sentence": sentence}
+                    for outcome, sentence in zip(self.outcomes, self.cautions, strict=True)
+                ],
+                **({"effects": self.effects} if self.effects else {}),
                 "records": [
                     {
                         "file": PurePath(fit.path).name,

@@ -13,19 +13,17 @@ from typing import ClassVar
 import numpy as np
 
 from ..kernel.arrays import FloatArray
-from ..kernel.saturation_table import table
 from .degrees import choose_degrees
 from .loops import Loops, join
 from .method import Fitted, Method
-from .polynomials import Basis
-from .solution import Solution, fitted, is_distinct
+from .polynomials import Basis, Columns
+from .solution import Solution, fitted, is_distinct, saturation_distance
 from .stages import Hysteresis, fit_backbone
 from .steady_part import SteadyRecord
 
 _N = (0.1, 0.2, 0.4, 0.8, 1.6, 4.0, 10.0)
 _SIGMA = (0.5, 1.0, 2.5, 8.0)
 _SHARES = (0.03, 0.06, 0.12, 0.25, 0.4, 0.6, 0.8, 1.1, 1.6)
-_SATURATED = 0.98  # omega that counts as saturated, coming from -1
 
 
 @dataclass(frozen=True)
@@ -57,18 +55,28 @@ def scan(loops: Loops, degrees: tuple[int, int] | None) -> Solution | None:
     return choose_degrees(loops, grid.best) if degrees is None else grid.best(degrees)
 
 
+def scan_minima(loops: Loops, columns: Columns) -> list[Hysteresis]:
+    """The local minima of the misfit over n and the saturation length, the least first.
+
+    Parameters
+    ----------
+    loops : Loops
+    columns : Columns   Basis functions at the points.
+    """
+    return _Grid(loops).minima(columns)
+
+
 class _Grid:
     """omega of every grid point on a set of loops, where it swings to both sides; serves all degrees."""
 
     def __init__(self, loops: Loops) -> None:
         self.loops = loops
-        longest = float(loops.length[np.unique(loops.stroke)].max())
+        longest = loops.longest
         self.points: list[tuple[Hysteresis, float]] = []
         rows: list[FloatArray] = []
         for n in _N:
             for sigma in _SIGMA:
-                saturated, reversed_ = table(n, sigma).inverse(np.array([_SATURATED, -1.0]))
-                needed = float(saturated - reversed_)
+                needed = saturation_distance(n, sigma)
                 for share in _SHARES:
                     omega = loops.omega(needed / (share * longest), sigma, n)
                     if is_distinct(omega):
@@ -83,10 +91,7 @@ class _Grid:
         loops = self.loops
         basis = Basis(*loops.reach, *degrees)
         columns = basis.columns(loops.displacement)
-        root = np.sqrt(loops.weight)
-        misfits = _squared_misfits(
-            columns.elastic * root[:, None], columns.amplifier * root[:, None], self.omega, loops.force * root
-        )
+        misfits = self._misfits(columns)
         pick = int(np.argmin(misfits))
         if not np.isfinite(misfits[pick]):
             return None
@@ -95,6 +100,31 @@ class _Grid:
         if backbone is None:
             return None
         return Solution(basis, backbone, hysteresis, self.omega[pick], share)
+
+    def minima(self, columns: Columns) -> list[Hysteresis]:
+        """Grid points with less misfit than their neighbours in n and share, each with its best sigma."""
+        if not self.points:
+            return []
+        misfits = self._misfits(columns)
+        surface = np.full((len(_N) + 2, len(_SHARES) + 2), np.inf)
+        best = np.zeros(surface.shape, np.intp)
+        for k, (hysteresis, share) in enumerate(self.points):
+            cell = _N.index(hysteresis.n) + 1, _SHARES.index(share) + 1
+            if misfits[k] < surface[cell]:
+                surface[cell], best[cell] = misfits[k], k
+        inner = surface[1:-1, 1:-1]
+        around = np.lib.stride_tricks.sliding_window_view(surface, (3, 3)).min(axis=(2, 3))
+        places = np.argwhere(np.isfinite(inner) & (inner <= around)) + 1
+        chosen = sorted(places.tolist(), key=lambda place: float(surface[tuple(place)]))
+        return [self.points[best[tuple(place)]][0] for place in chosen]
+
+    def _misfits(self, columns: Columns) -> FloatArray:
+        """Squared misfit of every grid point; inf where the equations are singular."""
+        loops = self.loops
+        root = np.sqrt(loops.weight)
+        return _squared_misfits(
+            columns.elastic * root[:, None], columns.amplifier * root[:, None], self.omega, loops.force * root
+        )
 
 
 def _squared_misfits(elastic: FloatArray, amplifier: FloatArray, omega: FloatArray, target: FloatArray) -> FloatArray:

@@ -9,6 +9,7 @@ import numpy as np
 
 from ..core.parameters import SpringParameters, least_value
 from ..kernel.arrays import FloatArray
+from ..kernel.saturation_table import table
 from .loops import Loops
 from .method import Fitted
 from .outcomes import IdentificationError, Outcome
@@ -19,6 +20,7 @@ from .uncertainty import is_sigma_uncertain
 
 # |omega| that full strokes must reach for a steady section to exist.
 _SATURATED = 0.9
+_STEADY = 0.98  # omega from which the hysteresis counts as steady
 # A bound is reached within this share of it.
 _AT_BOUND = 1e-3
 # |omega| to either side below which FE and FA are strongly correlated, and the memory of where the record starts does
@@ -42,6 +44,17 @@ class Solution:
     hysteresis: Hysteresis
     omega: FloatArray
     steady_share: float
+
+
+def saturation_distance(n: float, sigma: float) -> float:
+    """rho times the travel from a reversal in saturation to the steady section."""
+    steady, reversed_ = table(n, sigma).inverse(np.array([_STEADY, -1.0])).tolist()
+    return float(steady - reversed_)
+
+
+def saturation_share(loops: Loops, hysteresis: Hysteresis) -> float:
+    """Where the steady section begins, share of the longest stroke."""
+    return saturation_distance(hysteresis.n, hysteresis.sigma) / (hysteresis.rho * loops.longest)
 
 
 def is_distinct(omega: FloatArray) -> bool:
@@ -92,7 +105,7 @@ def is_positive(basis: Basis, backbone: Backbone) -> bool:
 def cautions_of(loops: Loops, hysteresis: Hysteresis, omega: FloatArray) -> list[Outcome]:
     """Cautions about the saturation and the knee of the loop."""
     cautions = []
-    full = loops.length[loops.stroke] >= 0.9 * float(loops.length[np.unique(loops.stroke)].max())
+    full = loops.length[loops.stroke] >= 0.9 * loops.longest
     if np.max(np.abs(omega[full])) < _SATURATED:
         cautions.append(Outcome.NO_STEADY_SECTION)
     if any(abs(hysteresis.n - bound) <= _AT_BOUND * bound for bound in N_BOUNDS):

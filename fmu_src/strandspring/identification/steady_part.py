@@ -48,6 +48,10 @@ class SteadyRecord:
         """The points again, strokes averaged over another number of cells."""
         return _points_of(self.record, self.strokes, self.first_used, self.periodic, points)
 
+    def all_samples(self) -> Loops:
+        """Every sample of the record as a point, those before the steady part too."""
+        return gather(self.strokes, self.record.force, 0, len(self.record))
+
     @property
     def first_sample(self) -> int:
         """Index of the first steady sample."""

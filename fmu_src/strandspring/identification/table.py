@@ -38,10 +38,24 @@ class TableBasis(Basis):
         """Displacements, shape (elastic + 1,) [m]."""
         return np.linspace(self.low, self.high, self.elastic + 1)
 
-    def columns(self, displacement: FloatArray) -> Columns:
-        """Values of the basis functions at each displacement."""
+    def columns(self, displacement: FloatArray, further: FloatArray | None = None) -> Columns:
+        """Values of the basis functions at each displacement; further columns go with those of FE."""
         amplifier = Basis(self.low, self.high, 0, self.amplifier).columns(displacement).amplifier
-        return Columns(np.asarray(self._splines(displacement), np.float64), amplifier)
+        elastic = np.asarray(self._splines(displacement), np.float64)
+        return Columns(elastic if further is None else np.hstack([elastic, further]), amplifier)
+
+    def slopes(
+        self, displacement: FloatArray, elastic: FloatArray, amplified: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
+        """Slopes [N/m] at each displacement of FE and G."""
+        of_elastic = np.asarray(self._splines(displacement, 1) @ elastic, np.float64)
+        _, of_amplified = super().slopes(displacement, np.zeros(1), amplified)
+        return of_elastic, of_amplified
+
+    @property
+    def elastic_name(self) -> str:
+        """Name of the parameters of FE that the coefficients give."""
+        return "FE_forces"
 
     def elastic_parameters(self, coefficients: FloatArray) -> dict[str, tuple[float, ...]]:
         """FE as `SpringParameters` takes it."""

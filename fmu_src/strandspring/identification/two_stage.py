@@ -60,7 +60,7 @@ def _solve(loops: Loops, degrees: tuple[int, int], stages: Stages, smoothing: in
     """Both stages for every candidate steady section, the best by the rms misfit of the closing fit."""
     basis = Basis(*loops.reach, *degrees)
     columns = basis.columns(loops.displacement)
-    longest = float(loops.length[np.unique(loops.stroke)].max())
+    longest = loops.longest
     ranked: list[tuple[float, float, Hysteresis]] = []
     for share in _STEADY_SHARES:
         result = stages(loops, basis, columns, share * longest, smoothing)

@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 from .._version import __version__
 from ..core.parameters import ARRAYS
 from ..files import write_text
+from ..identification.prediction_interval import PredictionBand, PredictionInterval
 from ..identification.result import Identification
-from ..identification.uncertainty import PredictionBand
 from ..kernel.path import PathSolver
 from ..modelfile import ModelFile
 
@@ -36,6 +36,7 @@ def write_report(path: Path, model: ModelFile, identification: Identification) -
         p=model.parameters,
         values=_values(model),
         identification=identification,
+        interval=PredictionInterval.of(model.uncertainty),
         version=__version__,
         plots=[
             _loops(identification),
@@ -105,17 +106,24 @@ def _backbone(identification: Identification) -> tuple[str, str]:
 def _band(band: PredictionBand) -> tuple[str, str]:
     figure, (loop, width) = _figure(2)
     half = 0.5 * (band.high - band.low)
-    loop.plot(band.displacement * 1e3, band.force, color="C3", lw=0.9, label="model")
-    for bound in (band.low, band.high):
-        loop.plot(band.displacement * 1e3, bound, color="C3", lw=0.5, ls="--")
-    loop.set(xlabel="displacement [mm]", ylabel="force [N]", title="Last loop with the 95 % band of its prediction")
-    width.plot(band.displacement * 1e3, half, color="C3", lw=0.9)
+    x = band.displacement * 1e3
+    loop.plot(x, band.force, color="C3", lw=0.9, label="model")
+    for sign in (-1.0, 1.0):
+        label = "95 % prediction interval of a measured force" if sign > 0.0 else None
+        loop.plot(x, band.force + sign * band.reach, color="C0", lw=0.5, label=label)
+        label = "95 % confidence band of the mean" if sign > 0.0 else None
+        loop.plot(x, band.force + sign * half, color="C3", lw=0.5, ls="--", label=label)
+    loop.set(xlabel="displacement [mm]", ylabel="force [N]", title="Last loop with the uncertainty of its prediction")
+    loop.legend(fontsize=8)
+    width.plot(x, band.reach, color="C0", lw=0.9, label="prediction interval")
+    width.plot(x, half, color="C3", lw=0.9, ls="--", label="confidence band")
     width.set(
         xlabel="displacement [mm]",
-        ylabel="half-width of the band [N]",
-        title=f"Half-width {np.median(half):.2g} N in the median, {half.max():.2g} N at most",
+        ylabel="half-width [N]",
+        title=f"Half-width {np.median(half):.2g} N in the median, {half.max():.2g} N at most (confidence band)",
         ylim=(0.0, None),
     )
+    width.legend(fontsize=8)
     return "Uncertainty of the prediction", _svg(figure)
 
 

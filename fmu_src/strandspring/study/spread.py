@@ -1,16 +1,20 @@
 """Springs drawn from the uncertainty of an identification.
 
-The logarithms of kappa_omega, rho, sigma and n are normal about the identified values. Their standard deviations are
-the relative standard errors and their correlations those of the model file, which is what the identification itself
-says: it fits ln(rho), ln(sigma) and ln(n), and its errors follow from them by linear propagation. So kappa_omega, rho
-and n stay positive for every draw. A sigma drawn below 1/2 becomes 1/2, as the identification ends there too; n and
-sigma are kept in the same way within the ranges of the model. The coefficients of FE and FA are not drawn.
+The coefficients of FE and FA and the logarithms of kappa_omega, rho, sigma and n are jointly normal about the
+identified values, with the joint covariance of the model file, which is what the identification itself says: it
+fits ln(rho), ln(sigma) and ln(n), and its errors follow by linear propagation. So kappa_omega, rho and n stay positive
+for every draw. A sigma drawn below 1/2 becomes 1/2, as the identification ends there too; n and sigma are kept in the
+same way within the ranges of the model. A draw with an FA that is not positive is no spring, and is drawn again.
+
+Older model files hold standard errors and correlations of kappa_omega, rho, sigma and n only; with these FE and FA
+stay as identified.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import combinations
@@ -20,26 +24,31 @@ import numpy as np
 
 from ..core.parameters import N_RANGE, SIGMA_RANGE, SpringParameters
 from ..errors import ModelError
+from ..isolation.system import IsolationError
+from ..joint import JointCovariance
 
 DRAWN = ("kappa_omega", "rho", "sigma", "n")
 _RANGES = {"sigma": SIGMA_RANGE, "n": N_RANGE}
 # Standard error over value beyond which a parameter counts as undetermined.
 _LARGEST_RELATIVE = 10.0
+_TRIES = 1000  # draws before a spread is refused that hardly holds a spring
 _NEGATIVE = -1e-6  # least eigenvalue of a correlation matrix, for coefficients written with few digits
 
 
 @dataclass(frozen=True)
 class Spread:
-    """Joint scatter of the hysteretic parameters of a spring.
+    """Joint scatter of the parameters of a spring.
 
     Parameters
     ----------
     relative : tuple of 4 floats                Standard deviations of the logarithms of kappa_omega, rho, sigma and n.
     correlation : tuple of 4 tuples of 4 floats
+    joint : JointCovariance or None             Of all coefficients, which takes the place of the others.
     """
 
     relative: tuple[float, ...]
     correlation: tuple[tuple[float, ...], ...]
+    joint: JointCovariance | None = None
 
     @classmethod
     def of(cls, spring: SpringParameters, uncertainty: Mapping[str, Any]) -> Spread:
@@ -75,7 +84,8 @@ class Spread:
                 'field "uncertainty.correlation" is not possible, because the coefficients contradict each other '
                 f"(least eigenvalue {least:.3g}); correct this field."
             )
-        return cls(tuple(relative.values()), tuple(tuple(row) for row in correlation.tolist()))
+        joint = JointCovariance.of(spring, uncertainty)
+        return cls(tuple(relative.values()), tuple(tuple(row) for row in correlation.tolist()), joint)
 
     @cached_property
     def root(self) -> list[list[float]]:
@@ -89,14 +99,33 @@ class Spread:
         return [[share * value for value in row] for share, row in zip(self.relative, symmetric.tolist(), strict=True)]
 
     def draw(self, spring: SpringParameters, seed: int, number: int) -> SpringParameters:
-        """Draw a spring; the same seed and number give the same spring, whatever was drawn before."""
-        normal = np.random.default_rng((seed, number)).standard_normal(len(DRAWN))
+        """Draw a spring; the same seed and number give the same spring, whatever was drawn before.
+
+        Raises
+        ------
+        IsolationError   If hardly any draw is a physically possible spring.
+        """
+        generator = np.random.default_rng((seed, number))
+        if self.joint is not None:
+            return _possible(self.joint, spring, generator)
+        normal = generator.standard_normal(len(DRAWN))
         drawn = {}
         for name, row in zip(DRAWN, self.root, strict=True):
             change = math.fsum(share * z for share, z in zip(row, normal.tolist(), strict=True))
             low, high = _RANGES.get(name, (0.0, math.inf))
             drawn[name] = min(max(getattr(spring, name) * math.exp(change), low), high)
         return replace(spring, **drawn)
+
+
+def _possible(joint: JointCovariance, spring: SpringParameters, generator: np.random.Generator) -> SpringParameters:
+    """The first physically possible spring that is drawn."""
+    for _ in range(_TRIES):
+        with suppress(ValueError):
+            return joint.moved(spring, generator.standard_normal(len(joint.root)).tolist())
+    raise IsolationError(
+        f"None of {_TRIES} springs drawn from the model's uncertainty is physically possible (FA > 0); identify from "
+        "records that determine FA, with a lower degree of FA, or ask for no draws (--draws 0)."
+    )
 
 
 def _correlation(given: Any) -> np.ndarray:

@@ -1,0 +1,220 @@
+"""Which effects of the rig the records show: found by their trace in the residuals, and taken out.
+
+An effect is tried if a linear least-squares problem in its size, FE, FA, rho, sigma and n promises to lower the
+criterion of `search` by more than a margin, and enters if it does so once fitted; where several would, the one that
+lowers it most. Sizes are fitted by Gauss-Newton steps: the points are corrected by the sizes, the spring is fitted to
+them anew, and what is left of each size follows from the linear problem.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..kernel.arrays import FloatArray
+from .autocorrelation import autocorrelation_time
+from .loops import Loops
+from .polynomials import Basis
+from .projection import Problem
+from .refinement import FAIR_TOLERANCE
+from .rig import Effect, Rig, Sizes
+from .scan import scan_minima
+from .search import PILOT, SATURATION, Candidate, force_floor, information, refined, search
+
+_MARGIN = 12.0  # by which an effect must lower the criterion beyond its price
+_WORTH = 0.03  # share of the misfit that an effect must explain
+_TRIED = 3  # effects that promise most are tried
+_CARRIED = 3  # minima from which effects are looked for
+_STEPS = 6  # of Gauss-Newton
+_SETTLED = 0.01  # change of a size at which they end, share of it
+# Effects that may be fitted with the spring from the beginning.
+_LINEAR = ((Effect.FORCE_ZERO, Effect.CURVED_DRIFT), (Effect.VISCOSITY,))
+_WHITE = 1.5  # autocorrelation time of residuals up to which they are called white
+_POSITIVE = (Effect.VISCOSITY, Effect.PLAY)  # sizes that cannot be negative
+
+
+@dataclass(frozen=True, eq=False)
+class Corrected:
+    """A spring fitted to points from which effects were taken out.
+
+    Attributes
+    ----------
+    fit : Candidate
+    loops : Loops    The corrected points.
+    sizes : dict     Effects with their sizes.
+    """
+
+    fit: Candidate
+    loops: Loops
+    sizes: Sizes
+
+    @property
+    def price(self) -> int:
+        """Number of sizes fitted."""
+        return sum(map(len, self.sizes.values()))
+
+    def better_by(self, other: Corrected) -> float:
+        """By how much the criterion favours this one over another one."""
+        loops = self.loops
+        finer = min(self.fit, other.fit, key=lambda fit: fit.misfit)
+        independent = loops.force.size / finer.autocorrelation_time
+        floor = force_floor(loops)
+        mine, theirs = (
+            information(one.fit.misfit**2, one.price + one.fit.coefficients, independent, floor)
+            + (0.0 if one.fit.steady else SATURATION)
+            for one in (self, other)
+        )
+        return theirs - mine
+
+
+def find_effects(rig: Rig, candidates: Sequence[Candidate], degrees: tuple[int, int] | None) -> list[Corrected]:
+    """The effects that pay for themselves, and the springs fitted without them, the best first.
+
+    Parameters
+    ----------
+    rig : Rig
+    candidates : sequence of Candidate   From `search`, of the points as measured; at least one.
+    degrees : (int, int) or None         Of FE and FA; chosen if None.
+    """
+    started = [Corrected(fit, rig.loops, {}) for fit in candidates]
+    if not rig.effects:
+        return started
+    grown = [_grown(rig, one) for one in started[:_CARRIED]]
+    if started[0].fit.autocorrelation_time > _WHITE:
+        grown += _all_at_once(rig, degrees or PILOT)
+    best = _best(grown)
+    if not best.sizes:
+        return started
+    # Without the effects another minimum, or other degrees, may be better.
+    again = search(best.loops, degrees)
+    settled = [one for fit in again if (one := _settled(rig, fit, best.sizes)) is not None]
+    settled = [_pruned(rig, _grown(rig, one)) for one in settled[:_CARRIED]]
+    first = _best([*settled, best])
+    return [first, *(one for one in settled if one is not first)]
+
+
+def _all_at_once(rig: Rig, degrees: tuple[int, int]) -> list[Corrected]:
+    """Springs fitted together with every effect that is linear, since a large effect may hide the right minimum."""
+    loops = rig.loops
+    basis = Basis(*loops.reach, *degrees)
+    found = []
+    for effects in _LINEAR:
+        columns = {e: rig.plain_columns(e, loops) for e in effects if e in rig.effects}
+        if not columns:
+            continue
+        further = np.hstack(list(columns.values()))
+        ends = np.cumsum([column.shape[1] for column in columns.values()])[:-1]
+        for start in scan_minima(loops, basis.columns(loops.displacement, further))[:_CARRIED]:
+            problem = Problem(loops, basis, start, further)
+            solved = problem.solve(start, np.zeros(problem.records), loops.weight, FAIR_TOLERANCE)
+            sizes = dict(zip(columns, np.split(solved.backbone.elastic[basis.elastic + 1 :], ends), strict=True))
+            fit = refined(rig.corrected(sizes, None), basis, solved.hysteresis)
+            settled = None if fit is None else _settled(rig, fit, sizes)
+            if settled is not None:
+                found.append(settled)
+    return [_grown(rig, _pruned(rig, _best(found)))] if found else []
+
+
+def _best(alternatives: Sequence[Corrected]) -> Corrected:
+    best = alternatives[0]
+    for other in alternatives[1:]:
+        if other.better_by(best) > 0.0:
+            best = other
+    return best
+
+
+def _grown(rig: Rig, state: Corrected) -> Corrected:
+    """With each effect that pays for itself, the best first."""
+    while True:
+        tried = [_settled(rig, state.fit, sizes) for sizes in _promising(rig, state)]
+        paying = [
+            one
+            for one in tried
+            if one is not None and one.better_by(state) > _MARGIN and one.fit.misfit < (1.0 - _WORTH) * state.fit.misfit
+        ]
+        if not paying:
+            return state
+        state = _best(paying)
+
+
+def _pruned(rig: Rig, state: Corrected) -> Corrected:
+    """Without the effects that no longer pay, now that others are there."""
+    for effect in list(state.sizes):
+        left = {other: size for other, size in state.sizes.items() if other is not effect}
+        without = _settled(rig, state.fit, left)
+        if without is not None and state.better_by(without) <= _MARGIN:
+            state = without
+    return state
+
+
+def _settled(rig: Rig, fit: Candidate, sizes: Sizes) -> Corrected | None:
+    """Sizes and spring after Gauss-Newton steps; None where they do not fit together."""
+    for _ in range(_STEPS):
+        loops = rig.corrected(sizes, fit)
+        other = refined(loops, fit.basis, fit.refinement.hysteresis)
+        if other is None:
+            return None
+        fit = other
+        if not sizes:
+            break
+        step, _ = _Traces(rig, fit, loops, list(sizes)).solved(list(sizes))
+        sizes = {effect: sizes[effect] + change for effect, change in step.items()}
+        if all(np.abs(c).max() <= _SETTLED * np.abs(sizes[effect]).max() for effect, c in step.items()):
+            break
+    if any(effect in sizes and sizes[effect][0] <= 0.0 for effect in _POSITIVE):
+        return None
+    return Corrected(fit, loops, sizes)
+
+
+def _promising(rig: Rig, state: Corrected) -> list[Sizes]:
+    """Sizes with one more effect each, those that promise most by the linear problem."""
+    open_to = [effect for effect in rig.effects if effect not in state.sizes]
+    traces = _Traces(rig, state.fit, state.loops, [*state.sizes, *open_to])
+    weight = state.loops.weight.sum()
+    floor = force_floor(state.loops)
+    _, without = traces.solved(list(state.sizes))
+    promised: list[tuple[float, Sizes]] = []
+    for effect in open_to:
+        if effect is Effect.DRIFT and Effect.CURVED_DRIFT in state.sizes:
+            continue
+        kept = [e for e in state.sizes if not (effect is Effect.CURVED_DRIFT and e is Effect.DRIFT)]
+        step, residuals = traces.solved([*kept, effect])
+        independent = residuals.size / autocorrelation_time(residuals)
+        price = sum(map(len, step.values())) - state.price
+        before, after = (
+            information(float(left @ left) / weight, paid, independent, floor)
+            for left, paid in ((without, 0), (residuals, price))
+        )
+        if before - after > _MARGIN:
+            promised.append((before - after, {e: state.sizes.get(e, 0.0) + change for e, change in step.items()}))
+    promised.sort(key=lambda one: -one[0])
+    return [sizes for _, sizes in promised[:_TRIED]]
+
+
+class _Traces:
+    """What effects leave in the residuals of a fit beside what FE, FA, rho, sigma and n can take over."""
+
+    def __init__(self, rig: Rig, fit: Candidate, loops: Loops, effects: Sequence[Effect]) -> None:
+        columns, refinement = fit.basis.columns(loops.displacement), fit.refinement
+        root = np.sqrt(loops.weight)
+        yielding = (refinement.derivatives * refinement.backbone.G).T
+        model = np.hstack([columns.elastic, refinement.omega[:, None] * columns.amplifier, yielding])
+        model = model * root[:, None] / np.maximum(np.abs(model).max(axis=0), 1e-300)
+        self._model, _ = np.linalg.qr(model)
+        self._misfit = self._beside(root * refinement.backbone.misfit(loops.force, refinement.omega))
+        self._traces = {effect: self._beside(rig.columns(effect, fit, loops) * root[:, None]) for effect in effects}
+
+    def _beside(self, values: FloatArray) -> FloatArray:
+        return np.asarray(values - self._model @ (self._model.T @ values))
+
+    def solved(self, effects: Sequence[Effect]) -> tuple[Sizes, FloatArray]:
+        """Sizes of these effects by least squares, and the weighted residuals that are left."""
+        if not effects:
+            return {}, self._misfit
+        matrix = np.hstack([self._traces[effect] for effect in effects])
+        scale = np.maximum(np.linalg.norm(matrix, axis=0), 1e-300)
+        solution = np.linalg.lstsq(matrix / scale, self._misfit, rcond=1e-8)[0] / scale
+        ends = np.cumsum([self._traces[effect].shape[1] for effect in effects])[:-1]
+        return dict(zip(effects, np.split(solution, ends), strict=True)), self._misfit - matrix @ solution

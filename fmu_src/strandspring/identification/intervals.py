@@ -1,0 +1,133 @@
+"""95 % intervals of kappa_omega, rho, sigma and n, open on the side on which the records do not bound a parameter.
+
+The logarithm of each is Student-distributed where it is well known. Where it is not, or where it lies at a bound, the
+profile of the squared misfit takes the place of the normal approximation: all other coefficients are fitted again at
+fixed values of the one, to where the misfit has risen by as much as it would at the end of the interval if the force
+depended linearly on the coefficients.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from ..kernel.arrays import FloatArray
+from .linearised import Linearised
+from .projection import Problem
+from .stages import SIGMA_BOUNDS, Hysteresis
+
+Interval = tuple[float | None, float | None]
+
+NONLINEAR = ("rho", "sigma", "n")
+# Standard error of a logarithm from which the profile is computed.
+_CURVED = 0.1
+_LONGEST_STEP = 1.0  # of a logarithm
+_EVALUATIONS = 8  # points of a profile on either side
+_ACCURACY = 0.03  # to which the end of an interval is found, share of its length
+_TOLERANCE = 1e-5  # relative change of the squared misfit at which a fit of the profile ends
+_FIT_EVALUATIONS = 20  # points at which a fit of the profile ends in any case
+_FIXED = 2e-6  # half of the room in which a fixed logarithm is held
+_NORMAL_95 = 1.959964
+
+
+def quantile_95(degrees_of_freedom: FloatArray) -> FloatArray:
+    """97.5 % quantile of Student's distribution over its standard deviation (Abramowitz and Stegun 26.7.5)."""
+    nu, z = degrees_of_freedom, _NORMAL_95
+    t = z + (z**3 + z) / (4.0 * nu) + (5.0 * z**5 + 16.0 * z**3 + 3.0 * z) / (96.0 * nu**2)
+    return np.asarray(t * np.sqrt((nu - 2.0) / nu))
+
+
+def intervals_95(linear: Linearised, change: FloatArray, errors: FloatArray) -> dict[str, Interval]:
+    """The intervals by name.
+
+    Parameters
+    ----------
+    linear : Linearised
+    change : ndarray, shape (4, p)   Derivatives of the logarithms of kappa_omega, rho, sigma, n by the coefficients.
+    errors : ndarray, shape (4,)     Standard errors of the logarithms; 0 at a bound.
+    """
+    fit, loops = linear.refinement, linear.loops
+    reach = quantile_95(linear.estimate.degrees_of_freedom(change)) * errors
+    kappa_omega = float(linear.basis.powers(fit.backbone.amplified)[0])
+    found: dict[str, Interval] = {"kappa_omega": _around(kappa_omega, float(reach[0]))}
+    for k, name in enumerate(NONLINEAR):
+        value = getattr(fit.hysteresis, name)
+        at_bound = not linear.free[k]
+        if not at_bound and errors[1 + k] <= _CURVED:
+            found[name] = _around(value, float(reach[1 + k]))
+            continue
+        profile = _Profile(linear.freed(k) if at_bound else linear, k, Problem(loops, linear.basis, fit.hysteresis))
+        found[name] = profile.interval(value)
+    low, high = found["sigma"]
+    # What no spring can be is not part of the interval.
+    found["sigma"] = (SIGMA_BOUNDS[0] if low is None else max(low, SIGMA_BOUNDS[0]), high)
+    return found
+
+
+def _around(value: float, reach: float) -> Interval:
+    return value * math.exp(-reach), value * math.exp(reach)
+
+
+class _Profile:
+    """Rise of the squared misfit with one nonlinear coefficient, all others being fitted."""
+
+    def __init__(self, linear: Linearised, parameter: int, problem: Problem) -> None:
+        self.fit, self.parameter, self.problem = linear.refinement, parameter, problem
+        self.points = linear.loops.force.size
+        column = linear.column(parameter)
+        direction = np.zeros(linear.jacobian.shape[1])
+        direction[column] = 1.0
+        error = float(np.linalg.norm(linear.estimate.root[column]))
+        self.reach = float(quantile_95(linear.estimate.degrees_of_freedom(direction[None]))[0]) * error
+        weighted = linear.jacobian * np.sqrt(self.fit.weight)[:, None]
+        free_variance = float(np.linalg.pinv(weighted.T @ weighted)[column, column])
+        # Where the misfit does not depend on the coefficient at all, nothing bounds it.
+        self.allowed = self.reach**2 / free_variance if free_variance > 0.0 else math.inf
+        self.least = self._squares(self.fit.hysteresis, self.fit.omega_start, None)[0]
+
+    def interval(self, value: float) -> Interval:
+        """The ends; None on a side on which the bound of the search is reached first."""
+        low, high = (self._end(math.log(value), side) for side in (-1, 1))
+        return low, high
+
+    def _end(self, center: float, side: int) -> float | None:
+        limits = (float(self.problem.low[self.parameter]), float(self.problem.high[self.parameter]))
+        room = side * (limits[side > 0] - center)
+        if room < _ACCURACY * min(self.reach, _LONGEST_STEP) or not math.isfinite(self.allowed):
+            return None
+        inside, outside, rise_outside = 0.0, math.inf, 0.0
+        rise_inside = 0.0
+        step = min(self.reach, _LONGEST_STEP, room)
+        hysteresis, omega_start = self.fit.hysteresis, self.fit.omega_start
+        for _ in range(_EVALUATIONS):
+            squares, hysteresis, omega_start = self._squares(hysteresis, omega_start, center + side * step)
+            # The root of the rise is nearly a straight line.
+            rise = math.sqrt(max(squares - self.least, 0.0) / self.allowed)
+            if rise >= 1.0:
+                outside, rise_outside = step, rise
+            else:
+                inside, rise_inside = step, rise
+                if step >= room * (1.0 - 1e-9):
+                    return None
+            if math.isinf(outside):
+                step = min(room, step + min(_LONGEST_STEP, max(0.5 * step, step * (1.0 / max(rise, 0.3) - 1.0))))
+                continue
+            share = (1.0 - rise_inside) / (rise_outside - rise_inside)
+            step = inside + (outside - inside) * min(max(share, 0.1), 0.9)
+            if outside - inside < _ACCURACY * outside or abs(rise - 1.0) < _ACCURACY:
+                break
+        return math.exp(center + side * step)
+
+    def _squares(
+        self, hysteresis: Hysteresis, omega_start: FloatArray, fixed: float | None
+    ) -> tuple[float, Hysteresis, FloatArray]:
+        """Sum of squared weighted misfits of the best fit, and where it is; one logarithm fixed unless None."""
+        problem, k = self.problem, self.parameter
+        low, high = problem.low[k], problem.high[k]
+        if fixed is not None:
+            problem.low[k], problem.high[k] = fixed - _FIXED, fixed + _FIXED
+        fit = problem.solve(hysteresis, omega_start, self.fit.weight, _TOLERANCE, _FIT_EVALUATIONS)
+        problem.low[k], problem.high[k] = low, high
+        misfit = fit.backbone.misfit(problem.loops.force, fit.omega)
+        return float(self.fit.weight @ misfit**2), fit.hysteresis, fit.omega_start

@@ -1,0 +1,62 @@
+"""The effects of a rig in words and as JSON."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from .outcomes import Outcome
+from .rig import Effect, Sizes
+
+CAUTIONS = {
+    Effect.DELAY: Outcome.DELAY,
+    Effect.VISCOSITY: Outcome.VISCOSITY,
+    Effect.PLAY: Outcome.PLAY,
+    Effect.FORCE_ZERO: Outcome.FORCE_ZERO,
+    Effect.DISPLACEMENT_ZERO: Outcome.DISPLACEMENT_ZERO,
+    Effect.DRIFT: Outcome.DRIFT_REMOVED,
+    Effect.CURVED_DRIFT: Outcome.DRIFT_REMOVED,
+    Effect.FRICTION_WEAR: Outcome.FRICTION_WEAR,
+    Effect.STIFFNESS_WEAR: Outcome.STIFFNESS_WEAR,
+}
+
+
+def described(sizes: Sizes) -> dict[str, Any]:
+    """Sizes by name in SI units: what the model file and JSON hold.
+
+    A drift counts from the first sample to the last, wear from the first cycle to the last, zeros from the first
+    record on.
+    """
+    content: dict[str, Any] = {}
+    for effect, size in sizes.items():
+        if effect in (Effect.FORCE_ZERO, Effect.DISPLACEMENT_ZERO):
+            content[effect.value] = [0.0, *size.tolist()]
+        elif effect is Effect.CURVED_DRIFT:
+            content[Effect.DRIFT.value] = float(size.sum())
+        else:
+            content[effect.value] = float(size[0])
+    return content
+
+
+def detail(outcome: Outcome, effects: dict[str, Any]) -> str:
+    """What was found of the effect that a caution speaks of; empty for other cautions."""
+    texts = [_text(effect, effects[effect.value]) for effect, own in CAUTIONS.items() if own is outcome
+             and effect.value in effects]  # fmt: skip
+    return f" ({'; '.join(texts)})" if texts else ""
+
+
+def _text(effect: Effect, size: Any) -> str:
+    match effect:
+        case Effect.DELAY:
+            return f"the force {'lags' if size > 0.0 else 'leads'} by {abs(1e3 * size):.3g} ms"
+        case Effect.VISCOSITY:
+            return f"{size:.3g} N s/m"
+        case Effect.PLAY:
+            return f"{1e3 * size:.3g} mm"
+        case Effect.FORCE_ZERO:
+            return f"{', '.join(f'{value:+.3g}' for value in size)} N"
+        case Effect.DISPLACEMENT_ZERO:
+            return f"{', '.join(f'{1e3 * value:+.3g}' for value in size)} mm"
+        case Effect.DRIFT | Effect.CURVED_DRIFT:
+            return f"{size:+.3g} N from the first sample to the last"
+        case _:
+            return f"{100.0 * size:+.3g} % from the first cycle to the last"

@@ -1,0 +1,187 @@
+"""The right basin: several starts, the distinct minima carried on, degrees chosen after refinement.
+
+The misfit as a function of rho, sigma and n has several minima, and on records of few amplitudes a wrong one may look
+as good as the right one to a single start. Starts are the two-stage result and the scan's local minima over n and the
+saturation length. Each is refined with FE and FA of middling degrees, what arrives at the same place counts once, and
+each distinct minimum gets the degrees that a criterion of Schwarz's form chooses,
+
+    criterion = K*ln(S + floor^2) + p*ln(K),
+
+with the mean squared misfit S, p fitted parameters and K independent samples: the number of points over the
+autocorrelation time of the best residual. The floor keeps high degrees from being paid for by what no polynomial
+follows anyway: they would spend themselves on imitating the hysteresis of the amplitudes measured.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from .autocorrelation import autocorrelation_time
+from .loops import Loops
+from .polynomials import Basis
+from .projection import Problem, Refinement
+from .scan import scan_minima
+from .solution import cautions_of, is_positive
+from .stages import Hysteresis
+from .two_stage import two_stage
+
+PILOT = (5, 2)  # degrees at which minima are looked for
+_DEGREES = (8, 2)  # highest degrees chosen from: an FA that bends more imitates the loop
+_FLOOR = 0.003  # misfit not worth a coefficient, share of the force's standard deviation
+_STARTS = 6  # local minima of the scan that are refined
+_PILOT_EVALUATIONS, _EVALUATIONS = 12, 20
+_PILOT_TOLERANCE, _TOLERANCE = 1e-3, 1e-5
+_PROMISING = 1.5  # minima with a misfit up to this many times the least are carried through the degrees
+_ROUNDS = 3  # of choosing degrees and refining
+_SAME = 0.1  # difference of ln(rho), ln(sigma), ln(n) within which two fits are one minimum
+SATURATION = 20.0  # by which the criterion must favour a fit whose strokes do not saturate
+
+
+@dataclass(frozen=True, eq=False)
+class Candidate:
+    """A physically possible minimum.
+
+    Attributes
+    ----------
+    basis : Basis
+    refinement : Refinement
+    misfit : float               rms [N].
+    steady : bool                Whether its strokes saturate.
+    autocorrelation_time : float Of the residuals, in points.
+    criterion : float            Less is better; differences count, see above.
+    """
+
+    basis: Basis
+    refinement: Refinement
+    misfit: float
+    steady: bool
+    autocorrelation_time: float
+    criterion: float = np.inf
+
+    @property
+    def coefficients(self) -> int:
+        """Number of coefficients of FE and FA."""
+        return self.basis.elastic + self.basis.amplifier + 2
+
+
+def search(loops: Loops, degrees: tuple[int, int] | None = None) -> list[Candidate]:
+    """The distinct minima by their criterion, the best first; none if nothing physically possible was found.
+
+    Parameters
+    ----------
+    loops : Loops
+    degrees : (int, int) or None   Chosen if None.
+    """
+    pilots: list[Candidate] = []
+    for start in _starts(loops, degrees or PILOT):
+        pilot = refined(loops, Basis(*loops.reach, *(degrees or PILOT)), start, _PILOT_TOLERANCE, _PILOT_EVALUATIONS)
+        if pilot is None or any(_alike(pilot, other) for other in pilots):
+            continue
+        pilots.append(pilot)
+    if not pilots:
+        return []
+    least = min(pilot.misfit for pilot in pilots)
+    floor = force_floor(loops)
+    carried = [pilot for pilot in pilots if pilot.misfit <= _PROMISING * (least + floor)]
+    if degrees is None:
+        carried = [_with_degrees(loops, pilot, floor) for pilot in carried]
+    else:
+        carried = [refined(loops, c.basis, c.refinement.hysteresis) or c for c in carried]
+    independent = loops.force.size / min(carried, key=lambda c: c.misfit).autocorrelation_time
+    ranked = sorted((_ranked(c, independent, floor) for c in carried), key=lambda c: c.criterion)
+    return [c for k, c in enumerate(ranked) if not any(_alike(c, other) for other in ranked[:k])]
+
+
+def _starts(loops: Loops, degrees: tuple[int, int]) -> Iterator[Hysteresis]:
+    """The two-stage result, then the scan's minima, which take longer."""
+    start = two_stage(loops, degrees)
+    if start is not None:
+        yield start.hysteresis
+    yield from scan_minima(loops, Basis(*loops.reach, *degrees).columns(loops.displacement))[:_STARTS]
+
+
+def refined(
+    loops: Loops,
+    basis: Basis,
+    start: Hysteresis,
+    tolerance: float = _TOLERANCE,
+    evaluations: int = _EVALUATIONS,
+) -> Candidate | None:
+    """Least squares on the points from a start, with the degree of FA lowered until it is positive."""
+    while True:
+        problem = Problem(loops, basis, start)
+        fit = problem.solve(start, np.zeros(problem.records), loops.weight, tolerance, evaluations)
+        if is_positive(basis, fit.backbone):
+            break
+        if basis.amplifier == 0:
+            return None
+        basis = replace(basis, amplifier=basis.amplifier - 1)
+    residuals = fit.backbone.misfit(loops.force, fit.omega)
+    time = autocorrelation_time(np.sqrt(loops.weight) * residuals)
+    steady = not cautions_of(loops, fit.hysteresis, fit.omega)
+    return Candidate(basis, fit, loops.rms(residuals), steady, time)
+
+
+def _with_degrees(loops: Loops, candidate: Candidate, floor: float) -> Candidate:
+    """The candidate refined with the degrees that the criterion asks for; repeated as long as that lowers it."""
+    independent = loops.force.size / candidate.autocorrelation_time
+    best = _ranked(candidate, independent, floor)
+    for _ in range(_ROUNDS):
+        elastic, amplifier = _choose(loops, best, independent, floor)
+        if (elastic, amplifier) == (best.basis.elastic, best.basis.amplifier):
+            break
+        basis = replace(best.basis, elastic=elastic, amplifier=amplifier)
+        other = refined(loops, basis, best.refinement.hysteresis)
+        if other is None:
+            break
+        other = _ranked(other, independent, floor)
+        if other.criterion >= best.criterion:
+            break
+        best = other
+    return best
+
+
+def _choose(loops: Loops, candidate: Candidate, independent: float, floor: float) -> tuple[int, int]:
+    """Degrees with the least criterion by linear least squares, in which rho, sigma and n yield as well."""
+    basis = replace(candidate.basis, elastic=_DEGREES[0], amplifier=_DEGREES[1])
+    columns = basis.columns(loops.displacement)
+    fit = candidate.refinement
+    yielding = (fit.derivatives * fit.backbone.G).T
+    whole = np.hstack([columns.elastic, fit.omega[:, None] * columns.amplifier, yielding, loops.force[:, None]])
+    triangle = np.linalg.qr(whole * np.sqrt(loops.weight)[:, None], mode="r")
+    matrix, target = triangle[:, :-1], triangle[:, -1]
+    n_E, n_A = basis.elastic + 1, basis.amplifier + 1
+    best, chosen = np.inf, (basis.elastic, basis.amplifier)
+    for elastic in range(1, n_E):
+        for amplifier in range(n_A):
+            used = [*range(elastic + 1), *range(n_E, n_E + amplifier + 1), *range(n_E + n_A, matrix.shape[1])]
+            left = target - matrix[:, used] @ np.linalg.lstsq(matrix[:, used], target, rcond=1e-10)[0]
+            value = information(float(left @ left) / loops.weight.sum(), elastic + amplifier + 2, independent, floor)
+            if value < best:
+                best, chosen = value, (elastic, amplifier)
+    return chosen
+
+
+def force_floor(loops: Loops) -> float:
+    """The misfit that is not worth a coefficient [N]."""
+    return _FLOOR * loops.rms(loops.force - np.average(loops.force, weights=loops.weight))
+
+
+def information(square: float, coefficients: int, independent: float, floor: float) -> float:
+    """The criterion of this module."""
+    return float(independent * np.log(square + floor**2) + coefficients * np.log(independent))
+
+
+def _ranked(candidate: Candidate, independent: float, floor: float) -> Candidate:
+    value = information(candidate.misfit**2, candidate.coefficients, independent, floor)
+    return replace(candidate, criterion=value + (0.0 if candidate.steady else SATURATION))
+
+
+def _alike(one: Candidate, other: Candidate) -> bool:
+    """Whether two fits are the same minimum."""
+    a, b = one.refinement.hysteresis, other.refinement.hysteresis
+    logs = np.log([a.rho / b.rho, a.sigma / b.sigma, a.n / b.n])
+    return bool(np.abs(logs).max() <= _SAME)

@@ -1,0 +1,300 @@
+"""Whether an identification can be believed, on a simulated rig: python tests/benchmarks/honesty.py clean
+
+Other commands: faults, alarms, intervals, noise.
+
+Wrong: more than 10 % in the energy of loops at 30 % of the amplitude, or more than 5 % of the force's standard
+deviation on minor loops, against the noise-free truth. Silent: wrong, and no caution that points to it. Refused: no
+spring, but a sentence that says why. Failed: any other exception.
+"""
+
+from __future__ import annotations
+
+import argparse
+import re
+import sys
+import time
+import zlib
+from collections import Counter
+from collections.abc import Iterator
+from dataclasses import dataclass, fields, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from rich.console import Console
+from rich.table import Table
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "helpers"))
+
+from judgement import Judgement, judge_case
+from rig import DOUBTED, UNDECIDED, Case, draw_experiment, draw_spring, simulate
+from rig_faults import FAULTS
+from strandspring import Identification, IdentificationError, RefinedOptions, identify, read_record
+from strandspring.errors import StrandspringError
+
+ROOT = Path(__file__).resolve().parents[2]
+ALARMS = ("delay", "lag", "drift", "viscous", "viscosity", "wear")
+NAMES = ("kappa_omega", "rho", "sigma", "n")
+NORMAL_95 = 1.96
+console = Console(width=150)
+
+
+@dataclass(frozen=True)
+class Result:
+    """What came out of one case; `judgement` is None where no spring did."""
+
+    identification: Identification | None
+    judgement: Judgement | None
+    cautions: dict[str, str]
+    seconds: float
+    problem: str = ""
+    failed: bool = False
+
+    @property
+    def wrong(self) -> bool:
+        return self.judgement is not None and self.judgement.wrong
+
+    def says(self, words: tuple[str, ...]) -> bool:
+        """Whether the name or the sentence of a caution holds one of the words."""
+        texts = [f"{name.replace('_', ' ')} {sentence}".lower() for name, sentence in self.cautions.items()]
+        return any(re.search(rf"\b{re.escape(word)}", text) for text in texts for word in words)
+
+    def silent(self, words: tuple[str, ...]) -> bool:
+        return self.wrong and not self.says(words)
+
+    @property
+    def line(self) -> str:
+        figures = self.problem
+        if self.judgement is not None:
+            figures = f"energy {100 * self.judgement.energy:+7.1f} %  force {100 * self.judgement.force:5.1f} %"
+        verdict = "WRONG" if self.wrong else "FAILED" if self.failed else "refused" if self.problem else "right"
+        return f"{verdict:7} {figures}  {self.seconds:5.2f} s  {', '.join(self.cautions)}"
+
+
+def options_of(case: Case) -> RefinedOptions:
+    """Those options that the program knows and a user of this rig would give."""
+    known = {f.name for f in fields(RefinedOptions)}
+    return RefinedOptions(**{name: value for name, value in case.options.items() if name in known})  # type: ignore[arg-type]
+
+
+def run(case: Case) -> Result:
+    begin = time.perf_counter()
+    try:
+        found = identify(case.records, options_of(case))
+    except StrandspringError as error:
+        return Result(None, None, {}, time.perf_counter() - begin, str(error))
+    except Exception as error:
+        return Result(None, None, {}, time.perf_counter() - begin, repr(error), failed=True)
+    seconds = time.perf_counter() - begin
+    return Result(found, judge_case(case, found.spring()), cautions_of(found), seconds)
+
+
+def cautions_of(found: Identification) -> dict[str, str]:
+    return {outcome.name: str(outcome.value) for outcome in found.outcomes}
+
+
+def described(case: Case) -> str:
+    p, e = case.spring, case.experiment
+    rows = f"{len(case.records)} x {e.shape} {e.frequency:.2f} Hz"
+    share = p.kappa_omega / np.ptp(np.polyval(p.kE[::-1], [p.x_min, p.x_max])) * 2
+    return (
+        f"n {p.n:5.2f} sigma {p.sigma:5.2f} rho*A {p.rho * case.amplitude:5.1f} kappa {100 * share:3.0f} % "
+        f"degrees {len(p.kE) - 1},{len(p.kA) - 1} {rows:19}"
+    )
+
+
+def clean_cases(seed: int, count: int, **fixed: Any) -> Iterator[Case]:
+    for index in range(count):
+        generator = np.random.default_rng([seed, index])
+        yield simulate(draw_spring(generator), draw_experiment(generator, **fixed), generator)
+
+
+def clean(arguments: argparse.Namespace) -> None:
+    """Records of the model itself with noise."""
+    results = []
+    fixed: dict[str, Any] = {"noise": arguments.noise}
+    if arguments.single:
+        fixed |= {"amplitudes": (1.0,), "cycles": (3,)}
+    for index, case in enumerate(clean_cases(arguments.seed, arguments.count, **fixed)):
+        result = run(case)
+        results.append(result)
+        if arguments.verbose or result.wrong or result.problem:
+            silent = "SILENT" if result.silent(UNDECIDED) else ""
+            console.print(f"{index:4} {described(case)} {silent:6} {result.line}")
+    times = np.array([result.seconds for result in results])
+    samples = f"mean time {times.mean():.3f} s, median {np.median(times):.3f} s, longest {times.max():.2f} s"
+    console.print(f"clean: {summary(results, UNDECIDED)}; {samples}")
+    console.print(f"cautions: {counted(results)}")
+
+
+def summary(results: list[Result], words: tuple[str, ...]) -> str:
+    return (
+        f"{len(results)} runs, wrong {sum(r.wrong for r in results)}, silent {sum(r.silent(words) for r in results)}, "
+        f"refused {sum(bool(r.problem) and not r.failed for r in results)}, failed {sum(r.failed for r in results)}"
+    )
+
+
+def counted(results: list[Result]) -> str:
+    counts = Counter(name for result in results for name in result.cautions)
+    return ", ".join(f"{name.lower()} {count}" for name, count in counts.most_common()) or "none"
+
+
+def faults(arguments: argparse.Namespace) -> None:
+    """Every fault at each size, on drawn springs and experiments."""
+    table = Table(title="Faults of the rig")
+    for column in ("fault", "size", "wrong", "silent", "refused", "pointed", "energy", "force", "cautions"):
+        table.add_column(column, justify="left" if column in ("fault", "size", "cautions") else "right")
+    totals: Counter[str] = Counter()
+    sizes = ("drawn",) if arguments.drawn else ("small", "large")
+    chosen = [name for name in FAULTS if arguments.only in name]
+    begin = time.perf_counter()
+    for name in chosen:
+        fault = FAULTS[name]
+        words = (*fault.points_to, *DOUBTED)
+        for size in sizes:
+            results = []
+            for repetition in range(arguments.repetitions):
+                # The same springs and experiments at either size.
+                generator = np.random.default_rng([arguments.seed, zlib.crc32(name.encode()), repetition])
+                case = simulate(draw_spring(generator), draw_experiment(generator), generator, fault, size)
+                result = run(case)
+                results.append(result)
+                if arguments.verbose:
+                    silent = "SILENT" if result.silent(words) else ""
+                    console.print(f"{name:20} {case.magnitude:7.4f} {described(case)} {silent:6} {result.line}")
+            judgements = [result.judgement for result in results if result.judgement is not None]
+            counts = {
+                "runs": len(results),
+                "wrong": sum(r.wrong for r in results),
+                "silent": sum(r.silent(words) for r in results),
+                "without any caution": sum(r.wrong and not r.cautions for r in results),
+                "refused": sum(bool(r.problem) and not r.failed for r in results),
+                "failed": sum(r.failed for r in results),
+            }
+            totals.update(counts)
+            table.add_row(
+                name, size, str(counts["wrong"]), str(counts["silent"]),
+                str(counts["refused"]) + (f" +{counts['failed']} failed" if counts["failed"] else ""),
+                str(sum(r.says(fault.points_to) for r in results)),
+                f"{100 * np.median([abs(j.energy) for j in judgements]):.1f} %" if judgements else "-",
+                f"{100 * np.median([j.force for j in judgements]):.1f} %" if judgements else "-",
+                counted(results),
+            )  # fmt: skip
+    console.print(table)
+    console.print(f"{arguments.repetitions} runs of each; energy and force: medians of the errors")
+    share = 100 * totals["wrong"] / totals["runs"]
+    console.print(
+        f"faults: {', '.join(f'{name} {count}' for name, count in totals.items())}; wrong {share:.1f} %, "
+        f"{(time.perf_counter() - begin) / totals['runs']:.2f} s each"
+    )
+
+
+def alarms(arguments: argparse.Namespace) -> None:
+    """Cautions of delay, drift, viscosity or wear on clean records and on the two measured ones."""
+    raised = 0
+    for index, case in enumerate(clean_cases(arguments.seed, arguments.count)):
+        result = run(case)
+        if result.says(ALARMS):
+            raised += 1
+            console.print(f"{index:4} {described(case)} {', '.join(result.cautions)}")
+    console.print(f"alarms: {raised} of {arguments.count} clean records")
+    measured = {
+        "hinge": read_record(ROOT / "models/records/rubber_stretch.csv", reverse="displacement"),
+        "actuator": read_record(ROOT / "tests/data/actuator/circle_3bar.csv", displacement=5, force=7),
+    }
+    for name, record in measured.items():
+        found = identify(record)
+        alarm = Result(found, None, cautions_of(found), 0.0).says(ALARMS)
+        console.print(f"{name}: {'ALARM' if alarm else 'none'}; {', '.join(cautions_of(found))}")
+
+
+def intervals(arguments: argparse.Namespace) -> None:
+    """Coverage of the 95 % intervals from the standard errors, springs drawn well inside what a record can tell."""
+    table = Table(title=f"95 % intervals that hold the truth [%], {arguments.count} runs each")
+    for column in ("AR(1)", *NAMES, "without an interval", "refused"):
+        table.add_column(column, justify="right")
+    for correlation in (0.0, 0.9, 0.99):
+        held, known, refused = Counter(dict.fromkeys(NAMES, 0)), Counter(dict.fromkeys(NAMES, 0)), 0
+        for index in range(arguments.count):
+            generator = np.random.default_rng([arguments.seed, index])
+            spring = draw_spring(generator, n=(0.5, 3.0), sigma=(0.8, 3.0), saturations=(6.0, 20.0))
+            experiment = draw_experiment(generator, correlation=correlation)
+            try:
+                found = identify(simulate(spring, experiment, generator).records)
+            except IdentificationError:
+                refused += 1
+                continue
+            for name in NAMES:
+                error = found.uncertainty.get(name)
+                if error is not None:
+                    known[name] += 1
+                    held[name] += abs(getattr(found.parameters, name) - getattr(spring, name)) <= NORMAL_95 * error
+        runs = arguments.count - refused
+        table.add_row(
+            f"{correlation:g}",
+            *(f"{100 * held[name] / max(known[name], 1):.1f}" for name in NAMES),
+            ", ".join(f"{name} {runs - known[name]}" for name in NAMES if known[name] < runs) or "-",
+            str(refused),
+        )
+    console.print(table)
+
+
+def noise(arguments: argparse.Namespace) -> None:
+    """Displacement noise of 0.2 % of the amplitude, springs with high loops."""
+    fault = FAULTS["displacement noise"]
+    table = Table(title=f"Displacement noise {100 * arguments.share:g} % of the amplitude, {arguments.count} runs")
+    for column in ("shape", "n median", "n worst", "rho median", "rho worst", "both within 5 %", "wrong"):
+        table.add_column(column, justify="left" if column == "shape" else "right")
+    noisy = replace(fault, small=arguments.share)
+    for shape in ("sine", "triangle"):
+        errors, wrong = [], 0
+        for index in range(arguments.count):
+            generator = np.random.default_rng([arguments.seed, index])
+            spring = draw_spring(generator, (0.3, 3.0), (0.5, 3.0), (6.0, 30.0), friction=(0.2, 0.4))
+            result = run(simulate(spring, draw_experiment(generator, shape=shape), generator, noisy))
+            wrong += result.wrong
+            if result.identification is None:
+                errors.append((np.inf, np.inf))
+                continue
+            found = result.identification.parameters
+            errors.append((abs(found.n / spring.n - 1.0), abs(found.rho / spring.rho - 1.0)))
+            if arguments.verbose:
+                console.print(
+                    f"{shape:8} n {spring.n:5.2f} -> {found.n:5.2f}  rho {found.rho / spring.rho:5.3f} {result.line}"
+                )
+        columns = 100 * np.array(errors).T
+        table.add_row(
+            shape,
+            *(f"{figure:.1f} %" for column in columns for figure in (np.median(column), column.max())),
+            str(int(np.sum(columns.max(axis=0) <= 5.0))),
+            str(wrong),
+        )
+    console.print(table)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    commands = parser.add_subparsers(dest="command", required=True)
+    for function, count in ((clean, 100), (faults, None), (alarms, 100), (intervals, 200), (noise, 20)):
+        command = commands.add_parser(function.__name__, help=function.__doc__)
+        command.set_defaults(function=function)
+        command.add_argument("--seed", type=int, default=0)
+        command.add_argument("--verbose", action="store_true", help="one line for each case")
+        if count is not None:
+            command.add_argument("count", type=int, nargs="?", default=count)
+        if function is clean:
+            command.add_argument("--noise", type=float, default=0.005, help="share of the force's standard deviation")
+            command.add_argument("--single", action="store_true", help="three cycles of one amplitude for every spring")
+        if function is faults:
+            command.add_argument("--repetitions", type=int, default=3)
+            command.add_argument("--only", default="", help="faults whose name holds this")
+            command.add_argument("--drawn", action="store_true", help="magnitudes drawn in place of small and large")
+        if function is noise:
+            command.add_argument("--share", type=float, default=0.002)
+    arguments = parser.parse_args()
+    console.print(f"{arguments.command}, seed {arguments.seed}")
+    arguments.function(arguments)
+
+
+if __name__ == "__main__":
+    main()

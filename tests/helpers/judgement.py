@@ -1,0 +1,70 @@
+"""Whether an identified spring is right: its small loops and its force on minor loops against the noise-free truth."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from scipy.integrate import trapezoid
+
+from rig import Case, FloatArray
+
+WRONG_ENERGY = 0.10  # of loops at 30 % of the amplitude
+WRONG_FORCE = 0.05  # share of the force's standard deviation on minor loops
+SMALL_LOOP = 0.3
+
+
+class Responds(Protocol):
+    def response(self, displacement: FloatArray) -> FloatArray: ...
+
+
+@dataclass(frozen=True)
+class Judgement:
+    """Errors of an identified spring against the truth.
+
+    Attributes
+    ----------
+    energy : float   Relative error of the energy of the steady loop at 30 % of the amplitude, with its sign.
+    force : float    rms error on minor loops, means removed, as a share of the force's standard deviation.
+    """
+
+    energy: float
+    force: float
+
+    @property
+    def wrong(self) -> bool:
+        return not (abs(self.energy) <= WRONG_ENERGY and self.force <= WRONG_FORCE)
+
+    @property
+    def excess(self) -> float:
+        """The larger error in units of what is allowed."""
+        return max(abs(self.energy) / WRONG_ENERGY, self.force / WRONG_FORCE)
+
+
+def judge(truth: Responds, identified: Responds, amplitude: float, centre: float) -> Judgement:
+    """Compare a spring with the truth about the centre of the programme, offsets of the force left aside."""
+    cycles, points = 10, 2000
+    small = centre + SMALL_LOOP * amplitude * np.sin(2.0 * np.pi * np.arange(cycles * points + 1) / points)
+    last = slice(-points - 1, None)
+    energies = [float(trapezoid(s.response(small)[last], small[last])) for s in (truth, identified)]
+    minor, judged = minor_loops(amplitude, centre)
+    forces = [s.response(minor)[judged] for s in (truth, identified)]
+    error = float(np.std(forces[1] - forces[0]) / np.std(forces[0]))
+    return Judgement(energies[1] / energies[0] - 1.0, error)
+
+
+def minor_loops(amplitude: float, centre: float) -> tuple[FloatArray, slice]:
+    """A path with a full cycle that sets the memory and nested minor loops, and which part of it these are."""
+    phase = np.linspace(0.0, 6.0 * np.pi, 6001)
+    full = 0.9 * np.sin(phase[:2000])
+    nested = 0.55 * np.sin(phase) + 0.35 * np.sin(4.6 * phase)
+    return centre + amplitude * np.concatenate([full, nested]), slice(full.size, None)
+
+
+def judge_case(case: Case, identified: Responds) -> Judgement:
+    """The judgement by that of the right springs which comes closest."""
+    return min(
+        (judge(truth, identified, case.amplitude, case.centre + truth.shift) for truth in case.truths),
+        key=lambda judgement: judgement.excess,
+    )

@@ -1,0 +1,395 @@
+"""A simulated test rig: drawn springs and the records of experiments with them.
+
+A run is simulated on a fine grid of time that holds every reversal, so that the forces are exact, and is sampled at the
+end. A fault acts at one stage of it: on the programme, on the motion, on the spring's force, on the measured signals of
+the fine grid, or on the samples.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from typing import Any, Literal
+
+import numpy as np
+from numpy.polynomial.polynomial import polyval
+from numpy.typing import NDArray
+from scipy.signal import lfilter
+
+from strandspring import Record, Spring, SpringParameters
+
+FloatArray = NDArray[np.float64]
+Generator = np.random.Generator
+Size = Literal["small", "large", "drawn"]
+
+# Cautions that put the energy of small loops in doubt point to a wrong spring, whatever the fault; without a fault
+# those do too that leave open which of several springs it is, or say that it does not fit.
+DOUBTED = ("undecided", "small loops")
+UNDECIDED = (*DOUBTED, "uncertain", "misfit", "poorly", "extrapolat", "span")
+
+
+def log_uniform(generator: Generator, low: float, high: float) -> float:
+    return float(np.exp(generator.uniform(np.log(low), np.log(high))))
+
+
+def draw_spring(
+    generator: Generator,
+    n: tuple[float, float] = (0.1, 12.0),
+    sigma: tuple[float, float] = (0.5, 10.0),
+    saturations: tuple[float, float] = (4.0, 60.0),
+    friction: tuple[float, float] = (0.03, 0.4),
+    degrees: tuple[int, int] | None = None,
+) -> SpringParameters:
+    """A monotone, hardening spring of real size.
+
+    Parameters
+    ----------
+    generator : Generator
+    n, sigma, saturations, friction : (float, float)   Ranges of n, sigma, rho*amplitude and kappa_omega as a share of
+                                             the elastic force [-], drawn log-uniformly.
+    degrees : (int, int) or None             Of FE and FA; None draws 1 to 4 and 0 to 2.
+    """
+    amplitude = log_uniform(generator, 1e-3, 50e-3)
+    elastic = log_uniform(generator, 10.0, 1000.0)
+    share = log_uniform(generator, *friction)
+    elastic_degree, amplifier_degree = degrees or (int(generator.integers(1, 5)), int(generator.integers(0, 3)))
+    y = np.linspace(-1.0, 1.0, 201)
+    while True:
+        # Coefficients of powers of y = x/amplitude.
+        shape = np.array([0.0, 1.0, *generator.uniform([-0.25, 0.1, -0.2], [0.25, 0.8, 0.2])])[: elastic_degree + 1]
+        slope = polyval(y, np.arange(1, shape.size) * shape[1:])
+        amplifier = np.array([1.0, *generator.uniform([-0.4, -0.3], [0.4, 0.5])])[: amplifier_degree + 1]
+        if slope.min() > 0.2 and polyval(y, amplifier).min() > 0.3:
+            break
+    shape[0] = generator.uniform(-1.0, 1.5)
+    centre = generator.uniform(-0.1, 0.3)
+    return SpringParameters(
+        kE=tuple(elastic * shape / amplitude ** np.arange(shape.size)),
+        kA=tuple(amplifier / amplitude ** np.arange(amplifier.size)),
+        kappa_omega=share * elastic,
+        rho=log_uniform(generator, *saturations) / amplitude,
+        sigma=log_uniform(generator, *sigma),
+        n=log_uniform(generator, *n),
+        displacement_offset=centre,
+        displacement_min=centre - amplitude,
+        displacement_max=centre + amplitude,
+    )
+
+
+def amplitude_of(spring: SpringParameters) -> float:
+    return 0.5 * (spring.displacement_max - spring.displacement_min)
+
+
+def elastic_force(spring: SpringParameters) -> float:
+    """Half the range of FE [N], the size that faults of the force are measured in."""
+    return 0.5 * float(np.ptp(polyval(np.array([spring.x_min, spring.x_max]), spring.kE)))
+
+
+@dataclass(frozen=True)
+class Truth:
+    """What is the spring and not the rig.
+
+    Parameters
+    ----------
+    spring : SpringParameters
+    backbone : callable or None   Elastic force [N] of y = (x - centre)/amplitude in place of FE.
+    stiffness : float             Of a spring in parallel, about the centre [N/m].
+    shift : float                 Where the record's coordinates see the spring's zero [m].
+    """
+
+    spring: SpringParameters
+    backbone: Callable[[FloatArray], FloatArray] | None = None
+    stiffness: float = 0.0
+    shift: float = 0.0
+
+    def response(self, displacement: FloatArray) -> FloatArray:
+        """Force along a path that starts with omega = 0 [N]."""
+        return sum(self.parts(displacement - self.shift))
+
+    def parts(self, path: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Elastic and hysteretic force along a path in the spring's own coordinates [N]."""
+        p = self.spring
+        x = path - p.displacement_offset
+        FE = Spring(replace(p, kappa_omega=1e-300)).response(path)
+        elastic = FE if self.backbone is None else self.backbone(x / amplitude_of(p))
+        return elastic + self.stiffness * x, Spring(p).response(path) - FE
+
+
+@dataclass(frozen=True)
+class Experiment:
+    """Displacement programme, sampling and noise.
+
+    Parameters
+    ----------
+    shape : "sine" or "triangle"
+    amplitudes : tuple of float    Shares of the largest amplitude.
+    cycles : tuple of int          Of each amplitude.
+    separate : bool                One record for each amplitude instead of one of all.
+    frequency : float              [Hz]
+    samples : int                  Of all records together, about.
+    noise : float                  Standard deviation of the force's noise, share of the force's.
+    correlation : float            AR(1) coefficient of the noise.
+    synchronous : bool             Every reversal is sampled; otherwise reversals fall between the samples.
+    """
+
+    shape: Literal["sine", "triangle"] = "sine"
+    amplitudes: tuple[float, ...] = (0.4, 0.7, 1.0)
+    cycles: tuple[int, ...] = (3, 3, 3)
+    separate: bool = False
+    frequency: float = 0.5
+    samples: int = 1000
+    noise: float = 0.005
+    correlation: float = 0.0
+    synchronous: bool = True
+
+    @property
+    def period(self) -> float:
+        return 1.0 / self.frequency
+
+    @property
+    def segments(self) -> tuple[tuple[tuple[float, int], ...], ...]:
+        """(amplitude, cycles) of the parts of each record."""
+        pairs = tuple(zip(self.amplitudes, self.cycles, strict=True))
+        return tuple((pair,) for pair in pairs) if self.separate else (pairs,)
+
+
+def draw_experiment(generator: Generator, **fixed: Any) -> Experiment:
+    """An experiment with one to four amplitudes; `fixed` are fields of Experiment that are not drawn."""
+    choices = ((1.0,), (1.0,), (0.5, 1.0), (0.4, 0.7, 1.0), (0.3, 0.6, 1.0), (0.35, 0.55, 0.75, 1.0))
+    amplitudes = choices[int(generator.integers(len(choices)))]
+    drawn = Experiment(
+        shape="sine" if generator.random() < 0.5 else "triangle",
+        amplitudes=amplitudes,
+        cycles=tuple(int(c) for c in generator.integers(2 if len(amplitudes) > 1 else 3, 5, len(amplitudes))),
+        separate=bool(generator.random() < 0.5),
+        frequency=log_uniform(generator, 0.1, 2.0),
+    )
+    return replace(drawn, **fixed)
+
+
+@dataclass
+class Run:
+    """One record while it is simulated; the faults change it in place.
+
+    Attributes
+    ----------
+    truth : Truth
+    experiment : Experiment
+    index : int                    Of the record among those of the experiment.
+    clock, duration : float        When the record starts within the experiment, and how long all records are [s].
+    step : float                   Of the fine grid [s].
+    stride : int                   Fine steps from sample to sample.
+    path : ndarray, shape (F,)     Displacement of the spring on the fine grid [m].
+    cycle : ndarray, shape (F,)    Cycles since the start of the experiment.
+    elastic, hysteretic : ndarray  Parts of the spring's force on the fine grid [N].
+    measured, force : ndarray      Signals that are sampled, on the fine grid [m], [N].
+    at : ndarray, shape (K,)       Samples on the fine grid.
+    samples : ndarray, (3, K)      Time [s], displacement [m] and force [N] as recorded.
+    """
+
+    truth: Truth
+    experiment: Experiment
+    index: int
+    clock: float
+    duration: float
+    step: float
+    stride: int
+    path: FloatArray
+    cycle: FloatArray
+    elastic: FloatArray = field(default_factory=lambda: np.empty(0))
+    hysteretic: FloatArray = field(default_factory=lambda: np.empty(0))
+    measured: FloatArray = field(default_factory=lambda: np.empty(0))
+    force: FloatArray = field(default_factory=lambda: np.empty(0))
+    at: NDArray[np.intp] = field(default_factory=lambda: np.empty(0, dtype=np.intp))
+    samples: FloatArray = field(default_factory=lambda: np.empty((3, 0)))
+
+    @property
+    def time(self) -> FloatArray:
+        return self.step * np.arange(self.path.size)
+
+    @property
+    def elapsed(self) -> FloatArray:
+        """Time since the start of the experiment as a share of its duration."""
+        return (self.clock + self.time) / self.duration
+
+    @property
+    def velocity(self) -> FloatArray:
+        """Velocity of the spring as a share of the largest [-]."""
+        velocity = np.gradient(self.path, self.step)
+        return velocity / (2.0 * np.pi * self.experiment.frequency * self.amplitude)
+
+    @property
+    def amplitude(self) -> float:
+        return amplitude_of(self.truth.spring)
+
+    @property
+    def elastic_scale(self) -> float:
+        return elastic_force(self.truth.spring)
+
+
+def strokes_of(path: FloatArray) -> NDArray[np.intp]:
+    """Indices of the first sample, the reversals and the last sample; a dwell reverses where it ends."""
+    moving = np.flatnonzero(np.diff(path))
+    side = np.sign(np.diff(path)[moving])
+    turns = moving[1:][side[1:] != side[:-1]]
+    return np.concatenate([[0], turns, [path.size - 1]])
+
+
+Action = Callable[[Run, float, Generator], None]
+
+
+@dataclass(frozen=True)
+class Fault:
+    """One fault of a rig.
+
+    Parameters
+    ----------
+    small, large : float     Sizes: barely worth correcting, and what a bad rig does; in the unit of `size`.
+    size : str               What the size is measured in.
+    points_to : tuple of str Beginnings of words in lower case; a caution that points to it has one of them in its name
+                             or sentence.
+    motion, force, signals, sampled : callable   What it does to a run at that stage.
+    truths : callable        The springs that are right; any of them will do, the spring itself by default.
+    programme : callable     What the experiment must be.
+    options : callable       What a user would know and give as options.
+    """
+
+    small: float
+    large: float
+    size: str
+    points_to: tuple[str, ...]
+    motion: Action | None = None
+    force: Action | None = None
+    signals: Action | None = None
+    sampled: Action | None = None
+    truths: Callable[[SpringParameters, Experiment, float], tuple[Truth, ...]] = lambda spring, *_: (Truth(spring),)
+    programme: Callable[[Experiment, float], Experiment] = lambda experiment, _: experiment
+    options: Callable[[SpringParameters, Experiment, float], dict[str, float]] = lambda *_: {}
+
+    def magnitude(self, size: Size, generator: Generator) -> float:
+        """The size; a drawn one may lie somewhat beyond either of them."""
+        if size == "drawn":
+            low, high = sorted((self.small, self.large))
+            return log_uniform(generator, low / 1.5, high * 1.2)
+        return self.small if size == "small" else self.large
+
+
+@dataclass(frozen=True, eq=False)
+class Case:
+    """Records of a spring on a rig with at most one fault, and the truth.
+
+    Attributes
+    ----------
+    records : tuple of Record
+    truths : tuple of Truth           Springs that are right, the first one in the coordinates of the first record.
+    experiment : Experiment
+    magnitude : float                 Size of the fault in the fault's unit.
+    options : dict                    What a user would give.
+    points_to : tuple of str
+    paths, forces : tuple of ndarray  Noise-free displacement of the spring and its response at the samples, without
+                                      duplicates and before samples are lost [m], [N].
+    """
+
+    records: tuple[Record, ...]
+    truths: tuple[Truth, ...]
+    experiment: Experiment
+    magnitude: float
+    options: dict[str, float]
+    points_to: tuple[str, ...]
+    paths: tuple[FloatArray, ...]
+    forces: tuple[FloatArray, ...]
+
+    @property
+    def spring(self) -> SpringParameters:
+        return self.truths[0].spring
+
+    @property
+    def centre(self) -> float:
+        return self.spring.displacement_offset
+
+    @property
+    def amplitude(self) -> float:
+        return amplitude_of(self.spring)
+
+
+_NO_FAULT = Fault(0.0, 0.0, "", UNDECIDED)
+
+
+def simulate(
+    spring: SpringParameters,
+    experiment: Experiment,
+    generator: Generator,
+    fault: Fault = _NO_FAULT,
+    size: Size = "small",
+) -> Case:
+    """The records that a rig with this fault gives."""
+    magnitude = fault.magnitude(size, generator)
+    experiment = fault.programme(experiment, magnitude)
+    truths = fault.truths(spring, experiment, magnitude)
+    quarter = max(2, round(experiment.samples / (4 * sum(experiment.cycles))))  # samples
+    stride = -(-800 // quarter)
+    fine = 4 * quarter * stride
+    if not experiment.synchronous:
+        stride += 1
+    runs: list[Run] = []
+    duration = sum(experiment.cycles) * experiment.period
+    begun = 0
+    for index, segments in enumerate(experiment.segments):
+        path, cycle = _programme(experiment, segments, fine)
+        run = Run(
+            truths[0] if truths[0].shift == 0.0 else replace(truths[0], shift=0.0),
+            experiment, index, begun * experiment.period, duration, experiment.period / fine, stride,
+            spring.displacement_offset + amplitude_of(spring) * path, begun + cycle,
+        )  # fmt: skip
+        begun += sum(cycles for _, cycles in segments)
+        run.measured = run.path
+        _act(fault.motion, run, magnitude, generator)
+        run.elastic, run.hysteretic = run.truth.parts(run.path)
+        _act(fault.force, run, magnitude, generator)
+        run.force = run.elastic + run.hysteretic
+        _act(fault.signals, run, magnitude, generator)
+        first = 0 if experiment.synchronous else int(generator.integers(stride))
+        run.at = np.arange(first, run.path.size, stride)
+        runs.append(run)
+    scale = float(np.std(np.concatenate([run.force[run.at] for run in runs])))
+    for run in runs:
+        noise = scale * experiment.noise * coloured(generator, run.at.size, experiment.correlation)
+        run.samples = np.stack([run.time[run.at], run.measured[run.at], run.force[run.at] + noise])
+        _act(fault.sampled, run, magnitude, generator)
+    return Case(
+        tuple(Record(run.samples[1], run.samples[2], run.samples[0], f"rig_{run.index + 1}.csv") for run in runs),
+        truths,
+        experiment,
+        magnitude,
+        fault.options(spring, experiment, magnitude),
+        fault.points_to,
+        tuple(run.path[run.at] for run in runs),
+        tuple(Spring(spring).response(run.path)[run.at] for run in runs),
+    )
+
+
+def _act(action: Action | None, run: Run, magnitude: float, generator: Generator) -> None:
+    if action is not None:
+        action(run, magnitude, generator)
+
+
+def _programme(
+    experiment: Experiment, segments: tuple[tuple[float, int], ...], fine: int
+) -> tuple[FloatArray, FloatArray]:
+    """Displacement over the largest amplitude, and the number of the cycle, on the fine grid of one record."""
+    quarter = fine // 4
+    if experiment.shape == "sine":
+        wave = np.sin(2.0 * np.pi * np.arange(fine) / fine)
+    else:
+        wave = np.interp(np.arange(fine), np.array([0, 1, 3, 4]) * quarter, [0.0, 1.0, -1.0, 0.0])
+    path = np.concatenate([*(amplitude * np.tile(wave, cycles) for amplitude, cycles in segments), [0.0]])
+    return path, np.arange(path.size) / fine
+
+
+def coloured(generator: Generator, count: int, correlation: float) -> FloatArray:
+    """Stationary AR(1) noise of unit standard deviation."""
+    white = generator.standard_normal(count)
+    if correlation == 0.0:
+        return white
+    white[0] /= np.sqrt(1.0 - correlation**2)
+    return np.asarray(np.sqrt(1.0 - correlation**2) * lfilter([1.0], [1.0, -correlation], white))
