@@ -6,7 +6,6 @@ import copy
 import json
 import os
 from collections.abc import Callable
-from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
@@ -15,9 +14,9 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from springs import EXAMPLES, springs
+from springs import EXAMPLES, TABLE, springs
 from strandspring import ModelError, Spring, SpringParameters, StrandspringError
-from strandspring.core.parameters import MAXIMUM_DEGREE, N_RANGE, SIGMA_RANGE, problems
+from strandspring.core.parameters import KNOTS, MAXIMUM_DEGREE, N_RANGE, SIGMA_RANGE, problems
 from strandspring.modelfile import MAXIMUM_BYTES, NAME_PATTERN, ModelFile, load_model, save_model
 
 # Files are rewritten example by example, so that one folder per test is enough.
@@ -109,7 +108,7 @@ def test_a_file_written_by_hand_needs_the_parameters_only(tmp_path: Path, conten
     assert model.fit == model.uncertainty == model.provenance == {}
 
 
-PARAMETER_NAMES = [f.name for f in fields(SpringParameters)]
+PARAMETER_NAMES = list(PARAMETERS.as_dict())
 POSITIVE = ["kappa_omega", "rho", "sigma", "n"]
 SCALARS = [name for name in PARAMETER_NAMES if name not in {"kE", "kA"}]
 
@@ -221,10 +220,13 @@ def test_json_of_something_else_is_refused(tmp_path: Path, text: str) -> None:
 def test_another_format_version_is_refused(tmp_path: Path, content: Content, version: object) -> None:
     content["format_version"] = version
     sentence = refusal(written(tmp_path, json.dumps(content)))
-    assert sentence == f': field "format_version": must be 1, got {version!r}; correct this field.'
+    assert (
+        sentence
+        == f': field "format_version": must be 1, or 2 where FE is a table, got {version!r}; correct this field.'
+    )
 
 
-@pytest.mark.parametrize("version", [2, 3, 10**30])
+@pytest.mark.parametrize("version", [3, 4, 10**30])
 def test_a_newer_format_version_asks_for_an_upgrade(tmp_path: Path, content: Content, version: int) -> None:
     # A newer file may hold fields that this version does not know.
     content |= {"format_version": version, "temperature": 20.0}
@@ -344,10 +346,10 @@ def loads_or_is_refused(path: Path) -> None:
 @LAW
 @given(st.data())
 def test_any_value_in_any_field_is_loaded_or_refused(tmp_path: Path, data: st.DataObject) -> None:
-    content = json.loads(MODEL.to_json())
+    content = json.loads(data.draw(st.sampled_from([MODEL, ModelFile("table", TABLE)])).to_json())
     for _ in range(data.draw(st.integers(1, 2))):
         owner = content["parameters"] if data.draw(st.booleans()) else content
-        if not isinstance(owner, dict):
+        if not isinstance(owner, dict) or not owner:
             break
         field = data.draw(st.sampled_from(sorted(owner)))
         owner[field] = data.draw(json_values)
@@ -393,11 +395,18 @@ def test_the_schema_has_the_fields_and_limits_of_the_code() -> None:
         assert parameters["properties"][name]["exclusiveMinimum"] == 0.0
     for name in ("kE", "kA"):
         assert parameters["properties"][name]["maxItems"] == MAXIMUM_DEGREE + 1
+    table = schema["$defs"]["TableParameters"]
+    assert list(table["properties"]) == table["required"] == list(TABLE.as_dict())
+    for name in ("FE_knots", "FE_forces"):
+        assert (table["properties"][name]["minItems"], table["properties"][name]["maxItems"]) == KNOTS
+    same = [name for name in SCALARS if name != "displacement_offset"]
+    assert [table["properties"][name] for name in same] == [parameters["properties"][name] for name in same]
 
 
 WRONG: dict[str, Callable[[Content], object]] = {
     "another format": lambda c: c.update(format="other"),
-    "another version": lambda c: c.update(format_version=2),
+    "another version": lambda c: c.update(format_version=3),
+    "version of a table": lambda c: c.update(format_version=2),
     "unknown field": lambda c: c.update(colour="red"),
     "unknown parameter": lambda c: c["parameters"].update(kappa=1.0),
     "no name": lambda c: c.pop("name"),
@@ -428,6 +437,51 @@ def test_the_schema_refuses_what_loading_refuses(
     spoil(content)
     assert not checker().is_valid(content)
     refusal(written(tmp_path, json.dumps(content)))
+
+
+WRONG_TABLES: dict[str, tuple[Callable[[Content], object], str]] = {
+    "version of a polynomial": (
+        lambda c: c.update(format_version=1),
+        'field "parameters.kE" is missing; add it or identify the spring again.',
+    ),
+    "both": (
+        lambda c: c["parameters"].update(kE=[0.0, 1.0]),
+        'field "parameters.kE" is not known; remove it or correct its spelling.',
+    ),
+    "no forces": (
+        lambda c: c["parameters"].pop("FE_forces"),
+        'field "parameters.FE_forces" is missing; add it or identify the spring again.',
+    ),
+    "few knots": (
+        lambda c: c["parameters"].update(FE_knots=[0, 1]),
+        'field "parameters.FE_knots": must be a list of 7 to 25 finite numbers, got [0, 1]; correct this field.',
+    ),
+    "text as force": (
+        lambda c: c["parameters"].update(FE_forces=["1"] * 7),
+        'field "parameters.FE_forces": must be a list of 7 to 25 finite numbers, '
+        "got ['1', '1', '1', '1', '1', '1', '1']; correct this field.",
+    ),
+}
+
+
+@pytest.mark.parametrize(("spoil", "expected"), WRONG_TABLES.values(), ids=WRONG_TABLES)
+def test_what_is_wrong_with_a_table_is_refused_by_schema_and_code(
+    tmp_path: Path, spoil: Callable[[Content], object], expected: str
+) -> None:
+    content = json.loads(ModelFile("table", TABLE).to_json())
+    assert content["format_version"] == 2
+    assert checker().is_valid(content)
+    spoil(content)
+    assert not checker().is_valid(content)
+    assert refusal(written(tmp_path, json.dumps(content))) == f": {expected}"
+
+
+def test_a_force_too_few_is_named(tmp_path: Path) -> None:
+    content = json.loads(ModelFile("table", TABLE).to_json())
+    content["parameters"]["FE_forces"].pop()
+    assert refusal(written(tmp_path, json.dumps(content))) == (
+        ": `FE_forces` must have one force for each of the 10 knots, got 9; correct the parameters or identify again."
+    )
 
 
 class Failure:

@@ -16,7 +16,7 @@ _RANGES = {"sigma": SIGMA_RANGE, "n": N_RANGE}
 
 @dataclass(frozen=True)
 class JointCovariance:
-    """Covariance L*L' of kE, of kA without kA[0], and of the logarithms of kappa_omega, rho, sigma and n.
+    """Covariance L*L' of kE or FE_forces, of kA without kA[0], and of ln(kappa_omega), ln(rho), ln(sigma) and ln(n).
 
     Parameters
     ----------
@@ -36,7 +36,7 @@ class JointCovariance:
         given = uncertainty.get("joint")
         if given is None:
             return None
-        names = joint_names(len(spring.kE) - 1, len(spring.kA) - 1)
+        names = joint_names(spring.elastic_name, len(getattr(spring, spring.elastic_name)), len(spring.kA) - 1)
         if not isinstance(given, Mapping) or given.get("parameters") != names:
             raise ModelError(
                 f'field "uncertainty.joint.parameters" must be {names}; identify the spring again, or remove the field '
@@ -63,24 +63,24 @@ class JointCovariance:
         ValueError                      If that is not a physically possible spring.
         """
         changes = [math.fsum(a * z for a, z in zip(row, direction, strict=False)) for row in self.root]
-        elastic, amplifier = len(spring.kE), len(spring.kA) - 1
+        of_elastic = getattr(spring, spring.elastic_name)
+        elastic, amplifier = len(of_elastic), len(spring.kA) - 1
         logarithms = dict(zip(LOGARITHMIC, changes[elastic + amplifier :], strict=True))
-        values = {}
+        values: dict[str, Any] = {spring.elastic_name: tuple(map(sum, zip(of_elastic, changes[:elastic], strict=True)))}
         for name, change in logarithms.items():
             low, high = _RANGES.get(name, (0.0, math.inf))
             values[name] = min(max(getattr(spring, name) * math.exp(min(change, 700.0)), low), high)
         return replace(
             spring,
-            kE=tuple(map(sum, zip(spring.kE, changes[:elastic], strict=True))),
             kA=(1.0, *map(sum, zip(spring.kA[1:], changes[elastic : elastic + amplifier], strict=True))),
             **values,
         )
 
 
-def joint_names(elastic: int, amplifier: int) -> list[str]:
-    """Names of the coefficients in their order, for these degrees of FE and FA."""
+def joint_names(elastic_name: str, elastic: int, amplifier: int) -> list[str]:
+    """Names of the coefficients in their order, for so many of kE or FE_forces and this degree of FA."""
     return [
-        *(f"kE[{i}]" for i in range(elastic + 1)),
+        *(f"{elastic_name}[{i}]" for i in range(elastic)),
         *(f"kA[{i}]" for i in range(1, amplifier + 1)),
         *(f"ln {name}" for name in LOGARITHMIC),
     ]

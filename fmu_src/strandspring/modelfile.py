@@ -8,18 +8,23 @@ from __future__ import annotations
 import json
 import math
 import re
-from collections.abc import Collection, Iterable
-from dataclasses import asdict, dataclass, field, fields
+from collections.abc import Collection, Iterable, Mapping
+from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Any
 
-from .core.parameters import MAXIMUM_DEGREE, SCALARS, SpringParameters
+from .core.parameters import KNOTS, MAXIMUM_DEGREE, SCALARS, SpringParameters
 from .errors import ModelError
 from .files import read_text, write_text
 
 MAXIMUM_BYTES = 10_000_000
 _FORMAT = "strandspring-model"
-_VERSION = 1
+# Of a model whose FE is a polynomial, and of one whose FE is a table.
+_VERSION, _TABLE_VERSION = 1, 2
+# The lists among the parameters in the order of the file, with how many numbers each may have.
+_POLYNOMIALS = {"kE": (1, MAXIMUM_DEGREE + 1), "kA": (1, MAXIMUM_DEGREE + 1)}
+_TABLES = {"FE_knots": KNOTS, "FE_forces": KNOTS, "kA": (1, MAXIMUM_DEGREE + 1)}
+_LISTS = {_VERSION: _POLYNOMIALS, _TABLE_VERSION: _TABLES}
 _MAX_DESCRIPTION = 2000
 _MAX_NESTING = 200
 
@@ -96,23 +101,24 @@ class ModelFile:
         if content["format"] != _FORMAT:
             raise _wrong("format", f"must be {_FORMAT!r}", content["format"])
         # Python considers true and 1.0 equal to 1.
-        if type(content["format_version"]) is not int or content["format_version"] != _VERSION:
-            raise _wrong("format_version", f"must be {_VERSION}", content["format_version"])
+        version = content["format_version"]
+        if type(version) is not int or version not in _LISTS:
+            raise _wrong("format_version", f"must be {_VERSION}, or {_TABLE_VERSION} where FE is a table", version)
         values = {name: content[name] for name in content if name not in ("format", "format_version")}
         for name, value in values.items():
             expected, description = (str, "text") if name in ("name", "description") else (dict, "an object")
             if not isinstance(value, expected):
                 raise _wrong(name, f"must be {description}", value)
-        return cls(**{**values, "parameters": _parameters(values["parameters"])})
+        return cls(**{**values, "parameters": _parameters(values["parameters"], _LISTS[version])})
 
     def to_json(self) -> str:
         """Text of the file; the same model gives the same text."""
         content = {
             "format": _FORMAT,
-            "format_version": _VERSION,
+            "format_version": _TABLE_VERSION if self.parameters.FE_knots else _VERSION,
             "name": self.name,
             "description": self.description,
-            "parameters": asdict(self.parameters),
+            "parameters": self.parameters.as_dict(),
             "fit": self.fit,
             "uncertainty": self.uncertainty,
             "provenance": self.provenance,
@@ -147,10 +153,10 @@ def load_model(path: str | Path) -> ModelFile:
             f'{path}: field "format" must be "{_FORMAT}"; give a model file written by `strandspring identify`.'
         )
     version = content.get("format_version")
-    if type(version) is int and version > _VERSION:
+    if type(version) is int and version > _TABLE_VERSION:
         raise ModelError(
             f'{path}: field "format_version" is {str(version)[:20]}: the file was written by a newer strandspring, '
-            f"and this one reads version {_VERSION} only; upgrade strandspring."
+            f"and this one reads versions {_VERSION} and {_TABLE_VERSION} only; upgrade strandspring."
         )
     try:
         return ModelFile.from_content(content)
@@ -163,19 +169,18 @@ def save_model(path: str | Path, model: ModelFile) -> None:
     write_text(Path(path), model.to_json())
 
 
-def _parameters(values: Json) -> SpringParameters:
-    """The parameters of a model file."""
-    names = [f.name for f in fields(SpringParameters)]
-    _check_fields(values, names, (), "parameters.")
-    for name in names:
+def _parameters(values: Json, lists: Mapping[str, tuple[int, int]]) -> SpringParameters:
+    """The parameters of a model file with these lists."""
+    _check_fields(values, (*lists, *SCALARS), (), "parameters.")
+    for name, (least, most) in lists.items():
         value = values[name]
-        if name in SCALARS:
-            if not _is_number(value):
-                raise _wrong(f"parameters.{name}", "must be a finite number", value)
-        elif not (isinstance(value, list) and 1 <= len(value) <= MAXIMUM_DEGREE + 1 and all(map(_is_number, value))):
-            raise _wrong(f"parameters.{name}", f"must be a list of 1 to {MAXIMUM_DEGREE + 1} finite numbers", value)
+        if not (isinstance(value, list) and least <= len(value) <= most and all(map(_is_number, value))):
+            raise _wrong(f"parameters.{name}", f"must be a list of {least} to {most} finite numbers", value)
+    for name in SCALARS:
+        if not _is_number(values[name]):
+            raise _wrong(f"parameters.{name}", "must be a finite number", values[name])
     try:
-        return SpringParameters(values["kE"], values["kA"], *(float(values[name]) for name in SCALARS))
+        return SpringParameters(**{"kE": (), **values, **{name: float(values[name]) for name in SCALARS}})
     except ValueError as problem:
         raise ModelError(f"{str(problem).rstrip('.')}; correct the parameters or identify again.") from None
 

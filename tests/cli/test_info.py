@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from springs import TABLE
 from strandspring import Spring
 from strandspring.kernel.path import PathSolver
 from strandspring.loops.modelled import steady_loop_figures
@@ -31,6 +32,17 @@ def synthesized(terminal: Terminal, name: str, amplitude: float, frequency: floa
     terminal("synthesize", "spring", "mount.json", "--amplitude", f"{amplitude}", "--frequency", f"{frequency}",
              "--noise", "0.01", "-o", name)  # fmt: skip
     return name
+
+
+def test_a_table_of_fe_is_told(terminal: Terminal) -> None:
+    Spring(TABLE, "table").save("table.json")
+    text = terminal("info", "table.json")
+    knots = "30, 33.4, 38, 41.6, 48, 51, 56.6, 60, 65.4, 70"
+    assert f"  FE a spline through 10 knots, FE_knots: {knots}  mm\n  FE_forces: -52.9977, " in text
+    assert "30 to 70 mm, FA about 47 mm" in text
+    assert json.loads(terminal("info", "table.json", "--json"))["parameters"] == {
+        name: list(value) if isinstance(value, tuple) else value for name, value in TABLE.as_dict().items()
+    }
 
 
 def test_without_records_the_quarters_of_the_range(terminal: Terminal) -> None:

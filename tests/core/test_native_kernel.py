@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import mpmath
 import numpy as np
 import pytest
 
 from fmu_tools import SPRING
-from kernel_tools import Kernel, random_path, random_spring
+from kernel_tools import Kernel, random_path, random_spring, random_table
 from springs import EXAMPLES, along, energy_scale, force_scale, spring
 from strandspring import SpringParameters
 from strandspring.core import stepper
@@ -35,10 +37,12 @@ def rounding_of_stiffness(parameters: SpringParameters) -> float:
     return 4.0 * np.finfo(float).eps * parameters.n * 2.0 * parameters.sigma
 
 
-@pytest.mark.parametrize("seed", range(60))
-def test_steps_equal_those_of_the_stepper(seed: int) -> None:
+@pytest.mark.parametrize(
+    ("draw", "seed"), [*((random_spring, seed) for seed in range(60)), *((random_table, seed) for seed in range(20))]
+)
+def test_steps_equal_those_of_the_stepper(draw: Callable[[np.random.Generator], SpringParameters], seed: int) -> None:
     random = np.random.default_rng(seed)
-    parameters = random_spring(random)
+    parameters = draw(random)
     path = random_path(random, parameters, 500)
     omega = float(random.choice([-1.0, -0.4, 0.0, 1e-9, 0.7, 1.0]))
     solver = PathSolver(parameters)

@@ -15,10 +15,11 @@ import pytest
 import kernel_tools
 from fmu_tools import SPRING
 from kernel_tools import KERNEL, SCALARS, Kernel, c_parameters, compiled
-from springs import spring
+from springs import TABLE, spring
+from strandspring import SpringParameters
 from strandspring.core.parameters import N_RANGE, SIGMA_RANGE
 
-SOURCES = KERNEL / "saturation.c", KERNEL / "spring.c"
+SOURCES = KERNEL / "saturation.c", KERNEL / "spline.c", KERNEL / "spring.c"
 
 BAD = {
     "no kE": {"kE": ()},
@@ -67,18 +68,40 @@ BAD = {
 }
 
 
-@pytest.mark.parametrize("changes", BAD.values(), ids=BAD)
-def test_problems_are_reported_in_the_same_words(changes: dict[str, object]) -> None:
+KNOTS, FORCES = TABLE.FE_knots, TABLE.FE_forces
+BAD_TABLES = {
+    "both": {"kE": (0.0, 1.0)},
+    "few knots": {"FE_knots": (*KNOTS[:5], KNOTS[-1]), "FE_forces": FORCES[:6]},
+    "many knots": {"FE_knots": KNOTS * 3, "FE_forces": FORCES * 3},
+    "no forces": {"FE_forces": ()},
+    "no knots": {"FE_knots": ()},
+    "one force too few": {"FE_forces": FORCES[1:]},
+    "knot nan": {"FE_knots": (KNOTS[0], math.nan, *KNOTS[2:])},
+    "force inf": {"FE_forces": (*FORCES[:-1], math.inf)},
+    "low end": {"displacement_min": KNOTS[0] - 1e-9},
+    "high end": {"displacement_max": KNOTS[-1] + 1e-9},
+    "falling": {"FE_knots": (*KNOTS[:3], KNOTS[2] - 0.001, *KNOTS[4:])},
+    "close": {"FE_knots": (*KNOTS[:3], KNOTS[2] + 3.9e-5, *KNOTS[4:])},
+    "no amplifier": {"kA": ()},
+    "amplifier": {"kA": (1.0, 90.0)},
+}
+CASES = [*((SPRING, changes) for changes in BAD.values()), *((TABLE, changes) for changes in BAD_TABLES.values())]
+
+
+@pytest.mark.parametrize(("good", "changes"), CASES, ids=[*BAD, *BAD_TABLES])
+def test_problems_are_reported_in_the_same_words(good: SpringParameters, changes: dict[str, object]) -> None:
     with pytest.raises(ValueError, match=r".") as refusal:
-        replace(SPRING, **changes)
-    values = {name: getattr(SPRING, name) for name in ("kE", "kA", *SCALARS)} | changes
-    given = c_parameters(SPRING)
-    for name in SCALARS:
-        setattr(given, name, values[name])
-    for name, count in (("kE", "elastic"), ("kA", "amplifier")):
-        setattr(given, count, len(values[name]))
-        for i, value in enumerate(values[name][:21]):
-            getattr(given, name)[i] = value
+        replace(good, **changes)
+    given = c_parameters(good)
+    counts = {"kE": "elastic", "kA": "amplifier", "FE_knots": "knots", "FE_forces": "forces"}
+    for name, value in changes.items():
+        if name in SCALARS:
+            setattr(given, name, value)
+            continue
+        setattr(given, counts[name], len(value))
+        column = getattr(given, name)
+        for i, entry in enumerate(value[: len(column)]):
+            column[i] = entry
     assert kernel_tools.problem(given) == str(refusal.value)
 
 
@@ -88,6 +111,11 @@ def test_no_problem_and_counts_out_of_range() -> None:
     for count in (-2147483648, -1, 0, 22, 2147483647):
         given.elastic = count
         assert kernel_tools.problem(given) == f"`kE` must have between 1 and 21 coefficients, got {count}."
+    assert kernel_tools.problem(c_parameters(TABLE)) == ""
+    given = c_parameters(TABLE)
+    for count in (-2147483648, -1, 6, 26, 2147483647):
+        given.knots = given.forces = count
+        assert kernel_tools.problem(given) == f"`FE_knots` must have between 7 and 25 knots, got {count}."
 
 
 def test_problem_is_cut_where_the_room_ends() -> None:

@@ -38,7 +38,9 @@ def quantities(parameters: SpringParameters) -> list[tuple[str, int, float]]:
     p = parameters
     span = p.displacement_max - p.displacement_min
     found = [("displacement", 0, min(span, 1.0 / p.rho)), ("omega_start", 0, 1.0)]
-    for name in ("kE", "kA"):
+    # A knot may move by a share of the distance to the next.
+    found += [("FE_knots", i, 0.1 * span) for i in range(len(p.FE_knots))]
+    for name in ("kE", "kA", "FE_forces"):
         found += [(name, i, abs(c) or p.kappa_omega / span**i) for i, c in enumerate(getattr(p, name))]
     return found + [(name, 0, span if name.startswith("displacement") else getattr(p, name)) for name in SCALARS]
 
@@ -70,7 +72,7 @@ def test_gradient_equals_difference_quotients_of_the_kernel(name: str, way: str)
         expected = (8.0 * (at[1] - at[-1]) - (at[2] - at[-2])) / (12.0 * step)
         for gradient, scale, quotient in zip((of_force, of_stiffness), scales, expected, strict=True):
             value = getattr(gradient, quantity)
-            value = value[index] if quantity in {"kE", "kA"} else value
+            value = value[index] if quantity in {"kE", "kA", "FE_knots", "FE_forces"} else value
             assert abs(value - quotient) * size <= 1e-7 * scale, (quantity, index, value, quotient)
 
 

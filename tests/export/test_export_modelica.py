@@ -17,9 +17,9 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 from fmu_tools import OTHER, SPRING
-from springs import force_by_definition, force_scale, spring
+from springs import TABLE, force_by_definition, force_scale, spring
 from strandspring import Spring, SpringParameters
-from strandspring.core.parameters import SCALARS
+from strandspring.core.parameters import ARRAYS, SCALARS
 from strandspring.core.variables import variables
 from strandspring.export.modelica import modelica_package, package_name
 from strandspring.modelfile import ModelFile, load_model
@@ -147,8 +147,9 @@ def turning_points(times: np.ndarray) -> list[float]:
         (LONGEST, 0.0, 0.9),
         (spring(n=0.05, sigma=30.0, saturations=5.0), 0.3, 1.0),
         (spring(n=20.0, sigma=0.5, saturations=5.0), 1.0, 1.0),
+        (TABLE, 0.2, 1.0),
     ],
-    ids=["n 0.2", "n 1.6", "hinge", "constant", "longest", "sharp", "square"],
+    ids=["n 0.2", "n 1.6", "hinge", "constant", "longest", "sharp", "square", "table"],
 )
 def test_the_modelica_spring_has_the_force_of_the_model(
     parameters: SpringParameters, omega_start: float, share: float, tmp_path: Path
@@ -260,12 +261,12 @@ ALONE = """
 
 
 @pytest.mark.parametrize(
-    "parameters", [SPRING, HINGE, CONSTANT, LONGEST], ids=["spring", "hinge", "constant", "longest"]
+    "parameters", [SPRING, HINGE, CONSTANT, LONGEST, TABLE], ids=["spring", "hinge", "constant", "longest", "table"]
 )
 def test_the_record_holds_every_parameter_of_the_fmu(parameters: SpringParameters, tmp_path: Path) -> None:
     model = ModelFile("mount", parameters)
     found = compiled(tmp_path, model, ALONE.format(package="mount")).parameters
-    table = {v.name: v for v in variables(len(parameters.kE), len(parameters.kA)) if v.causality == "parameter"}
+    table = {v.name: v for v in variables(*parameters.counts) if v.causality == "parameter"}
     for name in (*SCALARS, "omega_start"):
         variable, of_record = table.pop(name), found[f"spring.data.{name}"]
         assert of_record.value == getattr(parameters, name, 0.0)  # every bit
@@ -273,7 +274,7 @@ def test_the_record_holds_every_parameter_of_the_fmu(parameters: SpringParameter
         assert of_record.description == variable.description
     # The compiler does not tell units and values of an array.
     text = modelica_package(model)
-    for name, values in (("kE", parameters.kE), ("kA", parameters.kA)):
+    for name, values in ((name, getattr(parameters, name)) for name in ARRAYS if getattr(parameters, name)):
         declared = re.search(rf"{name}\[(\d+)\]\(\s*final unit=\{{(.*?)\}}\)=\{{(.*?)\}}", text, re.DOTALL)
         assert declared
         assert int(declared[1]) == len(values)

@@ -177,7 +177,7 @@ def test_sizes(native_fmu: Path) -> None:
     for platform in PLATFORMS:
         # Two images with pages of 16 KiB make the largest one.
         assert 10_000 < len(binary(native_fmu, platform)) < 300_000, platform
-    assert native_fmu.stat().st_size < 360_000
+    assert native_fmu.stat().st_size < 370_000
 
 
 @pytest.mark.slow
@@ -219,7 +219,7 @@ def test_a_filled_image_differs_in_its_block_and_hashes_only(target: Target) -> 
     made = filled(image, SPRING, "{12345678-1234-1234-1234-123456789abc}")
     changed = [k for k, (one, other) in enumerate(zip(image, made, strict=True)) if one != other]
     block = image.index(b"strandspringfmu\0")
-    outside = [k for k in changed if not block + 24 <= k < block + 480]
+    outside = [k for k in changed if not block + 24 <= k < block + 888]
     signature = lief.MachO.parse(image).at(0).code_signature.data_offset if target == MACOS_ARM else len(image)
     assert changed
     # SHA-256 of the one or two pages that hold the block.

@@ -11,6 +11,7 @@ import pytest
 
 from fuzzing import COUNTED, SANITIZED, add_up, build, link, run, write_sources
 from kernel_tools import compiled
+from springs import TABLE
 
 # Of the million that `python tests/helpers/fuzzing.py` does: some 20 s of one core.
 SEQUENCES = 4000
@@ -64,6 +65,14 @@ def test_random_sequences_of_calls(program: Path) -> None:
     assert {call for call in calls if total["discarded"][call] > 0} == DISCARDED
     assert all(total["refused"][call] > 0 for call in calls)
     assert min(total["starved"], total["copies"], total["crafted_taken"], total["crafted_refused"]) > 100
+
+
+@pytest.mark.slow
+def test_random_sequences_of_calls_of_a_table(tmp_path: Path) -> None:
+    """FE by its forces at knots: a quarter of the sequences."""
+    outcome = run(build(write_sources(tmp_path / "sources", TABLE), tmp_path / "objects"), FIRST_SEED, SEQUENCES // 4)
+    assert outcome.found == "", outcome.found
+    assert add_up([outcome])["sequences"] == SEQUENCES // 4
 
 
 @pytest.mark.slow

@@ -83,7 +83,11 @@ static double usual_value(fmi2ValueReference reference)
     if (described[reference].causality == 'i')
         return usual_displacement();
     double start = described[reference].start;
-    if (chance(50) || strcmp(described[reference].name, "kA[0]") == 0)
+    const char *name = described[reference].name;
+    /* Other values would hardly ever be possible: knots go from one end of the range to the other. */
+    int fixed = strcmp(name, "kA[0]") == 0 || strncmp(name, "FE_knots", 8) == 0 ||
+                (MODEL_KNOTS && strncmp(name, "displacement_m", 14) == 0);
+    if (chance(50) || fixed)
         return start;
     if (start == 0.0)
         return chance(20) ? copysign(1.0, uniform(-1.0, 1.0)) : uniform(-1.0, 1.0);

@@ -115,6 +115,20 @@ static Answer amplifier_positive(const Twin *twin, double low, double high)
     return least > doubt + 1e-9 ? YES : least < -1e-12 * size ? NO : UNSURE;
 }
 
+/* Whether the knots of FE rise from one end of the range to the other; not sure of their least distance, a thousandth. */
+static Answer knots_rise(const Twin *twin, double low, double high)
+{
+    if (MODEL_KNOTS == 0)
+        return YES;
+    const double *knots = &twin->value[variable("FE_knots[0]")];
+    double least = INFINITY;
+    for (int i = 1; i < MODEL_KNOTS; i++)
+        least = fmin(least, (knots[i] - knots[i - 1]) / (high - low));
+    if (knots[0] != low || knots[MODEL_KNOTS - 1] != high || least < 0.999e-3)
+        return NO;
+    return least > 1.001e-3 ? YES : UNSURE;
+}
+
 static Answer asked(const Twin *twin)
 {
     for (int i = 0; i < MODEL_VARIABLES; i++)
@@ -127,7 +141,8 @@ static Answer asked(const Twin *twin)
         return NO;
     if (low >= high || !isfinite(high - low) || offset < low || offset > high)
         return NO;
-    return amplifier_positive(twin, low - offset, high - offset);
+    Answer rise = knots_rise(twin, low, high);
+    return rise == YES ? amplifier_positive(twin, low - offset, high - offset) : rise;
 }
 
 Answer possible(Twin *twin)

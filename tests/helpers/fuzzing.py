@@ -26,6 +26,7 @@ import fmpy
 from fmu_tools import OTHER, SPRING
 from kernel_tools import compiled
 from native_tools import library
+from strandspring import SpringParameters
 from strandspring.fmu.native.native_fmu import native_contents
 from strandspring.modelfile import ModelFile
 
@@ -46,10 +47,10 @@ RUN = 50
 Statistics = dict[str, Any]
 
 
-def write_sources(folder: Path) -> Path:
-    """The C sources of the native FMU of SPRING, and what its model description says of it for the fuzzer."""
+def write_sources(folder: Path, parameters: SpringParameters = SPRING) -> Path:
+    """The C sources of the native FMU of a spring, and what its model description says of it for the fuzzer."""
     folder.mkdir()
-    for name, content in native_contents(ModelFile("spring", SPRING), ()).items():
+    for name, content in native_contents(ModelFile("spring", parameters), ()).items():
         if name == "modelDescription.xml" or name.startswith("sources/"):
             (folder / Path(name).name).write_bytes(content)
     (folder / "fuzz_model.h").write_text(_description(folder))
@@ -64,11 +65,11 @@ def _description(folder: Path) -> str:
         f"V({json.dumps(v.name)}, '{v.type[0]}', '{v.causality[0]}', {start!r})"
         for v, start in zip(variables, starts, strict=True)
     ]
-    amplifier = sum(v.name.startswith("kA[") for v in variables)
+    amplifier, knots = (sum(v.name.startswith(array) for v in variables) for array in ("kA[", "FE_knots["))
     return "\n".join(
         [
             f"#define MODEL_GUID {json.dumps(str(description.guid))}",
-            f"enum {{ MODEL_VARIABLES = {len(variables)}, MODEL_AMPLIFIER = {amplifier} }};",
+            f"enum {{ MODEL_VARIABLES = {len(variables)}, MODEL_AMPLIFIER = {amplifier}, MODEL_KNOTS = {knots} }};",
             "#define MODEL_TABLE(V) \\\n    " + " \\\n    ".join(entries),
             "",
         ]

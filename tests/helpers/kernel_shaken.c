@@ -35,8 +35,19 @@ static SpringParameters random_parameters(int trial)
         .displacement_min = 0.1 - uniform(0.0, 1.0),
         .displacement_max = 0.1 + uniform(0.01, 1.0),
     };
+    if (trial % 4 == 0) {
+        p.elastic = 0;
+        p.knots = p.forces = 7 + (int)uniform(0.0, SPRING_KNOTS - 7 + 0.999);
+    }
     for (int i = 0; i < p.elastic; i++)
         p.kE[i] = uniform(-10.0, 10.0);
+    for (int i = 0; i < p.knots; i++) {
+        double share = (i + (i % (p.knots - 1) ? uniform(-0.45, 0.45) : 0.0)) / (p.knots - 1);
+        p.FE_knots[i] = p.displacement_min + share * (p.displacement_max - p.displacement_min);
+        p.FE_forces[i] = uniform(-10.0, 10.0);
+    }
+    if (p.knots)
+        p.FE_knots[p.knots - 1] = p.displacement_max;
     p.kA[0] = 1.0;
     for (int i = 1; i < p.amplifier; i++)
         p.kA[i] = uniform(-0.99, 0.99) / (p.amplifier - 1);

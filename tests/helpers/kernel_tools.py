@@ -13,6 +13,7 @@ import subprocess
 import tempfile
 import weakref
 from ctypes import POINTER, Structure, c_char_p, c_double, c_int, c_size_t, c_void_p
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -21,7 +22,7 @@ from numpy.typing import NDArray
 import strandspring
 from springs import along, spring
 from strandspring import SpringParameters
-from strandspring.core.parameters import MAXIMUM_DEGREE, N_RANGE, SIGMA_RANGE
+from strandspring.core.parameters import KNOTS, MAXIMUM_DEGREE, N_RANGE, SIGMA_RANGE
 
 FloatArray = NDArray[np.float64]
 
@@ -33,6 +34,7 @@ FLAGS = (
 
 SCALARS = ("kappa_omega", "rho", "sigma", "n", "displacement_offset", "displacement_min", "displacement_max")
 _COEFFICIENTS = c_double * (MAXIMUM_DEGREE + 1)
+_KNOTS = c_double * KNOTS[1]
 
 
 class Parameters(Structure):
@@ -41,8 +43,12 @@ class Parameters(Structure):
     _fields_ = [
         ("elastic", c_int),
         ("amplifier", c_int),
+        ("knots", c_int),
+        ("forces", c_int),
         ("kE", _COEFFICIENTS),
         ("kA", _COEFFICIENTS),
+        ("FE_knots", _KNOTS),
+        ("FE_forces", _KNOTS),
         *((name, c_double) for name in SCALARS),
     ]
 
@@ -52,8 +58,11 @@ class Gradient(Structure):
 
     _fields_ = [
         ("displacement", c_double),
+        ("place", c_double),
         ("kE", _COEFFICIENTS),
         ("kA", _COEFFICIENTS),
+        ("FE_knots", _KNOTS),
+        ("FE_forces", _KNOTS),
         *((name, c_double) for name in SCALARS),
         ("omega_start", c_double),
     ]
@@ -79,7 +88,7 @@ def build_folder() -> Path:
 @functools.cache
 def library() -> ctypes.CDLL:
     """The C files that travel inside an FMU and the test driver in one shared library."""
-    sources = KERNEL / "saturation.c", KERNEL / "spring.c", HERE / "kernel_driver.c"
+    sources = KERNEL / "saturation.c", KERNEL / "spline.c", KERNEL / "spring.c", HERE / "kernel_driver.c"
     kernel = ctypes.CDLL(str(compiled(build_folder() / "driver.so", "-O2", "-shared", "-fPIC", *sources, "-lm")))
     kernel.driver_spring.restype = c_void_p
     kernel.driver_spring.argtypes = [POINTER(Parameters)]
@@ -96,7 +105,8 @@ def c_parameters(parameters: SpringParameters) -> Parameters:
     """The same spring for C."""
     p = parameters
     return Parameters(
-        len(p.kE), len(p.kA), _COEFFICIENTS(*p.kE), _COEFFICIENTS(*p.kA), p.kappa_omega, p.rho, p.sigma, p.n,
+        len(p.kE), len(p.kA), len(p.FE_knots), len(p.FE_forces), _COEFFICIENTS(*p.kE), _COEFFICIENTS(*p.kA),
+        _KNOTS(*p.FE_knots), _KNOTS(*p.FE_forces), p.kappa_omega, p.rho, p.sigma, p.n,
         p.displacement_offset, p.displacement_min, p.displacement_max,
     )  # fmt: skip
 
@@ -171,6 +181,20 @@ def random_spring(random: np.random.Generator) -> SpringParameters:
         kappa_omega=float(random.choice([1e-3, 25.0, 1e6])),
         middle=float(random.choice([0.0, -0.3, 0.05])),
         half=float(random.choice([1e-4, 0.02, 3.0])),
+    )
+
+
+def random_table(random: np.random.Generator) -> SpringParameters:
+    """The same with FE as a table of 7 to 25 knots, at distances that differ by up to 30 times."""
+    p = random_spring(random)
+    count = int(random.integers(KNOTS[0], KNOTS[1] + 1))
+    shares = np.cumsum(10.0 ** random.uniform(-1.5, 0.0, count - 1))
+    inner = p.displacement_min + shares[:-1] / shares[-1] * (p.displacement_max - p.displacement_min)
+    return replace(
+        p,
+        kE=(),
+        FE_knots=(p.displacement_min, *inner, p.displacement_max),
+        FE_forces=tuple(p.kappa_omega * random.uniform(-5.0, 5.0, count)),
     )
 
 

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from hypothesis import strategies as st
 from numpy.polynomial.polynomial import polyval
 from numpy.typing import ArrayLike, NDArray
+from scipy.interpolate import CubicSpline
 
 from strandspring import SpringParameters
 
@@ -58,6 +61,18 @@ EXAMPLES = {
 }
 
 
+# Asymmetric, with a kink, on knots that are not equally far apart.
+_PLACES = np.array([-1.0, -0.83, -0.6, -0.42, -0.1, 0.05, 0.33, 0.5, 0.77, 1.0])
+_SHAPE = 40.0 * _PLACES + 25.0 * np.tanh(5.0 * _PLACES) + 180.0 * np.maximum(_PLACES - 0.4, 0.0)
+TABLE = replace(
+    EXAMPLES["stranded_wire"], kE=(), FE_knots=tuple(0.05 + 0.02 * _PLACES), FE_forces=tuple(12.0 + _SHAPE),
+    displacement_min=float(0.05 + 0.02 * _PLACES[0]), displacement_max=float(0.05 + 0.02 * _PLACES[-1]),
+    displacement_offset=0.047,
+)  # fmt: skip
+
+EXAMPLES["table"] = TABLE
+
+
 def along(parameters: SpringParameters, fractions: ArrayLike) -> FloatArray:
     """Displacements [m] at fractions of the range: -1 is its lower end, 1 its upper end."""
     middle = 0.5 * (parameters.displacement_min + parameters.displacement_max)
@@ -65,15 +80,23 @@ def along(parameters: SpringParameters, fractions: ArrayLike) -> FloatArray:
     return middle + half * np.asarray(fractions, dtype=np.float64)
 
 
+def elastic_by_definition(p: SpringParameters) -> np.polynomial.Polynomial | CubicSpline:
+    """FE as a function of x within the range."""
+    if p.FE_knots:
+        return CubicSpline(np.array(p.FE_knots) - p.displacement_offset, p.FE_forces)
+    return np.polynomial.Polynomial(p.kE)
+
+
 def force_by_definition(parameters: SpringParameters, displacement: FloatArray, omega: ArrayLike) -> FloatArray:
     """Paper eq. (10) written out, with FE along its tangent and FA held outside the range [N]."""
     p = parameters
     x = displacement - p.displacement_offset
     low, high = p.displacement_min - p.displacement_offset, p.displacement_max - p.displacement_offset
-    slope = np.polynomial.Polynomial(p.kE).deriv()
-    FE = polyval(x, p.kE)
-    FE = np.where(x < low, polyval(low, p.kE) + slope(low) * (x - low), FE)
-    FE = np.where(x > high, polyval(high, p.kE) + slope(high) * (x - high), FE)
+    elastic = elastic_by_definition(p)
+    slope = elastic.deriv() if isinstance(elastic, np.polynomial.Polynomial) else elastic.derivative()
+    FE = elastic(x)
+    FE = np.where(x < low, elastic(low) + slope(low) * (x - low), FE)
+    FE = np.where(x > high, elastic(high) + slope(high) * (x - high), FE)
     FA = polyval(x, p.kA)
     FA = np.where(x < low, polyval(low, p.kA), FA)
     FA = np.where(x > high, polyval(high, p.kA), FA)

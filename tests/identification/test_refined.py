@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from springs import TABLE
 from strandspring import (
     IdentificationError,
     Outcome,
@@ -270,6 +272,15 @@ def test_sigma_that_few_samples_leave_open_is_cautioned() -> None:
     known = SpringParameters((0.0, 3000.0), (1.0,), 25.0, 500.0, 0.5, 1.5, 0.0, -AMPLITUDE, AMPLITUDE)
     found = identify(record_of(known, sine(3, 61) - MEAN, 0.03))
     assert Outcome.SIGMA_AT_BOUND in found.outcomes
+
+
+def test_the_report_shows_a_table_of_fe(tmp_path: Path) -> None:
+    found = replace(identify(record_of(spring_of(1.0, 1.0), sine(), noise=0.01), CUBIC), parameters=TABLE)
+    write_report(tmp_path / "r.html", replace(found.spring("a").model, parameters=TABLE), found)
+    page = (tmp_path / "r.html").read_text(encoding="utf-8")
+    assert "<td>FE_knots</td><td><code>0.03, 0.0334, " in page
+    assert "<td>FE_forces</td><td><code>-52.9977, " in page
+    assert "<td>kE</td>" not in page
 
 
 def test_the_report_prints_digits_that_mean_something(tmp_path: Path) -> None:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from periodic_spring import PeriodicSpring
-from springs import MOUNT
+from springs import MOUNT, TABLE
 from strandspring import SpringParameters
 from strandspring.kernel.balance import BalancedMass
 from strandspring.kernel.periodic import fourier_basis
@@ -47,8 +47,9 @@ def test_the_residual_is_that_of_the_equation_of_motion() -> None:
 
 
 @pytest.mark.parametrize("amplitude", [1e-3, 1e-2])
-def test_derivatives_are_those_of_finite_differences(amplitude: float) -> None:
-    mass, z, omega = mass_on(MOUNT), motion(amplitude), 60.0
+@pytest.mark.parametrize("spring", [MOUNT, TABLE], ids=["polynomial", "table"])
+def test_derivatives_are_those_of_finite_differences(spring: SpringParameters, amplitude: float) -> None:
+    mass, z, omega = mass_on(spring), motion(amplitude), 60.0
     found, step = mass.at(z, omega), 1e-5 * amplitude
     for k, unit in enumerate(np.eye(z.size)):
         more, less = (mass.at(z + sign * step * unit, omega).residual for sign in (1.0, -1.0))

@@ -14,7 +14,18 @@ from hypothesis import strategies as st
 from scipy.integrate import quad, solve_ivp
 from scipy.optimize import brentq
 
-from springs import EXAMPLES, along, energy_scale, force_by_definition, force_scale, fractions, omegas, spring, springs
+from springs import (
+    EXAMPLES,
+    along,
+    elastic_by_definition,
+    energy_scale,
+    force_by_definition,
+    force_scale,
+    fractions,
+    omegas,
+    spring,
+    springs,
+)
 from strandspring import Spring, SpringParameters
 from strandspring.core import stepper
 from strandspring.core.law import SpringLaw
@@ -68,14 +79,14 @@ def integrate_equation_11(parameters: SpringParameters, path: SmoothPath, omega_
     The integration is restarted at turning points, where the right-hand side has a kink.
     """
     p = parameters
-    kE, kA = np.array(p.kE[::-1]), np.array(p.kA[::-1])
+    elastic, kA = elastic_by_definition(p), np.array(p.kA[::-1])
 
     def rates(time: float, state: np.ndarray) -> tuple[float, float]:
         omega, velocity = state[0], path.velocity(time)
         power = min(abs(omega), 2.0) ** p.n  # only a trial step that will be rejected gets beyond 2
         bracket = 1.0 - (p.sigma * np.sign(velocity) * np.sign(omega) - p.sigma + 1.0) * power
         x = path.displacement(time) - p.displacement_offset
-        force = np.polyval(kE, x) + p.kappa_omega * omega * np.polyval(kA, x)
+        force = elastic(x) + p.kappa_omega * omega * np.polyval(kA, x)
         return p.rho * velocity * bracket, force * velocity
 
     # Near saturation omega decays with n*rho*|velocity|: an explicit method must not step further than that.
@@ -115,7 +126,8 @@ def test_force_and_energy_obey_the_differential_equation(
     )
     # The integrator is the inexact side: 2e-9 where a step crosses the cusp at omega = 0, 1e-10 elsewhere.
     assert force_error <= 1e-8
-    assert energy_error <= 1e-9
+    # And 1e-9 where it crosses a knot, at which the third derivative of FE jumps; quarter steps halve it.
+    assert energy_error <= (3e-9 if parameters.FE_knots else 1e-9)
 
 
 @st.composite
@@ -498,16 +510,31 @@ def test_a_step_of_no_length_keeps_the_memory() -> None:
     assert stepper.trial(law, memory, 0.06) is memory
 
 
+def energy_of_steps(parameters: SpringParameters, path: np.ndarray, omega: float) -> float:
+    """The energy that Python's stepper absorbs along a path [J]."""
+    law = SpringLaw(parameters)
+    memory = stepper.start(float(path[0]), omega)
+    for displacement in path.tolist():
+        memory = stepper.trial(law, memory, displacement)
+    return stepper.absorbed_energy(law, memory)
+
+
+def energy_of_path(parameters: SpringParameters, path: np.ndarray, omega: float) -> float:
+    return float(PathSolver(parameters).absorbed_energy(path, omega)[-1])
+
+
+@pytest.mark.parametrize("energy_along", [energy_of_path, energy_of_steps])
 @pytest.mark.parametrize("n", [0.5, 1.0, 2.0])
-def test_the_energy_of_small_loops_has_all_its_digits(n: float) -> None:
+def test_the_energy_of_small_loops_has_all_its_digits(
+    n: float, energy_along: Callable[[SpringParameters, np.ndarray, float], float]
+) -> None:
     """Of a loop far below saturation, whose energy falls with the power 2 + n of its length."""
     parameters = SpringParameters((0.0,), (1.0, 5.0), 10.0, 500.0, 1.0, n, 0.0, -0.02, 0.02)
-    solver = PathSolver(parameters)
 
     def energies(length: float) -> np.ndarray:
         omega = -steady_omega(parameters, length)
         lows = np.linspace(-0.019, 0.019, 50)
-        loops = [solver.absorbed_energy(np.array([low, low + length, low]), omega)[-1] for low in lows]
+        loops = [energy_along(parameters, np.array([low, low + length, low]), omega) for low in lows]
         return np.array(loops) / (1.0 + 5.0 * (lows + 0.5 * length))
 
     small, smaller = energies(1e-6), energies(1e-7)

@@ -85,7 +85,7 @@ def test_the_table_of_symbols_is_the_fmus_table() -> None:
     table = README.split("| paper |", 1)[1].split("\n\n", 1)[0]
     lines = re.findall(r"^\|(.*)\|$", table, flags=re.MULTILINE)[1:]
     rows = [[cell.strip() for cell in line.split("|")] for line in lines]
-    units = {v.name: v.unit for v in variables(1, 1)}
+    units = {v.name: v.unit for v in (*variables(1, 1), *variables(0, 1, 1))}
     listed = {}
     for _, python, fmu, unit in rows:
         names = re.findall(r"`([^`]+)`", fmu)

@@ -11,12 +11,13 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from strandspring import ModelError
+from springs import TABLE
+from strandspring import ModelError, Spring
 from strandspring.isolation.response import frequency_response
 from strandspring.isolation.system import Excitation, IsolatedMass, IsolationError, static_equilibrium
 from strandspring.joint import joint_names
 from strandspring.modelfile import ModelFile, save_model
-from strandspring.study.definition import DONE, Study
+from strandspring.study.definition import DONE, Study, scaled
 from strandspring.study.quantiles import summarize
 from strandspring.study.spread import DRAWN, Spread
 from studies import CHEAP, COMMAND, CORRELATION, ERRORS, SPREAD, SPRING, UNCERTAINTY
@@ -132,6 +133,22 @@ def test_impossible_uncertainties_are_refused(uncertainty: dict[str, Any], told:
 
 
 # Runs
+
+
+def test_the_forces_of_a_table_are_drawn() -> None:
+    names = joint_names("FE_forces", len(TABLE.FE_forces), len(TABLE.kA) - 1)
+    root = [[0.0] * k + [0.5 if k < 10 else 1e-3] for k in range(len(names))]
+    uncertainty = {"rho": 1.0, "joint": {"parameters": names, "root": root}}
+    drawn = [Spread.of(TABLE, uncertainty).draw(TABLE, 5, k) for k in range(400)]
+    assert {one.FE_knots for one in drawn} == {TABLE.FE_knots}
+    scatter = np.std([one.FE_forces for one in drawn], axis=0)
+    # A standard deviation of 400 values is known to 3.5 %.
+    assert scatter == pytest.approx(np.full(10, 0.5), rel=0.15)
+
+
+def test_a_factor_scales_every_force_of_a_table() -> None:
+    path = np.linspace(TABLE.displacement_min, TABLE.displacement_max, 9)
+    assert Spring(scaled(TABLE, 1.7)).response(path) == pytest.approx(1.7 * Spring(TABLE).response(path), rel=1e-12)
 
 
 def test_a_run_tells_what_the_frequency_response_does() -> None:

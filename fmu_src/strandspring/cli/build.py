@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
@@ -121,7 +120,7 @@ def build(
             {
                 "model": str(model_path),
                 "name": model.name,
-                "parameters": asdict(model.parameters),
+                "parameters": model.parameters.as_dict(),
                 "rmse": None if identification is None else identification.rmse,
                 "rnl": None if identification is None else identification.rnl,
                 "fmus": [

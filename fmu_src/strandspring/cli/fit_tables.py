@@ -46,10 +46,17 @@ def parameter_lines(p: SpringParameters, uncertainty: dict[str, Any]) -> list[st
         f"  {name:<12} {numbers[name]:<12.6g} {errors[name]} {unit}"
         for name, unit in (("kappa_omega", "N"), ("rho", "1/m"), ("sigma", ""), ("n", ""))
     ]
-    lines.append(f"  FE degree {len(p.kE) - 1}, kE: {', '.join(f'{c:.6g}' for c in p.kE)}  N/m^i")
+    if p.FE_knots:
+        knots = ", ".join(f"{1e3 * knot:.6g}" for knot in p.FE_knots)
+        lines.append(f"  FE a spline through {len(p.FE_knots)} knots, FE_knots: {knots}  mm")
+        lines.append(f"  FE_forces: {', '.join(f'{force:.6g}' for force in p.FE_forces)}  N")
+    else:
+        lines.append(f"  FE degree {len(p.kE) - 1}, kE: {', '.join(f'{c:.6g}' for c in p.kE)}  N/m^i")
     lines.append(f"  FA degree {len(p.kA) - 1}, kA: {', '.join(f'{c:.6g}' for c in p.kA)}  1/m^i")
     low, high, middle = (1e3 * v for v in (p.displacement_min, p.displacement_max, p.displacement_offset))
-    lines.append(f"  identified from {low:.6g} to {high:.6g} mm, polynomials about {middle:.6g} mm")
+    lines.append(
+        f"  identified from {low:.6g} to {high:.6g} mm, {'FA' if p.FE_knots else 'polynomials'} about {middle:.6g} mm"
+    )
     if "bootstrap" in uncertainty:
         bootstrap = uncertainty["bootstrap"]
         spread = ", ".join(f"{name} +- {bootstrap[name]:.2g}" for name in ("kappa_omega", "rho", "sigma", "n"))

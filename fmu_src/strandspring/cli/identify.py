@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -68,7 +67,7 @@ def identify(
                 "model": output,
                 "name": model.name,
                 "method": identification.method,
-                "parameters": asdict(model.parameters),
+                "parameters": model.parameters.as_dict(),
                 "rmse": identification.rmse,
                 "rnl": identification.rnl,
                 "uncertainty": identification.uncertainty,

@@ -86,7 +86,7 @@ def info(model: str, records: tuple[str, ...], amplitudes: tuple[float, ...], as
             {
                 "model": model,
                 "name": content.name,
-                "parameters": asdict(content.parameters),
+                "parameters": content.parameters.as_dict(),
                 "loops": loops,
                 "rate_independence": verdict_json(rate),
                 "overlap": verdict_json(overlap),

@@ -40,7 +40,7 @@ class SpringInstance:
     ) -> None:
         self._warn = warn
         self._refuse = refuse
-        self._counts = len(identified.kE), len(identified.kA)
+        self._counts = identified.counts
         self._table = variables(*self._counts)
         names = [variable.name for variable in self._table]
         self._input = names.index("displacement")

@@ -5,15 +5,16 @@ from __future__ import annotations
 from functools import cached_property, lru_cache
 
 from .parameters import SpringParameters, antiderivative, derivative
-from .pieces import Pieces, falling_pieces, rising_pieces
+from .pieces import Pieces, falling_pieces, missing_pieces, rising_pieces
 from .saturation import Saturation
+from .spline import Elastic
 
 # They take some 15 ms to build.
 _table_of = lru_cache(maxsize=16)(Saturation)
 
 
 class SpringLaw:
-    """Coefficients, their derivatives and antiderivatives, and the tables of W of one spring.
+    """FE and FA with their derivatives and antiderivatives, and the tables of W of one spring.
 
     Springs with the same n and sigma share the tables.
 
@@ -23,7 +24,8 @@ class SpringLaw:
 
     Attributes
     ----------
-    FE, FA : tuple of float      Coefficients of paper eqs. (9) and (8) by ascending powers of x.
+    elastic : Elastic            FE of paper eq. (9), or of a table.
+    FA : tuple of float          Coefficients of paper eq. (8) by ascending powers of x.
     x_min, x_max : float         The identified range of x [m].
     roughness : float            How fast FA may change per unit of xi.
     """
@@ -31,9 +33,7 @@ class SpringLaw:
     def __init__(self, parameters: SpringParameters) -> None:
         p = parameters
         self.parameters = p
-        self.FE = p.kE
-        self.dFE = derivative(p.kE)
-        self.FE_work = antiderivative(p.kE)
+        self.elastic = Elastic(p)
         self.FA = p.kA
         self.dFA = derivative(p.kA)
         self.FA_work = antiderivative(p.kA)
@@ -49,10 +49,15 @@ class SpringLaw:
 
     @cached_property
     def rising(self) -> Pieces:
-        """The branch W >= 0 for integrals over it; made where energy is first asked for."""
+        """The branch W >= 0 for integrals of W; made where energy is first asked for."""
         return rising_pieces(self.table, len(self.FA))
 
     @cached_property
+    def missing(self) -> Pieces:
+        """The same branch for integrals of 1 - W."""
+        return missing_pieces(self.table, len(self.FA))
+
+    @cached_property
     def falling(self) -> Pieces:
-        """The branch W < 0 for integrals over it."""
+        """The branch W < 0 for integrals of |W|."""
         return falling_pieces(self.table, len(self.FA))

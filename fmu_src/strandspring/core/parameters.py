@@ -6,11 +6,16 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from itertools import pairwise
+from typing import Any
 
 # Outside these the closed form's accuracy of 1e-10 has not been shown; real springs lie far inside.
 N_RANGE = (0.01, 100.0)
 SIGMA_RANGE = (0.5, 1000.0)
 MAXIMUM_DEGREE = 20
+# Of a table of FE: fewer are left to polynomials.
+KNOTS = (7, 25)
+# Between knots, as a share of the range.
+LEAST_SPACING = 1e-3
 # FA is 1 at the offset: below this it is zero within rounding.
 LEAST_AMPLIFIER = 1e-12
 
@@ -40,9 +45,11 @@ class SpringParameters:
     With x = displacement - displacement_offset:
     r = sum(kE[i]*x**i) + kappa_omega*omega*sum(kA[i]*x**i).
 
+    Instead of kE, the elastic force FE may be a table: a cubic spline through the forces at knots (see `spline`).
+
     Parameters
     ----------
-    kE : tuple of float        Elastic coefficients of ascending powers [N/m^i].
+    kE : tuple of float        Elastic coefficients of ascending powers [N/m^i]; empty if FE is a table.
     kA : tuple of float        Amplifier coefficients of ascending powers [1/m^i]; kA[0] = 1.
     kappa_omega : float        Hysteretic force at x = 0 when saturated [N], > 0.
     rho : float                Slope of omega at its zero crossing [1/m], > 0.
@@ -50,6 +57,8 @@ class SpringParameters:
     n : float                  Smoothness exponent [-], > 0.
     displacement_offset : float   Displacement at x = 0 [m].
     displacement_min, displacement_max : float   Identified range of displacement [m].
+    FE_knots, FE_forces : tuple of float   Table of FE: rising displacements [m] from one end of the range to the
+                               other, and the forces there [N]; both empty if FE is a polynomial.
     """
 
     kE: tuple[float, ...]
@@ -61,12 +70,29 @@ class SpringParameters:
     displacement_offset: float
     displacement_min: float
     displacement_max: float
+    FE_knots: tuple[float, ...] = ()
+    FE_forces: tuple[float, ...] = ()
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "kE", tuple(map(float, self.kE)))
-        object.__setattr__(self, "kA", tuple(map(float, self.kA)))
+        for name in ARRAYS:
+            object.__setattr__(self, name, tuple(map(float, getattr(self, name))))
         for problem in problems(self):
             raise ValueError(problem)
+
+    @property
+    def counts(self) -> tuple[int, int, int]:
+        """How many elastic coefficients, amplifier coefficients and knots there are."""
+        return len(self.kE), len(self.kA), len(self.FE_knots)
+
+    @property
+    def elastic_name(self) -> str:
+        """Name of the list that FE is linear in."""
+        return "FE_forces" if self.FE_forces else "kE"
+
+    def as_dict(self) -> dict[str, Any]:
+        """The parameters by name, without the lists that this spring does not have."""
+        values = {name: getattr(self, name) for name in (*ARRAYS, *SCALARS)}
+        return {name: value for name, value in values.items() if value != ()}
 
     @property
     def x_min(self) -> float:
@@ -79,8 +105,9 @@ class SpringParameters:
         return self.displacement_max - self.displacement_offset
 
 
-# The parameters besides the coefficients kE[i] and kA[i].
-SCALARS = tuple(f.name for f in fields(SpringParameters) if f.name not in ("kE", "kA"))
+# The parameters that are lists, in the order of the FMU's variables, and the others.
+ARRAYS = ("kE", "FE_knots", "FE_forces", "kA")
+SCALARS = tuple(f.name for f in fields(SpringParameters) if f.name not in ARRAYS)
 
 
 def problems(p: SpringParameters) -> list[str]:
@@ -89,15 +116,10 @@ def problems(p: SpringParameters) -> list[str]:
     Physically possible (paper eqs. 6-7): rho > 0, kappa_omega > 0, n > 0, sigma >= 1/2 and FA > 0 over the
     range, which together make every closed loop absorb energy.
     """
-    found = [
-        f"`{name}` must have between 1 and {MAXIMUM_DEGREE + 1} coefficients, got {len(values)}."
-        for name, values in (("kE", p.kE), ("kA", p.kA))
-        if not 1 <= len(values) <= MAXIMUM_DEGREE + 1
-    ]
+    found = _count_problems(p)
     if found:
         return found
-    named = [(f"kE[{i}]", c) for i, c in enumerate(p.kE)]
-    named += [(f"kA[{i}]", c) for i, c in enumerate(p.kA)]
+    named = [(f"{name}[{i}]", value) for name in ARRAYS for i, value in enumerate(getattr(p, name))]
     named += [(name, getattr(p, name)) for name in SCALARS]
     found = [f"`{name}` must be finite, got {value!r}." for name, value in named if not math.isfinite(value)]
     if found:
@@ -124,7 +146,9 @@ def problems(p: SpringParameters) -> list[str]:
             f"`displacement_offset` must lie between `displacement_min` and `displacement_max` [m], "
             f"got {p.displacement_offset!r}."
         )
-    elif not found:
+    elif p.FE_knots:
+        found += _knot_problems(p)
+    if not found:
         least, where = least_value(p.kA, p.x_min, p.x_max)
         if not least > LEAST_AMPLIFIER:
             found.append(
@@ -132,6 +156,41 @@ def problems(p: SpringParameters) -> list[str]:
                 f"got {least:.6g} at displacement {where + p.displacement_offset:.6g} m."
             )
     return found
+
+
+def _count_problems(p: SpringParameters) -> list[str]:
+    is_table = bool(p.FE_knots or p.FE_forces)
+    found = []
+    if is_table and p.kE:
+        found.append(f"`kE` must be empty where `FE_knots` gives FE as a table, got {len(p.kE)} values.")
+    if is_table and not KNOTS[0] <= len(p.FE_knots) <= KNOTS[1]:
+        found.append(f"`FE_knots` must have between {KNOTS[0]} and {KNOTS[1]} knots, got {len(p.FE_knots)}.")
+    if len(p.FE_forces) != len(p.FE_knots):
+        found.append(
+            f"`FE_forces` must have one force for each of the {len(p.FE_knots)} knots, got {len(p.FE_forces)}."
+        )
+    return found + [
+        f"`{name}` must have between 1 and {MAXIMUM_DEGREE + 1} coefficients, got {len(getattr(p, name))}."
+        for name in (("kA",) if is_table else ("kE", "kA"))
+        if not 1 <= len(getattr(p, name)) <= MAXIMUM_DEGREE + 1
+    ]
+
+
+def _knot_problems(p: SpringParameters) -> list[str]:
+    """What is wrong with the places of the knots within a range that is one."""
+    least = LEAST_SPACING * (p.displacement_max - p.displacement_min)
+    ends = ((0, "displacement_min"), (len(p.FE_knots) - 1, "displacement_max"))
+    found = [
+        f"`FE_knots[{place}]` must be `{name}`, {getattr(p, name)!r} m, got {p.FE_knots[place]!r}."
+        for place, name in ends
+        if p.FE_knots[place] != getattr(p, name)
+    ]
+    return found + [
+        f"`FE_knots[{i}]` must lie above `FE_knots[{i - 1}]` by {least:.6g} m or more, {LEAST_SPACING:g} of the range, "
+        f"got {after!r} after {before!r}."
+        for i, (before, after) in enumerate(pairwise(p.FE_knots), start=1)
+        if not after - before >= least
+    ]
 
 
 def least_value(coefficients: tuple[float, ...], low: float, high: float) -> tuple[float, float]:

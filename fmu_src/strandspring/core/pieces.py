@@ -1,8 +1,8 @@
 """W cut into pieces for the integrals that the spring's work needs.
 
 With z = |xi|, |W| is smooth enough on a piece for 8 points of Gauss's rule. Over whole pieces the integral of W times a
-polynomial of z is a sum of moments, which are tabulated. On the rising branch they are those of 1 - W, which vanishes
-where the spring is saturated.
+polynomial of z is a sum of moments, which are tabulated; on the rising branch also those of 1 - W, which vanishes where
+the spring is saturated.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ class Pieces(NamedTuple):
     ----------
     edges : list of float             z at the ends of the pieces, from 0 on.
     moments : list of list of float   For each edge the integrals of weight(z)*z^m from 0 to it, m = 0, 1, ...
-    weight : callable                 1 - W on the rising branch, |W| on the falling one, at z.
+    weight : callable                 |W| or 1 - W at z.
     """
 
     edges: list[float]
@@ -36,19 +36,28 @@ class Pieces(NamedTuple):
 
 
 def rising_pieces(table: Saturation, powers: int) -> Pieces:
-    """The branch W >= 0, with so many moments."""
-    first, last = table.rising.edges[0], table.rising.edges[-1]
-    count = int((last - first) / _WIDTH)
-    ends = [xi_of_abscissa(table.n, first + _WIDTH * k) for k in range(count)]
-    return _pieces([*ends, xi_of_abscissa(table.n, last)], partial(missing_saturation, table), powers)
+    """The branch W >= 0, with so many moments of W."""
+    return _pieces(_rising_ends(table), partial(saturation, table), powers)
+
+
+def missing_pieces(table: Saturation, powers: int) -> Pieces:
+    """The branch W >= 0, with so many moments of 1 - W."""
+    return _pieces(_rising_ends(table), partial(missing_saturation, table), powers)
 
 
 def falling_pieces(table: Saturation, powers: int) -> Pieces:
-    """The branch W < 0, with so many moments."""
+    """The branch W < 0, with so many moments of |W|."""
     # The quadrature's cells span half an e-fold in w at most; where n > 1, two of them do.
     stride = 2 if table.n >= 1.0 else 1
     ends = table.falling.integral[::-stride]
     return _pieces(ends[::-1], lambda z: -saturation(table, -z), powers)
+
+
+def _rising_ends(table: Saturation) -> list[float]:
+    first, last = table.rising.edges[0], table.rising.edges[-1]
+    count = int((last - first) / _WIDTH)
+    ends = [xi_of_abscissa(table.n, first + _WIDTH * k) for k in range(count)]
+    return [*ends, xi_of_abscissa(table.n, last)]
 
 
 def _pieces(ends: Sequence[float], weight: Callable[[float], float], powers: int) -> Pieces:

@@ -13,9 +13,9 @@ from .parameters import polynomial
 
 
 def elastic_force(law: SpringLaw, x: float) -> float:
-    """FE(x) [N], paper eq. (9), continued along its tangent outside the range."""
+    """FE(x) [N], paper eq. (9) or a table, continued along its tangent outside the range."""
     inside = law.inside(x)
-    return polynomial(law.FE, inside) + polynomial(law.dFE, inside) * (x - inside)
+    return law.elastic.force(inside) + law.elastic.slope(inside) * (x - inside)
 
 
 def amplifier(law: SpringLaw, x: float) -> float:
@@ -37,4 +37,4 @@ def tangent_stiffness(law: SpringLaw, x: float, omega: float, direction: int) ->
     inside = law.inside(x)
     amplifier_slope = polynomial(law.dFA, inside) if x == inside else 0.0
     hysteretic = omega * amplifier_slope + polynomial(law.FA, inside) * p.rho * slope
-    return polynomial(law.dFE, inside) + p.kappa_omega * hysteretic
+    return law.elastic.slope(inside) + p.kappa_omega * hysteretic

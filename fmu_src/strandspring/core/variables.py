@@ -9,8 +9,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
+from typing import Any
 
-from .parameters import N_RANGE, SCALARS, SIGMA_RANGE, SpringParameters
+from .parameters import ARRAYS, N_RANGE, SCALARS, SIGMA_RANGE, SpringParameters
 
 
 @dataclass(frozen=True)
@@ -47,9 +48,9 @@ class Variable:
 
 
 @cache
-def variables(elastic: int, amplifier: int) -> tuple[Variable, ...]:
-    """The table for a spring with so many coefficients kE and kA."""
-    coefficients = _coefficients(elastic, amplifier)
+def variables(elastic: int, amplifier: int, knots: int = 0) -> tuple[Variable, ...]:
+    """The table for a spring with so many coefficients kE and kA and knots of FE."""
+    coefficients = _coefficients(elastic, amplifier, knots)
     parameters = (*coefficients, *_SCALAR_PARAMETERS)
     point = ("displacement", "displacement_offset", "displacement_min", "displacement_max")
     of_force = (*point, *(c.name for c in coefficients), "kappa_omega", "omega_start")
@@ -83,7 +84,7 @@ def variables(elastic: int, amplifier: int) -> tuple[Variable, ...]:
 
 @cache
 def units(elastic: int, amplifier: int) -> tuple[Unit, ...]:
-    """The units that `variables(elastic, amplifier)` uses."""
+    """The units that `variables(elastic, amplifier)` uses, with any number of knots."""
     elastic_units = [
         Unit(_per_length("N", i), kg=1, m=1 - i, s=-2, displayed=_per_millimetre("N", i)) for i in range(2, elastic)
     ]
@@ -94,24 +95,22 @@ def units(elastic: int, amplifier: int) -> tuple[Unit, ...]:
 def start_values(parameters: SpringParameters) -> dict[str, float]:
     """Start value of the input and of each parameter, by name and in the order of the table."""
     values = {"displacement": parameters.displacement_offset}
-    values |= {f"kE[{i}]": c for i, c in enumerate(parameters.kE)}
-    values |= {f"kA[{i}]": c for i, c in enumerate(parameters.kA)}
+    values |= {f"{name}[{i}]": value for name in ARRAYS for i, value in enumerate(getattr(parameters, name))}
     values |= {name: getattr(parameters, name) for name in SCALARS}
     return {**values, "omega_start": 0.0}
 
 
-def spring_parameters(values: Mapping[str, float], elastic: int, amplifier: int) -> SpringParameters:
+def spring_parameters(values: Mapping[str, float], elastic: int, amplifier: int, knots: int = 0) -> SpringParameters:
     """The spring with these values of the FMU's parameters.
 
     Raises
     ------
     ValueError   If it is not physically possible; the text names the parameter and its value.
     """
-    return SpringParameters(
-        tuple(values[f"kE[{i}]"] for i in range(elastic)),
-        tuple(values[f"kA[{i}]"] for i in range(amplifier)),
-        *(values[name] for name in SCALARS),
-    )
+    counts = {"kE": elastic, "kA": amplifier, "FE_knots": knots, "FE_forces": knots}
+    given: dict[str, Any] = {name: values[name] for name in SCALARS}
+    given |= {name: tuple(values[f"{name}[{i}]"] for i in range(count)) for name, count in counts.items()}
+    return SpringParameters(**given)
 
 
 def _output(name: str, description: str, unit: str, display_unit: str | None, starts_from: tuple[str, ...]) -> Variable:
@@ -134,7 +133,7 @@ def _parameter(
     )  # fmt: skip
 
 
-def _coefficients(elastic: int, amplifier: int) -> tuple[Variable, ...]:
+def _coefficients(elastic: int, amplifier: int, knots: int) -> tuple[Variable, ...]:
     about = "of (displacement - displacement_offset)"
     return (
         *(
@@ -146,6 +145,11 @@ def _coefficients(elastic: int, amplifier: int) -> tuple[Variable, ...]:
             )
             for i in range(elastic)
         ),
+        *(
+            _parameter(f"FE_knots[{i}]", f"Elastic force FE: displacement at knot {i} of its spline", "m", "mm")
+            for i in range(knots)
+        ),
+        *(_parameter(f"FE_forces[{i}]", f"Elastic force FE at knot {i}", "N") for i in range(knots)),
         *(
             _parameter(
                 f"kA[{i}]",

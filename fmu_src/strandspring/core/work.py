@@ -4,9 +4,10 @@ On one stroke dx = direction*d(xi)/rho, so that the hysteretic part of paper eq.
 
     kappa_omega/rho * integral of W(xi)*FA(x_at_zero + direction*xi/rho) d(xi)
 
-where x_at_zero is where xi would be 0. While W rises it is what full saturation would do, which FA's antiderivative
-gives, less the same integral of 1 - W, which is short where FA changes little. Both branches are integrated by the
-moments of `pieces`, FA being expanded about x_at_zero, and by quadrature of the pieces that hold the ends.
+where x_at_zero is where xi would be 0. Where W rises above 1/2 it is what full saturation would do, which FA's
+antiderivative gives, less the same integral of 1 - W, which is short where FA changes little; below, little would be
+left of that difference. All are integrated by the moments of `pieces`, FA being expanded about x_at_zero, and by
+quadrature of the pieces that hold the ends.
 """
 
 from __future__ import annotations
@@ -43,8 +44,8 @@ def elastic_work(law: SpringLaw, x: float) -> float:
     """Integral of FE from the offset to x [J]."""
     inside = law.inside(x)
     out = x - inside
-    work = polynomial(law.FE_work, inside)
-    return work + out * (polynomial(law.FE, inside) + 0.5 * polynomial(law.dFE, inside) * out)
+    work = law.elastic.work(inside)
+    return work + out * (law.elastic.force(inside) + 0.5 * law.elastic.slope(inside) * out)
 
 
 def amplifier_work(law: SpringLaw, x: float) -> float:
@@ -71,13 +72,13 @@ def _rising_work(law: SpringLaw, direction: int, x_at_zero: float, low: float, h
     rho = law.parameters.rho
     part = _Part(law, law.rising, x_at_zero, direction / rho)
     edges = part.pieces.edges
-    here = _piece_of(part, low)
-    if high < edges[-1] and here == _piece_of(part, high):
-        return _piece_work(part, here, low, high, lambda z: saturation(law.table, z)) / rho
+    on_one_piece = high < edges[-1] and _piece_of(part, low) == _piece_of(part, high)
+    if on_one_piece or saturation(law.table, high) < 0.5:
+        return _integral(part, low, high) / rho
     a, b = x_at_zero + part.per_z * low, x_at_zero + part.per_z * high
     saturated = direction * (amplifier_work(law, b) - amplifier_work(law, a))
     # Beyond the last edge nothing is missing.
-    missing = _integral(part, low, min(high, edges[-1])) if low < edges[-1] else 0.0
+    missing = _integral(part._replace(pieces=law.missing), low, min(high, edges[-1])) if low < edges[-1] else 0.0
     return saturated - missing / rho
 
 

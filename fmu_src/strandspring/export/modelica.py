@@ -12,6 +12,8 @@ from importlib.resources import files
 from jinja2 import Environment, StrictUndefined
 
 from .._version import __version__
+from ..core.parameters import SpringParameters
+from ..core.spline import Elastic
 from ..core.variables import Variable, start_values, variables
 from ..modelfile import ModelFile
 
@@ -38,9 +40,7 @@ def modelica_package(model: ModelFile) -> str:
     """Text of the package; the same model gives the same text."""
     spring = model.parameters
     start = start_values(spring)
-    table = variables(len(spring.kE), len(spring.kA))
-    arrays = {"kE": spring.kE, "kA": spring.kA}
-    kE, kA = ([f"data.{name}[{i + 1}]" for i in range(len(values))] for name, values in arrays.items())
+    table = variables(*spring.counts)
     # Jinja's usual delimiters are braces, of which Modelica has many.
     environment = Environment(
         variable_start_string="<<",
@@ -58,14 +58,61 @@ def modelica_package(model: ModelFile) -> str:
         description=_string(model.description or "Hysteretic spring identified from measurement"),
         description_html=_string(escape(model.description)),
         version=__version__,
-        arrays=[
-            (name, len(values), _units(table, name), ", ".join(map(repr, values))) for name, values in arrays.items()
-        ],
+        arrays=_arrays(spring, table),
         scalars=[_declaration(v, start[v.name]) for v in table if v.causality == "parameter" and "[" not in v.name],
-        FE=_horner(kE, "inside"),
-        FE_slope=_horner([c if i == 1 else f"{i}*{c}" for i, c in enumerate(kE)][1:], "inside"),
-        FA=_horner(kA, "inside"),
+        is_table=bool(spring.FE_knots),
+        FE=_spline(len(spring.FE_knots)) if spring.FE_knots else _polynomial(_elements("kE", len(spring.kE))),
+        FA=_horner(_elements("kA", len(spring.kA)), "inside"),
     )
+
+
+def _arrays(spring: SpringParameters, table: Sequence[Variable]) -> list[tuple[str, int, str, str, str]]:
+    """Name, size, units, values and description of each array of the record."""
+    about = "coefficients of ascending powers of (displacement - displacement_offset)"
+    descriptions = {
+        "kE": f"Elastic force FE: {about}",
+        "FE_knots": "Elastic force FE: displacements at the knots of its cubic spline",
+        "FE_forces": "Elastic force FE at the knots",
+        "kA": f"Amplifier FA: {about}",
+    }
+    arrays = []
+    for name, description in descriptions.items():
+        values = getattr(spring, name)
+        if values:
+            arrays.append((name, len(values), _units(table, name), ", ".join(map(repr, values)), description))
+    if spring.FE_knots:
+        elastic = Elastic(spring)
+        slopes = ", ".join(repr(elastic.slope(knot - spring.displacement_offset)) for knot in spring.FE_knots)
+        units = ", ".join(['"N/m"'] * len(spring.FE_knots))
+        about = "Slope of FE at the knots, which makes the spline twice differentiable; belongs to FE_forces"
+        arrays.insert(2, ("FE_slopes", len(spring.FE_knots), units, slopes, about))
+    return arrays
+
+
+def _elements(name: str, count: int) -> list[str]:
+    return [f"data.{name}[{i + 1}]" for i in range(count)]
+
+
+def _polynomial(kE: Sequence[str]) -> str:
+    """FE with these coefficients, along its tangent outside the range."""
+    slope = _horner([c if i == 1 else f"{i}*{c}" for i, c in enumerate(kE)][1:], "inside")
+    return _horner(kE, "inside") + (f"\n      + ({slope})*(x - inside)" if slope else "")
+
+
+def _spline(knots: int) -> str:
+    """FE by Hermite's form of each cubic, along its tangent outside the range."""
+    pieces = []
+    for i in range(1, knots):
+        a, y_a, s_a = (f"data.{name}[{i}]" for name in ("FE_knots", "FE_forces", "FE_slopes"))
+        b, y_b, s_b = (f"data.{name}[{i + 1}]" for name in ("FE_knots", "FE_forces", "FE_slopes"))
+        width, t = f"({b} - {a})", f"(place - {a})/({b} - {a})"
+        third = f"2*({y_a} - {y_b}) + {width}*({s_a} + {s_b})"
+        second = f"3*({y_b} - {y_a}) - {width}*(2*{s_a} + {s_b}) + {t}*({third})"
+        condition = f"if place < {b} then " if i < knots - 1 else ""
+        pieces.append(f"{condition}{y_a} + {t}*({width}*{s_a} + {t}*({second}))")
+    within = "\n      else".join(pieces[:-1]) + f"\n      else {pieces[-1]}"
+    ends = f"if x < inside then data.FE_slopes[1] else data.FE_slopes[{knots}]"
+    return f"smooth(2, noEvent({within}))\n      + noEvent({ends})*(x - inside)"
 
 
 def _declaration(variable: Variable, value: float) -> str:

@@ -19,9 +19,8 @@ _NAMESPACE = "http://ssp-standard.org/SSP1/SystemStructure"
 def parameter_values(model: ModelFile) -> str:
     """XML of an SSV file with every settable variable of the model's FMU; the same model gives the same text."""
     spring = model.parameters
-    counts = len(spring.kE), len(spring.kA)
     start = start_values(spring)
-    table = [variable for variable in variables(*counts) if variable.name in start]
+    table = [variable for variable in variables(*spring.counts) if variable.name in start]
     root = Element(
         "ssv:ParameterSet",
         {
@@ -42,7 +41,7 @@ def parameter_values(model: ModelFile) -> str:
         SubElement(parameter, "ssv:Real", {"value": repr(start[variable.name]), "unit": str(variable.unit)})
     used = {variable.unit for variable in table}
     definitions = SubElement(root, "ssv:Units")
-    for unit in units(*counts):
+    for unit in units(*spring.counts[:2]):
         if unit.name in used:
             exponents = {"kg": unit.kg, "m": unit.m, "s": unit.s}
             definition = SubElement(definitions, "ssc:Unit", {"name": unit.name})

@@ -117,8 +117,8 @@ def examine_fmu(path: Path) -> CheckReport:
 def described_spring(description: ModelDescription) -> SpringParameters:
     """The spring whose parameters are the start values in a model description."""
     start = {v.name: float(v.start) for v in description.modelVariables if v.causality == "parameter"}
-    elastic, amplifier = (sum(name.startswith(k) for name in start) for k in ("kE[", "kA["))
-    return spring_parameters(start, elastic, amplifier)
+    counts = (sum(name.startswith(k) for name in start) for k in ("kE[", "kA[", "FE_knots["))
+    return spring_parameters(start, *counts)
 
 
 def slow_cycles(parameters: SpringParameters) -> FloatArray:

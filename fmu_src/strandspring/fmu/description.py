@@ -44,8 +44,7 @@ class Backend:
 def model_description(model: ModelFile, guid: str, generation_tool: str, backend: Backend) -> bytes:
     """The description of one spring as UTF-8 XML; the same arguments give the same bytes."""
     spring = model.parameters
-    counts = len(spring.kE), len(spring.kA)
-    table = variables(*counts)
+    table = variables(*spring.counts)
     root = Element(
         "fmiModelDescription",
         {
@@ -65,7 +64,7 @@ def model_description(model: ModelFile, guid: str, generation_tool: str, backend
         _append_interface(root, "ModelExchange", model.name, backend.model_exchange, backend.sources)
     variable_steps = {"canHandleVariableCommunicationStepSize": "true"}
     _append_interface(root, "CoSimulation", model.name, {**variable_steps, **backend.co_simulation}, backend.sources)
-    _append_units(SubElement(root, "UnitDefinitions"), units(*counts))
+    _append_units(SubElement(root, "UnitDefinitions"), units(*spring.counts[:2]))
     categories = SubElement(root, "LogCategories")
     for name, text in {**LOG_CATEGORIES, **backend.log_categories}.items():
         SubElement(categories, "Category", {"name": name, "description": text})

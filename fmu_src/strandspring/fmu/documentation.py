@@ -28,7 +28,7 @@ def documentation_page(model: ModelFile, platforms: tuple[str, ...] | None) -> s
         spring=spring,
         native=platforms is not None,
         platforms=platforms,
-        variables=[(v, start.get(v.name)) for v in variables(len(spring.kE), len(spring.kA))],
+        variables=[(v, start.get(v.name)) for v in variables(*spring.counts)],
         # The SVG is made by ElementTree from numbers and fixed text.
         plot=Markup(loops_svg(spring)),
         facts={

@@ -100,7 +100,7 @@ def _identified(group: tuple[Record, ...], method: Method) -> Identification:
         fits=fits,
         rmse=rmse,
         rnl=rnl,
-        degrees=(len(result.parameters.kE) - 1, len(result.parameters.kA) - 1),
+        degrees=(len(result.parameters.kE) - 1 if result.parameters.kE else None, len(result.parameters.kA) - 1),
         steady_share=result.steady_share,
         findings=findings,
         uncertainty=result.uncertainty,

@@ -66,6 +66,19 @@ class Basis:
         scaled = legendre.leg2poly(coefficients)
         return np.asarray(scaled / self.half ** np.arange(scaled.size))
 
+    @property
+    def elastic_name(self) -> str:
+        """Name of the parameters of FE that the coefficients give."""
+        return "kE"
+
+    def elastic_parameters(self, coefficients: FloatArray) -> dict[str, tuple[float, ...]]:
+        """FE as `SpringParameters` takes it."""
+        return {"kE": tuple(self.powers(coefficients).tolist())}
+
+    def elastic_matrix(self) -> FloatArray:
+        """What turns the coefficients of FE into its parameters."""
+        return self.powers_matrix(self.elastic)
+
     def powers_matrix(self, degree: int) -> FloatArray:
         """What turns coefficients of a Legendre series into those of powers of x, shape (degree + 1, degree + 1)."""
         return np.asarray(_powers_of_series(degree) / self.half ** np.arange(degree + 1)[:, None])

@@ -26,7 +26,7 @@ class Identification:
     records : tuple of Record
     fits : tuple of RecordFit       Prediction of each record over its steady part.
     rmse, rnl : float               Over all compared samples [N], [-].
-    degrees : (int, int)            N of FE and M of FA.
+    degrees : (int or None, int)    N of FE, None if it is a table, and M of FA.
     steady_share : float            Where the steady section was taken to begin, share of the longest stroke.
     findings : dict                 Cautions for the user: outcomes with their details, which may be empty.
     uncertainty : dict              Standard errors and correlations; empty but for the refined method.
@@ -41,7 +41,7 @@ class Identification:
     fits: tuple[RecordFit, ...]
     rmse: float
     rnl: float
-    degrees: tuple[int, int]
+    degrees: tuple[int | None, int]
     steady_share: float
     findings: dict[Outcome, str]
     uncertainty: dict[str, Any]

@@ -117,7 +117,7 @@ def spring_of(basis: Basis, backbone: Backbone, hysteresis: Hysteresis) -> Sprin
     """The spring of a fit whose FA is positive, normalised to FA(x0) = 1 (paper eq. 19)."""
     amplified = basis.powers(backbone.amplified)
     return SpringParameters(
-        kE=tuple(basis.powers(backbone.elastic).tolist()),
+        **basis.elastic_parameters(backbone.elastic),
         kA=(1.0, *(amplified[1:] / amplified[0]).tolist()),
         kappa_omega=float(amplified[0]),
         rho=hysteresis.rho,

@@ -47,17 +47,19 @@ class Uncertainty:
 
     Attributes
     ----------
-    kE, kA : ndarray                      Of the coefficients [N/m^i], [1/m^i]; 0 for kA[0].
+    elastic_name : str                    kE, or FE_forces if FE is a table.
+    elastic, kA : ndarray                 Of the coefficients [N/m^i] or [N], [1/m^i]; 0 for kA[0].
     kappa_omega, rho, sigma, n : float    [N], [1/m], [-], [-]; nan at a bound.
     correlation : ndarray, shape (4, 4)   Between the logarithms of kappa_omega, rho, sigma and n.
     intervals : dict                      95 % intervals of the same; None on a side that is not bounded.
-    root : ndarray, shape (m, m)          Lower triangular root of the covariance of kE, kA without kA[0], and the
+    root : ndarray, shape (m, m)          Lower triangular root of the covariance of these, without kA[0], and the
                                           logarithms of kappa_omega, rho, sigma and n.
     force : ndarray, shape (P,)           Of the predicted force at each point of the loops [N].
     autocorrelation_time : float          Of the noise, in points.
     """
 
-    kE: FloatArray
+    elastic_name: str
+    elastic: FloatArray
     kA: FloatArray
     kappa_omega: float
     rho: float
@@ -71,10 +73,10 @@ class Uncertainty:
 
     def as_json(self) -> dict[str, Any]:
         """Content of the model file's field `uncertainty`; null where an error is unknown."""
-        names = joint_names(self.kE.size - 1, self.kA.size - 1)
+        names = joint_names(self.elastic_name, self.elastic.size, self.kA.size - 1)
         return {
             "meaning": _MEANING,
-            "kE": [_plain(v) for v in self.kE],
+            self.elastic_name: [_plain(v) for v in self.elastic],
             "kA": [_plain(v) for v in self.kA],
             **{name: _plain(getattr(self, name)) for name in _NAMES},
             "interval_95": {name: list(ends) for name, ends in self.intervals.items()},
@@ -131,6 +133,7 @@ def uncertainty(linear: Linearised) -> Uncertainty:
     own = {name: float(value * share) for name, value, share in zip(_NAMES, values, scale, strict=True)}
     varying = np.delete(natural, n_E, axis=0)  # kA[0] is 1
     return Uncertainty(
+        basis.elastic_name,
         errors[:n_E],
         errors[n_E : n_E + n_A],
         **own,
@@ -166,7 +169,7 @@ def is_sigma_uncertain(loops: Loops, basis: Basis, refinement: Refinement) -> bo
 def _propagation(linear: Linearised) -> FloatArray:
     """Derivatives of kE, kA and the logarithms of kappa_omega, rho, sigma, n by the fitted coefficients."""
     basis = linear.basis
-    elastic, amplified = basis.powers_matrix(basis.elastic), basis.powers_matrix(basis.amplifier)
+    elastic, amplified = basis.elastic_matrix(), basis.powers_matrix(basis.amplifier)
     powers = amplified @ linear.refinement.backbone.amplified
     n_E, n_A = elastic.shape[0], amplified.shape[0]
     change = np.zeros((n_E + n_A + 4, n_E + n_A + int(linear.free.sum())))

@@ -7,7 +7,7 @@ import struct
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..core.parameters import MAXIMUM_DEGREE, SCALARS, SpringParameters
+from ..core.parameters import KNOTS, MAXIMUM_DEGREE, SCALARS, SpringParameters
 from .arrays import FloatArray, address, floats
 from .library import library
 from .saturation_table import table
@@ -31,10 +31,11 @@ def as_path(displacement: ArrayLike) -> FloatArray:
 
 def packed(parameters: SpringParameters) -> bytes:
     """SpringParameters of spring.h, little-endian on every platform."""
-    counts = [len(parameters.kE), len(parameters.kA)]
-    columns = [(*c, *[0.0] * (MAXIMUM_DEGREE + 1 - len(c))) for c in (parameters.kE, parameters.kA)]
-    values = [*columns[0], *columns[1], *(getattr(parameters, name) for name in SCALARS)]
-    return struct.pack(f"<ii{len(values)}d", *counts, *values)
+    p = parameters
+    columns = ((p.kE, MAXIMUM_DEGREE + 1), (p.kA, MAXIMUM_DEGREE + 1), (p.FE_knots, KNOTS[1]), (p.FE_forces, KNOTS[1]))
+    values = [value for column, room in columns for value in (*column, *[0.0] * (room - len(column)))]
+    values += [getattr(p, name) for name in SCALARS]
+    return struct.pack(f"<4i{len(values)}d", len(p.kE), len(p.kA), len(p.FE_knots), len(p.FE_forces), *values)
 
 
 class Law:

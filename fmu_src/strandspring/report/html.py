@@ -5,7 +5,6 @@ from __future__ import annotations
 import io
 import math
 from collections.abc import Sequence
-from dataclasses import asdict
 from pathlib import Path
 
 import matplotlib as mpl
@@ -16,6 +15,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from .._version import __version__
+from ..core.parameters import ARRAYS
 from ..files import write_text
 from ..identification.prediction_interval import PredictionBand, PredictionInterval
 from ..identification.result import Identification
@@ -50,9 +50,9 @@ def write_report(path: Path, model: ModelFile, identification: Identification) -
 
 def _values(model: ModelFile) -> dict[str, str]:
     """The parameters with as many digits as their standard errors justify."""
-    numbers, errors = asdict(model.parameters), model.uncertainty
+    numbers, errors = model.parameters.as_dict(), model.uncertainty
     texts = {name: _digits(numbers[name], errors.get(name)) for name in ("kappa_omega", "rho", "sigma", "n")}
-    for name in ("kE", "kA"):
+    for name in (name for name in ARRAYS if name in numbers):
         of_each = errors.get(name) or [None] * len(numbers[name])
         texts[name] = ", ".join(_digits(*pair) for pair in zip(numbers[name], of_each, strict=True))
     return texts

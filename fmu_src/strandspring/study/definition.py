@@ -181,7 +181,10 @@ class Study:
 def scaled(spring: SpringParameters, factor: float) -> SpringParameters:
     """The spring with all its forces multiplied by a factor."""
     return replace(
-        spring, kE=tuple(factor * coefficient for coefficient in spring.kE), kappa_omega=factor * spring.kappa_omega
+        spring,
+        kE=tuple(factor * coefficient for coefficient in spring.kE),
+        FE_forces=tuple(factor * force for force in spring.FE_forces),
+        kappa_omega=factor * spring.kappa_omega,
     )
 
 

@@ -167,7 +167,7 @@ def _manifest(study: Study) -> dict[str, Any]:
         for field in fields(study)
         if field.name not in ("spring", "spread", "excitation")
     }
-    model = {"spring": asdict(study.spring), "spread": None if study.spread is None else asdict(study.spread)}
+    model = {"spring": study.spring.as_dict(), "spread": None if study.spread is None else asdict(study.spread)}
     manifest = {
         "format": _FORMAT,
         "format_version": _FORMAT_VERSION,

@@ -17,4 +17,5 @@
 #include "fmi2_tables.c"
 #include "fmi2_variables.c"
 #include "saturation.c"
+#include "spline.c"
 #include "spring.c"

@@ -17,13 +17,6 @@ static Gradients reached_gradients(const Instance *instance, const SpringMemory 
     return found;
 }
 
-/* Where a path begins omega is given, and only the place of the displacement in the range counts: moving it is moving
- * the range the other way. */
-static double by_place(const SpringGradient *gradient)
-{
-    return -(gradient->by_displacement_offset + gradient->by_displacement_min + gradient->by_displacement_max);
-}
-
 static double partial(const Gradients *at, unsigned unknown, unsigned known,
                       const Settings *settings, int at_start)
 {
@@ -32,7 +25,8 @@ static double partial(const Gradients *at, unsigned unknown, unsigned known,
         return at_start ? 0.0 : at->force;
     if (known != SPRING_DISPLACEMENT)
         return fmu_derivative_by(gradient, settings, known);
-    return at_start ? by_place(gradient) : gradient->by_displacement;
+    /* Where a path begins omega is given. */
+    return at_start ? gradient->by_place : gradient->by_displacement;
 }
 
 static fmi2Status refuse_no_output(const Instance *instance, unsigned reference)

@@ -22,21 +22,22 @@ static const struct {
     {"omega_start", offsetof(Settings, omega_start), offsetof(SpringGradient, by_omega_start)},
 };
 
-/* The place of a parameter in one of three lists. */
+/* The place of a parameter in its list. */
 typedef struct {
-    enum { ELASTIC, AMPLIFIER, SCALAR } list;
+    enum { ELASTIC, KNOT, KNOT_FORCE, AMPLIFIER, SCALAR } list;
     int index;
 } ParameterPlace;
 
+static const char *const LIST_NAMES[SCALAR] = {"kE", "FE_knots", "FE_forces", "kA"};
+
 static ParameterPlace parameter_place(const Settings *settings, unsigned reference)
 {
-    int elastic = settings->spring.elastic, amplifier = settings->spring.amplifier;
-    int index = (int)reference - SPRING_FIRST_PARAMETER;
-    if (index < elastic)
-        return (ParameterPlace){ELASTIC, index};
-    if (index < elastic + amplifier)
-        return (ParameterPlace){AMPLIFIER, index - elastic};
-    return (ParameterPlace){SCALAR, index - elastic - amplifier};
+    const SpringParameters *p = &settings->spring;
+    const int counts[SCALAR] = {p->elastic, p->knots, p->forces, p->amplifier};
+    int index = (int)reference - SPRING_FIRST_PARAMETER, list = 0;
+    while (list < SCALAR && index >= counts[list])
+        index -= counts[list++];
+    return (ParameterPlace){list, index};
 }
 
 VariableName fmu_name(const Settings *settings, unsigned reference)
@@ -48,7 +49,7 @@ VariableName fmu_name(const Settings *settings, unsigned reference)
     else if (place.list == SCALAR)
         snprintf(name.text, sizeof name.text, "%s", SCALARS[place.index].name);
     else
-        snprintf(name.text, sizeof name.text, "%s[%d]", place.list == ELASTIC ? "kE" : "kA", place.index);
+        snprintf(name.text, sizeof name.text, "%s[%d]", LIST_NAMES[place.list], place.index);
     return name;
 }
 
@@ -57,6 +58,8 @@ double *fmu_setting(Settings *settings, unsigned reference)
     ParameterPlace place = parameter_place(settings, reference);
     switch (place.list) {
     case ELASTIC: return &settings->spring.kE[place.index];
+    case KNOT: return &settings->spring.FE_knots[place.index];
+    case KNOT_FORCE: return &settings->spring.FE_forces[place.index];
     case AMPLIFIER: return &settings->spring.kA[place.index];
     default: return (double *)((char *)settings + SCALARS[place.index].value);
     }
@@ -67,6 +70,8 @@ double fmu_derivative_by(const SpringGradient *gradient, const Settings *setting
     ParameterPlace place = parameter_place(settings, reference);
     switch (place.list) {
     case ELASTIC: return gradient->by_kE[place.index];
+    case KNOT: return gradient->by_FE_knots[place.index];
+    case KNOT_FORCE: return gradient->by_FE_forces[place.index];
     case AMPLIFIER: return gradient->by_kA[place.index];
     default: return *(const double *)((const char *)gradient + SCALARS[place.index].derivative);
     }

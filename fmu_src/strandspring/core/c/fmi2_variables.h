@@ -1,5 +1,6 @@
 /* The variables of the FMU, in the order of core/variables.py, which is that of their value references: six that every
- * spring has, the coefficients kE[i] and kA[i], of which springs have different numbers, and the other parameters. */
+ * spring has, the coefficients kE[i] or the knots and forces of FE, the coefficients kA[i], of all of which springs have
+ * different numbers, and the other parameters. */
 #ifndef FMI2_VARIABLES_H
 #define FMI2_VARIABLES_H
 
@@ -34,7 +35,8 @@ typedef struct {
 /* How many variables there are. */
 static inline unsigned fmu_variables(const Settings *settings)
 {
-    return (unsigned)(SPRING_FIRST_PARAMETER + settings->spring.elastic + settings->spring.amplifier + SPRING_SCALARS);
+    const SpringParameters *p = &settings->spring;
+    return (unsigned)(SPRING_FIRST_PARAMETER + p->elastic + p->knots + p->forces + p->amplifier + SPRING_SCALARS);
 }
 
 static inline VariableType fmu_type(unsigned reference)

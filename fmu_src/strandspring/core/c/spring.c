@@ -14,6 +14,8 @@
 static const double SIGMA_LOW = 0.5, SIGMA_HIGH = 1000.0;
 static const double N_LOW = 0.01, N_HIGH = 100.0;
 static const double LEAST_AMPLIFIER = 1e-12;
+static const double LEAST_SPACING = 1e-3;
+enum { LEAST_KNOTS = 7 };
 
 /* Returns the number of coefficients of the derivative. */
 static int derivative(const double *coefficients, int count, double *of)
@@ -102,6 +104,48 @@ SpringNumber spring_number(double value)
 /* Writes a reason into `text`; its value is 1. */
 #define GIVE_REASON(...) (snprintf(text, size, __VA_ARGS__), 1)
 
+static int count_problem(const SpringParameters *p, char *text, size_t size)
+{
+    int is_table = p->knots != 0 || p->forces != 0;
+    if (is_table && p->elastic != 0)
+        return GIVE_REASON("`kE` must be empty where `FE_knots` gives FE as a table, got %d values.", p->elastic);
+    if (is_table && (p->knots < LEAST_KNOTS || p->knots > SPRING_KNOTS))
+        return GIVE_REASON("`FE_knots` must have between %d and %d knots, got %d.", LEAST_KNOTS, SPRING_KNOTS, p->knots);
+    if (p->forces != p->knots)
+        return GIVE_REASON("`FE_forces` must have one force for each of the %d knots, got %d.", p->knots, p->forces);
+    const struct {
+        const char *name;
+        int count;
+    } polynomials[] = {{"kE", p->elastic}, {"kA", p->amplifier}};
+    for (int i = is_table ? 1 : 0; i < 2; i++)
+        if (polynomials[i].count < 1 || polynomials[i].count > SPRING_COEFFICIENTS)
+            return GIVE_REASON("`%s` must have between 1 and %d coefficients, got %d.", polynomials[i].name,
+                               SPRING_COEFFICIENTS, polynomials[i].count);
+    return 0;
+}
+
+/* Of a range that is one. */
+static int knot_problem(const SpringParameters *p, char *text, size_t size)
+{
+    const struct {
+        const char *name;
+        int place;
+        double value;
+    } ends[] = {{"displacement_min", 0, p->displacement_min}, {"displacement_max", p->knots - 1, p->displacement_max}};
+    double least = LEAST_SPACING * (p->displacement_max - p->displacement_min);
+    for (int i = 0; i < 2; i++)
+        if (p->FE_knots[ends[i].place] != ends[i].value)
+            return GIVE_REASON("`FE_knots[%d]` must be `%s`, %s m, got %s.", ends[i].place, ends[i].name,
+                               spring_number(ends[i].value).text, spring_number(p->FE_knots[ends[i].place]).text);
+    for (int i = 1; i < p->knots; i++)
+        if (!(p->FE_knots[i] - p->FE_knots[i - 1] >= least))
+            return GIVE_REASON("`FE_knots[%d]` must lie above `FE_knots[%d]` by %.6g m or more, %g of the range, "
+                               "got %s after %s.",
+                               i, i - 1, least, LEAST_SPACING, spring_number(p->FE_knots[i]).text,
+                               spring_number(p->FE_knots[i - 1]).text);
+    return 0;
+}
+
 int spring_problem(const SpringParameters *parameters, char *text, size_t size)
 {
     const SpringParameters *p = parameters;
@@ -121,14 +165,15 @@ int spring_problem(const SpringParameters *parameters, char *text, size_t size)
         const char *name;
         int count;
         const double *values;
-    } columns[] = {{"kE", p->elastic, p->kE}, {"kA", p->amplifier, p->kA}};
+    } columns[] = {{"kE", p->elastic, p->kE},
+                   {"FE_knots", p->knots, p->FE_knots},
+                   {"FE_forces", p->forces, p->FE_forces},
+                   {"kA", p->amplifier, p->kA}};
 
     snprintf(text, size, "%s", "");
-    for (int i = 0; i < 2; i++)
-        if (columns[i].count < 1 || columns[i].count > SPRING_COEFFICIENTS)
-            return GIVE_REASON("`%s` must have between 1 and %d coefficients, got %d.", columns[i].name,
-                               SPRING_COEFFICIENTS, columns[i].count);
-    for (int i = 0; i < 2; i++)
+    if (count_problem(p, text, size))
+        return 1;
+    for (size_t i = 0; i < sizeof columns / sizeof *columns; i++)
         for (int k = 0; k < columns[i].count; k++)
             if (!isfinite(columns[i].values[k]))
                 return GIVE_REASON("`%s[%d]` must be finite, got %s.", columns[i].name, k,
@@ -154,6 +199,8 @@ int spring_problem(const SpringParameters *parameters, char *text, size_t size)
     if (!(p->displacement_min <= p->displacement_offset && p->displacement_offset <= p->displacement_max))
         return GIVE_REASON("`displacement_offset` must lie between `displacement_min` and `displacement_max` [m], got %s.",
                            spring_number(p->displacement_offset).text);
+    if (p->knots && knot_problem(p, text, size))
+        return 1;
     double where;
     double least = least_value(p->kA, p->amplifier, p->displacement_min - p->displacement_offset,
                                p->displacement_max - p->displacement_offset, &where);
@@ -171,8 +218,12 @@ void spring_prepare(SpringLaw *law, const SpringParameters *parameters, const Sp
     law->parameters = *parameters;
     law->table = table;
     const SpringParameters *p = &law->parameters;
-    derivative(p->kE, p->elastic, law->dFE);
-    antiderivative(p->kE, p->elastic, law->FE_work);
+    if (p->knots) {
+        spring_spline(&law->spline, p->knots, p->FE_knots, p->FE_forces, p->displacement_offset);
+    } else {
+        derivative(p->kE, p->elastic, law->dFE);
+        antiderivative(p->kE, p->elastic, law->FE_work);
+    }
     derivative(p->kA, p->amplifier, law->dFA);
     antiderivative(p->kA, p->amplifier, law->FA_work);
     law->x_min = p->displacement_min - p->displacement_offset;
@@ -184,13 +235,31 @@ void spring_prepare(SpringLaw *law, const SpringParameters *parameters, const Sp
 
 /* ---- restoring.py ----------------------------------------------------------------------------------------------- */
 
-static double elastic_force(const SpringLaw *law, double x)
+/* FE within the range, and its slope. */
+static double elastic_inside(const SpringLaw *law, double x)
 {
     const SpringParameters *p = &law->parameters;
+    if (p->knots == 0)
+        return polynomial(p->kE, p->elastic, x);
+    int i = spline_piece(&law->spline, p->knots, x);
+    return spline_force(&law->spline, i, x - law->spline.knots[i]);
+}
+
+static double elastic_slope(const SpringLaw *law, double x)
+{
+    const SpringParameters *p = &law->parameters;
+    if (p->knots == 0)
+        return polynomial(law->dFE, slope_count(p->elastic), x);
+    int i = spline_piece(&law->spline, p->knots, x);
+    return spline_slope(&law->spline, i, x - law->spline.knots[i]);
+}
+
+static double elastic_force(const SpringLaw *law, double x)
+{
     double inside = clip(x, law->x_min, law->x_max);
     double out = x - inside;
-    double force = polynomial(p->kE, p->elastic, inside);
-    return out == 0.0 ? force : force + polynomial(law->dFE, slope_count(p->elastic), inside) * out;
+    double force = elastic_inside(law, inside);
+    return out == 0.0 ? force : force + elastic_slope(law, inside) * out;
 }
 
 static double amplifier(const SpringLaw *law, double x)
@@ -213,7 +282,7 @@ double spring_stiffness(const SpringLaw *law, const SpringMemory *memory)
     double inside = clip(x, law->x_min, law->x_max);
     double amplifier_slope = x == inside ? polynomial(law->dFA, slope_count(p->amplifier), inside) : 0.0;
     double hysteretic = omega * amplifier_slope + polynomial(p->kA, p->amplifier, inside) * p->rho * slope;
-    return polynomial(law->dFE, slope_count(p->elastic), inside) + p->kappa_omega * hysteretic;
+    return elastic_slope(law, inside) + p->kappa_omega * hysteretic;
 }
 
 /* ---- work.py ---------------------------------------------------------------------------------------------------- */
@@ -236,18 +305,25 @@ static const double RECIPROCALS[SPRING_POWERS + SPRING_COEFFICIENTS] = {
 /* Where terms of the sum of moments may be so many times the work that full saturation does, it is not used. */
 static const double WORST_CANCELLATION = 300.0;
 
-/* Polynomial within the range, continued outside as if its first or second derivative stayed what it is at the end. */
-static double elastic_work(const SpringLaw *law, double x)
+/* Work of FE within the range, from the offset. */
+static double elastic_work_inside(const SpringLaw *law, double x)
 {
     const SpringParameters *p = &law->parameters;
+    if (p->knots == 0)
+        return polynomial(law->FE_work, p->elastic + 1, x);
+    int i = spline_piece(&law->spline, p->knots, x);
+    return spline_work(&law->spline, i, x - law->spline.knots[i]);
+}
+
+/* Outside as if the slope of FE stayed what it is at the end. */
+static double elastic_work(const SpringLaw *law, double x)
+{
     double inside = clip(x, law->x_min, law->x_max);
     double out = x - inside;
-    double work = polynomial(law->FE_work, p->elastic + 1, inside);
+    double work = elastic_work_inside(law, inside);
     if (out == 0.0)
         return work;
-    double force = polynomial(p->kE, p->elastic, inside);
-    double slope = polynomial(law->dFE, slope_count(p->elastic), inside);
-    return work + out * (force + 0.5 * slope * out);
+    return work + out * (elastic_inside(law, inside) + 0.5 * elastic_slope(law, inside) * out);
 }
 
 /* Integral of FA from the offset to x. */
@@ -548,10 +624,24 @@ static void powers(double x, double value[SPRING_COEFFICIENTS], double slope[SPR
     }
 }
 
-/* An output depends on x = displacement - offset, and on x held between min - offset and max - offset, `inside`. */
-static void place(SpringGradient *gradient, int side, double by_x, double by_inside)
+/* The slope of FE's slope within the range. */
+static double elastic_bend(const SpringLaw *law, double x)
 {
-    gradient->by_displacement_offset = -(by_x + by_inside);
+    const SpringParameters *p = &law->parameters;
+    if (p->knots == 0) {
+        double ddFE[SPRING_COEFFICIENTS];
+        return polynomial(ddFE, derivative(law->dFE, slope_count(p->elastic), ddFE), x);
+    }
+    int i = spline_piece(&law->spline, p->knots, x);
+    return spline_bend(&law->spline, i, x - law->spline.knots[i]);
+}
+
+/* An output depends on x = displacement - offset, and on x held between min - offset and max - offset, `inside`. A table of
+ * FE stays where its knots are when the offset moves: of_table is its part of the two derivatives. */
+static void place(SpringGradient *gradient, int side, double by_x, double by_inside, double of_table)
+{
+    gradient->by_place = by_x + (side == 0 ? by_inside : 0.0);
+    gradient->by_displacement_offset = of_table - (by_x + by_inside);
     gradient->by_displacement_min = side < 0 ? by_inside : 0.0;
     gradient->by_displacement_max = side > 0 ? by_inside : 0.0;
 }
@@ -578,10 +668,9 @@ void spring_gradient(
     double slope_by_sigma = u >= 0.0 ? 0.0 : 2.0 * power;
     double slope_by_n = factor * power * log(size);
 
-    double ddFE[SPRING_COEFFICIENTS], ddFA[SPRING_COEFFICIENTS];
-    int elastic = slope_count(p->elastic), hysteretic = slope_count(p->amplifier);
-    int elastics = derivative(law->dFE, elastic, ddFE), hysteretics = derivative(law->dFA, hysteretic, ddFA);
-    double FE_1 = polynomial(law->dFE, elastic, inside), FE_2 = polynomial(ddFE, elastics, inside);
+    double ddFA[SPRING_COEFFICIENTS];
+    int hysteretic = slope_count(p->amplifier), hysteretics = derivative(law->dFA, hysteretic, ddFA);
+    double FE_1 = elastic_slope(law, inside), FE_2 = elastic_bend(law, inside);
     double FA = polynomial(p->kA, p->amplifier, inside);
     double FA_1 = polynomial(law->dFA, hysteretic, inside), FA_2 = polynomial(ddFA, hysteretics, inside);
 
@@ -592,6 +681,12 @@ void spring_gradient(
     for (int i = 0; i < p->elastic; i++) {
         of_force->by_kE[i] = value[i] + first[i] * out;
         of_stiffness->by_kE[i] = first[i];
+    }
+    if (p->knots) {
+        spring_spline_gradient(
+            &law->spline, p->knots, inside, 1.0, out, of_force->by_FE_forces, of_force->by_FE_knots);
+        spring_spline_gradient(
+            &law->spline, p->knots, inside, 0.0, 1.0, of_stiffness->by_FE_forces, of_stiffness->by_FE_knots);
     }
     for (int i = 0; i < p->amplifier; i++) {
         of_force->by_kA[i] = kappa * omega * value[i];
@@ -604,7 +699,7 @@ void spring_gradient(
     of_force->by_sigma = kappa * FA * change.by_sigma;
     of_force->by_n = kappa * FA * change.by_n;
     of_force->by_omega_start = kappa * FA * change.by_omega_start;
-    place(of_force, side, FE_1, FE_2 * out + kappa * omega * FA_1);
+    place(of_force, side, FE_1, FE_2 * out + kappa * omega * FA_1, p->knots ? FE_1 + FE_2 * out : 0.0);
 
     double by_omega = kappa * (FA_1 * within + FA * rho * slope_by_u * direction);
     double by_slope = kappa * FA * rho;
@@ -615,5 +710,5 @@ void spring_gradient(
     of_stiffness->by_sigma = by_omega * change.by_sigma + by_slope * slope_by_sigma;
     of_stiffness->by_n = by_omega * change.by_n + by_slope * slope_by_n;
     of_stiffness->by_omega_start = by_omega * change.by_omega_start;
-    place(of_stiffness, side, 0.0, by_inside);
+    place(of_stiffness, side, 0.0, by_inside, p->knots ? FE_2 : 0.0);
 }

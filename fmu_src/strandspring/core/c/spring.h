@@ -1,7 +1,7 @@
 /* Hysteretic spring of the modified normalized Bouc-Wen model (Zhao et al. 2013), one step at a time.
  *
- * The Python files beside this folder are the readable specification: parameters.py, restoring.py, work.py and stepper.py
- * derive what is computed here, and tests hold the values of both together. The verbs are those of path-dependent
+ * The Python files beside this folder are the readable specification: parameters.py, spline.py, restoring.py, work.py and
+ * stepper.py derive what is computed here, and tests hold the values of both together. The verbs are those of path-dependent
  * materials: a trial leaves the memory as it is, a commit advances it.
  *
  * C11 and its mathematics library. No global that changes, no allocation: the caller owns all memory, and one SpringLaw may
@@ -12,25 +12,29 @@
 #define SPRING_H
 
 #include "saturation.h"
+#include "spline.h"
 #include "spring_local.h"
 
 #include <stddef.h>
 
 enum { SPRING_COEFFICIENTS = 21 }; /* of a polynomial of degree 20 */
 
-/* One spring in SI units; elastic and amplifier count the coefficients used of kE and kA. */
+/* One spring in SI units; elastic, amplifier, knots and forces count the values used of the arrays. FE is a table if
+ * there are knots: elastic is then 0. Without padding. */
 typedef struct {
-    int elastic, amplifier;
+    int elastic, amplifier, knots, forces;
     double kE[SPRING_COEFFICIENTS], kA[SPRING_COEFFICIENTS];
+    double FE_knots[SPRING_KNOTS], FE_forces[SPRING_KNOTS];
     double kappa_omega, rho, sigma, n;
     double displacement_offset, displacement_min, displacement_max;
 } SpringParameters;
 
-/* What the functions need of one spring. Many springs may share a table, which must outlive them. */
+/* What the functions need of one spring; the spline only if FE is a table. Many springs may share a table, which must outlive them. */
 typedef struct {
     SpringParameters parameters;
     double dFE[SPRING_COEFFICIENTS], dFA[SPRING_COEFFICIENTS];
     double FE_work[SPRING_COEFFICIENTS + 1], FA_work[SPRING_COEFFICIENTS + 1];
+    SpringSpline spline;
     double x_min, x_max;
     double roughness; /* how fast FA may change per unit of xi */
     const SpringTable *table;
@@ -54,8 +58,10 @@ typedef struct {
 
 /* Derivatives of one output by displacement and by every parameter. */
 typedef struct {
-    double by_displacement;
+    double by_displacement; /* along the path */
+    double by_place;        /* by displacement, omega being held */
     double by_kE[SPRING_COEFFICIENTS], by_kA[SPRING_COEFFICIENTS];
+    double by_FE_knots[SPRING_KNOTS], by_FE_forces[SPRING_KNOTS];
     double by_kappa_omega, by_rho, by_sigma, by_n;
     double by_displacement_offset, by_displacement_min, by_displacement_max, by_omega_start;
 } SpringGradient;

@@ -10,7 +10,7 @@ from __future__ import annotations
 import struct
 from collections.abc import Sequence
 
-from ...core.parameters import SCALARS, SpringParameters
+from ...core.parameters import ARRAYS, SCALARS, SpringParameters
 from ...core.variables import start_values
 from ...errors import BuildError
 from ...kernel.path import packed
@@ -18,7 +18,10 @@ from .macho import is_macho, with_new_hashes
 
 # Marker: magic, size of the block, version of its layout. Then GUID, displacement, SpringParameters, omega_start.
 _MARKER = struct.Struct("<16sII")
-_MAGIC, _VERSION = b"strandspringfmu", 1
+_MAGIC, _VERSION = b"strandspringfmu", 2
+
+# What counts the values of each array.
+_COUNTS = {"kE": "elastic", "kA": "amplifier", "FE_knots": "knots", "FE_forces": "forces"}
 
 
 def filled(image: bytes, parameters: SpringParameters, guid: str) -> bytes:
@@ -44,6 +47,10 @@ def filled(image: bytes, parameters: SpringParameters, guid: str) -> bytes:
 def values_source(parameters: SpringParameters, guid: str) -> str:
     """The text of spring_values.h."""
     start = start_values(parameters)
+    # C11 has no empty initialisers.
+    arrays = {name: values for name in ARRAYS if (values := getattr(parameters, name))}
+    lists = "\n".join(f"        .{name} = {_listed(values)}," for name, values in arrays.items())
+    counts = "\n".join(f"        .{_COUNTS[name]} = {len(values)}," for name, values in arrays.items())
     scalars = "\n".join(f"        .{name} = {start[name].hex()}," for name in SCALARS)
     return f"""\
 /* The start values of one spring's variables; the only source that differs from FMU to FMU. */
@@ -51,10 +58,8 @@ def values_source(parameters: SpringParameters, guid: str) -> str:
 .displacement = {start["displacement"].hex()},
 .settings = {{
     .spring = {{
-        .elastic = {len(parameters.kE)},
-        .amplifier = {len(parameters.kA)},
-        .kE = {_listed(parameters.kE)},
-        .kA = {_listed(parameters.kA)},
+{counts}
+{lists}
 {scalars}
     }},
     .omega_start = {start["omega_start"].hex()},

@@ -120,6 +120,24 @@ typedef struct {
     double FE[BLOCK], FA[BLOCK], dFE[BLOCK], dFA[BLOCK];
 } Polynomials;
 
+/* FE of a table and its slope at samples within the range, most often on the piece where the last one was. */
+static void spline_forces(const SpringLaw *law, size_t count, const double *inside, int slopes, double *FE, double *dFE)
+{
+    const SpringSpline *spline = &law->spline;
+    int last = law->parameters.knots - 2, piece = 0;
+    for (size_t i = 0; i < count; i++) {
+        double x = inside[i];
+        while (piece > 0 && x < spline->knots[piece])
+            piece--;
+        while (piece < last && x >= spline->knots[piece + 1])
+            piece++;
+        double t = x - spline->knots[piece];
+        FE[i] = spline_force(spline, piece, t);
+        if (slopes)
+            dFE[i] = spline_slope(spline, piece, t);
+    }
+}
+
 /* Returns whether any sample lies outside the range. */
 static int prepare_block(const SpringLaw *law, size_t count, const double *displacement, int slopes, Polynomials *at)
 {
@@ -131,9 +149,12 @@ static int prepare_block(const SpringLaw *law, size_t count, const double *displ
         at->out[i] = x - at->inside[i];
         any |= at->out[i] != 0.0;
     }
-    polynomials(p->kE, p->elastic, count, at->inside, at->FE);
+    if (p->knots)
+        spline_forces(law, count, at->inside, slopes || any, at->FE, at->dFE);
+    else
+        polynomials(p->kE, p->elastic, count, at->inside, at->FE);
     polynomials(p->kA, p->amplifier, count, at->inside, at->FA);
-    if (slopes || any)
+    if ((slopes || any) && !p->knots)
         polynomials(law->dFE, slope_count(p->elastic), count, at->inside, at->dFE);
     if (slopes)
         polynomials(law->dFA, slope_count(p->amplifier), count, at->inside, at->dFA);
