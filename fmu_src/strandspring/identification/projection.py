@@ -112,7 +112,7 @@ class Problem:
     def at(self, fit: Refinement) -> Refinement:
         """A fit of other points of the same records at these points, unweighted."""
         weight = self.loops.weight
-        omega, derivatives = self._omega(_vector(fit.hysteresis, fit.omega_start))
+        omega, derivatives = self.omega(_vector(fit.hysteresis, fit.omega_start))
         coefficients = np.concatenate([fit.backbone.elastic, fit.backbone.amplified])
         return replace(
             fit,
