@@ -13,6 +13,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from strandspring import Record
+from strandspring.identification.polynomials import Basis
 from strandspring.identification.steady_part import find_steady_part
 from strandspring.kernel.generalised import generalised_path
 from strandspring.peers.rivals.classes import OWN, RIVALS
@@ -146,7 +147,7 @@ def record_of(name: str, noise: float = 0.0, seed: int = 0) -> Record:
 def fitted(name: str) -> tuple[Fit, Track]:
     """The class fitted to its own data without noise."""
     track = Track.from_steady([find_steady_part(record_of(name))])
-    return fit_class(CLASSES[name], track, folds(track.loops)[0])[0], track
+    return fit_class(CLASSES[name], track, folds(track)[0])[0], track
 
 
 @every_class
@@ -212,7 +213,7 @@ def test_what_is_held_out_depends_on_what_there_is() -> None:
         return Record(x, elastic(x / HALF) + 3.0 * stop(0.15 * HALF, x) / HALF, t)
 
     def held_out(*records: Record) -> tuple[int, str]:
-        fold, what = folds(Track.from_steady([find_steady_part(each) for each in records]).loops)
+        fold, what = folds(Track.from_steady([find_steady_part(each) for each in records]))
         assert np.array_equal(np.unique(fold), np.arange(fold.max() + 1))
         return int(fold.max()) + 1, what
 
@@ -220,7 +221,9 @@ def test_what_is_held_out_depends_on_what_there_is() -> None:
     assert held_out(record(3))[1] == "strokes"
     assert held_out(record(7))[1] == "cycles"
     assert held_out(record(15)) == (10, "cycles")
+    assert held_out(record(40)) == (10, "cycles")
     assert held_out(record(3), record(3, 0.1), record(4)) == (3, "records")
+    assert held_out(*(record(10, 0.1 * k) for k in range(12))) == (10, "records")
 
 
 def test_a_record_without_times_is_noted() -> None:
@@ -229,3 +232,28 @@ def test_a_record_without_times_is_noted() -> None:
     assert len(ranking.notes) == 1
     assert ranking.own is ranking.entries[0]
     assert not ranking.better
+
+
+def test_of_many_cycles_some_are_used_with_the_memory_they_had() -> None:
+    generator = np.random.default_rng(5)
+    motion = Motion(
+        (0.0, *(side * float(a) for side, a in zip([1, -1] * 60, generator.uniform(0.6, 1.0, 120), strict=True)))
+    )
+    x = motion.path()
+    part = find_steady_part(Record(HALF * x, elastic(x) + 3.0 * stop(0.3, x)))
+    track = Track.from_steady([part])
+    loops = track.loops
+    assert np.unique(loops.stroke).size == 40
+    # Four strokes before each run, but one before the first; and one that leads from the record's start to each.
+    assert loops.direction.size == 57 + 5
+    for rival in CLASSES.values():
+        basis = Basis(*loops.reach, 3, 0)
+        values = np.array([shape.value(0.5 * sum(shape.bounds)) for shape in rival.shapes(basis)])
+        whole = Track(part.loops_with(50), np.ones(part.loops_with(50).stroke.size), np.zeros(1, np.intp))
+        some = Track(loops, np.ones(loops.stroke.size), track.source)
+        expected = rival.columns(whole, basis, values)
+        found = rival.columns(some, basis, values)
+        kept = np.isin(whole.loops.displacement, loops.displacement)
+        assert kept.sum() == found.shape[0]
+        # Four strokes of at least 60 % of the amplitude leave little of what was before.
+        np.testing.assert_allclose(found, expected[kept], rtol=0, atol=1e-3 * np.ptp(expected), err_msg=rival.name)

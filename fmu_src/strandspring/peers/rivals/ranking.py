@@ -8,7 +8,6 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from ...identification.loops import Loops
 from ...identification.steady_part import find_steady_part
 from ...kernel.arrays import FloatArray
 from ...loops.strokes import IndexArray
@@ -140,7 +139,7 @@ def rank(
     IdentificationError   If a record has no steady part.
     """
     track = Track.from_steady([find_steady_part(record) for record in records])
-    fold, what = folds(track.loops)
+    fold, what = folds(track)
     entries = []
     for k, rival in enumerate(rivals):
         entry = _entry(rival, track, fold)
@@ -156,12 +155,12 @@ def rank(
     return Ranking(_sorted(entries, floor), what, int(fold.max()) + 1, spread, floor, tuple(notes))
 
 
-def folds(loops: Loops) -> tuple[IndexArray, str]:
+def folds(track: Track) -> tuple[IndexArray, str]:
     """The fold of each point, shape (P,), and what a fold is made of."""
+    loops = track.loops
     stroke = np.unique(loops.stroke, return_inverse=True)[1]
-    records = int(loops.record[-1]) + 1
-    if records >= _RECORDS:
-        return _at_most(loops.record[loops.stroke]), "records"
+    if int(track.source[-1]) + 1 >= _RECORDS:
+        return _at_most(np.unique(track.source, return_inverse=True)[1]), "records"
     strokes = int(stroke.max()) + 1
     if strokes >= 2 * _CYCLES:
         return _at_most(_without_fragments(stroke // 2)), "cycles"
