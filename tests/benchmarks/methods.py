@@ -123,8 +123,9 @@ def time_domain(start: Start, count: int = 1) -> Run:
 
         def misfit(vector: np.ndarray) -> np.ndarray:
             try:
-                return np.nan_to_num(from_vector(vector).steady_force(x) - mean, nan=1e3 * scale, posinf=1e3 * scale)
-            except ValueError:
+                difference = from_vector(vector).steady_force(x) - mean
+                return np.clip(np.nan_to_num(difference, nan=1e3 * scale), -1e3 * scale, 1e3 * scale)
+            except (ValueError, ArithmeticError):
                 return np.full(x.size, 1e3 * scale)
 
         fits = []
@@ -134,7 +135,7 @@ def time_domain(start: Start, count: int = 1) -> Run:
                 with np.errstate(over="ignore", invalid="ignore"):
                     fit = least_squares(misfit, first, x_scale=np.maximum(np.abs(first), 0.1), max_nfev=200)
                 fits.append((fit.cost, from_vector(fit.x)))
-            except (ValueError, np.linalg.LinAlgError):
+            except (ValueError, ArithmeticError, np.linalg.LinAlgError):
                 continue  # the other starts go on
         if not fits:
             raise ArithmeticError("no start led to a possible model")

@@ -16,8 +16,8 @@ from ...records.record import Record
 
 # Points in each stroke and, unless there are very many strokes, about how many in all.
 _LEAST_POINTS, _POINTS = 40, 2000
-# Cycles that are used in all, in evenly spaced runs of a record if it has more than its share; strokes before a run that
-# set its memory.
+# Cycles that are used in all, in evenly spaced runs of a record if it has more than its share; strokes before a run
+# that set its memory.
 _CYCLES, _RUNS, _MEMORY = 20, 5, 4
 _SPEED_NOISE = 0.02  # of the speed that is accepted, share of its rms
 _LONGEST_SHARE = 0.02  # of a stroke's samples over which the speed is a difference at most
