@@ -84,7 +84,7 @@ class Ranking:
         standard errors, from the scatter between the folds, as Student's t needs for 97.5 %.
         """
         own = self.own
-        if own is None or entry is own or self.folds < 2:
+        if own is None or entry is own or own.errors.size < 2:
             return False
         from scipy.stats import t
 
