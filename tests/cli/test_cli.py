@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import html
 import json
 import re
 import subprocess
 import sys
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -106,6 +108,42 @@ def test_report_stands_alone_and_escapes(run: Any, loop: str) -> None:
     assert "http" not in page.replace("http://www.w3.org", "").replace("http://purl.org", "").replace(
         "http://creativecommons.org", ""
     )
+
+
+def test_rivals_are_ranked_in_json_in_words_and_in_the_report(run: Any, loop: str) -> None:
+    done = run("identify", loop, "-o", "m.json", "--degrees", "3,2", "--rivals", "--json", "--report", "r.html")
+    assert done.status == 0
+    ranking = json.loads(done.out)["rivals"]
+    names = [entry["name"] for entry in ranking["classes"]]
+    # With n = sigma = 1 both branches are exponentials: the record is of both classes, and one has a parameter less.
+    assert names[:2] == ["vaiana-rosati", "normalized-bouc-wen"]
+    assert len(set(names)) == 7
+    assert not any(entry["clearly_better"] for entry in ranking["classes"])
+    assert all(len(entry["errors"]) == ranking["folds"] for entry in ranking["classes"])
+    assert ranking["sentence"] in html.unescape(Path("r.html").read_text(encoding="utf-8"))
+    assert "equal intervals" in done.err
+    words = run("identify", loop, "-o", "m.json", "--degrees", "3,2", "--rivals")
+    assert ranking["sentence"] in words.out
+    assert all(entry["title"] in words.out for entry in ranking["classes"])
+    assert json.loads(run("identify", loop, "-o", "m.json", "--json").out)["rivals"] is None
+
+
+def test_a_clearly_better_class_is_a_caution(run: Any, tmp_path: Path) -> None:
+    # Friction with limits that depend on the direction's side of the displacement, exponentially approached.
+    ends = np.array([0.0, 1.0, -1.0, 1.0, -1.0, 0.6, -0.5, 0.5, -0.6, 0.3, -0.3, 0.8, -1.0, 1.0])
+    x = np.concatenate([np.linspace(a, b, 60, endpoint=False) for a, b in pairwise(ends)])
+    force = [0.0]
+    for before, now in pairwise(x):
+        limit, rate = (2.5 + 0.8 * now, 5.0) if now > before else (-2.0 - 0.5 * now, 40.0)
+        force.append(limit - (limit - force[-1]) * np.exp(-rate * abs(now - before)))
+    record = write_csv(tmp_path / "asymmetric.csv", 10.0 * x, np.array(force) + 4.0 * x)
+    done = run("identify", record, "-o", "m.json", "--rivals", "--json")
+    assert done.status == 0
+    told = json.loads(done.out)
+    assert "other_class" in [outcome["name"] for outcome in told["outcomes"]]
+    assert told["rivals"]["classes"][0]["name"] == "vaiana-rosati"
+    assert told["rivals"]["classes"][0]["clearly_better"]
+    assert "other_class" in Path("m.json").read_text(encoding="utf-8")
 
 
 def test_predict_tells_figures_and_writes_the_prediction(run: Any, loop: str, model: str) -> None:

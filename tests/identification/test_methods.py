@@ -26,7 +26,7 @@ SEEDS = range(5)
 
 
 def errors(options: Method, amplitude: float, exponent: float) -> list[float]:
-    """RMSE against the noise-free response over a few seeds; the benchmark table1.py has 20."""
+    """RMSE against the noise-free response over a few seeds; the benchmark methods.py has more."""
     truth = replace(PAPER_NI, n=exponent)
     x = sine_period(amplitude, 1000)
     clean = truth.steady_force(x)

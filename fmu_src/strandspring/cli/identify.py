@@ -12,11 +12,13 @@ from ..identification.campaign import campaign_verdicts
 from ..identification.method import Method
 from ..identification.result import Identification
 from ..modelfile import ModelFile, check_name, save_model
+from ..peers.rivals.ranking import Ranking
 from .cautions import note_assumptions
 from .fit_tables import fit_json, fit_lines, parameter_lines, verdict_json
 from .options import column_options, identification_options, identifier, method_options, read_records
 from .output import note, result, result_json, working
 from .paths import refuse_overwriting
+from .rivals import compared_with_rivals, print_ranking, ranking_json
 
 
 @click.command()
@@ -26,6 +28,9 @@ from .paths import refuse_overwriting
 @click.option("--description", default="", help="Free text for the model file and the FMU.")
 @column_options
 @identification_options
+@click.option(
+    "--rivals", is_flag=True, help="Also fit other classes of models and rank them by their error on what is held out."
+)
 @click.option("--report", metavar="FILE.html", help="Also write a report with plots.")
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object instead of text.")
 def identify(
@@ -33,6 +38,7 @@ def identify(
     output: str,
     name: str | None,
     description: str,
+    rivals: bool,
     report: str | None,
     as_json: bool,
     **options: Any,
@@ -47,17 +53,22 @@ def identify(
       strandspring identify loop.csv -o spring.json
       strandspring identify rig.txt --displacement 5 --force 7 --force-unit kN -o spring.json --report spring.html
       strandspring identify a13.csv a46.csv --degrees 3,2 -o spring.json
+      strandspring identify loop.csv -o spring.json --rivals
     """
     method = method_options(options)
     refuse_overwriting(records, {"--output": output, "--report": report})
     chosen = identifier(output) if name is None else check_name(name)
     model, identification = identified(records, options, method, chosen, description)
+    ranking: Ranking | None = None
+    if rivals:
+        identification, ranking = compared_with_rivals(identification)
+        model = identification.spring(chosen, description).model
     save_model(output, model)
     if report is not None:
         from ..report.html import write_report
 
         with working("Drawing the report"):
-            write_report(Path(report), model, identification)
+            write_report(Path(report), model, identification, "" if ranking is None else ranking.sentence)
     # For one record that holds several amplitudes or frequencies there is `info`.
     verdicts = campaign_verdicts(identification.records) if len(identification.records) > 1 else (None, None)
     if as_json:
@@ -79,11 +90,14 @@ def identify(
                 "effects": identification.effects,
                 "rate_independence": rate,
                 "overlap": overlap,
+                "rivals": None if ranking is None else ranking_json(ranking),
                 "report": report,
             }
         )
         return
     print_identification(identification)
+    if ranking is not None:
+        print_ranking(ranking)
     for verdict in verdicts:
         if verdict is not None:
             result(verdict.sentence)

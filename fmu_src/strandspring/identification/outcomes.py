@@ -123,6 +123,11 @@ class Outcome(Enum):
         "Ni's method converged, but its residuals exceed the noise: Ni's model does not describe this spring, or its "
         "start values led to a local minimum; compare it with --method refined."
     )
+    OTHER_CLASS = (
+        "Another class of models predicts what it was not fitted to clearly better than this one, see the table of "
+        "--rivals; where loops unlike the recorded ones matter, record such a loop and compare both with it, or use "
+        "that class."
+    )
     POOR_FIT = (
         "The model follows these records poorly (RNL below 0.9); look at the report's plot and try higher --degrees."
     )

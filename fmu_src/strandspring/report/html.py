@@ -26,8 +26,16 @@ from ..modelfile import ModelFile
 _PLOTTED = 6000
 
 
-def write_report(path: Path, model: ModelFile, identification: Identification) -> None:
-    """Write the report with all its plots into one file."""
+def write_report(path: Path, model: ModelFile, identification: Identification, comparison: str = "") -> None:
+    """Write the report with all its plots into one file.
+
+    Parameters
+    ----------
+    path : Path
+    model : ModelFile
+    identification : Identification
+    comparison : str            How other classes of models compare, in a sentence; empty if they were not fitted.
+    """
     environment = Environment(
         loader=PackageLoader("strandspring", "report/assets"), autoescape=True, undefined=StrictUndefined
     )
@@ -37,6 +45,7 @@ def write_report(path: Path, model: ModelFile, identification: Identification) -
         values=_values(model),
         identification=identification,
         interval=PredictionInterval.of(model.uncertainty),
+        comparison=comparison,
         version=__version__,
         plots=[
             _loops(identification),

@@ -12,6 +12,7 @@
 #include "periodic.c"
 #include "linear.c"
 #include "balance.c"
+#include "generalised.c"
 
 /* Bytes of a table and of a law, for memory that is aligned to 8 bytes. */
 size_t kernel_table_size(void)

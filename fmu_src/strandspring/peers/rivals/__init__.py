@@ -1,0 +1,1 @@
+"""Other classes of hysteresis models, fitted to the same records with equal care."""
