@@ -20,9 +20,8 @@ def compared_with_rivals(identification: Identification) -> tuple[Identification
     for sentence in ranking.notes:
         note(sentence)
     if ranking.better:
-        caution = Outcome.OTHER_CLASS
-        note(f"Caution: {caution.value}")
-        identification = replace(identification, outcomes=(*identification.outcomes, caution))
+        note(f"Caution: {Outcome.OTHER_CLASS.value}")
+        identification = replace(identification, findings={**identification.findings, Outcome.OTHER_CLASS: ""})
     return identification, ranking
 
 

@@ -21,20 +21,18 @@ from .projection import Problem
 from .refinement import FAIR_TOLERANCE
 from .rig import Effect, Rig, Sizes
 from .scan import scan_minima
-from .search import PILOT, SATURATION, Candidate, force_floor, information, refined, search
+from .search import PILOT, SATURATION, Candidate, force_floor, information, is_explained, refined, search
 
 _MARGIN = 12.0  # by which an effect must lower the criterion beyond its price
 # An effect must explain this share of the misfit, unless nothing but noise is left: where the model itself does not
 # follow the spring, any further column gains a little.
 _WORTH = 0.25
-_NOISE_ONLY = 1.2  # misfit over noise up to which nothing else is left, if the residuals are white
 _TRIED = 3  # effects that promise most are tried
 _CARRIED = 3  # minima from which effects are looked for
 _STEPS = 6  # of Gauss-Newton
 _SETTLED = 0.01  # change of a size at which they end, share of it
 # Effects that may be fitted with the spring from the beginning.
 _LINEAR = ((Effect.FORCE_ZERO, Effect.CURVED_DRIFT), (Effect.VISCOSITY,))
-_WHITE = 2.0  # autocorrelation time of residuals up to which they are called white
 _POSITIVE = (Effect.VISCOSITY, Effect.PLAY)  # sizes that cannot be negative
 
 
@@ -88,13 +86,13 @@ def find_effects(
     if not rig.effects:
         return started
     grown = [_grown(rig, one, noise) for one in started[:_CARRIED]]
-    if not _is_explained(started[0], noise):
+    if not is_explained(started[0].fit, noise):
         grown += _all_at_once(rig, degrees or PILOT, noise)
     best = _best(grown)
     if not best.sizes:
         return started
     # Without the effects another minimum, or other degrees, may be better.
-    again = search(best.loops, degrees)
+    again = search(best.loops, noise, degrees)
     settled = [one for fit in again if (one := _settled(rig, fit, best.sizes)) is not None]
     settled = [_pruned(rig, _grown(rig, one, noise), noise) for one in settled[:_CARRIED]]
     first = _best([*settled, best])
@@ -143,13 +141,8 @@ def _grown(rig: Rig, state: Corrected, noise: float) -> Corrected:
 
 def _pays(richer: Corrected, leaner: Corrected, noise: float) -> bool:
     """Whether the effects that one state has more are worth their price."""
-    worth = richer.fit.misfit < (1.0 - _WORTH) * leaner.fit.misfit or _is_explained(richer, noise)
+    worth = richer.fit.misfit < (1.0 - _WORTH) * leaner.fit.misfit or is_explained(richer.fit, noise)
     return worth and richer.better_by(leaner) > _MARGIN
-
-
-def _is_explained(state: Corrected, noise: float) -> bool:
-    """Whether nothing but noise is left of the residuals."""
-    return state.fit.misfit <= _NOISE_ONLY * noise and state.fit.autocorrelation_time <= _WHITE
 
 
 def _pruned(rig: Rig, state: Corrected, noise: float) -> Corrected:

@@ -82,11 +82,12 @@ class RefinedOptions(Method):
         """
         strokes = sum(part.strokes.count for part in parts)
         rig = Rig.from_parts(parts, max(_LEAST_POINTS, _SEARCHED // strokes))
-        candidates = search(rig.loops, self.degrees)
+        noise = tuple(force_noise(part.record.force) for part in parts)
+        noise_rms = Samples(rig.loops, noise).noise_rms
+        candidates = search(rig.loops, noise_rms, self.degrees)
         if not candidates:
             raise IdentificationError(Outcome.BRANCHES_CROSS, where)
-        noise = tuple(force_noise(part.record.force) for part in parts)
-        found = find_effects(rig, candidates, Samples(rig.loops, noise).noise_rms, self.degrees)
+        found = find_effects(rig, candidates, noise_rms, self.degrees)
         sizes = found[0].sizes
         effects = described(sizes)
         samples = Samples(_points(parts, sizes, found[0].fit), noise)

@@ -14,7 +14,7 @@ follows anyway: they would spend themselves on imitating the hysteresis of the a
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -23,6 +23,7 @@ from .autocorrelation import autocorrelation_time
 from .loops import Loops
 from .polynomials import Basis
 from .projection import Problem, Refinement, triangle_of
+from .repetition import repeated_share
 from .scan import scan_minima
 from .solution import cautions_of, is_positive
 from .stages import Hysteresis
@@ -37,6 +38,13 @@ _PILOT_TOLERANCE, _TOLERANCE = 1e-3, 1e-5
 _PROMISING = 1.5  # minima with a misfit up to this many times the least are carried through the degrees
 _ROUNDS = 3  # of choosing degrees and refining
 _SAME = 0.1  # difference of ln(rho), ln(sigma), ln(n) within which two fits are one minimum
+_INTERVALS = (6, 8, 10, 12, 16, 20, 24)  # of FE as a table
+_POINTS_PER_KNOT = 4
+_TABULATED = 2  # minima for which a table is tried
+_LOCKED = 0.2  # correlation of the residuals between cycles from which a table is tried
+_WORTH = 0.15  # share of the misfit that a table must explain, unless nothing but noise is left
+NOISE_ONLY = 1.2  # misfit over noise up to which residuals are noise, if they are white
+WHITE = 2.0  # autocorrelation time up to which they are
 SATURATION = 20.0  # by which the criterion must favour a fit whose strokes do not saturate
 
 
@@ -67,13 +75,14 @@ class Candidate:
         return self.basis.elastic + self.basis.amplifier + 2
 
 
-def search(loops: Loops, degrees: tuple[int, int] | None = None) -> list[Candidate]:
+def search(loops: Loops, noise: float, degrees: tuple[int, int] | None = None) -> list[Candidate]:
     """The distinct minima by their criterion, the best first; none if nothing physically possible was found.
 
     Parameters
     ----------
     loops : Loops
-    degrees : (int, int) or None   Chosen if None.
+    noise : float                  The rms that noise alone gives the residuals [N].
+    degrees : (int, int) or None   Chosen if None; FE may be a table then.
     """
     pilots: list[Candidate] = []
     for start in _starts(loops, degrees or PILOT):
@@ -90,6 +99,8 @@ def search(loops: Loops, degrees: tuple[int, int] | None = None) -> list[Candida
         carried = [_with_degrees(loops, pilot, floor) for pilot in carried]
     else:
         carried = [refined(loops, c.basis, c.refinement.hysteresis) or c for c in carried]
+    if degrees is None:
+        carried += _tabulated(loops, carried, noise, floor)
     independent = loops.force.size / min(carried, key=lambda c: c.misfit).autocorrelation_time
     ranked = sorted((_ranked(c, independent, floor) for c in carried), key=lambda c: c.criterion)
     return [c for k, c in enumerate(ranked) if not any(_alike(c, other) for other in ranked[:k])]
@@ -163,6 +174,35 @@ def _choose(loops: Loops, candidate: Candidate, independent: float, floor: float
             if value < best:
                 best, chosen = value, (elastic, amplifier)
     return chosen
+
+
+def _tabulated(loops: Loops, candidates: Sequence[Candidate], noise: float, floor: float) -> list[Candidate]:
+    """Candidates with FE as a table, if all that have polynomials leave misfit that comes back in every cycle."""
+    best = min(candidates, key=lambda c: c.misfit)
+    residuals = best.refinement.backbone.misfit(loops.force, best.refinement.omega)
+    if is_explained(best, noise) or repeated_share(loops, residuals) < _LOCKED:
+        return []
+    # Imported here because of SciPy, which takes long, and few records need a table.
+    from .table import TableBasis
+
+    found = []
+    for candidate in sorted(candidates, key=lambda c: c.misfit)[:_TABULATED]:
+        tables = [
+            refined(loops, TableBasis(*loops.reach, intervals, _DEGREES[1]), candidate.refinement.hysteresis)
+            for intervals in _INTERVALS
+            if _POINTS_PER_KNOT * intervals <= loops.force.size
+        ]
+        least = min((t for t in tables if t is not None), key=lambda t: t.misfit, default=None)
+        if least is None or not (least.misfit < (1.0 - _WORTH) * best.misfit or is_explained(least, noise)):
+            continue
+        independent = loops.force.size / least.autocorrelation_time
+        found.append(min((_ranked(t, independent, floor) for t in tables if t is not None), key=lambda t: t.criterion))
+    return found
+
+
+def is_explained(candidate: Candidate, noise: float) -> bool:
+    """Whether nothing but noise is left of the residuals."""
+    return candidate.misfit <= NOISE_ONLY * noise and candidate.autocorrelation_time <= WHITE
 
 
 def force_floor(loops: Loops) -> float:

@@ -101,7 +101,7 @@ def _in_some_cycles(track: Track) -> Track:
     return Track(
         Loops(
             loops.displacement[points], loops.force[points], loops.weight[points], loops.travel[points],
-            moved + run[moved] + 1,
+            moved + run[moved] + 1, loops.sample[points],
             np.insert(loops.direction[strokes], first, side),
             np.insert(loops.start[strokes], first, loops.start[strokes[first]] - side * length),
             np.insert(loops.length[strokes], first, length),
