@@ -21,7 +21,17 @@ from .projection import Problem
 from .refinement import FAIR_TOLERANCE
 from .rig import Effect, Rig, Sizes
 from .scan import scan_minima
-from .search import PILOT, SATURATION, Candidate, force_floor, information, is_explained, refined, search
+from .search import (
+    PILOT,
+    SATURATION,
+    Candidate,
+    force_floor,
+    information,
+    is_explained,
+    refined,
+    search,
+    with_richer_bases,
+)
 
 _MARGIN = 12.0  # by which an effect must lower the criterion beyond its price
 # An effect must explain this share of the misfit, unless nothing but noise is left: where the model itself does not
@@ -83,8 +93,21 @@ def find_effects(
     degrees : (int, int) or None         Of FE and FA; chosen if None.
     """
     started = [Corrected(fit, rig.loops, {}) for fit in candidates]
-    if not rig.effects:
-        return started
+    found = _with_effects(rig, started, noise, degrees) if rig.effects else started
+    if degrees is not None:
+        return found
+    richer = [
+        Corrected(fit, state.loops, state.sizes)
+        for state in (found[0], started[0])
+        if (fit := with_richer_bases(state.loops, state.fit, noise)) is not None
+    ]
+    settled = [_pruned(rig, _grown(rig, state, noise), noise) for state in richer]
+    best = _best([found[0], *settled])
+    return [best, *(state for state in found if state is not best)]
+
+
+def _with_effects(rig: Rig, started: list[Corrected], noise: float, degrees: tuple[int, int] | None) -> list[Corrected]:
+    """The springs with the effects that pay for themselves, the best first."""
     grown = [_grown(rig, one, noise) for one in started[:_CARRIED]]
     if not is_explained(started[0].fit, noise):
         grown += _all_at_once(rig, degrees or PILOT, noise)
@@ -92,7 +115,7 @@ def find_effects(
     if not best.sizes:
         return started
     # Without the effects another minimum, or other degrees, may be better.
-    again = search(best.loops, noise, degrees)
+    again = search(best.loops, degrees)
     settled = [one for fit in again if (one := _settled(rig, fit, best.sizes)) is not None]
     settled = [_pruned(rig, _grown(rig, one, noise), noise) for one in settled[:_CARRIED]]
     first = _best([*settled, best])

@@ -84,7 +84,7 @@ class RefinedOptions(Method):
         rig = Rig.from_parts(parts, max(_LEAST_POINTS, _SEARCHED // strokes))
         noise = tuple(force_noise(part.record.force) for part in parts)
         noise_rms = Samples(rig.loops, noise).noise_rms
-        candidates = search(rig.loops, noise_rms, self.degrees)
+        candidates = search(rig.loops, self.degrees)
         if not candidates:
             raise IdentificationError(Outcome.BRANCHES_CROSS, where)
         found = find_effects(rig, candidates, noise_rms, self.degrees)

@@ -14,7 +14,7 @@ follows anyway: they would spend themselves on imitating the hysteresis of the a
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -40,9 +40,9 @@ _ROUNDS = 3  # of choosing degrees and refining
 _SAME = 0.1  # difference of ln(rho), ln(sigma), ln(n) within which two fits are one minimum
 _INTERVALS = (6, 8, 10, 12, 16, 20, 24)  # of FE as a table
 _POINTS_PER_KNOT = 4
-_TABULATED = 2  # minima for which a table is tried
-_LOCKED = 0.2  # correlation of the residuals between cycles from which a table is tried
-_WORTH = 0.15  # share of the misfit that a table must explain, unless nothing but noise is left
+_BENDING = 4  # degree of FA where misfit comes back in every cycle
+_LOCKED = 0.2  # correlation of the residuals between cycles that is called coming back
+_WORTH = 0.15  # share of the misfit that a richer basis must explain, unless nothing but noise is left
 NOISE_ONLY = 1.2  # misfit over noise up to which residuals are noise, if they are white
 WHITE = 2.0  # autocorrelation time up to which they are
 SATURATION = 20.0  # by which the criterion must favour a fit whose strokes do not saturate
@@ -75,14 +75,13 @@ class Candidate:
         return self.basis.elastic + self.basis.amplifier + 2
 
 
-def search(loops: Loops, noise: float, degrees: tuple[int, int] | None = None) -> list[Candidate]:
+def search(loops: Loops, degrees: tuple[int, int] | None = None) -> list[Candidate]:
     """The distinct minima by their criterion, the best first; none if nothing physically possible was found.
 
     Parameters
     ----------
     loops : Loops
-    noise : float                  The rms that noise alone gives the residuals [N].
-    degrees : (int, int) or None   Chosen if None; FE may be a table then.
+    degrees : (int, int) or None   Chosen if None.
     """
     pilots: list[Candidate] = []
     for start in _starts(loops, degrees or PILOT):
@@ -99,8 +98,6 @@ def search(loops: Loops, noise: float, degrees: tuple[int, int] | None = None) -
         carried = [_with_degrees(loops, pilot, floor) for pilot in carried]
     else:
         carried = [refined(loops, c.basis, c.refinement.hysteresis) or c for c in carried]
-    if degrees is None:
-        carried += _tabulated(loops, carried, noise, floor)
     independent = loops.force.size / min(carried, key=lambda c: c.misfit).autocorrelation_time
     ranked = sorted((_ranked(c, independent, floor) for c in carried), key=lambda c: c.criterion)
     return [c for k, c in enumerate(ranked) if not any(_alike(c, other) for other in ranked[:k])]
@@ -176,28 +173,40 @@ def _choose(loops: Loops, candidate: Candidate, independent: float, floor: float
     return chosen
 
 
-def _tabulated(loops: Loops, candidates: Sequence[Candidate], noise: float, floor: float) -> list[Candidate]:
-    """Candidates with FE as a table, if all that have polynomials leave misfit that comes back in every cycle."""
-    best = min(candidates, key=lambda c: c.misfit)
-    residuals = best.refinement.backbone.misfit(loops.force, best.refinement.omega)
-    if is_explained(best, noise) or repeated_share(loops, residuals) < _LOCKED:
-        return []
+def with_richer_bases(loops: Loops, candidate: Candidate, noise: float) -> Candidate | None:
+    """A candidate with FE as a table or an FA of higher degree; None where that is not called for.
+
+    It is if misfit is left that comes back in every cycle, and if the richer basis takes a good part of it.
+
+    Parameters
+    ----------
+    loops : Loops
+    candidate : Candidate
+    noise : float           The rms that noise alone gives the residuals [N].
+    """
+    residuals = candidate.refinement.backbone.misfit(loops.force, candidate.refinement.omega)
+    if is_explained(candidate, noise) or repeated_share(loops, residuals) < _LOCKED:
+        return None
     # Imported here because of SciPy, which takes long, and few records need a table.
     from .table import TableBasis
 
-    found = []
-    for candidate in sorted(candidates, key=lambda c: c.misfit)[:_TABULATED]:
-        tables = [
-            refined(loops, TableBasis(*loops.reach, intervals, _DEGREES[1]), candidate.refinement.hysteresis)
-            for intervals in _INTERVALS
-            if _POINTS_PER_KNOT * intervals <= loops.force.size
-        ]
-        least = min((t for t in tables if t is not None), key=lambda t: t.misfit, default=None)
-        if least is None or not (least.misfit < (1.0 - _WORTH) * best.misfit or is_explained(least, noise)):
-            continue
-        independent = loops.force.size / least.autocorrelation_time
-        found.append(min((_ranked(t, independent, floor) for t in tables if t is not None), key=lambda t: t.criterion))
-    return found
+    low, high, amplifier = candidate.basis.low, candidate.basis.high, _DEGREES[1]
+    bases = [Basis(low, high, _DEGREES[0], _BENDING)]
+    bases += [
+        TableBasis(low, high, intervals, degree)
+        for intervals in _INTERVALS
+        for degree in (amplifier, _BENDING)
+        if _POINTS_PER_KNOT * intervals <= loops.force.size
+    ]
+    richer = [refined(loops, basis, candidate.refinement.hysteresis) for basis in bases]
+    least = min((each for each in richer if each is not None), key=lambda each: each.misfit, default=None)
+    if least is None:
+        return None
+    independent, floor = loops.force.size / least.autocorrelation_time, force_floor(loops)
+    ranked = (_ranked(each, independent, floor) for each in richer if each is not None)
+    best = min(ranked, key=lambda each: each.criterion)
+    worth = best.misfit < (1.0 - _WORTH) * candidate.misfit or is_explained(best, noise)
+    return best if worth and best.criterion < _ranked(candidate, independent, floor).criterion else None
 
 
 def is_explained(candidate: Candidate, noise: float) -> bool:
