@@ -37,11 +37,11 @@ def choose_degrees(loops: Loops, solve: Callable[[tuple[int, int]], Solution | N
     noise = loops.rms(np.sqrt(force_noise(loops.force).variance(loops.force)))
     pilot = solve(_PILOT)
     if pilot is not None:
-        reached = max(_prediction_error(loops, pilot.basis, pilot.omega), floor)
+        reached = max(prediction_error(loops, pilot.basis, pilot.omega), floor)
         if reached <= max(floor, _EXPLAINED * noise):
             leaner = _DEGREES[: _DEGREES.index(_PILOT)]
             bases = (replace(pilot.basis, elastic=n, amplifier=m) for n, m in leaner)
-            errors = (_prediction_error(loops, basis, pilot.omega) for basis in bases)
+            errors = (prediction_error(loops, basis, pilot.omega) for basis in bases)
             chosen = next((d for d, e in zip(leaner, errors, strict=True) if e <= _AS_WELL * reached), _PILOT)
             return pilot if chosen == _PILOT else solve(chosen) or pilot
     best: Solution | None = None
@@ -50,7 +50,7 @@ def choose_degrees(loops: Loops, solve: Callable[[tuple[int, int]], Solution | N
         solution = pilot if degrees == _PILOT else solve(degrees)
         if solution is None:
             continue
-        error = max(_prediction_error(loops, solution.basis, solution.omega), floor)
+        error = max(prediction_error(loops, solution.basis, solution.omega), floor)
         if error < _WORTH * least:
             best, least = solution, error
         if least == floor:
@@ -58,7 +58,7 @@ def choose_degrees(loops: Loops, solve: Callable[[tuple[int, int]], Solution | N
     return best
 
 
-def _prediction_error(loops: Loops, basis: Basis, omega: FloatArray) -> float:
+def prediction_error(loops: Loops, basis: Basis, omega: FloatArray) -> float:
     """rms error [N] of FE and FA on the cycles they were not fitted to, cycles being halved by parity.
 
     With a single cycle Akaike's final prediction error takes its place.
@@ -67,7 +67,7 @@ def _prediction_error(loops: Loops, basis: Basis, omega: FloatArray) -> float:
     root = np.sqrt(loops.weight)
     matrix = np.hstack([columns.elastic, omega[:, None] * columns.amplifier]) * root[:, None]
     target = loops.force * root
-    cycle = (loops.stroke - loops.stroke[0]) // 2
+    cycle = loops.cycles()
     odd = cycle % 2 == 1
     size, terms = matrix.shape
     if cycle.max() < 1 or min(odd.sum(), (~odd).sum()) < 0.3 * size:

@@ -20,6 +20,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from .autocorrelation import autocorrelation_time
+from .degrees import prediction_error
 from .loops import Loops
 from .polynomials import Basis
 from .projection import Problem, Refinement, triangle_of
@@ -42,7 +43,8 @@ _INTERVALS = (6, 8, 10, 12, 16, 20, 24)  # of FE as a table
 _POINTS_PER_KNOT = 4
 _BENDING = 4  # degree of FA where misfit comes back in every cycle
 _LOCKED = 0.2  # correlation of the residuals between cycles that is called coming back
-_WORTH = 0.15  # share of the misfit that a richer basis must explain, unless nothing but noise is left
+_WORTH = 0.15  # share of the held-out error that a richer basis must explain, unless nothing but noise is left
+_AS_WELL = 1.05  # held-out error in that of the best basis up to which a leaner one is taken
 NOISE_ONLY = 1.2  # misfit over noise up to which residuals are noise, if they are white
 WHITE = 2.0  # autocorrelation time up to which they are
 SATURATION = 20.0  # by which the criterion must favour a fit whose strokes do not saturate
@@ -176,7 +178,8 @@ def _choose(loops: Loops, candidate: Candidate, independent: float, floor: float
 def with_richer_bases(loops: Loops, candidate: Candidate, noise: float) -> Candidate | None:
     """A candidate with FE as a table or an FA of higher degree; None where that is not called for.
 
-    It is if misfit is left that comes back in every cycle, and if the richer basis takes a good part of it.
+    It is if misfit is left that comes back in every cycle, or in the only one, and if the richer basis takes a good part of it in cycles
+    that it was not fitted to, where there are several.
 
     Parameters
     ----------
@@ -185,7 +188,8 @@ def with_richer_bases(loops: Loops, candidate: Candidate, noise: float) -> Candi
     noise : float           The rms that noise alone gives the residuals [N].
     """
     residuals = candidate.refinement.backbone.misfit(loops.force, candidate.refinement.omega)
-    if is_explained(candidate, noise) or repeated_share(loops, residuals) < _LOCKED:
+    several = loops.cycles()[-1] > 0
+    if is_explained(candidate, noise) or (several and repeated_share(loops, residuals) < _LOCKED):
         return None
     # Imported here because of SciPy, which takes long, and few records need a table.
     from .table import TableBasis
@@ -198,15 +202,16 @@ def with_richer_bases(loops: Loops, candidate: Candidate, noise: float) -> Candi
         for degree in (amplifier, _BENDING)
         if _POINTS_PER_KNOT * intervals <= loops.force.size
     ]
-    richer = [refined(loops, basis, candidate.refinement.hysteresis) for basis in bases]
-    least = min((each for each in richer if each is not None), key=lambda each: each.misfit, default=None)
-    if least is None:
+    fits = [refined(loops, basis, candidate.refinement.hysteresis) for basis in bases]
+    richer = [fit for fit in fits if fit is not None]
+    errors = [prediction_error(loops, fit.basis, fit.refinement.omega) for fit in richer]
+    if not errors:
         return None
-    independent, floor = loops.force.size / least.autocorrelation_time, force_floor(loops)
-    ranked = (_ranked(each, independent, floor) for each in richer if each is not None)
-    best = min(ranked, key=lambda each: each.criterion)
-    worth = best.misfit < (1.0 - _WORTH) * candidate.misfit or is_explained(best, noise)
-    return best if worth and best.criterion < _ranked(candidate, independent, floor).criterion else None
+    good = [fit for fit, error in zip(richer, errors, strict=True) if error <= _AS_WELL * min(errors)]
+    best = min(good, key=lambda fit: fit.coefficients)
+    before = prediction_error(loops, candidate.basis, candidate.refinement.omega)
+    after = prediction_error(loops, best.basis, best.refinement.omega)
+    return best if after < (1.0 - _WORTH) * before or is_explained(best, noise) else None
 
 
 def is_explained(candidate: Candidate, noise: float) -> bool:
