@@ -90,8 +90,6 @@ def _identified(group: tuple[Record, ...], method: Method) -> Identification:
         fits = tuple(_compared(solver, *each) for each in zip(parts, group, starts, strict=True))
     rmse, rnl = overall(fits)
     findings = _merged([*((part.record.path, part.cautions) for part in parts), ("", result.cautions)])
-    if Outcome.DRIFT_REMOVED in findings:
-        findings.pop(Outcome.DRIFT, None)
     if rnl < _POOR_RNL:
         findings[Outcome.POOR_FIT] = ""
     return Identification(

@@ -96,14 +96,20 @@ def find_effects(
     found = _with_effects(rig, started, noise, degrees) if rig.effects else started
     if degrees is not None:
         return found
-    richer = [
-        Corrected(fit, state.loops, state.sizes)
-        for state in (found[0], started[0])
-        if (fit := with_richer_bases(state.loops, state.fit, noise)) is not None
-    ]
-    settled = [_pruned(rig, _grown(rig, state, noise), noise) for state in richer]
-    best = _best([found[0], *settled])
+    # A richer basis has shown its worth on cycles that it was not fitted to: it takes the place of the leaner one.
+    alternatives = [_enriched(rig, found[0], noise)]
+    if found[0].sizes:
+        alternatives.append(_enriched(rig, started[0], noise))
+    best = _best(alternatives)
     return [best, *(state for state in found if state is not best)]
+
+
+def _enriched(rig: Rig, state: Corrected, noise: float) -> Corrected:
+    """With a richer basis, if that is called for, and the effects that pay beside it."""
+    fit = with_richer_bases(state.loops, state.fit, noise)
+    if fit is None:
+        return state
+    return _pruned(rig, _grown(rig, Corrected(fit, state.loops, state.sizes), noise), noise)
 
 
 def _with_effects(rig: Rig, started: list[Corrected], noise: float, degrees: tuple[int, int] | None) -> list[Corrected]:

@@ -23,6 +23,7 @@ from .refinement import Samples, refine
 from .rig import Rig, Sizes, transferred
 from .rig_effects import CAUTIONS, described, detail
 from .search import Candidate, search
+from .small_loops import undecided_energy
 from .solution import cautions_of, is_positive, saturation_share, spring_of
 from .steady_part import SteadyRecord
 from .uncertainty import is_sigma_uncertain, uncertainty
@@ -118,9 +119,13 @@ class RefinedOptions(Method):
             cautions.append(Outcome.INDISTINCT)
         if is_sigma_uncertain(loops, basis, refinement):
             cautions.append(Outcome.SIGMA_AT_BOUND)
+        spring = spring_of(basis, refinement.backbone, refinement.hysteresis)
+        findings = {outcome: detail(outcome, effects) for outcome in cautions}
+        if undecided := undecided_energy(spring, content, [state.fit for state in found]):
+            findings[Outcome.SMALL_LOOPS] = undecided
         return Fitted(
-            spring_of(basis, refinement.backbone, refinement.hysteresis),
-            {outcome: detail(outcome, effects) for outcome in cautions},
+            spring,
+            findings,
             saturation_share(loops, refinement.hysteresis),
             tuple(refinement.omega_start.tolist()),
             content,

@@ -178,8 +178,8 @@ def _choose(loops: Loops, candidate: Candidate, independent: float, floor: float
 def with_richer_bases(loops: Loops, candidate: Candidate, noise: float) -> Candidate | None:
     """A candidate with FE as a table or an FA of higher degree; None where that is not called for.
 
-    It is if misfit is left that comes back in every cycle, or in the only one, and if the richer basis takes a good part of it in cycles
-    that it was not fitted to, where there are several.
+    It is if misfit is left that comes back in every cycle, or in the only one, and if the richer basis takes a good
+    part of it in cycles that it was not fitted to, where there are several.
 
     Parameters
     ----------

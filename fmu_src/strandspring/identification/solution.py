@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import product
 
 import numpy as np
 
@@ -20,6 +21,8 @@ from .uncertainty import is_sigma_uncertain
 
 # |omega| that full strokes must reach for a steady section to exist.
 _SATURATED = 0.9
+_FULL = 0.9  # share of the longest stroke from which a stroke counts as a full one
+_DRIFT = 0.05  # change of a stroke's mean force over the record that is called drift, share of the rms force
 _STEADY = 0.98  # omega from which the hysteresis counts as steady
 # A bound is reached within this share of it.
 _AT_BOUND = 1e-3
@@ -89,10 +92,35 @@ def fitted(loops: Loops, solution: Solution | None, where: str, cautions: Sequen
             raise IdentificationError(Outcome.BRANCHES_CROSS, where)
         backbone, reduced = again, [Outcome.AMPLIFIER_REDUCED]
     all_cautions = [*reduced, *cautions_of(loops, hysteresis, solution.omega), *cautions]
+    if drifts(loops):
+        all_cautions.append(Outcome.DRIFT)
     refinement = Problem(loops, basis, hysteresis).linearised(hysteresis, backbone)
     if is_sigma_uncertain(loops, basis, refinement):
         all_cautions.append(Outcome.SIGMA_AT_BOUND)
     return Fitted(spring_of(basis, backbone, hysteresis), dict.fromkeys(all_cautions, ""), solution.steady_share)
+
+
+def drifts(loops: Loops) -> bool:
+    """Whether the mean force of the full strokes of a kind changes from the first to the last of a record."""
+    used, first, samples = np.unique(loops.stroke, return_index=True, return_counts=True)
+    spread = loops.rms(loops.force - np.average(loops.force, weights=loops.weight))
+    full = {
+        int(stroke): _mean(loops.travel[at : at + n], loops.force[at : at + n])
+        for stroke, at, n in zip(used, first, samples, strict=True)
+        if n > 1 and loops.length[stroke] >= _FULL * loops.longest
+    }
+    for record, side in product(range(int(loops.record.max()) + 1), (1, -1)):
+        means = [mean for k, mean in full.items() if loops.record[k] == record and loops.direction[k] == side]
+        if len(means) >= 3:
+            slope = np.polyfit(np.arange(len(means)), means, 1)[0]
+            if abs(slope) * (len(means) - 1) > _DRIFT * spread:
+                return True
+    return False
+
+
+def _mean(travel: FloatArray, force: FloatArray) -> float:
+    """Mean of the force over the travel [N]."""
+    return float(np.trapezoid(force, travel)) / float(travel[-1] - travel[0])
 
 
 def is_positive(basis: Basis, backbone: Backbone) -> bool:

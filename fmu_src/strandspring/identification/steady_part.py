@@ -22,7 +22,6 @@ _SNAP = 0.2  # counter-movement of the force within a branch, share of its range
 _NO_LOOP = 1e-4  # half height of a loop that is called none, share of the force range
 _CROSSED = 0.1  # share of the displacement range over which the branches may be crossed
 _ALIKE = 0.015  # difference between two strokes that is called none, share of the force range
-_DRIFT = 0.05  # drift over the record, share of the rms force about its mean
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,8 +75,6 @@ def find_steady_part(record: Record) -> SteadyRecord:
     loops = _points_of(record, strokes, first_used, periodic, POINTS_PER_STROKE, used)
     mean = mean_loop(loops)
     _refuse_impossible(record, mean)
-    if _drift(loops) > _DRIFT:
-        cautions[Outcome.DRIFT] = ""
     return SteadyRecord(record, strokes, first_used, loops, periodic, cautions, used)
 
 
@@ -212,22 +209,3 @@ def _refuse_impossible(record: Record, mean: MeanLoop) -> None:
     crossed = mean.unloading > mean.loading + max(4.0 * noise, 0.02 * span)
     if np.mean(crossed) > _CROSSED:
         refuse(Outcome.BRANCHES_CROSS)
-
-
-def _drift(loops: Loops) -> float:
-    """Change of the strokes' mean force from the first to the last full stroke of a kind, share of the rms force."""
-    used = np.unique(loops.stroke)
-    total = np.bincount(loops.stroke, weights=loops.weight * loops.force)
-    weight = np.bincount(loops.stroke, weights=loops.weight)
-    spread = np.sqrt(
-        np.average((loops.force - np.average(loops.force, weights=loops.weight)) ** 2, weights=loops.weight)
-    )
-    full = [k for k in used if loops.length[k] >= _FULL * loops.length[used].max()]
-    changes = [0.0]
-    for side in (1, -1):
-        strokes = [k for k in full if loops.direction[k] == side]
-        if len(strokes) >= 3:
-            means = total[strokes] / weight[strokes]
-            slope = np.polyfit(np.arange(len(strokes)), means, 1)[0]
-            changes.append(abs(slope) * (len(strokes) - 1))
-    return float(max(changes) / max(spread, 1e-300))
