@@ -22,7 +22,7 @@ from .projection import RHO_BOUNDS, Refinement
 from .refinement import Samples, refine
 from .rig import Rig, Sizes, transferred
 from .rig_effects import CAUTIONS, described, detail
-from .search import Candidate, search
+from .search import Candidate, bending_more, search
 from .small_loops import undecided_energy
 from .solution import cautions_of, is_positive, saturation_share, spring_of
 from .steady_part import SteadyRecord
@@ -119,9 +119,12 @@ class RefinedOptions(Method):
             cautions.append(Outcome.INDISTINCT)
         if is_sigma_uncertain(loops, basis, refinement):
             cautions.append(Outcome.SIGMA_AT_BOUND)
+        alternatives = [[state.fit for state in found]]
+        if self.degrees is None:
+            alternatives.append(bending_more(found[0].loops, found[0].fit))
         spring = spring_of(basis, refinement.backbone, refinement.hysteresis)
         findings = {outcome: detail(outcome, effects) for outcome in cautions}
-        if undecided := undecided_energy(spring, content, [state.fit for state in found]):
+        if undecided := undecided_energy(spring, content, alternatives):
             findings[Outcome.SMALL_LOOPS] = undecided
         return Fitted(
             spring,

@@ -214,6 +214,17 @@ def with_richer_bases(loops: Loops, candidate: Candidate, noise: float) -> Candi
     return best if after < (1.0 - _WORTH) * before or is_explained(best, noise) else None
 
 
+def bending_more(loops: Loops, candidate: Candidate) -> list[Candidate]:
+    """The candidate again with the next degree of FA, unless it has the highest; both ranked anew, itself first."""
+    amplifier = candidate.basis.amplifier + 1
+    if amplifier > _DEGREES[1]:
+        return [candidate]
+    basis = replace(candidate.basis, amplifier=amplifier)
+    other = refined(loops, basis, candidate.refinement.hysteresis)
+    independent, floor = loops.force.size / candidate.autocorrelation_time, force_floor(loops)
+    return [_ranked(each, independent, floor) for each in (candidate, other) if each is not None]
+
+
 def is_explained(candidate: Candidate, noise: float) -> bool:
     """Whether nothing but noise is left of the residuals."""
     return candidate.misfit <= NOISE_ONLY * noise and candidate.autocorrelation_time <= WHITE

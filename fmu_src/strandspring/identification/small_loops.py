@@ -19,7 +19,7 @@ _SAMPLES = 200  # of one period
 _CYCLES = 3  # until the loop is steady
 _NORMAL_95 = 1.96  # standard errors to either side
 _CLOSE = 10.0  # difference of the criterion up to which two minima fit about as well
-_UNDECIDED = 0.1  # uncertainty of the energy that is told, share of it
+_UNDECIDED = 0.07  # uncertainty of the energy that is told, share of it
 
 
 def loop_energy(spring: SpringParameters) -> float:
@@ -32,29 +32,32 @@ def loop_energy(spring: SpringParameters) -> float:
     return float(np.trapezoid(force[last], path[last]))
 
 
-def undecided_energy(spring: SpringParameters, uncertainty: dict[str, Any], others: Sequence[Candidate]) -> str:
+def undecided_energy(
+    spring: SpringParameters, uncertainty: dict[str, Any], alternatives: Sequence[Sequence[Candidate]]
+) -> str:
     """What the records leave undecided of that energy, in words; empty if it is little.
 
     Parameters
     ----------
     spring : SpringParameters
     uncertainty : dict                Content of the model file's field, with the joint covariance.
-    others : sequence of Candidate    Distinct minima by their criterion, the best, which gave the spring, first.
+    alternatives : sequence of sequences of Candidate   Each with the fit that gave the spring first, and others with
+                                      their criterion by the same count.
     """
     energy = loop_energy(spring)
     parts = []
     joint = JointCovariance.of(spring, uncertainty)
     if joint is not None and (error := _relative_error(spring, joint, energy)) > _UNDECIDED:
         parts.append(f"known to +- {100.0 * min(error, 9.99):.0f} % at {100.0 * AMPLITUDE:.0f} % of the amplitude")
-    rivals = [other for other in others[1:] if other.criterion - others[0].criterion < _CLOSE]
+    rivals = [other for best, *others in alternatives for other in others if other.criterion < best.criterion + _CLOSE]
     springs = [spring_of(other.basis, other.refinement.backbone, other.refinement.hysteresis) for other in rivals]
     energies = [loop_energy(other) for other in springs]
     if any(abs(other / energy - 1.0) > _UNDECIDED for other in energies):
         ratios = [other / energy for other in energies]
         next_best = springs[0]
         parts.append(
-            f"another minimum that fits about as well has n {next_best.n:.3g}, sigma {next_best.sigma:.3g}, "
-            f"rho {next_best.rho:.3g} 1/m; such minima give {min(ratios):.2g} to {max(ratios):.2g} times the energy"
+            f"another fit that is about as good has n {next_best.n:.3g}, sigma {next_best.sigma:.3g}, "
+            f"rho {next_best.rho:.3g} 1/m; such fits give {min(ratios):.2g} to {max(ratios):.2g} times the energy"
         )
     return "; ".join(parts)
 
