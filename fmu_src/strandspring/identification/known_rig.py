@@ -11,8 +11,9 @@ with the acceleration a of x_s. The force stays at the samples at which it was m
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -55,6 +56,13 @@ class KnownRig:
             raise ValueError(f"`fixture_stiffness` must be > 0 [N/m], got {self.fixture_stiffness}.")
         if self.delay is not None and not math.isfinite(self.delay):
             raise ValueError(f"`delay` must be finite [s], got {self.delay}.")
+
+    @classmethod
+    def of(cls, effects: Mapping[str, Any], options: Mapping[str, Any]) -> KnownRig:
+        """What was given for an identification, by its effects and options."""
+        given = {name: effects[name] for name in ("moving_mass", "fixture_stiffness") if name in effects}
+        is_given = options.get(Effect.DELAY.value, "auto") != "auto"
+        return cls(**given, delay=effects[Effect.DELAY.value] if is_given else None)
 
     @property
     def effects(self) -> dict[str, float]:

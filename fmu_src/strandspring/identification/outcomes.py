@@ -19,7 +19,7 @@ class Outcome(Enum):
     )
     COLUMNS_SWAPPED = (
         "The loop runs the wrong way round, as if the spring released energy; displacement and force are probably "
-        "swapped: exchange --displacement and --force; or the force leads by far: check the synchronisation of the "
+        "swapped: exchange --displacement and --force; or the force lags far behind: check the synchronisation of the "
         "two sensors and give --delay."
     )
     SNAP_THROUGH = (
