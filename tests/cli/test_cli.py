@@ -325,6 +325,10 @@ def test_wrong_usage_is_status_2(run: Any, loop: str, model: str) -> None:
         ["synthesize", "spring", model, "-o", "s.csv", "--mean", "inf"],
         ["identify", loop, "-o", "m.json", "--method", "scan", "--robust"],
         ["identify", loop, "-o", "m.json", "--method", "refined", "--smoothing", "3"],
+        ["identify", loop, "-o", "m.json", "--moving-mass", "-1"],
+        ["identify", loop, "-o", "m.json", "--fixture-stiffness", "0"],
+        ["identify", loop, "-o", "m.json", "--delay", "nan"],
+        ["identify", loop, "-o", "m.json", "--method", "scan", "--moving-mass", "1"],
         ["build", model, "--backend", "cobol"],
         ["nonsense"],
     ):
@@ -523,3 +527,26 @@ def test_identifying_a_small_record_loads_no_pandas_rich_or_matplotlib(loop: str
         [sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, timeout=120, check=True
     )
     assert done.stdout.splitlines()[-1] == "loaded:"
+
+
+def test_what_is_known_of_the_rig_is_taken_out_and_shown(run: Any) -> None:
+    time = np.linspace(0.0, 3.0, 601)
+    x = 0.02 * np.sin(2.0 * np.pi * time)
+    force = Spring(spring_of(1.0, 1.0)).response(0.05 + x) - 0.5 * (2.0 * np.pi) ** 2 * x
+    np.savetxt("rig.csv", np.column_stack([time, 50.0 + 1e3 * x, force]), delimiter=",", header="t [s],x [mm],F [N]",
+               comments="")  # fmt: skip
+    columns = ("--time", "1", "--displacement", "2", "--force", "3")
+    plain = run("identify", "rig.csv", "-o", "a.json", *columns)
+    assert "Note: 1 kg between load cell and spring would change the stiffness by" in plain.out
+    given = ("--moving-mass", "0.5", "--fixture-stiffness", "1e6", "--delay", "0")
+    done = run("identify", "rig.csv", "-o", "b.json", *columns, *given)
+    assert "a moving mass of 0.5 kg, a fixture of 1e+06 N/mm, a delay of the force by 0 ms" in done.out
+    assert "Note:" not in done.out
+    effects = {"moving_mass": 0.5, "fixture_stiffness": 1e9, "delay": 0.0}
+    model = load_model("b.json")
+    assert model.fit["effects"] == effects
+    assert model.provenance["options"].items() >= effects.items()
+    found = json.loads(run("identify", "rig.csv", "-o", "c.json", *columns, "--json", "--delay", "0").out)
+    assert len(found["notes"]) == 1
+    np.savetxt("timeless.csv", np.column_stack([x, force]), delimiter=",", header="x [m],F [N]", comments="")
+    assert "--time" in run("identify", "timeless.csv", "-o", "d.json", *given).refusal

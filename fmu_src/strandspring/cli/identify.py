@@ -9,6 +9,7 @@ import click
 
 from ..identification.api import identify as identify_records
 from ..identification.campaign import campaign_verdicts
+from ..identification.known_rig import KnownRig, unknown_effects
 from ..identification.method import Method
 from ..identification.result import Identification
 from ..modelfile import ModelFile, check_name, save_model
@@ -54,6 +55,7 @@ def identify(
       strandspring identify rig.txt --displacement 5 --force 7 --force-unit kN -o spring.json --report spring.html
       strandspring identify a13.csv a46.csv --degrees 3,2 -o spring.json
       strandspring identify loop.csv -o spring.json --rivals
+      strandspring identify loop.csv -o spring.json --time 1 --moving-mass 0.8 --fixture-stiffness 9000
     """
     method = method_options(options)
     refuse_overwriting(records, {"--output": output, "--report": report})
@@ -71,6 +73,7 @@ def identify(
             write_report(Path(report), model, identification, "" if ranking is None else ranking.sentence)
     # For one record that holds several amplitudes or frequencies there is `info`.
     verdicts = campaign_verdicts(identification.records) if len(identification.records) > 1 else (None, None)
+    sentences = unknown_effects(identification.records, KnownRig.of(identification.effects, identification.options))
     if as_json:
         rate, overlap = map(verdict_json, verdicts)
         result_json(
@@ -88,6 +91,7 @@ def identify(
                     for outcome, sentence in zip(identification.outcomes, identification.cautions, strict=True)
                 ],
                 "effects": identification.effects,
+                "notes": sentences,
                 "rate_independence": rate,
                 "overlap": overlap,
                 "rivals": None if ranking is None else ranking_json(ranking),
@@ -96,6 +100,8 @@ def identify(
         )
         return
     print_identification(identification)
+    for sentence in sentences:
+        result(f"Note: {sentence}")
     if ranking is not None:
         print_ranking(ranking)
     for verdict in verdicts:
@@ -129,5 +135,8 @@ def print_identification(identification: Identification) -> None:
            f"RNL {identification.rnl:.4f}")  # fmt: skip
     lines = fit_lines(identification.fits)
     lines += parameter_lines(identification.parameters, identification.uncertainty)
+    taken_out = KnownRig.of(identification.effects, identification.options).sentence
+    if taken_out:
+        lines.append(f"  {taken_out}")
     for line in lines:
         result(line)

@@ -112,6 +112,14 @@ def _degrees(_context: click.Context, _option: click.Parameter, text: str) -> tu
     return int(match[1]), int(match[2])
 
 
+def _fixture_stiffness(_context: click.Context, _option: click.Parameter, stiffness: float | None) -> float:
+    return math.inf if stiffness is None else 1e3 * stiffness
+
+
+def _delay(_context: click.Context, _option: click.Parameter, delay: float | None) -> float | None:
+    return None if delay is None else 1e-3 * delay
+
+
 # Options that select the columns of a record.
 column_options = together(
     click.option("--displacement", metavar="COLUMN", help="Displacement column: name, or number from 1."),
@@ -148,6 +156,15 @@ identification_options = together(
     click.option("--posterior", type=click.IntRange(0, 1_000_000), default=0, metavar="STEPS",
                  help="Refined: also sample the posterior distribution of the parameters by Monte Carlo, some "
                  "thousand steps; needs pip install strandspring[posterior]."),
+    click.option("--moving-mass", type=FiniteRange(min=0.0, unit="kg"), default=0.0, metavar="KG",
+                 help="Refined: mass between load cell and spring, whose inertia is taken out [kg]; needs times."),
+    click.option("--fixture-stiffness", type=FiniteRange(min=0.0, min_open=True, unit="N/mm"), metavar="N/MM",
+                 callback=_fixture_stiffness,
+                 help="Refined: stiffness of what yields between displacement sensor and spring, whose deflection is "
+                 "taken out [N/mm]."),
+    click.option("--delay", type=FiniteRange(unit="ms"), metavar="MS", callback=_delay,
+                 help="Refined: time by which the force lags, negative if it leads [ms]; needs times.  "
+                 "[default: sought in the records]"),
 )  # fmt: skip
 
 
@@ -160,7 +177,7 @@ def method_options(chosen: dict[str, Any]) -> Method:
     for name, value in values.items():
         owner, default = owners[name]
         if name not in known and value != default:
-            raise click.UsageError(f"--{name} belongs to --method {owner}.")
+            raise click.UsageError(f"--{name.replace('_', '-')} belongs to --method {owner}.")
     try:
         return method(**{name: value for name, value in values.items() if name in known})
     except ValueError as problem:

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import asdict, replace
 from itertools import combinations
+from typing import Any
 
 import numpy as np
 
@@ -13,7 +15,7 @@ from ..kernel.arrays import FloatArray
 from ..kernel.path import PathSolver
 from ..records.record import Record
 from ..records.spikes import spikes_of
-from .figures import RecordFit, overall, predict_record, record_fit
+from .figures import RecordFit, overall, periodic_start, predict_record, record_fit
 from .method import Method
 from .outcomes import IdentificationError, Outcome
 from .refined import RefinedOptions
@@ -80,12 +82,12 @@ def _spikes(record: Record) -> str:
 
 def _identified(group: tuple[Record, ...], method: Method) -> Identification:
     """The identification, isolated outliers left aside."""
-    parts = [find_steady_part(method.prepare(record)) for record in group]
+    parts = [find_steady_part(method.prepare(record), method.known_delay) for record in group]
     result = method.fit(parts, ", ".join(record.path for record in group))
     solver = PathSolver(result.parameters)
     starts = result.omega_start or (0.0,) * len(group)
     if result.predicted:
-        fits = tuple(_with_rig(*each) for each in zip(parts, group, result.predicted, starts, strict=True))
+        fits = tuple(_with_rig(solver, *each) for each in zip(parts, group, result.predicted, starts, strict=True))
     else:
         fits = tuple(_compared(solver, *each) for each in zip(parts, group, starts, strict=True))
     rmse, rnl = overall(fits)
@@ -105,8 +107,13 @@ def _identified(group: tuple[Record, ...], method: Method) -> Identification:
         band=result.band,
         effects=result.effects,
         method=method.name,
-        options={name: "auto" if value is None else value for name, value in asdict(method).items()},
+        options={name: _in_json(value) for name, value in asdict(method).items()},
     )
+
+
+def _in_json(value: Any) -> Any:
+    """An option for the provenance; JSON has no infinity."""
+    return {None: "auto", math.inf: "infinite"}.get(value, value)
 
 
 def _merged(cautions: Sequence[tuple[str, dict[Outcome, str]]]) -> dict[Outcome, str]:
@@ -119,9 +126,13 @@ def _merged(cautions: Sequence[tuple[str, dict[Outcome, str]]]) -> dict[Outcome,
     return merged
 
 
-def _with_rig(part: SteadyRecord, measured: Record, predicted: FloatArray, omega_start: float) -> RecordFit:
+def _with_rig(
+    solver: PathSolver, part: SteadyRecord, measured: Record, predicted: FloatArray, omega_start: float
+) -> RecordFit:
     """Prediction of what the spring and the effects of the rig give together."""
     first = part.first_sample
+    if part.periodic:
+        omega_start = periodic_start(solver, part.strokes.displacement)
     compared = f"from sample {first + 1}" if first else "all samples"
     return record_fit(measured, predicted, first, omega_start, f"{compared}, with the effects of the rig")
 
@@ -133,8 +144,7 @@ def _compared(solver: PathSolver, part: SteadyRecord, measured: Record, omega_st
     path = part.strokes.displacement
     first = part.first_sample
     if part.periodic:
-        # One steady period ends with the memory it began with.
-        omega_start = float(solver.omega(path, float(solver.omega(path)[-1]))[-1])
+        omega_start = periodic_start(solver, path)
         compared = "the whole period, omega_start taken from its end"
     elif first:
         compared = f"steady part from sample {first + 1}; what lies before it sets the memory only"

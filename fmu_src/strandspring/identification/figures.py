@@ -76,6 +76,11 @@ def predict_record(solver: PathSolver, record: Record) -> RecordFit:
     return record_fit(record, predicted, 0, omega_start, "all samples, omega_start estimated")
 
 
+def periodic_start(solver: PathSolver, path: FloatArray) -> float:
+    """The omega at the start of one steady period, which ends with the memory it began with."""
+    return float(solver.omega(path, float(solver.omega(path)[-1]))[-1])
+
+
 def estimate_omega_start(solver: PathSolver, strokes: Strokes, force: FloatArray) -> float:
     """The omega at the first sample that follows the first two strokes best."""
     end = int(strokes.turning[min(2, strokes.count)]) + 1

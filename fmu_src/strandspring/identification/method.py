@@ -27,7 +27,7 @@ class Fitted:
     omega_start : tuple of float     omega at the first sample of each record; 0 where it is empty.
     uncertainty : dict               Content of the model file's field; empty if the method knows none.
     band : PredictionBand or None
-    effects : dict                   Sizes of what the rig added, by name, in SI units.
+    effects : dict                   Sizes of what the rig added, found or given, by name, in SI units.
     predicted : tuple of ndarray     Force at every sample of each record, the rig's effects included [N]; empty where
                                      the spring alone says it.
     """
@@ -81,6 +81,11 @@ class Method(ABC):
         RecordError   If the record does not suit the method.
         """
         return record
+
+    @property
+    def known_delay(self) -> float:
+        """By which the force of the records is known to lag [s]."""
+        return 0.0
 
     @abstractmethod
     def fit(self, parts: Sequence[SteadyRecord], where: str) -> Fitted:

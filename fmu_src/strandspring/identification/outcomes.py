@@ -19,7 +19,8 @@ class Outcome(Enum):
     )
     COLUMNS_SWAPPED = (
         "The loop runs the wrong way round, as if the spring released energy; displacement and force are probably "
-        "swapped: exchange --displacement and --force."
+        "swapped: exchange --displacement and --force; or the force lags far behind: check the synchronisation of the "
+        "two sensors and give --delay."
     )
     SNAP_THROUGH = (
         "The force collapses while the displacement goes on (snap-through), which no single-valued stiffness with "
@@ -27,7 +28,8 @@ class Outcome(Enum):
     )
     BRANCHES_CROSS = (
         "The unloading branch lies above the loading branch over part of the range, so no positive amplifier FA "
-        "exists; check the synchronisation of the two sensors or identify a smaller range."
+        "exists; check the synchronisation of the two sensors and give a known delay with --delay, or identify a "
+        "smaller range."
     )
     NO_LOOP = (
         "The loop is no higher than the noise, so the hysteresis cannot be identified; use a plain nonlinear spring or "

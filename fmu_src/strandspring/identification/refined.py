@@ -2,14 +2,21 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from importlib.util import find_spec
 from typing import Any, ClassVar
 
+from ..core.parameters import SpringParameters
+from ..errors import RecordError
 from ..kernel.arrays import FloatArray
+from ..kernel.path import PathSolver
+from ..records.record import Record
 from .bootstrap import bootstrap
 from .effects import find_effects
+from .figures import periodic_start
+from .known_rig import KnownRig
 from .linearised import Linearised
 from .loops import POINTS_PER_STROKE, Loops
 from .method import Fitted, Method
@@ -49,6 +56,9 @@ class RefinedOptions(Method):
     bootstrap : int                Repetitions of a stroke-wise bootstrap for the standard errors; 0 for none.
     seed : int                     Of the bootstrap and the posterior.
     posterior : int                Steps of a Monte Carlo sampler of the posterior; 0 for none. Needs emcee.
+    moving_mass : float            Between load cell and spring [kg]; its inertia is taken out, which needs times.
+    fixture_stiffness : float      Of what yields between displacement sensor and spring [N/m]; infinite for nothing.
+    delay : float or None          By which the force lags [s], negative if it leads; sought in the records if None.
     """
 
     name: ClassVar[str] = "refined"
@@ -57,6 +67,9 @@ class RefinedOptions(Method):
     bootstrap: int = 0
     seed: int = 0
     posterior: int = 0
+    moving_mass: float = 0.0
+    fixture_stiffness: float = math.inf
+    delay: float | None = None
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -68,11 +81,31 @@ class RefinedOptions(Method):
             raise ValueError("`posterior` needs the package emcee; install it: pip install strandspring[posterior]")
         if self.seed < 0:
             raise ValueError(f"`seed` must be >= 0, got {self.seed}.")
+        _ = self.known  # which checks itself
 
     @property
     def withstands_outliers(self) -> bool:
         """Whether isolated outliers hardly change the fit."""
         return self.robust
+
+    @property
+    def known(self) -> KnownRig:
+        """What is known of the rig."""
+        return KnownRig(self.moving_mass, self.fixture_stiffness, self.delay)
+
+    @property
+    def known_delay(self) -> float:
+        """By which the force of the records is known to lag [s]."""
+        return self.delay or 0.0
+
+    def prepare(self, record: Record) -> Record:
+        """The record without the effects of the rig that are known, but for the delay.
+
+        Raises
+        ------
+        RecordError   If the record does not have the times that they need.
+        """
+        return self.known.removed(record)
 
     def fit(self, parts: Sequence[SteadyRecord], where: str) -> Fitted:
         """Identify from several starts and refine the best minimum on all samples.
@@ -80,9 +113,12 @@ class RefinedOptions(Method):
         Raises
         ------
         IdentificationError   If no model is physically possible.
+        RecordError           If a delay is given for a single closed period.
         """
+        if self.delay and any(part.periodic for part in parts):
+            raise RecordError(f"{where}: a delay cannot be taken out of a single cycle; record at least two.")
         strokes = sum(part.strokes.count for part in parts)
-        rig = Rig.from_parts(parts, max(_LEAST_POINTS, _SEARCHED // strokes))
+        rig = Rig.from_parts(parts, max(_LEAST_POINTS, _SEARCHED // strokes), self.delay)
         noise = tuple(force_noise(part.record.force) for part in parts)
         noise_rms = Samples(rig.loops, noise).noise_rms
         candidates = search(rig.loops, self.degrees)
@@ -91,7 +127,7 @@ class RefinedOptions(Method):
         found = find_effects(rig, candidates, noise_rms, self.degrees)
         sizes = found[0].sizes
         effects = described(sizes)
-        samples = Samples(_points(parts, sizes, found[0].fit), noise)
+        samples = Samples(self._points(parts, sizes, found[0].fit), noise)
         loops = samples.loops
         basis, refinement = self._refined(samples, found[0].fit, where)
         cautions: list[Outcome] = []
@@ -126,6 +162,7 @@ class RefinedOptions(Method):
         findings = {outcome: detail(outcome, effects) for outcome in cautions}
         if undecided := undecided_energy(spring, content, alternatives):
             findings[Outcome.SMALL_LOOPS] = undecided
+        final = replace(found[0].fit, basis=basis, refinement=refinement)
         return Fitted(
             spring,
             findings,
@@ -133,8 +170,8 @@ class RefinedOptions(Method):
             tuple(refinement.omega_start.tolist()),
             content,
             PredictionBand.of(linear, interval),
-            effects=effects,
-            predicted=_measured(parts, sizes, replace(found[0].fit, basis=basis, refinement=refinement)),
+            effects={**self.known.effects, **effects},
+            predicted=self._measured(parts, sizes, final, spring),
         )
 
     def _refined(self, samples: Samples, fit: Candidate, where: str) -> tuple[Basis, Refinement]:
@@ -148,18 +185,25 @@ class RefinedOptions(Method):
             refinement = refine(samples, basis, start, self.robust)
         return basis, refinement
 
+    def _points(self, parts: Sequence[SteadyRecord], sizes: Sizes, fit: Candidate) -> Loops:
+        """The samples of all records without the effects of the rig, averaged where there are very many."""
+        strokes = sum(part.strokes.count for part in parts)
+        points = max(POINTS_PER_STROKE, min(_POINTS_PER_STROKE, _POINTS // strokes))
+        rig = Rig.from_parts(parts, points, self.delay)
+        return rig.corrected(sizes, transferred(fit, rig.placed(sizes))) if sizes else rig.loops
 
-def _points(parts: Sequence[SteadyRecord], sizes: Sizes, fit: Candidate) -> Loops:
-    """The samples of all records without the effects of the rig, averaged where there are very many."""
-    strokes = sum(part.strokes.count for part in parts)
-    rig = Rig.from_parts(parts, max(POINTS_PER_STROKE, min(_POINTS_PER_STROKE, _POINTS // strokes)))
-    return rig.corrected(sizes, transferred(fit, rig.placed(sizes))) if sizes else rig.loops
-
-
-def _measured(parts: Sequence[SteadyRecord], sizes: Sizes, fit: Candidate) -> tuple[FloatArray, ...]:
-    """Force at every sample of each record that the spring on this rig gives [N]; empty without effects."""
-    if not sizes:
-        return ()
-    rig = Rig.from_parts(parts, None)
-    _, force = rig.predicted(sizes, fit)
-    return tuple(force[at] for _, at in rig.loops.by_record())
+    def _measured(
+        self, parts: Sequence[SteadyRecord], sizes: Sizes, fit: Candidate, spring: SpringParameters
+    ) -> tuple[FloatArray, ...]:
+        """Force at every sample of each record that the spring on this rig gives [N]; empty without effects."""
+        if not sizes and not self.known.effects:
+            return ()
+        rig = Rig.from_parts(parts, None, self.delay)
+        _, force = rig.predicted(sizes, fit)
+        forces = [force[at] for _, at in rig.loops.by_record()]
+        solver = PathSolver(spring)
+        for k, part in enumerate(parts):
+            if part.periodic:
+                path = part.strokes.displacement
+                forces[k] = solver.force(path, periodic_start(solver, path))
+        return tuple(own + self.known.inertia(part.record) for own, part in zip(forces, parts, strict=True))

@@ -47,10 +47,11 @@ class Rig:
 
     Attributes
     ----------
-    loops : Loops                          As measured.
+    loops : Loops                          As measured, but for a known delay.
     parts : tuple of SteadyRecord
     elapsed, cycle : ndarray, shape (P,)   Share of the test that is over, in samples or time and in cycles, 0 to 1.
     velocity : ndarray, shape (P,)         [m/s]; 0 without times.
+    delay : float or None                  By which the force lags as far as it is known; the points allow for it [s].
     """
 
     loops: Loops
@@ -58,9 +59,10 @@ class Rig:
     elapsed: FloatArray
     cycle: FloatArray
     velocity: FloatArray
+    delay: float | None = None
 
     @classmethod
-    def from_parts(cls, parts: Sequence[SteadyRecord], points: int | None) -> Rig:
+    def from_parts(cls, parts: Sequence[SteadyRecord], points: int | None, delay: float | None = None) -> Rig:
         """The rig of some records: their steady parts, averaged over so many points of a stroke, or every sample."""
         each = (part.all_samples() if points is None else part.loops_with(points) for part in parts)
         loops = join(list(each))
@@ -72,9 +74,11 @@ class Rig:
             elapsed[at] = begun + np.interp(loops.sample[at], index, time - time[0])
             begun += float(time[-1] - time[0])
             if part.record.time is not None:
-                velocity[at] = np.interp(loops.sample[at], index, _velocity(part))
+                moment = np.interp(loops.sample[at], index, time) - (delay or 0.0)
+                velocity[at] = np.interp(np.interp(moment, time, index), index, _velocity(part))
         strokes = loops.stroke + loops.travel / loops.length[loops.stroke]
-        return cls(loops, tuple(parts), elapsed / begun, strokes / loops.length.size, velocity)
+        rig = cls(loops, tuple(parts), elapsed / begun, strokes / loops.length.size, velocity, delay)
+        return replace(rig, loops=rig._earlier(delay)) if delay else rig
 
     @property
     def effects(self) -> tuple[Effect, ...]:
@@ -84,6 +88,8 @@ class Rig:
         impossible: tuple[Effect, ...] = ()
         if any(part.record.time is None for part in self.parts):
             impossible += _TIMED
+        if self.delay is not None:
+            impossible += (Effect.DELAY,)
         if len(self.parts) == 1:
             impossible += _BETWEEN_RECORDS
         return tuple(effect for effect in Effect if effect not in impossible)

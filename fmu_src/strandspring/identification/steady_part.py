@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,7 +33,7 @@ class SteadyRecord:
     record : Record
     strokes : Strokes        Of the whole record.
     first_used : int         First stroke of the steady part.
-    loops : Loops            Points of the steady part; memory strokes included.
+    loops : Loops            Points of the steady part, without a known delay; memory strokes included.
     periodic : bool          The record is one closed period.
     cautions : dict          Outcomes with their details, which may be empty.
     used : ndarray of bool, shape (K,)   Samples that are fitted; the others belong to the path only.
@@ -61,8 +61,13 @@ class SteadyRecord:
         return int(self.strokes.turning[self.first_used])
 
 
-def find_steady_part(record: Record) -> SteadyRecord:
+def find_steady_part(record: Record, delay: float = 0.0) -> SteadyRecord:
     """Cut a record into strokes, choose its steady part and refuse what no spring of this kind can do.
+
+    Parameters
+    ----------
+    record : Record
+    delay : float     By which the force is known to lag [s]; needs times.
 
     Raises
     ------
@@ -70,12 +75,29 @@ def find_steady_part(record: Record) -> SteadyRecord:
     """
     strokes = find_strokes(record.displacement)
     used, cautions = usable_samples(record, strokes)
-    periodic = strokes.count in (2, 3) and _is_closed(record, strokes)
-    first_used = 0 if periodic else _first_steady_stroke(strokes, record, cautions)
-    loops = _points_of(record, strokes, first_used, periodic, POINTS_PER_STROKE, used)
-    mean = mean_loop(loops)
-    _refuse_impossible(record, mean)
+    in_step = synchronised(record, delay)
+    if delay and record.time is not None:
+        # The force of the other samples arose before the record, or after it.
+        moment = record.time - delay
+        used = used & (moment >= record.time[0]) & (moment <= record.time[-1])
+    periodic = strokes.count in (2, 3) and _is_closed(in_step, strokes)
+    first_used = 0 if periodic else _first_steady_stroke(strokes, in_step, cautions)
+    loops = _points_of(in_step, strokes, first_used, periodic, POINTS_PER_STROKE, used)
+    _refuse_impossible(in_step, mean_loop(loops))
     return SteadyRecord(record, strokes, first_used, loops, periodic, cautions, used)
+
+
+def synchronised(record: Record, delay: float) -> Record:
+    """The record with the force interpolated at the moments of the displacement.
+
+    Parameters
+    ----------
+    record : Record
+    delay : float     By which the force lags [s]; 0 without times.
+    """
+    if not delay or record.time is None:
+        return record
+    return replace(record, force=np.interp(record.time + delay, record.time, record.force))
 
 
 @dataclass(frozen=True, eq=False)
