@@ -69,7 +69,11 @@ def test_nis_method_says_when_its_model_does_not_fit() -> None:
 
 # One row for each method: its name, fields of its own, and whether it gives standard errors.
 METHODS = {
-    RefinedOptions: ("refined", ("degrees", "robust", "bootstrap", "seed", "posterior"), True),
+    RefinedOptions: (
+        "refined",
+        ("degrees", "robust", "bootstrap", "seed", "posterior", "moving_mass", "fixture_stiffness", "delay"),
+        True,
+    ),
     TwoStageOptions: ("two-stage", ("degrees", "formulas", "smoothing", "filter"), False),
     ScanOptions: ("scan", ("degrees",), False),
     NiOptions: ("ni", ("degrees", "start"), False),
