@@ -2,12 +2,13 @@
 
 The smoothed path y minimises sum (y - x)^2 + lambda * sum (third differences of y)^2, which makes it quadratic on the
 scale of lambda^(1/6) samples (Whittaker, 1923; Eilers, Anal. Chem. 75, 2003). Third differences across a break, as at
-the reversals of a triangle, the ends of a dwell or a gap, are left out of the sum. lambda is that of the least estimated
-error (Mallows' Cp).
+the reversals of a triangle, the ends of a dwell or a gap, are left out of the sum. On each part between breaks, lambda
+is that of the least estimated error (Mallows' Cp).
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 
 import numpy as np
@@ -17,11 +18,11 @@ from ..kernel.arrays import FloatArray
 
 _ORDER = 3  # of the differences
 _WEIGHTS = 10.0 ** np.arange(-1, 9)  # lambda; beyond, rounding errors grow
-_CHOOSING = 20_000  # samples at most by which lambda is chosen
+_BLOCKS = 1000  # to a stroke, about; of more samples the means of successive ones are smoothed
 _SHARE = 6  # of a stroke is the half window in which breaks are looked for...
 _LEAST, _MOST = 6, 40  # ...within these numbers of samples
-# A break lowers the sum of squares by this many times what is usual; noise alone would do so once in 10^8 samples.
-_BREAK = 17.0
+# A break lowers the sum of squares by this many times what is usual; noise alone would do so once in 3*10^5 samples.
+_BREAK = 12.0
 
 
 def smooth_path(displacement: FloatArray, noise: float, strokes: int) -> FloatArray:
@@ -34,21 +35,26 @@ def smooth_path(displacement: FloatArray, noise: float, strokes: int) -> FloatAr
     strokes : int                        About how many there are.
     """
     size = displacement.size
+    block = size // (_BLOCKS * strokes)
+    if block > 1:
+        begins = np.arange(0, size, block)
+        counts = np.diff(np.append(begins, size))
+        means = np.add.reduceat(displacement, begins) / counts
+        coarse = smooth_path(means, noise / math.sqrt(block), strokes)
+        return np.interp(np.arange(size), begins + 0.5 * (counts - 1), coarse)
     half = int(np.clip(size // (_SHARE * strokes), _LEAST, _MOST))
     if size < 4 * half:
         return displacement
     begins = np.concatenate([[0], _breaks(displacement, half), [size]])
-    # Long records are judged by their middle.
-    low, high = max(0, (size - _CHOOSING) // 2), min(size, (size + _CHOOSING) // 2)
-    inner = begins[(begins > low) & (begins < high)]
-    part, parts = displacement[low:high], np.concatenate([[0], inner - low, [high - low]])
-    alternatives = [(weight, _smoothed(part, parts, weight)) for weight in _WEIGHTS]
-    errors = [
-        float(np.sum((part - smoothed) ** 2)) + 2.0 * noise**2 * _degrees_of_freedom(parts, weight)
-        for weight, smoothed in alternatives
-    ]
-    weight, smoothed = alternatives[int(np.argmin(errors))]
-    return smoothed if part.size == size else _smoothed(displacement, begins, weight)
+    chosen, least = displacement, np.full(begins.size - 1, np.inf)
+    for weight in _WEIGHTS:
+        smoothed = _smoothed(displacement, begins, weight)
+        error = np.add.reduceat((displacement - smoothed) ** 2, begins[:-1])
+        error += 2.0 * noise**2 * _degrees_of_freedom(begins, weight)
+        better = error < least
+        least = np.where(better, error, least)
+        chosen = np.where(np.repeat(better, np.diff(begins)), smoothed, chosen)
+    return chosen
 
 
 def _breaks(values: FloatArray, half: int) -> NDArray[np.intp]:
@@ -86,10 +92,10 @@ def _pairs(count: int) -> Iterator[tuple[int, int]]:
     return ((a, b) for a in range(count) for b in range(a, count))
 
 
-def _degrees_of_freedom(begins: NDArray[np.intp], weight: float) -> float:
-    """Trace of the smoothing, from the eigenvalues of the third differences on each part, which are nearly these."""
-    total = 0.0
+def _degrees_of_freedom(begins: NDArray[np.intp], weight: float) -> FloatArray:
+    """Trace of the smoothing of each part, from the eigenvalues of its third differences, which are nearly these."""
+    traces = []
     for size in np.diff(begins):
         eigenvalues = (2.0 * np.sin(np.pi * (np.arange(_ORDER, size) - 1.0) / (2.0 * size))) ** (2 * _ORDER)
-        total += min(_ORDER, size) + float(np.sum(1.0 / (1.0 + weight * eigenvalues)))
-    return total
+        traces.append(min(_ORDER, size) + float(np.sum(1.0 / (1.0 + weight * eigenvalues))))
+    return np.array(traces)
