@@ -19,6 +19,7 @@ from ..kernel.arrays import FloatArray
 _ORDER = 3  # of the differences
 _WEIGHTS = 10.0 ** np.arange(-1, 9)  # lambda; beyond, rounding errors grow
 _BLOCKS = 1000  # to a stroke, about; of more samples the means of successive ones are smoothed
+_FAR = 5.0  # times the noise, and two steps, from the median: a jump of the sensor
 _SHARE = 6  # of a stroke is the half window in which breaks are looked for...
 _LEAST, _MOST = 6, 40  # ...within these numbers of samples
 # A break lowers the sum of squares by this many times what is usual; noise alone would do so once in 3*10^5 samples.
@@ -45,6 +46,7 @@ def smooth_path(displacement: FloatArray, noise: float, strokes: int) -> FloatAr
     half = int(np.clip(size // (_SHARE * strokes), _LEAST, _MOST))
     if size < 4 * half:
         return displacement
+    displacement = _without_jumps(displacement, noise)
     begins = np.concatenate([[0], _breaks(displacement, half), [size]])
     chosen, least = displacement, np.full(begins.size - 1, np.inf)
     for weight in _WEIGHTS:
@@ -55,6 +57,16 @@ def smooth_path(displacement: FloatArray, noise: float, strokes: int) -> FloatAr
         least = np.where(better, error, least)
         chosen = np.where(np.repeat(better, np.diff(begins)), smoothed, chosen)
     return chosen
+
+
+def _without_jumps(values: FloatArray, noise: float) -> FloatArray:
+    """Single samples that lie far from those about them, as a laser gives, replaced by the mean of their neighbours."""
+    medians, means = values.copy(), values.copy()
+    medians[2:-2] = np.median(np.lib.stride_tricks.sliding_window_view(values, 5), axis=1)
+    means[1:-1] = 0.5 * (values[:-2] + values[2:])
+    # At a reversal the median is one step away.
+    far = _FAR * noise + 2.0 * float(np.quantile(np.abs(np.diff(values)), 0.9))
+    return np.where(np.abs(values - medians) > far, means, values)
 
 
 def _breaks(values: FloatArray, half: int) -> NDArray[np.intp]:
