@@ -72,6 +72,11 @@ class Outcome(Enum):
         "Samples are missing where the time column jumps; a reversal within a gap is lost, and with it the memory of "
         "the spring up to the next ones: record again, or identify from the part without gaps."
     )
+    DISPLACEMENT_NOISE = (
+        "The noise of the displacement is large; it was smoothed out between the reversals, but what is left of it "
+        "still blurs the reversals and the knee of the loop, and with them rho, sigma and n: take a sensor with less "
+        "noise or a finer resolution, or sample faster."
+    )
     DELAY = (
         "The force and the displacement were not measured at the same moments; the delay between the columns was "
         "taken out: check it with a stiff plain spring in the rig, and give it as --delay."

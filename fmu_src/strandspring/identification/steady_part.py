@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..kernel.arrays import FloatArray
-from ..loops.strokes import Strokes, find_strokes, noise_level
+from ..loops.strokes import Strokes, find_strokes, noise_level, path_noise
 from ..records.record import Record
 from .direction import correlation, wrong_way
 from .loops import POINTS_PER_STROKE, Loops, gather
@@ -22,6 +22,7 @@ _SNAP = 0.2  # counter-movement of the force within a branch, share of its range
 _NO_LOOP = 1e-4  # half height of a loop that is called none, share of the force range
 _CROSSED = 0.1  # share of the displacement range over which the branches may be crossed
 _ALIKE = 0.015  # difference between two strokes that is called none, share of the force range
+_NOISY = 5e-4  # noise of the displacement that is told, share of its range
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,6 +76,9 @@ def find_steady_part(record: Record, delay: float = 0.0) -> SteadyRecord:
     """
     strokes = find_strokes(record.displacement)
     used, cautions = usable_samples(record, strokes)
+    noise = path_noise(record.displacement) / max(float(np.ptp(record.displacement)), 1e-300)
+    if noise > _NOISY:
+        cautions[Outcome.DISPLACEMENT_NOISE] = f"standard deviation {100.0 * noise:.2g} % of the range"
     in_step = synchronised(record, delay)
     if delay and record.time is not None:
         # The force of the other samples arose before the record, or after it.

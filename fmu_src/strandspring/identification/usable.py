@@ -84,7 +84,7 @@ def _clipped(force: FloatArray) -> BoolArray:
 
 def _dwells(record: Record, strokes: Strokes) -> tuple[BoolArray, float]:
     """Samples within dwells but their first, and the median change of the force during one [N]."""
-    x = record.displacement
+    x = strokes.displacement
     span = float(np.ptp(x))
     steps = np.abs(np.diff(x))
     rest = max(_REST * span, float(np.min(steps[steps > 0.0], initial=span)))

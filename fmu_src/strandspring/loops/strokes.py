@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..kernel.arrays import FloatArray
+from .smooth_path import smooth_path
 
 IndexArray = NDArray[np.intp]
 
@@ -21,6 +22,11 @@ IndexArray = NDArray[np.intp]
 _NOISE_FACTOR = 12.0
 # ...and this fraction of the displacement range: sensors jump, and so small a loop dissipates almost nothing.
 _RANGE_FACTOR = 0.02
+# Noise below this fraction of the displacement range is left as it is: the loops are known far worse.
+_NEGLIGIBLE = 1e-4
+# What estimates from higher differences are to that from the fourth ones at least, if it is noise that they are of;
+# of a smooth path with 12 samples per cycle it is less.
+_WHITE = 0.7
 
 
 def noise_level(values: FloatArray) -> float:
@@ -31,8 +37,21 @@ def noise_level(values: FloatArray) -> float:
     """
     if values.size < 9:
         return 0.0
-    median = float(np.median(np.abs(np.diff(values, 4))))
-    return median / (0.6745 * math.sqrt(70.0))
+    return _deviation(values, 4)
+
+
+def _deviation(values: FloatArray, order: int) -> float:
+    """Standard deviation of white noise from the median of its differences of an order."""
+    median = float(np.median(np.abs(np.diff(values, order))))
+    return median / (0.6745 * math.sqrt(math.comb(2 * order, order)))
+
+
+def path_noise(displacement: FloatArray) -> float:
+    """Standard deviation of the displacement's white noise [m]; 0 where it is negligible or no noise."""
+    noise = noise_level(displacement)
+    if noise <= _NEGLIGIBLE * float(np.ptp(displacement)) or _deviation(displacement, 6) < _WHITE * noise:
+        return 0.0
+    return noise
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,7 +63,7 @@ class Strokes:
     turning : ndarray of int, shape (S + 1,)    First sample, reversals, last sample.
     direction : ndarray of int, shape (S,)      +1 loading, -1 unloading.
     of_sample : ndarray of int, shape (K,)      Stroke that leads to each sample.
-    displacement : ndarray, shape (K,)          The path, made monotone within each stroke [m].
+    displacement : ndarray, shape (K,)          The path, smoothed and made monotone within each stroke [m].
     travel : ndarray, shape (K,)                Distance from the reversal before each sample [m].
     """
 
@@ -103,10 +122,13 @@ def find_strokes(displacement: FloatArray, threshold: float | None = None) -> St
     Parameters
     ----------
     displacement : ndarray, shape (K,)   K >= 2 [m].
-    threshold : float or None            Smallest reversal [m]; from the noise by default.
+    threshold : float or None            Smallest reversal [m]; from the noise by default, which is then smoothed out.
     """
     if threshold is None:
         threshold = reversal_threshold(displacement)
+        noise = path_noise(displacement)
+        if noise > 0.0:
+            displacement = smooth_path(displacement, noise, turning_points(displacement, threshold).size - 1)
     turning = turning_points(displacement, threshold)
     ends = displacement[turning]
     direction = np.where(np.diff(ends) >= 0.0, 1, -1).astype(np.int64)

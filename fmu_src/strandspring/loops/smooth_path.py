@@ -1,0 +1,113 @@
+"""The noise of a displacement taken out by smoothing that stops where the path bends or jumps.
+
+The smoothed path y minimises sum (y - x)^2 + lambda * sum (third differences of y)^2, which makes it quadratic on the
+scale of lambda^(1/6) samples (Whittaker, 1923; Eilers, Anal. Chem. 75, 2003). Third differences across a break, as at
+the reversals of a triangle, the ends of a dwell or a gap, are left out of the sum. On each part between breaks, lambda
+is that of the least estimated error (Mallows' Cp).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..kernel.arrays import FloatArray
+
+_ORDER = 3  # of the differences
+_WEIGHTS = 10.0 ** np.arange(-1, 9)  # lambda; beyond, rounding errors grow
+_BLOCKS = 1000  # to a stroke, about; of more samples the means of successive ones are smoothed
+_FAR = 5.0  # times the noise, and two steps, from the median: a jump of the sensor
+_SHARE = 6  # of a stroke is the half window in which breaks are looked for...
+_LEAST, _MOST = 6, 40  # ...within these numbers of samples
+# A break lowers the sum of squares by this many times what is usual; noise alone would do so once in 3*10^5 samples.
+_BREAK = 12.0
+
+
+def smooth_path(displacement: FloatArray, noise: float, strokes: int) -> FloatArray:
+    """The path without its noise, shape (K,) [m].
+
+    Parameters
+    ----------
+    displacement : ndarray, shape (K,)   Sampled at a constant rate but for gaps [m].
+    noise : float                        Standard deviation of its white noise [m], positive.
+    strokes : int                        About how many there are.
+    """
+    size = displacement.size
+    block = size // (_BLOCKS * strokes)
+    if block > 1:
+        begins = np.arange(0, size, block)
+        counts = np.diff(np.append(begins, size))
+        means = np.add.reduceat(displacement, begins) / counts
+        coarse = smooth_path(means, noise / math.sqrt(block), strokes)
+        return np.interp(np.arange(size), begins + 0.5 * (counts - 1), coarse)
+    half = int(np.clip(size // (_SHARE * strokes), _LEAST, _MOST))
+    if size < 4 * half:
+        return displacement
+    displacement = _without_jumps(displacement, noise)
+    begins = np.concatenate([[0], _breaks(displacement, half), [size]])
+    chosen, least = displacement, np.full(begins.size - 1, np.inf)
+    for weight in _WEIGHTS:
+        smoothed = _smoothed(displacement, begins, weight)
+        error = np.add.reduceat((displacement - smoothed) ** 2, begins[:-1])
+        error += 2.0 * noise**2 * _degrees_of_freedom(begins, weight)
+        better = error < least
+        least = np.where(better, error, least)
+        chosen = np.where(np.repeat(better, np.diff(begins)), smoothed, chosen)
+    return chosen
+
+
+def _without_jumps(values: FloatArray, noise: float) -> FloatArray:
+    """Single samples that lie far from those about them, as a laser gives, replaced by the mean of their neighbours."""
+    medians, means = values.copy(), values.copy()
+    medians[2:-2] = np.median(np.lib.stride_tricks.sliding_window_view(values, 5), axis=1)
+    means[1:-1] = 0.5 * (values[:-2] + values[2:])
+    # At a reversal the median is one step away.
+    far = _FAR * noise + 2.0 * float(np.quantile(np.abs(np.diff(values)), 0.9))
+    return np.where(np.abs(values - medians) > far, means, values)
+
+
+def _breaks(values: FloatArray, half: int) -> NDArray[np.intp]:
+    """First samples after a break: two parabolas follow the values about it far better than one cubic does."""
+    position = (np.arange(-half, half) + 0.5) / half
+    left = position < 0.0
+    two = np.stack([side * position**power for side in (left, ~left) for power in range(3)], axis=1)
+    cubic = np.linalg.qr(np.vander(position, 4))[0]
+    # What two parabolas can do beyond a cubic that is orthogonal to it: three directions at least count.
+    contrasts = np.linalg.svd(two - cubic @ (cubic.T @ two))[0][:, :3].T
+    gain = np.sum([np.convolve(values, contrast[::-1], "valid") ** 2 for contrast in contrasts], axis=0)
+    highest = np.lib.stride_tricks.sliding_window_view(np.pad(gain, half), 2 * half + 1).max(axis=1)
+    found = (gain >= highest) & (gain > _BREAK * float(np.median(gain)))
+    return np.asarray(np.flatnonzero(found) + half)
+
+
+def _smoothed(values: FloatArray, begins: NDArray[np.intp], weight: float) -> FloatArray:
+    """The minimum for one lambda; `begins` are the first samples of the parts, and the number of samples."""
+    # Imported here because it takes time, and records without noise do without it.
+    from scipy.linalg import solveh_banded
+
+    rows = np.full(values.size - _ORDER, weight)
+    for back in range(1, _ORDER + 1):
+        across = begins[1:-1] - back
+        rows[across[(across >= 0) & (across < rows.size)]] = 0.0
+    difference = (-1.0, 3.0, -3.0, 1.0)
+    band = np.zeros((_ORDER + 1, values.size))
+    band[0] = 1.0
+    for a, b in _pairs(_ORDER + 1):
+        band[b - a, a : a + rows.size] += difference[a] * difference[b] * rows
+    return np.asarray(solveh_banded(band, values, lower=True, check_finite=False))
+
+
+def _pairs(count: int) -> Iterator[tuple[int, int]]:
+    return ((a, b) for a in range(count) for b in range(a, count))
+
+
+def _degrees_of_freedom(begins: NDArray[np.intp], weight: float) -> FloatArray:
+    """Trace of the smoothing of each part, from the eigenvalues of its third differences, which are nearly these."""
+    traces = []
+    for size in np.diff(begins):
+        eigenvalues = (2.0 * np.sin(np.pi * (np.arange(_ORDER, size) - 1.0) / (2.0 * size))) ** (2 * _ORDER)
+        traces.append(min(_ORDER, size) + float(np.sum(1.0 / (1.0 + weight * eigenvalues))))
+    return np.array(traces)
