@@ -139,9 +139,11 @@ class Outcome(Enum):
         "--rivals; where loops unlike the recorded ones matter, record such a loop and compare both with it, or use "
         "that class."
     )
-    POOR_FIT = (
-        "The model follows these records poorly (RNL below 0.9); look at the report's plot and try higher --degrees."
+    LACK_OF_FIT = (
+        "The model leaves more misfit than the noise explains, and it is not small against the hysteretic force; do "
+        "not trust the loops' energies beyond that."
     )
+    POOR_FIT = "The model follows these records poorly (RNL below 0.9); look at the report's plot, and compare --method refined."
 
 
 class IdentificationError(StrandspringError):

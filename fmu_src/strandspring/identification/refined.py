@@ -17,6 +17,7 @@ from .bootstrap import bootstrap
 from .effects import find_effects
 from .figures import periodic_start
 from .known_rig import KnownRig
+from .lack_of_fit import LackOfFit
 from .linearised import Linearised
 from .loops import POINTS_PER_STROKE, Loops
 from .method import Fitted, Method
@@ -162,6 +163,9 @@ class RefinedOptions(Method):
         findings = {outcome: detail(outcome, effects) for outcome in cautions}
         if undecided := undecided_energy(spring, content, alternatives):
             findings[Outcome.SMALL_LOOPS] = undecided
+        lack = LackOfFit.of(loops, refinement, samples.noise_rms)
+        if lack.is_told:
+            findings[Outcome.LACK_OF_FIT] = lack.advice
         final = replace(found[0].fit, basis=basis, refinement=refinement)
         return Fitted(
             spring,
@@ -172,6 +176,7 @@ class RefinedOptions(Method):
             PredictionBand.of(linear, interval),
             effects={**self.known.effects, **effects},
             predicted=self._measured(parts, sizes, final, spring),
+            lack_of_fit=lack,
         )
 
     def _refined(self, samples: Samples, fit: Candidate, where: str) -> tuple[Basis, Refinement]:

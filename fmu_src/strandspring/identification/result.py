@@ -12,6 +12,7 @@ from ..modelfile import ModelFile
 from ..records.record import Record
 from ..spring import Spring
 from .figures import RecordFit
+from .lack_of_fit import LackOfFit
 from .outcomes import Outcome
 from .prediction_interval import PredictionBand
 
@@ -32,6 +33,7 @@ class Identification:
     uncertainty : dict              Standard errors and correlations; empty but for the refined method.
     band : PredictionBand or None   95 % band of the predicted force; of the refined method only.
     effects : dict                  Sizes of what the rig added and what was taken out, by name, in SI units.
+    lack_of_fit : LackOfFit or None Misfit by what matters; of the refined method only.
     method : str
     options : dict                  The options, for the provenance.
     """
@@ -47,6 +49,7 @@ class Identification:
     uncertainty: dict[str, Any]
     band: PredictionBand | None
     effects: dict[str, Any]
+    lack_of_fit: LackOfFit | None
     method: str
     options: dict[str, Any]
 
@@ -85,6 +88,7 @@ class Identification:
                     for outcome, sentence in zip(self.outcomes, self.cautions, strict=True)
                 ],
                 **({"effects": self.effects} if self.effects else {}),
+                **({"lack_of_fit": self.lack_of_fit.as_json()} if self.lack_of_fit else {}),
                 "records": [
                     {
                         "file": PurePath(fit.path).name,
