@@ -124,7 +124,7 @@ def _delay(_context: click.Context, _option: click.Parameter, delay: float | Non
 column_options = together(
     click.option("--displacement", metavar="COLUMN", help="Displacement column: name, or number from 1."),
     click.option("--force", metavar="COLUMN", help="Force column: name, or number from 1."),
-    click.option("--time", metavar="COLUMN", help="Time column, if any; the model does not need it."),
+    click.option("--time", metavar="COLUMN", help="Time column, if any; delay, viscous force, gaps and moving mass need it."),
     click.option("--displacement-unit", metavar="UNIT", help="mm, m, in, ...  [default: the file's, or mm]"),
     click.option("--force-unit", metavar="UNIT", help="N, kN, lbf, kip, ...  [default: the file's, or N]"),
     click.option("--reverse", type=click.Choice(["displacement", "force"]), multiple=True, callback=_one_column,
@@ -134,12 +134,12 @@ column_options = together(
 # Options of the identification itself.
 identification_options = together(
     click.option("--degrees", default="auto", show_default=True, metavar="N,M|auto", callback=_degrees,
-                 help="Degrees of the elastic and the amplifier polynomial."),
+                 help="Degrees of the elastic and the amplifier polynomial; auto may make the elastic force a table."),
     click.option("--method", default="refined", show_default=True,
                  type=click.Choice(list(METHODS)),
-                 help="two-stage: the paper's, no iteration, no initial values; scan: a coarse grid; refined: "
-                 "least squares from the better of both, with standard errors; ni: Ni's model and method, "
-                 "for comparison."),
+                 help="refined: least squares from several starts, effects of the rig taken out, standard errors; "
+                 "two-stage: the paper's, no iteration, no initial values; scan: a coarse grid; ni: Ni's model and "
+                 "method, for comparison."),
     click.option("--formulas", default="whole-branch", show_default=True,
                  type=click.Choice(["whole-branch", "three-point"]),
                  help="Two-stage: least squares over whole branches, or the paper's three-point formulas."),
