@@ -143,7 +143,10 @@ class Outcome(Enum):
         "The model leaves more misfit than the noise explains, and it is not small against the hysteretic force; do "
         "not trust the loops' energies beyond that."
     )
-    POOR_FIT = "The model follows these records poorly (RNL below 0.9); look at the report's plot, and compare --method refined."
+    POOR_FIT = (
+        "The model follows these records poorly (RNL below 0.9); look at the report's plot, and compare it with "
+        "--method refined."
+    )
 
 
 class IdentificationError(StrandspringError):
