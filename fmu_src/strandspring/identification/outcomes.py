@@ -14,6 +14,10 @@ class Outcome(Enum):
     TOO_FEW_STROKES = (
         "The displacement does not go back and forth over one full range; record at least one whole cycle."
     )
+    TOO_FEW_SAMPLES = (
+        "There are no more samples than parameters, so nothing shows whether the model fits; sample the strokes more "
+        "densely, or give lower --degrees."
+    )
     FORCE_REVERSED = (
         "The force falls as the displacement rises; negate a column with --reverse displacement or --reverse force."
     )

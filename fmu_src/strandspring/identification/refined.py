@@ -30,7 +30,7 @@ from .projection import RHO_BOUNDS, Refinement
 from .refinement import Samples, refine
 from .rig import Rig, Sizes, transferred
 from .rig_effects import CAUTIONS, described, detail
-from .search import Candidate, bending_more, search
+from .search import PILOT, Candidate, bending_more, least_points, search
 from .small_loops import undecided_energy
 from .solution import cautions_of, is_positive, saturation_share, spring_of
 from .steady_part import SteadyRecord
@@ -122,6 +122,10 @@ class RefinedOptions(Method):
         rig = Rig.from_parts(parts, max(_LEAST_POINTS, _SEARCHED // strokes), self.delay)
         noise = tuple(force_noise(part.record.force) for part in parts)
         noise_rms = Samples(rig.loops, noise).noise_rms
+        least = least_points(Basis(*rig.loops.reach, *(self.degrees or PILOT)), len(parts))
+        if rig.loops.force.size < least:
+            found_points = f" Found {rig.loops.force.size} samples after the first stroke; {least} are needed at least."
+            raise IdentificationError(Outcome.TOO_FEW_SAMPLES, where, found_points)
         candidates = search(rig.loops, self.degrees)
         if not candidates:
             raise IdentificationError(Outcome.BRANCHES_CROSS, where)
