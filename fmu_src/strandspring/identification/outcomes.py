@@ -30,6 +30,10 @@ class Outcome(Enum):
         "The force collapses while the displacement goes on (snap-through), which no single-valued stiffness with "
         "bounded hysteresis can follow; identify a range without the snap."
     )
+    STICK_SLIP = (
+        "The force drops again and again while the displacement goes on (stick-slip), which a rate-independent model "
+        "cannot follow; stiffen the rig, lubricate the guide, or test faster."
+    )
     BRANCHES_CROSS = (
         "The unloading branch lies above the loading branch over part of the range, so no positive amplifier FA "
         "exists; check the synchronisation of the two sensors and give a known delay with --delay, or identify a "

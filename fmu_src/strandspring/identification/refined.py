@@ -160,7 +160,7 @@ class RefinedOptions(Method):
             cautions.append(Outcome.INDISTINCT)
         if is_sigma_uncertain(loops, basis, refinement):
             cautions.append(Outcome.SIGMA_AT_BOUND)
-        alternatives = [[state.fit for state in found]]
+        alternatives = [[replace(state.fit, criterion=found[0].better_by(state)) for state in found]]
         if self.degrees is None:
             alternatives.append(bending_more(found[0].loops, found[0].fit))
         spring = spring_of(basis, refinement.backbone, refinement.hysteresis)

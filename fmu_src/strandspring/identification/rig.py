@@ -76,8 +76,7 @@ class Rig:
             if part.record.rising_time is not None:
                 moment = np.interp(loops.sample[at], index, time) - (delay or 0.0)
                 velocity[at] = np.interp(np.interp(moment, time, index), index, _velocity(part))
-        strokes = loops.stroke + loops.travel / loops.length[loops.stroke]
-        rig = cls(loops, tuple(parts), elapsed / begun, strokes / loops.length.size, velocity, delay)
+        rig = cls(loops, tuple(parts), elapsed / begun, _cycles_over(loops), velocity, delay)
         return replace(rig, loops=rig._earlier(delay)) if delay else rig
 
     @property
@@ -191,6 +190,20 @@ def transferred(fit: Candidate, loops: Loops) -> Candidate:
     """A fit at other points of the same records."""
     refinement = Problem(loops, fit.basis, fit.refinement.hysteresis).at(fit.refinement)
     return replace(fit, refinement=refinement)
+
+
+def _cycles_over(loops: Loops) -> FloatArray:
+    """Share of the cycles that are over at each point; the ends of a record may be parts of a stroke only."""
+    share = np.ones(loops.length.size)
+    for strokes, _ in loops.by_record():
+        length = loops.length[strokes]
+        if length.size > 1:
+            share[strokes.start] = min(1.0, float(length[0] / length[1]))
+            share[strokes.stop - 1] = min(1.0, float(length[-1] / length[-2]))
+    over = np.cumsum(share) - share
+    return np.asarray(
+        (over[loops.stroke] + share[loops.stroke] * loops.travel / loops.length[loops.stroke]) / share.sum()
+    )
 
 
 def _time(part: SteadyRecord) -> FloatArray:

@@ -44,6 +44,7 @@ _POINTS_PER_KNOT = 4
 _BENDING = 4  # degree of FA where misfit comes back in every cycle
 _LOCKED = 0.2  # correlation of the residuals between cycles that is called coming back
 _WORTH = 0.15  # share of the held-out error that a richer basis must explain, unless nothing but noise is left
+_EXACT = 0.1  # share of a misfit below the floor that higher degrees must leave at most to be chosen all the same
 _AS_WELL = 1.02  # held-out error in that of the best basis up to which a leaner one is taken
 NOISE_ONLY = 1.2  # misfit over noise up to which residuals are noise, if they are white
 WHITE = 2.0  # autocorrelation time up to which they are
@@ -196,7 +197,11 @@ def with_richer_bases(loops: Loops, candidate: Candidate, noise: float) -> Candi
     """
     residuals = candidate.refinement.backbone.misfit(loops.force, candidate.refinement.omega)
     several = loops.cycles()[-1] > 0
-    if is_explained(candidate, noise) or (several and repeated_share(loops, residuals) < _LOCKED):
+    if is_explained(candidate, noise):
+        return None
+    if candidate.misfit <= force_floor(loops):
+        return _exact(loops, candidate)
+    if several and repeated_share(loops, residuals) < _LOCKED:
         return None
     # Imported here because of SciPy, which takes long, and few records need a table.
     from .table import TableBasis
@@ -219,6 +224,17 @@ def with_richer_bases(loops: Loops, candidate: Candidate, noise: float) -> Candi
     before = prediction_error(loops, candidate.basis, candidate.refinement.omega)
     after = prediction_error(loops, best.basis, best.refinement.omega)
     return best if after < (1.0 - _WORTH) * before or is_explained(best, noise) else None
+
+
+def _exact(loops: Loops, candidate: Candidate) -> Candidate | None:
+    """A candidate with degrees that leave next to nothing, as on records of the model itself without noise."""
+    fit = refined(
+        loops, replace(candidate.basis, elastic=_DEGREES[0], amplifier=_DEGREES[1]), candidate.refinement.hysteresis
+    )
+    if fit is None or fit.misfit > _EXACT * candidate.misfit:
+        return None
+    elastic, amplifier = _choose(loops, fit, float(loops.force.size), _EXACT * candidate.misfit)
+    return refined(loops, replace(fit.basis, elastic=elastic, amplifier=amplifier), fit.refinement.hysteresis)
 
 
 def bending_more(loops: Loops, candidate: Candidate) -> list[Candidate]:

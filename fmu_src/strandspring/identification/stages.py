@@ -22,13 +22,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ..core.parameters import SIGMA_RANGE
 from ..kernel.arrays import FloatArray
 from ..kernel.line import IntegratedLine
 from .loops import Loops
 from .polynomials import Columns
 from .smoothing import automatic_half_width, moving_average
 
-SIGMA_BOUNDS = (0.5, 50.0)
+SIGMA_BOUNDS = SIGMA_RANGE
 N_BOUNDS = (0.05, 20.0)
 _N_SCAN = np.geomspace(*N_BOUNDS, 19)
 # Singular values of the steady section below this share of the largest are noise: the branches overlap too little.

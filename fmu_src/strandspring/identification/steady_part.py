@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..kernel.arrays import FloatArray
-from ..loops.strokes import Strokes, find_strokes, noise_level, path_noise
+from ..loops.strokes import Strokes, find_strokes, noise_level, path_noise, turning_points
 from ..records.record import Record
 from .direction import correlation, wrong_way
 from .loops import POINTS_PER_STROKE, Loops, gather
@@ -19,6 +19,7 @@ _SHARES = (np.arange(100) + 0.5) / 100  # where the mean loop is taken by defaul
 _FULL = 0.9  # share of the longest stroke from which a stroke counts as a full one
 _RETURN = 0.4  # share of the longest stroke that must be gone back at least
 _SNAP = 0.2  # counter-movement of the force within a branch, share of its range
+_CHATTER = 6  # turns of the force within a branch from which it is stick-slip
 _NO_LOOP = 1e-4  # half height of a loop that is called none, share of the force range
 _CROSSED = 0.1  # share of the displacement range over which the branches may be crossed
 _ALIKE = 0.015  # difference between two strokes that is called none, share of the force range
@@ -219,11 +220,13 @@ def _refuse_impossible(record: Record, mean: MeanLoop) -> None:
 
     span = float(max(np.ptp(mean.loading), np.ptp(mean.unloading)))
     # Rise and fall within one branch: a snap is both, whatever the sign convention of the columns.
+    least = _SNAP * max(span, 6.0 * abs(mean.half_height))
     for branch in (mean.loading, mean.unloading):
+        turns = turning_points(branch, least).size - 2
         fall = float(np.max(np.maximum.accumulate(branch) - branch))
         rise = float(np.max(branch - np.minimum.accumulate(branch)))
-        if min(rise, fall) > _SNAP * max(span, 6.0 * abs(mean.half_height)):
-            refuse(Outcome.SNAP_THROUGH)
+        if min(rise, fall) > least:
+            refuse(Outcome.STICK_SLIP if turns >= _CHATTER else Outcome.SNAP_THROUGH)
     height = mean.half_height
     noise = noise_level(record.force)
     if correlation(record) < -0.5:
