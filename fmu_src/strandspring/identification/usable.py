@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..kernel.arrays import FloatArray
-from ..loops.strokes import Strokes, noise_level
+from ..loops.strokes import Strokes
 from ..records.record import Record
 from .outcomes import Outcome
 
@@ -88,17 +88,20 @@ def _dwells(record: Record, strokes: Strokes) -> tuple[BoolArray, float]:
     span = float(np.ptp(x))
     steps = np.abs(np.diff(x))
     rest = max(_REST * span, float(np.min(steps[steps > 0.0], initial=span)))
-    first, last = _runs(steps <= max(rest / _RESTS, 4.0 * noise_level(x)))
-    last = last + 1
-    clock = np.arange(x.size, dtype=np.float64) if record.time is None else record.time
+    clock = np.arange(x.size, dtype=np.float64) if record.time is None else np.maximum.accumulate(record.time)
     mean_stroke = float(clock[-1] - clock[0]) / strokes.count
     # A sine stays so long within a rest of its turning point.
     turning = _SLOWER * 2.0 / math.pi * math.acos(max(1.0 - 2.0 * rest / span, -1.0))
-    rests = np.abs(x[last] - x[first]) <= _REST * span
-    long = rests & (last - first + 1 >= _RESTS) & (clock[last] - clock[first] >= max(_DWELL, turning) * mean_stroke)
+    wanted = max(_DWELL, turning) * mean_stroke
+    # A rest from each sample on: where it is half over too, or a path that turns and comes back would be one.
+    begin = np.arange(np.searchsorted(clock, clock[-1] - wanted, side="right"))
+    middle, end = (np.searchsorted(clock, clock[begin] + share * wanted) for share in (0.5, 1.0))
+    still = (np.abs(x[middle] - x[begin]) <= rest) & (np.abs(x[end] - x[begin]) <= rest) & (end - begin >= _RESTS - 1)
+    edges = np.bincount(begin[still], minlength=x.size) - np.bincount(end[still], minlength=x.size)
+    first, last = _runs(np.cumsum(edges) > 0)
     resting = np.zeros(x.size, dtype=bool)
-    for begin, end in zip(first[long], last[long], strict=True):
-        resting[begin + 1 : end] = True
-    if not long.any():
+    for begins, ends in zip(first, last, strict=True):
+        resting[begins + 1 : ends + 1] = True
+    if not first.size:
         return resting, 0.0
-    return resting, float(np.median(np.abs(record.force[last[long]] - record.force[first[long]])))
+    return resting, float(np.median(np.abs(record.force[last + 1] - record.force[first])))
