@@ -136,7 +136,7 @@ def smooth() -> Identification:
 def test_the_joint_covariance_has_the_standard_errors(smooth: Identification) -> None:
     content = smooth.uncertainty
     names = content["joint"]["parameters"]
-    assert names == joint_names(3, 2)
+    assert names == joint_names("kE", 4, 2)
     root = np.zeros((len(names), len(names)))
     for k, row in enumerate(content["joint"]["root"]):
         root[k, : k + 1] = row

@@ -8,7 +8,7 @@ from typing import Any
 import click
 
 from ..identification.api import identify as identify_records
-from ..identification.campaign import campaign_verdicts
+from ..identification.campaign import campaign_verdicts, one_amplitude
 from ..identification.known_rig import KnownRig, unknown_effects
 from ..identification.method import Method
 from ..identification.result import Identification
@@ -74,6 +74,7 @@ def identify(
     # For one record that holds several amplitudes or frequencies there is `info`.
     verdicts = campaign_verdicts(identification.records) if len(identification.records) > 1 else (None, None)
     sentences = unknown_effects(identification.records, KnownRig.of(identification.effects, identification.options))
+    sentences += one_amplitude(identification.records)
     if as_json:
         rate, overlap = map(verdict_json, verdicts)
         result_json(
@@ -91,6 +92,7 @@ def identify(
                     for outcome, sentence in zip(identification.outcomes, identification.cautions, strict=True)
                 ],
                 "effects": identification.effects,
+                "lack_of_fit": None if identification.lack_of_fit is None else identification.lack_of_fit.as_json(),
                 "notes": sentences,
                 "rate_independence": rate,
                 "overlap": overlap,
@@ -135,6 +137,8 @@ def print_identification(identification: Identification) -> None:
            f"RNL {identification.rnl:.4f}")  # fmt: skip
     lines = fit_lines(identification.fits)
     lines += parameter_lines(identification.parameters, identification.uncertainty)
+    if identification.lack_of_fit is not None:
+        lines.append(f"  {identification.lack_of_fit.sentence}")
     taken_out = KnownRig.of(identification.effects, identification.options).sentence
     if taken_out:
         lines.append(f"  {taken_out}")

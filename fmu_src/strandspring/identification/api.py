@@ -94,7 +94,7 @@ def _identified(group: tuple[Record, ...], method: Method) -> Identification:
         fits = tuple(_compared(solver, *each) for each in zip(parts, group, starts, strict=True))
     rmse, rnl = overall(fits)
     findings = _merged([*((part.record.path, part.cautions) for part in parts), ("", result.cautions)])
-    if rnl < _POOR_RNL:
+    if result.lack_of_fit is None and rnl < _POOR_RNL:
         findings[Outcome.POOR_FIT] = ""
     return Identification(
         parameters=result.parameters,
@@ -108,6 +108,7 @@ def _identified(group: tuple[Record, ...], method: Method) -> Identification:
         uncertainty=result.uncertainty,
         band=result.band,
         effects=result.effects,
+        lack_of_fit=result.lack_of_fit,
         method=method.name,
         options={name: _in_json(value) for name, value in asdict(method).items()},
     )

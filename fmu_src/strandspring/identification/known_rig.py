@@ -115,8 +115,10 @@ class KnownRig:
                 f"{record.path}: a delay needs times, and the record has none; name its time column with --time, or go "
                 "without --delay."
             )
-        if np.any(np.diff(record.time) < 0.0):
-            raise RecordError(f"{record.path}: a delay needs times that rise, and they fall; check --time.")
+        if record.rising_time is None:
+            raise RecordError(
+                f"{record.path}: a delay needs times that rise from sample to sample, and they do not; check --time."
+            )
         stroke = float(np.median(np.diff(record.time[find_strokes(record.displacement).turning])))
         if abs(self.delay or 0.0) >= stroke:
             raise RecordError(

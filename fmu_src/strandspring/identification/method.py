@@ -10,6 +10,7 @@ from typing import Any, ClassVar
 from ..core.parameters import MAXIMUM_DEGREE, SpringParameters
 from ..kernel.arrays import FloatArray
 from ..records.record import Record
+from .lack_of_fit import LackOfFit
 from .outcomes import Outcome
 from .prediction_interval import PredictionBand
 from .steady_part import SteadyRecord
@@ -30,6 +31,7 @@ class Fitted:
     effects : dict                   Sizes of what the rig added, found or given, by name, in SI units.
     predicted : tuple of ndarray     Force at every sample of each record, the rig's effects included [N]; empty where
                                      the spring alone says it.
+    lack_of_fit : LackOfFit or None
     """
 
     parameters: SpringParameters
@@ -40,6 +42,7 @@ class Fitted:
     band: PredictionBand | None = None
     effects: dict[str, Any] = field(default_factory=dict)
     predicted: tuple[FloatArray, ...] = ()
+    lack_of_fit: LackOfFit | None = None
 
 
 @dataclass(frozen=True)

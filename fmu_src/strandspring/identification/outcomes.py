@@ -14,6 +14,10 @@ class Outcome(Enum):
     TOO_FEW_STROKES = (
         "The displacement does not go back and forth over one full range; record at least one whole cycle."
     )
+    TOO_FEW_SAMPLES = (
+        "There are no more samples than parameters, so nothing shows whether the model fits; sample the strokes more "
+        "densely, or give lower --degrees."
+    )
     FORCE_REVERSED = (
         "The force falls as the displacement rises; negate a column with --reverse displacement or --reverse force."
     )
@@ -139,8 +143,13 @@ class Outcome(Enum):
         "--rivals; where loops unlike the recorded ones matter, record such a loop and compare both with it, or use "
         "that class."
     )
+    LACK_OF_FIT = (
+        "The model leaves more misfit than the noise explains, and it is not small against the hysteretic force; do "
+        "not trust the loops' energies beyond that."
+    )
     POOR_FIT = (
-        "The model follows these records poorly (RNL below 0.9); look at the report's plot and try higher --degrees."
+        "The model follows these records poorly (RNL below 0.9); look at the report's plot, and compare it with "
+        "--method refined."
     )
 
 

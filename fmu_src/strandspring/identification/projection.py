@@ -27,7 +27,7 @@ RHO_BOUNDS = (2.0, 1e6)
 _TRUST = 10.0
 _EVALUATIONS = 100
 _INSIDE = 1e-6  # distance of a start from the bounds
-_BLOCK = 512  # rows that are decomposed together, which stay in the cache
+_BLOCK = 256  # rows that are decomposed together, which stay in the cache
 
 
 @dataclass(frozen=True, eq=False)

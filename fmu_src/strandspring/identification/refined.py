@@ -17,6 +17,7 @@ from .bootstrap import bootstrap
 from .effects import find_effects
 from .figures import periodic_start
 from .known_rig import KnownRig
+from .lack_of_fit import LackOfFit
 from .linearised import Linearised
 from .loops import POINTS_PER_STROKE, Loops
 from .method import Fitted, Method
@@ -29,7 +30,7 @@ from .projection import RHO_BOUNDS, Refinement
 from .refinement import Samples, refine
 from .rig import Rig, Sizes, transferred
 from .rig_effects import CAUTIONS, described, detail
-from .search import Candidate, bending_more, search
+from .search import PILOT, Candidate, bending_more, least_points, search
 from .small_loops import undecided_energy
 from .solution import cautions_of, is_positive, saturation_share, spring_of
 from .steady_part import SteadyRecord
@@ -126,6 +127,10 @@ class RefinedOptions(Method):
         rig = Rig.from_parts(parts, max(_LEAST_POINTS, _SEARCHED // strokes), self.delay)
         noise = tuple(force_noise(part.record.force) for part in parts)
         noise_rms = Samples(rig.loops, noise).noise_rms
+        least = least_points(Basis(*rig.loops.reach, *(self.degrees or PILOT)), len(parts))
+        if rig.loops.force.size < least:
+            found_points = f" Found {rig.loops.force.size} samples after the first stroke; {least} are needed at least."
+            raise IdentificationError(Outcome.TOO_FEW_SAMPLES, where, found_points)
         candidates = search(rig.loops, self.degrees)
         if not candidates:
             raise IdentificationError(Outcome.BRANCHES_CROSS, where)
@@ -167,6 +172,9 @@ class RefinedOptions(Method):
         findings = {outcome: detail(outcome, effects) for outcome in cautions}
         if undecided := undecided_energy(spring, content, alternatives):
             findings[Outcome.SMALL_LOOPS] = undecided
+        lack = LackOfFit.of(loops, refinement, samples.noise_rms)
+        if lack.is_told:
+            findings[Outcome.LACK_OF_FIT] = lack.advice
         final = replace(found[0].fit, basis=basis, refinement=refinement)
         return Fitted(
             spring,
@@ -177,6 +185,7 @@ class RefinedOptions(Method):
             PredictionBand.of(linear, interval),
             effects={**self.known.effects, **effects},
             predicted=self._measured(parts, sizes, final, spring),
+            lack_of_fit=lack,
         )
 
     def _refined(self, samples: Samples, fit: Candidate, where: str) -> tuple[Basis, Refinement]:

@@ -12,6 +12,7 @@ from ..modelfile import ModelFile
 from ..records.record import Record
 from ..spring import Spring
 from .figures import RecordFit
+from .lack_of_fit import LackOfFit
 from .outcomes import Outcome
 from .prediction_interval import PredictionBand
 
@@ -35,6 +36,7 @@ class Identification:
                                     method only.
     effects : dict                  Sizes of the rig's effects that were taken out, found or given, by name, in SI
                                     units; empty without any. `parameters` are those of the spring alone.
+    lack_of_fit : LackOfFit or None Misfit by what matters; of the refined method only.
     method : str
     options : dict                  The options, for the provenance.
     """
@@ -50,6 +52,7 @@ class Identification:
     uncertainty: dict[str, Any]
     band: PredictionBand | None
     effects: dict[str, Any]
+    lack_of_fit: LackOfFit | None
     method: str
     options: dict[str, Any]
 
@@ -88,6 +91,7 @@ class Identification:
                     for outcome, sentence in zip(self.outcomes, self.cautions, strict=True)
                 ],
                 **({"effects": self.effects} if self.effects else {}),
+                **({"lack_of_fit": self.lack_of_fit.as_json()} if self.lack_of_fit else {}),
                 "records": [
                     {
                         "file": PurePath(fit.path).name,

@@ -50,7 +50,7 @@ class Rig:
     loops : Loops                          As measured, but for a known delay.
     parts : tuple of SteadyRecord
     elapsed, cycle : ndarray, shape (P,)   Share of the test that is over, in samples or time and in cycles, 0 to 1.
-    velocity : ndarray, shape (P,)         [m/s]; 0 without times.
+    velocity : ndarray, shape (P,)         [m/s]; 0 without rising times.
     delay : float or None                  By which the force lags as far as it is known; the points allow for it [s].
     """
 
@@ -73,7 +73,7 @@ class Rig:
             index = np.arange(time.size)
             elapsed[at] = begun + np.interp(loops.sample[at], index, time - time[0])
             begun += float(time[-1] - time[0])
-            if part.record.time is not None:
+            if part.record.rising_time is not None:
                 moment = np.interp(loops.sample[at], index, time) - (delay or 0.0)
                 velocity[at] = np.interp(np.interp(moment, time, index), index, _velocity(part))
         strokes = loops.stroke + loops.travel / loops.length[loops.stroke]
@@ -86,7 +86,7 @@ class Rig:
         if any(part.periodic for part in self.parts):
             return ()
         impossible: tuple[Effect, ...] = ()
-        if any(part.record.time is None for part in self.parts):
+        if any(part.record.rising_time is None for part in self.parts):
             impossible += _TIMED
         if self.delay is not None:
             impossible += (Effect.DELAY,)
@@ -194,9 +194,9 @@ def transferred(fit: Candidate, loops: Loops) -> Candidate:
 
 
 def _time(part: SteadyRecord) -> FloatArray:
-    """Times of the samples [s]; their numbers without a time column."""
-    record = part.record
-    return np.arange(len(record), dtype=np.float64) if record.time is None else record.time
+    """Times of the samples [s]; their numbers where no times rise."""
+    time = part.record.rising_time
+    return np.arange(len(part.record), dtype=np.float64) if time is None else time
 
 
 def _velocity(part: SteadyRecord) -> FloatArray:

@@ -7,7 +7,7 @@ gridded through what it means: the share of the longest stroke within which the 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import ClassVar
 
 import numpy as np
@@ -23,6 +23,7 @@ from .steady_part import SteadyRecord
 
 _N = (0.1, 0.2, 0.4, 0.8, 1.6, 4.0, 10.0)
 _SIGMA = (0.5, 1.0, 2.5, 8.0)
+_SCANNED = 300  # points from which local minima are told
 _SHARES = (0.03, 0.06, 0.12, 0.25, 0.4, 0.6, 0.8, 1.1, 1.6)
 
 
@@ -63,7 +64,15 @@ def scan_minima(loops: Loops, columns: Columns) -> list[Hysteresis]:
     loops : Loops
     columns : Columns   Basis functions at the points.
     """
-    return _Grid(loops).minima(columns)
+    every = slice(None, None, max(1, loops.force.size // _SCANNED))
+    thinned = replace(
+        loops,
+        **{
+            name: getattr(loops, name)[every]
+            for name in ("displacement", "force", "weight", "travel", "stroke", "sample")
+        },
+    )
+    return _Grid(thinned).minima(Columns(columns.elastic[every], columns.amplifier[every]))
 
 
 class _Grid:

@@ -101,7 +101,9 @@ def search(loops: Loops, degrees: tuple[int, int] | None = None) -> list[Candida
     if degrees is None:
         carried = [_with_degrees(loops, pilot, floor) for pilot in carried]
     else:
-        carried = [refined(loops, c.basis, c.refinement.hysteresis) or c for c in carried]
+        # A degree of FA that the pilot could not have is tried again.
+        wanted = Basis(*loops.reach, *degrees)
+        carried = [refined(loops, wanted, c.refinement.hysteresis) or c for c in carried]
     independent = loops.force.size / min(carried, key=lambda c: c.misfit).autocorrelation_time
     ranked = sorted((_ranked(c, independent, floor) for c in carried), key=lambda c: c.criterion)
     return [c for k, c in enumerate(ranked) if not any(_alike(c, other) for other in ranked[:k])]
@@ -122,7 +124,12 @@ def refined(
     tolerance: float = _TOLERANCE,
     evaluations: int = _EVALUATIONS,
 ) -> Candidate | None:
-    """Least squares on the points from a start, with the degree of FA lowered until it is positive."""
+    """Least squares on the points from a start, with the degree of FA lowered until it is positive.
+
+    None if it never is, or if there are more coefficients than points.
+    """
+    if loops.force.size < least_points(basis, int(loops.record[-1]) + 1):
+        return None
     while True:
         problem = Problem(loops, basis, start)
         fit = problem.solve(start, np.zeros(problem.records), loops.weight, tolerance, evaluations)
@@ -225,6 +232,11 @@ def bending_more(loops: Loops, candidate: Candidate) -> list[Candidate]:
     other = refined(loops, basis, candidate.refinement.hysteresis)
     independent, floor = loops.force.size / candidate.autocorrelation_time, force_floor(loops)
     return [_ranked(each, independent, floor) for each in (candidate, other) if each is not None]
+
+
+def least_points(basis: Basis, records: int) -> int:
+    """Number of points without which a fit leaves nothing to judge it by: one more than it has parameters."""
+    return basis.elastic + basis.amplifier + 2 + 3 + records + 1
 
 
 def is_explained(candidate: Candidate, noise: float) -> bool:

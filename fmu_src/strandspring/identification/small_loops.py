@@ -18,7 +18,8 @@ _STEP = 0.05  # of the differences, in standard errors
 _SAMPLES = 200  # of one period
 _CYCLES = 3  # until the loop is steady
 _NORMAL_95 = 1.96  # standard errors to either side
-_CLOSE = 10.0  # difference of the criterion up to which two minima fit about as well
+_CLOSE = 10.0  # difference of the criterion up to which two fits are about as good
+_AS_GOOD = 1.1  # misfit in that of the best up to which another fit is as good
 _UNDECIDED = 0.07  # uncertainty of the energy that is told, share of it
 
 
@@ -49,7 +50,12 @@ def undecided_energy(
     joint = JointCovariance.of(spring, uncertainty)
     if joint is not None and (error := _relative_error(spring, joint, energy)) > _UNDECIDED:
         parts.append(f"known to +- {100.0 * min(error, 9.99):.0f} % at {100.0 * AMPLITUDE:.0f} % of the amplitude")
-    rivals = [other for best, *others in alternatives for other in others if other.criterion < best.criterion + _CLOSE]
+    rivals = [
+        other
+        for best, *others in alternatives
+        for other in others
+        if other.criterion < best.criterion + _CLOSE and other.misfit < _AS_GOOD * best.misfit
+    ]
     springs = [spring_of(other.basis, other.refinement.backbone, other.refinement.hysteresis) for other in rivals]
     energies = [loop_energy(other) for other in springs]
     if any(abs(other / energy - 1.0) > _UNDECIDED for other in energies):

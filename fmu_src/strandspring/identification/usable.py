@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..kernel.arrays import FloatArray
-from ..loops.strokes import Strokes
+from ..loops.strokes import Strokes, noise_level
 from ..records.record import Record
 from .outcomes import Outcome
 
@@ -18,6 +18,7 @@ _CLIPPED_RUN = 4  # samples in succession at one extreme force
 _CLIPPED_SHARE = 3  # times as many equal samples at the extreme as at any other level nearby
 _REST = 0.002  # change of displacement that is called a rest, share of its range
 _RESTS = 8  # samples at least that make a dwell
+_THINNED = 400  # samples of a stroke among which dwells are looked for, about
 _SLOWER = 1.5  # times longer than a sine rests at its turning points
 _DWELL = 0.12  # time that makes a dwell, share of the mean stroke's
 _RELAXED = 0.01  # change of force during dwells that counts, share of the force's standard deviation
@@ -84,24 +85,24 @@ def _clipped(force: FloatArray) -> BoolArray:
 
 def _dwells(record: Record, strokes: Strokes) -> tuple[BoolArray, float]:
     """Samples within dwells but their first, and the median change of the force during one [N]."""
-    x = strokes.displacement
+    # Dense records are thinned, or every step would look like a rest.
+    thinned = slice(None, None, max(1, len(record) // (_THINNED * strokes.count)))
+    stride = thinned.step
+    x, force = strokes.displacement[thinned], record.force[thinned]
     span = float(np.ptp(x))
     steps = np.abs(np.diff(x))
     rest = max(_REST * span, float(np.min(steps[steps > 0.0], initial=span)))
-    clock = np.arange(x.size, dtype=np.float64) if record.time is None else np.maximum.accumulate(record.time)
+    first, last = _runs(steps <= max(rest / _RESTS, 4.0 * noise_level(x)))
+    last = last + 1
+    clock = np.arange(x.size, dtype=np.float64) if record.rising_time is None else record.rising_time[thinned]
     mean_stroke = float(clock[-1] - clock[0]) / strokes.count
     # A sine stays so long within a rest of its turning point.
     turning = _SLOWER * 2.0 / math.pi * math.acos(max(1.0 - 2.0 * rest / span, -1.0))
-    wanted = max(_DWELL, turning) * mean_stroke
-    # A rest from each sample on: where it is half over too, or a path that turns and comes back would be one.
-    begin = np.arange(np.searchsorted(clock, clock[-1] - wanted, side="right"))
-    middle, end = (np.searchsorted(clock, clock[begin] + share * wanted) for share in (0.5, 1.0))
-    still = (np.abs(x[middle] - x[begin]) <= rest) & (np.abs(x[end] - x[begin]) <= rest) & (end - begin >= _RESTS - 1)
-    edges = np.bincount(begin[still], minlength=x.size) - np.bincount(end[still], minlength=x.size)
-    first, last = _runs(np.cumsum(edges) > 0)
-    resting = np.zeros(x.size, dtype=bool)
-    for begins, ends in zip(first, last, strict=True):
-        resting[begins + 1 : ends + 1] = True
-    if not first.size:
+    rests = np.array([np.ptp(x[a : b + 1]) for a, b in zip(first, last, strict=True)]) <= _REST * span
+    long = rests & (last - first + 1 >= _RESTS) & (clock[last] - clock[first] >= max(_DWELL, turning) * mean_stroke)
+    resting = np.zeros(len(record), dtype=bool)
+    for begin, end in zip(stride * first[long], stride * last[long], strict=True):
+        resting[begin + 1 : end] = True
+    if not long.any():
         return resting, 0.0
-    return resting, float(np.median(np.abs(record.force[last + 1] - record.force[first])))
+    return resting, float(np.median(np.abs(force[last[long]] - force[first[long]])))

@@ -88,6 +88,11 @@ class Record:
     def __len__(self) -> int:
         return self.displacement.size
 
+    @property
+    def rising_time(self) -> NDArray[np.float64] | None:
+        """Times [s], shape (K,); None without a time column or where it does not rise from sample to sample."""
+        return None if self.time is None or bool(np.any(np.diff(self.time) <= 0.0)) else self.time
+
 
 def _checked(values: ArrayLike, name: str, path: str) -> NDArray[np.float64]:
     """Return a read-only copy [SI], or refuse anything but a finite series of at least two numbers."""

@@ -149,7 +149,7 @@ def rank(
     loops = track.loops
     spread = loops.rms(loops.force - np.average(loops.force, weights=loops.weight))
     notes = []
-    if any(rival.needs_time for rival in rivals) and any(not _has_times(record) for record in records):
+    if any(rival.needs_time for rival in rivals) and any(record.rising_time is None for record in records):
         notes.append("Without rising times, velocities are taken from samples at equal intervals of time.")
     floor = force_floor(track)
     return Ranking(_sorted(entries, floor), what, int(fold.max()) + 1, spread, floor, tuple(notes))
@@ -190,10 +190,6 @@ def _sorted(entries: Sequence[Entry], floor: float) -> tuple[Entry, ...]:
         return (0, entry.fit.parameters, entry.error) if entry.error <= enough else (1, entry.error, 0)
 
     return tuple(sorted(entries, key=place))
-
-
-def _has_times(record: Record) -> bool:
-    return record.time is not None and bool(np.all(np.diff(record.time) > 0.0))
 
 
 def _entry(rival: Rival, track: Track, fold: IndexArray) -> Entry | None:

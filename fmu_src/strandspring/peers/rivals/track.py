@@ -119,7 +119,7 @@ def _with_speed(record: Record) -> Record:
     """
     x = record.displacement
     index = np.arange(x.size, dtype=np.float64)
-    times = index if record.time is None or np.any(np.diff(record.time) <= 0.0) else record.time
+    times = index if record.rising_time is None else record.rising_time
     rough = np.abs(np.gradient(x, times))
     strokes = find_strokes(x)
     most = max(1, int(_LONGEST_SHARE * x.size / strokes.count))
