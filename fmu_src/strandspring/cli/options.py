@@ -125,7 +125,8 @@ column_options = together(
     click.option("--displacement", metavar="COLUMN", help="Displacement column: name, or number from 1."),
     click.option("--force", metavar="COLUMN", help="Force column: name, or number from 1."),
     click.option("--time", metavar="COLUMN",
-                 help="Time column, if any; delay, viscous force, gaps and moving mass need it."),
+                 help="Time column, if any. The model does not need it; identify finds delay, viscous force and gaps "
+                 "by it."),
     click.option("--displacement-unit", metavar="UNIT", help="mm, m, in, ...  [default: the file's, or mm]"),
     click.option("--force-unit", metavar="UNIT", help="N, kN, lbf, kip, ...  [default: the file's, or N]"),
     click.option("--reverse", type=click.Choice(["displacement", "force"]), multiple=True, callback=_one_column,

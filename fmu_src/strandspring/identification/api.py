@@ -28,6 +28,8 @@ _POOR_RNL = 0.9
 def identify(records: Record | Sequence[Record], options: Method | None = None) -> Identification:
     """Identify one spring from one or more records.
 
+    The cautions of the result say what the records do not decide, and which effects of a rig were found in them.
+
     Parameters
     ----------
     records : Record or sequence of Record

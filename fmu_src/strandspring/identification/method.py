@@ -54,7 +54,7 @@ class Method(ABC):
 
     Parameters
     ----------
-    degrees : (int, int) or None   Degrees N of FE and M of FA; chosen from the data if None.
+    degrees : (int, int) or None   Degrees N of FE and M of FA, both polynomials; chosen from the data if None.
     """
 
     name: ClassVar[str]

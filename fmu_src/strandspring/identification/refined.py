@@ -1,4 +1,4 @@
-"""The refined method: least squares from several starts, with standard errors."""
+"""The refined method: least squares from several starts, effects of the rig taken out, with standard errors."""
 
 from __future__ import annotations
 
@@ -48,11 +48,15 @@ _LEAST_STEPS = 100  # of the sampler of the posterior
 
 @dataclass(frozen=True)
 class RefinedOptions(Method):
-    """Options of the refined method.
+    """Options of the refined method: several starts, effects of the rig taken out, standard errors.
+
+    Effects that the records show and that pay for themselves are taken out unasked, see `effects`; what no record shows
+    is given here.
 
     Parameters
     ----------
-    degrees : (int, int) or None   Degrees N of FE and M of FA; chosen from the data if None.
+    degrees : (int, int) or None   Degrees N of FE and M of FA, both polynomials; chosen from the data if None, when FE
+                                   may also become a table.
     robust : bool                  Huber's loss instead of squares, for records with outliers.
     bootstrap : int                Repetitions of a stroke-wise bootstrap for the standard errors; 0 for none.
     seed : int                     Of the bootstrap and the posterior.
@@ -60,6 +64,7 @@ class RefinedOptions(Method):
     moving_mass : float            Between load cell and spring [kg]; its inertia is taken out, which needs times.
     fixture_stiffness : float      Of what yields between displacement sensor and spring [N/m]; infinite for nothing.
     delay : float or None          By which the force lags [s], negative if it leads; sought in the records if None.
+                                   One that is given needs times.
     """
 
     name: ClassVar[str] = "refined"

@@ -25,14 +25,17 @@ class Identification:
     ----------
     parameters : SpringParameters
     records : tuple of Record
-    fits : tuple of RecordFit       Prediction of each record over its steady part.
+    fits : tuple of RecordFit       Prediction of each record over its steady part, the rig's effects included.
     rmse, rnl : float               Over all compared samples [N], [-].
     degrees : (int or None, int)    N of FE, None if it is a table, and M of FA.
     steady_share : float            Where the steady section was taken to begin, share of the longest stroke.
     findings : dict                 Cautions for the user: outcomes with their details, which may be empty.
-    uncertainty : dict              Standard errors and correlations; empty but for the refined method.
-    band : PredictionBand or None   95 % band of the predicted force; of the refined method only.
-    effects : dict                  Sizes of what the rig added and what was taken out, by name, in SI units.
+    uncertainty : dict              Content of the model file's field: standard errors, correlations, 95 % intervals,
+                                    joint covariance, prediction interval; empty but for the refined method.
+    band : PredictionBand or None   95 % confidence band and prediction interval on the last loop; of the refined
+                                    method only.
+    effects : dict                  Sizes of the rig's effects that were taken out, found or given, by name, in SI
+                                    units; empty without any. `parameters` are those of the spring alone.
     lack_of_fit : LackOfFit or None Misfit by what matters; of the refined method only.
     method : str
     options : dict                  The options, for the provenance.

@@ -9,7 +9,9 @@ each distinct minimum gets the degrees that a criterion of Schwarz's form choose
 
 with the mean squared misfit S, p fitted parameters and K independent samples: the number of points over the
 autocorrelation time of the best residual. The floor keeps high degrees from being paid for by what no polynomial
-follows anyway: they would spend themselves on imitating the hysteresis of the amplitudes measured.
+follows anyway: they would spend themselves on imitating the hysteresis of the amplitudes measured. A minimum whose
+strokes do not saturate must be better by SATURATION. Where misfit comes back in every cycle, FE as a table and an FA of
+degree 4 are tried as well, and judged by cycles left out (`with_richer_bases`).
 """
 
 from __future__ import annotations
