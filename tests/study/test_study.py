@@ -70,7 +70,7 @@ def test_draws_stay_possible_however_wide_the_spread() -> None:
 
 
 def test_all_coefficients_are_drawn_jointly_where_the_model_file_has_them() -> None:
-    names = joint_names(len(SPRING.kE) - 1, len(SPRING.kA) - 1)
+    names = joint_names("kE", len(SPRING.kE), len(SPRING.kA) - 1)
     # The slope of FE and ln(kappa_omega) go together; FA is so uncertain that half of the draws are no spring.
     scale = [0.0, 30.0, 0.0, 0.0, 0.0, 5000.0, 0.0, 0.1, 0.0, 0.0]
     root = [[0.0] * k + [share] for k, share in enumerate(scale)]
