@@ -2,22 +2,24 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from judgement import judge_case
-from rig import UNDECIDED, Case, draw_experiment, draw_spring, simulate
+from rig import UNDECIDED, Case, Experiment, draw_experiment, draw_spring, simulate
 from rig_faults import FAULTS
-from strandspring import Identification, RefinedOptions, identify
+from strandspring import Identification, Outcome, Record, RefinedOptions, identify, read_record
 from strandspring.identification.loops import Loops
 from strandspring.identification.polynomials import Basis
 from strandspring.identification.rig import Rig
 from strandspring.identification.search import Candidate, least_points, refined, search
 from strandspring.identification.steady_part import find_steady_part
+from strandspring.loops.strokes import find_strokes
 from synthetic import record_of, sine, spring_of
 
+ROOT = Path(__file__).resolve().parents[2]
 # Cases of `python tests/benchmarks/honesty.py clean 100 --single --seed 1`, the first ones.
 CASES = range(24)
 
@@ -91,7 +93,7 @@ def test_without_noise_the_degrees_are_exact(samples: int) -> None:
 
 def test_too_few_points_make_no_fit() -> None:
     (record,) = single(0).records
-    loops = Rig.from_parts([find_steady_part(record)], 3).loops
+    loops = Rig.from_parts([find_steady_part(record)], 2).loops
     start = search(points(single(0)))[0].refinement.hysteresis
     basis = Basis(*loops.reach, 8, 2)
     assert least_points(basis, 1) == 17
@@ -101,18 +103,47 @@ def test_too_few_points_make_no_fit() -> None:
     assert refined(loops, basis, start) is None
 
 
-SHAPES = {"kink": 0.3, "tanh": 3.0, "bump stop": 0.5}
-
-
-@pytest.mark.parametrize("name", SHAPES)
+@pytest.mark.parametrize("name", ["kink", "tanh", "bump stop"])
 def test_shapes_that_no_polynomial_follows_get_a_table(name: str) -> None:
     generator = np.random.default_rng(5)
     spring = draw_spring(generator, (0.8, 1.5), (0.8, 1.5), (8.0, 15.0), (0.2, 0.3), degrees=(3, 1))
-    fault = FAULTS[name]
-    case = simulate(spring, draw_experiment(generator, noise=0.002), generator, replace(fault), "large")
+    case = simulate(spring, Experiment(noise=0.002), generator, FAULTS[name], "large")
     found = identify(case.records)
     judgement = judge_case(case, found.spring())
-    # Of the force's standard deviation on minor loops; polynomials err by several times as much.
-    assert judgement.force < 0.02, judgement
+    # Of the force's standard deviation on minor loops; measured 0.0004 to 0.009.
+    assert judgement.force < 0.015, judgement
+    assert abs(judgement.energy) < 0.02
     cubic = judge_case(case, identify(case.records, RefinedOptions((3, 1))).spring())
     assert cubic.force > 2.0 * judgement.force
+
+
+def test_a_table_fitted_to_one_amplitude_is_cautioned_where_it_leaves_small_loops_open() -> None:
+    """A tanh recorded at one amplitude: FE and FA can share the loop in more than one way."""
+    generator = np.random.default_rng(5)
+    spring = draw_spring(generator, (0.8, 1.5), (0.8, 1.5), (8.0, 15.0), (0.2, 0.3), degrees=(3, 1))
+    experiment = Experiment(noise=0.002, shape="triangle", amplitudes=(1.0,), cycles=(3,))
+    found = identify(simulate(spring, experiment, generator, FAULTS["tanh"], "large").records)
+    assert Outcome.SMALL_LOOPS in found.outcomes
+
+
+def hinge() -> Record:
+    return read_record(ROOT / "models/records/rubber_stretch.csv", reverse="displacement")
+
+
+def test_the_measured_records_reach_their_marks() -> None:
+    assert identify(hinge()).rnl >= 0.970
+    actuator = read_record(ROOT / "tests/data/actuator/circle_3bar.csv", displacement=5, force=7)
+    assert identify(actuator).rnl >= 0.997
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("strokes", [3, 4, 5, 6])
+def test_every_cut_of_the_hinge_record_reaches_its_mark(strokes: int) -> None:
+    record = hinge()
+    turning = find_strokes(record.displacement).turning
+    reached = []
+    for begin, end in zip(turning, turning[strokes:], strict=False):
+        cut = slice(begin, end + 1)
+        reached.append(identify(Record(record.displacement[cut], record.force[cut])).rnl)
+    assert reached
+    assert min(reached) >= 0.96, reached

