@@ -1,11 +1,12 @@
 """Write `inputs.json` and `golden.json.gz`; run with the version whose answers are to be kept.
 
-The figures kept here come from commit 2c58de3, the last one before the refactoring of November 2026:
+The figures kept here come from commit 2c58de3, the last one before the refactoring of November 2026, but for those of
+identification (README.md):
 
-    PYTHONPATH=fmu_src python tests/golden/make.py
+    PYTHONPATH=fmu_src python tests/golden/make.py [--only identify]
 
 `inputs.json` holds drawn springs and paths as numbers, so that no other generator of random numbers changes them; with
-`--inputs` they are drawn anew.
+`--inputs` they are drawn anew. `--only` and kinds of cases leaves the figures of all other kinds as they are.
 """
 
 from __future__ import annotations
@@ -31,9 +32,14 @@ def main() -> None:
         write_inputs()
     from cases import CASES, Workshop  # reads the inputs
 
+    only = sys.argv[sys.argv.index("--only") + 1 :] if "--only" in sys.argv else []
+    kept = json.loads(gzip.decompress((HERE / "golden.json.gz").read_bytes()))["cases"] if only else {}
     with tempfile.TemporaryDirectory(prefix="golden-") as folder:
         workshop = Workshop(Path(folder))
-        outputs = {name: case.run(workshop) for name, case in CASES.items()}
+        outputs = {
+            name: kept[name] if name in kept and case.kind not in only else case.run(workshop)
+            for name, case in CASES.items()
+        }
     text = json.dumps({"commit": "2c58de3", "cases": outputs}, allow_nan=False, separators=(",", ":"))
     # Without a time stamp the same figures give the same bytes.
     (HERE / "golden.json.gz").write_bytes(gzip.compress(text.encode(), mtime=0))

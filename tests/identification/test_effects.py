@@ -1,0 +1,148 @@
+"""Effects of the rig: their true sizes are found, no others, and their columns are derivatives of the exact effect."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from rig import Case, Experiment, draw_experiment, draw_spring, elastic_force, simulate
+from rig_faults import FAULTS
+from strandspring import Identification, Record, identify, read_record
+from strandspring.identification.rig import Effect, Rig
+from strandspring.identification.search import Candidate, search
+from strandspring.identification.steady_part import find_steady_part
+
+ROOT = Path(__file__).resolve().parents[2]
+STEPPED = Experiment(amplitudes=(0.4, 0.7, 1.0), cycles=(3, 3, 3), noise=0.002)
+REPEATED = Experiment(amplitudes=(0.6, 1.0, 0.6, 1.0), cycles=(2, 2, 2, 2), noise=0.002)
+
+
+def case_of(fault: str, share: float, experiment: Experiment, seed: int = 1) -> Case:
+    """Records of a spring with high loops."""
+    generator = np.random.default_rng(seed)
+    spring = draw_spring(generator, (0.5, 3.0), (0.6, 3.0), (6.0, 20.0), (0.2, 0.4), degrees=(3, 1))
+    return simulate(spring, experiment, generator, replace(FAULTS[fault], large=share), "large")
+
+
+def fastest(case: Case) -> float:
+    """Largest velocity of the sine [m/s]."""
+    return 2.0 * np.pi * case.experiment.frequency * case.amplitude
+
+
+# By fault: its share, the experiment, the effect's name and its true size in SI units.
+SIZES = {
+    "force lags": (0.003, STEPPED, "delay", lambda c: c.magnitude * c.experiment.period),
+    "force leads": (0.01, STEPPED, "delay", lambda c: -c.magnitude * c.experiment.period),
+    "viscous damper": (0.5, STEPPED, "viscosity", lambda c: c.magnitude * c.spring.kappa_omega / fastest(c)),
+    "play": (0.01, REPEATED, "play", lambda c: c.magnitude * c.amplitude),
+    "force zero": (
+        0.05, STEPPED, "force_zero", lambda c: c.magnitude * elastic_force(c.spring) * np.array([0.0, 1.0, -0.7])
+    ),
+    "displacement zero": (
+        0.02, STEPPED, "displacement_zero", lambda c: c.magnitude * c.amplitude * np.array([0.0, 1.0, -0.7])
+    ),
+    "linear drift": (0.1, STEPPED, "drift", lambda c: c.magnitude * elastic_force(c.spring)),
+    "wear of friction": (0.3, STEPPED, "friction_wear", lambda c: -c.magnitude),
+    "wear of stiffness": (0.1, REPEATED, "stiffness_wear", lambda c: -c.magnitude),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("fault", SIZES)
+def test_the_size_of_an_effect_is_found(fault: str) -> None:
+    share, experiment, name, truth = SIZES[fault]
+    case = case_of(fault, share, experiment)
+    effects = identify(case.records).effects
+    assert name in effects
+    # 10 % or, of a delay, 0.3 ms, and 0.1 mm of a shift.
+    floor = {"delay": 3e-4, "displacement_zero": 1e-4, "play": 1e-4}.get(name, 0.0)
+    floor = min(floor, 0.1 * float(np.max(np.abs(truth(case)))))
+    assert effects[name] == pytest.approx(truth(case), rel=0.1, abs=floor)
+
+
+def test_a_warm_up_is_a_curved_drift() -> None:
+    case = case_of("warm-up", 0.1, STEPPED)
+    # What the exponential rises by within the test.
+    expected = case.magnitude * elastic_force(case.spring) * -np.expm1(-1.0 / 0.25)
+    assert identify(case.records).effects["drift"] == pytest.approx(expected, rel=0.1)
+
+
+@pytest.mark.slow
+def test_clean_records_have_no_effects() -> None:
+    for seed in range(12):
+        generator = np.random.default_rng([0, seed])
+        case = simulate(draw_spring(generator), draw_experiment(generator), generator)
+        assert identify(case.records).effects == {}, seed
+
+
+@pytest.mark.parametrize("name", ["hinge", "actuator"])
+def test_the_measured_records_have_no_effects(name: str) -> None:
+    if name == "hinge":
+        record = read_record(ROOT / "models/records/rubber_stretch.csv", reverse="displacement")
+    else:
+        record = read_record(ROOT / "tests/data/actuator/circle_3bar.csv", displacement=5, force=7)
+    assert identify(record).effects == {}
+
+
+def fitted(separate: bool) -> tuple[Rig, Candidate]:
+    generator = np.random.default_rng(3)
+    spring = draw_spring(generator, (1.0, 1.5), (0.8, 1.2), (8.0, 10.0), degrees=(3, 1))
+    experiment = replace(REPEATED, noise=0.0, separate=separate, cycles=(2, 2, 2, 2), samples=1600)
+    parts = [find_steady_part(record) for record in simulate(spring, experiment, generator).records]
+    rig = Rig.from_parts(parts, 2000)
+    return rig, search(rig.loops, (3, 1))[0]
+
+
+@pytest.mark.parametrize(
+    ("effect", "size"),
+    [
+        (Effect.DELAY, 1e-6),
+        (Effect.VISCOSITY, 1.0),
+        (Effect.PLAY, 1e-8),
+        (Effect.FORCE_ZERO, 1e-3),
+        (Effect.DISPLACEMENT_ZERO, 1e-8),
+        (Effect.DRIFT, 1e-3),
+        (Effect.CURVED_DRIFT, 1e-3),
+        (Effect.FRICTION_WEAR, 1e-3),
+        (Effect.STIFFNESS_WEAR, 1e-3),
+    ],
+)
+def test_columns_are_derivatives_of_the_exact_effect(effect: Effect, size: float) -> None:
+    rig, fit = fitted(separate=effect in (Effect.FORCE_ZERO, Effect.DISPLACEMENT_ZERO))
+    columns = rig.columns(effect, fit, rig.loops)
+    back = 0.0 if effect is Effect.PLAY else -1.0  # there is no negative play
+    for k, column in enumerate(columns.T):
+        sizes = np.zeros(columns.shape[1])
+        sizes[k] = size
+        ahead, behind = (rig.predicted({effect: side * sizes}, fit)[1] for side in (1.0, back))
+        difference = (ahead - behind) / ((1.0 - back) * size)
+        # A delay moves the first points after a reversal to the stroke before, and the velocity of the column is the
+        # difference over seven samples of a sine of 200; the others are exact to the step.
+        apart = np.abs(difference - column) / np.abs(column).max()
+        assert np.median(apart) < (2e-3 if effect is Effect.DELAY else 1e-4)
+        assert np.mean(apart > 0.05) < 0.03
+
+
+def times_that(record: Record, how: str) -> Record:
+    time = record.time
+    assert time is not None
+    changed = {
+        "fall": time[::-1],
+        "stand still": np.zeros(time.size),
+        "repeat": np.repeat(time[::2], 2)[: time.size],
+        "jump back": np.where(np.arange(time.size) > 500, time - 1.0, time),
+    }
+    return replace(record, time=changed[how])
+
+
+@pytest.mark.parametrize("how", ["fall", "stand still", "repeat", "jump back"])
+def test_times_that_do_not_rise_count_as_none(how: str) -> None:
+    (record,) = case_of("force lags", 0.003, STEPPED).records
+    untimed = identify(replace(record, time=None))
+    assert same_spring(identify(times_that(record, how)), untimed)
+
+
+def same_spring(one: Identification, other: Identification) -> bool:
+    return one.parameters == other.parameters and one.effects == other.effects

@@ -1,0 +1,57 @@
+"""What the records decide of the energy of small loops, and the energy itself."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from rig import Experiment, draw_spring, simulate
+from strandspring import Outcome, Record, Spring, identify
+from strandspring.identification.rig import Rig
+from strandspring.identification.search import Candidate, search
+from strandspring.identification.small_loops import AMPLITUDE, loop_energy, undecided_energy
+from strandspring.identification.steady_part import find_steady_part
+from synthetic import record_of, sine, spring_of
+
+
+@pytest.mark.parametrize(("n", "sigma"), [(0.3, 3.0), (1.0, 1.0), (4.0, 0.6)])
+def test_the_energy_is_the_work_absorbed_in_a_steady_loop(n: float, sigma: float) -> None:
+    known = spring_of(n, sigma)
+    phase = np.linspace(0.0, 8.0 * np.pi, 40_001)
+    half = 0.5 * (known.displacement_max - known.displacement_min)
+    work = Spring(known).absorbed_energy(known.displacement_offset + AMPLITUDE * half * np.sin(phase))
+    # The elastic part returns what it takes. A small loop that hardly saturates is not quite steady in its third cycle.
+    assert loop_energy(known) == pytest.approx(work[-1] - work[30_000], rel=5e-3)
+
+
+def test_a_well_determined_spring_has_no_caution() -> None:
+    for seed in range(3):
+        generator = np.random.default_rng(seed)
+        spring = draw_spring(generator, (0.5, 2.0), (0.8, 2.0), (8.0, 20.0), (0.2, 0.4))
+        case = simulate(spring, Experiment(amplitudes=(0.3, 0.6, 1.0), samples=1500, noise=0.003), generator)
+        assert Outcome.SMALL_LOOPS not in identify(case.records).outcomes
+
+
+def test_few_noisy_samples_of_one_amplitude_leave_it_undecided() -> None:
+    found = identify(record_of(spring_of(0.4, 2.0), sine(3, 90), noise=0.03))
+    assert Outcome.SMALL_LOOPS in found.outcomes
+    assert "30 % of the amplitude" in found.findings[Outcome.SMALL_LOOPS]
+
+
+def test_another_minimum_that_fits_as_well_is_named() -> None:
+    record: Record = record_of(spring_of(1.0, 1.0), sine(), noise=0.01)
+    best = search(Rig.from_parts([find_steady_part(record)], 160).loops)[0]
+    spring = identify(record).parameters
+
+    def other(n: float, criterion: float) -> Candidate:
+        hysteresis = replace(best.refinement.hysteresis, n=n)
+        return replace(
+            best, refinement=replace(best.refinement, hysteresis=hysteresis), criterion=best.criterion + criterion
+        )
+
+    assert undecided_energy(spring, {}, [[best]]) == ""
+    assert undecided_energy(spring, {}, [[best, other(8.0, 20.0)]]) == ""  # fits worse
+    assert undecided_energy(spring, {}, [[best, other(best.refinement.hysteresis.n, 1.0)]]) == ""  # is the same
+    assert "another fit that is about as good has n 8" in undecided_energy(spring, {}, [[best, other(8.0, 1.0)]])
