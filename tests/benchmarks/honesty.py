@@ -301,7 +301,7 @@ def sizes(arguments: argparse.Namespace) -> None:
             truth = true_size(case)
             size = effects.get(name)
             if size is None:
-                others.update(effects or ["nothing" if found is not None else "refused"])
+                others.update(list(effects) or ["nothing" if found is not None else "refused"])
                 continue
             size = size[1] if isinstance(size, list) else size
             error = abs(size - truth)

@@ -265,8 +265,8 @@ def test_time_integration_gives_the_same_steady_motion(
 
 
 def test_a_closed_curve_beside_the_followed_one_is_passed_over() -> None:
-    """A draw of the bundled hinge: near 7.15 Hz arclength steps land on a closed superharmonic curve."""
-    hinge = Spring.load(ROOT / "models" / "rubber_hinge.json").parameters
+    """A draw of the hinge with a polynomial FE: near 7.15 Hz arclength steps land on a closed superharmonic curve."""
+    hinge = Spring.load(ROOT / "tests" / "golden" / "rubber_hinge.json").parameters
     drawn = replace(
         hinge,
         kappa_omega=0.06395164797191956,
