@@ -102,7 +102,7 @@ def run(case: Case) -> Result:
 
 
 def cautions_of(found: Identification) -> dict[str, str]:
-    return {outcome.name: str(outcome.value) for outcome in found.outcomes}
+    return {outcome.name: sentence for outcome, sentence in zip(found.outcomes, found.cautions, strict=True)}
 
 
 def described(case: Case) -> str:

@@ -133,7 +133,7 @@ def hinge() -> Record:
 def test_the_measured_records_reach_their_marks() -> None:
     assert identify(hinge()).rnl >= 0.970
     actuator = read_record(ROOT / "tests/data/actuator/circle_3bar.csv", displacement=5, force=7)
-    assert identify(actuator).rnl >= 0.997
+    assert identify(actuator).rnl >= 0.9975
 
 
 @pytest.mark.slow

@@ -14,8 +14,8 @@ from .outcomes import Outcome
 
 BoolArray = NDArray[np.bool_]
 
-_CLIPPED_RUN = 4  # samples in succession at one extreme force
-_CLIPPED_SHARE = 3  # times as many equal samples at the extreme as at any other level nearby
+_CLIPPED = 4  # samples at one extreme force
+_CLIPPED_SHARE = 3  # times as many of them as at any other level
 _REST = 0.002  # change of displacement that is called a rest, share of its range
 _RESTS = 8  # samples at least that make a dwell
 _THINNED = 400  # samples of a stroke among which dwells are looked for, about
@@ -65,20 +65,20 @@ def _runs(same: BoolArray) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
 
 
 def _clipped(force: FloatArray) -> BoolArray:
-    """Samples at an extreme of the force that is held for several samples, as a sensor at the end of its range does.
+    """Samples at an extreme of the force that comes far more often than any other, as at the end of a sensor's range.
 
-    A coarse sensor repeats every level; a clipped one its extreme far more often.
+    A coarse sensor repeats every level, and a record without noise every force of a cycle.
     """
     clipped = np.zeros(force.size, dtype=bool)
-    high, low = force == force.max(), force == force.min()
-    for at in (high, low):
-        first, last = _runs(at)
-        longest = int((last - first).max()) + 1
-        if longest < _CLIPPED_RUN:
+    extremes = (force.max(), force.min())
+    for extreme in extremes:
+        at = force == extreme
+        count = int(at.sum())
+        if count < _CLIPPED:
             continue
-        begin, end = _runs(np.append(np.diff(force) == 0.0, False) & ~high & ~low)
-        elsewhere = int((end - begin).max()) + 2 if begin.size else 1
-        if longest >= _CLIPPED_SHARE * elsewhere:
+        others, counts = np.unique(force[~at], return_counts=True)
+        elsewhere = int(np.max(counts[~np.isin(others, extremes)], initial=1))
+        if count >= _CLIPPED_SHARE * elsewhere:
             clipped |= at
     return clipped
 
