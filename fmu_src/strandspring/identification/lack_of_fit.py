@@ -16,9 +16,9 @@ from ..kernel.arrays import FloatArray
 from .autocorrelation import autocorrelation_time
 from .loops import Loops
 from .projection import Refinement
+from .repetition import CELLS, branch_cells
 
-_CELLS = 24  # over the range, on each branch
-_TOLD = 0.1  # misfit beyond noise that is told, share of the hysteretic force
+_REPORTED = 0.1  # misfit beyond noise that is reported, share of the hysteretic force
 _BEYOND = 1.5  # misfit over noise from which it is more than noise
 _LONG = 1.5  # autocorrelation time, in points, from which residuals are not white
 
@@ -67,14 +67,14 @@ class LackOfFit:
         )
 
     @property
-    def is_told(self) -> bool:
+    def is_reported(self) -> bool:
         """Whether the misfit is more than noise, and not small against the hysteretic force."""
         structured = self.over_noise > _BEYOND or self.autocorrelation_time > _LONG
-        return structured and self.beyond_noise > _TOLD
+        return structured and self.beyond_noise > _REPORTED
 
     @property
     def advice(self) -> str:
-        """Where most of the misfit lies, and which test would tell why."""
+        """Where most of the misfit lies, and which test would show why."""
         share = f"{100.0 * self.beyond_noise:.0f} % of the hysteretic force; "
         if self.changes > max(self.elastic, self.loop):
             return share + (
@@ -109,13 +109,11 @@ def _work(loops: Loops, force: FloatArray) -> float:
 
 def _repeated(loops: Loops, residuals: FloatArray) -> tuple[float, float]:
     """Mean squares of what mean loading and unloading residuals have in common, and of half their difference [N^2]."""
-    low, high = loops.reach
-    place = np.clip(((loops.displacement - low) / (high - low) * _CELLS).astype(np.intp), 0, _CELLS - 1)
-    cells = place + _CELLS * (loops.side > 0)
-    weight = np.bincount(cells, weights=loops.weight, minlength=2 * _CELLS)
-    count = np.bincount(cells, minlength=2 * _CELLS)
-    total = np.bincount(cells, weights=loops.weight * residuals, minlength=2 * _CELLS)
-    squares = np.bincount(cells, weights=loops.weight * residuals**2, minlength=2 * _CELLS)
+    cells = branch_cells(loops)
+    weight = np.bincount(cells, weights=loops.weight, minlength=2 * CELLS)
+    count = np.bincount(cells, minlength=2 * CELLS)
+    total = np.bincount(cells, weights=loops.weight * residuals, minlength=2 * CELLS)
+    squares = np.bincount(cells, weights=loops.weight * residuals**2, minlength=2 * CELLS)
     mean = total / np.maximum(weight, 1e-300)
     scatter = np.maximum(squares / np.maximum(weight, 1e-300) - mean**2, 0.0) / np.maximum(count, 1)
     down, up = np.split(mean, 2)

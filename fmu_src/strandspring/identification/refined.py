@@ -173,7 +173,7 @@ class RefinedOptions(Method):
         if undecided := undecided_energy(spring, content, alternatives):
             findings[Outcome.SMALL_LOOPS] = undecided
         lack = LackOfFit.of(loops, refinement, samples.noise_rms)
-        if lack.is_told:
+        if lack.is_reported:
             findings[Outcome.LACK_OF_FIT] = lack.advice
         final = replace(found[0].fit, basis=basis, refinement=refinement)
         return Fitted(

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from ..kernel.arrays import FloatArray
-from .loops import Loops
+from .loops import IndexArray, Loops
 
-_CELLS = 24  # over the range, on each branch
+CELLS = 24  # over the range, on each branch
 
 
 def repetition(loops: Loops, residuals: FloatArray) -> float:
@@ -16,6 +16,13 @@ def repetition(loops: Loops, residuals: FloatArray) -> float:
     It is 1 for noise and the number of cycles where all of them have the same residuals.
     """
     return 1.0 + float(loops.cycles().max()) * repeated_share(loops, residuals)
+
+
+def branch_cells(loops: Loops) -> IndexArray:
+    """Cell of each point: CELLS over the range on unloading, then as many on loading."""
+    low, high = loops.reach
+    place = np.clip(((loops.displacement - low) / (high - low) * CELLS).astype(np.intp), 0, CELLS - 1)
+    return np.asarray(place + CELLS * (loops.side > 0), np.intp)
 
 
 def repeated_share(loops: Loops, residuals: FloatArray) -> float:
@@ -31,10 +38,8 @@ def repeated_share(loops: Loops, residuals: FloatArray) -> float:
     float   From 0 to 1; 0 with one cycle.
     """
     cycle = loops.cycles()
-    low, high = loops.reach
-    place = np.clip(((loops.displacement - low) / (high - low) * _CELLS).astype(np.intp), 0, _CELLS - 1)
-    cells = place + _CELLS * (loops.side > 0)
-    shape = (int(cycle.max()) + 1, 2 * _CELLS)
+    cells = branch_cells(loops)
+    shape = (int(cycle.max()) + 1, 2 * CELLS)
     flat = cycle * shape[1] + cells
     count = np.bincount(flat, minlength=shape[0] * shape[1]).reshape(shape)
     total = np.bincount(flat, weights=residuals, minlength=shape[0] * shape[1]).reshape(shape)

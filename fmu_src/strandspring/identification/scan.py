@@ -23,7 +23,7 @@ from .steady_part import SteadyRecord
 
 _N = (0.1, 0.2, 0.4, 0.8, 1.6, 4.0, 10.0)
 _SIGMA = (0.5, 1.0, 2.5, 8.0)
-_SCANNED = 300  # points from which local minima are told
+_SCANNED = 300  # points on which local minima are looked for
 _SHARES = (0.03, 0.06, 0.12, 0.25, 0.4, 0.6, 0.8, 1.1, 1.6)
 
 

@@ -20,7 +20,7 @@ _CYCLES = 3  # until the loop is steady
 _NORMAL_95 = 1.96  # standard errors to either side
 _CLOSE = 10.0  # difference of the criterion up to which two fits are about as good
 _AS_GOOD = 1.1  # misfit in that of the best up to which another fit is as good
-_UNDECIDED = 0.07  # uncertainty of the energy that is told, share of it
+_UNDECIDED = 0.07  # uncertainty of the energy that is reported, share of it
 
 
 def loop_energy(spring: SpringParameters) -> float:

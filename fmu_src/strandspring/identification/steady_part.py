@@ -23,7 +23,7 @@ _CHATTER = 6  # turns of the force within a branch from which it is stick-slip
 _NO_LOOP = 1e-4  # half height of a loop that is called none, share of the force range
 _CROSSED = 0.1  # share of the displacement range over which the branches may be crossed
 _ALIKE = 0.015  # difference between two strokes that is called none, share of the force range
-_NOISY = 5e-4  # noise of the displacement that is told, share of its range
+_NOISY = 5e-4  # noise of the displacement that is reported, share of its range
 
 
 @dataclass(frozen=True, eq=False)
