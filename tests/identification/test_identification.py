@@ -203,6 +203,7 @@ def test_moving_average_keeps_straight_lines_and_ends() -> None:
         (Outcome.FORCE_REVERSED, lambda r: Record(r.displacement, -r.force, path="r.csv")),
         (Outcome.COLUMNS_SWAPPED, lambda r: Record(r.force, r.displacement, path="r.csv")),
         (Outcome.TOO_FEW_STROKES, lambda r: Record(r.displacement[:100], r.force[:100], path="r.csv")),
+        (Outcome.TOO_FEW_STROKES, lambda r: Record(np.full_like(r.displacement, 0.01), r.force, path="r.csv")),
         (Outcome.NO_LOOP, lambda r: Record(r.displacement, 1e3 * r.displacement, path="r.csv")),
     ],
 )

@@ -49,7 +49,7 @@ class Elastic:
         if p.FE_knots:
             knots = [knot - p.displacement_offset for knot in p.FE_knots]
             self._joints = knots[1:-1]
-            self._pieces = _pieces(knots, p.FE_forces)
+            self._pieces = pieces(knots, p.FE_forces)
 
     def force(self, x: float) -> float:
         """FE [N]."""
@@ -70,19 +70,20 @@ class Elastic:
         return self._pieces[bisect_right(self._joints, x)]
 
 
-def _pieces(knots: Sequence[float], forces: Sequence[float]) -> list[Piece]:
+def pieces(knots: Sequence[float], forces: Sequence[float]) -> list[Piece]:
+    """The cubic spline through forces at rising knots, its work counted from 0."""
     bends = _second_derivatives(knots, forces)
-    pieces, work = [], 0.0
+    found, work = [], 0.0
     for k, (left, right) in enumerate(pairwise(knots)):
         width = right - left
         slope = (forces[k + 1] - forces[k]) / width - width * (2.0 * bends[k] + bends[k + 1]) / 6.0
         cubic = forces[k], slope, 0.5 * bends[k], (bends[k + 1] - bends[k]) / (6.0 * width)
         _, *integral = antiderivative(cubic)
-        pieces.append(Piece(left, cubic, derivative(cubic), (work, *integral)))
-        work = polynomial(pieces[-1].work, width)
-    home = pieces[bisect_right(knots[1:-1], 0.0)]
+        found.append(Piece(left, cubic, derivative(cubic), (work, *integral)))
+        work = polynomial(found[-1].work, width)
+    home = found[bisect_right(knots[1:-1], 0.0)]
     at_offset = polynomial(home.work, -home.origin)
-    return [piece._replace(work=(piece.work[0] - at_offset, *piece.work[1:])) for piece in pieces]
+    return [piece._replace(work=(piece.work[0] - at_offset, *piece.work[1:])) for piece in found]
 
 
 def _second_derivatives(knots: Sequence[float], forces: Sequence[float]) -> list[float]:

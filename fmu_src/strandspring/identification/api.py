@@ -5,10 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import asdict, replace
+from functools import cache
 from itertools import combinations
 from typing import Any
 
 import numpy as np
+from threadpoolctl import ThreadpoolController
 
 from ..errors import RecordError
 from ..kernel.arrays import FloatArray
@@ -53,7 +55,9 @@ def identify(records: Record | Sequence[Record], options: Method | None = None) 
     _refuse_twins(group)
     spikes = [sentence for record in group if (sentence := _spikes(record))]
     try:
-        identification = _identified(group, method)
+        # For matrices as small as these more threads only cost, most of all on a busy computer.
+        with _linear_algebra().limit(limits=1, user_api="blas"):
+            identification = _identified(group, method)
     except IdentificationError:
         if spikes:
             raise IdentificationError(Outcome.SPIKES_DECIDE, "; ".join(spikes)) from None
@@ -61,6 +65,11 @@ def identify(records: Record | Sequence[Record], options: Method | None = None) 
     if not spikes or method.withstands_outliers:
         return identification
     return replace(identification, findings={**identification.findings, Outcome.SPIKES: "; ".join(spikes)})
+
+
+@cache
+def _linear_algebra() -> ThreadpoolController:
+    return ThreadpoolController()
 
 
 def _refuse_twins(group: Sequence[Record]) -> None:

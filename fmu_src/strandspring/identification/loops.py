@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise, starmap
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..kernel.arrays import FloatArray
-from ..kernel.points import omega_with_derivatives
+from ..kernel.points import omega_by_rate
 from ..loops.strokes import Strokes
 
 IndexArray = NDArray[np.intp]
@@ -66,12 +67,16 @@ class Loops:
         return float(np.sqrt(self.weight @ values**2 / self.weight.sum()))
 
     def omega(self, rho: float, sigma: float, n: float) -> FloatArray:
-        """omega at every point by the closed form, each record starting from omega = 0."""
-        omega = np.empty(self.travel.size)
+        """omega at every point to 1e-8 by the closed form, each record starting from omega = 0."""
+        return np.asarray(self.omega_by_rate(np.array([rho]), sigma, n)[0])
+
+    def omega_by_rate(self, rho: FloatArray, sigma: float, n: float) -> FloatArray:
+        """The same for each rho, shape (rho.size, P)."""
+        omega = np.empty((rho.size, self.travel.size))
         for strokes, points in self.by_record():
-            omega[points], _ = omega_with_derivatives(
-                rho, sigma, n, 0.0, self.direction[strokes], self.length[strokes],
-                self.stroke[points] - strokes.start, self.travel[points], derivatives=False,
+            omega[:, points] = omega_by_rate(
+                rho, sigma, n, self.direction[strokes], self.length[strokes],
+                self.stroke[points] - strokes.start, self.travel[points],
             )  # fmt: skip
         return omega
 
@@ -86,11 +91,13 @@ class Loops:
             first += count
         return cycle
 
-    def by_record(self) -> Iterator[tuple[slice, slice]]:
+    def by_record(self) -> list[tuple[slice, slice]]:
         """The strokes and the points of each record."""
-        for record in range(int(self.record[-1]) + 1):
-            strokes = slice(*np.searchsorted(self.record, [record, record + 1]).tolist())
-            yield strokes, slice(*np.searchsorted(self.stroke, [strokes.start, strokes.stop]).tolist())
+        strokes = np.searchsorted(self.record, np.arange(int(self.record[-1]) + 2))
+        points = np.searchsorted(self.stroke, strokes)
+        return list(
+            zip(starmap(slice, pairwise(strokes.tolist())), starmap(slice, pairwise(points.tolist())), strict=True)
+        )
 
 
 def single_branch(displacement: FloatArray, force: FloatArray) -> Loops:

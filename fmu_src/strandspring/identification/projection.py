@@ -1,9 +1,9 @@
 """Variable projection: least squares in rho, sigma, n and omega_start alone.
 
 FE and FA enter linearly: for given rho, sigma, n (and omega_start of each record) their coefficients follow from one
-linear least-squares problem, so only those few parameters are iterated on. With the weighted basis A = QR the residuals
-are (1 - QQ^T) r, and their Jacobian in Kaufman's form is -(1 - QQ^T) (d omega/d theta)*G, with the exact derivatives
-of `kernel.points`.
+linear least-squares problem, so only those few parameters are iterated on. With P the projection on the columns of that
+problem the residuals are (1 - P) r, and their Jacobian in Kaufman's form is -(1 - P) (d omega/d theta)*G, with the
+exact derivatives of `kernel.points`.
 """
 
 from __future__ import annotations
@@ -58,11 +58,11 @@ class Refinement:
 
 @dataclass(frozen=True, eq=False)
 class _Projected:
-    """One evaluation: omega and its derivatives, an orthonormal basis q of the weighted linear part, the fit."""
+    """One evaluation: omega and its derivatives, the weighted columns of the linear part, the fit."""
 
     omega: FloatArray
     derivatives: FloatArray
-    q: FloatArray
+    matrix: FloatArray
     backbone: Backbone
     root: FloatArray
     residuals: FloatArray
@@ -72,13 +72,8 @@ class _Projected:
         return float(0.5 * (self.residuals @ self.residuals))
 
     def triangle(self) -> FloatArray:
-        size = self.derivatives.shape[0]
-        columns = np.empty((self.root.size, size + 1))
-        np.multiply(self.derivatives.T, (self.backbone.G * self.root)[:, None], out=columns[:, :size])
-        steepest = columns[:, :size]
-        columns[:, :size] = self.q @ (self.q.T @ steepest) - steepest
-        columns[:, size] = self.residuals
-        return triangle_of(columns)
+        steepest = self.derivatives.T * (self.backbone.G * self.root)[:, None]
+        return triangle_of(np.column_stack([self.matrix @ _solved(self.matrix, steepest) - steepest, self.residuals]))
 
 
 class Problem:
@@ -90,10 +85,19 @@ class Problem:
     basis : Basis
     start : Hysteresis                        Limits rho.
     further : ndarray, shape (P, k), or None  Further columns, whose coefficients follow those of FE.
+    coarse : bool                             omega to 1e-8 only, the quicker for it.
     """
 
-    def __init__(self, loops: Loops, basis: Basis, start: Hysteresis, further: FloatArray | None = None) -> None:
+    def __init__(
+        self,
+        loops: Loops,
+        basis: Basis,
+        start: Hysteresis,
+        further: FloatArray | None = None,
+        coarse: bool = False,
+    ) -> None:
         self.loops = loops
+        self._coarse = coarse
         self.columns = basis.columns(loops.displacement, further)
         self.records = int(loops.record.max()) + 1
         longest = float(loops.length.max())
@@ -147,12 +151,10 @@ class Problem:
 
         def evaluate(theta: FloatArray) -> _Projected:
             omega, derivatives = self.omega(theta)
-            q, r = _orthogonal(np.hstack([elastic, omega[:, None] * amplifier]))
-            along = q.T @ target
-            coefficients = np.asarray(np.linalg.solve(r, along), np.float64)
-            return _Projected(
-                omega, derivatives, q, Backbone.from_coefficients(coefficients, self.columns), root, target - q @ along
-            )
+            matrix = np.hstack([elastic, omega[:, None] * amplifier])
+            coefficients = _solved(matrix, target)
+            backbone = Backbone.from_coefficients(coefficients, self.columns)
+            return _Projected(omega, derivatives, matrix, backbone, root, target - matrix @ coefficients)
 
         start = np.clip(_vector(hysteresis, omega_start), self.low + _INSIDE, self.high - _INSIDE)
         theta, point, converged = minimise(evaluate, start, self.low, self.high, root.size, tolerance, evaluations)
@@ -178,7 +180,7 @@ class Problem:
         for k, (strokes, points) in enumerate(loops.by_record()):
             omega[points], partials = omega_with_derivatives(
                 rho, sigma, n, float(theta[3 + k]), loops.direction[strokes], loops.length[strokes],
-                loops.stroke[points] - strokes.start, loops.travel[points],
+                loops.stroke[points] - strokes.start, loops.travel[points], coarse=self._coarse,
             )  # fmt: skip
             derivatives[:3, points] = partials[:3] * natural[:, None]
             derivatives[3 + k, points] = partials[3]
@@ -200,18 +202,12 @@ def _vector(hysteresis: Hysteresis, omega_start: FloatArray) -> FloatArray:
     return np.append(np.log([hysteresis.rho, hysteresis.sigma, hysteresis.n]), omega_start)
 
 
-def _orthogonal(matrix: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Q and R of a tall matrix by two rounds of Cholesky, which for few columns is much faster than Householder.
-
-    The Legendre basis keeps the condition number far below the 1e7 up to which two rounds are as good.
-    """
-    r = np.eye(matrix.shape[1])
-    q = matrix
-    for _ in range(2):
-        try:
-            upper = np.linalg.cholesky(q.T @ q).T
-        except np.linalg.LinAlgError:
-            q, r = np.linalg.qr(matrix)
-            return np.asarray(q), np.asarray(r)
-        q, r = q @ np.linalg.inv(upper), upper @ r
-    return np.asarray(q), np.asarray(r)
+def _solved(matrix: FloatArray, target: FloatArray) -> FloatArray:
+    """Linear least squares by the normal equations, whose condition is good in a Legendre basis, corrected once."""
+    normal = matrix.T @ matrix
+    try:
+        coefficients = np.linalg.solve(normal, matrix.T @ target)
+        coefficients += np.linalg.solve(normal, matrix.T @ (target - matrix @ coefficients))
+    except np.linalg.LinAlgError:
+        coefficients = np.linalg.lstsq(matrix, target, rcond=None)[0]
+    return np.asarray(coefficients)

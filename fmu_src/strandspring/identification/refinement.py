@@ -21,7 +21,7 @@ from .stages import Hysteresis
 
 # Relative change of the squared misfit at which the iteration ends. With K samples one standard error of a parameter
 # changes it by 1/K; without noise it falls by decades per step until rounding ends it.
-_TOLERANCE = 1e-5
+_TOLERANCE = 1e-6
 FAIR_TOLERANCE = 1e-3  # where a fair fit is enough, such as before the weights are known
 _FIRST_EVALUATIONS = 4
 # Share of the rms force within which no polynomial follows a real spring; it keeps relative noise, which vanishes

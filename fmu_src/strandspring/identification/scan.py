@@ -85,13 +85,12 @@ class _Grid:
         rows: list[FloatArray] = []
         for n in _N:
             for sigma in _SIGMA:
-                needed = saturation_distance(n, sigma)
-                for share in _SHARES:
-                    omega = loops.omega(needed / (share * longest), sigma, n)
-                    if is_distinct(omega):
-                        self.points.append((Hysteresis(needed / (share * longest), sigma, n), share))
-                        rows.append(omega)
-        self.omega = np.array(rows)
+                rates = saturation_distance(n, sigma) / (np.array(_SHARES) * longest)
+                omega = loops.omega_by_rate(rates, sigma, n)
+                distinct = np.flatnonzero(is_distinct(omega))
+                self.points += [(Hysteresis(float(rates[k]), sigma, n), _SHARES[k]) for k in distinct]
+                rows.append(omega[distinct])
+        self.omega = np.concatenate(rows)
 
     def best(self, degrees: tuple[int, int]) -> Solution | None:
         """The grid point with the least squared misfit for these degrees."""

@@ -16,7 +16,7 @@ degree 4 are tried as well, and judged by cycles left out (`with_richer_bases`).
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -30,6 +30,7 @@ from .repetition import repeated_share
 from .scan import scan_minima
 from .solution import cautions_of, is_positive
 from .stages import Hysteresis
+from .table import TableBasis
 from .two_stage import two_stage
 
 PILOT = (5, 2)  # degrees at which minima are looked for
@@ -40,6 +41,7 @@ _PILOT_EVALUATIONS, _EVALUATIONS = 12, 20
 _PILOT_TOLERANCE, _TOLERANCE = 1e-3, 1e-5
 _PROMISING = 1.5  # minima with a misfit up to this many times the least are carried through the degrees
 _ROUNDS = 3  # of choosing degrees and refining
+_FAR = 100.0  # by which the criterion that a minimum promises may be worse for it to be given degrees of its own
 _SAME = 0.1  # difference of ln(rho), ln(sigma), ln(n) within which two fits are one minimum
 _INTERVALS = (6, 8, 10, 12, 16, 20, 24)  # of FE as a table
 _POINTS_PER_KNOT = 4
@@ -100,7 +102,7 @@ def search(loops: Loops, degrees: tuple[int, int] | None = None) -> list[Candida
     floor = force_floor(loops)
     carried = [pilot for pilot in pilots if pilot.misfit <= _PROMISING * (least + floor)]
     if degrees is None:
-        carried = [_with_degrees(loops, pilot, floor) for pilot in carried]
+        carried = _all_with_degrees(loops, sorted(carried, key=lambda c: c.misfit), floor)
     else:
         # A degree of FA that the pilot could not have is tried again.
         wanted = Basis(*loops.reach, *degrees)
@@ -132,7 +134,7 @@ def refined(
     if loops.force.size < least_points(basis, int(loops.record[-1]) + 1):
         return None
     while True:
-        problem = Problem(loops, basis, start)
+        problem = Problem(loops, basis, start, coarse=True)
         fit = problem.solve(start, np.zeros(problem.records), loops.weight, tolerance, evaluations)
         if is_positive(basis, fit.backbone):
             break
@@ -145,12 +147,23 @@ def refined(
     return Candidate(basis, fit, loops.rms(residuals), steady, time)
 
 
+def _all_with_degrees(loops: Loops, pilots: Sequence[Candidate], floor: float) -> list[Candidate]:
+    """The pilots with degrees of their own; those left as they are that promise far less than the first has reached."""
+    first = _with_degrees(loops, pilots[0], floor)
+    independent = loops.force.size / first.autocorrelation_time
+    worst = _ranked(first, independent, floor).criterion + _FAR
+    return [first] + [
+        pilot if _choose(loops, pilot, independent, floor)[0] > worst else _with_degrees(loops, pilot, floor)
+        for pilot in pilots[1:]
+    ]
+
+
 def _with_degrees(loops: Loops, candidate: Candidate, floor: float) -> Candidate:
     """The candidate refined with the degrees that the criterion asks for; repeated as long as that lowers it."""
     independent = loops.force.size / candidate.autocorrelation_time
     best = _ranked(candidate, independent, floor)
     for _ in range(_ROUNDS):
-        elastic, amplifier = _choose(loops, best, independent, floor)
+        _, elastic, amplifier = _choose(loops, best, independent, floor)
         if (elastic, amplifier) == (best.basis.elastic, best.basis.amplifier):
             break
         basis = replace(best.basis, elastic=elastic, amplifier=amplifier)
@@ -164,25 +177,38 @@ def _with_degrees(loops: Loops, candidate: Candidate, floor: float) -> Candidate
     return best
 
 
-def _choose(loops: Loops, candidate: Candidate, independent: float, floor: float) -> tuple[int, int]:
-    """Degrees with the least criterion by linear least squares, in which rho, sigma and n yield as well."""
+def _choose(loops: Loops, candidate: Candidate, independent: float, floor: float) -> tuple[float, int, int]:
+    """The least criterion by linear least squares, in which rho, sigma and n yield as well, and its degrees N, M."""
     basis = replace(candidate.basis, elastic=_DEGREES[0], amplifier=_DEGREES[1])
     columns = basis.columns(loops.displacement)
     fit = candidate.refinement
     yielding = (fit.derivatives * fit.backbone.G).T
     whole = np.hstack([columns.elastic, fit.omega[:, None] * columns.amplifier, yielding, loops.force[:, None]])
     triangle = triangle_of(whole * np.sqrt(loops.weight)[:, None])
-    matrix, target = triangle[:, :-1], triangle[:, -1]
+    size = triangle.shape[1]
     n_E, n_A = basis.elastic + 1, basis.amplifier + 1
-    best, chosen = np.inf, (basis.elastic, basis.amplifier)
-    for elastic in range(1, n_E):
-        for amplifier in range(n_A):
-            used = [*range(elastic + 1), *range(n_E, n_E + amplifier + 1), *range(n_E + n_A, matrix.shape[1])]
-            left = target - matrix[:, used] @ np.linalg.lstsq(matrix[:, used], target, rcond=1e-10)[0]
-            value = information(float(left @ left) / loops.weight.sum(), elastic + amplifier + 2, independent, floor)
-            if value < best:
-                best, chosen = value, (elastic, amplifier)
-    return chosen
+    pairs = [(elastic, amplifier) for elastic in range(1, n_E) for amplifier in range(n_A)]
+    # The columns of each pair first, then the force: what is left of it is an element of R.
+    order = np.array(
+        [
+            [
+                *range(N + 1),
+                *range(n_E, n_E + M + 1),
+                *range(n_E + n_A, size),
+                *range(N + 1, n_E),
+                *range(n_E + M + 1, n_E + n_A),
+            ]
+            for N, M in pairs
+        ]
+    )
+    R = np.asarray(np.linalg.qr(triangle[:, order].transpose(1, 0, 2), mode="r"))
+    freed, total = size - 1 - n_E - n_A, loops.weight.sum()
+    left = [float(one[N + M + 2 + freed, N + M + 2 + freed]) for one, (N, M) in zip(R, pairs, strict=True)]
+    criteria = [
+        information(value**2 / total, N + M + 2, independent, floor) for value, (N, M) in zip(left, pairs, strict=True)
+    ]
+    best = int(np.argmin(criteria))
+    return criteria[best], *pairs[best]
 
 
 def with_richer_bases(loops: Loops, candidate: Candidate, noise: float) -> Candidate | None:
@@ -205,9 +231,6 @@ def with_richer_bases(loops: Loops, candidate: Candidate, noise: float) -> Candi
         return _exact(loops, candidate)
     if several and repeated_share(loops, residuals) < _LOCKED:
         return None
-    # Imported here because of SciPy, which takes long, and few records need a table.
-    from .table import TableBasis
-
     low, high, amplifier = candidate.basis.low, candidate.basis.high, _DEGREES[1]
     bases = [Basis(low, high, _DEGREES[0], _BENDING)]
     bases += [
@@ -235,7 +258,7 @@ def _exact(loops: Loops, candidate: Candidate) -> Candidate | None:
     )
     if fit is None or fit.misfit > _EXACT * candidate.misfit:
         return None
-    elastic, amplifier = _choose(loops, fit, float(loops.force.size), _EXACT * candidate.misfit)
+    _, elastic, amplifier = _choose(loops, fit, float(loops.force.size), _EXACT * candidate.misfit)
     return refined(loops, replace(fit.basis, elastic=elastic, amplifier=amplifier), fit.refinement.hysteresis)
 
 

@@ -9,14 +9,14 @@ import numpy as np
 
 from ..core.parameters import SpringParameters
 from ..joint import JointCovariance
-from ..kernel.path import PathSolver
+from ..kernel.arrays import FloatArray
+from ..kernel.points import omega_with_derivatives
 from .search import Candidate
 from .solution import spring_of
 
 AMPLITUDE = 0.3  # of the loops judged, share of the largest
-_STEP = 0.05  # of the differences, in standard errors
-_SAMPLES = 200  # of one period
-_CYCLES = 3  # until the loop is steady
+_SAMPLES = 101  # of a stroke
+_CYCLES = 40  # until the loop is steady
 _NORMAL_95 = 1.96  # standard errors to either side
 _CLOSE = 10.0  # difference of the criterion up to which two fits are about as good
 _AS_GOOD = 1.1  # misfit in that of the best up to which another fit is as good
@@ -25,12 +25,41 @@ _UNDECIDED = 0.07  # uncertainty of the energy that is reported, share of it
 
 def loop_energy(spring: SpringParameters) -> float:
     """Energy of the steady loop of a sine about mid-range with the share AMPLITUDE of the range [J]."""
-    middle, half = spring.displacement_offset, 0.5 * (spring.displacement_max - spring.displacement_min)
-    phase = np.linspace(0.0, 2.0 * np.pi * _CYCLES, _SAMPLES * _CYCLES + 1)
-    path = middle + AMPLITUDE * half * np.sin(phase)
-    force = PathSolver(spring).force(path)
-    last = slice(-_SAMPLES - 1, None)
-    return float(np.trapezoid(force[last], path[last]))
+    return _energy_with_derivatives(spring)[0]
+
+
+def _energy_with_derivatives(spring: SpringParameters) -> tuple[float, FloatArray]:
+    """That energy, and its derivatives by kA without kA[0] and by the logarithms that `JointCovariance` takes."""
+    amplitude = AMPLITUDE * 0.5 * (spring.displacement_max - spring.displacement_min)
+    direction = np.array([1, -1] * _CYCLES + [1])
+    length = np.append(amplitude, np.full(2 * _CYCLES, 2.0 * amplitude))
+    travel = amplitude * (1.0 - np.cos(np.linspace(0.0, np.pi, _SAMPLES)))
+    # FE returns what it takes, so that the force is that of omega alone; the last cycle is the steady one.
+    omega, partials = omega_with_derivatives(
+        spring.rho,
+        spring.sigma,
+        spring.n,
+        0.0,
+        direction,
+        length,
+        np.repeat(direction.size - np.array([1, 2]), _SAMPLES),
+        np.tile(travel, 2),
+        coarse=True,
+    )
+    rising = travel - amplitude
+    place = np.concatenate([rising, -rising])
+    powers = place ** np.arange(len(spring.kA))[:, None]
+    FA = np.array(spring.kA) @ powers
+    integrands = spring.kappa_omega * np.vstack(
+        [
+            omega * powers[1:],
+            FA * omega,
+            *(FA * by * value for by, value in zip(partials, (spring.rho, spring.sigma, spring.n), strict=False)),
+        ]
+    )
+    up, down = np.split(integrands, 2, axis=1)
+    integrals = np.asarray(np.trapezoid(up - down, travel, axis=1))
+    return float(integrals[len(spring.kA) - 1]), integrals
 
 
 def undecided_energy(
@@ -48,7 +77,7 @@ def undecided_energy(
     energy = loop_energy(spring)
     parts = []
     joint = JointCovariance.of(spring, uncertainty)
-    if joint is not None and (error := _relative_error(spring, joint, energy)) > _UNDECIDED:
+    if joint is not None and (error := _relative_error(spring, joint)) > _UNDECIDED:
         parts.append(f"known to +- {100.0 * min(error, 9.99):.0f} % at {100.0 * AMPLITUDE:.0f} % of the amplitude")
     rivals = [
         other
@@ -68,14 +97,10 @@ def undecided_energy(
     return "; ".join(parts)
 
 
-def _relative_error(spring: SpringParameters, joint: JointCovariance, energy: float) -> float:
-    """Half of the 95 % interval of the energy as a share of it, by differences along each direction."""
-    size = len(joint.root)
-    square = 0.0
-    # FE takes no part in the energy: its directions still move the other coefficients along with it.
-    for unit in np.eye(size) * _STEP:
-        try:
-            square += ((loop_energy(joint.moved(spring, unit.tolist())) - energy) / _STEP) ** 2
-        except ValueError:
-            return np.inf
-    return _NORMAL_95 * float(np.sqrt(square)) / abs(energy)
+def _relative_error(spring: SpringParameters, joint: JointCovariance) -> float:
+    """Half of the 95 % interval of the energy as a share of it."""
+    energy, derivatives = _energy_with_derivatives(spring)
+    root = np.zeros((len(joint.root), len(joint.root)))
+    for row, values in zip(root, joint.root, strict=True):
+        row[: len(values)] = values
+    return _NORMAL_95 * float(np.linalg.norm(derivatives @ root[-derivatives.size :])) / abs(energy)

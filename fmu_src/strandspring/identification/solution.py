@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from itertools import product
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..core.parameters import SpringParameters, least_value
 from ..kernel.arrays import FloatArray
@@ -51,7 +52,7 @@ class Solution:
 
 def saturation_distance(n: float, sigma: float) -> float:
     """rho times the travel from a reversal in saturation to the steady section."""
-    steady, reversed_ = table(n, sigma).inverse(np.array([_STEADY, -1.0])).tolist()
+    steady, reversed_ = table(n, sigma, coarse=True).inverse(np.array([_STEADY, -1.0])).tolist()
     return float(steady - reversed_)
 
 
@@ -60,9 +61,9 @@ def saturation_share(loops: Loops, hysteresis: Hysteresis) -> float:
     return saturation_distance(hysteresis.n, hysteresis.sigma) / (hysteresis.rho * loops.longest)
 
 
-def is_distinct(omega: FloatArray) -> bool:
-    """Whether omega swings far enough to both sides for FE and FA to be separated."""
-    return bool(min(omega.max(), -omega.min()) >= _DISTINCT)
+def is_distinct(omega: FloatArray) -> NDArray[np.bool_]:
+    """Whether omega, along its last axis, swings far enough to both sides for FE and FA to be separated."""
+    return np.asarray(np.minimum(omega.max(axis=-1), -omega.min(axis=-1)) >= _DISTINCT)
 
 
 def fitted(loops: Loops, solution: Solution | None, where: str, cautions: Sequence[Outcome] = ()) -> Fitted:

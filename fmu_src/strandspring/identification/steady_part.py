@@ -75,6 +75,8 @@ def find_steady_part(record: Record, delay: float = 0.0) -> SteadyRecord:
     ------
     IdentificationError   With the outcome that names the reason.
     """
+    if not np.ptp(record.displacement):
+        raise IdentificationError(Outcome.TOO_FEW_STROKES, record.path)
     strokes = find_strokes(record.displacement)
     used, cautions = usable_samples(record, strokes)
     noise = path_noise(record.displacement) / max(float(np.ptp(record.displacement)), 1e-300)

@@ -6,11 +6,12 @@ Every interval needs points: forces that no point depends on are not determined.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
-from scipy.interpolate import CubicSpline
 
+from ..core.spline import pieces
 from ..kernel.arrays import FloatArray
 from .polynomials import Basis, Columns
 
@@ -26,13 +27,6 @@ class TableBasis(Basis):
     amplifier : int      Degree M of FA.
     """
 
-    _splines: CubicSpline = field(init=False, repr=False, compare=False)
-
-    def __post_init__(self) -> None:
-        # Not-a-knot, as core.spline.
-        splines = CubicSpline(self.knots, np.eye(self.elastic + 1), bc_type="not-a-knot")
-        object.__setattr__(self, "_splines", splines)
-
     @property
     def knots(self) -> FloatArray:
         """Displacements, shape (elastic + 1,) [m]."""
@@ -41,14 +35,14 @@ class TableBasis(Basis):
     def columns(self, displacement: FloatArray, further: FloatArray | None = None) -> Columns:
         """Values of the basis functions at each displacement; further columns go with those of FE."""
         amplifier = Basis(self.low, self.high, 0, self.amplifier).columns(displacement).amplifier
-        elastic = np.asarray(self._splines(displacement), np.float64)
+        elastic = self._splines(displacement, 0)
         return Columns(elastic if further is None else np.hstack([elastic, further]), amplifier)
 
     def slopes(
         self, displacement: FloatArray, elastic: FloatArray, amplified: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
         """Slopes [N/m] at each displacement of FE and G."""
-        of_elastic = np.asarray(self._splines(displacement, 1) @ elastic, np.float64)
+        of_elastic = np.asarray(self._splines(displacement, 1) @ elastic)
         _, of_amplified = super().slopes(displacement, np.zeros(1), amplified)
         return of_elastic, of_amplified
 
@@ -64,3 +58,22 @@ class TableBasis(Basis):
     def elastic_matrix(self) -> FloatArray:
         """What turns the coefficients of FE into its parameters."""
         return np.eye(self.elastic + 1)
+
+    def _splines(self, displacement: FloatArray, derivative: int) -> FloatArray:
+        """Values or first derivatives of the cardinal splines at each displacement, shape (P, elastic + 1)."""
+        width = (self.high - self.low) / self.elastic
+        place = (displacement - self.low) / width
+        interval = np.clip(place.astype(np.intp), 0, self.elastic - 1)
+        powers = np.arange(derivative, 4)
+        t = (place - interval)[:, None] ** (powers - derivative)
+        factors = powers**derivative / width**derivative
+        return np.asarray(np.einsum("pj,pjk->pk", t * factors, _cardinal_cubics(self.elastic)[interval, derivative:]))
+
+
+@lru_cache(maxsize=32)
+def _cardinal_cubics(intervals: int) -> FloatArray:
+    """Cardinal splines of knots 0 .. intervals, by powers, on each interval, shape (intervals, 4, intervals + 1)."""
+    knots = range(intervals + 1)
+    return np.array(
+        [[piece.force for piece in pieces(knots, unit)] for unit in np.eye(intervals + 1).tolist()]
+    ).transpose(1, 2, 0)

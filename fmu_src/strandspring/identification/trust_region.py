@@ -17,6 +17,7 @@ import numpy as np
 
 from ..kernel.arrays import FloatArray
 
+_NEGLIGIBLE = 0.1  # share of the tolerance up to which a step that promises so little is not tried
 _XTOL = 1e-12  # relative length of a step at which the iteration ends
 _GTOL = 1e-14  # gradient at which it ends
 _RADIUS_TOLERANCE = 0.01  # share of the trust radius to which a step's length is matched to it
@@ -115,6 +116,8 @@ def minimise(
         while reduction <= 0.0 and count < evaluations:
             newton, damping = _within_radius(rotated, singular, vt.T, radius, damping, samples)
             step, predicted = _inside_bounds(x, newton, d, model, radius, low, high, back)
+            if damping == 0.0 and 0.0 <= predicted < _NEGLIGIBLE * tolerance * point.cost:
+                return x, point, True
             trial_x = np.clip(x + d * step, inner_low, inner_high)
             trial = evaluate(trial_x)
             count += 1

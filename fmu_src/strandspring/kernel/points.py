@@ -28,6 +28,7 @@ def omega_with_derivatives(
     stroke: IntArray,
     travel: FloatArray,
     derivatives: bool = True,
+    coarse: bool = False,
 ) -> tuple[FloatArray, FloatArray]:
     """omega at points of S consecutive strokes, and its derivatives.
 
@@ -38,6 +39,7 @@ def omega_with_derivatives(
     direction, length : ndarray, shape (S,)   +1 or -1, alternating; length of each stroke [m].
     stroke, travel : ndarray, shape (P,)      Stroke of each point and its distance from the stroke's beginning [m].
     derivatives : bool                        Whether they are wanted.
+    coarse : bool                             omega to 1e-8 only, the quicker for it where the points are few.
 
     Returns
     -------
@@ -48,7 +50,7 @@ def omega_with_derivatives(
     omega = np.empty(travel.size)
     partials = np.empty((4 if derivatives else 0, travel.size))
     # Bound to a name, or another thread that needs many tables might discard it while the kernel reads it.
-    saturation = table(n, sigma, derivatives)
+    saturation = table(n, sigma, derivatives, coarse=coarse)
     workspace = np.empty(5 * direction.size)
     library().spring_at_points(
         saturation.address,
@@ -65,3 +67,39 @@ def omega_with_derivatives(
         address(partials) if derivatives else None,
     )
     return omega, partials
+
+
+def omega_by_rate(
+    rho: FloatArray,
+    sigma: float,
+    n: float,
+    direction: IntArray,
+    length: FloatArray,
+    stroke: IntArray,
+    travel: FloatArray,
+) -> FloatArray:
+    """omega to 1e-8 for each rho, from omega = 0; arguments as of `omega_with_derivatives`.
+
+    Returns
+    -------
+    ndarray, shape (rho.size, P)
+    """
+    rho, direction, length = floats(rho), integers(direction), floats(length)
+    stroke, travel = integers(stroke), floats(travel)
+    omega = np.empty((rho.size, travel.size))
+    saturation = table(n, sigma, coarse=True)
+    workspace = np.empty(5 * direction.size)
+    library().spring_at_points_by_rate(
+        saturation.address,
+        rho.size,
+        address(rho),
+        direction.size,
+        address(direction),
+        address(length),
+        travel.size,
+        address(stroke),
+        address(travel),
+        address(workspace),
+        address(omega),
+    )
+    return omega

@@ -8,11 +8,16 @@
 enum { DEGREE = SPRING_POWERS - 1 };
 
 static const double PI = 3.14159265358979323846;
-/* As in saturation.py: ln of the smallest |W| resolved. Above the highest logit 1 - W is below a rounding. */
-static const double LOWEST = -32.0, HIGHEST = 36.5;
-/* Of a piece in the logit of W, or in ln|W| and in n*ln|W| on the falling branch: the nearest singularity, most often
- * xi = 0, is then 4.5 half widths away at least, and the polynomial's error below 1e-13. */
-static const double WIDTH = 0.45;
+/* How finely W is tabulated: ln of the smallest |W| resolved, the logit above which W counts as 1, minus ln of what is
+ * lost beside 1, and the width of a piece in the logit of W, or in ln|W| and in n*ln|W| on the falling branch. */
+typedef struct {
+    double lowest, highest, lost, width;
+} Fineness;
+/* As in saturation.py. The nearest singularity, most often xi = 0, is 4.5 half widths away at least, and the polynomial's
+ * error below 1e-13; above the highest logit 1 - W is below a rounding. */
+static const Fineness FINE = {-32.0, 36.5, 36.0, 0.45};
+/* The nearest singularity is 2.2 half widths away, and the error of W below 1e-8. */
+static const Fineness COARSE = {-16.0, 20.0, 16.0, 0.9};
 /* W' never quite vanishes, so that one may divide by it. */
 static const double LEAST_SLOPE = 1e-15;
 /* Of a piece's half width, the most by which Newton's method moves: more is rounding, where W is nearly level. */
@@ -324,36 +329,36 @@ static double falling_series(double n, double curvature, double w)
     return total;
 }
 
-static void tabulate_rising(const Rule *rule, SpringTable *table, int with)
+static void tabulate_rising(const Rule *rule, const Fineness *is, SpringTable *table, int with)
 {
     SpringBranch *branch = &table->rising;
-    int pieces = (int)((HIGHEST - LOWEST) / WIDTH);
-    double lowest = 1.0 / (1.0 + exp(-LOWEST)), z = rising_series(table->n, lowest);
+    int pieces = (int)((is->highest - is->lowest) / is->width);
+    double lowest = 1.0 / (1.0 + exp(-is->lowest)), z = rising_series(table->n, lowest);
     double share[SPRING_POWERS], integrals[2] = {0.0, 0.0}, lost = 0.0;
     for (int k = 0; k < SPRING_POWERS; k++)
-        share[k] = exp(-0.5 * WIDTH * (1.0 + rule->node[k]));
-    branch->complemented = 1 - (int)(LOWEST / WIDTH);
+        share[k] = exp(-0.5 * is->width * (1.0 + rule->node[k]));
+    branch->complemented = 1 - (int)(is->lowest / is->width);
     begin_branch(branch, z, lowest);
     for (int index = 0; index < pieces; index++) {
         Nodes nodes;
         Grid grid;
-        rising_nodes(table, share, LOWEST + WIDTH * index, &nodes);
-        integrate_xi(rule, 0.5 * WIDTH, &z, &lost, &nodes);
+        rising_nodes(table, share, is->lowest + is->width * index, &nodes);
+        integrate_xi(rule, 0.5 * is->width, &z, &lost, &nodes);
         make_grid(&grid, nodes.z);
         if (with & SPRING_WITH_DERIVATIVES)
-            add_derivatives(rule, branch, 0.5 * WIDTH, &grid, &nodes, integrals, 1);
+            add_derivatives(rule, branch, 0.5 * is->width, &grid, &nodes, integrals, 1);
         add_piece(branch, &grid, &nodes);
     }
     make_indices(branch);
 }
 
-static void tabulate_falling(const Rule *rule, SpringTable *table, int with)
+static void tabulate_falling(const Rule *rule, const Fineness *is, SpringTable *table, int with)
 {
     SpringBranch *branch = &table->falling;
     double n = table->n, curvature = table->curvature;
     /* Below this the term (2 sigma - 1)*w^n is lost in rounding. */
-    double lowest = clip(-(36.0 + log1p(curvature)) / n, LOWEST, 0.0);
-    int pieces = (int)ceil(-lowest / clip(WIDTH / n, 0.0, WIDTH));
+    double lowest = clip(-(is->lost + log1p(curvature)) / n, is->lowest, 0.0);
+    int pieces = (int)ceil(-lowest / clip(is->width / n, 0.0, is->width));
     double half = -0.5 * lowest / pieces;
     double share[SPRING_POWERS], share_n[SPRING_POWERS], y[SPRING_POWERS], integrals[2] = {0.0, 0.0};
     double z = falling_series(n, curvature, exp(lowest)), lost = 0.0;
@@ -402,8 +407,9 @@ void spring_tabulate(SpringTable *table, double n, double sigma, int with)
     make_rule(&rule);
     table->n = n;
     table->curvature = 2.0 * sigma - 1.0;
-    tabulate_rising(&rule, table, with);
-    tabulate_falling(&rule, table, with);
+    const Fineness *is = with & SPRING_COARSE ? &COARSE : &FINE;
+    tabulate_rising(&rule, is, table, with);
+    tabulate_falling(&rule, is, table, with);
     if (with & SPRING_WITH_MOMENTS) {
         add_moments(&table->rising, 0, table->rising.moments);
         add_moments(&table->rising, 1, table->rising.missing);

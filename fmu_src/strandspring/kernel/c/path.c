@@ -295,3 +295,12 @@ void spring_at_points(const SpringTable *table, double rho, double omega_start, 
         derivatives[3 * points + i] = side * here.slope * at->by[3];
     }
 }
+
+void spring_at_points_by_rate(const SpringTable *table, size_t rates, const double *rho, size_t strokes,
+                              const int64_t *direction, const double *length, size_t points, const int64_t *stroke,
+                              const double *travel, double *workspace, double *omega)
+{
+    for (size_t k = 0; k < rates; k++)
+        spring_at_points(table, rho[k], 0.0, strokes, direction, length, points, stroke, travel, workspace,
+                         omega + k * points, NULL);
+}

@@ -27,4 +27,9 @@ void spring_at_points(const SpringTable *table, double rho, double omega_start, 
                       const double *length, size_t points, const int64_t *stroke, const double *travel, double *workspace,
                       double *omega, double *derivatives);
 
+/* omega alone for each of some rho, from omega = 0; `rates` rows of `points`. */
+void spring_at_points_by_rate(const SpringTable *table, size_t rates, const double *rho, size_t strokes,
+                              const int64_t *direction, const double *length, size_t points, const int64_t *stroke,
+                              const double *travel, double *workspace, double *omega);
+
 #endif
