@@ -4,7 +4,8 @@ Branch, Coleman and Li, SIAM J. Sci. Comput. 21, 1999, in the form of SciPy's `l
 x_scale="jac")`, whose steps these are: Gauss-Newton steps within an ellipsoid, in variables that are scaled by the
 distance to the bound towards which the gradient points; a step that meets a bound is shortened, reflected, or replaced
 by one along the gradient, whichever promises most. The Jacobian J = QR enters as R alone, so that a step costs the
-same for any number of residuals. SciPy's optimizers take longer to import than a whole identification.
+same for any number of residuals. Variables without effect take no part in a step, so that steps are not damped for
+their sake, as SciPy's are. SciPy's optimizers take longer to import than a whole identification.
 """
 
 from __future__ import annotations
@@ -145,12 +146,13 @@ def _within_radius(
     rotated: FloatArray, singular: FloatArray, v: FloatArray, radius: float, damping: float, samples: int
 ) -> tuple[FloatArray, float]:
     """The Gauss-Newton step, damped to the trust radius if it is longer (More 1977); and the damping."""
+    # What has no effect on the residuals, such as the memory of a stroke that is left out, takes no part in the step.
+    felt = singular > np.finfo(float).eps * samples * singular[0]
+    singular, rotated, v = singular[felt], rotated[felt], v[:, felt]
+    step = -v @ (rotated / singular)
+    if np.linalg.norm(step) <= radius:
+        return step, 0.0
     product = singular * rotated
-    full_rank = bool(singular[-1] > np.finfo(float).eps * samples * singular[0])
-    if full_rank:
-        step = -v @ (rotated / singular)
-        if np.linalg.norm(step) <= radius:
-            return step, 0.0
 
     def excess(alpha: float) -> tuple[float, float]:
         denominator = singular**2 + alpha
@@ -158,13 +160,9 @@ def _within_radius(
         return length - radius, -float(np.sum(product**2 / denominator**3)) / length
 
     high = float(np.linalg.norm(product)) / radius
-    low = 0.0
-    if full_rank:
-        value, slope = excess(0.0)
-        low = -value / slope
+    value, slope = excess(0.0)
+    low = -value / slope
     alpha = damping
-    if not full_rank and damping == 0.0:
-        alpha = max(0.001 * high, np.sqrt(low * high))
     for _ in range(_RADIUS_ITERATIONS):
         if not low <= alpha <= high:
             alpha = max(0.001 * high, np.sqrt(low * high))

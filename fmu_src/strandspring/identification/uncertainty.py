@@ -29,9 +29,10 @@ from .projection import Refinement
 from .stages import SIGMA_BOUNDS
 
 _NAMES = ("kappa_omega", "rho", "sigma", "n")
-# Two parameters with a larger correlation are not separated by the records; one with a larger relative error is hardly
-# known.
+# Two parameters with a larger correlation are not separated by the records, unless both are known this well for all
+# that; one with a larger relative error is hardly known.
 _CORRELATED = 0.98
+_WELL_KNOWN = 0.02
 _UNCERTAIN = 0.5
 _UNSURE_RECOVERY = 0.1  # standard error of ln(sigma) from which a sigma at its bound 1/2 is uncertain
 _DIGITS = 9  # of the joint covariance in the model file
@@ -114,6 +115,7 @@ class Uncertainty:
             f"{a} and {b} are strongly correlated in these records ({self.correlation[i, j]:.3f})"
             for (i, a), (j, b) in combinations(enumerate(_NAMES), 2)
             if abs(self.correlation[i, j]) > _CORRELATED
+            and max(getattr(self, name) / abs(values[name]) for name in (a, b)) > _WELL_KNOWN
         ]
         return sentences
 
