@@ -40,7 +40,7 @@ def bootstrap(
     fewest = min(group.size for group in groups)
     if fewest < 2:
         raise IdentificationError(Outcome.TOO_FEW_TO_DRAW, where)
-    problem = Problem(loops, basis, refinement.hysteresis)
+    problem = Problem(loops, basis, refinement.hysteresis, coarse=True)
     rows = []
     for _ in range(repetitions):
         count = np.zeros(int(strokes.max()) + 1)

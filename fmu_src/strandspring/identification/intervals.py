@@ -62,7 +62,7 @@ def intervals_95(linear: Linearised, change: FloatArray, errors: FloatArray) -> 
             found[name] = _around(value, float(reach[1 + k]))
             continue
         freed = linear if linear.free[k] else linear.freed(k)
-        profile = _Profile(freed, k, Problem(loops, linear.basis, fit.hysteresis))
+        profile = _Profile(freed, k, Problem(loops, linear.basis, fit.hysteresis, coarse=True))
         found[name] = profile.interval(value)
     low, high = found["sigma"]
     # What no spring can be is not part of the interval.

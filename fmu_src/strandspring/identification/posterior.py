@@ -68,7 +68,7 @@ class _Target:
     def __init__(self, linear: Linearised) -> None:
         self.linear, self.fit = linear, linear.refinement
         h = self.fit.hysteresis
-        self.problem = Problem(linear.loops, linear.basis, h)
+        self.problem = Problem(linear.loops, linear.basis, h, coarse=True)
         self.low, self.high = self.problem.low, self.problem.high
         logarithms = np.log([h.rho, h.sigma, h.n])
         self.start = np.clip(np.append(logarithms, self.fit.omega_start), self.low + 1e-3, self.high - 1e-3)
