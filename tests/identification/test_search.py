@@ -136,6 +136,13 @@ def test_the_measured_records_reach_their_marks() -> None:
     assert identify(actuator).rnl >= 0.9975
 
 
+def test_minima_that_a_rich_basis_has_besides_are_told() -> None:
+    """The hinge was recorded at one amplitude: with FE as a table two springs fit, with different small loops."""
+    found = identify(hinge())
+    assert found.parameters.FE_knots
+    assert "another fit that is about as good" in found.findings[Outcome.SMALL_LOOPS]
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("strokes", [3, 4, 5, 6])
 def test_every_cut_of_the_hinge_record_reaches_its_mark(strokes: int) -> None:

@@ -28,6 +28,7 @@ from .search import (
     force_floor,
     information,
     is_explained,
+    minima_with,
     refined,
     search,
     with_richer_bases,
@@ -101,7 +102,10 @@ def find_effects(
     if found[0].sizes:
         alternatives.append(_enriched(rig, started[0], noise))
     best = _best(alternatives)
-    return [best, *(state for state in found if state is not best)]
+    if best in found:
+        return [best, *(state for state in found if state is not best)]
+    same = [Corrected(fit, best.loops, best.sizes) for fit in minima_with(best.loops, best.fit)]
+    return [*same, *found]
 
 
 def _enriched(rig: Rig, state: Corrected, noise: float) -> Corrected:

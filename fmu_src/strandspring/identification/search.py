@@ -107,8 +107,14 @@ def search(loops: Loops, degrees: tuple[int, int] | None = None) -> list[Candida
         # A degree of FA that the pilot could not have is tried again.
         wanted = Basis(*loops.reach, *degrees)
         carried = [refined(loops, wanted, c.refinement.hysteresis) or c for c in carried]
-    independent = loops.force.size / min(carried, key=lambda c: c.misfit).autocorrelation_time
-    ranked = sorted((_ranked(c, independent, floor) for c in carried), key=lambda c: c.criterion)
+    return _distinct(loops, carried)
+
+
+def _distinct(loops: Loops, candidates: Sequence[Candidate]) -> list[Candidate]:
+    """The candidates by their criterion, the best first, each minimum once."""
+    independent = loops.force.size / min(candidates, key=lambda c: c.misfit).autocorrelation_time
+    floor = force_floor(loops)
+    ranked = sorted((_ranked(c, independent, floor) for c in candidates), key=lambda c: c.criterion)
     return [c for k, c in enumerate(ranked) if not any(_alike(c, other) for other in ranked[:k])]
 
 
@@ -260,6 +266,16 @@ def _exact(loops: Loops, candidate: Candidate) -> Candidate | None:
         return None
     _, elastic, amplifier = _choose(loops, fit, float(loops.force.size), _EXACT * candidate.misfit)
     return refined(loops, replace(fit.basis, elastic=elastic, amplifier=amplifier), fit.refinement.hysteresis)
+
+
+def minima_with(loops: Loops, candidate: Candidate) -> list[Candidate]:
+    """The distinct minima with a candidate's rich basis, itself and what the scan's minima lead to, the best first.
+
+    Those whose strokes saturate come before the others: a rich basis can imitate a loop that never does.
+    """
+    starts = scan_minima(loops, candidate.basis.columns(loops.displacement))[:_STARTS]
+    found = [candidate, *(fit for start in starts if (fit := refined(loops, candidate.basis, start)) is not None)]
+    return sorted(_distinct(loops, found), key=lambda c: not c.steady)
 
 
 def bending_more(loops: Loops, candidate: Candidate) -> list[Candidate]:
