@@ -28,6 +28,7 @@ from rich.table import Table
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "helpers"))
 
 from judgement import Judgement, judge_case
+from noise_bound import bound, share_within
 from rig import DOUBTED, UNDECIDED, Case, draw_experiment, draw_spring, elastic_force, simulate
 from rig_faults import FAULTS
 from strandspring import Identification, IdentificationError, RefinedOptions, identify, read_record
@@ -48,6 +49,7 @@ SIZES: dict[str, tuple[str, Callable[[Case], float]]] = {
 }
 SIZE_SHARE = 0.1  # error of a size that is allowed, share of it
 SIZE_FLOORS = {"delay": 3e-4, "displacement_zero": 1e-4}  # error that is allowed in any case [s], [m]
+WITHIN = 0.05  # error of n and rho that is allowed under noise of the displacement, share of them
 console = Console(width=150)
 
 
@@ -254,33 +256,54 @@ def intervals(arguments: argparse.Namespace) -> None:
 
 
 def noise(arguments: argparse.Namespace) -> None:
-    """Displacement noise of 0.2 % of the amplitude, springs with high loops."""
+    """Displacement noise of 0.2 % of the amplitude, springs with high loops, and the Cramer-Rao bound.
+
+    The bound is that of a path that is known, as by perfect smoothing, and that of one that is not smoothed at all.
+    """
     fault = FAULTS["displacement noise"]
     table = Table(title=f"Displacement noise {100 * arguments.share:g} % of the amplitude, {arguments.count} runs")
-    for column in ("shape", "n median", "n worst", "rho median", "rho worst", "both within 5 %", "wrong"):
+    for column in (
+        "shape",
+        "n median",
+        "n worst",
+        "rho median",
+        "rho worst",
+        "within 5 %",
+        "bound",
+        "unsmoothed",
+        "wrong",
+    ):
         table.add_column(column, justify="left" if column == "shape" else "right")
     noisy = replace(fault, small=arguments.share)
     for shape in ("sine", "triangle"):
-        errors, wrong = [], 0
+        errors, shares, wrong = [], [], 0
         for index in range(arguments.count):
             generator = np.random.default_rng([arguments.seed, index])
             spring = draw_spring(generator, (0.3, 3.0), (0.5, 3.0), (6.0, 30.0), friction=(0.2, 0.4))
-            result = run(simulate(spring, draw_experiment(generator, shape=shape), generator, noisy))
+            case = simulate(spring, draw_experiment(generator, shape=shape), generator, noisy)
+            result = run(case)
             wrong += result.wrong
+            bounds = [bound(case, noise) for noise in (0.0, case.magnitude * case.amplitude)]
+            shares.append([share_within(covariance, WITHIN) for covariance in bounds])
             if result.identification is None:
                 errors.append((np.inf, np.inf))
                 continue
             found = result.identification.parameters
             errors.append((abs(found.n / spring.n - 1.0), abs(found.rho / spring.rho - 1.0)))
             if arguments.verbose:
+                limits = "  ".join(
+                    f"+-{100 * n:4.1f} % +-{100 * rho:4.1f} %" for n, rho in (np.sqrt(np.diag(b)) for b in bounds)
+                )
                 console.print(
-                    f"{shape:8} n {spring.n:5.2f} -> {found.n:5.2f}  rho {found.rho / spring.rho:5.3f} {result.line}"
+                    f"{index:3} {shape:8} n {spring.n:5.2f} {100 * (found.n / spring.n - 1.0):+5.1f} % "
+                    f"rho {100 * (found.rho / spring.rho - 1.0):+5.1f} %  bound {limits}  {result.line}"
                 )
         columns = 100 * np.array(errors).T
         table.add_row(
             shape,
             *(f"{figure:.1f} %" for column in columns for figure in (np.median(column), column.max())),
-            str(int(np.sum(columns.max(axis=0) <= 5.0))),
+            str(int(np.sum(columns.max(axis=0) <= 100 * WITHIN))),
+            *(f"{expected:.1f}" for expected in np.sum(shares, axis=0)),
             str(wrong),
         )
     console.print(table)

@@ -51,6 +51,23 @@ def test_dwells_gaps_and_changes_of_speed_are_not_smoothed_over() -> None:
         assert np.max(np.abs(error)) < 3.0 * NOISE
 
 
+def test_slopes_that_change_between_reversals_are_not_smoothed_over() -> None:
+    exact = path("triangle", 100)
+    growing = np.concatenate([0.4 * exact[:300], 0.7 * exact[300:600], exact[600:]])
+    errors = [find_strokes(noisy(growing, seed)).displacement - growing for seed in range(6)]
+    assert np.sqrt(np.mean(np.square(errors))) < 0.3 * NOISE
+
+
+def test_sharp_reversals_that_noise_hides_one_by_one_are_found_together() -> None:
+    exact = path("triangle", 56)
+    noise = 0.6 * 4.0 / 56  # of a step, as where the moments of sampling jitter
+    for seed in range(6):
+        strokes = find_strokes(exact + noise * np.random.default_rng(seed).standard_normal(exact.size))
+        assert strokes.count == 2 * CYCLES + 1
+        beyond = strokes.turning_displacement[1:-1] * strokes.direction[:-1] - 1.0
+        assert abs(np.mean(beyond)) < 0.5 * noise
+
+
 def test_coarse_steps_of_the_displacement_are_smoothed() -> None:
     exact = path("sine", 100)
     strokes = find_strokes(np.round(exact / 0.02) * 0.02)

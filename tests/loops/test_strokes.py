@@ -11,7 +11,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from strandspring import read_record
-from strandspring.loops.strokes import find_strokes, noise_level, turning_points
+from strandspring.loops.strokes import find_strokes, noise_level
+from strandspring.loops.turning import turning_points
 
 ROOT = Path(__file__).resolve().parents[2]
 

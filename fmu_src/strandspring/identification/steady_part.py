@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..kernel.arrays import FloatArray
-from ..loops.strokes import Strokes, find_strokes, noise_level, path_noise, turning_points
+from ..loops.strokes import Strokes, find_strokes, noise_level, path_noise
+from ..loops.turning import turning_points
 from ..records.record import Record
 from .direction import correlation, wrong_way
 from .loops import POINTS_PER_STROKE, Loops, gather

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from ..kernel.arrays import FloatArray
 from .smooth_path import smooth_path
+from .turning import turning_points
 
 IndexArray = NDArray[np.intp]
 
@@ -94,28 +95,6 @@ def reversal_threshold(displacement: FloatArray) -> float:
     return max(_NOISE_FACTOR * noise_level(displacement), _RANGE_FACTOR * float(np.ptp(displacement)))
 
 
-def turning_points(displacement: FloatArray, threshold: float) -> IndexArray:
-    """First sample, reversals of at least `threshold` [m], last sample."""
-    signs = np.sign(np.diff(displacement))
-    moving = np.flatnonzero(signs)
-    turns = moving[np.flatnonzero(np.diff(signs[moving])) + 1]
-    points = np.concatenate([[0], turns, [displacement.size - 1]])
-    while points.size > 2:
-        span = np.abs(np.diff(displacement[points]))
-        before = np.concatenate([[np.inf], span[:-1]])
-        after = np.concatenate([span[1:], [np.inf]])
-        # Local minima only, so that no two neighbours are removed at once and the larger swing always remains.
-        small = (span < threshold) & (span <= before) & (span < after)
-        if not small.any():
-            break
-        keep = np.ones(points.size, dtype=bool)
-        keep[:-1] &= ~small
-        keep[1:] &= ~small
-        keep[[0, -1]] = True
-        points = points[keep]
-    return points
-
-
 def find_strokes(displacement: FloatArray, threshold: float | None = None) -> Strokes:
     """Divide a measured path into strokes.
 
@@ -128,7 +107,7 @@ def find_strokes(displacement: FloatArray, threshold: float | None = None) -> St
         threshold = reversal_threshold(displacement)
         noise = path_noise(displacement)
         if noise > 0.0:
-            displacement = smooth_path(displacement, noise, turning_points(displacement, threshold).size - 1)
+            displacement = smooth_path(displacement, noise, threshold)
     turning = turning_points(displacement, threshold)
     ends = displacement[turning]
     direction = np.where(np.diff(ends) >= 0.0, 1, -1).astype(np.int64)

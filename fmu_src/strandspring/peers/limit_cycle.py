@@ -37,7 +37,8 @@ from ..errors import RecordError
 from ..identification.outcomes import IdentificationError, Outcome
 from ..identification.stages import N_BOUNDS, SIGMA_BOUNDS
 from ..kernel.arrays import FloatArray
-from ..loops.strokes import noise_level, turning_points
+from ..loops.strokes import noise_level
+from ..loops.turning import turning_points
 from .periods import Periods, whole_periods
 
 _SCAN_N, _SCAN_STIFFNESS = 12, 24  # values tried before the minimum is bracketed

@@ -1,0 +1,94 @@
+"""The Cramer-Rao bound of n and rho where both force and displacement are noisy."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.polynomial.polynomial import polyder, polyval
+from numpy.typing import NDArray
+from scipy.linalg import block_diag
+
+from rig import Case, FloatArray
+from strandspring.kernel.points import omega_with_derivatives
+from strandspring.loops.strokes import Strokes, find_strokes
+
+_DRAWS = 20_000
+_STEP = 1e-6  # of the derivatives by the reversals, share of 1/rho
+
+
+def bound(case: Case, displacement_noise: float) -> FloatArray:
+    """Covariance of ln(n) and ln(rho) of an efficient unbiased estimate that knows both noises, shape (2, 2).
+
+    sigma, the coefficients of FE and FA and omega at the start of each record are estimated too; the first stroke of
+    each record is left out, as in the identification. Noise of the displacement of standard deviation s counts as
+    noise of the force of variance (dF/dx)^2*s^2 (Fuller, Measurement Error Models, 1987); that of a reversal moves the
+    strokes after it as a whole, so that the reversals are estimated as well, each measured once.
+
+    Parameters
+    ----------
+    case : Case
+    displacement_noise : float   Standard deviation [m]; 0 is a path that is known, the best that smoothing can do.
+    """
+    p = case.spring
+    force_noise = case.experiment.noise * float(np.std(np.concatenate(case.forces)))
+    common, starts, reversals = [], [], []
+    for path in case.paths:
+        strokes = find_strokes(path)
+        used = strokes.of_sample > 0
+        x, side = path[used] - p.displacement_offset, strokes.direction[strokes.of_sample[used]]
+        omega, partials = _omega(case, strokes, used)
+        G = p.kappa_omega * polyval(x, p.kA)
+        u = side * omega
+        rate = p.rho * (1.0 + np.where(u >= 0.0, -1.0, 2.0 * p.sigma - 1.0) * np.abs(u) ** p.n)
+        slope = polyval(x, polyder(p.kE)) + p.kappa_omega * polyval(x, polyder(p.kA)) * omega + G * rate
+        root = 1.0 / np.sqrt(force_noise**2 + (slope * displacement_noise) ** 2)
+        own = (G * partials[[2, 0, 1]] * np.array([[p.n], [p.rho], [p.sigma]])).T
+        y = x / case.amplitude
+        elastic, amplifier = (np.vander(y, len(k), increasing=True) for k in (p.kE, p.kA))
+        common.append(root[:, None] * np.hstack([own, elastic, omega[:, None] * amplifier]))
+        starts.append(root[:, None] * G[:, None] * partials[3][:, None])
+        turned = _by_reversals(case, strokes, used)
+        reversals.append(root[:, None] * G[:, None] * displacement_noise * turned)
+    # omega lies within [-1, 1], and a reversal within the noise of its sample.
+    points = np.vstack(common)
+    further = np.hstack([block_diag(*starts), block_diag(*reversals)])
+    known = np.hstack([np.zeros((further.shape[1], points.shape[1])), np.eye(further.shape[1])])
+    matrix = np.vstack([np.hstack([points, further]), known])
+    scale = np.linalg.norm(matrix, axis=0)
+    root = np.linalg.inv(np.linalg.qr(matrix / scale, mode="r")) / scale[:, None]
+    return np.asarray((root @ root.T)[:2, :2])
+
+
+def share_within(covariance: FloatArray, limit: float) -> float:
+    """Probability that both of two normal errors of zero mean lie within the limit, by draws of a fixed seed."""
+    errors = np.random.default_rng(0).multivariate_normal(np.zeros(2), covariance, _DRAWS)
+    return float(np.mean(np.abs(errors).max(axis=1) <= limit))
+
+
+def _by_reversals(case: Case, strokes: Strokes, used: NDArray[np.bool_]) -> FloatArray:
+    """Derivatives of omega at the samples by the displacement of each reversal, shape (P, S - 1) [1/m]."""
+    step = _STEP / case.spring.rho
+    columns = []
+    for reversal in range(1, strokes.count):
+        omegas = []
+        for sign in (1.0, -1.0):
+            # A reversal further along lengthens the strokes on both of its sides.
+            further = sign * step
+            length, travel = strokes.length.copy(), strokes.travel.copy()
+            length[reversal - 1 : reversal + 1] += further
+            travel[strokes.of_sample == reversal] += further
+            omegas.append(_omega(case, replace(strokes, travel=travel), used, length)[0])
+        columns.append(strokes.direction[reversal - 1] * (omegas[0] - omegas[1]) / (2.0 * step))
+    return np.stack(columns, axis=1)
+
+
+def _omega(
+    case: Case, strokes: Strokes, used: NDArray[np.bool_], length: FloatArray | None = None
+) -> tuple[FloatArray, FloatArray]:
+    """omega at the samples that are used, and its derivatives."""
+    p = case.spring
+    return omega_with_derivatives(
+        p.rho, p.sigma, p.n, 0.0, strokes.direction, strokes.length if length is None else length,
+        strokes.of_sample[used], strokes.travel[used],
+    )  # fmt: skip
