@@ -1,6 +1,6 @@
 """Whether an identification can be believed, on a simulated rig: python tests/benchmarks/honesty.py clean
 
-Other commands: faults, alarms, intervals, noise, sizes.
+Other commands: faults, spans, alarms, intervals, noise, sizes.
 
 Wrong: more than 10 % in the energy of loops at 30 % of the amplitude, or more than 5 % of the force's standard
 deviation on minor loops, against the noise-free truth. Silent: wrong, and no caution that points to it. Refused: no
@@ -27,7 +27,7 @@ from rich.table import Table
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "helpers"))
 
-from judgement import Judgement, judge_case
+from judgement import WRONG_ENERGY, Judgement, judge_case
 from rig import DOUBTED, UNDECIDED, Case, draw_experiment, draw_spring, elastic_force, simulate
 from rig_faults import FAULTS
 from strandspring import Identification, IdentificationError, RefinedOptions, identify, read_record
@@ -48,6 +48,7 @@ SIZES: dict[str, tuple[str, Callable[[Case], float]]] = {
 }
 SIZE_SHARE = 0.1  # error of a size that is allowed, share of it
 SIZE_FLOORS = {"delay": 3e-4, "displacement_zero": 1e-4}  # error that is allowed in any case [s], [m]
+UNTOLD = 0.07  # uncertainty of the energy of small loops that no caution tells
 console = Console(width=150)
 
 
@@ -201,6 +202,41 @@ def faults(arguments: argparse.Namespace) -> None:
     )
 
 
+def spans(arguments: argparse.Namespace) -> None:
+    """Whether the span told for the energy of small loops holds it: one amplitude, backbones that are no polynomial."""
+    held = wrong = 0
+    for index in range(arguments.count):
+        generator = np.random.default_rng([arguments.seed, index])
+        name = ("tanh", "kink", "bump stop")[index % 3]
+        experiment = draw_experiment(generator, amplitudes=(1.0,), cycles=(3,))
+        case = simulate(draw_spring(generator), experiment, generator, FAULTS[name], "drawn")
+        result = run(case)
+        if result.judgement is None:
+            console.print(f"{index:4} {name:9} {result.line}")
+            continue
+        low, high = told_span(result.cautions.get("SMALL_LOOPS"))
+        ratio = 1.0 / (1.0 + result.judgement.energy)
+        held += low <= ratio <= high
+        wrong += result.wrong
+        if arguments.verbose or not low <= ratio <= high:
+            told = f"truth {ratio:.3g} of the energy, told {low:.3g} to {high:.3g}"
+            console.print(f"{index:4} {name:9} {told}  {result.line}")
+    console.print(f"spans: {held} of {arguments.count} hold the truth, wrong {wrong}")
+
+
+def told_span(sentence: str | None) -> tuple[float, float]:
+    """Span of the energy of small loops that a caution tells, in the spring's; without a caution, what is right."""
+    if sentence is None:
+        return 1.0 - WRONG_ENERGY, 1.0 + WRONG_ENERGY
+    if "undetermined" in sentence:
+        return -np.inf, np.inf
+    known = re.search(r"\+- (\d+) %", sentence)
+    error = float(known[1]) / 100.0 if known else UNTOLD
+    others = re.search(r"give (\S+) to (\S+) J a cycle, this one (\S+) J", sentence)
+    low, high, own = map(float, others.groups()) if others else (1.0, 1.0, 1.0)
+    return min(1.0 - error, low / own), max(1.0 + error, high / own)
+
+
 def alarms(arguments: argparse.Namespace) -> None:
     """Cautions of delay, drift, viscosity or wear on clean records and on the two measured ones."""
     raised = 0
@@ -318,7 +354,8 @@ def sizes(arguments: argparse.Namespace) -> None:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     commands = parser.add_subparsers(dest="command", required=True)
-    for function, count in ((clean, 100), (faults, None), (alarms, 100), (intervals, 200), (noise, 20), (sizes, 20)):
+    counts = {clean: 100, faults: None, spans: 60, alarms: 100, intervals: 200, noise: 20, sizes: 20}
+    for function, count in counts.items():
         command = commands.add_parser(function.__name__, help=function.__doc__)
         command.set_defaults(function=function)
         command.add_argument("--seed", type=int, default=0)

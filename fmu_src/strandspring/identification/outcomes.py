@@ -130,10 +130,7 @@ class Outcome(Enum):
         "The refinement stopped at its limit of evaluations; the result is the best point reached: compare it with "
         "--method two-stage."
     )
-    SMALL_LOOPS = (
-        "The energy of small loops is left undecided by these records; record a smaller amplitude as well, about a "
-        "third of the largest."
-    )
+    SMALL_LOOPS = "The energy of small loops is left undecided by these records."
     INDISTINCT = (
         "Some parameters are strongly correlated in these records, though the force is predicted as given: see the "
         "standard errors and correlations in the model file; record larger strokes or several amplitudes."

@@ -26,11 +26,11 @@ from .outcomes import IdentificationError, Outcome
 from .polynomials import Basis
 from .posterior import posterior
 from .prediction_interval import PredictionBand, prediction_interval
-from .projection import RHO_BOUNDS, Refinement
+from .projection import Refinement
 from .refinement import Samples, refine
 from .rig import Rig, Sizes, transferred
 from .rig_effects import CAUTIONS, described, detail
-from .search import PILOT, Candidate, bending_more, least_points, search
+from .search import PILOT, Candidate, bending_more, least_points, other_splits, search
 from .small_loops import undecided_energy
 from .solution import cautions_of, is_positive, saturation_share, spring_of
 from .steady_part import SteadyRecord
@@ -143,8 +143,6 @@ class RefinedOptions(Method):
         cautions: list[Outcome] = []
         if self.degrees not in (None, (basis.elastic, basis.amplifier)):
             cautions.append(Outcome.AMPLIFIER_REDUCED)
-        if refinement.hysteresis.rho * loops.length.max() < 1.01 * RHO_BOUNDS[0]:
-            cautions.append(Outcome.NO_STEADY_SECTION)
         cautions += [CAUTIONS[effect] for effect in sizes]
         if not refinement.converged:
             cautions.append(Outcome.NOT_CONVERGED)
@@ -169,8 +167,11 @@ class RefinedOptions(Method):
         if self.degrees is None:
             alternatives.append(bending_more(found[0].loops, found[0].fit))
         spring = spring_of(basis, refinement.backbone, refinement.hysteresis)
+        if spring.FE_knots:
+            splits = other_splits(found[0].loops, found[0].fit)
+            alternatives.append([splits[0], *splits])
         findings = {outcome: detail(outcome, effects) for outcome in cautions}
-        if undecided := undecided_energy(spring, content, alternatives):
+        if undecided := undecided_energy(spring, content, alternatives, 0.5 * loops.shortest):
             findings[Outcome.SMALL_LOOPS] = undecided
         lack = LackOfFit.of(loops, refinement, samples.noise_rms)
         if lack.is_reported:

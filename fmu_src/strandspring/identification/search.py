@@ -16,7 +16,7 @@ degree 4 are tried as well, and judged by cycles left out (`with_richer_bases`).
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -47,6 +47,7 @@ _BENDING = 4  # degree of FA where misfit comes back in every cycle
 _LOCKED = 0.2  # correlation of the residuals between cycles that is called coming back
 _WORTH = 0.15  # share of the held-out error that a richer basis must explain, unless nothing but noise is left
 _EXACT = 0.1  # share of a misfit below the floor that higher degrees must leave at most to be chosen all the same
+_ONE_AMPLITUDE = 0.9  # length of the shortest stroke in that of the longest from which there is one amplitude only
 _AS_WELL = 1.02  # held-out error in that of the best basis up to which a leaner one is taken
 NOISE_ONLY = 1.2  # misfit over noise up to which residuals are noise, if they are white
 WHITE = 2.0  # autocorrelation time up to which they are
@@ -105,9 +106,15 @@ def search(loops: Loops, degrees: tuple[int, int] | None = None) -> list[Candida
         # A degree of FA that the pilot could not have is tried again.
         wanted = Basis(*loops.reach, *degrees)
         carried = [refined(loops, wanted, c.refinement.hysteresis) or c for c in carried]
-    independent = loops.force.size / min(carried, key=lambda c: c.misfit).autocorrelation_time
-    ranked = sorted((_ranked(c, independent, floor) for c in carried), key=lambda c: c.criterion)
-    return [c for k, c in enumerate(ranked) if not any(_alike(c, other) for other in ranked[:k])]
+    return _distinct(loops, carried)
+
+
+def _distinct(loops: Loops, fits: Sequence[Candidate]) -> list[Candidate]:
+    """The distinct ones of some fits by their criterion, the best first."""
+    independent = loops.force.size / min(fits, key=lambda fit: fit.misfit).autocorrelation_time
+    floor = force_floor(loops)
+    ranked = sorted((_ranked(fit, independent, floor) for fit in fits), key=lambda fit: fit.criterion)
+    return [fit for k, fit in enumerate(ranked) if not any(_alike(fit, other) for other in ranked[:k])]
 
 
 def _starts(loops: Loops, degrees: tuple[int, int]) -> Iterator[Hysteresis]:
@@ -225,7 +232,25 @@ def with_richer_bases(loops: Loops, candidate: Candidate, noise: float) -> Candi
     best = min(good, key=lambda fit: fit.coefficients)
     before = prediction_error(loops, candidate.basis, candidate.refinement.omega)
     after = prediction_error(loops, best.basis, best.refinement.omega)
-    return best if after < (1.0 - _WORTH) * before or is_explained(best, noise) else None
+    if after < (1.0 - _WORTH) * before or is_explained(best, noise):
+        return other_splits(loops, best)[0]
+    return None
+
+
+def other_splits(loops: Loops, candidate: Candidate) -> list[Candidate]:
+    """The distinct minima with the same FE and an FA of any degree up to the candidate's, ranked, the best first.
+
+    A rich FE can take over part of the loop of a single amplitude, so that quite different loops fit about as well.
+    With several amplitudes it cannot, and the candidate is the only one.
+    """
+    fits = [candidate]
+    if loops.shortest >= _ONE_AMPLITUDE * loops.longest:
+        for amplifier in range(candidate.basis.amplifier + 1):
+            basis = replace(candidate.basis, amplifier=amplifier)
+            minima = scan_minima(loops, basis.columns(loops.displacement))[:_STARTS]
+            found = (refined(loops, basis, start) for start in (candidate.refinement.hysteresis, *minima))
+            fits += [fit for fit in found if fit is not None]
+    return _distinct(loops, fits)
 
 
 def _exact(loops: Loops, candidate: Candidate) -> Candidate | None:
