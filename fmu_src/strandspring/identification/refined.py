@@ -161,6 +161,8 @@ class RefinedOptions(Method):
             content["posterior"] = posterior(linear, self.posterior, self.seed)
         if content["indistinct"]:
             cautions.append(Outcome.INDISTINCT)
+        if interval.is_too_narrow:
+            cautions.append(Outcome.INTERVAL_TOO_NARROW)
         if is_sigma_uncertain(loops, basis, refinement):
             cautions.append(Outcome.SIGMA_AT_BOUND)
         alternatives = [[replace(state.fit, criterion=found[0].better_by(state)) for state in found]]
