@@ -33,6 +33,7 @@ from .rig_effects import CAUTIONS, described, detail
 from .search import PILOT, Candidate, bending_more, least_points, other_splits, search
 from .small_loops import undecided_energy
 from .solution import cautions_of, is_positive, saturation_share, spring_of
+from .spring_alone import spring_alone
 from .steady_part import SteadyRecord
 from .uncertainty import is_sigma_uncertain, uncertainty
 
@@ -189,6 +190,7 @@ class RefinedOptions(Method):
             effects={**self.known.effects, **effects},
             predicted=self._measured(parts, sizes, final, spring),
             lack_of_fit=lack,
+            alone=spring_alone(Rig.from_parts(parts, None, self.delay), sizes, final) if sizes or self.delay else (),
         )
 
     def _refined(self, samples: Samples, fit: Candidate, where: str) -> tuple[Basis, Refinement]:
