@@ -186,6 +186,7 @@ def held_out(found: Identification, record: Record) -> float:
     return float(np.mean(np.abs(record.force - fit.predicted) <= reach))
 
 
+@pytest.mark.slow
 def test_the_prediction_interval_holds_other_cycles_of_measured_records() -> None:
     hinge = read_record(ROOT / "models/records/rubber_stretch.csv", reverse="displacement")
     actuator = read_record(ROOT / "tests/data/actuator/circle_3bar.csv", displacement=5, force=7)
