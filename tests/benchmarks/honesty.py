@@ -1,6 +1,6 @@
 """Whether an identification can be believed, on a simulated rig: python tests/benchmarks/honesty.py clean
 
-Other commands: faults, alarms, intervals, noise, sizes.
+Other commands: faults, spans, ends, alarms, intervals, noise, sizes.
 
 Wrong: more than 10 % in the energy of loops at 30 % of the amplitude, or more than 5 % of the force's standard
 deviation on minor loops, against the noise-free truth. Silent: wrong, and no caution that points to it. Refused: no
@@ -10,6 +10,7 @@ spring, but a sentence that says why. Failed: any other exception.
 from __future__ import annotations
 
 import argparse
+import math
 import re
 import sys
 import time
@@ -21,18 +22,22 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.polynomial import Polynomial
 from numpy.polynomial.polynomial import polyval
 from rich.console import Console
 from rich.table import Table
+from scipy.interpolate import CubicSpline
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "helpers"))
 
-from judgement import Judgement, judge_case
+from judgement import WRONG_ENERGY, Judgement, judge_case
 from noise_bound import bound, share_within
 from rig import DOUBTED, UNDECIDED, Case, draw_experiment, draw_spring, elastic_force, simulate
 from rig_faults import FAULTS
-from strandspring import Identification, IdentificationError, RefinedOptions, identify, read_record
+from strandspring import Identification, IdentificationError, Record, RefinedOptions, Spring, identify, read_record
 from strandspring.errors import StrandspringError
+from strandspring.identification.polynomials import Basis
+from strandspring.identification.table import TableBasis
 
 ROOT = Path(__file__).resolve().parents[2]
 ALARMS = ("delay", "lag", "drift", "viscous", "viscosity", "wear")
@@ -50,6 +55,7 @@ SIZES: dict[str, tuple[str, Callable[[Case], float]]] = {
 SIZE_SHARE = 0.1  # error of a size that is allowed, share of it
 SIZE_FLOORS = {"delay": 3e-4, "displacement_zero": 1e-4}  # error that is allowed in any case [s], [m]
 WITHIN = 0.05  # error of n and rho that is allowed under noise of the displacement, share of them
+UNTOLD = 0.07  # uncertainty of the energy of small loops that no caution tells
 console = Console(width=150)
 
 
@@ -203,6 +209,106 @@ def faults(arguments: argparse.Namespace) -> None:
     )
 
 
+def spans(arguments: argparse.Namespace) -> None:
+    """Whether the span told for the energy of small loops holds it: one amplitude, backbones that are no polynomial."""
+    held = wrong = 0
+    for index in range(arguments.count):
+        generator = np.random.default_rng([arguments.seed, index])
+        name = ("tanh", "kink", "bump stop")[index % 3]
+        experiment = draw_experiment(generator, amplitudes=(1.0,), cycles=(3,))
+        case = simulate(draw_spring(generator), experiment, generator, FAULTS[name], "drawn")
+        result = run(case)
+        if result.judgement is None:
+            console.print(f"{index:4} {name:9} {result.line}")
+            continue
+        low, high = told_span(result.cautions.get("SMALL_LOOPS"))
+        ratio = 1.0 / (1.0 + result.judgement.energy)
+        held += low <= ratio <= high
+        wrong += result.wrong
+        if arguments.verbose or not low <= ratio <= high:
+            told = f"truth {ratio:.3g} of the energy, told {low:.3g} to {high:.3g}"
+            console.print(f"{index:4} {name:9} {told}  {result.line}")
+    console.print(f"spans: {held} of {arguments.count} hold the truth, wrong {wrong}")
+
+
+def told_span(sentence: str | None) -> tuple[float, float]:
+    """Span of the energy of small loops that a caution tells, in the spring's; without a caution, what is right."""
+    if sentence is None:
+        return 1.0 - WRONG_ENERGY, 1.0 + WRONG_ENERGY
+    if "undetermined" in sentence:
+        return -np.inf, np.inf
+    known = re.search(r"\+- (\d+) %", sentence)
+    error = float(known[1]) / 100.0 if known else UNTOLD
+    others = re.search(r"give (\S+) to (\S+) J a cycle, this one (\S+) J", sentence)
+    low, high, own = map(float, others.groups()) if others else (1.0, 1.0, 1.0)
+    return min(1.0 - error, low / own), max(1.0 + error, high / own)
+
+
+def ends(arguments: argparse.Namespace) -> None:
+    """Error of FE at the ends of the range, fitted without them, going on along the tangent or with the last cubic."""
+    table = Table(title=f"{100 * arguments.share:g} % of the range left out at either end, error there")
+    for column in ("record", "FE", "tangent median", "tangent worst", "cubic median", "cubic worst", "cubic falls"):
+        table.add_column(column, justify="left" if column in ("record", "FE") else "right")
+    identified: dict[str, list[Identification]] = {}
+    for name in ("closing coils", "bump stop", "kink", "tanh"):
+        for index in range(arguments.count):
+            generator = np.random.default_rng([arguments.seed, zlib.crc32(name.encode()), index])
+            case = simulate(draw_spring(generator), draw_experiment(generator), generator, FAULTS[name], "drawn")
+            result = run(case)
+            if result.identification is not None:
+                identified.setdefault(name, []).append(result.identification)
+    identified |= {name: [identify(record)] for name, record in measured().items()}
+    for name, found in identified.items():
+        *errors, falls = np.array([errors_at_ends(each, arguments.share) for each in found]).T
+        kinds = Counter("table" if each.parameters.FE_knots else "polynomial" for each in found)
+        figures = [f"{100.0 * figure:.2f} %" for own in errors for figure in (np.median(own), own.max())]
+        names = ", ".join(f"{kind} {count}" for kind, count in kinds.items())
+        table.add_row(name, names, *figures, f"{falls.sum():.0f}")
+    console.print(table)
+    console.print("share of the force's standard deviation; hysteresis from the fit to the whole range")
+
+
+def errors_at_ends(found: Identification, share: float) -> tuple[float, float, bool]:
+    """Error beyond a fit of FE to the middle, by its tangent and by its cubic, and whether the cubic falls there."""
+    p = found.parameters
+    places, forces = [], []
+    for part, fit in zip(found.parts, found.fits, strict=True):
+        path = part.strokes.displacement
+        elastic = Spring(replace(p, kappa_omega=1e-300)).response(path)
+        hysteresis = found.spring().response(path, fit.omega_start) - elastic
+        used = part.used & (np.arange(path.size) >= part.first_sample)
+        places.append(path[used])
+        forces.append((part.record.force - hysteresis)[used])
+    x, force = np.concatenate(places), np.concatenate(forces)
+    low, high = np.array([p.displacement_min, p.displacement_max]) + share * np.ptp(x) * np.array([1.0, -1.0])
+    inside = (x >= low) & (x <= high)
+    kind = TableBasis if p.FE_knots else Basis
+    basis = kind(low, high, len(p.FE_knots or p.kE) - 1, 0)
+    coefficients = np.linalg.lstsq(basis.columns(x[inside]).elastic, force[inside], rcond=1e-10)[0]
+    end = np.where(x < low, low, high)[~inside]
+    beyond = x[~inside] - end
+    if p.FE_knots:
+        FE = CubicSpline(basis.knots, coefficients)
+        slopes = [FE(end, k) for k in range(4)]
+    else:
+        power_series = Polynomial(basis.elastic_parameters(coefficients)["kE"])
+        slopes = [power_series.deriv(k)(end - basis.offset) for k in range(4)]
+    terms = [slope * beyond**k / math.factorial(k) for k, slope in enumerate(slopes)]
+    scale = float(np.std(np.concatenate([part.record.force for part in found.parts])))
+    tangent, cubic = (float(np.sqrt(np.mean((force[~inside] - sum(terms[:n])) ** 2))) for n in (2, 4))
+    stiffness = sum(slope * beyond**k / math.factorial(k) for k, slope in enumerate(slopes[1:]))
+    return tangent / scale, cubic / scale, bool(np.min(stiffness) < 0.0)
+
+
+def measured() -> dict[str, Record]:
+    """The measured records of the repository."""
+    actuator = read_record(ROOT / "tests/data/actuator/circle_3bar.csv", time=1, displacement=5, force=7)
+    return {
+        "hinge": read_record(ROOT / "models/records/rubber_stretch.csv", reverse="displacement"),
+        "actuator": replace(actuator, time=1e-3 * actuator.time),  # milliseconds
+    }
+
+
 def alarms(arguments: argparse.Namespace) -> None:
     """Cautions of delay, drift, viscosity or wear on clean records and on the two measured ones."""
     raised = 0
@@ -212,11 +318,7 @@ def alarms(arguments: argparse.Namespace) -> None:
             raised += 1
             console.print(f"{index:4} {described(case)} {', '.join(result.cautions)}")
     console.print(f"alarms: {raised} of {arguments.count} clean records")
-    measured = {
-        "hinge": read_record(ROOT / "models/records/rubber_stretch.csv", reverse="displacement"),
-        "actuator": read_record(ROOT / "tests/data/actuator/circle_3bar.csv", displacement=5, force=7),
-    }
-    for name, record in measured.items():
+    for name, record in measured().items():
         found = identify(record)
         alarm = Result(found, None, cautions_of(found), 0.0).says(ALARMS)
         console.print(f"{name}: {'ALARM' if alarm else 'none'}; {', '.join(cautions_of(found))}")
@@ -341,7 +443,8 @@ def sizes(arguments: argparse.Namespace) -> None:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     commands = parser.add_subparsers(dest="command", required=True)
-    for function, count in ((clean, 100), (faults, None), (alarms, 100), (intervals, 200), (noise, 20), (sizes, 20)):
+    counts = {clean: 100, faults: None, spans: 60, ends: 8, alarms: 100, intervals: 200, noise: 20, sizes: 20}
+    for function, count in counts.items():
         command = commands.add_parser(function.__name__, help=function.__doc__)
         command.set_defaults(function=function)
         command.add_argument("--seed", type=int, default=0)
@@ -355,6 +458,8 @@ def main() -> None:
             command.add_argument("--repetitions", type=int, default=3)
             command.add_argument("--only", default="", help="faults whose name holds this")
             command.add_argument("--drawn", action="store_true", help="magnitudes drawn in place of small and large")
+        if function is ends:
+            command.add_argument("--share", type=float, default=0.05, help="of the range, left out at either end")
         if function is noise:
             command.add_argument("--share", type=float, default=0.002)
     arguments = parser.parse_args()

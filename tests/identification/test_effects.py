@@ -69,6 +69,16 @@ def test_a_warm_up_is_a_curved_drift() -> None:
     assert identify(case.records).effects["drift"] == pytest.approx(expected, rel=0.1)
 
 
+def test_samples_count_in_all_records_where_one_has_no_times() -> None:
+    timed, other, *_ = case_of("force zero", 0.05, replace(STEPPED, separate=True)).records
+    parts = [find_steady_part(record) for record in (timed, Record(other.displacement, other.force))]
+    rig = Rig.from_parts(parts, None)
+    last = len(timed) - 1
+    assert rig.elapsed[last] == pytest.approx(last / (last + len(other) - 1))
+    both = Rig.from_parts([find_steady_part(record) for record in (timed, other)], None)
+    assert both.elapsed[last] == pytest.approx(timed.time[-1] / (timed.time[-1] + other.time[-1]))
+
+
 @pytest.mark.slow
 def test_clean_records_have_no_effects() -> None:
     for seed in range(12):

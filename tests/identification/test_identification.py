@@ -85,6 +85,7 @@ def test_parameters_come_near_the_known_ones() -> None:
     assert found.kappa_omega == pytest.approx(known.kappa_omega, rel=0.05)
 
 
+@pytest.mark.slow
 def test_the_result_is_physically_possible_and_normalised() -> None:
     for record in (hinge(), friction(), record_of(spring_of(0.3, 4.0), sine())):
         p = identify(record).parameters
@@ -153,6 +154,7 @@ def test_dense_records_give_what_thin_ones_give() -> None:
     assert dense.rnl >= thin.rnl - 0.001
 
 
+@pytest.mark.slow
 def test_order_of_a_tie_and_repetition_do_not_matter() -> None:
     record = hinge()
     assert identify(record).parameters == identify(record).parameters

@@ -46,6 +46,7 @@ def test_the_prediction_is_of_what_was_measured() -> None:
     assert found.rmse < 0.004 * found.fits[0].rms_force
 
 
+@pytest.mark.slow
 def test_a_given_delay_equals_the_found_one() -> None:
     case = case_of("force lags", experiment=SINE)
     delay = case.magnitude * case.experiment.period
@@ -69,6 +70,7 @@ def test_a_delay_that_turns_the_loop_round_is_taken_out_when_given() -> None:
     assert not judge_case(case, identify(case.records, RefinedOptions(delay=delay)).spring()).wrong
 
 
+@pytest.mark.slow
 def test_a_delay_of_zero_is_not_sought() -> None:
     case = case_of("force lags", experiment=SINE)
     assert "delay" in identify(case.records).effects

@@ -34,6 +34,7 @@ def errors(options: Method, amplitude: float, exponent: float) -> list[float]:
     return [float(np.sqrt(np.mean((one.fits[0].predicted - clean) ** 2))) for one in found]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("options", "mark", "drowned"),
     [
@@ -135,6 +136,7 @@ def test_filters_before_the_two_stage_method(kind: str) -> None:
         identify(Record(1e-3 * x[:700], clean[:700], path="noisy.csv"), TwoStageOptions(filter="fourier"))
 
 
+@pytest.mark.slow
 def test_every_record_inside_the_model_converges() -> None:
     """Noise-free, and strokes that barely or not at all reach a steady section."""
     for n in (0.2, 1.0, 5.0):

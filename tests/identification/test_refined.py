@@ -60,6 +60,7 @@ def test_derivatives_of_omega_are_those_of_differences(n: float, sigma: float, r
         assert difference == pytest.approx(exact[k], abs=2e-6 * np.abs(exact[k]).max())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("strokes_in_steady", [1.5, 3.0])
 def test_noise_free_data_give_every_parameter_back(strokes_in_steady: float) -> None:
     for n in (0.2, 0.5, 1.0, 5.0):
@@ -130,6 +131,7 @@ def test_outliers_hardly_move_the_robust_fit() -> None:
     assert errors[1] < 0.1 * errors[0]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("outliers", [0.0, 0.1])
 def test_standard_errors_of_the_robust_fit(outliers: float) -> None:
     known = spring_of(1.0, 1.0, 2.0)

@@ -11,7 +11,7 @@ from scipy import stats
 from scipy.linalg import toeplitz
 from scipy.signal import lfilter
 
-from strandspring import Identification, Record, RefinedOptions, identify, read_record
+from strandspring import Identification, Outcome, Record, RefinedOptions, identify, read_record
 from strandspring.identification.coloured_noise import coefficient_covariance
 from strandspring.identification.figures import predict_record
 from strandspring.identification.intervals import quantile_95
@@ -120,7 +120,7 @@ def test_intervals_hold_the_truth(correlation: float) -> None:
 def test_what_bounds_one_side_only_is_told_so() -> None:
     """A sharp knee in few, noisy samples: n may be anything above some value."""
     known = spring_of(12.0, 0.6, 3.0)
-    found = identify(record_of(known, sine(3, 90), noise=0.02, seed=1), RefinedOptions((3, 2)))
+    found = identify(record_of(known, sine(3, 90), noise=0.02, seed=1), CUBIC)
     low, high = found.uncertainty["interval_95"]["n"]
     assert high is None
     assert low is not None
@@ -186,6 +186,7 @@ def held_out(found: Identification, record: Record) -> float:
     return float(np.mean(np.abs(record.force - fit.predicted) <= reach))
 
 
+@pytest.mark.slow
 def test_the_prediction_interval_holds_other_cycles_of_measured_records() -> None:
     hinge = read_record(ROOT / "models/records/rubber_stretch.csv", reverse="displacement")
     actuator = read_record(ROOT / "tests/data/actuator/circle_3bar.csv", displacement=5, force=7)
@@ -211,6 +212,18 @@ def test_the_prediction_interval_is_as_wide_as_the_noise(samples: int) -> None:
     interval = identify(Record(clean.displacement, force), CUBIC).uncertainty["prediction_interval"]
     assert interval["half_width"] == pytest.approx(1.96, rel=0.06)
     assert interval["held_out_coverage"] == pytest.approx(0.95, abs=0.015)
+
+
+def test_an_interval_that_misses_held_out_cycles_is_cautioned() -> None:
+    record = record_of(spring_of(1.0, 1.0), sine(6, 1800))
+    noise = np.random.default_rng(0).standard_normal(1800) * np.where(np.arange(1800) < 900, 0.1, 1.0)
+    found = identify(Record(record.displacement, record.force + noise), CUBIC)
+    assert found.uncertainty["prediction_interval"]["held_out_coverage"] < 0.8
+    assert Outcome.INTERVAL_TOO_NARROW in found.outcomes
+    sentence = PredictionInterval.of(found.uncertainty).sentence
+    assert sentence.endswith("(each half of the 6 in turn): it is too narrow")
+    even = identify(record_of(spring_of(1.0, 1.0), sine(6, 1800), noise=0.01), CUBIC)
+    assert Outcome.INTERVAL_TOO_NARROW not in even.outcomes
 
 
 def test_one_cycle_leaves_the_coverage_open() -> None:

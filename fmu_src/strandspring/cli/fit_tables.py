@@ -5,10 +5,12 @@ from __future__ import annotations
 from dataclasses import asdict
 from typing import Any
 
-from ..core.parameters import SpringParameters
+from ..core.parameters import SIGMA_RANGE, SpringParameters
 from ..identification.campaign import Overlap, RateIndependence
 from ..identification.figures import RecordFit
 from ..identification.prediction_interval import PredictionInterval
+
+_AT_BOUND = 1.001  # an end of an interval that is less than this times a bound is the bound itself
 
 
 def fit_json(fit: RecordFit) -> dict[str, Any]:
@@ -86,6 +88,8 @@ def _error(name: str, uncertainty: dict[str, Any]) -> str:
     """The standard error; the end of the interval instead, or nothing, where the records bound one side or none."""
     if name in uncertainty.get("interval_95", {}):
         low, high = uncertainty["interval_95"][name]
+        if name == "sigma" and low is not None and low <= SIGMA_RANGE[0] * _AT_BOUND:
+            low = None  # no spring has less
         if low is None and high is None:
             return "not bounded by these records"
         if high is None:

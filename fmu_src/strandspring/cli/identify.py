@@ -8,9 +8,10 @@ from typing import Any
 import click
 
 from ..identification.api import identify as identify_records
-from ..identification.campaign import campaign_verdicts, one_amplitude
-from ..identification.known_rig import KnownRig, unknown_effects
+from ..identification.campaign import campaign_verdicts
+from ..identification.known_rig import KnownRig
 from ..identification.method import Method
+from ..identification.notes import notes_on
 from ..identification.result import Identification
 from ..modelfile import ModelFile, check_name, save_model
 from ..peers.rivals.ranking import Ranking
@@ -73,8 +74,7 @@ def identify(
             write_report(Path(report), model, identification, "" if ranking is None else ranking.sentence)
     # For one record that holds several amplitudes or frequencies there is `info`.
     verdicts = campaign_verdicts(identification.records) if len(identification.records) > 1 else (None, None)
-    sentences = unknown_effects(identification.records, KnownRig.of(identification.effects, identification.options))
-    sentences += one_amplitude(identification.records)
+    sentences = notes_on(identification)
     if as_json:
         rate, overlap = map(verdict_json, verdicts)
         result_json(

@@ -13,10 +13,14 @@ from .output import advancing, note, result, result_table
 
 
 def compared_with_rivals(identification: Identification) -> tuple[Identification, Ranking]:
-    """Rank other classes on the same records; the identification gains a caution where one is clearly better."""
+    """Rank other classes on the same data; the identification gains a caution where one is clearly better."""
     classes = (OWN, *RIVALS)
     with advancing("Fitting other classes", len(classes)) as advance:
-        ranking = rank(identification.records, classes, advance)
+        ranking = rank(identification.parts, classes, advance)
+    if identification.effects:
+        taken_out = ", ".join(name.replace("_", " ") for name in identification.effects)
+        sentence = f"All classes were fitted to the records without the effects of the rig: {taken_out}."
+        ranking = replace(ranking, notes=(*ranking.notes, sentence))
     for sentence in ranking.notes:
         note(sentence)
     if ranking.better:

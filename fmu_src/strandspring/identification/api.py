@@ -108,6 +108,7 @@ def _identified(group: tuple[Record, ...], method: Method) -> Identification:
     return Identification(
         parameters=result.parameters,
         records=group,
+        parts=result.alone or tuple(parts),
         fits=fits,
         rmse=rmse,
         rnl=rnl,

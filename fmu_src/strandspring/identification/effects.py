@@ -28,7 +28,7 @@ from .search import (
     force_floor,
     information,
     is_explained,
-    minima_with,
+    other_splits,
     refined,
     search,
     with_richer_bases,
@@ -104,7 +104,7 @@ def find_effects(
     best = _best(alternatives)
     if best in found:
         return [best, *(state for state in found if state is not best)]
-    same = [Corrected(fit, best.loops, best.sizes) for fit in minima_with(best.loops, best.fit)]
+    same = [Corrected(fit, best.loops, best.sizes) for fit in other_splits(best.loops, best.fit)]
     return [*same, *found]
 
 

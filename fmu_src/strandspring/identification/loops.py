@@ -62,6 +62,13 @@ class Loops:
         """Length of the longest stroke that has points [m]."""
         return float(self.length[np.unique(self.stroke)].max())
 
+    @property
+    def shortest(self) -> float:
+        """Length of the shortest stroke that has points [m]; first and last of a record, often cut, do not count."""
+        of_records = (np.unique(self.stroke[points]) for _, points in self.by_record())
+        whole = [used[1:-1] if used.size > 2 else used for used in of_records]
+        return float(self.length[np.concatenate(whole)].min())
+
     def rms(self, values: FloatArray) -> float:
         """Root of the weighted mean square of values at the points."""
         return float(np.sqrt(self.weight @ values**2 / self.weight.sum()))

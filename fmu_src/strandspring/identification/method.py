@@ -32,6 +32,7 @@ class Fitted:
     predicted : tuple of ndarray     Force at every sample of each record, the rig's effects included [N]; empty where
                                      the spring alone says it.
     lack_of_fit : LackOfFit or None
+    alone : tuple of SteadyRecord    The steady parts without the rig's effects; empty if the method takes none out.
     """
 
     parameters: SpringParameters
@@ -43,6 +44,7 @@ class Fitted:
     effects: dict[str, Any] = field(default_factory=dict)
     predicted: tuple[FloatArray, ...] = ()
     lack_of_fit: LackOfFit | None = None
+    alone: tuple[SteadyRecord, ...] = ()
 
 
 @dataclass(frozen=True)

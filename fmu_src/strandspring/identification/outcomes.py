@@ -130,13 +130,14 @@ class Outcome(Enum):
         "The refinement stopped at its limit of evaluations; the result is the best point reached: compare it with "
         "--method two-stage."
     )
-    SMALL_LOOPS = (
-        "The energy of small loops is left undecided by these records; record a smaller amplitude as well, about a "
-        "third of the largest."
-    )
+    SMALL_LOOPS = "The energy of small loops is left undecided by these records."
     INDISTINCT = (
         "Some parameters are strongly correlated in these records, though the force is predicted as given: see the "
         "standard errors and correlations in the model file; record larger strokes or several amplitudes."
+    )
+    INTERVAL_TOO_NARROW = (
+        "The 95 % prediction interval holds less than 90 % of the cycles that were left out of the fit, since these "
+        "differ from the others; expect further cycles outside it, and compare the recorded ones with each other."
     )
     NI_MODEL = (
         "Ni's method converged, but its residuals exceed the noise: Ni's model does not describe this spring, or its "

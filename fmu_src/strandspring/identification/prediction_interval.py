@@ -38,6 +38,7 @@ from .loops import Loops
 from .refinement import Samples
 
 LEVEL = 0.95
+_TOO_LITTLE = 0.9  # share of held-out cycles below which the interval is called too narrow
 _LEAST_INDEPENDENT = 6.0  # samples; with fewer the interval was found to hold nearly all
 _SEED = 0  # of the noise that stands for what averaging over cells has removed
 _RANK = 1e-8  # singular value below which half of the cycles leaves a combination of coefficients as it is
@@ -73,7 +74,14 @@ class PredictionInterval:
             held = "not tried on held-out cycles, because there is one cycle only"
         else:
             held = f"holds {100.0 * self.coverage:.0f} % of held-out cycles (each half of the {self.cycles} in turn)"
+            if self.is_too_narrow:
+                held += ": it is too narrow"
         return f"95 % prediction interval +- {self.half_width:.2g} N, {held}"
+
+    @property
+    def is_too_narrow(self) -> bool:
+        """Whether it held clearly less than it says of cycles left out of the fit."""
+        return self.coverage is not None and self.coverage < _TOO_LITTLE
 
     def reach(self, force: FloatArray, error: FloatArray) -> FloatArray:
         """Half-width [N] at predicted forces [N] of these standard errors [N]."""

@@ -26,13 +26,14 @@ from .outcomes import IdentificationError, Outcome
 from .polynomials import Basis
 from .posterior import posterior
 from .prediction_interval import PredictionBand, prediction_interval
-from .projection import RHO_BOUNDS, Refinement
+from .projection import Refinement
 from .refinement import Samples, refine
 from .rig import Rig, Sizes, transferred
 from .rig_effects import CAUTIONS, described, detail
 from .search import PILOT, Candidate, bending_more, least_points, search
 from .small_loops import undecided_energy
 from .solution import cautions_of, is_positive, saturation_share, spring_of
+from .spring_alone import spring_alone
 from .steady_part import SteadyRecord
 from .uncertainty import is_sigma_uncertain, uncertainty
 
@@ -143,8 +144,6 @@ class RefinedOptions(Method):
         cautions: list[Outcome] = []
         if self.degrees not in (None, (basis.elastic, basis.amplifier)):
             cautions.append(Outcome.AMPLIFIER_REDUCED)
-        if refinement.hysteresis.rho * loops.length.max() < 1.01 * RHO_BOUNDS[0]:
-            cautions.append(Outcome.NO_STEADY_SECTION)
         cautions += [CAUTIONS[effect] for effect in sizes]
         if not refinement.converged:
             cautions.append(Outcome.NOT_CONVERGED)
@@ -163,6 +162,8 @@ class RefinedOptions(Method):
             content["posterior"] = posterior(linear, self.posterior, self.seed)
         if content["indistinct"]:
             cautions.append(Outcome.INDISTINCT)
+        if interval.is_too_narrow:
+            cautions.append(Outcome.INTERVAL_TOO_NARROW)
         if is_sigma_uncertain(loops, basis, refinement):
             cautions.append(Outcome.SIGMA_AT_BOUND)
         alternatives = [[replace(state.fit, criterion=found[0].better_by(state)) for state in found]]
@@ -170,7 +171,7 @@ class RefinedOptions(Method):
             alternatives.append(bending_more(found[0].loops, found[0].fit))
         spring = spring_of(basis, refinement.backbone, refinement.hysteresis)
         findings = {outcome: detail(outcome, effects) for outcome in cautions}
-        if undecided := undecided_energy(spring, content, alternatives):
+        if undecided := undecided_energy(spring, content, alternatives, 0.5 * loops.shortest):
             findings[Outcome.SMALL_LOOPS] = undecided
         lack = LackOfFit.of(loops, refinement, samples.noise_rms)
         if lack.is_reported:
@@ -186,6 +187,7 @@ class RefinedOptions(Method):
             effects={**self.known.effects, **effects},
             predicted=self._measured(parts, sizes, final, spring),
             lack_of_fit=lack,
+            alone=spring_alone(Rig.from_parts(parts, None, self.delay), sizes, final) if sizes or self.delay else (),
         )
 
     def _refined(self, samples: Samples, fit: Candidate, where: str) -> tuple[Basis, Refinement]:

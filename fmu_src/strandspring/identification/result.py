@@ -15,6 +15,7 @@ from .figures import RecordFit
 from .lack_of_fit import LackOfFit
 from .outcomes import Outcome
 from .prediction_interval import PredictionBand
+from .steady_part import SteadyRecord
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,6 +26,7 @@ class Identification:
     ----------
     parameters : SpringParameters
     records : tuple of Record
+    parts : tuple of SteadyRecord   Steady parts of the records as they were fitted, without the rig's effects.
     fits : tuple of RecordFit       Prediction of each record over its steady part, the rig's effects included.
     rmse, rnl : float               Over all compared samples [N], [-].
     degrees : (int or None, int)    N of FE, None if it is a table, and M of FA.
@@ -43,6 +45,7 @@ class Identification:
 
     parameters: SpringParameters
     records: tuple[Record, ...]
+    parts: tuple[SteadyRecord, ...]
     fits: tuple[RecordFit, ...]
     rmse: float
     rnl: float

@@ -49,7 +49,8 @@ class Rig:
     ----------
     loops : Loops                          As measured, but for a known delay.
     parts : tuple of SteadyRecord
-    elapsed, cycle : ndarray, shape (P,)   Share of the test that is over, in samples or time and in cycles, 0 to 1.
+    elapsed, cycle : ndarray, shape (P,)   Share of the test that is over, 0 to 1: in time, or in samples where a
+                                           record has no times; and in cycles.
     velocity : ndarray, shape (P,)         [m/s]; 0 without rising times.
     delay : float or None                  By which the force lags as far as it is known; the points allow for it [s].
     """
@@ -67,12 +68,15 @@ class Rig:
         each = (part.all_samples() if points is None else part.loops_with(points) for part in parts)
         loops = join(list(each))
         elapsed, velocity = np.empty(loops.force.size), np.zeros(loops.force.size)
+        timed = all(part.record.rising_time is not None for part in parts)
         begun = 0.0
         for part, (_, at) in zip(parts, loops.by_record(), strict=True):
             time = _time(part)
             index = np.arange(time.size)
-            elapsed[at] = begun + np.interp(loops.sample[at], index, time - time[0])
-            begun += float(time[-1] - time[0])
+            # Seconds and sample numbers do not add up: where one record has no times, samples count in all.
+            clock = time - time[0] if timed else index
+            elapsed[at] = begun + np.interp(loops.sample[at], index, clock)
+            begun += float(clock[-1])
             if part.record.rising_time is not None:
                 moment = np.interp(loops.sample[at], index, time) - (delay or 0.0)
                 velocity[at] = np.interp(np.interp(moment, time, index), index, _velocity(part))

@@ -49,6 +49,7 @@ _BENDING = 4  # degree of FA where misfit comes back in every cycle
 _LOCKED = 0.2  # correlation of the residuals between cycles that is called coming back
 _WORTH = 0.15  # share of the held-out error that a richer basis must explain, unless nothing but noise is left
 _EXACT = 0.3  # share of a misfit below the floor that higher degrees must leave at most to be chosen all the same
+_ONE_AMPLITUDE = 0.9  # length of the shortest stroke in that of the longest from which there is one amplitude only
 _AS_WELL = 1.02  # held-out error in that of the best basis up to which a leaner one is taken
 NOISE_ONLY = 1.2  # misfit over noise up to which residuals are noise, if they are white
 WHITE = 2.0  # autocorrelation time up to which they are
@@ -110,12 +111,12 @@ def search(loops: Loops, degrees: tuple[int, int] | None = None) -> list[Candida
     return _distinct(loops, carried)
 
 
-def _distinct(loops: Loops, candidates: Sequence[Candidate]) -> list[Candidate]:
-    """The candidates by their criterion, the best first, each minimum once."""
-    independent = loops.force.size / min(candidates, key=lambda c: c.misfit).autocorrelation_time
+def _distinct(loops: Loops, fits: Sequence[Candidate]) -> list[Candidate]:
+    """The distinct ones of some fits by their criterion, the best first."""
+    independent = loops.force.size / min(fits, key=lambda fit: fit.misfit).autocorrelation_time
     floor = force_floor(loops)
-    ranked = sorted((_ranked(c, independent, floor) for c in candidates), key=lambda c: c.criterion)
-    return [c for k, c in enumerate(ranked) if not any(_alike(c, other) for other in ranked[:k])]
+    ranked = sorted((_ranked(fit, independent, floor) for fit in fits), key=lambda fit: fit.criterion)
+    return [fit for k, fit in enumerate(ranked) if not any(_alike(fit, other) for other in ranked[:k])]
 
 
 def _starts(loops: Loops, degrees: tuple[int, int]) -> Iterator[Hysteresis]:
@@ -257,6 +258,22 @@ def with_richer_bases(loops: Loops, candidate: Candidate, noise: float) -> Candi
     return best if after < (1.0 - _WORTH) * before or is_explained(best, noise) else None
 
 
+def other_splits(loops: Loops, candidate: Candidate) -> list[Candidate]:
+    """The distinct minima with the same FE and an FA of any degree up to the candidate's, ranked, the best first.
+
+    A rich FE can take over part of the loop of a single amplitude, so that quite different loops fit about as well.
+    With several amplitudes it cannot, and the candidate is the only one.
+    """
+    fits = [candidate]
+    if loops.shortest >= _ONE_AMPLITUDE * loops.longest:
+        for amplifier in range(candidate.basis.amplifier + 1):
+            basis = replace(candidate.basis, amplifier=amplifier)
+            minima = scan_minima(loops, basis.columns(loops.displacement))[:_STARTS]
+            found = (refined(loops, basis, start) for start in (candidate.refinement.hysteresis, *minima))
+            fits += [fit for fit in found if fit is not None]
+    return _distinct(loops, fits)
+
+
 def _exact(loops: Loops, candidate: Candidate) -> Candidate | None:
     """A candidate with degrees that leave next to nothing, as on records of the model itself without noise."""
     fit = refined(
@@ -266,16 +283,6 @@ def _exact(loops: Loops, candidate: Candidate) -> Candidate | None:
         return None
     _, elastic, amplifier = _choose(loops, fit, float(loops.force.size), _EXACT * candidate.misfit)
     return refined(loops, replace(fit.basis, elastic=elastic, amplifier=amplifier), fit.refinement.hysteresis)
-
-
-def minima_with(loops: Loops, candidate: Candidate) -> list[Candidate]:
-    """The distinct minima with a candidate's rich basis, itself and what the scan's minima lead to, the best first.
-
-    Those whose strokes saturate come before the others: a rich basis can imitate a loop that never does.
-    """
-    starts = scan_minima(loops, candidate.basis.columns(loops.displacement))[:_STARTS]
-    found = [candidate, *(fit for start in starts if (fit := refined(loops, candidate.basis, start)) is not None)]
-    return sorted(_distinct(loops, found), key=lambda c: not c.steady)
 
 
 def bending_more(loops: Loops, candidate: Candidate) -> list[Candidate]:

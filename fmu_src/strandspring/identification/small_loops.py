@@ -20,6 +20,8 @@ _CYCLES = 40  # until the loop is steady
 _NORMAL_95 = 1.96  # standard errors to either side
 _CLOSE = 10.0  # difference of the criterion up to which two fits are about as good
 _AS_GOOD = 1.1  # misfit in that of the best up to which another fit is as good
+_ONE_AMPLITUDE = 0.9  # smallest amplitude in the largest from which there is one only
+_AS_SMALL = 1.2  # smallest amplitude in that of the loops judged up to which these were recorded
 _UNDECIDED = 0.07  # uncertainty of the energy that is reported, share of it
 
 
@@ -63,9 +65,12 @@ def _energy_with_derivatives(spring: SpringParameters) -> tuple[float, FloatArra
 
 
 def undecided_energy(
-    spring: SpringParameters, uncertainty: dict[str, Any], alternatives: Sequence[Sequence[Candidate]]
+    spring: SpringParameters,
+    uncertainty: dict[str, Any],
+    alternatives: Sequence[Sequence[Candidate]],
+    smallest: float,
 ) -> str:
-    """What the records leave undecided of that energy, in words; empty if it is little.
+    """What the records leave undecided of that energy, and what would decide it, in words; empty if it is little.
 
     Parameters
     ----------
@@ -73,12 +78,14 @@ def undecided_energy(
     uncertainty : dict                Content of the model file's field, with the joint covariance.
     alternatives : sequence of sequences of Candidate   Each with the fit that gave the spring first, and others with
                                       their criterion by the same count.
+    smallest : float                  Amplitude of the smallest loops recorded [m].
     """
     energy = loop_energy(spring)
     parts = []
     joint = JointCovariance.of(spring, uncertainty)
     if joint is not None and (error := _relative_error(spring, joint)) > _UNDECIDED:
-        parts.append(f"known to +- {100.0 * min(error, 9.99):.0f} % at {100.0 * AMPLITUDE:.0f} % of the amplitude")
+        known = f"known to +- {100.0 * error:.0f} %" if error < 1.0 else "undetermined"
+        parts.append(f"{known} at {100.0 * AMPLITUDE:.0f} % of the amplitude")
     rivals = [
         other
         for best, *others in alternatives
@@ -88,13 +95,27 @@ def undecided_energy(
     springs = [spring_of(other.basis, other.refinement.backbone, other.refinement.hysteresis) for other in rivals]
     energies = [loop_energy(other) for other in springs]
     if any(abs(other / energy - 1.0) > _UNDECIDED for other in energies):
-        ratios = [other / energy for other in energies]
         next_best = springs[0]
         parts.append(
             f"another fit that is about as good has n {next_best.n:.3g}, sigma {next_best.sigma:.3g}, "
-            f"rho {next_best.rho:.3g} 1/m; such fits give {min(ratios):.2g} to {max(ratios):.2g} times the energy"
+            f"rho {next_best.rho:.3g} 1/m; at {100.0 * AMPLITUDE:.0f} % of the amplitude such fits give "
+            f"{min(energies):.3g} to {max(energies):.3g} J a cycle, this one {energy:.3g} J"
         )
-    return "; ".join(parts)
+    return "; ".join([*parts, _advice(spring, smallest)]) if parts else ""
+
+
+def _advice(spring: SpringParameters, smallest: float) -> str:
+    """Which record would decide, given the amplitude of the smallest loops recorded [m]."""
+    half = 0.5 * (spring.displacement_max - spring.displacement_min)
+    wanted = f"{1e3 * AMPLITUDE * half:.2g} mm"
+    if smallest >= _ONE_AMPLITUDE * half:
+        return (
+            "all loops have about one amplitude, so that how the force divides into FE and loop rests on the form of "
+            f"the model: record loops of about {wanted} too"
+        )
+    if smallest > _AS_SMALL * AMPLITUDE * half:
+        return f"the smallest loops recorded have {1e3 * smallest:.2g} mm: record some of about {wanted} too"
+    return f"loops of {1e3 * smallest:.2g} mm were recorded: record more cycles of them, or with less noise"
 
 
 def _relative_error(spring: SpringParameters, joint: JointCovariance) -> float:

@@ -16,7 +16,7 @@ from .loops import Loops
 from .method import Fitted
 from .outcomes import IdentificationError, Outcome
 from .polynomials import Basis
-from .projection import Problem
+from .projection import RHO_BOUNDS, Problem
 from .stages import N_BOUNDS, Backbone, Hysteresis, fit_backbone
 from .uncertainty import is_sigma_uncertain
 
@@ -135,7 +135,8 @@ def cautions_of(loops: Loops, hysteresis: Hysteresis, omega: FloatArray) -> list
     """Cautions about the saturation and the knee of the loop."""
     cautions = []
     full = loops.length[loops.stroke] >= 0.9 * loops.longest
-    if np.max(np.abs(omega[full])) < _SATURATED:
+    reaches_bound = hysteresis.rho * loops.length.max() < 1.01 * RHO_BOUNDS[0]
+    if reaches_bound or np.max(np.abs(omega[full])) < _SATURATED:
         cautions.append(Outcome.NO_STEADY_SECTION)
     if any(abs(hysteresis.n - bound) <= _AT_BOUND * bound for bound in N_BOUNDS):
         cautions.append(Outcome.N_AT_BOUND)

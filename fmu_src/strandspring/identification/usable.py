@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..kernel.arrays import FloatArray
-from ..loops.strokes import Strokes, noise_level
+from ..loops.strokes import Strokes, find_strokes, noise_level
 from ..records.record import Record
 from .outcomes import Outcome
 
@@ -43,10 +44,9 @@ def usable_samples(record: Record, strokes: Strokes) -> tuple[BoolArray, dict[Ou
         used &= ~clipped
         found[Outcome.CLIPPED] = f"{int(clipped.sum())} of {clipped.size} samples"
     resting, relaxed = _dwells(record, strokes)
-    if resting.any():
-        used &= ~resting
-        if relaxed > _RELAXED * float(np.std(record.force)):
-            found[Outcome.DWELLS] = f"by {relaxed:.3g} N (median)"
+    used &= ~resting
+    if _is_relaxation(relaxed, record):
+        found[Outcome.DWELLS] = f"by {relaxed:.3g} N (median)"
     if record.time is not None:
         steps = np.diff(record.time)
         usual = float(np.median(steps[steps > 0.0])) if (steps > 0.0).any() else 0.0
@@ -56,6 +56,24 @@ def usable_samples(record: Record, strokes: Strokes) -> tuple[BoolArray, dict[Ou
             places = [f"{record.time[k]:.6g} to {record.time[k + 1]:.6g} s" for k in at[:_NAMED]]
             found[Outcome.GAPS] = "; ".join(places) + (f" and {at.size - _NAMED} more" if at.size > _NAMED else "")
     return used, found
+
+
+def dwells_without_relaxation(records: Sequence[Record]) -> tuple[str, ...]:
+    """A note on each record whose dwells were left out without a caution, because the force does not relax in them."""
+    notes = []
+    for record in records:
+        resting, relaxed = _dwells(record, find_strokes(record.displacement))
+        if resting.any() and not _is_relaxation(relaxed, record):
+            notes.append(
+                f"{record.path}: {int(resting.sum())} of {len(record)} samples were left out, because the displacement "
+                "rests there; the force does not relax meanwhile"
+            )
+    return tuple(notes)
+
+
+def _is_relaxation(change: float, record: Record) -> bool:
+    """Whether a change of the force during dwells [N] counts."""
+    return change > _RELAXED * float(np.std(record.force))
 
 
 def _runs(same: BoolArray) -> tuple[NDArray[np.intp], NDArray[np.intp]]:

@@ -154,7 +154,11 @@ class VaianaRosati(Rival):
         r = U(x) - [U(x_j) - r_j]*exp(-alpha_+*s)    loading,
         r = L(x) - [L(x_j) - r_j]*exp(-alpha_-*s)    unloading,
 
-    x_j, r_j at the last reversal. The published limiting curves are sums of exponentials and sigmoids, or polynomials;
+    x_j, r_j at the last reversal (N. Vaiana, Vaiana-Rosati Model, Analytical Formulation, report P1 of 9 July 2023,
+    https://www.slideshare.net/NicolVaiana/vrm-afpdf). There U and L are each a line, an exponential and a sigmoid,
+
+        k_b*x +- f_0 + beta_1*exp(beta_2*x) - beta_1 + 4*gamma_1/{1 + exp[-gamma_2*(x - gamma_3)]} - 2*gamma_1;
+
     here L = FE and U - L are polynomials, with degrees chosen as those of all other classes.
     """
 

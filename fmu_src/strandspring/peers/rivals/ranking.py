@@ -8,10 +8,9 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from ...identification.steady_part import find_steady_part
+from ...identification.steady_part import SteadyRecord
 from ...kernel.arrays import FloatArray
 from ...loops.strokes import IndexArray
-from ...records.record import Record
 from .classes import OWN, RIVALS
 from .fitting import Fit, Problem, fit_class, force_floor
 from .rival import Rival
@@ -118,11 +117,11 @@ class Ranking:
 
 
 def rank(
-    records: Sequence[Record],
+    parts: Sequence[SteadyRecord],
     rivals: Sequence[Rival] = (OWN, *RIVALS),
     advance: Callable[[int], None] = lambda _: None,
 ) -> Ranking:
-    """Fit every class to the records and rank them by the error on what is held out in turn.
+    """Fit every class to records and rank them by the error on what is held out in turn.
 
     Whole records are held out if there are three or more, otherwise whole cycles (five or more), strokes (four or
     more), or arcs of strokes. What is held out is judged where the rest has been, so that no polynomial is
@@ -130,15 +129,11 @@ def rank(
 
     Parameters
     ----------
-    records : sequence of Record
+    parts : sequence of SteadyRecord   Of an identification, without the effects of the rig that it took out.
     rivals : sequence of Rival
-    advance : callable          Called with the number of classes done so far.
-
-    Raises
-    ------
-    IdentificationError   If a record has no steady part.
+    advance : callable                 Called with the number of classes done so far.
     """
-    track = Track.from_steady([find_steady_part(record) for record in records])
+    track = Track.from_steady(parts)
     fold, what = folds(track)
     entries = []
     for k, rival in enumerate(rivals):
@@ -149,7 +144,7 @@ def rank(
     loops = track.loops
     spread = loops.rms(loops.force - np.average(loops.force, weights=loops.weight))
     notes = []
-    if any(rival.needs_time for rival in rivals) and any(record.rising_time is None for record in records):
+    if any(rival.needs_time for rival in rivals) and any(part.record.rising_time is None for part in parts):
         notes.append("Without rising times, velocities are taken from samples at equal intervals of time.")
     floor = force_floor(track)
     return Ranking(_sorted(entries, floor), what, int(fold.max()) + 1, spread, floor, tuple(notes))

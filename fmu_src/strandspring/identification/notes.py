@@ -1,0 +1,40 @@
+"""Notes on an identification: what is good to know of its records, but no reason for caution."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from ..records.record import Record
+from .campaign import one_amplitude
+from .known_rig import KnownRig, unknown_effects
+from .refined import RefinedOptions
+from .result import Identification
+from .usable import dwells_without_relaxation
+
+
+def notes_on(identification: Identification) -> tuple[str, ...]:
+    """The notes as sentences."""
+    records = identification.records
+    known = KnownRig.of(identification.effects, identification.options)
+    seeks_effects = identification.method == RefinedOptions.name
+    return (
+        *unknown_effects(records, known),
+        *one_amplitude(records),
+        *dwells_without_relaxation(records),
+        *(times_that_do_not_rise(records) if seeks_effects else ()),
+    )
+
+
+def times_that_do_not_rise(records: Sequence[Record]) -> tuple[str, ...]:
+    """A note on each record whose times repeat or fall back, so that no effect of the velocity is sought."""
+    notes = []
+    for record in records:
+        if record.time is not None and record.rising_time is None:
+            count = int(np.sum(np.diff(record.time) <= 0.0))
+            notes.append(
+                f"{record.path}: the time does not rise at {count} of {len(record) - 1} steps, so that neither a delay "
+                "between the columns nor a viscous force was sought; check --time, or record times with more digits"
+            )
+    return tuple(notes)

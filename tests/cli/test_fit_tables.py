@@ -1,0 +1,25 @@
+"""Parameters in words: a standard error, or the side on which the records bound a parameter."""
+
+from __future__ import annotations
+
+import pytest
+
+from strandspring.cli.fit_tables import parameter_lines
+from synthetic import spring_of
+
+
+@pytest.mark.parametrize(
+    ("error", "ends", "text"),
+    [
+        (0.2, [0.7, 1.5], "1 +- 0.2"),
+        (0.2, [0.7, None], "1 > 0.7 (95 %)"),
+        (0.2, [0.5, 1.5], "1 < 1.5 (95 %)"),
+        (None, [0.5, 0.62], "1 < 0.62 (95 %)"),
+        (None, [0.5, None], "1 not bounded by these records"),
+        (None, [None, None], "1 not bounded by these records"),
+    ],
+)
+def test_the_bound_of_sigma_is_no_finding(error: float | None, ends: list[float | None], text: str) -> None:
+    lines = parameter_lines(spring_of(1.0, 1.0), {"sigma": error, "interval_95": {"sigma": ends}})
+    (line,) = (" ".join(line.split()) for line in lines if line.split()[0] == "sigma")
+    assert line == f"sigma {text}"
