@@ -28,7 +28,7 @@ from .posterior import posterior
 from .prediction_interval import PredictionBand, prediction_interval
 from .projection import RHO_BOUNDS, Refinement
 from .refinement import Samples, refine
-from .rig import Rig, Sizes, transferred
+from .rig import Rig, Sizes
 from .rig_effects import CAUTIONS, described, detail
 from .search import PILOT, Candidate, bending_more, least_points, search
 from .small_loops import undecided_energy
@@ -204,7 +204,7 @@ class RefinedOptions(Method):
         strokes = sum(part.strokes.count for part in parts)
         points = max(POINTS_PER_STROKE, min(_POINTS_PER_STROKE, _POINTS // strokes))
         rig = Rig.from_parts(parts, points, self.delay)
-        return rig.corrected(sizes, transferred(fit, rig.placed(sizes))) if sizes else rig.loops
+        return rig.corrected(sizes, fit) if sizes else rig.loops
 
     def _measured(
         self, parts: Sequence[SteadyRecord], sizes: Sizes, fit: Candidate, spring: SpringParameters
