@@ -40,6 +40,7 @@ from .search import (
 from .two_stage import two_stage
 
 _MARGIN = 12.0  # by which an effect must lower the criterion beyond its price
+_CHANCE = -2.0  # by which one seldom does by chance: 2.2 standard errors with 1000 independent samples
 # An effect must explain this share of the misfit, unless nothing but noise is left: where the model itself does not
 # follow the spring, any further column gains a little.
 _WORTH = 0.25
@@ -107,13 +108,19 @@ def find_effects(
     started = [Corrected(fit, rig.loops, {}) for fit in candidates]
     found = _with_effects(rig, started, noise, degrees) if rig.effects else started
     if degrees is not None:
-        return found
+        return [found[0], *_doubtful(rig, found[0]), *found[1:]]
     # A richer basis has shown its worth on cycles that it was not fitted to: it takes the place of the leaner one.
     alternatives = [_enriched(rig, found[0], noise)]
     if found[0].sizes:
         alternatives.append(_enriched(rig, started[0], noise))
     best = _best(alternatives)
-    return [best, *(state for state in found if state is not best)]
+    return [best, *_doubtful(rig, best), *(state for state in found if state is not best)]
+
+
+def _doubtful(rig: Rig, state: Corrected) -> list[Corrected]:
+    """Springs with one more effect that follows the reversals: of too weak a trace, but hardly by chance."""
+    tried = [_settled(rig, state.fit, sizes) for sizes in _promising(rig, state, _CHANCE, _LOCKED)]
+    return [one for one in tried if one is not None]
 
 
 def _enriched(rig: Rig, state: Corrected, noise: float) -> Corrected:
@@ -280,9 +287,13 @@ def _settled(rig: Rig, fit: Candidate, sizes: Sizes) -> Corrected | None:
     return Corrected(fit, loops, sizes)
 
 
-def _promising(rig: Rig, state: Corrected) -> list[Sizes]:
-    """Sizes with one more effect each, those that promise most by the linear problem."""
-    open_to = [effect for effect in rig.effects if effect not in state.sizes]
+def _promising(
+    rig: Rig, state: Corrected, margin: float = _MARGIN, among: Sequence[Effect] = tuple(Effect)
+) -> list[Sizes]:
+    """Sizes with one more effect each, those that promise most by the linear problem, if more than the margin."""
+    open_to = [effect for effect in rig.effects if effect in among and effect not in state.sizes]
+    if not open_to:
+        return []
     traces = _Traces(rig, state.fit, state.loops, [*state.sizes, *open_to], state.sizes)
     weight = state.loops.weight.sum()
     floor = force_floor(state.loops)
@@ -299,7 +310,7 @@ def _promising(rig: Rig, state: Corrected) -> list[Sizes]:
             information(float(left @ left) / weight, paid, independent, floor)
             for left, paid in ((without, 0), (residuals, price))
         )
-        if before - after > _MARGIN:
+        if before - after > margin:
             promised.append((before - after, {e: state.sizes.get(e, 0.0) + change for e, change in step.items()}))
     promised.sort(key=lambda one: -one[0])
     return [sizes for _, sizes in promised[:_TRIED]]
