@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import zlib
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from rig import Experiment, draw_spring, simulate
+from judgement import judge_case
+from rig import Experiment, draw_experiment, draw_spring, simulate
+from rig_faults import FAULTS
 from strandspring import Outcome, Record, Spring, identify
 from strandspring.identification.rig import Rig
 from strandspring.identification.search import Candidate, search
@@ -44,6 +47,7 @@ def test_another_minimum_that_fits_as_well_is_named() -> None:
     record: Record = record_of(spring_of(1.0, 1.0), sine(), noise=0.01)
     best = search(Rig.from_parts([find_steady_part(record)], 160).loops)[0]
     spring = identify(record).parameters
+    best_height = loop_energy(spring) / (2.0 * AMPLITUDE * (spring.displacement_max - spring.displacement_min))
 
     def other(n: float, criterion: float) -> Candidate:
         hysteresis = replace(best.refinement.hysteresis, n=n)
@@ -55,3 +59,19 @@ def test_another_minimum_that_fits_as_well_is_named() -> None:
     assert undecided_energy(spring, {}, [[best, other(8.0, 20.0)]]) == ""  # fits worse
     assert undecided_energy(spring, {}, [[best, other(best.refinement.hysteresis.n, 1.0)]]) == ""  # is the same
     assert "another fit that is about as good has n 8" in undecided_energy(spring, {}, [[best, other(8.0, 1.0)]])
+    assert "mean half height of the loops at 30 %" in undecided_energy(spring, {}, [[best]], misfit=0.1 * best_height)
+    assert undecided_energy(spring, {}, [[best]], misfit=0.01 * best_height) == ""
+
+
+@pytest.mark.parametrize(
+    ("fault", "seed", "repetition"),
+    [("viscous damper", 8, 0), ("low-pass on the force", 7, 2), ("force lags", 8, 1), ("Stribeck friction", 9, 1)],
+)
+def test_an_effect_that_is_neither_shown_nor_ruled_out_leaves_it_undecided(
+    fault: str, seed: int, repetition: int
+) -> None:
+    generator = np.random.default_rng([seed, zlib.crc32(fault.encode()), repetition])
+    case = simulate(draw_spring(generator), draw_experiment(generator), generator, FAULTS[fault], "drawn")
+    found = identify(case.records)
+    assert judge_case(case, found.spring()).wrong
+    assert Outcome.SMALL_LOOPS in found.outcomes

@@ -40,7 +40,7 @@ from .search import (
 from .two_stage import two_stage
 
 _MARGIN = 12.0  # by which an effect must lower the criterion beyond its price
-_CHANCE = -2.0  # by which one seldom does by chance: 2.2 standard errors with 1000 independent samples
+_CLOSE = 10.0  # by which a fit with a further effect may be worse and is about as good all the same
 # An effect must explain this share of the misfit, unless nothing but noise is left: where the model itself does not
 # follow the spring, any further column gains a little.
 _WORTH = 0.25
@@ -118,8 +118,12 @@ def find_effects(
 
 
 def _doubtful(rig: Rig, state: Corrected) -> list[Corrected]:
-    """Springs with one more effect that follows the reversals: of too weak a trace, but hardly by chance."""
-    tried = [_settled(rig, state.fit, sizes) for sizes in _promising(rig, state, _CHANCE, _LOCKED)]
+    """Springs with one more effect that follows the reversals, which the records neither show nor rule out.
+
+    Friction may also fall with the velocity (Stribeck), which a viscosity below zero stands for.
+    """
+    promising = _promising(rig, state, -_CLOSE, _LOCKED)
+    tried = [_settled(rig, state.fit, sizes, positive=(Effect.PLAY,)) for sizes in promising]
     return [one for one in tried if one is not None]
 
 
@@ -267,7 +271,7 @@ def _pruned(rig: Rig, state: Corrected, noise: float) -> Corrected:
     return state
 
 
-def _settled(rig: Rig, fit: Candidate, sizes: Sizes) -> Corrected | None:
+def _settled(rig: Rig, fit: Candidate, sizes: Sizes, positive: Sequence[Effect] = _POSITIVE) -> Corrected | None:
     """Sizes and spring after Gauss-Newton steps; None where they do not fit together."""
     for _ in range(_STEPS):
         loops = rig.corrected(sizes, fit if sizes else None)
@@ -282,7 +286,7 @@ def _settled(rig: Rig, fit: Candidate, sizes: Sizes) -> Corrected | None:
         sizes = {effect: sizes[effect] + change for effect, change in step.items()}
         if all(np.abs(c).max() <= _SETTLED * np.abs(sizes[effect]).max() for effect, c in step.items()):
             break
-    if any(effect in sizes and sizes[effect][0] <= 0.0 for effect in _POSITIVE):
+    if any(effect in sizes and sizes[effect][0] <= 0.0 for effect in positive):
         return None
     return Corrected(fit, loops, sizes)
 

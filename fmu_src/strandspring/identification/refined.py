@@ -170,9 +170,11 @@ class RefinedOptions(Method):
             alternatives.append(bending_more(found[0].loops, found[0].fit))
         spring = spring_of(basis, refinement.backbone, refinement.hysteresis)
         findings = {outcome: detail(outcome, effects) for outcome in cautions}
-        if undecided := undecided_energy(spring, content, alternatives):
-            findings[Outcome.SMALL_LOOPS] = undecided
         lack = LackOfFit.of(loops, refinement, samples.noise_rms)
+        hysteretic = loops.rms(refinement.omega * refinement.backbone.G)
+        misfit = lack.beyond_noise * hysteretic if lack.is_structured else 0.0
+        if undecided := undecided_energy(spring, content, alternatives, misfit):
+            findings[Outcome.SMALL_LOOPS] = undecided
         if lack.is_reported:
             findings[Outcome.LACK_OF_FIT] = lack.advice
         final = replace(found[0].fit, basis=basis, refinement=refinement)

@@ -21,6 +21,7 @@ _NORMAL_95 = 1.96  # standard errors to either side
 _CLOSE = 10.0  # difference of the criterion up to which two fits are about as good
 _AS_GOOD = 1.1  # misfit in that of the best up to which another fit is as good
 _UNDECIDED = 0.07  # uncertainty of the energy that is reported, share of it
+_APART = 0.05  # difference between the energies of two fits that is reported, share of it
 
 
 def loop_energy(spring: SpringParameters) -> float:
@@ -34,7 +35,10 @@ def loop_energy(spring: SpringParameters) -> float:
 
 
 def undecided_energy(
-    spring: SpringParameters, uncertainty: dict[str, Any], alternatives: Sequence[Sequence[Candidate]]
+    spring: SpringParameters,
+    uncertainty: dict[str, Any],
+    alternatives: Sequence[Sequence[Candidate]],
+    misfit: float = 0.0,
 ) -> str:
     """What the records leave undecided of that energy, in words; empty if it is little.
 
@@ -44,12 +48,20 @@ def undecided_energy(
     uncertainty : dict                Content of the model file's field, with the joint covariance.
     alternatives : sequence of sequences of Candidate   Each with the fit that gave the spring first, and others with
                                       their criterion by the same count.
+    misfit : float                    rms misfit that is not noise [N].
     """
     energy = loop_energy(spring)
     parts = []
     joint = JointCovariance.of(spring, uncertainty)
     if joint is not None and (error := _relative_error(spring, joint, energy)) > _UNDECIDED:
         parts.append(f"known to +- {100.0 * min(error, 9.99):.0f} % at {100.0 * AMPLITUDE:.0f} % of the amplitude")
+    reach = AMPLITUDE * (spring.displacement_max - spring.displacement_min)
+    half_height = energy / (2.0 * reach)
+    if misfit > _UNDECIDED * half_height:
+        parts.append(
+            f"the misfit that is not noise is {100.0 * misfit / half_height:.0f} % of the mean half height of the "
+            f"loops at {100.0 * AMPLITUDE:.0f} % of the amplitude"
+        )
     rivals = [
         other
         for best, *others in alternatives
@@ -58,7 +70,7 @@ def undecided_energy(
     ]
     springs = [spring_of(other.basis, other.refinement.backbone, other.refinement.hysteresis) for other in rivals]
     energies = [loop_energy(other) for other in springs]
-    if any(abs(other / energy - 1.0) > _UNDECIDED for other in energies):
+    if any(abs(other / energy - 1.0) > _APART for other in energies):
         ratios = [other / energy for other in energies]
         next_best = springs[0]
         parts.append(
