@@ -50,7 +50,11 @@ _STEPS = 6  # of Gauss-Newton
 _EVALUATIONS = 12  # of a fit that only shows whether a size is worth more
 _SETTLED = 0.01  # change of a size at which they end, share of it
 # Effects that may be fitted with the spring from the beginning.
-_LINEAR = ((Effect.FORCE_ZERO, Effect.CURVED_DRIFT), (Effect.VISCOSITY,))
+_LINEAR = (
+    (Effect.FORCE_ZERO, Effect.CURVED_DRIFT),
+    (Effect.VISCOSITY,),
+    (Effect.FORCE_ZERO, Effect.CURVED_DRIFT, Effect.VISCOSITY),
+)
 # Effects that follow the reversals, much alike on a single amplitude.
 _LOCKED = (Effect.DELAY, Effect.VISCOSITY, Effect.PLAY)
 _COLOURED = 1.1  # autocorrelation time of the residuals from which they are looked for
@@ -108,20 +112,23 @@ def find_effects(
     started = [Corrected(fit, rig.loops, {}) for fit in candidates]
     found = _with_effects(rig, started, noise, degrees) if rig.effects else started
     if degrees is not None:
-        return [found[0], *_doubtful(rig, found[0]), *found[1:]]
+        return [found[0], *_doubtful(rig, found[0], noise), *found[1:]]
     # A richer basis has shown its worth on cycles that it was not fitted to: it takes the place of the leaner one.
     alternatives = [_enriched(rig, found[0], noise)]
     if found[0].sizes:
         alternatives.append(_enriched(rig, started[0], noise))
     best = _best(alternatives)
-    return [best, *_doubtful(rig, best), *(state for state in found if state is not best)]
+    return [best, *_doubtful(rig, best, noise), *(state for state in found if state is not best)]
 
 
-def _doubtful(rig: Rig, state: Corrected) -> list[Corrected]:
+def _doubtful(rig: Rig, state: Corrected, noise: float) -> list[Corrected]:
     """Springs with one more effect that follows the reversals, which the records neither show nor rule out.
 
-    Friction may also fall with the velocity (Stribeck), which a viscosity below zero stands for.
+    Friction may also fall with the velocity (Stribeck), which a viscosity below zero stands for. Where more than noise
+    is left, any effect takes some of it, and says nothing of what else would.
     """
+    if not is_explained(state.fit, noise):
+        return []
     promising = _promising(rig, state, -_CLOSE, _LOCKED)
     tried = [_settled(rig, state.fit, sizes, positive=(Effect.PLAY,)) for sizes in promising]
     return [one for one in tried if one is not None]
@@ -138,8 +145,9 @@ def _enriched(rig: Rig, state: Corrected, noise: float) -> Corrected:
 def _with_effects(rig: Rig, started: list[Corrected], noise: float, degrees: tuple[int, int] | None) -> list[Corrected]:
     """The springs with the effects that pay for themselves, the best first."""
     grown = [_grown(rig, one, noise) for one in started[:_CARRIED]]
-    if not is_explained(started[0].fit, noise):
-        grown += _all_at_once(rig, degrees or PILOT, noise)
+    at_once = [] if is_explained(started[0].fit, noise) else _all_at_once(rig, degrees or PILOT)
+    if at_once:
+        grown.append(_grown(rig, _pruned(rig, _best(at_once), noise), noise))
     best = _best(grown)
     if any(effect in best.sizes for effect in _LOCKED) or not _is_white(best.fit, noise):
         for effect, scale in ((Effect.DELAY, rig.period), (Effect.PLAY, rig.loops.longest)):
@@ -147,13 +155,13 @@ def _with_effects(rig: Rig, started: list[Corrected], noise: float, degrees: tup
             if other is not None and _replaces(other, best, noise):
                 best = other
     if not best.sizes:
-        return started
+        return started + at_once
     # Without the effects another minimum, or other degrees, may be better.
     again = search(best.loops, degrees)
     settled = [one for fit in again if (one := _settled(rig, fit, best.sizes)) is not None]
     settled = [_pruned(rig, _grown(rig, one, noise), noise) for one in settled[:_CARRIED]]
     first = _exchanged(rig, _best([*settled, best]))
-    return [first, *(one for one in settled if one is not first)]
+    return [first, *(one for one in settled + at_once if one is not first)]
 
 
 def _is_white(fit: Candidate, noise: float) -> bool:
@@ -215,7 +223,7 @@ def _exchanged(rig: Rig, state: Corrected) -> Corrected:
     return _best(alternatives)
 
 
-def _all_at_once(rig: Rig, degrees: tuple[int, int], noise: float) -> list[Corrected]:
+def _all_at_once(rig: Rig, degrees: tuple[int, int]) -> list[Corrected]:
     """Springs fitted together with every effect that is linear, since a large effect may hide the right minimum."""
     loops = rig.loops
     basis = Basis(*loops.reach, *degrees)
@@ -234,7 +242,7 @@ def _all_at_once(rig: Rig, degrees: tuple[int, int], noise: float) -> list[Corre
             settled = None if fit is None else _settled(rig, fit, sizes)
             if settled is not None:
                 found.append(settled)
-    return [_grown(rig, _pruned(rig, _best(found), noise), noise)] if found else []
+    return found
 
 
 def _best(alternatives: Sequence[Corrected]) -> Corrected:

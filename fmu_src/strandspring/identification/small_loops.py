@@ -21,6 +21,7 @@ _NORMAL_95 = 1.96  # standard errors to either side
 _CLOSE = 10.0  # difference of the criterion up to which two fits are about as good
 _AS_GOOD = 1.1  # misfit in that of the best up to which another fit is as good
 _UNDECIDED = 0.07  # uncertainty of the energy that is reported, share of it
+_MISFIT = 0.1  # misfit beyond noise that is reported, share of half the height of those loops
 _APART = 0.05  # difference between the energies of two fits that is reported, share of it
 
 
@@ -57,7 +58,7 @@ def undecided_energy(
         parts.append(f"known to +- {100.0 * min(error, 9.99):.0f} % at {100.0 * AMPLITUDE:.0f} % of the amplitude")
     reach = AMPLITUDE * (spring.displacement_max - spring.displacement_min)
     half_height = energy / (2.0 * reach)
-    if misfit > _UNDECIDED * half_height:
+    if misfit > _MISFIT * half_height:
         parts.append(
             f"the misfit that is not noise is {100.0 * misfit / half_height:.0f} % of the mean half height of the "
             f"loops at {100.0 * AMPLITUDE:.0f} % of the amplitude"
