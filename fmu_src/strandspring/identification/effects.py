@@ -282,6 +282,8 @@ def _pruned(rig: Rig, state: Corrected, noise: float) -> Corrected:
 def _settled(rig: Rig, fit: Candidate, sizes: Sizes, positive: Sequence[Effect] = _POSITIVE) -> Corrected | None:
     """Sizes and spring after Gauss-Newton steps; None where they do not fit together."""
     for _ in range(_STEPS):
+        if not rig.is_possible(sizes):
+            return None
         loops = rig.corrected(sizes, fit if sizes else None)
         other = refined(loops, fit.basis, fit.refinement.hysteresis)
         if other is None:
@@ -294,7 +296,7 @@ def _settled(rig: Rig, fit: Candidate, sizes: Sizes, positive: Sequence[Effect] 
         sizes = {effect: sizes[effect] + change for effect, change in step.items()}
         if all(np.abs(c).max() <= _SETTLED * np.abs(sizes[effect]).max() for effect, c in step.items()):
             break
-    if any(effect in sizes and sizes[effect][0] <= 0.0 for effect in positive):
+    if any(effect in sizes and sizes[effect][0] <= 0.0 for effect in positive) or not rig.is_possible(sizes):
         return None
     return Corrected(fit, loops, sizes)
 

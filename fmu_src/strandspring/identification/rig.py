@@ -242,6 +242,11 @@ class Rig:
                 force += columns @ size
         return force
 
+    def is_possible(self, sizes: Sizes) -> bool:
+        """Whether a delay is below a quarter of a cycle and a play below half of the longest stroke."""
+        delay, play = (float(sizes.get(effect, [0.0])[0]) for effect in (Effect.DELAY, Effect.PLAY))
+        return abs(delay) < 0.25 * self.period and play < 0.5 * self.loops.longest
+
     def corrected(self, sizes: Sizes, fit: Candidate | None) -> Loops:
         """The points as a rig without these effects would have measured them.
 
