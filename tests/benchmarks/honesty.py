@@ -412,10 +412,11 @@ def noise(arguments: argparse.Namespace) -> None:
 
 
 def sizes(arguments: argparse.Namespace) -> None:
-    """Sizes of effects that were found against the true ones; of zeros, the second record's."""
+    """Sizes of effects against the true ones, one not found being 0; of zeros, the second record's."""
     table = Table(title=f"Sizes of effects, {arguments.count} runs of each fault with drawn magnitudes")
     for column in ("fault", "found", "within limits", "error median", "error worst", "as"):
         table.add_column(column, justify="left" if column in ("fault", "as") else "right")
+    all_within = 0
     for fault, (name, true_size) in SIZES.items():
         errors, others, within = [], Counter[str](), 0
         for index in range(arguments.count):
@@ -423,21 +424,41 @@ def sizes(arguments: argparse.Namespace) -> None:
             case = simulate(draw_spring(generator), draw_experiment(generator), generator, FAULTS[fault], "drawn")
             found = run(case).identification
             effects = {} if found is None else found.effects
-            truth = true_size(case)
-            size = effects.get(name)
+            truth, size = true_size(case), size_of(name, effects, case)
             if size is None:
                 others.update(list(effects) or ["nothing" if found is not None else "refused"])
-                continue
-            size = size[1] if isinstance(size, list) else size
-            error = abs(size - truth)
-            within += error <= max(SIZE_SHARE * abs(truth), SIZE_FLOORS.get(name, 0.0))
-            errors.append(error / abs(truth))
+            error = abs((size or 0.0) - truth)
+            within += error <= max(SIZE_SHARE * abs(truth), size_floor(name, case))
+            if size is not None:
+                errors.append(error / abs(truth))
             if arguments.verbose:
-                console.print(f"{fault:20} true {truth:11.4g} found {size:11.4g} ({100 * errors[-1]:.1f} %)")
+                console.print(f"{fault:20} true {truth:11.4g} found {size or 0.0:11.4g} {described(case)}")
         figures = [f"{100 * figure:.1f} %" for figure in (np.median(errors), max(errors))] if errors else ["-", "-"]
         instead = ", ".join(f"{other} {count}" for other, count in others.most_common())
         table.add_row(fault, str(len(errors)), str(within), *figures, instead)
+        all_within += within
     console.print(table)
+    console.print(f"sizes: {all_within} of {arguments.count * len(SIZES)} within limits")
+
+
+def size_of(name: str, effects: dict[str, Any], case: Case) -> float | None:
+    """The size found of an effect; a zero of one signal stands for that of the other, which is much the same."""
+    stiffness = elastic_force(case.spring) / case.amplitude
+    for own, other, factor in (
+        ("force_zero", "displacement_zero", -stiffness),
+        ("displacement_zero", "force_zero", -1.0 / stiffness),
+    ):
+        if name == own and own not in effects and other in effects:
+            return float(effects[other][1]) * factor
+    size = effects.get(name)
+    return None if size is None else float(size[1] if isinstance(size, list) else size)
+
+
+def size_floor(name: str, case: Case) -> float:
+    """The error of a size that is allowed in any case; of the force's zero, what that of the displacement would do."""
+    if name == "force_zero":
+        return SIZE_FLOORS["displacement_zero"] * elastic_force(case.spring) / case.amplitude
+    return SIZE_FLOORS.get(name, 0.0)
 
 
 def main() -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 import pytest
@@ -62,6 +63,19 @@ def test_the_size_of_an_effect_is_found(fault: str) -> None:
     assert effects[name] == pytest.approx(truth(case), rel=0.1, abs=floor)
 
 
+@pytest.mark.parametrize("fault", ["force lags", "force leads"])
+@pytest.mark.parametrize("shape", ["sine", "triangle"])
+def test_a_delay_is_placed_exactly_though_points_are_averaged(fault: str, shape: Literal["sine", "triangle"]) -> None:
+    # Of some 250 samples in a cycle, and single reversals within averaged ones, only noise may be left.
+    experiment = Experiment(shape=shape, amplitudes=(1.0,), cycles=(4,), noise=1e-4)
+    case = case_of(fault, 0.005, experiment)
+    identification = identify(case.records)
+    delay = SIZES[fault][3](case)
+    assert identification.effects == {"delay": pytest.approx(delay, rel=0.01)}
+    assert identification.lack_of_fit is not None
+    assert identification.lack_of_fit.beyond_noise < 0.01
+
+
 def test_a_warm_up_is_a_curved_drift() -> None:
     case = case_of("warm-up", 0.1, STEPPED)
     # What the exponential rises by within the test.
@@ -74,9 +88,9 @@ def test_samples_count_in_all_records_where_one_has_no_times() -> None:
     parts = [find_steady_part(record) for record in (timed, Record(other.displacement, other.force))]
     rig = Rig.from_parts(parts, None)
     last = len(timed) - 1
-    assert rig.elapsed[last] == pytest.approx(last / (last + len(other) - 1))
+    assert rig.elapsed(rig.loops)[last] == pytest.approx(last / (last + len(other) - 1))
     both = Rig.from_parts([find_steady_part(record) for record in (timed, other)], None)
-    assert both.elapsed[last] == pytest.approx(timed.time[-1] / (timed.time[-1] + other.time[-1]))
+    assert both.elapsed(both.loops)[last] == pytest.approx(timed.time[-1] / (timed.time[-1] + other.time[-1]))
 
 
 @pytest.mark.slow
@@ -101,7 +115,7 @@ def fitted(separate: bool) -> tuple[Rig, Candidate]:
     spring = draw_spring(generator, (1.0, 1.5), (0.8, 1.2), (8.0, 10.0), degrees=(3, 1))
     experiment = replace(REPEATED, noise=0.0, separate=separate, cycles=(2, 2, 2, 2), samples=1600)
     parts = [find_steady_part(record) for record in simulate(spring, experiment, generator).records]
-    rig = Rig.from_parts(parts, 2000)
+    rig = Rig.from_parts(parts, None)
     return rig, search(rig.loops, (3, 1))[0]
 
 

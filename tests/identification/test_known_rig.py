@@ -11,7 +11,7 @@ import pytest
 from judgement import judge_case
 from rig import Case, Experiment, draw_experiment, draw_spring, simulate
 from rig_faults import FAULTS
-from strandspring import IdentificationError, Record, RecordError, RefinedOptions, identify
+from strandspring import IdentificationError, Outcome, Record, RecordError, RefinedOptions, identify
 from strandspring.identification.acceleration import acceleration
 from strandspring.identification.known_rig import KnownRig, unknown_effects
 
@@ -132,3 +132,17 @@ def test_notes_say_how_large_effects_would_be() -> None:
     (note,) = unknown_effects([stiff], KnownRig())
     assert note == "A fixture of 10 kN/mm would change the stiffness by 2 % (--fixture-stiffness)."
     assert unknown_effects([stiff], KnownRig(fixture_stiffness=1e8)) == ()
+
+
+def test_a_lag_that_turns_the_loop_round_is_measured_and_can_be_given() -> None:
+    generator = np.random.default_rng(2)
+    spring = draw_spring(generator, (0.8, 1.5), (0.8, 1.5), (8.0, 12.0), (0.02, 0.021), degrees=(2, 1))
+    experiment = Experiment(shape="sine", amplitudes=(0.5, 1.0), cycles=(3, 3), noise=0.001)
+    case = simulate(spring, experiment, generator, replace(FAULTS["force lags"], large=0.01), "large")
+    with pytest.raises(IdentificationError, match="If the force lags, then by more than") as refused:
+        identify(case.records)
+    assert refused.value.outcome is Outcome.COLUMNS_SWAPPED
+    delay = case.magnitude * experiment.period
+    least = 1e-3 * float(str(refused.value).split("more than ")[1].split(" ms")[0])
+    assert 0.3 * delay < least < delay
+    assert not judge_case(case, identify(case.records, RefinedOptions(delay=delay)).spring()).wrong

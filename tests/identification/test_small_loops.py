@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import zlib
 from dataclasses import replace
 
 import numpy as np
@@ -60,6 +61,13 @@ def test_another_minimum_that_fits_as_well_is_named() -> None:
     assert f"this one {loop_energy(spring):.3g} J" in text
 
 
+def test_misfit_that_is_large_beside_the_small_loops_is_told() -> None:
+    spring = spring_of(1.0, 1.0)
+    half_height = loop_energy(spring) / (2.0 * AMPLITUDE * (spring.displacement_max - spring.displacement_min))
+    assert "mean half height of the loops at 30 %" in undecided_energy(spring, {}, [], 0.02, misfit=0.2 * half_height)
+    assert undecided_energy(spring, {}, [], 0.02, misfit=0.01 * half_height) == ""
+
+
 @pytest.mark.parametrize(
     ("smallest", "advice"),
     [
@@ -92,3 +100,23 @@ def test_a_table_does_not_take_over_the_loop_of_a_single_amplitude(seed: int, sh
     found = identify(case.records)
     assert found.degrees[0] is None
     assert abs(judge_case(case, found.spring()).energy) < 0.05
+
+
+@pytest.mark.parametrize(
+    ("fault", "seed", "repetition"),
+    [
+        ("viscous damper", 8, 0),
+        ("low-pass on the force", 7, 2),
+        ("force lags", 8, 1),
+        ("Stribeck friction", 9, 1),
+        ("Maxwell element", 10, 2),
+    ],
+)
+def test_an_effect_that_is_neither_shown_nor_ruled_out_leaves_it_undecided(
+    fault: str, seed: int, repetition: int
+) -> None:
+    generator = np.random.default_rng([seed, zlib.crc32(fault.encode()), repetition])
+    case = simulate(draw_spring(generator), draw_experiment(generator), generator, FAULTS[fault], "drawn")
+    found = identify(case.records)
+    assert judge_case(case, found.spring()).wrong
+    assert Outcome.SMALL_LOOPS in found.outcomes

@@ -47,6 +47,23 @@ def wrong_way(record: Record) -> Outcome:
     return Outcome.FORCE_REVERSED if falling else Outcome.COLUMNS_SWAPPED
 
 
+def least_lag(record: Record) -> float | None:
+    """The lag of the force that makes its loops vanish [s]: a spring's lags by less, unless the loops run backwards.
+
+    A force of stiffness k that lags by d does the work -k d v dx, with the velocity v, on a step dx. None without
+    rising times.
+    """
+    time = record.rising_time
+    if time is None:
+        return None
+    x, r = record.displacement, record.force
+    stiffness, offset = np.polyfit(x, r, 1).tolist()
+    left = r - stiffness * x - offset
+    steps = np.diff(x)
+    work = float(0.5 * (left[1:] + left[:-1]) @ steps)
+    return float(-work / (stiffness * np.sum(steps**2 / np.diff(time))))
+
+
 def correlation(record: Record) -> float:
     """Correlation of displacement and force [-]."""
     return float(np.corrcoef(record.displacement, record.force)[0, 1])

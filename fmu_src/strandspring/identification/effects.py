@@ -4,6 +4,11 @@ An effect is tried if a linear least-squares problem in its size, FE, FA, rho, s
 criterion of `search` by more than a margin, and enters if it does so once fitted; where several would, the one that
 lowers it most. Sizes are fitted by Gauss-Newton steps: the points are corrected by the sizes, the spring is fitted to
 them anew, and what is left of each size follows from the linear problem.
+
+Where more than white noise is left, or an effect that follows the reversals was found, that problem may not see the
+right one: after a delay or a play the fit of the points as measured is another minimum. Then a range of delays and of
+plays is tried, each with a spring of its own. Last, every effect found is exchanged for what would explain its share as
+well or better.
 """
 
 from __future__ import annotations
@@ -19,7 +24,7 @@ from .loops import Loops
 from .polynomials import Basis
 from .projection import Problem
 from .refinement import FAIR_TOLERANCE
-from .rig import Effect, Rig, Sizes
+from .rig import Effect, Rig, Sizes, transferred
 from .scan import scan_minima
 from .search import (
     PILOT,
@@ -33,17 +38,29 @@ from .search import (
     search,
     with_richer_bases,
 )
+from .two_stage import two_stage
 
 _MARGIN = 12.0  # by which an effect must lower the criterion beyond its price
+_CLOSE = 10.0  # by which a fit with a further effect may be worse and is about as good all the same
 # An effect must explain this share of the misfit, unless nothing but noise is left: where the model itself does not
 # follow the spring, any further column gains a little.
 _WORTH = 0.25
 _TRIED = 3  # effects that promise most are tried
 _CARRIED = 3  # minima from which effects are looked for
 _STEPS = 6  # of Gauss-Newton
+_EVALUATIONS = 12  # of a fit that only shows whether a size is worth more
 _SETTLED = 0.01  # change of a size at which they end, share of it
 # Effects that may be fitted with the spring from the beginning.
-_LINEAR = ((Effect.FORCE_ZERO, Effect.CURVED_DRIFT), (Effect.VISCOSITY,))
+_LINEAR = (
+    (Effect.FORCE_ZERO, Effect.CURVED_DRIFT),
+    (Effect.VISCOSITY,),
+    (Effect.FORCE_ZERO, Effect.CURVED_DRIFT, Effect.VISCOSITY),
+)
+# Effects that follow the reversals, much alike on a single amplitude.
+_LOCKED = (Effect.DELAY, Effect.VISCOSITY, Effect.PLAY)
+_COLOURED = 1.1  # autocorrelation time of the residuals from which they are looked for
+_RANGE = 0.0005 * 2.0 ** np.arange(7)  # delays as shares of a cycle, plays as shares of the longest stroke
+_BETWEEN = (0.75, 0.87, 1.15, 1.35)  # sizes about the best one of the range, which it is compared with
 _POSITIVE = (Effect.VISCOSITY, Effect.PLAY)  # sizes that cannot be negative
 
 
@@ -96,16 +113,31 @@ def find_effects(
     started = [Corrected(fit, rig.loops, {}) for fit in candidates]
     found = _with_effects(rig, started, noise, degrees) if rig.effects else started
     if degrees is not None:
-        return found
+        return [found[0], *_doubtful(rig, found[0], noise), *found[1:]]
     # A richer basis has shown its worth on cycles that it was not fitted to: it takes the place of the leaner one.
     alternatives = [_enriched(rig, found[0], noise)]
     if found[0].sizes:
         alternatives.append(_enriched(rig, started[0], noise))
     best = _best(alternatives)
     if best in found:
-        return [best, *(state for state in found if state is not best)]
-    same = [Corrected(fit, best.loops, best.sizes) for fit in other_splits(best.loops, best.fit)]
-    return [*same, *found]
+        first, *others = [best, *(state for state in found if state is not best)]
+    else:
+        splits = other_splits(best.loops, best.fit)
+        first, *others = [*(Corrected(fit, best.loops, best.sizes) for fit in splits), *found]
+    return [first, *_doubtful(rig, first, noise), *others]
+
+
+def _doubtful(rig: Rig, state: Corrected, noise: float) -> list[Corrected]:
+    """Springs with one more effect that follows the reversals, which the records neither show nor rule out.
+
+    Friction may also fall with the velocity (Stribeck), which a viscosity below zero stands for. Where more than noise
+    is left, any effect takes some of it, and says nothing of what else would.
+    """
+    if not is_explained(state.fit, noise):
+        return []
+    promising = _promising(rig, state, -_CLOSE, _LOCKED)
+    tried = [_settled(rig, state.fit, sizes, positive=(Effect.PLAY,)) for sizes in promising]
+    return [one for one in tried if one is not None]
 
 
 def _enriched(rig: Rig, state: Corrected, noise: float) -> Corrected:
@@ -119,20 +151,85 @@ def _enriched(rig: Rig, state: Corrected, noise: float) -> Corrected:
 def _with_effects(rig: Rig, started: list[Corrected], noise: float, degrees: tuple[int, int] | None) -> list[Corrected]:
     """The springs with the effects that pay for themselves, the best first."""
     grown = [_grown(rig, one, noise) for one in started[:_CARRIED]]
-    if not is_explained(started[0].fit, noise):
-        grown += _all_at_once(rig, degrees or PILOT, noise)
+    at_once = [] if is_explained(started[0].fit, noise) else _all_at_once(rig, degrees or PILOT)
+    if at_once:
+        grown.append(_grown(rig, _pruned(rig, _best(at_once), noise), noise))
     best = _best(grown)
+    if any(effect in best.sizes for effect in _LOCKED) or not _is_white(best.fit, noise):
+        for effect, scale in ((Effect.DELAY, rig.period), (Effect.PLAY, rig.loops.longest)):
+            other = _scanned(rig, best, effect, scale, noise, degrees) if effect in rig.effects else None
+            if other is not None and _replaces(other, best, noise):
+                best = other
     if not best.sizes:
-        return started
+        return started + at_once
     # Without the effects another minimum, or other degrees, may be better.
     again = search(best.loops, degrees)
     settled = [one for fit in again if (one := _settled(rig, fit, best.sizes)) is not None]
     settled = [_pruned(rig, _grown(rig, one, noise), noise) for one in settled[:_CARRIED]]
-    first = _best([*settled, best])
-    return [first, *(one for one in settled if one is not first)]
+    first = _exchanged(rig, _best([*settled, best]))
+    return [first, *(one for one in settled + at_once if one is not first)]
 
 
-def _all_at_once(rig: Rig, degrees: tuple[int, int], noise: float) -> list[Corrected]:
+def _is_white(fit: Candidate, noise: float) -> bool:
+    """Whether nothing but white noise is left of the residuals."""
+    return is_explained(fit, noise) and fit.autocorrelation_time <= _COLOURED
+
+
+def _replaces(other: Corrected, best: Corrected, noise: float) -> bool:
+    """Whether a state is the better one, and worth its price if it has more sizes."""
+    return _pays(other, best, noise) if other.price > best.price else other.better_by(best) > 0.0
+
+
+def _scanned(
+    rig: Rig, state: Corrected, effect: Effect, scale: float, noise: float, degrees: tuple[int, int] | None
+) -> Corrected | None:
+    """The best spring with an effect that moves the points, in place of the effects like it; None without promise.
+
+    Parameters
+    ----------
+    rig : Rig
+    state : Corrected
+    effect : Effect      DELAY or PLAY.
+    scale : float        What the sizes tried are shares of.
+    noise : float
+    degrees : (int, int) or None
+    """
+    others = {e: size for e, size in state.sizes.items() if e not in _LOCKED}
+    basis = Basis(*state.loops.reach, *(degrees or PILOT))
+
+    def misfit(size: float) -> float:
+        loops = rig.corrected({**others, effect: np.array([size])}, state.fit)
+        start = two_stage(loops, degrees or PILOT)
+        fit = None if start is None else refined(loops, basis, start.hysteresis, FAIR_TOLERANCE, _EVALUATIONS)
+        return np.inf if fit is None else fit.misfit
+
+    trials = scale * (_RANGE if effect in _POSITIVE else np.concatenate([-_RANGE, _RANGE]))
+    size = min(trials.tolist(), key=misfit)
+    size = min([size, *(size * factor for factor in _BETWEEN)], key=misfit)
+    independent = state.loops.force.size / state.fit.autocorrelation_time
+    floor = force_floor(state.loops)
+    before, after = (information(rms**2, 0, independent, floor) for rms in (state.fit.misfit, misfit(size)))
+    if len(others) == len(state.sizes) and before - after <= np.log(independent):
+        return None  # there is none yet, and none is called for
+    sizes = {**others, effect: np.array([size])}
+    fits = search(rig.corrected(sizes, state.fit), degrees)[:_CARRIED]
+    settled = [one for fit in fits if (one := _settled(rig, fit, sizes)) is not None]
+    return _pruned(rig, _grown(rig, _best(settled), noise), noise) if settled else None
+
+
+def _exchanged(rig: Rig, state: Corrected) -> Corrected:
+    """With another effect in the place of one of its own, if that is better."""
+    alternatives = [state]
+    for effect in state.sizes:
+        left = {other: size for other, size in state.sizes.items() if other is not effect}
+        loops = rig.corrected(left, state.fit)
+        put_back = Corrected(transferred(state.fit, loops), loops, left)
+        tried = [_settled(rig, put_back.fit, sizes) for sizes in _promising(rig, put_back) if effect not in sizes]
+        alternatives += [one for one in tried if one is not None]
+    return _best(alternatives)
+
+
+def _all_at_once(rig: Rig, degrees: tuple[int, int]) -> list[Corrected]:
     """Springs fitted together with every effect that is linear, since a large effect may hide the right minimum."""
     loops = rig.loops
     basis = Basis(*loops.reach, *degrees)
@@ -151,7 +248,7 @@ def _all_at_once(rig: Rig, degrees: tuple[int, int], noise: float) -> list[Corre
             settled = None if fit is None else _settled(rig, fit, sizes)
             if settled is not None:
                 found.append(settled)
-    return [_grown(rig, _pruned(rig, _best(found), noise), noise)] if found else []
+    return found
 
 
 def _best(alternatives: Sequence[Corrected]) -> Corrected:
@@ -188,29 +285,36 @@ def _pruned(rig: Rig, state: Corrected, noise: float) -> Corrected:
     return state
 
 
-def _settled(rig: Rig, fit: Candidate, sizes: Sizes) -> Corrected | None:
+def _settled(rig: Rig, fit: Candidate, sizes: Sizes, positive: Sequence[Effect] = _POSITIVE) -> Corrected | None:
     """Sizes and spring after Gauss-Newton steps; None where they do not fit together."""
     for _ in range(_STEPS):
-        loops = rig.corrected(sizes, fit)
+        if not rig.is_possible(sizes):
+            return None
+        loops = rig.corrected(sizes, fit if sizes else None)
         other = refined(loops, fit.basis, fit.refinement.hysteresis)
         if other is None:
             return None
         fit = other
         if not sizes:
             break
-        step, _ = _Traces(rig, fit, loops, list(sizes)).solved(list(sizes))
+        loops = rig.corrected(sizes, fit)  # wear is a share of the new fit's force
+        step, _ = _Traces(rig, fit, loops, list(sizes), sizes).solved(list(sizes))
         sizes = {effect: sizes[effect] + change for effect, change in step.items()}
         if all(np.abs(c).max() <= _SETTLED * np.abs(sizes[effect]).max() for effect, c in step.items()):
             break
-    if any(effect in sizes and sizes[effect][0] <= 0.0 for effect in _POSITIVE):
+    if any(effect in sizes and sizes[effect][0] <= 0.0 for effect in positive) or not rig.is_possible(sizes):
         return None
     return Corrected(fit, loops, sizes)
 
 
-def _promising(rig: Rig, state: Corrected) -> list[Sizes]:
-    """Sizes with one more effect each, those that promise most by the linear problem."""
-    open_to = [effect for effect in rig.effects if effect not in state.sizes]
-    traces = _Traces(rig, state.fit, state.loops, [*state.sizes, *open_to])
+def _promising(
+    rig: Rig, state: Corrected, margin: float = _MARGIN, among: Sequence[Effect] = tuple(Effect)
+) -> list[Sizes]:
+    """Sizes with one more effect each, those that promise most by the linear problem, if more than the margin."""
+    open_to = [effect for effect in rig.effects if effect in among and effect not in state.sizes]
+    if not open_to:
+        return []
+    traces = _Traces(rig, state.fit, state.loops, [*state.sizes, *open_to], state.sizes)
     weight = state.loops.weight.sum()
     floor = force_floor(state.loops)
     _, without = traces.solved(list(state.sizes))
@@ -226,16 +330,25 @@ def _promising(rig: Rig, state: Corrected) -> list[Sizes]:
             information(float(left @ left) / weight, paid, independent, floor)
             for left, paid in ((without, 0), (residuals, price))
         )
-        if before - after > _MARGIN:
+        if before - after > margin:
             promised.append((before - after, {e: state.sizes.get(e, 0.0) + change for e, change in step.items()}))
     promised.sort(key=lambda one: -one[0])
     return [sizes for _, sizes in promised[:_TRIED]]
 
 
 class _Traces:
-    """What effects leave in the residuals of a fit beside what FE, FA, rho, sigma and n can take over."""
+    """What effects leave in the residuals of a fit beside what FE, FA, rho, sigma and n can take over.
 
-    def __init__(self, rig: Rig, fit: Candidate, loops: Loops, effects: Sequence[Effect]) -> None:
+    Parameters
+    ----------
+    rig : Rig
+    fit : Candidate       Of the points.
+    loops : Loops         Corrected by the sizes.
+    effects : sequence of Effect
+    sizes : dict
+    """
+
+    def __init__(self, rig: Rig, fit: Candidate, loops: Loops, effects: Sequence[Effect], sizes: Sizes) -> None:
         columns, refinement = fit.basis.columns(loops.displacement), fit.refinement
         root = np.sqrt(loops.weight)
         yielding = (refinement.derivatives * refinement.backbone.G).T
@@ -243,7 +356,10 @@ class _Traces:
         model = model * root[:, None] / np.maximum(np.abs(model).max(axis=0), 1e-300)
         self._model, _ = np.linalg.qr(model)
         self._misfit = self._beside(root * refinement.backbone.misfit(loops.force, refinement.omega))
-        self._traces = {effect: self._beside(rig.columns(effect, fit, loops) * root[:, None]) for effect in effects}
+        delay = float(sizes.get(Effect.DELAY, [0.0])[0])
+        self._traces = {
+            effect: self._beside(rig.columns(effect, fit, loops, delay) * root[:, None]) for effect in effects
+        }
 
     def _beside(self, values: FloatArray) -> FloatArray:
         return np.asarray(values - self._model @ (self._model.T @ values))

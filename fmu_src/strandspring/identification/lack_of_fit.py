@@ -67,10 +67,14 @@ class LackOfFit:
         )
 
     @property
+    def is_structured(self) -> bool:
+        """Whether the misfit is more than noise."""
+        return self.over_noise > _BEYOND or self.autocorrelation_time > _LONG
+
+    @property
     def is_reported(self) -> bool:
         """Whether the misfit is more than noise, and not small against the hysteretic force."""
-        structured = self.over_noise > _BEYOND or self.autocorrelation_time > _LONG
-        return structured and self.beyond_noise > _REPORTED
+        return self.is_structured and self.beyond_noise > _REPORTED
 
     @property
     def advice(self) -> str:

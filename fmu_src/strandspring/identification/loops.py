@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise, starmap
 
 import numpy as np
@@ -98,6 +98,11 @@ class Loops:
             first += count
         return cycle
 
+    def only(self, kept: NDArray[np.bool_]) -> Loops:
+        """Some of the points; the strokes all stay."""
+        names = ("displacement", "force", "weight", "travel", "stroke", "sample")
+        return replace(self, **{name: getattr(self, name)[kept] for name in names})
+
     def by_record(self) -> list[tuple[slice, slice]]:
         """The strokes and the points of each record."""
         strokes = np.searchsorted(self.record, np.arange(int(self.record[-1]) + 2))
@@ -138,26 +143,29 @@ def gather(
     used[0] = first_used == 0
     if usable is not None:
         used &= usable
-    stroke = strokes.of_sample[used]
-    travel = strokes.travel[used]
-    columns = [strokes.displacement[used], force[used], travel, np.flatnonzero(used).astype(np.float64)]
-    samples = np.bincount(stroke, minlength=strokes.count)
-    if samples.max() <= points:
-        # Travel rises within a stroke because the displacement was made monotone.
-        x, r, s, sample = columns
-        weight = np.ones(stroke.size)
-    else:
-        share = np.sqrt(travel / strokes.length[stroke])
-        cells = stroke * points + np.minimum((share * points).astype(np.intp), points - 1)
-        count = np.bincount(cells)
-        filled = np.flatnonzero(count)
-        weight = count[filled].astype(np.float64)
-        x, r, s, sample = (np.bincount(cells, weights=column)[filled] / weight for column in columns)
-        stroke = filled // points
-    return Loops(
-        x, r, weight, s, stroke, sample,
+    # Travel rises within a stroke because the displacement was made monotone.
+    samples = Loops(
+        strokes.displacement[used], force[used], np.ones(np.count_nonzero(used)), strokes.travel[used],
+        strokes.of_sample[used], np.flatnonzero(used).astype(np.float64),
         strokes.direction, strokes.turning_displacement[:-1], strokes.length, np.zeros(strokes.count, np.intp),
     )  # fmt: skip
+    return averaged(samples, points)
+
+
+def averaged(loops: Loops, points: int) -> Loops:
+    """The points of one record, averaged over so many cells of travel where a stroke has more of them."""
+    if np.bincount(loops.stroke).max() <= points:
+        return loops
+    share = np.sqrt(np.minimum(loops.travel / loops.length[loops.stroke], 1.0))
+    cells = loops.stroke * points + np.minimum((share * points).astype(np.intp), points - 1)
+    weights = np.asarray(np.bincount(cells, loops.weight), np.float64)
+    filled = np.flatnonzero(weights)
+    weight = weights[filled]
+    x, r, s, sample = (
+        np.bincount(cells, weights=loops.weight * column)[filled] / weight
+        for column in (loops.displacement, loops.force, loops.travel, loops.sample)
+    )
+    return replace(loops, displacement=x, force=r, weight=weight, travel=s, stroke=filled // points, sample=sample)
 
 
 def join(parts: Sequence[Loops]) -> Loops:

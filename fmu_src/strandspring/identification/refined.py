@@ -28,7 +28,7 @@ from .posterior import posterior
 from .prediction_interval import PredictionBand, prediction_interval
 from .projection import Refinement
 from .refinement import Samples, refine
-from .rig import Rig, Sizes, transferred
+from .rig import Rig, Sizes
 from .rig_effects import CAUTIONS, described, detail
 from .search import PILOT, Candidate, bending_more, least_points, search
 from .small_loops import undecided_energy
@@ -171,9 +171,11 @@ class RefinedOptions(Method):
             alternatives.append(bending_more(found[0].loops, found[0].fit))
         spring = spring_of(basis, refinement.backbone, refinement.hysteresis)
         findings = {outcome: detail(outcome, effects) for outcome in cautions}
-        if undecided := undecided_energy(spring, content, alternatives, 0.5 * loops.shortest):
-            findings[Outcome.SMALL_LOOPS] = undecided
         lack = LackOfFit.of(loops, refinement, samples.noise_rms)
+        hysteretic = loops.rms(refinement.omega * refinement.backbone.G)
+        misfit = lack.beyond_noise * hysteretic if lack.is_structured else 0.0
+        if undecided := undecided_energy(spring, content, alternatives, 0.5 * loops.shortest, misfit):
+            findings[Outcome.SMALL_LOOPS] = undecided
         if lack.is_reported:
             findings[Outcome.LACK_OF_FIT] = lack.advice
         final = replace(found[0].fit, basis=basis, refinement=refinement)
@@ -206,7 +208,7 @@ class RefinedOptions(Method):
         strokes = sum(part.strokes.count for part in parts)
         points = max(POINTS_PER_STROKE, min(_POINTS_PER_STROKE, _POINTS // strokes))
         rig = Rig.from_parts(parts, points, self.delay)
-        return rig.corrected(sizes, transferred(fit, rig.placed(sizes))) if sizes else rig.loops
+        return rig.corrected(sizes, fit) if sizes else rig.loops
 
     def _measured(
         self, parts: Sequence[SteadyRecord], sizes: Sizes, fit: Candidate, spring: SpringParameters

@@ -13,7 +13,8 @@ from enum import Enum
 import numpy as np
 
 from ..kernel.arrays import FloatArray
-from .loops import Loops, join
+from ..loops.strokes import Strokes
+from .loops import Loops, averaged, join
 from .projection import Problem
 from .search import Candidate
 from .steady_part import SteadyRecord
@@ -38,7 +39,62 @@ Sizes = dict[Effect, FloatArray]
 _TIMED = (Effect.DELAY, Effect.VISCOSITY)
 _BETWEEN_RECORDS = (Effect.FORCE_ZERO, Effect.DISPLACEMENT_ZERO)
 _MOVING = (Effect.DELAY, Effect.PLAY, Effect.DISPLACEMENT_ZERO)
-_VELOCITY_WINDOW = 7  # samples over which the velocity is taken
+_HALF_WINDOW = 3  # samples to either side over which the velocity is taken
+# Points that effects are taken out of before they are averaged: every sample, unless there are more.
+_FINE = 40_000
+
+
+@dataclass(frozen=True, eq=False)
+class _Course:
+    """The path of a record in time.
+
+    Attributes
+    ----------
+    strokes : Strokes
+    index, time, velocity : ndarray, shape (K,)   Number, time [s] and velocity [m/s] of the samples; without rising
+                                                  times their numbers take the place of times.
+    """
+
+    strokes: Strokes
+    index: FloatArray
+    time: FloatArray
+    velocity: FloatArray
+
+    @classmethod
+    def of(cls, part: SteadyRecord) -> _Course:
+        """That of a record."""
+        index = np.arange(len(part.record), dtype=np.float64)
+        time = index if part.record.rising_time is None else part.record.rising_time
+        # By the difference over a few samples of the path.
+        ends = np.arange(time.size)
+        before, after = np.maximum(ends - _HALF_WINDOW, 0), np.minimum(ends + _HALF_WINDOW, time.size - 1)
+        path = part.strokes.displacement
+        velocity = (path[after] - path[before]) / np.maximum(time[after] - time[before], 1e-300)
+        return cls(part.strokes, index, time, velocity)
+
+    def earlier(self, sample: FloatArray, delay: float) -> FloatArray:
+        """Place in the path a delay before other places."""
+        if delay == 0.0:
+            return sample
+        return np.interp(np.interp(sample, self.index, self.time) - delay, self.time, self.index)
+
+    def moved(self, loops: Loops, delay: float, whole: bool) -> Loops:
+        """Points with the displacement that held a delay earlier, exactly on the path.
+
+        Parameters
+        ----------
+        loops : Loops   Of this record alone.
+        delay : float   [s]
+        whole : bool    Points that would lie beyond the ends of the record stay at its ends; they are dropped if not.
+        """
+        if not whole:
+            moment = np.interp(loops.sample, self.index, self.time) - delay
+            loops = loops.only((moment >= self.time[0]) & (moment <= self.time[-1]))
+        place = self.earlier(loops.sample, delay)
+        stroke = self.strokes.of_sample[np.ceil(place).astype(np.intp)]
+        x = np.interp(place, self.index, self.strokes.displacement)
+        travel = np.abs(x - self.strokes.turning_displacement[stroke])
+        return replace(loops, displacement=x, stroke=stroke, travel=travel)
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,41 +103,32 @@ class Rig:
 
     Attributes
     ----------
-    loops : Loops                          As measured, but for a known delay.
+    loops : Loops                  As measured, but for a known delay.
     parts : tuple of SteadyRecord
-    elapsed, cycle : ndarray, shape (P,)   Share of the test that is over, 0 to 1: in time, or in samples where a
-                                           record has no times; and in cycles.
-    velocity : ndarray, shape (P,)         [m/s]; 0 without rising times.
-    delay : float or None                  By which the force lags as far as it is known; the points allow for it [s].
+    fine : tuple of Loops          Of each record before the points were averaged.
+    points : int or None           Cells of a stroke that they are averaged over; None if they are not.
+    courses : tuple of _Course     Of each record.
+    delay : float or None          By which the force lags as far as it is known; the points allow for it [s].
     """
 
     loops: Loops
     parts: tuple[SteadyRecord, ...]
-    elapsed: FloatArray
-    cycle: FloatArray
-    velocity: FloatArray
+    fine: tuple[Loops, ...]
+    points: int | None
+    courses: tuple[_Course, ...]
     delay: float | None = None
 
     @classmethod
     def from_parts(cls, parts: Sequence[SteadyRecord], points: int | None, delay: float | None = None) -> Rig:
         """The rig of some records: their steady parts, averaged over so many points of a stroke, or every sample."""
-        each = (part.all_samples() if points is None else part.loops_with(points) for part in parts)
-        loops = join(list(each))
-        elapsed, velocity = np.empty(loops.force.size), np.zeros(loops.force.size)
-        timed = all(part.record.rising_time is not None for part in parts)
-        begun = 0.0
-        for part, (_, at) in zip(parts, loops.by_record(), strict=True):
-            time = _time(part)
-            index = np.arange(time.size)
-            # Seconds and sample numbers do not add up: where one record has no times, samples count in all.
-            clock = time - time[0] if timed else index
-            elapsed[at] = begun + np.interp(loops.sample[at], index, clock)
-            begun += float(clock[-1])
-            if part.record.rising_time is not None:
-                moment = np.interp(loops.sample[at], index, time) - (delay or 0.0)
-                velocity[at] = np.interp(np.interp(moment, time, index), index, _velocity(part))
-        rig = cls(loops, tuple(parts), elapsed / begun, _cycles_over(loops), velocity, delay)
-        return replace(rig, loops=rig._earlier(delay)) if delay else rig
+        strokes = sum(part.strokes.count for part in parts)
+        if points is None:
+            fine = tuple(part.all_samples() for part in parts)
+        else:
+            fine = tuple(part.loops_with(max(points, _FINE // strokes)) for part in parts)
+        loops = join(list(fine)) if points is None else join([part.loops_with(points) for part in parts])
+        rig = cls(loops, tuple(parts), fine, points, tuple(map(_Course.of, parts)))
+        return replace(rig, loops=rig._moved(delay, {}), delay=delay) if delay else replace(rig, delay=delay)
 
     @property
     def effects(self) -> tuple[Effect, ...]:
@@ -97,26 +144,62 @@ class Rig:
             impossible += _BETWEEN_RECORDS
         return tuple(effect for effect in Effect if effect not in impossible)
 
+    def velocity(self, loops: Loops, delay: float = 0.0) -> FloatArray:
+        """Velocity of the path at the points, or a delay earlier, shape (P,) [m/s]; of no use without rising times."""
+        delay += self.delay or 0.0
+        return np.concatenate(
+            [
+                np.interp(course.earlier(loops.sample[at], delay), course.index, course.velocity)
+                for course, (_, at) in zip(self.courses, loops.by_record(), strict=True)
+            ]
+        )
+
+    def elapsed(self, loops: Loops) -> FloatArray:
+        """Share of the test that is over at the points, 0 to 1: in time, or in samples where a record has no times."""
+        elapsed = np.empty(loops.force.size)
+        begun = 0.0
+        timed = all(part.record.rising_time is not None for part in self.parts)
+        for course, (_, at) in zip(self.courses, loops.by_record(), strict=True):
+            # Seconds and sample numbers do not add up: where one record has no times, samples count in all.
+            clock = course.time - course.time[0] if timed else course.index
+            elapsed[at] = begun + np.interp(loops.sample[at], course.index, clock)
+            begun += float(clock[-1])
+        return elapsed / begun
+
+    @property
+    def period(self) -> float:
+        """Mean duration of two strokes [s]."""
+        duration = sum(float(course.time[-1] - course.time[0]) for course in self.courses)
+        return 2.0 * duration / sum(part.strokes.count for part in self.parts)
+
     def plain_columns(self, effect: Effect, loops: Loops) -> FloatArray:
         """Derivatives of the force by the sizes of an effect that does not depend on the spring, shape (P, sizes)."""
         match effect:
             case Effect.VISCOSITY:
-                return self.velocity[:, None]
+                return self.velocity(loops)[:, None]
             case Effect.DRIFT:
-                return self.elapsed[:, None]
+                return self.elapsed(loops)[:, None]
             case Effect.CURVED_DRIFT:
-                return np.asarray(self.elapsed[:, None] ** np.arange(1, 4))
+                return np.asarray(self.elapsed(loops)[:, None] ** np.arange(1, 4))
             case _:
                 others = np.arange(1, len(self.parts))
                 return np.asarray(loops.record[loops.stroke][:, None] == others, np.float64)
 
-    def columns(self, effect: Effect, fit: Candidate, loops: Loops) -> FloatArray:
-        """Derivatives of the force by the sizes of any effect, shape (P, sizes)."""
+    def columns(self, effect: Effect, fit: Candidate, loops: Loops, delay: float = 0.0) -> FloatArray:
+        """Derivatives of the force by the sizes of any effect, shape (P, sizes).
+
+        Parameters
+        ----------
+        effect : Effect
+        fit : Candidate   Of these points.
+        loops : Loops     As placed.
+        delay : float     Of which they were placed, besides the known one [s].
+        """
         h, backbone, omega = fit.refinement.hysteresis, fit.refinement.backbone, fit.refinement.omega
         if effect is Effect.FRICTION_WEAR:
-            return np.asarray((self.cycle * omega * backbone.G)[:, None])
+            return np.asarray((_cycles_over(loops) * omega * backbone.G)[:, None])
         if effect is Effect.STIFFNESS_WEAR:
-            return np.asarray((self.cycle * (backbone.FE - np.mean(backbone.FE)))[:, None])
+            return np.asarray((_cycles_over(loops) * (backbone.FE - np.mean(backbone.FE)))[:, None])
         if effect not in _MOVING:
             return self.plain_columns(effect, loops)
         of_elastic, of_amplified = fit.basis.slopes(loops.displacement, backbone.elastic, backbone.amplified)
@@ -127,25 +210,24 @@ class Rig:
         growth = backbone.G * h.rho * (1.0 - np.where(u >= 0.0, 1.0, 1.0 - 2.0 * h.sigma) * np.abs(u) ** h.n)
         if effect is Effect.PLAY:
             return np.asarray(-(loops.side * (0.5 * slope + growth))[:, None])
-        return np.asarray(-((slope + growth) * self.velocity)[:, None])
+        return np.asarray(-((slope + growth) * self.velocity(loops, delay))[:, None])
 
     def placed(self, sizes: Sizes) -> Loops:
         """The points where the spring itself was when their force arose."""
-        loops = self.loops
-        if Effect.DELAY in sizes:
-            loops = self._earlier(float(sizes[Effect.DELAY][0]))
-        if Effect.PLAY in sizes:
-            play = float(sizes[Effect.PLAY][0])
-            start = loops.start + 0.5 * play * loops.direction
-            travel = np.maximum(loops.travel - play, 0.0)
-            at = np.asarray(start[loops.stroke] + loops.side * travel, np.float64)
-            length = np.maximum(loops.length - play, 1e-6 * loops.length)
-            loops = replace(loops, displacement=at, travel=travel, start=start, length=length)
-        if Effect.DISPLACEMENT_ZERO in sizes:
-            zeros = np.append(0.0, sizes[Effect.DISPLACEMENT_ZERO])[loops.record]
-            shifted = loops.displacement - zeros[loops.stroke]
-            loops = replace(loops, displacement=shifted, start=loops.start - zeros)
-        return loops
+        if not any(effect in sizes for effect in _MOVING):
+            return self.loops
+        return self._moved((self.delay or 0.0) + float(sizes.get(Effect.DELAY, [0.0])[0]), sizes)
+
+    def _moved(self, delay: float, sizes: Sizes) -> Loops:
+        """The points after a delay, play and zeros of the displacement; averaged last, as these move single samples."""
+        play = float(sizes.get(Effect.PLAY, [0.0])[0])
+        zeros = np.append(0.0, sizes.get(Effect.DISPLACEMENT_ZERO, np.zeros(len(self.parts) - 1)))
+        pieces = []
+        for loops, course, zero in zip(self.fine, self.courses, zeros.tolist(), strict=True):
+            moved = course.moved(loops, delay, whole=self.points is None) if delay else loops
+            moved = _shifted(_followed(moved, play) if play else moved, zero)
+            pieces.append(moved if self.points is None else averaged(moved, self.points))
+        return join(pieces)
 
     def added(self, sizes: Sizes, fit: Candidate | None, loops: Loops) -> FloatArray:
         """Force that the other effects add at the points, shape (P,) [N].
@@ -153,7 +235,7 @@ class Rig:
         Parameters
         ----------
         sizes : dict
-        fit : Candidate or None   Needed for effects that depend on the spring.
+        fit : Candidate or None   Of these points; needed for effects that depend on the spring.
         loops : Loops             As placed.
         """
         force = np.zeros(loops.force.size)
@@ -163,9 +245,22 @@ class Rig:
                 force += columns @ size
         return force
 
+    def is_possible(self, sizes: Sizes) -> bool:
+        """Whether a delay is below a quarter of a cycle and a play below half of the longest stroke."""
+        delay, play = (float(sizes.get(effect, [0.0])[0]) for effect in (Effect.DELAY, Effect.PLAY))
+        return abs(delay) < 0.25 * self.period and play < 0.5 * self.loops.longest
+
     def corrected(self, sizes: Sizes, fit: Candidate | None) -> Loops:
-        """The points as a rig without these effects would have measured them; arguments as of `added`."""
+        """The points as a rig without these effects would have measured them.
+
+        Parameters
+        ----------
+        sizes : dict
+        fit : Candidate or None   Of other points of the same records; needed for effects that depend on the spring.
+        """
         loops = self.placed(sizes)
+        if fit is not None:
+            fit = transferred(fit, loops)
         return replace(loops, force=loops.force - self.added(sizes, fit, loops))
 
     def predicted(self, sizes: Sizes, fit: Candidate) -> tuple[Candidate, FloatArray]:
@@ -174,20 +269,19 @@ class Rig:
         fit = transferred(fit, loops)
         return fit, fit.refinement.backbone.force(fit.refinement.omega) + self.added(sizes, fit, loops)
 
-    def _earlier(self, delay: float) -> Loops:
-        """The points with the displacement that held a delay earlier, exactly on the measured path."""
-        loops = self.loops
-        x, stroke, travel = loops.displacement.copy(), loops.stroke.copy(), loops.travel.copy()
-        for part, (of_record, at) in zip(self.parts, loops.by_record(), strict=True):
-            time, strokes = _time(part), part.strokes
-            index = np.arange(time.size)
-            moment = np.interp(loops.sample[at], index, time) - delay
-            place = np.interp(moment, time, index)
-            of_sample = strokes.of_sample[np.ceil(place).astype(np.intp)]
-            x[at] = np.interp(place, index, strokes.displacement)
-            travel[at] = np.abs(x[at] - strokes.turning_displacement[of_sample])
-            stroke[at] = of_record.start + of_sample
-        return replace(loops, displacement=x, stroke=stroke, travel=travel)
+
+def _followed(loops: Loops, play: float) -> Loops:
+    """The points of a spring that follows the measured path with a play [m]."""
+    start = loops.start + 0.5 * play * loops.direction
+    travel = np.maximum(loops.travel - play, 0.0)
+    at = np.asarray(start[loops.stroke] + loops.side * travel, np.float64)
+    length = np.maximum(loops.length - play, 1e-6 * loops.length)
+    return replace(loops, displacement=at, travel=travel, start=start, length=length)
+
+
+def _shifted(loops: Loops, zero: float) -> Loops:
+    """The points in coordinates that begin at a displacement [m]."""
+    return replace(loops, displacement=loops.displacement - zero, start=loops.start - zero)
 
 
 def transferred(fit: Candidate, loops: Loops) -> Candidate:
@@ -208,19 +302,3 @@ def _cycles_over(loops: Loops) -> FloatArray:
     return np.asarray(
         (over[loops.stroke] + share[loops.stroke] * loops.travel / loops.length[loops.stroke]) / share.sum()
     )
-
-
-def _time(part: SteadyRecord) -> FloatArray:
-    """Times of the samples [s]; their numbers where no times rise."""
-    time = part.record.rising_time
-    return np.arange(len(part.record), dtype=np.float64) if time is None else time
-
-
-def _velocity(part: SteadyRecord) -> FloatArray:
-    """Velocity at each sample [m/s], by the difference over a few samples of the path."""
-    time = _time(part)
-    index = np.arange(time.size)
-    half = _VELOCITY_WINDOW // 2
-    before, after = np.maximum(index - half, 0), np.minimum(index + half, time.size - 1)
-    path = part.strokes.displacement
-    return np.asarray((path[after] - path[before]) / np.maximum(time[after] - time[before], 1e-300))

@@ -23,6 +23,8 @@ _AS_GOOD = 1.1  # misfit in that of the best up to which another fit is as good
 _ONE_AMPLITUDE = 0.9  # smallest amplitude in the largest from which there is one only
 _AS_SMALL = 1.2  # smallest amplitude in that of the loops judged up to which these were recorded
 _UNDECIDED = 0.07  # uncertainty of the energy that is reported, share of it
+_MISFIT = 0.1  # misfit beyond noise that is reported, share of half the height of those loops
+_APART = 0.05  # difference between the energies of two fits that is reported, share of it
 
 
 def loop_energy(spring: SpringParameters) -> float:
@@ -69,6 +71,7 @@ def undecided_energy(
     uncertainty: dict[str, Any],
     alternatives: Sequence[Sequence[Candidate]],
     smallest: float,
+    misfit: float = 0.0,
 ) -> str:
     """What the records leave undecided of that energy, and what would decide it, in words; empty if it is little.
 
@@ -79,6 +82,7 @@ def undecided_energy(
     alternatives : sequence of sequences of Candidate   Each with the fit that gave the spring first, and others with
                                       their criterion by the same count.
     smallest : float                  Amplitude of the smallest loops recorded [m].
+    misfit : float                    rms misfit that is not noise [N].
     """
     energy = loop_energy(spring)
     parts = []
@@ -86,6 +90,13 @@ def undecided_energy(
     if joint is not None and (error := _relative_error(spring, joint)) > _UNDECIDED:
         known = f"known to +- {100.0 * error:.0f} %" if error < 1.0 else "undetermined"
         parts.append(f"{known} at {100.0 * AMPLITUDE:.0f} % of the amplitude")
+    reach = AMPLITUDE * (spring.displacement_max - spring.displacement_min)
+    half_height = energy / (2.0 * reach)
+    if misfit > _MISFIT * half_height:
+        parts.append(
+            f"the misfit that is not noise is {100.0 * misfit / half_height:.0f} % of the mean half height of the "
+            f"loops at {100.0 * AMPLITUDE:.0f} % of the amplitude"
+        )
     rivals = [
         other
         for best, *others in alternatives
@@ -94,7 +105,7 @@ def undecided_energy(
     ]
     springs = [spring_of(other.basis, other.refinement.backbone, other.refinement.hysteresis) for other in rivals]
     energies = [loop_energy(other) for other in springs]
-    if any(abs(other / energy - 1.0) > _UNDECIDED for other in energies):
+    if any(abs(other / energy - 1.0) > _APART for other in energies):
         next_best = springs[0]
         parts.append(
             f"another fit that is about as good has n {next_best.n:.3g}, sigma {next_best.sigma:.3g}, "

@@ -11,7 +11,7 @@ from ..kernel.arrays import FloatArray
 from ..loops.strokes import Strokes, find_strokes, noise_level, path_noise
 from ..loops.turning import turning_points
 from ..records.record import Record
-from .direction import correlation, wrong_way
+from .direction import correlation, least_lag, wrong_way
 from .loops import POINTS_PER_STROKE, Loops, gather
 from .outcomes import IdentificationError, Outcome
 from .usable import usable_samples
@@ -218,8 +218,8 @@ def _difference(strokes: Strokes, force: FloatArray, k: int) -> float:
 
 
 def _refuse_impossible(record: Record, mean: MeanLoop) -> None:
-    def refuse(outcome: Outcome) -> None:
-        raise IdentificationError(outcome, record.path)
+    def refuse(outcome: Outcome, detail: str = "") -> None:
+        raise IdentificationError(outcome, record.path, detail)
 
     span = float(max(np.ptp(mean.loading), np.ptp(mean.unloading)))
     # Rise and fall within one branch: a snap is both, whatever the sign convention of the columns.
@@ -237,7 +237,9 @@ def _refuse_impossible(record: Record, mean: MeanLoop) -> None:
     if abs(height) <= max(4.0 * noise / np.sqrt(record.force.size), _NO_LOOP * span):
         refuse(Outcome.NO_LOOP)
     if height < 0.0:
-        refuse(wrong_way(record))
+        outcome, lag = wrong_way(record), least_lag(record)
+        lags = outcome is Outcome.COLUMNS_SWAPPED and lag is not None and lag > 0.0
+        refuse(outcome, f" If the force lags, then by more than {1e3 * (lag or 0.0):.3g} ms." if lags else "")
     crossed = mean.unloading > mean.loading + max(4.0 * noise, 0.02 * span)
     if np.mean(crossed) > _CROSSED:
         refuse(Outcome.BRANCHES_CROSS)
