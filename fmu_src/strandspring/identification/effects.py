@@ -47,7 +47,7 @@ _CLOSE = 10.0  # by which a fit with a further effect may be worse and is about 
 _WORTH = 0.25
 _TRIED = 3  # effects that promise most are tried
 _CARRIED = 3  # minima from which effects are looked for
-_STEPS = 6  # of Gauss-Newton
+_STEPS, _DOUBTFUL_STEPS = 6, 2  # of Gauss-Newton
 _EVALUATIONS = 12  # of a fit that only shows whether a size is worth more
 _SETTLED = 0.01  # change of a size at which they end, share of it
 # Effects that may be fitted with the spring from the beginning.
@@ -58,7 +58,7 @@ _LINEAR = (
 )
 # Effects that follow the reversals, much alike on a single amplitude.
 _LOCKED = (Effect.DELAY, Effect.VISCOSITY, Effect.PLAY)
-_COLOURED = 1.1  # autocorrelation time of the residuals from which they are looked for
+_COLOURED = 1.2  # autocorrelation time of the residuals from which they are looked for
 _RANGE = 0.0005 * 2.0 ** np.arange(7)  # delays as shares of a cycle, plays as shares of the longest stroke
 _BETWEEN = (0.75, 0.87, 1.15, 1.35)  # sizes about the best one of the range, which it is compared with
 _POSITIVE = (Effect.VISCOSITY, Effect.PLAY)  # sizes that cannot be negative
@@ -136,7 +136,7 @@ def _doubtful(rig: Rig, state: Corrected, noise: float) -> list[Corrected]:
     if not is_explained(state.fit, noise):
         return []
     promising = _promising(rig, state, -_CLOSE, _LOCKED)
-    tried = [_settled(rig, state.fit, sizes, positive=(Effect.PLAY,)) for sizes in promising]
+    tried = [_settled(rig, state.fit, sizes, (Effect.PLAY,), _DOUBTFUL_STEPS) for sizes in promising]
     return [one for one in tried if one is not None]
 
 
@@ -285,9 +285,11 @@ def _pruned(rig: Rig, state: Corrected, noise: float) -> Corrected:
     return state
 
 
-def _settled(rig: Rig, fit: Candidate, sizes: Sizes, positive: Sequence[Effect] = _POSITIVE) -> Corrected | None:
+def _settled(
+    rig: Rig, fit: Candidate, sizes: Sizes, positive: Sequence[Effect] = _POSITIVE, steps: int = _STEPS
+) -> Corrected | None:
     """Sizes and spring after Gauss-Newton steps; None where they do not fit together."""
-    for _ in range(_STEPS):
+    for _ in range(steps):
         if not rig.is_possible(sizes):
             return None
         loops = rig.corrected(sizes, fit if sizes else None)
