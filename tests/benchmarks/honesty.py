@@ -34,7 +34,16 @@ from judgement import WRONG_ENERGY, Judgement, judge_case
 from noise_bound import bound, share_within
 from rig import DOUBTED, UNDECIDED, Case, draw_experiment, draw_spring, elastic_force, simulate
 from rig_faults import FAULTS
-from strandspring import Identification, IdentificationError, Record, RefinedOptions, Spring, identify, read_record
+from strandspring import (
+    Identification,
+    IdentificationError,
+    Outcome,
+    Record,
+    RefinedOptions,
+    Spring,
+    identify,
+    read_record,
+)
 from strandspring.errors import StrandspringError
 from strandspring.identification.polynomials import Basis
 from strandspring.identification.table import TableBasis
@@ -76,11 +85,20 @@ class Result:
 
     def says(self, words: tuple[str, ...]) -> bool:
         """Whether the name or the sentence of a caution holds one of the words."""
-        texts = [f"{name.replace('_', ' ')} {sentence}".lower() for name, sentence in self.cautions.items()]
+        texts = [
+            f"{name.replace('_', ' ')} {sentence}".lower()
+            for name, sentence in self.cautions.items()
+            if name != Outcome.ONE_AMPLITUDE.name
+        ]
         return any(re.search(rf"\b{re.escape(word)}", text) for text in texts for word in words)
 
     def silent(self, words: tuple[str, ...]) -> bool:
+        """Wrong without a word, but for what every record of one amplitude is told: that small loops are extrapolated."""
         return self.wrong and not self.says(words)
+
+    def extrapolated(self, words: tuple[str, ...]) -> bool:
+        """Whether that was all that was told."""
+        return self.silent(words) and Outcome.ONE_AMPLITUDE.name in self.cautions
 
     @property
     def line(self) -> str:
@@ -149,7 +167,8 @@ def clean(arguments: argparse.Namespace) -> None:
 
 def summary(results: list[Result], words: tuple[str, ...]) -> str:
     return (
-        f"{len(results)} runs, wrong {sum(r.wrong for r in results)}, silent {sum(r.silent(words) for r in results)}, "
+        f"{len(results)} runs, wrong {sum(r.wrong for r in results)}, silent {sum(r.silent(words) for r in results)} "
+        f"(of which told to be extrapolated {sum(r.extrapolated(words) for r in results)}), "
         f"refused {sum(bool(r.problem) and not r.failed for r in results)}, failed {sum(r.failed for r in results)}"
     )
 
@@ -187,7 +206,7 @@ def faults(arguments: argparse.Namespace) -> None:
                 "runs": len(results),
                 "wrong": sum(r.wrong for r in results),
                 "silent": sum(r.silent(words) for r in results),
-                "without any caution": sum(r.wrong and not r.cautions for r in results),
+                "of which told to be extrapolated": sum(r.extrapolated(words) for r in results),
                 "refused": sum(bool(r.problem) and not r.failed for r in results),
                 "failed": sum(r.failed for r in results),
             }

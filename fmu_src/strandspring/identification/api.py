@@ -18,10 +18,12 @@ from ..kernel.path import PathSolver
 from ..records.record import Record
 from ..records.spikes import spikes_of
 from .figures import RecordFit, overall, periodic_start, predict_record, record_fit
+from .loops import join
 from .method import Method
 from .outcomes import IdentificationError, Outcome
 from .refined import RefinedOptions
 from .result import Identification
+from .small_loops import extrapolated_energy
 from .steady_part import SteadyRecord, find_steady_part
 
 _POOR_RNL = 0.9
@@ -103,6 +105,10 @@ def _identified(group: tuple[Record, ...], method: Method) -> Identification:
         fits = tuple(_compared(solver, *each) for each in zip(parts, group, starts, strict=True))
     rmse, rnl = overall(fits)
     findings = _merged([*((part.record.path, part.cautions) for part in parts), ("", result.cautions)])
+    loops = join([part.loops for part in parts])
+    if loops.has_one_amplitude and Outcome.SMALL_LOOPS not in findings:
+        known = result.uncertainty or {}
+        findings[Outcome.ONE_AMPLITUDE] = extrapolated_energy(result.parameters, known, 0.5 * loops.shortest)
     if result.lack_of_fit is None and rnl < _POOR_RNL:
         findings[Outcome.POOR_FIT] = ""
     return Identification(

@@ -258,15 +258,3 @@ def campaign_verdicts(
     if rate is not None and rate.frequencies is None and len(records) == 1 and len(group_by_amplitude(cycles)) < 2:
         rate = None
     return rate, loading_overlap(cycles or list(model_loops))
-
-
-def one_amplitude(records: Sequence[Record]) -> tuple[str, ...]:
-    """A note where all cycles of the records have one amplitude; none otherwise."""
-    groups = group_by_amplitude([cycle for record in records for cycle in find_cycles(record)])
-    if len(groups) != 1:
-        return ()
-    least = min(cycle.figures.amplitude for cycle in groups[0])
-    return (
-        f"all cycles have about one amplitude; the energy of loops below {1e3 * least:.3g} mm is extrapolated by the "
-        "model: record a smaller amplitude to check it",
-    )

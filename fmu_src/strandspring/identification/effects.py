@@ -38,6 +38,7 @@ from .search import (
     search,
     with_richer_bases,
 )
+from .table import TableBasis
 from .two_stage import two_stage
 
 _MARGIN = 12.0  # by which an effect must lower the criterion beyond its price
@@ -119,12 +120,11 @@ def find_effects(
     if found[0].sizes:
         alternatives.append(_enriched(rig, started[0], noise))
     best = _best(alternatives)
-    if best in found:
-        first, *others = [best, *(state for state in found if state is not best)]
-    else:
-        splits = other_splits(best.loops, best.fit)
-        first, *others = [*(Corrected(fit, best.loops, best.sizes) for fit in splits), *found]
-    return [first, *_doubtful(rig, first, noise), *others]
+    others = [state for state in found if state is not best]
+    if isinstance(best.fit.basis, TableBasis):
+        best, *splits = (Corrected(fit, best.loops, best.sizes) for fit in other_splits(best.loops, best.fit))
+        others = [*splits, *others]
+    return [best, *_doubtful(rig, best, noise), *others]
 
 
 def _doubtful(rig: Rig, state: Corrected, noise: float) -> list[Corrected]:

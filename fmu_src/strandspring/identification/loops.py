@@ -18,6 +18,7 @@ IndexArray = NDArray[np.intp]
 # A stroke with more samples than this is averaged over cells of travel; the cells are narrow after the reversal,
 # where the force bends most.
 POINTS_PER_STROKE = 160
+ONE_AMPLITUDE = 0.9  # smallest amplitude in the largest from which there is one only
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,6 +69,11 @@ class Loops:
         of_records = (np.unique(self.stroke[points]) for _, points in self.by_record())
         whole = [used[1:-1] if used.size > 2 else used for used in of_records]
         return float(self.length[np.concatenate(whole)].min())
+
+    @property
+    def has_one_amplitude(self) -> bool:
+        """Whether all strokes are about as long as the longest."""
+        return self.shortest >= ONE_AMPLITUDE * self.longest
 
     def rms(self, values: FloatArray) -> float:
         """Root of the weighted mean square of values at the points."""

@@ -7,7 +7,6 @@ from collections.abc import Sequence
 import numpy as np
 
 from ..records.record import Record
-from .campaign import one_amplitude
 from .known_rig import KnownRig, unknown_effects
 from .refined import RefinedOptions
 from .result import Identification
@@ -21,7 +20,6 @@ def notes_on(identification: Identification) -> tuple[str, ...]:
     seeks_effects = identification.method == RefinedOptions.name
     return (
         *unknown_effects(records, known),
-        *one_amplitude(records),
         *dwells_without_relaxation(records),
         *(times_that_do_not_rise(records) if seeks_effects else ()),
     )

@@ -130,6 +130,10 @@ class Outcome(Enum):
         "The refinement stopped at its limit of evaluations; the result is the best point reached: compare it with "
         "--method two-stage."
     )
+    ONE_AMPLITUDE = (
+        "All loops have about one amplitude: the energy of smaller ones is extrapolated by the model, which these "
+        "records do not check; record loops of about a third of that amplitude too."
+    )
     SMALL_LOOPS = "The energy of small loops is left undecided by these records."
     INDISTINCT = (
         "Some parameters are strongly correlated in these records, though the force is predicted as given: see the "

@@ -44,6 +44,7 @@ _LEAST_POINTS = 24
 # that what is lost is far below the noise.
 _POINTS_PER_STROKE = 2000
 _POINTS = 40_000
+_NEGLIGIBLE = 1e-3  # half-width of the prediction interval, share of the rms force, below which nobody asks for it
 _LEAST_STEPS = 100  # of the sampler of the posterior
 
 
@@ -162,7 +163,7 @@ class RefinedOptions(Method):
             content["posterior"] = posterior(linear, self.posterior, self.seed)
         if content["indistinct"]:
             cautions.append(Outcome.INDISTINCT)
-        if interval.is_too_narrow:
+        if interval.is_too_narrow and interval.half_width > _NEGLIGIBLE * loops.rms(loops.force):
             cautions.append(Outcome.INTERVAL_TOO_NARROW)
         if is_sigma_uncertain(loops, basis, refinement):
             cautions.append(Outcome.SIGMA_AT_BOUND)

@@ -49,7 +49,6 @@ _BENDING = 4  # degree of FA where misfit comes back in every cycle
 _LOCKED = 0.2  # correlation of the residuals between cycles that is called coming back
 _WORTH = 0.15  # share of the held-out error that a richer basis must explain, unless nothing but noise is left
 _EXACT = 0.3  # share of a misfit below the floor that higher degrees must leave at most to be chosen all the same
-_ONE_AMPLITUDE = 0.9  # length of the shortest stroke in that of the longest from which there is one amplitude only
 _AS_WELL = 1.02  # held-out error in that of the best basis up to which a leaner one is taken
 NOISE_ONLY = 1.2  # misfit over noise up to which residuals are noise, if they are white
 WHITE = 2.0  # autocorrelation time up to which they are
@@ -265,7 +264,7 @@ def other_splits(loops: Loops, candidate: Candidate) -> list[Candidate]:
     With several amplitudes it cannot, and the candidate is the only one.
     """
     fits = [candidate]
-    if loops.shortest >= _ONE_AMPLITUDE * loops.longest:
+    if loops.has_one_amplitude:
         for amplifier in range(candidate.basis.amplifier + 1):
             basis = replace(candidate.basis, amplifier=amplifier)
             minima = scan_minima(loops, basis.columns(loops.displacement))[:_STARTS]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -11,6 +11,7 @@ from ..core.parameters import SpringParameters
 from ..joint import JointCovariance
 from ..kernel.arrays import FloatArray
 from ..kernel.points import omega_with_derivatives
+from .loops import ONE_AMPLITUDE
 from .search import Candidate
 from .solution import spring_of
 
@@ -20,7 +21,6 @@ _CYCLES = 40  # until the loop is steady
 _NORMAL_95 = 1.96  # standard errors to either side
 _CLOSE = 10.0  # difference of the criterion up to which two fits are about as good
 _AS_GOOD = 1.1  # misfit in that of the best up to which another fit is as good
-_ONE_AMPLITUDE = 0.9  # smallest amplitude in the largest from which there is one only
 _AS_SMALL = 1.2  # smallest amplitude in that of the loops judged up to which these were recorded
 _UNDECIDED = 0.07  # uncertainty of the energy that is reported, share of it
 _MISFIT = 0.1  # misfit beyond noise that is reported, share of half the height of those loops
@@ -115,11 +115,22 @@ def undecided_energy(
     return "; ".join([*parts, _advice(spring, smallest)]) if parts else ""
 
 
+def extrapolated_energy(spring: SpringParameters, uncertainty: Mapping[str, Any], amplitude: float) -> str:
+    """How far the energy of loops smaller than this amplitude [m] is known if the model holds, in words."""
+    joint = JointCovariance.of(spring, uncertainty)
+    span = (
+        ""
+        if joint is None
+        else f"; if it holds, to +- {100.0 * _relative_error(spring, joint):.1g} % at {100.0 * AMPLITUDE:.0f} % of that"
+    )
+    return f"below {1e3 * amplitude:.3g} mm{span}"
+
+
 def _advice(spring: SpringParameters, smallest: float) -> str:
     """Which record would decide, given the amplitude of the smallest loops recorded [m]."""
     half = 0.5 * (spring.displacement_max - spring.displacement_min)
     wanted = f"{1e3 * AMPLITUDE * half:.2g} mm"
-    if smallest >= _ONE_AMPLITUDE * half:
+    if smallest >= ONE_AMPLITUDE * half:
         return (
             "all loops have about one amplitude, so that how the force divides into FE and loop rests on the form of "
             f"the model: record loops of about {wanted} too"
