@@ -93,7 +93,7 @@ class Result:
         return any(re.search(rf"\b{re.escape(word)}", text) for text in texts for word in words)
 
     def silent(self, words: tuple[str, ...]) -> bool:
-        """Wrong without a word, but for what every record of one amplitude is told: that small loops are extrapolated."""
+        """Wrong without a word but the one on every record of one amplitude: that small loops are extrapolated."""
         return self.wrong and not self.says(words)
 
     def extrapolated(self, words: tuple[str, ...]) -> bool:
