@@ -49,7 +49,7 @@ _BENDING = 4  # degree of FA where misfit comes back in every cycle
 _LOCKED = 0.2  # correlation of the residuals between cycles that is called coming back
 _WORTH = 0.15  # share of the held-out error that a richer basis must explain, unless nothing but noise is left
 _EXACT = 0.3  # share of a misfit below the floor that higher degrees must leave at most to be chosen all the same
-_AS_WELL = 1.02  # held-out error in that of the best basis up to which a leaner one is taken
+_AS_WELL = 1.02  # held-out error in that of the best basis up to which a polynomial, or else a leaner one, is taken
 NOISE_ONLY = 1.2  # misfit over noise up to which residuals are noise, if they are white
 WHITE = 2.0  # autocorrelation time up to which they are
 SATURATION = 20.0  # by which the criterion must favour a fit whose strokes do not saturate
@@ -251,7 +251,7 @@ def with_richer_bases(loops: Loops, candidate: Candidate, noise: float) -> Candi
     if not errors:
         return None
     good = [fit for fit, error in zip(richer, errors, strict=True) if error <= _AS_WELL * min(errors)]
-    best = min(good, key=lambda fit: fit.coefficients)
+    best = min(good, key=lambda fit: (isinstance(fit.basis, TableBasis), fit.coefficients))
     before = prediction_error(loops, candidate.basis, candidate.refinement.omega)
     after = prediction_error(loops, best.basis, best.refinement.omega)
     return best if after < (1.0 - _WORTH) * before or is_explained(best, noise) else None
