@@ -31,7 +31,7 @@ from scipy.interpolate import CubicSpline
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "helpers"))
 
 from judgement import WRONG_ENERGY, Judgement, judge_case
-from noise_bound import bound, share_within
+from noise_bound import bound, delay_bound, share_within
 from rig import DOUBTED, UNDECIDED, Case, draw_experiment, draw_spring, elastic_force, simulate
 from rig_faults import FAULTS
 from strandspring import (
@@ -61,6 +61,7 @@ SIZES: dict[str, tuple[str, Callable[[Case], float]]] = {
     "wear of friction": ("friction_wear", lambda case: -case.magnitude),
     "wear of stiffness": ("stiffness_wear", lambda case: -case.magnitude),
 }
+NORMAL_95 = 1.96  # standard deviations to either side
 SIZE_SHARE = 0.1  # error of a size that is allowed, share of it
 SIZE_FLOORS = {"delay": 3e-4, "displacement_zero": 1e-4}  # error that is allowed in any case [s], [m]
 WITHIN = 0.05  # error of n and rho that is allowed under noise of the displacement, share of them
@@ -433,11 +434,22 @@ def noise(arguments: argparse.Namespace) -> None:
 def sizes(arguments: argparse.Namespace) -> None:
     """Sizes of effects against the true ones, one not found being 0; of zeros, the second record's."""
     table = Table(title=f"Sizes of effects, {arguments.count} runs of each fault with drawn magnitudes")
-    for column in ("fault", "found", "within limits", "error median", "error worst", "as"):
+    for column in (
+        "fault",
+        "found",
+        "within limits",
+        "decidable",
+        "of which within",
+        "error median",
+        "error worst",
+        "as",
+    ):
         table.add_column(column, justify="left" if column in ("fault", "as") else "right")
     all_within = 0
+    delays: Counter[str] = Counter()
     for fault, (name, true_size) in SIZES.items():
         errors, others, within = [], Counter[str](), 0
+        decidable: Counter[str] = Counter()
         for index in range(arguments.count):
             generator = np.random.default_rng([arguments.seed, zlib.crc32(fault.encode()), index])
             case = simulate(draw_spring(generator), draw_experiment(generator), generator, FAULTS[fault], "drawn")
@@ -447,17 +459,26 @@ def sizes(arguments: argparse.Namespace) -> None:
             if size is None:
                 others.update(list(effects) or ["nothing" if found is not None else "refused"])
             error = abs((size or 0.0) - truth)
-            within += error <= max(SIZE_SHARE * abs(truth), size_floor(name, case))
+            limit = max(SIZE_SHARE * abs(truth), size_floor(name, case))
+            within += error <= limit
+            if name == "delay" and NORMAL_95 * delay_bound(case) <= limit:
+                decidable.update(cases=1, within=error <= limit)
             if size is not None:
                 errors.append(error / abs(truth))
             if arguments.verbose:
                 console.print(f"{fault:20} true {truth:11.4g} found {size or 0.0:11.4g} {described(case)}")
         figures = [f"{100 * figure:.1f} %" for figure in (np.median(errors), max(errors))] if errors else ["-", "-"]
         instead = ", ".join(f"{other} {count}" for other, count in others.most_common())
-        table.add_row(fault, str(len(errors)), str(within), *figures, instead)
+        decided = [str(decidable[key]) for key in ("cases", "within")] if name == "delay" else ["-", "-"]
+        table.add_row(fault, str(len(errors)), str(within), *decided, *figures, instead)
+        delays.update(decidable)
         all_within += within
     console.print(table)
     console.print(f"sizes: {all_within} of {arguments.count * len(SIZES)} within limits")
+    console.print(
+        "Decidable: delays whose Cramer-Rao bound, times 1.96, is within the limit; "
+        f"{delays['within']} of {delays['cases']} are found within it"
+    )
 
 
 def size_of(name: str, effects: dict[str, Any], case: Case) -> float | None:

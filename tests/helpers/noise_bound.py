@@ -1,8 +1,8 @@
-"""The Cramer-Rao bound of n and rho where both force and displacement are noisy."""
+"""Cramer-Rao bounds: of n and rho where both force and displacement are noisy, and of a delay."""
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.polynomial.polynomial import polyder, polyval
@@ -30,10 +30,48 @@ def bound(case: Case, displacement_noise: float) -> FloatArray:
     case : Case
     displacement_noise : float   Standard deviation [m]; 0 is a path that is known, the best that smoothing can do.
     """
-    p = case.spring
-    force_noise = case.experiment.noise * float(np.std(np.concatenate(case.forces)))
+    force_noise = _force_noise(case)
     common, starts, reversals = [], [], []
     for path in case.paths:
+        at = _Sensitivities.of(case, path)
+        root = 1.0 / np.sqrt(force_noise**2 + (at.slope * displacement_noise) ** 2)
+        common.append(root[:, None] * at.coefficients)
+        starts.append(root[:, None] * at.start)
+        turned = _by_reversals(case, at.strokes, at.used)
+        reversals.append(root[:, None] * at.G[:, None] * displacement_noise * turned)
+    # omega lies within [-1, 1], and a reversal within the noise of its sample.
+    return _covariance(np.vstack(common), np.hstack([block_diag(*starts), block_diag(*reversals)]))[:2, :2]
+
+
+def delay_bound(case: Case) -> float:
+    """Standard deviation of the delay of an efficient unbiased estimate that knows the noise of the force [s].
+
+    The spring and omega at the start of each record are estimated too, as in `bound`.
+    """
+    force_noise = _force_noise(case)
+    common, starts = [], []
+    for path, force, record in zip(case.paths, case.forces, case.records, strict=True):
+        at = _Sensitivities.of(case, path)
+        by_delay = -np.gradient(force, record.time)[at.used]
+        common.append(np.column_stack([by_delay, at.coefficients]) / force_noise)
+        starts.append(at.start / force_noise)
+    return float(np.sqrt(_covariance(np.vstack(common), block_diag(*starts))[0, 0]))
+
+
+@dataclass(frozen=True)
+class _Sensitivities:
+    """Derivatives of the force of the spring at the samples of a path that are used."""
+
+    strokes: Strokes
+    used: NDArray[np.bool_]
+    G: FloatArray
+    slope: FloatArray  # by the displacement
+    coefficients: FloatArray  # by ln(n), ln(rho), ln(sigma) and the coefficients of FE and FA, in columns
+    start: FloatArray  # by omega at the start, one column
+
+    @classmethod
+    def of(cls, case: Case, path: FloatArray) -> _Sensitivities:
+        p = case.spring
         strokes = find_strokes(path)
         used = strokes.of_sample > 0
         x, side = path[used] - p.displacement_offset, strokes.direction[strokes.of_sample[used]]
@@ -42,22 +80,23 @@ def bound(case: Case, displacement_noise: float) -> FloatArray:
         u = side * omega
         rate = p.rho * (1.0 + np.where(u >= 0.0, -1.0, 2.0 * p.sigma - 1.0) * np.abs(u) ** p.n)
         slope = polyval(x, polyder(p.kE)) + p.kappa_omega * polyval(x, polyder(p.kA)) * omega + G * rate
-        root = 1.0 / np.sqrt(force_noise**2 + (slope * displacement_noise) ** 2)
         own = (G * partials[[2, 0, 1]] * np.array([[p.n], [p.rho], [p.sigma]])).T
-        y = x / case.amplitude
-        elastic, amplifier = (np.vander(y, len(k), increasing=True) for k in (p.kE, p.kA))
-        common.append(root[:, None] * np.hstack([own, elastic, omega[:, None] * amplifier]))
-        starts.append(root[:, None] * G[:, None] * partials[3][:, None])
-        turned = _by_reversals(case, strokes, used)
-        reversals.append(root[:, None] * G[:, None] * displacement_noise * turned)
-    # omega lies within [-1, 1], and a reversal within the noise of its sample.
-    points = np.vstack(common)
-    further = np.hstack([block_diag(*starts), block_diag(*reversals)])
+        elastic, amplifier = (np.vander(x / case.amplitude, len(k), increasing=True) for k in (p.kE, p.kA))
+        coefficients = np.hstack([own, elastic, omega[:, None] * amplifier])
+        return cls(strokes, used, G, slope, coefficients, G[:, None] * partials[3][:, None])
+
+
+def _force_noise(case: Case) -> float:
+    return case.experiment.noise * float(np.std(np.concatenate(case.forces)))
+
+
+def _covariance(points: FloatArray, further: FloatArray) -> FloatArray:
+    """Covariance of the coefficients of the first columns and of further ones, known beforehand to +- 1 each."""
     known = np.hstack([np.zeros((further.shape[1], points.shape[1])), np.eye(further.shape[1])])
     matrix = np.vstack([np.hstack([points, further]), known])
     scale = np.linalg.norm(matrix, axis=0)
     root = np.linalg.inv(np.linalg.qr(matrix / scale, mode="r")) / scale[:, None]
-    return np.asarray((root @ root.T)[:2, :2])
+    return np.asarray(root @ root.T)
 
 
 def share_within(covariance: FloatArray, limit: float) -> float:
