@@ -122,7 +122,9 @@ def test_a_worker_process_that_dies_loses_no_finished_run(expected: bytes, tmp_p
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("end", [signal.SIGKILL, signal.SIGINT], ids=["killed", "interrupted"])
+@pytest.mark.parametrize(
+    "end", [signal.SIGKILL, signal.SIGINT, signal.SIGTERM], ids=["killed", "interrupted", "terminated"]
+)
 def test_a_study_that_is_ended_goes_on(end: signal.Signals, terminal: Terminal) -> None:
     # So many runs that the signal comes before the last one.
     draws, serial = 400, Path("serial.csv")
@@ -141,15 +143,15 @@ def test_a_study_that_is_ended_goes_on(end: signal.Signals, terminal: Terminal) 
     while not (journal.exists() and journal.read_bytes().count(b"\n") > 10):
         assert program.poll() is None, program.communicate()
         assert time.monotonic() < deadline
+        workers = psutil.Process(program.pid).children(recursive=True)
         time.sleep(0.01)
-    workers = psutil.Process(program.pid).children(recursive=True)
     program.send_signal(end)
     said, complained = program.communicate(timeout=60)
     assert (said, results.exists()) == ("", False)
     assert len(workers) >= 2
     assert not psutil.wait_procs(workers, timeout=20)[1]  # none is left behind
     kept = journal.read_bytes().count(b"\n") - 1
-    if end is signal.SIGINT:
+    if end is not signal.SIGKILL:
         assert program.returncode == 1
         assert f"{kept} of {runs} runs are kept in results.csv.part.jsonl; the same command continues" in complained
         assert "Traceback" not in complained

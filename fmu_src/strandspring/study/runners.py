@@ -11,6 +11,7 @@ import multiprocessing
 import os
 import signal
 import threading
+import time
 from collections.abc import Callable, Generator, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
@@ -18,6 +19,7 @@ from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass
 from itertools import islice
 from multiprocessing.connection import Connection
+from types import FrameType
 from typing import Any, NamedTuple, Protocol
 
 from threadpoolctl import threadpool_limits
@@ -30,6 +32,7 @@ _MOST_WORKERS = 61  # Windows waits for no more processes
 _BATCH = 8
 _FEWEST_BATCHES = 64  # with fewer, workers wait for each other at the end
 _PATIENCE = 60.0  # seconds without a finished run until this is reported
+_GLANCE = 0.1  # seconds between two looks whether the study was interrupted
 
 
 class Pool(NamedTuple):
@@ -68,21 +71,53 @@ def finished_rows(
     Raises
     ------
     IsolationError           If the runs cannot be executed; what was yielded before is valid.
+    KeyboardInterrupt        Between two batches, if the process is interrupted or asked to terminate.
     """
     size = max(1, min(_BATCH, len(runs) // _FEWEST_BATCHES))
     batches = (runs[first : first + size] for first in range(0, len(runs), size))
-    with runner.pool(-(-len(runs) // size)) as pool:
+    with _interrupts_kept() as interrupted, runner.pool(-(-len(runs) // size)) as pool:
         pending: set[Future[list[RunRow]]] = set()
+        waiting_since = time.monotonic()
         while True:
+            if interrupted.is_set():
+                raise KeyboardInterrupt
             new = islice(batches, pool.window - len(pending))
             pending |= {pool.executor.submit(pool.run, study, batch) for batch in new}
             if not pending:
                 return
-            done, pending = wait(pending, _PATIENCE, FIRST_COMPLETED)
-            if not done:
+            done, pending = wait(pending, _GLANCE, FIRST_COMPLETED)
+            if done:
+                waiting_since = time.monotonic()
+            elif time.monotonic() - waiting_since > _PATIENCE:
                 notify(f"No run has finished for {_PATIENCE:g} s; still waiting for the workers.")
+                waiting_since = time.monotonic()
             for future in done:
                 yield future.result()
+
+
+@contextmanager
+def _interrupts_kept() -> Iterator[threading.Event]:
+    """Set an event at the first interrupt, which would otherwise strike anywhere.
+
+    An exception inside an executor may leave a lock behind, and so hang the program, or be lost in a callback. A second
+    interrupt strikes at once.
+    """
+    interrupted = threading.Event()
+
+    def keep(number: int, frame: FrameType | None) -> None:  # noqa: ARG001
+        if interrupted.is_set():
+            raise KeyboardInterrupt
+        interrupted.set()
+
+    if threading.current_thread() is not threading.main_thread():
+        yield interrupted  # signals are handled in the main thread
+        return
+    before = {number: signal.signal(number, keep) for number in (signal.SIGINT, signal.SIGTERM)}
+    try:
+        yield interrupted
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
 
 
 class _InlineExecutor(Executor):
