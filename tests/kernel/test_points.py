@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from strandspring import SpringParameters
 from strandspring.core.parameters import N_RANGE, SIGMA_RANGE
 from strandspring.kernel.path import PathSolver
-from strandspring.kernel.points import omega_with_derivatives
+from strandspring.kernel.points import omega_by_rate, omega_with_derivatives
 
 LAW = settings(derandomize=True, deadline=None, max_examples=100)
 RHO = 4.0
@@ -19,7 +19,7 @@ SHARES = np.linspace(0.05, 1.0, 20)
 
 
 def omega_at_points(*arguments: object) -> np.ndarray:
-    return omega_with_derivatives(*arguments, derivatives=False)[0]
+    return omega_with_derivatives(*arguments)[0]
 
 
 def points(turns: np.ndarray = TURNS) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
@@ -52,8 +52,7 @@ def test_points_lie_on_the_path(n: float, sigma: float, omega_start: float, leng
 def test_derivatives_equal_difference_quotients(n: float, sigma: float, omega_start: float) -> None:
     strokes = points()
     at = np.array([RHO, sigma, n, omega_start])
-    omega, derivatives = omega_with_derivatives(*at, *strokes)
-    np.testing.assert_allclose(omega, omega_at_points(*at, *strokes), rtol=0.0, atol=1e-15)
+    _, derivatives = omega_with_derivatives(*at, *strokes)
     for row, size in enumerate((RHO, sigma, n, 1.0)):
         # Tables of neighbouring n and sigma differ by 1e-13, over a step of 2e-4 by 1e-9; fourth order leaves 1e-9.
         step = 2e-4 * size
@@ -68,6 +67,14 @@ def test_derivatives_equal_difference_quotients(n: float, sigma: float, omega_st
         assert np.count_nonzero(smooth) > 100
         scale = np.max(np.abs(derivatives[row])) * size
         assert np.max(np.abs(derivatives[row] - quotient)[smooth]) * size <= 2e-7 * max(scale, 1.0)
+
+
+@pytest.mark.parametrize(("n", "sigma"), [(0.22, 3.0), (1.0, 1.0), (9.0, 40.0)])
+def test_rates_in_one_call_equal_one_after_the_other(n: float, sigma: float) -> None:
+    rates = RHO * np.array([0.3, 1.0, 7.0])
+    found = omega_by_rate(rates, sigma, n, *points())
+    expected = [omega_at_points(rho, sigma, n, 0.0, *points()) for rho in rates]
+    np.testing.assert_allclose(found, expected, rtol=0.0, atol=1e-8)  # a coarse table's error
 
 
 @pytest.mark.parametrize("s_1", [0.15, 3.0, 30.0])  # the last two saturate, the third by far

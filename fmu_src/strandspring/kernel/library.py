@@ -21,12 +21,8 @@ _FUNCTIONS = {
     "spring_force_at": (None, (c_void_p, c_size_t, c_void_p, c_void_p, c_void_p, c_void_p, c_void_p)),
     "spring_at_points": (
         None,
-        (c_void_p, c_double, c_double, c_size_t, c_void_p, c_void_p, c_size_t, c_void_p, c_void_p, c_void_p, c_void_p,
-         c_void_p),
-    ),
-    "spring_at_points_by_rate": (
-        None,
-        (c_void_p, c_size_t, c_void_p, c_size_t, c_void_p, c_void_p, c_size_t, c_void_p, c_void_p, c_void_p, c_void_p),
+        (c_void_p, c_size_t, c_void_p, c_double, c_size_t, c_void_p, c_void_p, c_size_t, c_void_p, c_void_p, c_void_p,
+         c_void_p, c_void_p),
     ),
     "spring_periodic_workspace": (c_size_t, (c_size_t, c_size_t)),
     "spring_periodic": (c_size_t, (c_void_p, c_void_p, c_void_p, c_void_p, c_void_p, c_void_p)),

@@ -27,7 +27,6 @@ def omega_with_derivatives(
     length: FloatArray,
     stroke: IntArray,
     travel: FloatArray,
-    derivatives: bool = True,
     coarse: bool = False,
 ) -> tuple[FloatArray, FloatArray]:
     """omega at points of S consecutive strokes, and its derivatives.
@@ -38,35 +37,20 @@ def omega_with_derivatives(
     omega_start : float                       omega at the beginning of the first stroke.
     direction, length : ndarray, shape (S,)   +1 or -1, alternating; length of each stroke [m].
     stroke, travel : ndarray, shape (P,)      Stroke of each point and its distance from the stroke's beginning [m].
-    derivatives : bool                        Whether they are wanted.
     coarse : bool                             omega to 1e-8 only, the quicker for it where the points are few.
 
     Returns
     -------
     ndarray, shape (P,)
-    ndarray, shape (4, P)                     By rho, sigma, n and omega_start; no rows if they are not wanted.
+    ndarray, shape (4, P)                     By rho, sigma, n and omega_start.
     """
-    direction, length, stroke, travel = integers(direction), floats(length), integers(stroke), floats(travel)
-    omega = np.empty(travel.size)
-    partials = np.empty((4 if derivatives else 0, travel.size))
     # Bound to a name, or another thread that needs many tables might discard it while the kernel reads it.
-    saturation = table(n, sigma, derivatives, coarse=coarse)
-    workspace = np.empty(5 * direction.size)
-    library().spring_at_points(
-        saturation.address,
-        rho,
-        omega_start,
-        direction.size,
-        address(direction),
-        address(length),
-        travel.size,
-        address(stroke),
-        address(travel),
-        address(workspace),
-        address(omega),
-        address(partials) if derivatives else None,
+    saturation = table(n, sigma, derivatives=True, coarse=coarse)
+    omega, derivatives = np.empty((1, travel.size)), np.empty((4, travel.size))
+    _at_points(
+        saturation.address, np.array([rho]), omega_start, direction, length, stroke, travel, omega, address(derivatives)
     )
-    return omega, partials
+    return omega[0], derivatives
 
 
 def omega_by_rate(
@@ -84,15 +68,31 @@ def omega_by_rate(
     -------
     ndarray, shape (rho.size, P)
     """
-    rho, direction, length = floats(rho), integers(direction), floats(length)
-    stroke, travel = integers(stroke), floats(travel)
-    omega = np.empty((rho.size, travel.size))
     saturation = table(n, sigma, coarse=True)
+    omega = np.empty((rho.size, travel.size))
+    _at_points(saturation.address, floats(rho), 0.0, direction, length, stroke, travel, omega, None)
+    return omega
+
+
+def _at_points(
+    saturation: int,
+    rho: FloatArray,
+    omega_start: float,
+    direction: IntArray,
+    length: FloatArray,
+    stroke: IntArray,
+    travel: FloatArray,
+    omega: FloatArray,
+    derivatives: int | None,
+) -> None:
+    """Fill `omega`, one row for each rho, and the derivatives at their address."""
+    direction, length, stroke, travel = integers(direction), floats(length), integers(stroke), floats(travel)
     workspace = np.empty(5 * direction.size)
-    library().spring_at_points_by_rate(
-        saturation.address,
+    library().spring_at_points(
+        saturation,
         rho.size,
         address(rho),
+        omega_start,
         direction.size,
         address(direction),
         address(length),
@@ -101,5 +101,5 @@ def omega_by_rate(
         address(travel),
         address(workspace),
         address(omega),
+        derivatives,
     )
-    return omega

@@ -272,11 +272,11 @@ static void begin_strokes(const SpringTable *table, double rho, double omega_sta
     }
 }
 
-void spring_at_points(const SpringTable *table, double rho, double omega_start, size_t strokes, const int64_t *direction,
-                      const double *length, size_t points, const int64_t *stroke, const double *travel, double *workspace,
-                      double *omega, double *derivatives)
+/* As spring_at_points, for one rho. */
+static void at_points(const SpringTable *table, double rho, double omega_start, size_t strokes, const int64_t *direction,
+                      const double *length, size_t points, const int64_t *stroke, const double *travel,
+                      Beginning *begin, double *omega, double *derivatives)
 {
-    Beginning *begin = (Beginning *)workspace;
     int piece = 0, falling_piece = 0;
     begin_strokes(table, rho, omega_start, strokes, direction, length, derivatives != NULL, begin);
     for (size_t i = 0; i < points; i++) {
@@ -296,11 +296,12 @@ void spring_at_points(const SpringTable *table, double rho, double omega_start, 
     }
 }
 
-void spring_at_points_by_rate(const SpringTable *table, size_t rates, const double *rho, size_t strokes,
-                              const int64_t *direction, const double *length, size_t points, const int64_t *stroke,
-                              const double *travel, double *workspace, double *omega)
+void spring_at_points(const SpringTable *table, size_t rates, const double *rho, double omega_start, size_t strokes,
+                      const int64_t *direction, const double *length, size_t points, const int64_t *stroke,
+                      const double *travel, double *workspace, double *omega, double *derivatives)
 {
     for (size_t k = 0; k < rates; k++)
-        spring_at_points(table, rho[k], 0.0, strokes, direction, length, points, stroke, travel, workspace,
-                         omega + k * points, NULL);
+        at_points(table, rho[k], omega_start, strokes, direction, length, points, stroke, travel,
+                  (Beginning *)workspace, omega + k * points,
+                  derivatives != NULL ? derivatives + 4 * k * points : NULL);
 }

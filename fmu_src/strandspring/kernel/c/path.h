@@ -17,19 +17,14 @@ void spring_path(const SpringLaw *law, size_t count, const double *displacement,
 void spring_force_at(const SpringLaw *law, size_t count, const double *displacement, const double *omega, double *force,
                      double *by_displacement, double *by_omega);
 
-/* omega at points of consecutive strokes, and, unless `derivatives` is NULL, its derivatives by rho, sigma, n and omega_start
- * (4 rows of `points`; the table must have derivatives).
+/* omega at points of consecutive strokes for each rho (`rates` rows of `points`), and, unless `derivatives` is NULL, its
+ * derivatives by rho, sigma, n and omega_start (4 rows of `points` for each rho; the table must have derivatives).
  *
  * direction, length   of each stroke: +1 or -1, alternating; [m]
  * stroke, travel      of each point: the stroke it is on, and how far from its beginning [m]
  * workspace           5 doubles for each stroke */
-void spring_at_points(const SpringTable *table, double rho, double omega_start, size_t strokes, const int64_t *direction,
-                      const double *length, size_t points, const int64_t *stroke, const double *travel, double *workspace,
-                      double *omega, double *derivatives);
-
-/* omega alone for each of some rho, from omega = 0; `rates` rows of `points`. */
-void spring_at_points_by_rate(const SpringTable *table, size_t rates, const double *rho, size_t strokes,
-                              const int64_t *direction, const double *length, size_t points, const int64_t *stroke,
-                              const double *travel, double *workspace, double *omega);
+void spring_at_points(const SpringTable *table, size_t rates, const double *rho, double omega_start, size_t strokes,
+                      const int64_t *direction, const double *length, size_t points, const int64_t *stroke,
+                      const double *travel, double *workspace, double *omega, double *derivatives);
 
 #endif
