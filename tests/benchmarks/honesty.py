@@ -45,6 +45,7 @@ from strandspring import (
     read_record,
 )
 from strandspring.errors import StrandspringError
+from strandspring.identification.intervals import NORMAL_95
 from strandspring.identification.polynomials import Basis
 from strandspring.identification.table import TableBasis
 
@@ -61,11 +62,10 @@ SIZES: dict[str, tuple[str, Callable[[Case], float]]] = {
     "wear of friction": ("friction_wear", lambda case: -case.magnitude),
     "wear of stiffness": ("stiffness_wear", lambda case: -case.magnitude),
 }
-NORMAL_95 = 1.96  # standard deviations to either side
 SIZE_SHARE = 0.1  # error of a size that is allowed, share of it
 SIZE_FLOORS = {"delay": 3e-4, "displacement_zero": 1e-4}  # error that is allowed in any case [s], [m]
 WITHIN = 0.05  # error of n and rho that is allowed under noise of the displacement, share of them
-UNTOLD = 0.07  # uncertainty of the energy of small loops that no caution tells
+UNREPORTED = 0.07  # uncertainty of the energy of small loops that no caution gives
 console = Console(width=150)
 
 
@@ -98,7 +98,7 @@ class Result:
         return self.wrong and not self.says(words)
 
     def extrapolated(self, words: tuple[str, ...]) -> bool:
-        """Whether that was all that was told."""
+        """Whether that was all that was said."""
         return self.silent(words) and Outcome.ONE_AMPLITUDE.name in self.cautions
 
     @property
@@ -169,7 +169,7 @@ def clean(arguments: argparse.Namespace) -> None:
 def summary(results: list[Result], words: tuple[str, ...]) -> str:
     return (
         f"{len(results)} runs, wrong {sum(r.wrong for r in results)}, silent {sum(r.silent(words) for r in results)} "
-        f"(of which told to be extrapolated {sum(r.extrapolated(words) for r in results)}), "
+        f"(of which cautioned for one amplitude {sum(r.extrapolated(words) for r in results)}), "
         f"refused {sum(bool(r.problem) and not r.failed for r in results)}, failed {sum(r.failed for r in results)}"
     )
 
@@ -207,7 +207,7 @@ def faults(arguments: argparse.Namespace) -> None:
                 "runs": len(results),
                 "wrong": sum(r.wrong for r in results),
                 "silent": sum(r.silent(words) for r in results),
-                "of which told to be extrapolated": sum(r.extrapolated(words) for r in results),
+                "of which cautioned for one amplitude": sum(r.extrapolated(words) for r in results),
                 "refused": sum(bool(r.problem) and not r.failed for r in results),
                 "failed": sum(r.failed for r in results),
             }
@@ -230,7 +230,7 @@ def faults(arguments: argparse.Namespace) -> None:
 
 
 def spans(arguments: argparse.Namespace) -> None:
-    """Whether the span told for the energy of small loops holds it: one amplitude, backbones that are no polynomial."""
+    """Whether the range given for the energy of small loops holds it: one amplitude, tanh, kink and bump stop."""
     held = wrong = 0
     for index in range(arguments.count):
         generator = np.random.default_rng([arguments.seed, index])
@@ -241,24 +241,24 @@ def spans(arguments: argparse.Namespace) -> None:
         if result.judgement is None:
             console.print(f"{index:4} {name:9} {result.line}")
             continue
-        low, high = told_span(result.cautions.get("SMALL_LOOPS"))
+        low, high = given_range(result.cautions.get("SMALL_LOOPS"))
         ratio = 1.0 / (1.0 + result.judgement.energy)
         held += low <= ratio <= high
         wrong += result.wrong
         if arguments.verbose or not low <= ratio <= high:
-            told = f"truth {ratio:.3g} of the energy, told {low:.3g} to {high:.3g}"
-            console.print(f"{index:4} {name:9} {told}  {result.line}")
+            given = f"truth {ratio:.3g} of the energy, range given {low:.3g} to {high:.3g}"
+            console.print(f"{index:4} {name:9} {given}  {result.line}")
     console.print(f"spans: {held} of {arguments.count} hold the truth, wrong {wrong}")
 
 
-def told_span(sentence: str | None) -> tuple[float, float]:
-    """Span of the energy of small loops that a caution tells, in the spring's; without a caution, what is right."""
+def given_range(sentence: str | None) -> tuple[float, float]:
+    """Range of the energy of small loops that a caution gives, in the spring's; without a caution, what is right."""
     if sentence is None:
         return 1.0 - WRONG_ENERGY, 1.0 + WRONG_ENERGY
     if "undetermined" in sentence:
         return -np.inf, np.inf
     known = re.search(r"\+- (\d+) %", sentence)
-    error = float(known[1]) / 100.0 if known else UNTOLD
+    error = float(known[1]) / 100.0 if known else UNREPORTED
     others = re.search(r"give (\S+) to (\S+) J a cycle, this one (\S+) J", sentence)
     low, high, own = map(float, others.groups()) if others else (1.0, 1.0, 1.0)
     return min(1.0 - error, low / own), max(1.0 + error, high / own)

@@ -411,14 +411,14 @@ def test_two_columns_to_reverse_are_refused(run: Any, loop: str, model: str) -> 
     assert done.err.count("force negated, as given") == 1
 
 
-def test_a_forgotten_reverse_is_told(run: Any, loop: str, model: str) -> None:
+def test_a_forgotten_reverse_is_reported(run: Any, loop: str, model: str) -> None:
     for command in ("predict", "info"):
         assert "Caution" not in run(command, model, loop).err
         told = run(command, model, loop, "--reverse", "force").err
         assert "The force falls as the displacement rises; negate a column with --reverse" in told
 
 
-def test_a_synthesized_record_beyond_the_identified_range_is_told(run: Any, model: str) -> None:
+def test_a_synthesized_record_beyond_the_identified_range_is_reported(run: Any, model: str) -> None:
     done = run("synthesize", "spring", model, "--amplitude", "25", "--mean", "50", "-o", "wide.csv")
     assert done.status == 0
     # |sin| > 0.8 for 1 - 2*asin(0.8)/pi of the time.

@@ -34,7 +34,7 @@ def synthesized(terminal: Terminal, name: str, amplitude: float, frequency: floa
     return name
 
 
-def test_a_table_of_fe_is_told(terminal: Terminal) -> None:
+def test_a_table_of_fe_is_reported(terminal: Terminal) -> None:
     Spring(TABLE, "table").save("table.json")
     text = terminal("info", "table.json")
     knots = "30, 33.4, 38, 41.6, 48, 51, 56.6, 60, 65.4, 70"

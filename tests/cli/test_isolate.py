@@ -74,13 +74,13 @@ def test_spikes_of_superharmonics_do_not_stop_the_curve(terminal: Terminal, mass
         assert level["resonance"]["frequency"] == pytest.approx(14.0, rel=0.2)
 
 
-def test_folds_are_told(terminal: Terminal) -> None:
+def test_folds_are_reported(terminal: Terminal) -> None:
     text = terminal("isolate", "mount.json", "--mass", "5.1", "--damping", "20", "--base-displacement", "2",
                     "--band", "5", "25", "--extrapolate", "--points", "60")  # fmt: skip
     assert "The curve folds" in text
 
 
-def test_motion_beyond_the_identified_range_is_told(terminal: Terminal) -> None:
+def test_motion_beyond_the_identified_range_is_reported(terminal: Terminal) -> None:
     command = ["isolate", "mount.json", "--mass", "5.1", "--damping", "20", "--base-displacement", "0.1",
                "--base-displacement", "5", "--band", "5", "25", *FEW, "--extrapolate"]  # fmt: skip
     within, beyond = json.loads(terminal(*command, "-o", "out.csv", "--json"))["levels"]
@@ -99,7 +99,7 @@ def test_motion_beyond_the_identified_range_is_told(terminal: Terminal) -> None:
     )
 
 
-def test_the_masses_that_can_rest_are_told(terminal: Terminal) -> None:
+def test_the_masses_that_can_rest_are_reported(terminal: Terminal) -> None:
     terminal("isolate", "mount.json", "--mass", "1000", "--parallel", "2", *FEW, status=1)
     told = re.search(r"where (\S+) to (\S+) kg can rest; use another mass", terminal.err)
     assert told is not None

@@ -139,7 +139,7 @@ def test_calls_are_legal_where_the_standard_says(column, mode):
                 assert one.said.startswith(f"fmi2{call} must ")
 
 
-def test_what_is_expected_is_told(spring):
+def test_what_is_expected_is_reported(spring):
     spring.enter_initialization()
     spring.DoStep(c_double(0.0), c_double(1.0), 1)
     assert (
@@ -350,7 +350,7 @@ def test_unknown_categories_are_refused(spring, bad):
     assert [status for status, _, _ in spring.messages] == [ERROR]
 
 
-def test_warnings_and_errors_are_told_without_debug_logging():
+def test_warnings_and_errors_are_logged_without_debug_logging():
     with Native(logging=False) as one:
         one.initialize()
         one.step(0.06)

@@ -101,7 +101,7 @@ def test_the_order_in_which_value_and_derivatives_are_set_does_not_matter():
     assert forces[0] == forces[1]
 
 
-def test_an_excursion_inside_a_step_is_told(spring):
+def test_an_excursion_inside_a_step_is_reported(spring):
     spring.initialize(displacement=0.045)
     spring.set(displacement=0.045)
     spring.set_derivatives(2.0, -200.0)  # up to 0.055 m and back

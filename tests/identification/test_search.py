@@ -138,7 +138,7 @@ def test_the_measured_records_reach_their_marks() -> None:
     assert identify(actuator).rnl >= 0.9975
 
 
-def test_minima_that_a_rich_basis_has_besides_are_told() -> None:
+def test_minima_that_a_rich_basis_has_besides_are_reported() -> None:
     """The hinge was recorded at one amplitude: with FE as a table two springs fit, with different small loops."""
     found = identify(hinge())
     assert found.parameters.FE_knots

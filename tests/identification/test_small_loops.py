@@ -61,7 +61,7 @@ def test_another_minimum_that_fits_as_well_is_named() -> None:
     assert f"this one {loop_energy(spring):.3g} J" in text
 
 
-def test_misfit_that_is_large_beside_the_small_loops_is_told() -> None:
+def test_misfit_that_is_large_beside_the_small_loops_is_reported() -> None:
     spring = spring_of(1.0, 1.0)
     half_height = loop_energy(spring) / (2.0 * AMPLITUDE * (spring.displacement_max - spring.displacement_min))
     assert "mean half height of the loops at 30 %" in undecided_energy(spring, {}, [], 0.02, misfit=0.2 * half_height)

@@ -82,7 +82,7 @@ def test_the_quantile_is_that_of_student() -> None:
     assert quantile_95(nu) == pytest.approx(expected, rel=0.02)
 
 
-def test_misfit_of_every_cycle_is_told_from_noise() -> None:
+def test_misfit_of_every_cycle_is_distinguished_from_noise() -> None:
     path = sine(6, 3000)
     strokes = find_strokes(path)
     loops = gather(strokes, path, 1)
@@ -117,7 +117,7 @@ def test_intervals_hold_the_truth(correlation: float) -> None:
     assert all(0.91 <= share <= 0.995 for share in shares.values()), shares
 
 
-def test_what_bounds_one_side_only_is_told_so() -> None:
+def test_what_bounds_one_side_only_is_reported_so() -> None:
     """A sharp knee in few, noisy samples: n may be anything above some value."""
     known = spring_of(12.0, 0.6, 3.0)
     found = identify(record_of(known, sine(3, 90), noise=0.02, seed=1), CUBIC)

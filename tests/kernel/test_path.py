@@ -174,7 +174,7 @@ def test_standing_still_changes_nothing(
 
 @LAW
 @given(springs(), fractions(reach=100.0), omegas())
-def test_omega_stays_within_saturation_and_starts_as_told(
+def test_omega_stays_within_saturation_and_starts_where_given(
     parameters: SpringParameters, positions: list[float], omega_start: float
 ) -> None:
     path = along(parameters, positions)

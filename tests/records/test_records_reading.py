@@ -234,7 +234,7 @@ def test_a_header_of_digits_wins_over_the_number(write: Write) -> None:
     assert read_record(path, displacement="3", force="2").displacement[0] == pytest.approx(2e-3)
 
 
-def test_an_asked_unit_wins_over_the_file_which_is_told(write: Write) -> None:
+def test_an_asked_unit_wins_over_the_file_which_is_reported(write: Write) -> None:
     record = read_record(write("x [mm],F [kN]\n1,2\n2,3\n"), displacement_unit="Inch", force_unit="lbs")
     assert record.displacement[0] == pytest.approx(0.0254)
     assert record.force[0] == pytest.approx(8.896443230521)
@@ -263,7 +263,7 @@ def test_a_time_that_nobody_asked_for_does_no_harm(write: Write, text: str, why:
 
 
 @pytest.mark.parametrize("end", ["3,", "3", "3,-", "3,1e", "3,nan\n", "End of test\n", "3,\n4,\n5\n", "3," + "\0" * 99])
-def test_incomplete_rows_at_the_end_are_dropped_and_told(write: Write, end: str) -> None:
+def test_incomplete_rows_at_the_end_are_dropped_and_reported(write: Write, end: str) -> None:
     record = read_record(write("Disp,Force\n1,2\n2,4\n" + end))
     assert len(record) == 2
     assert any("at the end of the file (from line 4) left out" in note for note in record.notes)
@@ -466,7 +466,7 @@ def spike_notes(record: Record) -> list[str]:
 
 
 @pytest.mark.parametrize("value", [1e3, -1e3, 1e8])
-def test_a_single_bad_force_is_told_with_its_line(write: Write, value: float) -> None:
+def test_a_single_bad_force_is_reported_with_its_line(write: Write, value: float) -> None:
     displacement, force = cycles()
     force[200] = value
     (note,) = spike_notes(read_record(write(table(displacement, force))))

@@ -101,7 +101,7 @@ def test_what_was_at_its_bound_is_taken_as_known() -> None:
     assert len({one.n for one in drawn}) == 3
 
 
-def test_parameters_that_cannot_be_told_apart_are_drawn_together() -> None:
+def test_parameters_that_cannot_be_distinguished_are_drawn_together() -> None:
     spread = Spread.of(SPRING, {"rho": 0.1 * SPRING.rho, "n": 0.2, "correlation": {"rho,n": -1.0}})
     for k in range(5):
         one = spread.draw(SPRING, 0, k)
@@ -256,7 +256,7 @@ def test_the_text_is_the_json_in_words(terminal: Terminal) -> None:
         assert said in text, said
 
 
-def test_motion_beyond_the_identified_range_is_told(terminal: Terminal) -> None:
+def test_motion_beyond_the_identified_range_is_reported(terminal: Terminal) -> None:
     command = ["study", "mount.json", "--mass", "5", "--base-displacement", "0.1", "--base-displacement", "3",
                "--band", "2", "40", "--points", "20", "--draws", "0", "-o", "results.csv"]  # fmt: skip
     refused = json.loads(terminal(*command, "--json"))
@@ -268,7 +268,7 @@ def test_motion_beyond_the_identified_range_is_told(terminal: Terminal) -> None:
     assert "in 1 of 1 the spring moves outside the identified range" in terminal(*command, "--extrapolate")
 
 
-def test_the_most_frequent_reason_is_told_whatever_its_numbers() -> None:
+def test_the_most_frequent_reason_is_reported_whatever_its_numbers() -> None:
     study = replace(CHEAP, masses=(5.0,), draws=3)
     rows = [
         replace(row, outcome=outcome)

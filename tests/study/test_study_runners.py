@@ -333,7 +333,7 @@ def test_a_folder_cannot_be_the_results(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_a_scheduler_that_does_not_answer_is_told_within_seconds(terminal: Terminal) -> None:
+def test_a_scheduler_that_does_not_answer_is_reported_within_seconds(terminal: Terminal) -> None:
     begin = time.monotonic()
     terminal(*COMMAND, "--scheduler", "tcp://127.0.0.1:1", "-o", "results.csv", status=1)
     assert time.monotonic() - begin < 15.0  # it gives up after 5; a busy machine may take its time
@@ -341,7 +341,7 @@ def test_a_scheduler_that_does_not_answer_is_told_within_seconds(terminal: Termi
     assert not [path for path in Path().iterdir() if "results" in path.name]
 
 
-def test_a_missing_package_is_told_with_the_command(terminal: Terminal, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_missing_package_is_reported_with_the_command(terminal: Terminal, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "distributed", None)
     terminal(*COMMAND, "--scheduler", "tcp://127.0.0.1:1", "-o", "results.csv", status=1)
     assert "install it with: pip install distributed" in terminal.err

@@ -15,6 +15,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 
@@ -27,6 +28,7 @@ from .refinement import FAIR_TOLERANCE
 from .rig import Effect, Rig, Sizes, transferred
 from .scan import scan_minima
 from .search import (
+    CLOSE,
     PILOT,
     SATURATION,
     Candidate,
@@ -42,7 +44,6 @@ from .table import TableBasis
 from .two_stage import two_stage
 
 _MARGIN = 12.0  # by which an effect must lower the criterion beyond its price
-_CLOSE = 10.0  # by which a fit with a further effect may be worse and is about as good all the same
 # An effect must explain this share of the misfit, unless nothing but noise is left: where the model itself does not
 # follow the spring, any further column gains a little.
 _WORTH = 0.25
@@ -135,7 +136,7 @@ def _doubtful(rig: Rig, state: Corrected, noise: float) -> list[Corrected]:
     """
     if not is_explained(state.fit, noise):
         return []
-    promising = _promising(rig, state, -_CLOSE, _LOCKED)
+    promising = _promising(rig, state, -CLOSE, _LOCKED)
     tried = [_settled(rig, state.fit, sizes, (Effect.PLAY,), _DOUBTFUL_STEPS) for sizes in promising]
     return [one for one in tried if one is not None]
 
@@ -197,6 +198,7 @@ def _scanned(
     others = {e: size for e, size in state.sizes.items() if e not in _LOCKED}
     basis = Basis(*state.loops.reach, *(degrees or PILOT))
 
+    @cache
     def misfit(size: float) -> float:
         loops = rig.corrected({**others, effect: np.array([size])}, state.fit)
         start = two_stage(loops, degrees or PILOT)

@@ -180,6 +180,13 @@ class RefinedOptions(Method):
         if lack.is_reported:
             findings[Outcome.LACK_OF_FIT] = lack.advice
         final = replace(found[0].fit, basis=basis, refinement=refinement)
+        predicted: tuple[FloatArray, ...] = ()
+        alone: tuple[SteadyRecord, ...] = ()
+        if sizes or self.known.effects:
+            whole = Rig.from_parts(parts, None, self.delay)
+            predicted = self._measured(whole, sizes, final, spring)
+            if sizes or self.delay:
+                alone = spring_alone(whole, sizes, final)
         return Fitted(
             spring,
             findings,
@@ -188,9 +195,9 @@ class RefinedOptions(Method):
             content,
             PredictionBand.of(linear, interval),
             effects={**self.known.effects, **effects},
-            predicted=self._measured(parts, sizes, final, spring),
+            predicted=predicted,
             lack_of_fit=lack,
-            alone=spring_alone(Rig.from_parts(parts, None, self.delay), sizes, final) if sizes or self.delay else (),
+            alone=alone,
         )
 
     def _refined(self, samples: Samples, fit: Candidate, where: str) -> tuple[Basis, Refinement]:
@@ -211,18 +218,13 @@ class RefinedOptions(Method):
         rig = Rig.from_parts(parts, points, self.delay)
         return rig.corrected(sizes, fit) if sizes else rig.loops
 
-    def _measured(
-        self, parts: Sequence[SteadyRecord], sizes: Sizes, fit: Candidate, spring: SpringParameters
-    ) -> tuple[FloatArray, ...]:
-        """Force at every sample of each record that the spring on this rig gives [N]; empty without effects."""
-        if not sizes and not self.known.effects:
-            return ()
-        rig = Rig.from_parts(parts, None, self.delay)
+    def _measured(self, rig: Rig, sizes: Sizes, fit: Candidate, spring: SpringParameters) -> tuple[FloatArray, ...]:
+        """Force at every sample of each record that the spring on this rig gives [N]."""
         _, force = rig.predicted(sizes, fit)
         forces = [force[at] for _, at in rig.loops.by_record()]
         solver = PathSolver(spring)
-        for k, part in enumerate(parts):
+        for k, part in enumerate(rig.parts):
             if part.periodic:
                 path = part.strokes.displacement
                 forces[k] = solver.force(path, periodic_start(solver, path))
-        return tuple(own + self.known.inertia(part.record) for own, part in zip(forces, parts, strict=True))
+        return tuple(own + self.known.inertia(part.record) for own, part in zip(forces, rig.parts, strict=True))

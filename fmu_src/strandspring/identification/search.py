@@ -52,6 +52,7 @@ _EXACT = 0.3  # share of a misfit below the floor that higher degrees must leave
 _AS_WELL = 1.02  # held-out error in that of the best basis up to which a polynomial, or else a leaner one, is taken
 NOISE_ONLY = 1.2  # misfit over noise up to which residuals are noise, if they are white
 WHITE = 2.0  # autocorrelation time up to which they are
+CLOSE = 10.0  # difference of the criterion up to which two fits are about as good
 SATURATION = 20.0  # by which the criterion must favour a fit whose strokes do not saturate
 
 
@@ -229,13 +230,12 @@ def with_richer_bases(loops: Loops, candidate: Candidate, noise: float) -> Candi
     candidate : Candidate
     noise : float           The rms that noise alone gives the residuals [N].
     """
-    residuals = candidate.refinement.backbone.misfit(loops.force, candidate.refinement.omega)
-    several = loops.cycles()[-1] > 0
     if is_explained(candidate, noise):
         return None
     if candidate.misfit <= force_floor(loops):
         return _exact(loops, candidate)
-    if several and repeated_share(loops, residuals) < _LOCKED:
+    residuals = candidate.refinement.backbone.misfit(loops.force, candidate.refinement.omega)
+    if loops.cycles()[-1] > 0 and repeated_share(loops, residuals) < _LOCKED:
         return None
     low, high, amplifier = candidate.basis.low, candidate.basis.high, _DEGREES[1]
     bases = [Basis(low, high, _DEGREES[0], _BENDING)]

@@ -11,15 +11,14 @@ from ..core.parameters import SpringParameters
 from ..joint import JointCovariance
 from ..kernel.arrays import FloatArray
 from ..kernel.points import omega_with_derivatives
+from .intervals import NORMAL_95
 from .loops import ONE_AMPLITUDE
-from .search import Candidate
+from .search import CLOSE, Candidate
 from .solution import spring_of
 
 AMPLITUDE = 0.3  # of the loops judged, share of the largest
 _SAMPLES = 101  # of a stroke
 _CYCLES = 40  # until the loop is steady
-_NORMAL_95 = 1.96  # standard errors to either side
-_CLOSE = 10.0  # difference of the criterion up to which two fits are about as good
 _AS_GOOD = 1.1  # misfit in that of the best up to which another fit is as good
 _AS_SMALL = 1.2  # smallest amplitude in that of the loops judged up to which these were recorded
 _UNDECIDED = 0.07  # uncertainty of the energy that is reported, share of it
@@ -58,7 +57,7 @@ def _energy_with_derivatives(spring: SpringParameters) -> tuple[float, FloatArra
         [
             omega * powers[1:],
             FA * omega,
-            *(FA * by * value for by, value in zip(partials, (spring.rho, spring.sigma, spring.n), strict=False)),
+            *(FA * by * value for by, value in zip(partials[:3], (spring.rho, spring.sigma, spring.n), strict=True)),
         ]
     )
     up, down = np.split(integrands, 2, axis=1)
@@ -101,7 +100,7 @@ def undecided_energy(
         other
         for best, *others in alternatives
         for other in others
-        if other.criterion < best.criterion + _CLOSE and other.misfit < _AS_GOOD * best.misfit
+        if other.criterion < best.criterion + CLOSE and other.misfit < _AS_GOOD * best.misfit
     ]
     springs = [spring_of(other.basis, other.refinement.backbone, other.refinement.hysteresis) for other in rivals]
     energies = [loop_energy(other) for other in springs]
@@ -117,13 +116,12 @@ def undecided_energy(
 
 def extrapolated_energy(spring: SpringParameters, uncertainty: Mapping[str, Any], amplitude: float) -> str:
     """How far the energy of loops smaller than this amplitude [m] is known if the model holds, in words."""
+    known = f"below {1e3 * amplitude:.3g} mm"
     joint = JointCovariance.of(spring, uncertainty)
-    span = (
-        ""
-        if joint is None
-        else f"; if it holds, to +- {100.0 * _relative_error(spring, joint):.1g} % at {100.0 * AMPLITUDE:.0f} % of that"
-    )
-    return f"below {1e3 * amplitude:.3g} mm{span}"
+    if joint is None:
+        return known
+    error, share = 100.0 * _relative_error(spring, joint), 100.0 * AMPLITUDE
+    return f"{known}; if the model holds there, to +- {error:.2g} % at {share:.0f} % of that amplitude"
 
 
 def _advice(spring: SpringParameters, smallest: float) -> str:
@@ -146,4 +144,4 @@ def _relative_error(spring: SpringParameters, joint: JointCovariance) -> float:
     root = np.zeros((len(joint.root), len(joint.root)))
     for row, values in zip(root, joint.root, strict=True):
         row[: len(values)] = values
-    return _NORMAL_95 * float(np.linalg.norm(derivatives @ root[-derivatives.size :])) / abs(energy)
+    return NORMAL_95 * float(np.linalg.norm(derivatives @ root[-derivatives.size :])) / abs(energy)
