@@ -66,7 +66,7 @@ STOP = 0.6
 MASS, LOAD, MIDDLE = 5.0, 50.0, 0.05
 AMPLITUDE, CIRCULAR = 0.003, 2.0 * math.pi * 7.0
 
-LINEAR = {"kE[1]": 1e4, "kE[2]": 0.0, "kE[3]": 0.0, "kA[1]": 0.0, "kappa_omega": 1e-9, "rho": 1.0}
+LINEAR = {"kE_1": 1e4, "kE_2": 0.0, "kE_3": 0.0, "kA_1": 0.0, "kappa_omega": 1e-9, "rho": 1.0}
 RATIOS = (0.0, 0.02, 0.1)
 GROWTH = 1e-7  # per step, above which the FMU counts as unstable
 # Tangent of the recoil spring after a reversal, where it is steepest.

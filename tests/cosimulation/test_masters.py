@@ -48,7 +48,7 @@ AMPLITUDE, CIRCULAR = 0.003, 2.0 * math.pi * 7.0
 MOUNT, CORNER, RECOIL = "EQUIPMENT_MOUNT", "SOFT_CORNER", "RECOIL_SPRING"
 
 # Linear within 1e-11 of its force, so that linear theory holds for the FMU.
-NEARLY_LINEAR = {"kE[1]": 1e4, "kE[2]": 0.0, "kE[3]": 0.0, "kA[1]": 0.0, "kappa_omega": 1e-9, "rho": 1.0}
+NEARLY_LINEAR = {"kE_1": 1e4, "kE_2": 0.0, "kE_3": 0.0, "kA_1": 0.0, "kappa_omega": 1e-9, "rho": 1.0}
 
 
 def base(t: float) -> float:

@@ -64,8 +64,8 @@ def test_a_displacement_that_is_not_finite_when_initialization_ends(spring):
     ("name", "value"),
     [
         ("rho", -1.0), ("rho", 0.0), ("rho", math.nan), ("kappa_omega", 0.0), ("kappa_omega", math.inf),
-        ("sigma", 0.4), ("sigma", -math.inf), ("n", 0.0), ("n", 1e3), ("kA[0]", 2.0), ("kA[1]", -1e3),
-        ("kE[2]", math.nan), ("displacement_min", 0.06), ("displacement_max", 0.0),
+        ("sigma", 0.4), ("sigma", -math.inf), ("n", 0.0), ("n", 1e3), ("kA_0", 2.0), ("kA_1", -1e3),
+        ("kE_2", math.nan), ("displacement_min", 0.06), ("displacement_max", 0.0),
         ("displacement_offset", 1.0), ("omega_start", 1.0000001), ("omega_start", math.nan),
     ],
 )  # fmt: skip
@@ -78,7 +78,7 @@ def test_parameters_that_are_not_possible(spring, name, value):
         assert status_of(spring.slave.exitInitializationMode) == FATAL
     text = spring.logged(FATAL)[0]
     # FA is judged as a whole: its value over the range is what is wrong.
-    assert ("the amplifier FA" if name == "kA[1]" else f"`{name}`") in text
+    assert ("the amplifier FA" if name == "kA_1" else f"`{name}`") in text
     assert "got" in text
     spring.set(name, good)
     spring.slave.exitInitializationMode()

@@ -127,8 +127,8 @@ def test_path_starts_where_initialization_ends(spring):
 
 
 def test_parameters_can_be_set_before_initialization_ends(spring):
-    spring.initialize(rho=100.0, kappa_omega=40.0, **{"kE[1]": 2e4})
-    assert spring.get("rho", "kE[1]") == [100.0, 2e4]
+    spring.initialize(rho=100.0, kappa_omega=40.0, **{"kE_1": 2e4})
+    assert spring.get("rho", "kE_1") == [100.0, 2e4]
     changed = replace(SPRING, rho=100.0, kappa_omega=40.0, kE=(3.0, 2e4, -2.0e4, 1.0e6))
     path = np.array([0.02, 0.04, 0.03])
     found = spring.get("force") + [spring.step(x, "force")[0] for x in path[1:]]

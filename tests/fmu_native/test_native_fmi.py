@@ -91,7 +91,7 @@ def test_parameters_can_be_set_before_initialization_ends(spring):
     changed = SpringParameters(
         (0.0, 1.0e4, 0.0, 0.0), (1.0, 0.0, 0.0), 30.0, 200.0, 0.9, 0.7, 0.01, -0.02, 0.04
     )  # fmt: skip
-    values = {f"kE[{i}]": c for i, c in enumerate(changed.kE)} | {f"kA[{i}]": c for i, c in enumerate(changed.kA)}
+    values = {f"kE_{i}": c for i, c in enumerate(changed.kE)} | {f"kA_{i}": c for i, c in enumerate(changed.kA)}
     spring.set(**values)
     spring.enter_initialization()
     names = ("kappa_omega", "rho", "sigma", "n", "displacement_offset", "displacement_min", "displacement_max")

@@ -85,7 +85,7 @@ static double usual_value(fmi2ValueReference reference)
     double start = described[reference].start;
     const char *name = described[reference].name;
     /* Other values would hardly ever be possible: knots go from one end of the range to the other. */
-    int fixed = strcmp(name, "kA[0]") == 0 || strncmp(name, "FE_knots", 8) == 0 ||
+    int fixed = strcmp(name, "kA_0") == 0 || strncmp(name, "FE_knots", 8) == 0 ||
                 (MODEL_KNOTS && strncmp(name, "displacement_m", 14) == 0);
     if (chance(50) || fixed)
         return start;

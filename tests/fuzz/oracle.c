@@ -95,7 +95,7 @@ static double named(const Twin *twin, const char *name)
 static Answer amplifier_positive(const Twin *twin, double low, double high)
 {
     enum { SAMPLES = 400 };
-    const double *kA = &twin->value[variable("kA[0]")];
+    const double *kA = &twin->value[variable("kA_0")];
     double reach = fmax(fabs(low), fabs(high)), slope = 0.0, size = 0.0, least = INFINITY;
     for (int i = 0; i < MODEL_AMPLIFIER; i++) {
         slope += i * fabs(kA[i]) * pow(reach, i - 1.0);
@@ -120,7 +120,7 @@ static Answer knots_rise(const Twin *twin, double low, double high)
 {
     if (MODEL_KNOTS == 0)
         return YES;
-    const double *knots = &twin->value[variable("FE_knots[0]")];
+    const double *knots = &twin->value[variable("FE_knots_0")];
     double least = INFINITY;
     for (int i = 1; i < MODEL_KNOTS; i++)
         least = fmin(least, (knots[i] - knots[i - 1]) / (high - low));
@@ -136,7 +136,7 @@ static Answer asked(const Twin *twin)
             return NO;
     double low = named(twin, "displacement_min"), high = named(twin, "displacement_max");
     double offset = named(twin, "displacement_offset"), sigma = named(twin, "sigma"), n = named(twin, "n");
-    if (fabs(named(twin, "omega_start")) > 1.0 || named(twin, "kA[0]") != 1.0 || named(twin, "kappa_omega") <= 0.0 ||
+    if (fabs(named(twin, "omega_start")) > 1.0 || named(twin, "kA_0") != 1.0 || named(twin, "kappa_omega") <= 0.0 ||
         named(twin, "rho") <= 0.0 || sigma < 0.5 || sigma > 1000.0 || n < 0.01 || n > 100.0)
         return NO;
     if (low >= high || !isfinite(high - low) || offset < low || offset > high)

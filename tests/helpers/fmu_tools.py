@@ -41,7 +41,7 @@ OTHER = SpringParameters(
 
 def built(folder: Path, parameters: SpringParameters = SPRING, name: str = "spring", text: str = "") -> Path:
     """An FMU in `folder`."""
-    return build_fmu(ModelFile(name, parameters, text), folder)
+    return build_fmu(ModelFile(name, parameters, text), folder, zero=0.0)
 
 
 def wandering_path(parameters: SpringParameters, samples: int, seed: int) -> np.ndarray:
@@ -81,10 +81,10 @@ class Instance:
         self.messages.append((status, (category or b"").decode(), message.decode()))
 
     def initialize(self, **start: float) -> Instance:
-        """Initialize with start values."""
+        """Initialize with start values; the path starts at the offset unless they say otherwise."""
         self.slave.setupExperiment(startTime=0.0)
         self.slave.enterInitializationMode()
-        for name, value in start.items():
+        for name, value in {"displacement": self.get("displacement_offset")[0], **start}.items():
             self.set(name, value)
         self.slave.exitInitializationMode()
         return self

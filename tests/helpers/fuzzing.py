@@ -50,7 +50,7 @@ Statistics = dict[str, Any]
 def write_sources(folder: Path, parameters: SpringParameters = SPRING) -> Path:
     """The C sources of the native FMU of a spring, and what its model description says of it for the fuzzer."""
     folder.mkdir()
-    for name, content in native_contents(ModelFile("spring", parameters), ()).items():
+    for name, content in native_contents(ModelFile("spring", parameters), (), zero=0.0).items():
         if name == "modelDescription.xml" or name.startswith("sources/"):
             (folder / Path(name).name).write_bytes(content)
     (folder / "fuzz_model.h").write_text(_description(folder))
@@ -65,7 +65,7 @@ def _description(folder: Path) -> str:
         f"V({json.dumps(v.name)}, '{v.type[0]}', '{v.causality[0]}', {start!r})"
         for v, start in zip(variables, starts, strict=True)
     ]
-    amplifier, knots = (sum(v.name.startswith(array) for v in variables) for array in ("kA[", "FE_knots["))
+    amplifier, knots = (sum(v.name.startswith(array) for v in variables) for array in ("kA_", "FE_knots_"))
     return "\n".join(
         [
             f"#define MODEL_GUID {json.dumps(str(description.guid))}",

@@ -63,7 +63,7 @@ class Library:
 def library(parameters: SpringParameters = SPRING) -> Library:
     """The native FMU of a spring, built and unpacked once in a session."""
     folder = build_folder() / f"fmu{next(_numbers)}"
-    fmu = build_native_fmu(ModelFile("spring", parameters), folder, chosen_platforms("host"))
+    fmu = build_native_fmu(ModelFile("spring", parameters), folder, chosen_platforms("host"), zero=0.0)
     with zipfile.ZipFile(fmu) as archive:
         archive.extractall(folder)
     return Library(folder)
@@ -157,9 +157,9 @@ class Native:
         return self
 
     def initialize(self, **start: float) -> Native:
-        """Initialize with start values; model exchange goes on to continuous-time mode."""
+        """Initialize with start values; the path starts at the offset unless they say otherwise."""
         self.enter_initialization()
-        assert self.set(**start) == OK
+        assert self.set(**{"displacement": self.get("displacement_offset")[0], **start}) == OK
         assert self.ExitInitializationMode() == OK, self.messages[-1]
         return self
 

@@ -98,4 +98,4 @@ def test_the_table_of_symbols_is_the_fmus_table() -> None:
     assert set(SCALARS) < set(listed)
     for name, unit in listed.items():
         expected = units[name] or ""
-        assert unit == (f"{expected}/m^i" if name == "kE[0]" else "1/m^i" if name == "kA[0]" else expected), name
+        assert unit == (f"{expected}/m^i" if name == "kE_0" else "1/m^i" if name == "kA_0" else expected), name

@@ -9,6 +9,7 @@ from typing import Any
 import click
 from click.core import ParameterSource
 
+from ..coordinates import chosen_zero, zero_sentence
 from ..errors import BuildError, StrandspringError
 from ..fmu.archive import binary_sizes, fmu_path
 from ..fmu.check import CheckReport, check_fmu
@@ -17,7 +18,7 @@ from ..fmu.native.platforms import PLATFORMS, Platform, chosen_platforms
 from ..fmu.python_backed import build_fmu
 from ..modelfile import ModelFile, check_name, load_model, save_model
 from .identify import identified, print_identification
-from .options import column_options, identification_options, identifier, method_options
+from .options import column_options, identification_options, identifier, method_options, zero_option
 from .output import result, result_json, working
 from .paths import refuse_overwriting
 
@@ -67,6 +68,7 @@ def _platforms(_context: click.Context, _parameter: click.Parameter, names: str 
 )
 @click.option("--name", help="Name of the model identified from records.  [default: from the first record]")
 @click.option("--description", default="", help="Free text for the model identified from records.")
+@zero_option
 @column_options
 @identification_options
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object instead of text.")
@@ -78,6 +80,7 @@ def build(
     models: str,
     name: str | None,
     description: str,
+    zero: str | None,
     as_json: bool,
     **options: Any,
 ) -> None:  # fmt: skip
@@ -90,6 +93,7 @@ def build(
     Examples:
       strandspring build spring.json
       strandspring build spring.json --platform linux64,win64
+      strandspring build spring.json --zero 35
       strandspring build loop.csv --name mount_a -o dist
     """
     if backend is None:
@@ -114,13 +118,15 @@ def build(
             refuse_overwriting(sources, {"--models": model_path, "--output": fmu_path(output, chosen, one)})
         model, identification = identified(sources, options, method, chosen, description)
         save_model(model_path, model)
-    built = {one: _built(model, Path(output), one, platforms) for one in backends}
+    origin = chosen_zero(zero, model.parameters)
+    built = {one: _built(model, Path(output), one, platforms, origin) for one in backends}
     if as_json:
         result_json(
             {
                 "model": str(model_path),
                 "name": model.name,
                 "parameters": model.parameters.as_dict(),
+                "zero": origin,
                 "rmse": None if identification is None else identification.rmse,
                 "rnl": None if identification is None else identification.rnl,
                 "fmus": [
@@ -133,6 +139,8 @@ def build(
     if identification is not None:
         print_identification(identification)
     result(f"Model file: {model_path}")
+    if sentence := zero_sentence(origin):
+        result(sentence)
     for one, (fmu, report) in built.items():
         binaries = ", ".join(f"{platform} {size / 1024:.0f} KiB" for platform, size in binary_sizes(fmu).items())
         result(f"FMU: {fmu} ({fmu.stat().st_size / 1024:.0f} KiB), {_PURPOSES[one]}")
@@ -165,11 +173,13 @@ def _refuse_given(names: set[str], model: str) -> None:
 
 
 def _built(
-    model: ModelFile, folder: Path, backend: str, platforms: tuple[Platform, ...] | None
+    model: ModelFile, folder: Path, backend: str, platforms: tuple[Platform, ...] | None, zero: float
 ) -> tuple[Path, CheckReport]:
     if folder.exists() and not folder.is_dir():
         raise StrandspringError(f"{folder} is a file; give a folder with -o.")
     with working("Building the FMU"):
-        fmu = build_native_fmu(model, folder, platforms) if backend == "native" else build_fmu(model, folder)
+        fmu = (
+            build_native_fmu(model, folder, platforms, zero) if backend == "native" else build_fmu(model, folder, zero)
+        )
     with working("Validating and running the FMU"):
         return fmu, check_fmu(fmu)

@@ -6,11 +6,13 @@ from pathlib import Path
 
 import click
 
+from ..coordinates import chosen_zero, placed, zero_sentence
 from ..errors import StrandspringError
 from ..export.modelica import modelica_package, package_name
 from ..export.ssv import parameter_values
 from ..files import write_text
 from ..modelfile import load_model
+from .options import zero_option
 from .output import note, result, result_json
 from .paths import refuse_overwriting
 
@@ -27,8 +29,9 @@ from .paths import refuse_overwriting
     metavar="DIR|FILE",
     help="Folder, or file name ending in .ssv or .mo; a .mo file has the name of its package.",
 )
+@zero_option
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object instead of text.")
-def export(model: str, ssv: bool, modelica: bool, output: str, as_json: bool) -> None:
+def export(model: str, ssv: bool, modelica: bool, output: str, zero: str | None, as_json: bool) -> None:
     """Export a model's parameters as SSP parameter values or a Modelica package.
 
     \b
@@ -40,6 +43,7 @@ def export(model: str, ssv: bool, modelica: bool, output: str, as_json: bool) ->
     if not (ssv or modelica):
         raise click.UsageError("Nothing to write; give --ssv, --modelica or both.")
     content = load_model(model)
+    content, origin = placed(content, chosen_zero(zero, content.parameters))
     package = package_name(content.name)
     # Both paths are checked before anything is written.
     ssv_path = _output_path(output, f"{content.name}.ssv") if ssv else None
@@ -61,10 +65,13 @@ def export(model: str, ssv: bool, modelica: bool, output: str, as_json: bool) ->
             {
                 "model": model,
                 "name": content.name,
+                "zero": origin,
                 **{kind: None if path is None else str(path) for kind, path in written.items()},
             }
         )
         return
+    if sentence := zero_sentence(origin):
+        result(sentence)
     if ssv_path is not None:
         result(f"SSP parameter values: {ssv_path}")
     if modelica_path is not None:

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from typing import Any
 
 import click
 
+from ..coordinates import chosen_zero, counted_from, zero_sentence
 from ..core.parameters import SpringParameters
 from ..identification.campaign import campaign_verdicts
 from ..kernel.path import PathSolver
@@ -18,7 +19,7 @@ from ..loops.modelled import steady_loop
 from ..modelfile import ModelFile, load_model
 from .cautions import caution_backwards, note_assumptions, outside_range
 from .fit_tables import parameter_lines, verdict_json
-from .options import FiniteRange, column_options, read_records
+from .options import FiniteRange, column_options, read_records, zero_option
 from .output import note, progress, result, result_json, result_table
 
 _DEFAULT_SHARES = (0.25, 0.5, 0.75, 1.0)  # of the identified half range
@@ -51,9 +52,17 @@ _COLUMNS = (
     help="Amplitude of a loop about the offset [mm]; repeat for more.  [default: those of the records, or quarters "
     "of the identified range]",
 )
+@zero_option
 @column_options
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object instead of text.")
-def info(model: str, records: tuple[str, ...], amplitudes: tuple[float, ...], as_json: bool, **columns: Any) -> None:
+def info(
+    model: str,
+    records: tuple[str, ...],
+    amplitudes: tuple[float, ...],
+    zero: str | None,
+    as_json: bool,
+    **columns: Any,
+) -> None:
     """Show a model's parameters and loop figures, beside those of records.
 
     For each amplitude: secant stiffness between the turning points, energy absorbed per cycle W, loss factor
@@ -68,11 +77,13 @@ def info(model: str, records: tuple[str, ...], amplitudes: tuple[float, ...], as
       strandspring info spring.json a13.csv a46.csv --json
     """
     content = load_model(model)
-    parameters = content.parameters
+    origin = chosen_zero(zero, content.parameters)
+    parameters = counted_from(origin, content.parameters)
     solver = PathSolver(parameters)
     group = read_records(records, columns)
     note_assumptions(group)
     caution_backwards(group)
+    group = [replace(record, displacement=record.displacement - origin) for record in group]
     measured = [loop for record in progress(group, "Measuring loops") for loop in measured_loops(record)]
     modelled = [steady_loop(solver, *ends) for ends in _turning_points(parameters, amplitudes, bool(records))]
     pairs = [(loop, steady_loop(solver, loop.figures.low, loop.figures.high)) for loop in measured]
@@ -86,7 +97,8 @@ def info(model: str, records: tuple[str, ...], amplitudes: tuple[float, ...], as
             {
                 "model": model,
                 "name": content.name,
-                "parameters": content.parameters.as_dict(),
+                "parameters": parameters.as_dict(),
+                "zero": origin,
                 "loops": loops,
                 "rate_independence": verdict_json(rate),
                 "overlap": verdict_json(overlap),
@@ -95,6 +107,8 @@ def info(model: str, records: tuple[str, ...], amplitudes: tuple[float, ...], as
         return
     for line in _summary(model, content, parameters):
         result(line)
+    if sentence := zero_sentence(origin):
+        result(f"  {sentence}")
     result_table([*(heading for heading, _, _ in _COLUMNS), "source"], _rows(modelled, pairs), left=["source"])
     for verdict in (rate, overlap):
         if verdict is not None:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from ..coordinates import chosen_zero, counted_from, zero_sentence
 from ..files import write_csv
 from ..isolation.band import band_frequencies
 from ..isolation.curve_points import ResponsePoint
@@ -18,6 +19,7 @@ from ..isolation.system import Excitation, IsolatedMass, StaticEquilibrium, stat
 from ..modelfile import ModelFile, load_model
 from .cautions import outside_range
 from .mount import EXCITATIONS, chosen_levels, curve_options, level_options, mount_options, positive, shares_of_room
+from .options import zero_option
 from .output import progress, result, result_json, result_table
 from .paths import refuse_overwriting
 
@@ -34,6 +36,7 @@ _HEADINGS = (
 @click.argument("model", metavar="MODEL.json")
 @click.option("--mass", type=positive("kg"), required=True, metavar="KG", help="Mass on the mount [kg].")
 @mount_options
+@zero_option
 @level_options(lambda level: level, "repeat for more levels", "  [default: 0.5, 1 and 2 % of the free travel]")
 @curve_options(points=200)
 @click.option("-o", "--output", metavar="OUT.csv", help="Write all points of the curves to this file.")
@@ -54,6 +57,7 @@ def isolate(
     output: str | None,
     plot: str | None,
     verify: bool,
+    zero: str | None,
     as_json: bool,
     **options: Any,
 ) -> None:
@@ -78,7 +82,8 @@ def isolate(
             raise click.UsageError(f"--plot must end in {', '.join(SUFFIXES)}, got {plot!r}.")
     refuse_overwriting([model], {"--output": output, "--plot": plot})
     content = load_model(model)
-    system = IsolatedMass(content.parameters, mass, **options)
+    origin = chosen_zero(zero, content.parameters)
+    system = IsolatedMass(counted_from(origin, content.parameters), mass, **options)
     equilibrium = static_equilibrium(system)
     excitation, amplitudes = chosen_levels(levels) or (
         Excitation.BASE_DISPLACEMENT,
@@ -89,7 +94,7 @@ def isolate(
         frequency_response(system, excitation, amplitude, frequencies, extrapolate)
         for amplitude in progress(amplitudes, "Balancing harmonics")
     ]
-    checks = _verified(content, system, responses) if verify else []
+    checks = _verified(content, origin, system, responses) if verify else []
     if output is not None:
         _write(Path(output), responses)
     if plot is not None:
@@ -97,9 +102,11 @@ def isolate(
 
         write_plot(Path(plot), responses, f"{content.name}: {mass:g} kg")
     if as_json:
-        result_json(_json(model, system, equilibrium, responses, checks, output, plot))
+        result_json(_json(model, origin, system, equilibrium, responses, checks, output, plot))
         return
     _print_equilibrium(system, equilibrium)
+    if sentence := zero_sentence(origin):
+        result(f"  {sentence}")
     _print_curves(system, responses)
     _print_checks(checks)
     for title, path in (("Curves", output), ("Plot", plot)):
@@ -108,7 +115,7 @@ def isolate(
 
 
 def _verified(
-    content: ModelFile, system: IsolatedMass, responses: list[FrequencyResponse]
+    content: ModelFile, zero: float, system: IsolatedMass, responses: list[FrequencyResponse]
 ) -> list[tuple[FrequencyResponse, SteadyCheck]]:
     """Co-simulations of stable motions of each level: at both ends of the band and at peak transmissibility."""
     from ..cosimulation.steady_check import check_steady
@@ -120,7 +127,7 @@ def _verified(
         chosen = (stable[0], max(stable, key=lambda point: point.transmissibility), stable[-1])
         runs += [(response, point) for point in dict.fromkeys(chosen)]
     with tempfile.TemporaryDirectory(prefix="strandspring-", ignore_cleanup_errors=True) as folder:
-        fmu = build_fmu(content, Path(folder))
+        fmu = build_fmu(content, Path(folder), zero)
         return [
             (response, check_steady(fmu, system, response.excitation, response.level, point))
             for response, point in progress(runs, "Simulating the FMU")
@@ -162,6 +169,7 @@ def _write(path: Path, responses: list[FrequencyResponse]) -> None:
 
 def _json(
     model: str,
+    zero: float,
     system: IsolatedMass,
     equilibrium: StaticEquilibrium,
     responses: list[FrequencyResponse],
@@ -172,6 +180,7 @@ def _json(
     described = {f.name: getattr(system, f.name) for f in fields(system) if f.name != "spring"}
     return {
         "model": model,
+        "zero": zero,
         "system": {**described, "load": system.static_load},
         "rest": asdict(equilibrium),
         "excitation": responses[0].excitation.value,

@@ -10,6 +10,8 @@ from typing import Any
 import click
 import numpy as np
 
+from ..coordinates import chosen_zero, counted_from, zero_sentence
+from ..core.parameters import SpringParameters
 from ..errors import ModelError
 from ..isolation.system import Excitation, IsolatedMass, static_equilibrium
 from ..modelfile import ModelFile, load_model
@@ -22,7 +24,7 @@ from ..study.runners import Local, Runner
 from ..study.spread import Spread
 from .cautions import outside_range
 from .mount import EXCITATIONS, chosen_levels, curve_options, level_options, mount_options, positive, shares_of_room
-from .options import Quantity
+from .options import Quantity, zero_option
 from .output import advancing, note, result, result_json, result_table
 from .paths import refuse_overwriting
 
@@ -86,6 +88,7 @@ _SEVERAL = "repeat, or give LOW:HIGH:COUNT, for more"
 )
 @click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Seed of the draws.")
 @mount_options
+@zero_option
 @curve_options(points=24)
 @click.option(
     "--workers",
@@ -110,6 +113,7 @@ def study(
     workers: int | None,
     scheduler: str | None,
     output: str,
+    zero: str | None,
     as_json: bool,
     **options: Any,
 ) -> None:
@@ -131,7 +135,8 @@ def study(
         raise click.UsageError("--workers and --scheduler exclude each other; give one of them.")
     refuse_overwriting([model], {"--output": output, "--output's journal": journal_path(Path(output))})
     content = load_model(model)
-    spring = content.parameters
+    origin = chosen_zero(zero, content.parameters)
+    spring = counted_from(origin, content.parameters)
     if chosen is None:
         lightest = IsolatedMass(spring, min(_flat(mass)), **options)
         amplitudes = shares_of_room(lightest, static_equilibrium(lightest), [_DEFAULT_SHARE])
@@ -144,7 +149,7 @@ def study(
         stiffness_factors=_flat(stiffness) or (1.0,),
         draws=draws,
         seed=seed,
-        spread=_spread(model, content) if draws else None,
+        spread=_spread(model, spring, content) if draws else None,
         band=band,
         points=points,
         extrapolate=extrapolate,
@@ -152,9 +157,11 @@ def study(
     )
     summaries = _run(planned, Path(output), Local(workers) if scheduler is None else Cluster(scheduler, note))
     if as_json:
-        result_json(_json(model, planned, summaries, output))
+        result_json({"zero": origin, **_json(model, planned, summaries, output)})
         return
     _print_summaries(planned, summaries)
+    if sentence := zero_sentence(origin):
+        result(sentence)
     result(f"Results: {output}")
 
 
@@ -162,9 +169,9 @@ def _flat(given: tuple[tuple[float, ...], ...]) -> tuple[float, ...]:
     return tuple(value for values in given for value in values)
 
 
-def _spread(path: str, content: ModelFile) -> Spread:
+def _spread(path: str, spring: SpringParameters, content: ModelFile) -> Spread:
     try:
-        return Spread.of(content.parameters, content.uncertainty)
+        return Spread.of(spring, content.uncertainty)
     except ModelError as problem:
         raise ModelError(f"{path}: {problem}") from None
 

@@ -13,7 +13,7 @@ from typing import Any
 
 from . import stepper
 from .law import SpringLaw
-from .parameters import SpringParameters
+from .parameters import LARGEST_DISPLACEMENT, SpringParameters
 from .state import State
 from .stepper import Memory
 from .variables import Variable, spring_parameters, start_values, variables
@@ -91,9 +91,11 @@ class SpringInstance:
         return [self._readers[reference]() for reference in references]
 
     def write(self, references: Sequence[int], values: Sequence[Any], kind: str) -> None:
-        """Set variables of one type: the displacement, and parameters before initialization ends; all or none.
+        """Set variables of one type, all or none: the displacement, and parameters, after initialization the tunable
+        ones.
 
-        A displacement that is not finite logs an error, but does not raise.
+        A displacement that is impossible logs an error, but does not raise. Tunable parameters act from the committed
+        point on, which keeps its omega.
         """
         for reference in references:
             self._require_settable(self._variable(reference, kind))
@@ -103,12 +105,18 @@ class SpringInstance:
                 place = self._place[self._table[reference].name]
                 settings = (*state.settings[:place], value, *state.settings[place + 1 :])
                 state = state._replace(settings=settings)
-            elif math.isfinite(value):
+            elif abs(value) <= LARGEST_DISPLACEMENT:
                 state = state._replace(displacement=value, refused=False)
             else:
                 state = state._replace(refused=True)
-                self._refuse(f"`displacement` must be finite [m], got {value!r}; the previous value is kept.")
-        self._change(state)
+                self._refuse(
+                    f"`displacement` must be within +-{LARGEST_DISPLACEMENT:g} m, got {value!r}; the previous value is "
+                    "kept."
+                )
+        if state.memory is None or state.settings == self._state.settings:
+            self._change(state)
+        else:
+            self._tune(state, state.memory)
 
     def end_initialization(self) -> None:
         """Start the path at the present displacement, if the parameters are physically possible."""
@@ -116,7 +124,7 @@ class SpringInstance:
         if state.memory is not None:
             raise RefusedCallError("Initialization has already ended; reset the instance to initialize it again.")
         if state.refused:
-            raise RefusedCallError("`displacement` must be finite [m] when initialization ends; set it again.")
+            raise RefusedCallError("`displacement` was refused before the end of initialization; set it again.")
         self._require_law()
         self._commit(self._current_trial())
 
@@ -128,7 +136,7 @@ class SpringInstance:
         elif not (math.isfinite(size) and size >= 0.0):
             self._refuse(f"The step size at time {time!r} s must be finite and >= 0 [s], got {size!r}.")
         elif state.refused:
-            self._refuse(f"The step at time {time!r} s needs a finite `displacement`; set it again.")
+            self._refuse(f"`displacement` was refused before the step at time {time!r} s; set it again.")
         else:
             trial = self._current_trial()
             self._commit(stepper.integrate(self._require_law(), trial) if state.energy_wanted else trial)
@@ -148,7 +156,7 @@ class SpringInstance:
     def _require_settable(self, variable: Variable) -> None:
         if variable.causality not in ("input", "parameter"):
             raise RefusedCallError(f"`{variable.name}` is calculated and cannot be set.")
-        if variable.causality == "parameter" and self._state.memory is not None:
+        if variable.variability == "fixed" and self._state.memory is not None:
             raise RefusedCallError(f"`{variable.name}` is fixed after initialization; reset the instance to change it.")
 
     def _change(self, state: State) -> None:
@@ -157,6 +165,17 @@ class SpringInstance:
         if state.displacement != self._state.displacement:
             self._trial = None
         self._state = state
+
+    def _tune(self, state: State, memory: Memory) -> None:
+        """Change parameters of a path that has begun, if the spring that they make is physically possible."""
+        before, previous = self._state, self._require_law()
+        self._change(state)
+        try:
+            law = self._require_law()
+        except RefusedCallError:
+            self._change(before)
+            raise
+        self._state = state._replace(memory=stepper.change(previous, law, memory))
 
     def _require_law(self) -> SpringLaw:
         """The law of the present parameters; RefusedCallError says why they are not physically possible."""

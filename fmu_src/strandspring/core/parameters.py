@@ -16,6 +16,8 @@ MAXIMUM_DEGREE = 20
 KNOTS = (7, 25)
 # Between knots, as a share of the range.
 LEAST_SPACING = 1e-3
+# Of a displacement that an FMU takes [m].
+LARGEST_DISPLACEMENT = 1e9
 # FA is 1 at the offset: below this it is zero within rounding.
 LEAST_AMPLIFIER = 1e-12
 

@@ -7,6 +7,7 @@ import math
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
+from .parameters import LARGEST_DISPLACEMENT
 from .stepper import Memory
 
 _FORMAT = "strandspring-state"
@@ -19,8 +20,8 @@ class State(NamedTuple):
     Attributes
     ----------
     settings : tuple of float   Values of the FMU's parameters, in the order of the variable table.
-    displacement : float        The last finite displacement set [m].
-    refused : bool              Whether the displacement set after it was not finite.
+    displacement : float        The last possible displacement set [m].
+    refused : bool              Whether the one set after it was impossible.
     memory : Memory or None     The committed path; None before initialization ends.
     energy_wanted : bool        Whether absorbed_energy has been read, so that each step integrates it.
     side : int                  Where the path ended: -1 below the identified range, +1 above it, 0 inside.
@@ -89,7 +90,7 @@ def _is_memory(value: Any) -> bool:
 
 _FIELDS: dict[str, Callable[[Any], bool]] = {
     "settings": lambda value: isinstance(value, list) and all(map(_is_float, value)),
-    "displacement": lambda value: _is_float(value) and math.isfinite(value),
+    "displacement": lambda value: _is_float(value) and abs(value) <= LARGEST_DISPLACEMENT,
     "refused": lambda value: type(value) is bool,
     "memory": _is_memory,
     "energy_wanted": lambda value: type(value) is bool,

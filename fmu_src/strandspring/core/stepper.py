@@ -87,6 +87,17 @@ def integrate(law: SpringLaw, memory: Memory) -> Memory:
     return memory._replace(energy_at=memory.displacement, energy=absorbed_energy(law, memory))
 
 
+def change(before: SpringLaw, after: SpringLaw, memory: Memory) -> Memory:
+    """The memory of a path that goes on with other parameters, at the same displacement and with the same omega."""
+    memory = integrate(before, memory)
+    old, new = before.parameters, after.parameters
+    if memory.direction == 0 or (old.rho, old.sigma, old.n) == (new.rho, new.sigma, new.n):
+        return memory
+    return memory._replace(
+        start=memory.displacement, start_xi=stroke_start(after.table, memory.direction * memory.omega)
+    )
+
+
 def _reverse(law: SpringLaw, memory: Memory, direction: int) -> Memory:
     """The memory at the beginning of a stroke in the other direction."""
     return integrate(law, memory)._replace(

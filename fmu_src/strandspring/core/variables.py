@@ -6,9 +6,10 @@ A variable's value reference is its place in the table.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, partial
 from typing import Any
 
 from .parameters import ARRAYS, N_RANGE, SCALARS, SIGMA_RANGE, SpringParameters
@@ -68,10 +69,9 @@ def variables(elastic: int, amplifier: int, knots: int = 0) -> tuple[Variable, .
         _output("absorbed_energy", "Integral of the force over the displacement since initialization",
                 "J", None, ()),
         Variable(
-            "extrapolating", "output", "discrete",
+            "extrapolating", "local", "discrete",
             "True while the displacement lies outside the identified range, where the force is extrapolated",
-            initial="calculated", depends_on=("displacement",),
-            starts_from=("displacement", "displacement_min", "displacement_max"),
+            initial="calculated",
         ),
         Variable(
             "omega", "local", "continuous",
@@ -94,8 +94,8 @@ def units(elastic: int, amplifier: int) -> tuple[Unit, ...]:
 
 def start_values(parameters: SpringParameters) -> dict[str, float]:
     """Start value of the input and of each parameter, by name and in the order of the table."""
-    values = {"displacement": parameters.displacement_offset}
-    values |= {f"{name}[{i}]": value for name in ARRAYS for i, value in enumerate(getattr(parameters, name))}
+    values = {"displacement": 0.0}
+    values |= {f"{name}_{i}": value for name in ARRAYS for i, value in enumerate(getattr(parameters, name))}
     values |= {name: getattr(parameters, name) for name in SCALARS}
     return {**values, "omega_start": 0.0}
 
@@ -105,12 +105,15 @@ def spring_parameters(values: Mapping[str, float], elastic: int, amplifier: int,
 
     Raises
     ------
-    ValueError   If it is not physically possible; the text names the parameter and its value.
+    ValueError   If it is not physically possible; the text names the variable and its value.
     """
     counts = {"kE": elastic, "kA": amplifier, "FE_knots": knots, "FE_forces": knots}
     given: dict[str, Any] = {name: values[name] for name in SCALARS}
-    given |= {name: tuple(values[f"{name}[{i}]"] for i in range(count)) for name, count in counts.items()}
-    return SpringParameters(**given)
+    given |= {name: tuple(values[f"{name}_{i}"] for i in range(count)) for name, count in counts.items()}
+    try:
+        return SpringParameters(**given)
+    except ValueError as problem:
+        raise ValueError(re.sub(r"`(\w+)\[(\d+)\]`", r"`\1_\2`", str(problem))) from None
 
 
 def _output(name: str, description: str, unit: str, display_unit: str | None, starts_from: tuple[str, ...]) -> Variable:
@@ -127,10 +130,14 @@ def _parameter(
     display_unit: str | None = None,
     minimum: float | None = None,
     maximum: float | None = None,
+    variability: str = "tunable",
 ) -> Variable:
     return Variable(
-        name, "parameter", "fixed", description, unit, display_unit, "exact", minimum, maximum
+        name, "parameter", variability, description, unit, display_unit, "exact", minimum, maximum
     )  # fmt: skip
+
+
+_fixed = partial(_parameter, variability="fixed")
 
 
 def _coefficients(elastic: int, amplifier: int, knots: int) -> tuple[Variable, ...]:
@@ -138,7 +145,7 @@ def _coefficients(elastic: int, amplifier: int, knots: int) -> tuple[Variable, .
     return (
         *(
             _parameter(
-                f"kE[{i}]",
+                f"kE_{i}",
                 f"Elastic force FE: coefficient of power {i} {about}",
                 _per_length("N", i),
                 _per_length("N", i, "mm") if i else None,
@@ -146,13 +153,13 @@ def _coefficients(elastic: int, amplifier: int, knots: int) -> tuple[Variable, .
             for i in range(elastic)
         ),
         *(
-            _parameter(f"FE_knots[{i}]", f"Elastic force FE: displacement at knot {i} of its spline", "m", "mm")
+            _fixed(f"FE_knots_{i}", f"Elastic force FE: displacement at knot {i} of its spline", "m", "mm")
             for i in range(knots)
         ),
-        *(_parameter(f"FE_forces[{i}]", f"Elastic force FE at knot {i}", "N") for i in range(knots)),
+        *(_parameter(f"FE_forces_{i}", f"Elastic force FE at knot {i}", "N") for i in range(knots)),
         *(
             _parameter(
-                f"kA[{i}]",
+                f"kA_{i}",
                 f"Amplifier FA: coefficient of power {i} {about}" + ("" if i else ", always 1"),
                 _per_length("1", i),
                 _per_length("1", i, "mm") if i else None,
@@ -179,10 +186,10 @@ _SCALAR_PARAMETERS = (
     _parameter("rho", "Slope of omega over displacement at its zero crossing", "1/m", "1/mm", minimum=0.0),
     _parameter("sigma", "Recovery of omega after a reversal", "1", None, *SIGMA_RANGE),
     _parameter("n", "Smoothness exponent of the transition to saturation", "1", None, *N_RANGE),
-    _parameter("displacement_offset", "Displacement about which FE and FA are written", "m", "mm"),
-    _parameter("displacement_min", "Lower end of the identified range", "m", "mm"),
-    _parameter("displacement_max", "Upper end of the identified range", "m", "mm"),
-    _parameter("omega_start", "omega where the path starts", "1", None, -1.0, 1.0),
+    _fixed("displacement_offset", "Displacement about which FE and FA are written", "m", "mm"),
+    _fixed("displacement_min", "Lower end of the identified range", "m", "mm"),
+    _fixed("displacement_max", "Upper end of the identified range", "m", "mm"),
+    _fixed("omega_start", "omega where the path starts", "1", None, -1.0, 1.0),
 )
 
 _UNITS = (

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import argparse
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -17,7 +17,7 @@ from ..fmu.native.native_fmu import build_native_fmu
 from ..fmu.python_backed import build_fmu
 from ..spring import Spring
 
-BACKENDS = {"native": build_native_fmu, "python": build_fmu}
+BACKENDS: dict[str, Callable[..., Path]] = {"native": build_native_fmu, "python": build_fmu}
 
 # Carries about 5 kg at 50 mm of compression, with a natural frequency of 11 Hz.
 EQUIPMENT_MOUNT = SpringParameters(
@@ -43,8 +43,8 @@ RECOIL_SPRING = SpringParameters(
 
 
 def build_example_fmu(parameters: SpringParameters, name: str, folder: Path, backend: str = "native") -> Path:
-    """Build the FMU of a spring in a folder."""
-    return BACKENDS[backend](Spring(parameters, name).model, folder)
+    """Build the FMU of a spring in a folder; displacement is counted as in the parameters."""
+    return BACKENDS[backend](Spring(parameters, name).model, folder, zero=0.0)
 
 
 @contextmanager

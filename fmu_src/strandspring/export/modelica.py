@@ -12,7 +12,7 @@ from importlib.resources import files
 from jinja2 import Environment, StrictUndefined
 
 from .._version import __version__
-from ..core.parameters import SpringParameters
+from ..core.parameters import SCALARS, SpringParameters
 from ..core.spline import Elastic
 from ..core.variables import Variable, start_values, variables
 from ..modelfile import ModelFile
@@ -59,7 +59,11 @@ def modelica_package(model: ModelFile) -> str:
         description_html=_string(escape(model.description)),
         version=__version__,
         arrays=_arrays(spring, table),
-        scalars=[_declaration(v, start[v.name]) for v in table if v.causality == "parameter" and "[" not in v.name],
+        scalars=[
+            _declaration(v, start[v.name])
+            for v in table
+            if v.causality == "parameter" and v.name in (*SCALARS, "omega_start")
+        ],
         is_table=bool(spring.FE_knots),
         FE=_spline(len(spring.FE_knots)) if spring.FE_knots else _polynomial(_elements("kE", len(spring.kE))),
         FA=_horner(_elements("kA", len(spring.kA)), "inside"),
@@ -131,7 +135,7 @@ def _declaration(variable: Variable, value: float) -> str:
 
 
 def _units(table: Sequence[Variable], array: str) -> str:
-    return ", ".join(f'"{_unit(v)}"' for v in table if v.name.startswith(f"{array}["))
+    return ", ".join(f'"{_unit(v)}"' for v in table if v.name.startswith(f"{array}_"))
 
 
 def _unit(variable: Variable) -> str:

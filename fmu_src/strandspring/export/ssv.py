@@ -1,8 +1,7 @@
 """Parameter values of SSP 1.0 (System Structure Parameter Values, SSV), named as the FMU's parameters.
 
 Tools for systems of FMUs apply such a file to a spring FMU with the same number of coefficients, so another
-identification of the same mount needs no new FMU. The file includes the displacement, so that by default the path
-starts at the offset of this spring, not at that of the spring in the FMU.
+identification of the same mount needs no new FMU. Displacement is counted from the same zero as in the FMU.
 """
 
 from __future__ import annotations

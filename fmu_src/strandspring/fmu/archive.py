@@ -36,16 +36,21 @@ def content_guid(parts: list[bytes], files: Mapping[str, bytes]) -> str:
 
 
 def common_contents(
-    model: ModelFile, description: bytes, others: tuple[str, ...] = (), platforms: tuple[str, ...] | None = None
+    model: ModelFile,
+    zero: float,
+    description: bytes,
+    others: tuple[str, ...] = (),
+    platforms: tuple[str, ...] | None = None,
 ) -> dict[str, bytes]:
     """Description, icon, documentation and licences by their path in the FMU.
 
-    `others` are the distributions of which the FMU holds parts, besides ours; `platforms` are those of a native FMU.
+    The model's displacement is counted from `zero` [m]. `others` are the distributions of which the FMU holds parts,
+    besides ours; `platforms` are those of a native FMU.
     """
     contents = {
         "modelDescription.xml": description,
         "model.png": (files(__package__) / "assets" / "model.png").read_bytes(),
-        "documentation/index.html": documentation_page(model, platforms).encode("utf-8"),
+        "documentation/index.html": documentation_page(model, zero, platforms).encode("utf-8"),
     }
     # FMI takes license.txt as the entry point.
     for distribution, name in {"strandspring": "license", **{other: other for other in others}}.items():

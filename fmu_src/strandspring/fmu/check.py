@@ -117,7 +117,7 @@ def examine_fmu(path: Path) -> CheckReport:
 def described_spring(description: ModelDescription) -> SpringParameters:
     """The spring whose parameters are the start values in a model description."""
     start = {v.name: float(v.start) for v in description.modelVariables if v.causality == "parameter"}
-    counts = (sum(name.startswith(k) for name in start) for k in ("kE[", "kA[", "FE_knots["))
+    counts = (sum(name.startswith(k) for name in start) for k in ("kE_", "kA_", "FE_knots_"))
     return spring_parameters(start, *counts)
 
 

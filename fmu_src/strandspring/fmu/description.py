@@ -55,7 +55,7 @@ def model_description(model: ModelFile, guid: str, generation_tool: str, backend
             "copyright": "Model code: strandspring maintainers; see documentation/licenses",
             "license": "MIT",
             "generationTool": generation_tool,
-            "variableNamingConvention": "structured",
+            "variableNamingConvention": "flat",
         },
     )
     # No generation date: the same model gives the same bytes.

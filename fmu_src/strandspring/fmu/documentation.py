@@ -13,10 +13,11 @@ from ..modelfile import ModelFile
 from .check_plot import loops_svg
 
 
-def documentation_page(model: ModelFile, platforms: tuple[str, ...] | None) -> str:
+def documentation_page(model: ModelFile, zero: float, platforms: tuple[str, ...] | None) -> str:
     """HTML of one file: model, variables, behaviour, fit, provenance; the same arguments give the same text.
 
-    `platforms` are those of a native FMU; None stands for a Python-backed one.
+    The model's displacement is counted from `zero` [m]. `platforms` are those of a native FMU; None stands for a
+    Python-backed one.
     """
     spring = model.parameters
     start = start_values(spring)
@@ -26,6 +27,7 @@ def documentation_page(model: ModelFile, platforms: tuple[str, ...] | None) -> s
     return template.render(
         model=model,
         spring=spring,
+        zero=zero,
         native=platforms is not None,
         platforms=platforms,
         variables=[(v, start.get(v.name)) for v in variables(*spring.counts)],

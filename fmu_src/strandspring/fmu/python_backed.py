@@ -8,6 +8,7 @@ from __future__ import annotations
 from importlib.resources import files
 from pathlib import Path
 
+from ..coordinates import placed
 from ..core.facade import INSIDE_FMU
 from ..errors import BuildError
 from ..modelfile import ModelFile
@@ -50,27 +51,30 @@ if locals() is not globals():
 '''
 
 
-def build_fmu(model: ModelFile, directory: Path) -> Path:
+def build_fmu(model: ModelFile, directory: Path, zero: float | None = None) -> Path:
     """Write ``<directory>/<model.name>_python.fmu``, an FMI 2.0 co-simulation FMU that runs on Python.
 
     Parameters
     ----------
     model : ModelFile
-    directory : Path   Made if it does not exist.
+    directory : Path       Made if it does not exist.
+    zero : float or None   Displacement of the model file at which that of the FMU is 0 [m]; by default the rig's zero
+                           if it lies within the identified range, else the middle of the range.
 
     Returns
     -------
-    Path               The FMU.
+    Path                   The FMU.
 
     Raises
     ------
     StrandspringError  If a file of pythonfmu is missing, or the folder cannot be written to.
     """
-    return write_archive(fmu_path(directory, model.name, "python"), fmu_contents(model))
+    return write_archive(fmu_path(directory, model.name, "python"), fmu_contents(model, zero))
 
 
-def fmu_contents(model: ModelFile) -> dict[str, bytes]:
+def fmu_contents(model: ModelFile, zero: float | None = None) -> dict[str, bytes]:
     """Every file of the Python-backed FMU by its path inside it."""
+    model, zero = placed(model, zero)
     tool = f"strandspring {installed_version('strandspring')} with PythonFMU {installed_version('pythonfmu')}"
     sources = _sources()
     binaries = _binaries(model.name)
@@ -80,7 +84,7 @@ def fmu_contents(model: ModelFile) -> dict[str, bytes]:
     package = "strandspring_" + guid.strip("{}").replace("-", "")[:12]
     slave = _SLAVE_MODULE.format(name=model.name, package=package, guid=guid, parameters=model.parameters)
     return {
-        **common_contents(model, model_description(model, guid, tool, _BACKEND), ("pythonfmu",)),
+        **common_contents(model, zero, model_description(model, guid, tool, _BACKEND), ("pythonfmu",)),
         **binaries,
         **{f"resources/{package}/{name}": content for name, content in sources.items()},
         f"resources/{package}_slave.py": slave.encode("utf-8"),

@@ -5,7 +5,7 @@
 static const volatile SpringBlock fmu_block = {
     .magic = "strandspringfmu",
     .size = sizeof(SpringBlock),
-    .version = 2,
+    .version = 3,
 #include "spring_values.h"
 };
 
@@ -20,11 +20,6 @@ Guid fmu_guid(void)
     Guid guid;
     copy(&guid, &fmu_block.guid, sizeof guid);
     return guid;
-}
-
-double fmu_start_displacement(void)
-{
-    return fmu_block.displacement;
 }
 
 Settings fmu_start_settings(void)

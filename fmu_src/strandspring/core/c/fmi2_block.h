@@ -22,13 +22,11 @@ typedef struct {
     char magic[16];
     uint32_t size, version;
     char guid[sizeof(Guid)];
-    double displacement;
     Settings settings;
 } SpringBlock;
 
-/* Copies of what the block holds: the GUID, and the start values of the input and of all parameters. */
+/* Copies of what the block holds: the GUID, and the start values of all parameters. */
 SPRING_LOCAL Guid fmu_guid(void);
-SPRING_LOCAL double fmu_start_displacement(void);
 SPRING_LOCAL Settings fmu_start_settings(void);
 
 /* An address that identifies the FMU within its process. */

@@ -26,7 +26,6 @@ void fmu_begin(Instance *instance, int mode)
     State start = {
         .mode = mode,
         .stop_time = INFINITY,
-        .displacement = fmu_start_displacement(),
         .settings = fmu_start_settings(),
     };
     instance->variables = fmu_variables(&start.settings);
@@ -43,13 +42,10 @@ void fmu_restore(Instance *instance, const State *state)
     instance->state = *state;
 }
 
-/* Prepares the law of the present parameters, unless it is there. */
-static fmi2Status require_law(Instance *instance)
+/* Prepares the law of some parameters. */
+static fmi2Status make_law(Instance *instance, const Settings *settings)
 {
     char problem[256];
-    const Settings *settings = &instance->state.settings;
-    if (instance->law != NULL)
-        return fmi2OK;
     if (!(fabs(settings->omega_start) <= 1.0))
         return FMU_REFUSE(&instance->log, "`omega_start` must be within [-1, 1], got %s.",
                           spring_number(settings->omega_start).text);
@@ -67,6 +63,12 @@ static fmi2Status require_law(Instance *instance)
         instance->law = &instance->own_law;
     }
     return fmi2OK;
+}
+
+/* Prepares the law of the present parameters, unless it is there. */
+static fmi2Status require_law(Instance *instance)
+{
+    return instance->law != NULL ? fmi2OK : make_law(instance, &instance->state.settings);
 }
 
 /* Computes the response to the displacement set last. */
@@ -129,18 +131,50 @@ fmi2Status fmu_read(Instance *instance, const fmi2ValueReference references[], s
     return fmi2OK;
 }
 
-void fmu_write(Instance *instance, const fmi2ValueReference references[], size_t count, const double values[])
+/* Changes parameters of a path that has begun. */
+static fmi2Status change_parameters(Instance *instance, const Settings *settings)
 {
     State *state = &instance->state;
-    instance->has_trial = 0;
-    for (size_t i = 0; i < count; i++) {
-        if (references[i] == SPRING_DISPLACEMENT) {
-            state->displacement = values[i];
+    if (memcmp(settings, &state->settings, sizeof *settings) == 0)
+        return fmi2OK;
+    if (require_law(instance) != fmi2OK)
+        return fmi2Error;
+    /* The table of the old law must last until it has been left. */
+    SpringLaw before = *instance->law;
+    const SharedSpring *shared = fmu_acquire(&before.parameters);
+    if (shared == NULL)
+        return FMU_REFUSE(&instance->log, "There is not enough memory for the table of this spring.");
+    fmi2Status status = make_law(instance, settings);
+    if (status == fmi2OK) {
+        spring_change(&before, instance->law, &state->memory, &state->sensitivity);
+        state->settings = *settings;
+    }
+    fmu_release(shared);
+    return status;
+}
+
+fmi2Status fmu_write(Instance *instance, const fmi2ValueReference references[], size_t count, const double values[])
+{
+    State *state = &instance->state;
+    double displacement = state->displacement;
+    size_t i = 0;
+    while (i < count && references[i] == SPRING_DISPLACEMENT)
+        displacement = values[i++];
+    if (i < count) {
+        Settings settings = state->settings;
+        for (; i < count; i++)
+            *(references[i] == SPRING_DISPLACEMENT ? &displacement : fmu_setting(&settings, references[i])) = values[i];
+        if (state->mode & INITIALIZED) {
+            if (change_parameters(instance, &settings) != fmi2OK)
+                return fmi2Error;
         } else {
-            *fmu_setting(&state->settings, references[i]) = values[i];
+            state->settings = settings;
             instance->law = NULL;
         }
     }
+    state->displacement = displacement;
+    instance->has_trial = 0;
+    return fmi2OK;
 }
 
 int fmu_extrapolating(const Instance *instance)
@@ -218,11 +252,11 @@ static fmi2Status commit_parabola(Instance *instance, double time, double size)
     double end = x + size * (v + 0.5 * a * size);
     double turn = a == 0.0 ? 0.0 : -v / a;
     double vertex = 0.0 < turn && turn < size ? x + 0.5 * v * turn : x;
-    if (!isfinite(end) || !isfinite(vertex))
+    if (!(fabs(end) <= LARGEST_DISPLACEMENT && fabs(vertex) <= LARGEST_DISPLACEMENT))
         return FMU_REFUSE(&instance->log,
-                          "The derivatives %s m/s and %s m/s^2 of `displacement` must keep it finite [m] in the step "
+                          "The derivatives %s m/s and %s m/s^2 of `displacement` must keep it within +-%g m in the step "
                           "at time %s s.",
-                          spring_number(v).text, spring_number(a).text, spring_number(time).text);
+                          spring_number(v).text, spring_number(a).text, LARGEST_DISPLACEMENT, spring_number(time).text);
     commit_at(instance, x);
     commit_at(instance, vertex);
     commit_at(instance, end);

@@ -37,10 +37,11 @@ typedef struct {
 SPRING_LOCAL void fmu_begin(Instance *instance, int mode);
 
 /* Values by reference, which must be of a Real that may be read or set. Reading an output fails while the parameters
- * are not a possible spring. */
+ * are not a possible spring. Once the path has begun, parameters that are none are refused; others act from the committed
+ * point on, which keeps its omega. */
 SPRING_LOCAL fmi2Status fmu_read(
     Instance *instance, const fmi2ValueReference references[], size_t count, double values[]);
-SPRING_LOCAL void fmu_write(
+SPRING_LOCAL fmi2Status fmu_write(
     Instance *instance, const fmi2ValueReference references[], size_t count, const double values[]);
 
 /* displacement_max - displacement_min [m] */

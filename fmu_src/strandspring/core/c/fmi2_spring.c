@@ -152,9 +152,14 @@ static fmi2Status require_settable(const Instance *instance, fmi2ValueReference 
     if (causality != VARIABLE_PARAMETER)
         return FMU_REFUSE(&instance->log, "`%s` is calculated and cannot be set.",
                           fmu_name(&instance->state.settings, reference).text);
-    if (!(instance->state.mode & (INSTANTIATED | INITIALIZATION)))
+    if (instance->state.mode & (INSTANTIATED | INITIALIZATION))
+        return fmi2OK;
+    if (!fmu_is_tunable(&instance->state.settings, reference))
         return FMU_REFUSE(&instance->log,
                           "`%s` is fixed after initialization; reset the instance to change it.",
+                          fmu_name(&instance->state.settings, reference).text);
+    if (instance->state.mode & ME_CONTINUOUS_TIME)
+        return FMU_REFUSE(&instance->log, "`%s` can be changed at events only; enter event mode first.",
                           fmu_name(&instance->state.settings, reference).text);
     return fmi2OK;
 }
@@ -166,12 +171,11 @@ fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference vr[], size_t nv
     for (size_t i = 0; i < nvr; i++) {
         if (require_settable(instance, vr[i]) != fmi2OK)
             return fmi2Error;
-        if (vr[i] == SPRING_DISPLACEMENT && !isfinite(value[i]))
-            return FMU_REFUSE(&instance->log, "`displacement` must be finite [m], got %s; the previous value is kept.",
-                              spring_number(value[i]).text);
+        if (vr[i] == SPRING_DISPLACEMENT && !(fabs(value[i]) <= LARGEST_DISPLACEMENT))
+            return FMU_REFUSE(&instance->log, "`displacement` must be within +-%g m, got %s; the previous value is kept.",
+                              LARGEST_DISPLACEMENT, spring_number(value[i]).text);
     }
-    fmu_write(instance, vr, nvr, value);
-    return fmi2OK;
+    return fmu_write(instance, vr, nvr, value);
 }
 
 fmi2Status fmi2SetBoolean(fmi2Component c, const fmi2ValueReference vr[], size_t nvr, const fmi2Boolean value[])

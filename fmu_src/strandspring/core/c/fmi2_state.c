@@ -155,7 +155,7 @@ static const char *damaged_field(const State *state)
         return "mode";
     if (!isfinite(state->time) || isnan(state->stop_time))
         return "time";
-    if (!isfinite(state->displacement))
+    if (!(fabs(state->displacement) <= LARGEST_DISPLACEMENT))
         return "displacement";
     if (!isfinite(state->velocity) || !isfinite(state->acceleration) || !is_flag(state->interpolated))
         return "input derivatives";

@@ -22,6 +22,9 @@ static const struct {
     {"omega_start", offsetof(Settings, omega_start), offsetof(SpringGradient, by_omega_start)},
 };
 
+/* Those up to n. */
+enum { TUNABLE_SCALARS = 4 };
+
 /* The place of a parameter in its list. */
 typedef struct {
     enum { ELASTIC, KNOT, KNOT_FORCE, AMPLIFIER, SCALAR } list;
@@ -40,6 +43,12 @@ static ParameterPlace parameter_place(const Settings *settings, unsigned referen
     return (ParameterPlace){list, index};
 }
 
+int fmu_is_tunable(const Settings *settings, unsigned reference)
+{
+    ParameterPlace place = parameter_place(settings, reference);
+    return place.list == SCALAR ? place.index < TUNABLE_SCALARS : place.list != KNOT;
+}
+
 VariableName fmu_name(const Settings *settings, unsigned reference)
 {
     VariableName name;
@@ -49,7 +58,7 @@ VariableName fmu_name(const Settings *settings, unsigned reference)
     else if (place.list == SCALAR)
         snprintf(name.text, sizeof name.text, "%s", SCALARS[place.index].name);
     else
-        snprintf(name.text, sizeof name.text, "%s[%d]", LIST_NAMES[place.list], place.index);
+        snprintf(name.text, sizeof name.text, "%s_%d", LIST_NAMES[place.list], place.index);
     return name;
 }
 

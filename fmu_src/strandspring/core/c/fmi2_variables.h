@@ -1,5 +1,5 @@
 /* The variables of the FMU, in the order of core/variables.py, which is that of their value references: six that every
- * spring has, the coefficients kE[i] or the knots and forces of FE, the coefficients kA[i], of all of which springs have
+ * spring has, the coefficients kE_i or the knots and forces of FE, the coefficients kA_i, of all of which springs have
  * different numbers, and the other parameters. */
 #ifndef FMI2_VARIABLES_H
 #define FMI2_VARIABLES_H
@@ -17,6 +17,8 @@ enum {
 };
 
 enum { SPRING_SCALARS = 8 }; /* parameters besides the coefficients */
+
+static const double LARGEST_DISPLACEMENT = 1e9; /* [m] */
 
 /* The values of all parameters. */
 typedef struct {
@@ -47,10 +49,13 @@ static inline VariableType fmu_type(unsigned reference)
 static inline VariableCausality fmu_causality(unsigned reference)
 {
     return reference == SPRING_DISPLACEMENT      ? VARIABLE_INPUT
-           : reference < SPRING_OMEGA            ? VARIABLE_OUTPUT
+           : reference < SPRING_EXTRAPOLATING    ? VARIABLE_OUTPUT
            : reference >= SPRING_FIRST_PARAMETER ? VARIABLE_PARAMETER
                                                  : VARIABLE_LOCAL;
 }
+
+/* Whether a parameter may be changed after initialization. */
+SPRING_LOCAL int fmu_is_tunable(const Settings *settings, unsigned reference);
 
 SPRING_LOCAL VariableName fmu_name(const Settings *settings, unsigned reference);
 

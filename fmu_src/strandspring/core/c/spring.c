@@ -135,11 +135,11 @@ static int knot_problem(const SpringParameters *p, char *text, size_t size)
     double least = LEAST_SPACING * (p->displacement_max - p->displacement_min);
     for (int i = 0; i < 2; i++)
         if (p->FE_knots[ends[i].place] != ends[i].value)
-            return GIVE_REASON("`FE_knots[%d]` must be `%s`, %s m, got %s.", ends[i].place, ends[i].name,
+            return GIVE_REASON("`FE_knots_%d` must be `%s`, %s m, got %s.", ends[i].place, ends[i].name,
                                spring_number(ends[i].value).text, spring_number(p->FE_knots[ends[i].place]).text);
     for (int i = 1; i < p->knots; i++)
         if (!(p->FE_knots[i] - p->FE_knots[i - 1] >= least))
-            return GIVE_REASON("`FE_knots[%d]` must lie above `FE_knots[%d]` by %.6g m or more, %g of the range, "
+            return GIVE_REASON("`FE_knots_%d` must lie above `FE_knots_%d` by %.6g m or more, %g of the range, "
                                "got %s after %s.",
                                i, i - 1, least, LEAST_SPACING, spring_number(p->FE_knots[i]).text,
                                spring_number(p->FE_knots[i - 1]).text);
@@ -176,13 +176,13 @@ int spring_problem(const SpringParameters *parameters, char *text, size_t size)
     for (size_t i = 0; i < sizeof columns / sizeof *columns; i++)
         for (int k = 0; k < columns[i].count; k++)
             if (!isfinite(columns[i].values[k]))
-                return GIVE_REASON("`%s[%d]` must be finite, got %s.", columns[i].name, k,
+                return GIVE_REASON("`%s_%d` must be finite, got %s.", columns[i].name, k,
                                    spring_number(columns[i].values[k]).text);
     for (size_t i = 0; i < sizeof named / sizeof *named; i++)
         if (!isfinite(named[i].value))
             return GIVE_REASON("`%s` must be finite, got %s.", named[i].name, spring_number(named[i].value).text);
     if (p->kA[0] != 1.0)
-        return GIVE_REASON("`kA[0]` must be 1 (kappa_omega carries the scale), got %s.",
+        return GIVE_REASON("`kA_0` must be 1 (kappa_omega carries the scale), got %s.",
                            spring_number(p->kA[0]).text);
     if (!(p->kappa_omega > 0.0))
         return GIVE_REASON("`kappa_omega` must be > 0 [N], got %s.", spring_number(p->kappa_omega).text);
@@ -581,21 +581,46 @@ static SpringSensitivity omega_derivatives(
     };
 }
 
+/* The sensitivity at the beginning of a stroke, from the derivatives of omega there. */
+static SpringSensitivity inherited(const SpringLaw *law, const SpringMemory *stroke, const SpringSensitivity *change)
+{
+    int direction = stroke->direction;
+    SpringSlopes at = spring_slopes(law->table, stroke->start_xi);
+    double slope = clip(at.slope, 1e-12, INFINITY);
+    return (SpringSensitivity){
+        .by_rho = direction * change->by_rho / slope,
+        .by_sigma = (direction * change->by_sigma - at.by_sigma) / slope,
+        .by_n = (direction * change->by_n - at.by_n) / slope,
+        .by_omega_start = direction * change->by_omega_start / slope,
+    };
+}
+
 SpringSensitivity spring_trial_sensitivity(
     const SpringLaw *law, const SpringMemory *before, const SpringSensitivity *sensitivity, const SpringMemory *after)
 {
     if (after->direction == before->direction)
         return *sensitivity;
     SpringSensitivity change = omega_derivatives(law, before, sensitivity);
-    int direction = after->direction;
-    SpringSlopes at = spring_slopes(law->table, after->start_xi);
-    double slope = clip(at.slope, 1e-12, INFINITY);
-    return (SpringSensitivity){
-        .by_rho = direction * change.by_rho / slope,
-        .by_sigma = (direction * change.by_sigma - at.by_sigma) / slope,
-        .by_n = (direction * change.by_n - at.by_n) / slope,
-        .by_omega_start = direction * change.by_omega_start / slope,
-    };
+    return inherited(law, after, &change);
+}
+
+void spring_change(
+    const SpringLaw *before, const SpringLaw *after, SpringMemory *memory, SpringSensitivity *sensitivity)
+{
+    const SpringParameters *old = &before->parameters, *new = &after->parameters;
+    spring_integrate(before, memory);
+    if (memory->direction == 0 || (old->rho == new->rho && old->sigma == new->sigma && old->n == new->n))
+        return;
+    SpringSensitivity change = omega_derivatives(before, memory, sensitivity);
+    if (old->rho != new->rho)
+        change.by_rho = 0.0;
+    if (old->sigma != new->sigma)
+        change.by_sigma = 0.0;
+    if (old->n != new->n)
+        change.by_n = 0.0;
+    memory->start = memory->displacement;
+    memory->start_xi = spring_inverse(after->table, memory->direction * memory->omega);
+    *sensitivity = inherited(after, memory, &change);
 }
 
 void spring_commit(const SpringLaw *law, SpringMemory *memory, SpringSensitivity *sensitivity, double displacement)

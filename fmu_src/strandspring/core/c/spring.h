@@ -74,7 +74,7 @@ typedef struct {
 SPRING_LOCAL SpringNumber spring_number(double value);
 
 /* The first reason why the parameters are not a physically possible spring, written into text (always terminated), in
- * the words of problems() in parameters.py. Returns 0 if they are possible, else 1. */
+ * the words of spring_parameters() in variables.py. Returns 0 if they are possible, else 1. */
 SPRING_LOCAL int spring_problem(const SpringParameters *parameters, char *text, size_t size);
 
 /* Prepares a law; the parameters must be possible, and the table one of their n and sigma. */
@@ -105,6 +105,11 @@ SPRING_LOCAL SpringSensitivity spring_trial_sensitivity(
  * for it. */
 SPRING_LOCAL void spring_commit(
     const SpringLaw *law, SpringMemory *memory, SpringSensitivity *sensitivity, double displacement);
+
+/* Goes on with other parameters at the same displacement and with the same omega. The sensitivity by a parameter that changed
+ * counts from here on. Both tables must have derivatives. */
+SPRING_LOCAL void spring_change(
+    const SpringLaw *before, const SpringLaw *after, SpringMemory *memory, SpringSensitivity *sensitivity);
 
 /* Exact derivatives of force and stiffness where the path ends. The force's derivative by displacement is the tangent
  * stiffness; a path that has not moved yet (direction 0) answers for the loading direction. For n < 1 the stiffness has

@@ -16,9 +16,9 @@ from ...errors import BuildError
 from ...kernel.path import packed
 from .macho import is_macho, with_new_hashes
 
-# Marker: magic, size of the block, version of its layout. Then GUID, displacement, SpringParameters, omega_start.
+# Marker: magic, size of the block, version of its layout. Then GUID, SpringParameters, omega_start.
 _MARKER = struct.Struct("<16sII")
-_MAGIC, _VERSION = b"strandspringfmu", 2
+_MAGIC, _VERSION = b"strandspringfmu", 3
 
 # What counts the values of each array.
 _COUNTS = {"kE": "elastic", "kA": "amplifier", "FE_knots": "knots", "FE_forces": "forces"}
@@ -32,8 +32,7 @@ def filled(image: bytes, parameters: SpringParameters, guid: str) -> bytes:
     BuildError   If the image does not have exactly one block of this layout.
     """
     start = start_values(parameters)
-    values = struct.pack("<40sd", guid.encode("ascii"), start["displacement"])
-    values += packed(parameters) + struct.pack("<d", start["omega_start"])
+    values = struct.pack("<40s", guid.encode("ascii")) + packed(parameters) + struct.pack("<d", start["omega_start"])
     marker = _MARKER.pack(_MAGIC, _MARKER.size + len(values), _VERSION)
     if image.count(marker) != 1:
         raise BuildError(
@@ -55,7 +54,6 @@ def values_source(parameters: SpringParameters, guid: str) -> str:
     return f"""\
 /* The start values of one spring's variables; the only source that differs from FMU to FMU. */
 .guid = "{guid}",
-.displacement = {start["displacement"].hex()},
 .settings = {{
     .spring = {{
 {counts}

@@ -11,6 +11,7 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 from ...compiled.images import FMI_HEADERS, FMU, fmi_header, image
+from ...coordinates import placed
 from ...errors import BuildError
 from ...modelfile import ModelFile
 from ..archive import common_contents, content_guid, fmu_path, installed_version, write_archive
@@ -30,7 +31,9 @@ _LOG_CATEGORIES = {"logAll": "Every message."}
 _UNIT = "all.c"
 
 
-def build_native_fmu(model: ModelFile, directory: Path, platforms: Sequence[Platform] | None = None) -> Path:
+def build_native_fmu(
+    model: ModelFile, directory: Path, platforms: Sequence[Platform] | None = None, zero: float | None = None
+) -> Path:
     """Write ``<directory>/<model.name>.fmu``, an FMI 2.0 FMU that runs without Python.
 
     Parameters
@@ -39,6 +42,8 @@ def build_native_fmu(model: ModelFile, directory: Path, platforms: Sequence[Plat
     directory : Path                    Made if it does not exist.
     platforms : sequence of Platform    Those it runs on; by default those whose images the installed package carries,
                                         or this computer's in a source checkout.
+    zero : float or None                Displacement of the model file at which that of the FMU is 0 [m]; by default the
+                                        rig's zero if it lies within the identified range, else the middle of the range.
 
     Returns
     -------
@@ -49,12 +54,13 @@ def build_native_fmu(model: ModelFile, directory: Path, platforms: Sequence[Plat
     StrandspringError  If an image has to be compiled and ziglang is missing or fails, or the folder cannot be written
                        to.
     """
-    contents = native_contents(model, default_platforms() if platforms is None else platforms)
+    contents = native_contents(model, default_platforms() if platforms is None else platforms, zero)
     return write_archive(fmu_path(directory, model.name, "native"), contents)
 
 
-def native_contents(model: ModelFile, platforms: Sequence[Platform]) -> dict[str, bytes]:
+def native_contents(model: ModelFile, platforms: Sequence[Platform], zero: float | None = None) -> dict[str, bytes]:
     """Every file of the native FMU by its path inside it."""
+    model, zero = placed(model, zero)
     fixed = _fixed_sources()
     backend = Backend(
         co_simulation={
@@ -83,7 +89,10 @@ def native_contents(model: ModelFile, platforms: Sequence[Platform]) -> dict[str
         binaries[f"binaries/{platform.name}/{model.name}{platform.suffix}"] = binary
     return {
         **common_contents(
-            model, model_description(model, guid, tool, backend), platforms=tuple(sorted(p.name for p in platforms))
+            model,
+            zero,
+            model_description(model, guid, tool, backend),
+            platforms=tuple(sorted(p.name for p in platforms)),
         ),
         **binaries,
         **{f"sources/{name}": content for name, content in sources.items()},

@@ -1,0 +1,79 @@
+"""Where displacement is counted from: in the record's coordinates, or from a zero as an FMU counts it."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+from .core.parameters import LARGEST_DISPLACEMENT, SpringParameters
+from .errors import StrandspringError
+from .modelfile import ModelFile
+
+
+def sensible_zero(parameters: SpringParameters) -> float:
+    """The rig's zero, 0, if it lies within the identified range, else the middle of the range [m]."""
+    low, high = parameters.displacement_min, parameters.displacement_max
+    return 0.0 if low <= 0.0 <= high else 0.5 * (low + high)
+
+
+def counted_from(zero: float, parameters: SpringParameters) -> SpringParameters:
+    """The same spring with its displacement counted from `zero` [m].
+
+    Raises
+    ------
+    StrandspringError   If that is no spring any more: so far away, its range is lost in rounding.
+    """
+    if zero == 0.0:
+        return parameters
+    if not abs(zero) <= LARGEST_DISPLACEMENT:
+        raise StrandspringError(
+            f"The zero of displacement must be within +-{LARGEST_DISPLACEMENT:g} m, got {zero:g} m."
+        )
+    p = parameters
+    try:
+        return replace(
+            p,
+            displacement_offset=p.displacement_offset - zero,
+            displacement_min=p.displacement_min - zero,
+            displacement_max=p.displacement_max - zero,
+            FE_knots=tuple(knot - zero for knot in p.FE_knots),
+        )
+    except ValueError as problem:
+        raise StrandspringError(
+            f"Counted from {1e3 * zero:.6g} mm, the spring's displacement is lost in rounding: {problem}"
+        ) from None
+
+
+def placed(model: ModelFile, zero: float | None) -> tuple[ModelFile, float]:
+    """A model with its displacement counted from `zero` [m], a sensible one if None; and that zero."""
+    chosen = sensible_zero(model.parameters) if zero is None else zero
+    return replace(model, parameters=counted_from(chosen, model.parameters)), chosen
+
+
+def zero_sentence(zero: float) -> str:
+    """Where 0 lies, in words; empty where nothing is shifted."""
+    return "" if zero == 0.0 else f"Displacement is counted from {1e3 * zero:.6g} mm of the record, as in the FMU."
+
+
+def chosen_zero(choice: str | None, parameters: SpringParameters) -> float:
+    """The zero [m] that `rig`, `middle` or a displacement of the record [mm] stands for; a sensible one if None.
+
+    Raises
+    ------
+    StrandspringError   If it is none of these.
+    """
+    if choice is None:
+        return sensible_zero(parameters)
+    if choice == "rig":
+        return 0.0
+    if choice == "middle":
+        return 0.5 * (parameters.displacement_min + parameters.displacement_max)
+    try:
+        zero = 1e-3 * float(choice)
+    except ValueError:
+        zero = math.nan
+    if not abs(zero) <= LARGEST_DISPLACEMENT:
+        raise StrandspringError(
+            f"--zero must be `rig`, `middle` or a displacement of the record in mm, got {choice!r}."
+        )
+    return zero
