@@ -15,6 +15,7 @@ from fmpy.ssp.ssd import ParameterSet, read_ssv
 from fmu_tools import SPRING, built, instance, run_python, wandering_path
 from springs import force_scale
 from strandspring import Spring, SpringParameters
+from strandspring.coordinates import placed
 from strandspring.core.variables import spring_parameters, start_values, variables
 from strandspring.export.modelica import modelica_package
 from strandspring.export.ssv import parameter_values
@@ -50,8 +51,7 @@ def test_ssv_applied_to_the_fmu_of_another_spring_makes_it_this_one(tmp_path: Pa
     _, read = parameter_set(tmp_path, SPRING)
     path = wandering_path(SPRING, 200, seed=4)
     with instance(built(tmp_path, other), tmp_path / "unpacked") as one:
-        one.initialize(**{p.name: float(p.value) for p in read.parameters})
-        assert one.get("displacement") == [SPRING.displacement_offset] == [path[0]]
+        one.initialize(**{**{p.name: float(p.value) for p in read.parameters}, "displacement": path[0]})
         force = [one.step(x, "force")[0] for x in path]
     # The FMU and the vectorised path have one source and differ by rounding.
     assert force == pytest.approx(Spring(SPRING).response(path), abs=1e-12 * force_scale(SPRING, path))
@@ -110,10 +110,13 @@ def files() -> set[str]:
 
 def test_files_go_to_dist_and_hold_what_was_made(terminal: Terminal) -> None:
     said = terminal("export", "mount.json", "--ssv", "--modelica")
-    assert said == f"SSP parameter values: {Path('dist/mount.ssv')}\nModelica package: {Path('dist/mount.mo')}\n"
+    assert said == (
+        "Displacement is counted from 25.5 mm of the record, as in the FMU.\n"
+        f"SSP parameter values: {Path('dist/mount.ssv')}\nModelica package: {Path('dist/mount.mo')}\n"
+    )
     assert terminal.err == ""
     assert files() == {"dist/mount.ssv", "dist/mount.mo"}
-    model = ModelFile("mount", SPRING, "a mount")
+    model, _ = placed(ModelFile("mount", SPRING, "a mount"), None)
     assert Path("dist/mount.ssv").read_bytes() == parameter_values(model).encode()
     assert Path("dist/mount.mo").read_bytes() == modelica_package(model).encode()
 
@@ -138,8 +141,10 @@ def test_the_output_is_a_folder_or_a_file(terminal: Terminal, arguments: list[st
 
 
 def test_json_lists_the_files_written(terminal: Terminal) -> None:
-    answer = json.loads(terminal("export", "mount.json", "--ssv", "--json"))
-    assert answer == {"model": "mount.json", "name": "mount", "ssv": str(Path("dist/mount.ssv")), "modelica": None}
+    answer = json.loads(terminal("export", "mount.json", "--ssv", "--zero", "rig", "--json"))
+    assert answer == {
+        "model": "mount.json", "name": "mount", "zero": 0.0, "ssv": str(Path("dist/mount.ssv")), "modelica": None
+    }  # fmt: skip
     answer = json.loads(terminal("export", "model.json", "--modelica", "--json"))
     assert answer["modelica"] == str(Path("dist/model_spring.mo"))
 

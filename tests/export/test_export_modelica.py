@@ -279,7 +279,7 @@ def test_the_record_holds_every_parameter_of_the_fmu(parameters: SpringParameter
         assert declared
         assert int(declared[1]) == len(values)
         assert tuple(map(float, declared[3].split(","))) == values
-        units = [str(table.pop(f"{name}[{i}]").unit) for i in range(len(values))]
+        units = [str(table.pop(f"{name}_{i}").unit) for i in range(len(values))]
         # An exponent follows its symbol in Modelica.
         assert declared[2].replace('"', "").split(", ") == [unit.replace("^", "") for unit in units]
     assert not table

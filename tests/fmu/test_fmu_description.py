@@ -52,7 +52,7 @@ def test_table_is_what_fmpy_reads(description):
 
 def test_names_of_the_design(description):
     of = {v.name: v for v in description.modelVariables}
-    coefficients = [f"{k}[{i}]" for k, values in (("kE", SPRING.kE), ("kA", SPRING.kA)) for i in range(len(values))]
+    coefficients = [f"{k}_{i}" for k, values in (("kE", SPRING.kE), ("kA", SPRING.kA)) for i in range(len(values))]
     parameters = [*coefficients, *SCALARS, "omega_start"]
     assert list(of) == [
         "displacement", "force", "stiffness", "absorbed_energy", "extrapolating", "omega", *parameters,
@@ -60,7 +60,12 @@ def test_names_of_the_design(description):
     assert {of[name].causality for name in parameters} == {"parameter"}
     assert of["extrapolating"].type == "Boolean"
     assert of["omega"].causality == "local"
-    assert float(of["displacement"].start) == SPRING.displacement_offset
+    assert float(of["displacement"].start) == 0.0
+    assert {v.name for v in of.values() if v.variability == "tunable"} == {
+        *coefficients, "kappa_omega", "rho", "sigma", "n"
+    }  # fmt: skip
+    assert {v.type for v in of.values() if v.causality == "output"} == {"Real"}
+    assert of["extrapolating"].causality == "local"
 
 
 def test_start_values_keep_every_bit(tmp_path):
@@ -128,7 +133,7 @@ def test_dependencies(description):
         assert [v.name for v in unknown.dependencies] == ["displacement"]
         assert unknown.dependenciesKind == ["dependent"]
     initially = {u.variable.name: {v.name for v in u.dependencies} for u in description.initialUnknowns}
-    assert set(initially) == {"force", "stiffness", "absorbed_energy", "extrapolating"}
+    assert set(initially) == {"force", "stiffness", "absorbed_energy"}
     parameters = {v.name for v in description.modelVariables if v.causality == "parameter"}
     assert initially["stiffness"] == {"displacement", *parameters}
     assert initially["force"] == {"displacement", *parameters} - {"rho", "sigma", "n"}

@@ -48,10 +48,10 @@ def test_it_is_a_valid_fmu_that_holds_and_shows_the_table(fmu: Path) -> None:
     assert described_spring(description) == TABLE
     listed = {v.name: v for v in description.modelVariables}
     assert "kE_0" not in listed
-    for name, unit in (("FE_knots", "m"), ("FE_forces", "N")):
+    for name, variability, unit in (("FE_knots", "fixed", "m"), ("FE_forces", "tunable", "N")):
         for i in range(10):
-            variable = listed[f"{name}[{i}]"]
-            assert (variable.causality, variable.variability, variable.unit) == ("parameter", "fixed", unit)
+            variable = listed[f"{name}_{i}"]
+            assert (variable.causality, variable.variability, variable.unit) == ("parameter", variability, unit)
     with zipfile.ZipFile(fmu) as archive:
         page = archive.read("documentation/index.html").decode()
     assert "cubic spline through FE_forces" in page
@@ -116,7 +116,7 @@ def test_directional_derivatives_by_the_table_are_those_of_the_kernel() -> None:
             one.step(displacement)
         for i in range(10):
             for name in ("FE_knots", "FE_forces"):
-                found = one.derivatives(("force", "stiffness"), **{f"{name}[{i}]": 1.0})
+                found = one.derivatives(("force", "stiffness"), **{f"{name}_{i}": 1.0})
                 close(found, np.array([getattr(gradient, name)[i] for gradient in (of_force, of_stiffness)]))
 
 

@@ -75,6 +75,32 @@ def test_derivatives_by_parameters(parameters, path):
     close(by_kA, parameters.kappa_omega * np.array(found["kappa_omega"]))
 
 
+@pytest.mark.parametrize("name", ["rho", "sigma", "n", "kappa_omega", "omega_start"])
+def test_derivatives_by_a_parameter_count_from_its_last_change(name):
+    path, change = PATHS[SPRING][0], 2
+    tuned = {"rho": 0.8 * SPRING.rho, "sigma": 1.1 * SPRING.sigma}
+    start = {**start_values(SPRING), "omega_start": 0.25, **tuned}
+
+    def outputs(value: float) -> list[float]:
+        """Along the path, the parameter being `value` throughout, or from the change on if it is tuned there."""
+        with Native() as one:
+            first = {} if name in tuned else {name: value}
+            one.initialize(**{"displacement": path[0], "omega_start": 0.25, **first})
+            for k, displacement in enumerate(path[1:], start=1):
+                if k == change:
+                    assert one.set(**tuned, **({name: value} if name not in (*tuned, "omega_start") else {})) == OK
+                    if name in tuned:
+                        assert one.set(**{name: value}) == OK
+                one.step(displacement)
+            derivatives.append(one.derivatives(UNKNOWNS, **{name: 1.0}))
+            return one.get(*UNKNOWNS)
+
+    derivatives: list[list[float]] = []
+    scale = step_of(start[name])
+    expected, values = difference(outputs, start[name], scale), outputs(start[name])
+    assert agree(derivatives[-1], expected, scale, values)
+
+
 @pytest.mark.parametrize(("parameters", "path"), CASES)
 def test_derivatives_by_displacement_at_a_trial(parameters, path):
     with Native(library(parameters)) as one:

@@ -132,6 +132,7 @@ def instance(name):
     slave.instantiate(callbacks=callbacks)
     slave.setupExperiment()
     slave.enterInitializationMode()
+    slave.setReal([0], [0.02])
     slave.exitInitializationMode()
     return slave
 

@@ -76,6 +76,7 @@ typedef struct {
     const char *name;
     char type;      /* R, I, B or S */
     char causality; /* i(nput), o(utput), l(ocal) or p(arameter) */
+    int tunable;
     double start;
 } Described;
 extern const Described described[MODEL_VARIABLES];

@@ -50,7 +50,7 @@ static const char *const TABLE[CALL_COUNT] = {
     [CALL_GetStringStatus] = "----- --xx",
 };
 
-#define DESCRIBED(name, type, causality, start) {name, type, causality, start},
+#define DESCRIBED(name, type, causality, tunable, start) {name, type, causality, tunable, start},
 const Described described[MODEL_VARIABLES] = {MODEL_TABLE(DESCRIBED)};
 
 int variable(const char *name)
@@ -191,14 +191,14 @@ static double end_of_step(const Twin *twin, double size)
     return named(twin, "displacement") + size * (twin->velocity + 0.5 * twin->acceleration * size);
 }
 
-/* Whether a displacement of the path through a step is finite; unsure where rounding has a say. */
-static Answer path_finite(const Twin *twin, double size)
+/* Whether a path through a step stays where displacements may be; unsure where rounding has a say. */
+static Answer path_possible(const Twin *twin, double size)
 {
     long double x = named(twin, "displacement"), v = twin->velocity, a = twin->acceleration, turn = -v / a;
     long double end = fabsl(x + size * (v + 0.5L * a * size));
     long double tip = 0.0L < turn && turn < size ? fabsl(x + 0.5L * v * turn) : 0.0L;
     long double farthest = fmaxl(end, tip);
-    return farthest < 1e290L ? YES : farthest > 1e310L ? NO : UNSURE;
+    return farthest < 0.999e9L ? YES : farthest > 1.001e9L ? NO : UNSURE;
 }
 
 Answer step_possible(const Twin *twin, double time, double size)
@@ -208,8 +208,8 @@ Answer step_possible(const Twin *twin, double time, double size)
         return NO;
     if (isfinite(twin->stop_time) && end > twin->stop_time + 1e-6 * reach)
         return NO;
-    if (twin->interpolated && path_finite(twin, size) != YES)
-        return path_finite(twin, size);
+    if (twin->interpolated && path_possible(twin, size) != YES)
+        return path_possible(twin, size);
     return end > twin->stop_time ? UNSURE : YES; /* times that a host adds up are never exact */
 }
 

@@ -50,20 +50,36 @@ void get_real(Trial *trial)
     free(values);
 }
 
+/* Whether parameters may be set to these values after initialization. */
+static Answer may_tune(const Twin *twin, const References *of, const double *values)
+{
+    Twin tuned = *twin;
+    if (twin->mode == UNKNOWN)
+        return UNSURE;
+    if (twin->mode == CONTINUOUS_TIME)
+        return NO;
+    for (size_t i = 0; of->at != NULL && values != NULL && of->sound && i < of->count; i++) {
+        if (described[of->at[i]].causality == 'p' && !described[of->at[i]].tunable)
+            return NO;
+        twin_set(&tuned, of->at[i], values[i]);
+    }
+    return possible(&tuned);
+}
+
 void set_real(Trial *trial)
 {
     Twin *twin = &trial->slot->twin;
     int early = twin->mode == INSTANTIATED || twin->mode == INITIALIZATION;
-    References of = references('R', early ? "ip" : "i");
+    References of = references('R', early || chance(20) ? "ip" : "i");
     double *values = usual_values(&of);
     must_be_references(trial, &of);
     must_be_given(trial, values, of.count);
     must(trial, all_have(&of, "ip") ? YES : NO);
     if (!all_have(&of, "i"))
-        must(trial, twin->mode == UNKNOWN ? UNSURE : early ? YES : NO);
+        must(trial, early ? YES : may_tune(twin, &of, values));
     for (size_t i = 0; values != NULL && of.at != NULL && of.sound && i < of.count; i++) {
         trace("    value %.17g", values[i]);
-        must(trial, isfinite(values[i]) || described[of.at[i]].causality != 'i' ? YES : NO);
+        must(trial, fabs(values[i]) <= 1e9 || described[of.at[i]].causality != 'i' ? YES : NO);
     }
     if (judged(trial, fmi2SetReal(trial->component, of.at, of.count, values), CHANGES))
         for (size_t i = 0; i < of.count; i++)

@@ -6,6 +6,7 @@ import subprocess
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
+from ctypes import byref
 from pathlib import Path
 
 import fmpy
@@ -17,6 +18,7 @@ from fmpy.fmi2 import (
     fmi2CallbackFunctions,
     fmi2CallbackLoggerTYPE,
 )
+from fmpy.logging import addLoggerProxy
 
 from strandspring.core.parameters import SpringParameters
 from strandspring.fmu.python_backed import build_fmu
@@ -75,6 +77,8 @@ class Instance:
         callbacks.logger = fmi2CallbackLoggerTYPE(self._keep_message)
         callbacks.allocateMemory = defaultCallbacks.allocateMemory
         callbacks.freeMemory = defaultCallbacks.freeMemory
+        # Only a logger written in C sees the arguments of a format; FMPy's passes the text on.
+        addLoggerProxy(byref(callbacks))
         self.slave.instantiate(callbacks=callbacks, loggingOn=True)
 
     def _keep_message(self, _environment, _name, status, category, message) -> None:

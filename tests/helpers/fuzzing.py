@@ -62,7 +62,7 @@ def _description(folder: Path) -> str:
     variables = sorted(description.modelVariables, key=lambda variable: int(variable.valueReference))
     starts = [float(v.start or 0.0) if v.type == "Real" else 0.0 for v in variables]
     entries = [
-        f"V({json.dumps(v.name)}, '{v.type[0]}', '{v.causality[0]}', {start!r})"
+        f"V({json.dumps(v.name)}, '{v.type[0]}', '{v.causality[0]}', {int(v.variability == 'tunable')}, {start!r})"
         for v, start in zip(variables, starts, strict=True)
     ]
     amplifier, knots = (sum(v.name.startswith(array) for v in variables) for array in ("kA_", "FE_knots_"))

@@ -19,6 +19,7 @@ from fmpy.fmi1 import FMICallException
 from fmpy.fmi2 import FMU2Slave
 from fmpy.model_description import ModelDescription
 
+from ..core.parameters import LARGEST_DISPLACEMENT
 from ..errors import StrandspringError
 from ..fmu.fmpy_host import library_path
 from .messages import Messages
@@ -28,6 +29,10 @@ _MODEL_VALUES: Mapping[str, float] = {}
 
 class CosimulationError(StrandspringError):
     """Invalid arguments, a failing FMU, or a simulation that cannot be completed."""
+
+
+class DivergenceError(CosimulationError):
+    """A displacement that no spring can mean."""
 
 
 class Response(NamedTuple):
@@ -197,6 +202,8 @@ class FmuSpring:
             self._call(self._slave.freeFMUstate, state)
 
     def _set(self, displacement: float) -> None:
+        if abs(displacement) > LARGEST_DISPLACEMENT:
+            raise DivergenceError(f"{self.name}: {displacement:.3g} m is beyond what a displacement can mean.")
         self._input_value[0] = displacement
         self._call(self._slave.fmi2SetReal, self._slave.component, self._input, 1, self._input_value)
 

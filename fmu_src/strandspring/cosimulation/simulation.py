@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from ..kernel.arrays import FloatArray
 from .coupling import CoupledState, Master
-from .fmu_spring import CosimulationError, FmuSpring
+from .fmu_spring import CosimulationError, DivergenceError, FmuSpring
 from .iterative import Iterative
 from .plants import Plant
 
@@ -91,10 +91,11 @@ def simulate(
     states, applied_forces, iterations = [state], [], []
     advance = master.stepper(plant, step)
     for time in times[:-1].tolist():
-        result = advance(time, state, springs)
+        try:
+            result = advance(time, state, springs)
+        except DivergenceError:
+            raise CosimulationError(f"The motion diverged in the step at {time:.6g} s; take smaller steps.") from None
         state = result.state
-        if not (np.isfinite(state.q).all() and np.isfinite(state.forces[0]).all()):
-            raise CosimulationError(f"The motion diverged in the step at {time:.6g} s; take smaller steps.")
         states.append(state)
         applied_forces.append(result.applied_force)
         iterations.append(result.iterations)
