@@ -16,10 +16,9 @@ from typing import Any
 
 import fmpy
 import numpy as np
-from fmpy.fmi2 import defaultCallbacks, fmi2CallbackFunctions, fmi2CallbackLoggerTYPE, fmi2EventInfo
-from fmpy.logging import addLoggerProxy
+from fmpy.fmi2 import fmi2EventInfo
 
-from fmu_tools import SPRING
+from fmu_tools import SPRING, callbacks_into
 from kernel_tools import build_folder
 from strandspring.core.parameters import SpringParameters
 from strandspring.fmu.native.native_fmu import build_native_fmu
@@ -71,16 +70,6 @@ def library(parameters: SpringParameters = SPRING) -> Library:
 
 _numbers = itertools.count(1)
 
-# FMPy's proxy knows one logger for all instances.
-_messages: dict[int | None, list[tuple[int, str, str]]] = {}
-
-
-@fmi2CallbackLoggerTYPE
-def _logger(environment: int | None, _name: bytes, status: int, category: bytes, text: bytes) -> None:
-    # Instances that FMPy itself makes later come here too, with no environment.
-    _messages.setdefault(environment, []).append((status, category.decode(), text.decode()))
-
-
 class Native:
     """One instance; variables go by name, and every call of FMI by its name without "fmi2" gives its status.
 
@@ -105,13 +94,7 @@ class Native:
     ) -> None:
         self.library = of or library()
         self.messages: list[tuple[int, str, str]] = []
-        environment = next(_numbers)
-        _messages[environment] = self.messages
-        self._callbacks = fmi2CallbackFunctions(
-            _logger, defaultCallbacks.allocateMemory, defaultCallbacks.freeMemory, componentEnvironment=environment
-        )
-        # Only a logger written in C sees the arguments of a format; FMPy's passes the text on.
-        addLoggerProxy(byref(self._callbacks))
+        self._callbacks = callbacks_into(self.messages)
         self.component = self.library.functions.fmi2Instantiate(
             name.encode(), kind, (guid or self.library.guid).encode(), b"", byref(self._callbacks), 0, logging
         )
