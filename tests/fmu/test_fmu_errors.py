@@ -137,7 +137,9 @@ def test_steps_backward_and_of_no_finite_size(spring, size):
 
 def test_a_step_before_initialization_ends(spring):
     assert status_of(spring.slave.doStep, 0.0, 1e-3) == ERROR
-    assert spring.logged(ERROR) == ["fmi2DoStep must be called while the instance is in step mode, but it is instantiated."]
+    assert spring.logged(ERROR) == [
+        "fmi2DoStep must be called while the instance is in step mode, but it is instantiated."
+    ]
 
 
 def test_initialization_ends_once(spring):

@@ -366,7 +366,7 @@ def test_an_fmu_for_other_computers_only_is_validated_but_not_run(
         (["--backend", "native", "--platform", "amiga"], 2, "'amiga'"),
         (["--backend", "native", "--platform", "linux64,"], 2, "''"),
         (["--backend", "native", "--platform", "../x"], 2, "'../x'"),
-        (["--backend", "python", "--platform", "linux64"], 2, "native back end"),
+        (["--backend", "native", "--needs-execution-tool"], 2, "for the Python-backed FMU"),
     ],
 )
 def test_command_line_refuses(

@@ -23,7 +23,7 @@ _EXAMPLES = [f"models/records/{name}" for name in ("LICENSE.txt", "README.md", "
 
 
 class BuildWithImages(build_py):
-    """Adds the kernel for this computer and the images of FMUs for all; an editable install compiles its kernel only."""
+    """Adds the kernel for this computer and the images of FMUs for all; editable installs compile the kernel only."""
 
     def run(self) -> None:
         """Run the command."""

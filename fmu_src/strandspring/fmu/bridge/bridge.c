@@ -85,7 +85,7 @@ static const char START[] =
     "            sys.path.remove(folder)\n"
     "    answer = importlib.import_module(module).start(folder, name, guid)\n"
     "except BaseException as problem:\n"
-    "    text = f'The FMU cannot be loaded from {uri}: {type(problem).__name__}: {problem}'\n"
+    "    text = f'The FMU cannot be loaded from {os.fsdecode(uri)}: {type(problem).__name__}: {problem}'\n"
     "    answer = 3, None, b'3' + text.encode('ascii', 'replace').replace(b'\\n', b' ').replace(b'#', b'?') + b'\\n'\n";
 
 /* Takes the lock of Python; an instance must not outlive it. */

@@ -54,8 +54,8 @@ static int set_home(int minor)
     memcpy(&address, &python.Py_IsInitialized, sizeof address);
     if (dladdr(address, &library) == 0 || realpath(library.dli_fname, folder) == NULL)
         return 0;
-    /* The library lies somewhere below. */
-    for (char *end; (end = strrchr(folder, '/')) != NULL;) {
+    /* The library lies somewhere below; what lies in the root is of another Python. */
+    for (char *end; (end = strrchr(folder, '/')) != NULL && end != folder;) {
         *end = '\0';
         if (holds_standard_library(folder, minor)) {
             wchar_t *home = python.Py_DecodeLocale(folder, NULL);

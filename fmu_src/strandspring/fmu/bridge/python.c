@@ -48,7 +48,7 @@ typedef struct {
     "Python 3.%d or newer, or unset it."
 #define TO_DO \
     "install Python 3.%d or newer with its shared library, or set STRANDSPRING_LIBPYTHON to the path of that library."
-#define FOUND_BUT(reason) (reason).text[0] == '\0' ? "" : "; of one found, ", (reason).text
+#define FOUND_BUT(reason) (reason).text[0] == '\0' ? "" : "; one was found, but ", (reason).text
 
 /* What find_posix.c and find_windows.c provide: the address of a function in a library; */
 static void *symbol(void *library, const char *name);
