@@ -8,7 +8,6 @@ are between figures of one run. Then springs of higher degrees, and ten thousand
 
 from __future__ import annotations
 
-import os
 import platform
 import subprocess
 import sys

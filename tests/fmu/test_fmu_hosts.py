@@ -287,33 +287,65 @@ def test_the_binary_needs_the_system_only(spring: Unpacked, platform: str) -> No
         assert all(re.fullmatch(allowed[platform], name, re.IGNORECASE) for name in needed), needed
 
 
-def wine() -> str | None:
+class Windows:
+    """Programs run by wine in a prefix of their own."""
+
+    def __init__(self, program: str, folder: Path) -> None:
+        self._program, self._folder = program, folder
+
+    def run(self, *command: str, **environment: str) -> subprocess.CompletedProcess[str]:
+        # No offer to install Mono and Gecko.
+        settings = {
+            **os.environ, "WINEPREFIX": str(self._folder / "prefix"), "WINEDEBUG": "-all",
+            "WINEDLLOVERRIDES": "mscoree,mshtml=", **environment,
+        }  # fmt: skip
+        return subprocess.run(
+            [self._program, *command],
+            env=settings,
+            capture_output=True,
+            encoding="utf-8",
+            errors="replace",
+            check=False,
+        )
+
+    def compiled(self, source: str, name: str, *flags: str) -> Path:
+        output = self._folder / name
+        output.parent.mkdir(exist_ok=True)
+        options = ["-target", "x86_64-windows-gnu", "-std=c11", "-O2", "-s", f"-I{HEADERS}", *flags]
+        command = [sys.executable, "-m", "ziglang", "cc", *options, str(HERE / source), "-o", str(output)]
+        subprocess.run(command, check=True, capture_output=True)
+        return output
+
+
+@pytest.fixture
+def windows(tmp_path: Path) -> Windows:
     # Debian does not put it on the path unless its 32-bit half is installed, too.
-    return shutil.which("wine64") or shutil.which("wine") or shutil.which("wine64", path="/usr/lib/wine")
+    program = shutil.which("wine64") or shutil.which("wine") or shutil.which("wine64", path="/usr/lib/wine")
+    if program is None:
+        pytest.skip("wine is not installed: the Windows binary was looked into but not run")
+    return Windows(program, tmp_path)
 
 
 @pytest.mark.slow
-def test_windows_without_a_python(spring: Unpacked, tmp_path: Path) -> None:
-    program = wine()
-    if program is None:
-        pytest.skip("wine is not installed: the Windows binary was looked into but not run")
-    windows_host = tmp_path / "host.exe"
-    flags = ["-target", "x86_64-windows-gnu", "-std=c11", "-O2", "-s"]
-    source = HERE / "portable_host.c"
-    command = [sys.executable, "-m", "ziglang", "cc", *flags, f"-I{HEADERS}", str(source), "-o", str(windows_host)]
-    subprocess.run(command, check=True, capture_output=True)
-    settings = {
-        **os.environ,
-        "WINEPREFIX": str(tmp_path / "wine"),
-        "WINEDEBUG": "-all",
-        "WINEDLLOVERRIDES": "mscoree,mshtml=",
-    }
-    done = subprocess.run(
-        [program, str(windows_host), spring.guid, str(spring.binary("win64"))],
-        env=settings, capture_output=True, text=True, check=False,
-    )  # fmt: skip
-    assert done.returncode == 1
-    assert "No Python was found: looked for python314.dll to python310.dll on PATH" in done.stderr
+def test_windows_finds_python_by_its_variable_on_path_and_in_the_registry(spring: Unpacked, windows: Windows) -> None:
+    command = [str(windows.compiled("portable_host.c", "host.exe")), spring.guid, str(spring.binary("win64"))]
+    none = windows.run(*command)
+    assert none.returncode == 1
+    assert "No Python was found: looked for python314.dll to python310.dll on PATH" in none.stderr
+    python = windows.compiled("stand_in_python.c", "Üben/python311.dll", "-shared")
+    dos = f"Z:{python}".replace("/", "\\")
+    lonely = windows.run(*command, STRANDSPRING_LIBPYTHON=dos)
+    assert lonely.returncode == 1
+    assert "there is no standard library for Python 3.11; set it to" in lonely.stderr
+    landmark = python.parent / "Lib" / "os.py"
+    landmark.parent.mkdir()
+    landmark.touch()
+    started = f"started with {dos.removesuffix(chr(92) + 'python311.dll')}, 0"
+    assert windows.run(*command, STRANDSPRING_LIBPYTHON=dos).stdout == started
+    assert windows.run(*command, WINEPATH=str(python.parent)).stdout == started
+    key = "HKCU\\Software\\Python\\PythonCore\\3.11\\InstallPath"
+    assert windows.run("reg", "add", key, "/ve", "/d", dos.removesuffix("\\python311.dll")).returncode == 0
+    assert windows.run(*command).stdout == started
 
 
 def test_the_same_guid_on_every_platform_and_another_by_the_declaration(tmp_path: Path) -> None:

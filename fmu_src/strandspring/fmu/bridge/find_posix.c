@@ -127,8 +127,8 @@ static int find(char *problem, size_t size)
     if (loaded_by_version(RTLD_NOLOAD, &reason) || loaded_by_version(0, &reason) || loaded_of_path(&reason))
         return 1;
     snprintf(problem, size,
-             "No Python was found: looked for " LIBRARY " to " LIBRARY " where this system keeps libraries, and for the "
-             "shared library of python3 on PATH%s%s; " TO_DO, NEWEST, OLDEST, FOUND_BUT(reason), OLDEST);
+             "No Python was found: looked for " LIBRARY " to " LIBRARY " where this system keeps libraries, and for "
+             "the shared library of python3 on PATH%s%s; " TO_DO, NEWEST, OLDEST, FOUND_BUT(reason), OLDEST);
     return 0;
 }
 

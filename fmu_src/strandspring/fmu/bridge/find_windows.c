@@ -122,7 +122,9 @@ static int find(char *problem, size_t size)
     if (environment(L"STRANDSPRING_LIBPYTHON", chosen)) {
         if (loaded(chosen, LOAD_WITH_ALTERED_SEARCH_PATH, &reason))
             return 1;
-        snprintf(problem, size, CHOSEN_CANNOT_SERVE, reason.text[0] == '\0' ? "it cannot be loaded" : reason.text, OLDEST);
+        if (reason.text[0] == '\0')
+            snprintf(reason.text, sizeof reason.text, "it cannot be loaded");
+        snprintf(problem, size, CHOSEN_CANNOT_SERVE, reason.text, OLDEST);
         return 0;
     }
     for (int minor = NEWEST; minor >= OLDEST; minor--)
