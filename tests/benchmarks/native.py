@@ -8,11 +8,9 @@ are between figures of one run. Then springs of higher degrees, and ten thousand
 
 from __future__ import annotations
 
-import os
 import platform
 import subprocess
 import sys
-import sysconfig
 import tempfile
 import time
 import zipfile
@@ -105,12 +103,6 @@ def without_kernel(native: Loadable, folder: Path) -> Loadable:
     return Loadable("empty kernel", native.guid, compiled(sources, "all.c", folder / "empty.so"))
 
 
-def libpython() -> Path | None:
-    """The shared library that a host without Python preloads for the Python-backed FMU."""
-    library = Path(sysconfig.get_config_var("LIBDIR") or "") / str(sysconfig.get_config_var("INSTSONAME"))
-    return library if ".so" in library.name and library.exists() else None
-
-
 def program(source: str, folder: Path) -> Path:
     """A host in C."""
     flags = ["-std=c11", "-O2", "-Wall", "-Wextra", "-Wpedantic", "-Werror", "-Wshadow", "-Wconversion"]
@@ -119,15 +111,12 @@ def program(source: str, folder: Path) -> Path:
     return binary
 
 
-def measured(fmus: list[Loadable], middle: float, half: float, preloaded: Path | None) -> dict[str, list[float]]:
+def measured(fmus: list[Loadable], middle: float, half: float) -> dict[str, list[float]]:
     """Median nanoseconds by case, one for each FMU that has it."""
     host = program("native_host.c", fmus[0].library.parent)
-    environment = dict(os.environ)
-    if preloaded is not None:
-        environment |= {"LD_PRELOAD": str(preloaded), "PYTHONHOME": sys.base_prefix}
     said = subprocess.run(
         [str(host), str(ROUNDS), str(middle), str(half), *(a for fmu in fmus for a in fmu.arguments())],
-        capture_output=True, text=True, env=environment, check=True,
+        capture_output=True, text=True, check=True,
     ).stdout  # fmt: skip
     medians: dict[str, list[float]] = {}
     for line in said.splitlines():
@@ -136,12 +125,12 @@ def measured(fmus: list[Loadable], middle: float, half: float, preloaded: Path |
     return medians
 
 
-def in_a_c_host(fmus: list[Loadable], middle: float, half: float, preloaded: Path | None) -> None:
+def in_a_c_host(fmus: list[Loadable], middle: float, half: float) -> None:
     table = Table(title="In a C host: ns an exchange")
     ratios = ("/ copies", "/ empty", "Python / native")
     for column in ("exchange", *(fmu.name for fmu in fmus), *ratios):
         table.add_column(column, justify="left" if column == "exchange" else "right")
-    medians = measured(fmus, middle, half, preloaded)
+    medians = measured(fmus, middle, half)
     for case, title in CASES.items():
         copies, empty, native, *python = medians[case]
         table.add_row(
@@ -162,7 +151,7 @@ def of_higher_degrees(model: ModelFile, folder: Path, middle: float, half: float
         weights = [0.9 / degree * (-1.0) ** k / p.x_max**k for k in range(1, degree + 1)]
         spring = ModelFile(f"degree{degree}", replace(p, kA=(1.0, *weights)))
         fmus[degree] = Loadable("", *unpacked(build_native_fmu(spring, folder), folder / f"degree{degree}"))
-    medians = measured(list(fmus.values()), middle, half, None)
+    medians = measured(list(fmus.values()), middle, half)
     for column in ("exchange", *(f"degree {degree}" for degree in fmus)):
         table.add_column(column, justify="left" if column == "exchange" else "right")
     for case in ("stroke,all", "sine,all", "reversals,all"):
@@ -224,14 +213,10 @@ def main() -> None:
         folder = Path(temporary)
         native = build_native_fmu(model, folder / "native")
         python = build_fmu(model, folder / "python")
-        preloaded = libpython()
         ours = Loadable("native", *unpacked(native, folder / "n"))
         fmus = [copying(folder), without_kernel(ours, folder), ours]
-        if preloaded is None:
-            console.print("This Python has no shared library: the Python-backed FMU runs through fmpy only.")
-        else:
-            fmus.append(Loadable("Python", *unpacked(python, folder / "p"), PYTHON_STEPS, PYTHON_EVERY, 1))
-        in_a_c_host(fmus, middle, half, preloaded)
+        fmus.append(Loadable("Python", *unpacked(python, folder / "p"), PYTHON_STEPS, PYTHON_EVERY, 1))
+        in_a_c_host(fmus, middle, half)
         of_higher_degrees(model, folder, middle, half)
         many_instances(ours, folder, middle, half)
         through_fmpy({"native": native, "Python-backed": python}, middle, half)

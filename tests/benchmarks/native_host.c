@@ -1,4 +1,4 @@
-/* Nanoseconds of one exchange with FMUs that take turns within one process, which has no Python but what is preloaded.
+/* Nanoseconds of one exchange with FMUs that take turns within one process, which has no Python but what an FMU loads.
  *
  *     native_host ROUNDS MIDDLE HALF (GUID LIBRARY RESOURCES STEPS EVERY KINDS)...
  *

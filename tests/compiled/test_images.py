@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from strandspring.compiled import images, zig
-from strandspring.compiled.images import FMU, KERNEL, PACKAGED, image
+from strandspring.compiled.images import BRIDGE, FMU, KERNEL, PACKAGED, image
 from strandspring.compiled.targets import FMU_TARGETS, LINUX_X86, Target, host_target, wheel_platform
 from strandspring.errors import BuildError
 
@@ -70,8 +70,8 @@ def test_the_package_comes_before_the_cache(cache: Path, compiler: list[Target])
 
 
 def test_a_changed_source_flag_or_target_asks_for_another_image(monkeypatch: pytest.MonkeyPatch) -> None:
-    names = {unit.file_name(target) for unit in (KERNEL, FMU) for target in FMU_TARGETS}
-    assert len(names) == 10
+    names = {unit.file_name(target) for unit in (KERNEL, FMU, BRIDGE) for target in FMU_TARGETS}
+    assert len(names) == 15
     sources = KERNEL.sources()
     assert {"core/c/spring.c", "core/c/saturation.h", "kernel/c/kernel.c"} <= set(sources)
     for changed in (
@@ -83,7 +83,7 @@ def test_a_changed_source_flag_or_target_asks_for_another_image(monkeypatch: pyt
     monkeypatch.undo()
     monkeypatch.setattr(images, "FLAGS", (*images.FLAGS, "-DOTHER"))
     names.add(KERNEL.file_name(LINUX_X86))
-    assert len(names) == 13
+    assert len(names) == 18
 
 
 def test_without_a_compiler_one_sentence_says_what_to_do(cache: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -131,8 +131,8 @@ def test_processes_that_compile_at_once_do_not_disturb_each_other(tmp_path: Path
 def test_a_wheel_carries_every_image() -> None:
     if not PACKAGED.exists():
         pytest.skip("run from a source checkout")
-    expected = {KERNEL.file_name(host_target()), *(FMU.file_name(target) for target in FMU_TARGETS)}
-    assert {path.name for path in PACKAGED.iterdir()} == expected
+    of_fmus = {unit.file_name(target) for unit in (FMU, BRIDGE) for target in FMU_TARGETS}
+    assert {path.name for path in PACKAGED.iterdir()} == {KERNEL.file_name(host_target()), *of_fmus}
 
 
 @pytest.mark.parametrize(

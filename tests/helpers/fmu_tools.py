@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -58,6 +59,29 @@ def wandering_path(parameters: SpringParameters, samples: int, seed: int) -> np.
     return np.array(path)
 
 
+# Status, category and text of messages, by the environment of the instance: FMPy's proxy knows one logger for all.
+_messages: dict[int | None, list[tuple[int, str, str]]] = {}
+_numbers = itertools.count(1)
+
+
+@fmi2CallbackLoggerTYPE
+def _logger(environment: int | None, _name: bytes, status: int, category: bytes, text: bytes) -> None:
+    # Instances that FMPy itself makes later come here too, with no environment.
+    _messages.setdefault(environment, []).append((status, category.decode(), text.decode()))
+
+
+def callbacks_into(messages: list[tuple[int, str, str]]) -> fmi2CallbackFunctions:
+    """Callbacks of an instance whose messages come into a list."""
+    environment = next(_numbers)
+    _messages[environment] = messages
+    callbacks = fmi2CallbackFunctions(
+        _logger, defaultCallbacks.allocateMemory, defaultCallbacks.freeMemory, componentEnvironment=environment
+    )
+    # Only a logger written in C sees the arguments of a format; FMPy's passes the text on.
+    addLoggerProxy(byref(callbacks))
+    return callbacks
+
+
 class Instance:
     """An instance of an FMU; variables go by name."""
 
@@ -73,16 +97,8 @@ class Instance:
             modelIdentifier=self.description.coSimulation.modelIdentifier,
             instanceName=name,
         )
-        callbacks = fmi2CallbackFunctions()
-        callbacks.logger = fmi2CallbackLoggerTYPE(self._keep_message)
-        callbacks.allocateMemory = defaultCallbacks.allocateMemory
-        callbacks.freeMemory = defaultCallbacks.freeMemory
-        # Only a logger written in C sees the arguments of a format; FMPy's passes the text on.
-        addLoggerProxy(byref(callbacks))
-        self.slave.instantiate(callbacks=callbacks, loggingOn=True)
-
-    def _keep_message(self, _environment, _name, status, category, message) -> None:
-        self.messages.append((status, (category or b"").decode(), message.decode()))
+        self._callbacks = callbacks_into(self.messages)
+        self.slave.instantiate(callbacks=self._callbacks, loggingOn=True)
 
     def initialize(self, **start: float) -> Instance:
         """Initialize with start values; the path starts at the offset unless they say otherwise."""

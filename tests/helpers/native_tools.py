@@ -1,4 +1,4 @@
-"""The native FMU reached by ctypes, call by call, for the tests of its FMI layer: nothing stands between."""
+"""FMUs reached by ctypes, call by call, for the tests of their FMI layers: nothing stands between."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import functools
 import itertools
 import re
 import zipfile
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from ctypes import byref, c_double, c_int, c_size_t, c_uint, c_void_p
 from importlib.resources import files
 from pathlib import Path
@@ -16,14 +16,14 @@ from typing import Any
 
 import fmpy
 import numpy as np
-from fmpy.fmi2 import defaultCallbacks, fmi2CallbackFunctions, fmi2CallbackLoggerTYPE, fmi2EventInfo
-from fmpy.logging import addLoggerProxy
+from fmpy.fmi2 import fmi2EventInfo
 
-from fmu_tools import SPRING
+from fmu_tools import SPRING, callbacks_into
 from kernel_tools import build_folder
 from strandspring.core.parameters import SpringParameters
 from strandspring.fmu.native.native_fmu import build_native_fmu
 from strandspring.fmu.native.platforms import chosen_platforms, host_folder
+from strandspring.fmu.python_backed import build_fmu
 from strandspring.modelfile import ModelFile
 
 # The headers of FMI, and the functions of both interfaces that they declare.
@@ -42,7 +42,7 @@ def close(found: Any, expected: Any, tolerance: float = ROUNDING) -> None:
 
 
 class Library:
-    """The binary of a native FMU for this computer, and its variables.
+    """The binary of an FMU for this computer, and its variables.
 
     Parameters
     ----------
@@ -55,6 +55,7 @@ class Library:
         self.guid = str(description.guid)
         self.references = {v.name: v.valueReference for v in description.modelVariables}
         (self.path,) = (folder / "binaries" / str(host_folder())).iterdir()
+        self.resources = (folder / "resources").as_uri().encode()
         self.functions = ctypes.CDLL(str(self.path))
         self.functions.fmi2Instantiate.restype = c_void_p
 
@@ -62,23 +63,24 @@ class Library:
 @functools.cache
 def library(parameters: SpringParameters = SPRING) -> Library:
     """The native FMU of a spring, built and unpacked once in a session."""
+    return _unpacked(build_native_fmu, parameters)
+
+
+@functools.cache
+def python_library(parameters: SpringParameters = SPRING) -> Library:
+    """The same of the Python-backed FMU."""
+    return _unpacked(build_fmu, parameters)
+
+
+def _unpacked(build: Callable[..., Path], parameters: SpringParameters) -> Library:
     folder = build_folder() / f"fmu{next(_numbers)}"
-    fmu = build_native_fmu(ModelFile("spring", parameters), folder, chosen_platforms("host"), zero=0.0)
+    fmu = build(ModelFile("spring", parameters), folder, chosen_platforms("host"), zero=0.0)
     with zipfile.ZipFile(fmu) as archive:
         archive.extractall(folder)
     return Library(folder)
 
 
 _numbers = itertools.count(1)
-
-# FMPy's proxy knows one logger for all instances.
-_messages: dict[int | None, list[tuple[int, str, str]]] = {}
-
-
-@fmi2CallbackLoggerTYPE
-def _logger(environment: int | None, _name: bytes, status: int, category: bytes, text: bytes) -> None:
-    # Instances that FMPy itself makes later come here too, with no environment.
-    _messages.setdefault(environment, []).append((status, category.decode(), text.decode()))
 
 
 class Native:
@@ -105,16 +107,11 @@ class Native:
     ) -> None:
         self.library = of or library()
         self.messages: list[tuple[int, str, str]] = []
-        environment = next(_numbers)
-        _messages[environment] = self.messages
-        self._callbacks = fmi2CallbackFunctions(
-            _logger, defaultCallbacks.allocateMemory, defaultCallbacks.freeMemory, componentEnvironment=environment
-        )
-        # Only a logger written in C sees the arguments of a format; FMPy's passes the text on.
-        addLoggerProxy(byref(self._callbacks))
+        self._callbacks = callbacks_into(self.messages)
         self.component = self.library.functions.fmi2Instantiate(
-            name.encode(), kind, (guid or self.library.guid).encode(), b"", byref(self._callbacks), 0, logging
-        )
+            name.encode(), kind, (guid or self.library.guid).encode(), self.library.resources,
+            byref(self._callbacks), 0, logging,
+        )  # fmt: skip
 
     def __enter__(self) -> Native:
         assert self.component is not None, self.messages

@@ -5,6 +5,7 @@
  *
  * The first displacement is where the path starts. Exit status 1 with a message if anything fails.
  */
+#include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
 
@@ -43,8 +44,13 @@ static void check(fmi2Status status, const char *what)
 static void log_message(
     fmi2ComponentEnvironment environment, fmi2String name, fmi2Status status, fmi2String category, fmi2String text, ...)
 {
+    va_list arguments;
     (void)environment;
-    fprintf(stderr, "%s, status %d, %s: %s\n", name, (int)status, category, text);
+    fprintf(stderr, "%s, status %d, %s: ", name, (int)status, category);
+    va_start(arguments, text);
+    vfprintf(stderr, text, arguments);
+    va_end(arguments);
+    fprintf(stderr, "\n");
 }
 
 #define FROM(library, name) (fmi2##name##TYPE *)found(library, "fmi2" #name)

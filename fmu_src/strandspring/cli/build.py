@@ -30,7 +30,7 @@ EXAMPLE_COLUMNS = {"reverse": "displacement"}
 # What the FMU of each back end is for.
 _PURPOSES = {
     "native": "native: for any simulator, with no Python on its machine",
-    "python": "Python-backed: the model as readable Python, for simulators that run on Python",
+    "python": "Python-backed: the model as readable Python, for machines with Python 3.10 or newer",
 }
 
 
@@ -56,8 +56,14 @@ def _platforms(_context: click.Context, _parameter: click.Parameter, names: str 
     "platforms",
     metavar="NAME,...",
     callback=_platforms,
-    help=f"Of the native FMU: host, all, or some of {', '.join(PLATFORMS)}.  "
+    help=f"Of the FMU's binaries: host, all, or some of {', '.join(PLATFORMS)}.  "
     "[default: all in an installed package, host in a source checkout]",
+)
+@click.option(
+    "--needs-execution-tool",
+    is_flag=True,
+    help="Declare in the Python-backed FMU that Python must be installed on the simulator's machine; some importers, "
+    "PyFMI among them, refuse an FMU that declares it.  [default: not declared, as for a library]",
 )
 @click.option(
     "--models",
@@ -77,6 +83,7 @@ def build(
     output: str,
     backend: str | None,
     platforms: tuple[Platform, ...] | None,
+    needs_execution_tool: bool,
     models: str,
     name: str | None,
     description: str,
@@ -99,8 +106,8 @@ def build(
     if backend is None:
         backend = "native" if sources else "both"
     backends = tuple(_PURPOSES) if backend == "both" else (backend,)
-    if platforms is not None and "native" not in backends:
-        raise click.UsageError("--platform is for the native back end; the python back end has fixed binaries.")
+    if needs_execution_tool and "python" not in backends:
+        raise click.UsageError("--needs-execution-tool is for the Python-backed FMU; add --backend python or both.")
     of_records = {"name", "description", *options}
     method = method_options(options)
     if len(sources) == 1 and sources[0].lower().endswith(".json"):
@@ -119,7 +126,7 @@ def build(
         model, identification = identified(sources, options, method, chosen, description)
         save_model(model_path, model)
     origin = chosen_zero(zero, model.parameters)
-    built = {one: _built(model, Path(output), one, platforms, origin) for one in backends}
+    built = {one: _built(model, Path(output), one, platforms, origin, needs_execution_tool) for one in backends}
     if as_json:
         result_json(
             {
@@ -173,13 +180,19 @@ def _refuse_given(names: set[str], model: str) -> None:
 
 
 def _built(
-    model: ModelFile, folder: Path, backend: str, platforms: tuple[Platform, ...] | None, zero: float
+    model: ModelFile,
+    folder: Path,
+    backend: str,
+    platforms: tuple[Platform, ...] | None,
+    zero: float,
+    needs_execution_tool: bool,
 ) -> tuple[Path, CheckReport]:
     if folder.exists() and not folder.is_dir():
         raise StrandspringError(f"{folder} is a file; give a folder with -o.")
     with working("Building the FMU"):
-        fmu = (
-            build_native_fmu(model, folder, platforms, zero) if backend == "native" else build_fmu(model, folder, zero)
-        )
+        if backend == "native":
+            fmu = build_native_fmu(model, folder, platforms, zero)
+        else:
+            fmu = build_fmu(model, folder, platforms, zero, needs_execution_tool)
     with working("Validating and running the FMU"):
         return fmu, check_fmu(fmu)

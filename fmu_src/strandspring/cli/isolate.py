@@ -127,7 +127,7 @@ def _verified(
         chosen = (stable[0], max(stable, key=lambda point: point.transmissibility), stable[-1])
         runs += [(response, point) for point in dict.fromkeys(chosen)]
     with tempfile.TemporaryDirectory(prefix="strandspring-", ignore_cleanup_errors=True) as folder:
-        fmu = build_fmu(content, Path(folder), zero)
+        fmu = build_fmu(content, Path(folder), zero=zero)
         return [
             (response, check_steady(fmu, system, response.excitation, response.level, point))
             for response, point in progress(runs, "Simulating the FMU")

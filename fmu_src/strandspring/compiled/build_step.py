@@ -23,7 +23,7 @@ _EXAMPLES = [f"models/records/{name}" for name in ("LICENSE.txt", "README.md", "
 
 
 class BuildWithImages(build_py):
-    """Adds the kernel for this computer and the FMU's images for all; an editable install compiles its kernel only."""
+    """Adds the kernel for this computer and the images of FMUs for all; editable installs compile the kernel only."""
 
     def run(self) -> None:
         """Run the command."""
@@ -34,7 +34,8 @@ class BuildWithImages(build_py):
         folder = self._images()
         # A folder that an earlier build left may hold images of other sources.
         shutil.rmtree(folder, ignore_errors=True)
-        wanted = [(images.KERNEL, host_target()), *((images.FMU, target) for target in FMU_TARGETS)]
+        of_fmus = [(unit, target) for unit in (images.FMU, images.BRIDGE) for target in FMU_TARGETS]
+        wanted = [(images.KERNEL, host_target()), *of_fmus]
         with ThreadPoolExecutor() as pool:
             contents = pool.map(lambda one: images.compiled(*one), wanted)
             folder.mkdir(parents=True)

@@ -41,22 +41,24 @@ class Unit:
     ----------
     name : str                  Of the library, without suffix.
     file : str                  To be compiled; it includes the others.
-    folders : tuple of str      Of the sources, below the package.
+    parts : tuple of str        Folders of the sources, or single ones, below the package.
     flags : tuple of str        Besides those of every library.
     fmi : bool                  Whether the headers of FMI are needed.
+    loads : bool                Whether it loads other libraries at run time.
     """
 
     name: str
     file: str
-    folders: tuple[str, ...]
+    parts: tuple[str, ...]
     flags: tuple[str, ...] = ()
     fmi: bool = False
+    loads: bool = False
 
     def sources(self) -> dict[str, bytes]:
         """Content of each C file by its path below the package."""
-        paths = [
-            path for folder in self.folders for path in (_PACKAGE / folder).iterdir() if path.suffix in (".c", ".h")
-        ]
+        parts = [_PACKAGE / part for part in self.parts]
+        inside = [path for part in parts if part.is_dir() for path in part.iterdir() if path.suffix in (".c", ".h")]
+        paths = [*inside, *(part for part in parts if not part.is_dir())]
         return {path.relative_to(_PACKAGE).as_posix(): path.read_bytes() for path in sorted(paths)}
 
     def file_name(self, target: Target) -> str:
@@ -70,6 +72,16 @@ class Unit:
 KERNEL = Unit("kernel", "kernel/c/kernel.c", ("core/c", "kernel/c"), ("-O3",))
 # -O3 makes it a tenth larger, and no step faster.
 FMU = Unit("spring", "core/c/all.c", ("core/c",), ("-O2", "-fvisibility=hidden"), fmi=True)
+# The binary of a Python-backed FMU, the same for all springs.
+BRIDGE = Unit(
+    "bridge",
+    "fmu/bridge/bridge.c",
+    ("fmu/bridge", *(f"core/c/{name}" for name in ("fmi2_api.h", "fmi2_log.c", "fmi2_log.h", "fmi2_states.c",
+                                                   "fmi2_states.h", "spring_local.h"))),
+    ("-O2", "-fvisibility=hidden"),
+    fmi=True,
+    loads=True,
+)  # fmt: skip
 
 
 @cache
@@ -108,7 +120,8 @@ def compiled(unit: Unit, target: Target) -> bytes:
     sources = unit.sources()
     if unit.fmi:
         sources |= {f"core/c/{name}": fmi_header(name) for name in FMI_HEADERS}
-    return zig.shared_library(target, sources, unit.file, unit.name, unit.flags)
+    loading = target.system.loading if unit.loads else ()
+    return zig.shared_library(target, sources, unit.file, unit.name, unit.flags, loading)
 
 
 def fmi_header(name: str) -> bytes:

@@ -26,7 +26,14 @@ def is_installed() -> bool:
     return find_spec("ziglang") is not None
 
 
-def shared_library(target: Target, sources: Mapping[str, bytes], unit: str, name: str, flags: tuple[str, ...]) -> bytes:
+def shared_library(
+    target: Target,
+    sources: Mapping[str, bytes],
+    unit: str,
+    name: str,
+    flags: tuple[str, ...],
+    libraries: tuple[str, ...] = (),
+) -> bytes:
     """The shared library of a C source; the same arguments give the same bytes.
 
     Parameters
@@ -35,7 +42,8 @@ def shared_library(target: Target, sources: Mapping[str, bytes], unit: str, name
     sources : mapping of str to bytes   Content of each C file by its path below a common folder.
     unit : str                          The file to be compiled; it includes the others.
     name : str                          Of the library, without suffix.
-    flags : tuple of str                Besides those of every library.
+    flags : tuple of str                Of the compiler, besides those of every library.
+    libraries : tuple of str            Flags of the linker, besides those of every library.
 
     Raises
     ------
@@ -45,21 +53,21 @@ def shared_library(target: Target, sources: Mapping[str, bytes], unit: str, name
         raise BuildError("C sources are compiled by ziglang, which is not installed; run pip install ziglang.")
     system = target.system
     library = f"{name}{system.suffix}"
-    output = ("-shared", "-s", "-o", library)
+    output = (*system.linking, *libraries, "-shared", "-s", "-o", library)
     with tempfile.TemporaryDirectory(prefix="strandspring-", ignore_cleanup_errors=True) as temporary:
         folder = Path(temporary)
         for path, content in sources.items():
             (folder / path).parent.mkdir(parents=True, exist_ok=True)
             (folder / path).write_bytes(content)
         if system.runtime is None:
-            _run(folder, target, *FLAGS, *flags, unit, *system.linking, *output)
+            _run(folder, target, *FLAGS, *flags, unit, *output)
         else:
             (folder / "runtime.c").write_bytes(runtime(target))
             # The compiler finds no headers when it links without its own libraries.
             for part, into in ((unit, "unit.o"), ("runtime.c", "runtime.o")):
                 _run(folder, target, *FLAGS, *flags, "-c", part, "-o", into)
             # Without -O the linker writes the time into the file.
-            _run(folder, target, "-O3", "unit.o", "runtime.o", *system.linking, *output)
+            _run(folder, target, "-O3", "unit.o", "runtime.o", *output)
         return (folder / library).read_bytes()
 
 

@@ -31,15 +31,12 @@ class SpringInstance:
 
     Parameters
     ----------
-    identified : SpringParameters     Start values of the parameters.
-    warn, refuse : callable of str    Log a warning, or the reason why a call fails that does not raise.
+    identified : SpringParameters   Start values of the parameters.
+    warn : callable of str          Logs a warning.
     """
 
-    def __init__(
-        self, identified: SpringParameters, warn: Callable[[str], None], refuse: Callable[[str], None]
-    ) -> None:
+    def __init__(self, identified: SpringParameters, warn: Callable[[str], None]) -> None:
         self._warn = warn
-        self._refuse = refuse
         self._counts = identified.counts
         self._table = variables(*self._counts)
         names = [variable.name for variable in self._table]
@@ -83,8 +80,7 @@ class SpringInstance:
     def read(self, references: Sequence[int], kind: str) -> list[Any]:
         """Values of variables of one type.
 
-        Outputs are those of the trial: the path from the last commit to the displacement set last. They are NaN
-        while that is not finite, and while the parameters are not physically possible.
+        Outputs are those of the trial: the path from the last commit to the displacement set last.
         """
         for reference in references:
             self._variable(reference, kind)
@@ -94,8 +90,7 @@ class SpringInstance:
         """Set variables of one type, all or none: the displacement, and parameters, after initialization the tunable
         ones.
 
-        A displacement that is impossible logs an error, but does not raise. Tunable parameters act from the committed
-        point on, which keeps its omega.
+        Tunable parameters act from the committed point on, which keeps its omega.
         """
         for reference in references:
             self._require_settable(self._variable(reference, kind))
@@ -106,10 +101,9 @@ class SpringInstance:
                 settings = (*state.settings[:place], value, *state.settings[place + 1 :])
                 state = state._replace(settings=settings)
             elif abs(value) <= LARGEST_DISPLACEMENT:
-                state = state._replace(displacement=value, refused=False)
+                state = state._replace(displacement=value)
             else:
-                state = state._replace(refused=True)
-                self._refuse(
+                raise RefusedCallError(
                     f"`displacement` must be within +-{LARGEST_DISPLACEMENT:g} m, got {value!r}; the previous value is "
                     "kept."
                 )
@@ -123,25 +117,18 @@ class SpringInstance:
         state = self._state
         if state.memory is not None:
             raise RefusedCallError("Initialization has already ended; reset the instance to initialize it again.")
-        if state.refused:
-            raise RefusedCallError("`displacement` was refused before the end of initialization; set it again.")
         self._require_law()
         self._commit(self._current_trial())
 
-    def step(self, time: float, size: float) -> bool:
-        """Commit the path to the present displacement; False, with nothing changed, if the call is invalid."""
+    def step(self, time: float, size: float) -> None:
+        """Commit the path to the present displacement."""
         state = self._state
         if state.memory is None:
-            self._refuse(f"The step at time {time!r} s was requested before the end of initialization.")
-        elif not (math.isfinite(size) and size >= 0.0):
-            self._refuse(f"The step size at time {time!r} s must be finite and >= 0 [s], got {size!r}.")
-        elif state.refused:
-            self._refuse(f"`displacement` was refused before the step at time {time!r} s; set it again.")
-        else:
-            trial = self._current_trial()
-            self._commit(stepper.integrate(self._require_law(), trial) if state.energy_wanted else trial)
-            return True
-        return False
+            raise RefusedCallError(f"The step at time {time!r} s was requested before the end of initialization.")
+        if not (math.isfinite(size) and size >= 0.0):
+            raise RefusedCallError(f"The step size at time {time!r} s must be finite and >= 0 [s], got {size!r}.")
+        trial = self._current_trial()
+        self._commit(stepper.integrate(self._require_law(), trial) if state.energy_wanted else trial)
 
     def _variable(self, reference: int, kind: str) -> Variable:
         if not 0 <= reference < len(self._table):
@@ -215,13 +202,7 @@ class SpringInstance:
         return self._state.settings[self._place[name]]
 
     def _output(self, output: Callable[[SpringLaw, Memory], float]) -> float:
-        if self._state.refused:
-            return math.nan
-        try:
-            law = self._require_law()
-        except RefusedCallError:
-            return math.nan
-        return output(law, self._current_trial())
+        return output(self._require_law(), self._current_trial())
 
     def _absorbed_energy(self, law: SpringLaw, trial: Memory) -> float:
         if not self._state.energy_wanted:

@@ -11,7 +11,9 @@ from .parameters import LARGEST_DISPLACEMENT
 from .stepper import Memory
 
 _FORMAT = "strandspring-state"
-_FORMAT_VERSION = 1
+_FORMAT_VERSION = 2
+# The first phase with a committed path.
+_INITIALIZED = 2
 
 
 class State(NamedTuple):
@@ -20,19 +22,22 @@ class State(NamedTuple):
     Attributes
     ----------
     settings : tuple of float   Values of the FMU's parameters, in the order of the variable table.
-    displacement : float        The last possible displacement set [m].
-    refused : bool              Whether the one set after it was impossible.
+    displacement : float        As set last [m].
     memory : Memory or None     The committed path; None before initialization ends.
     energy_wanted : bool        Whether absorbed_energy has been read, so that each step integrates it.
     side : int                  Where the path ended: -1 below the identified range, +1 above it, 0 inside.
+    phase : int                 Instantiated, in initialization mode, in step mode or terminated: 0 to 3, kept by the
+                                binary.
+    time : float                Where the last step ended [s], kept by the binary.
     """
 
     settings: tuple[float, ...]
     displacement: float
-    refused: bool = False
     memory: Memory | None = None
     energy_wanted: bool = False
     side: int = 0
+    phase: int = 0
+    time: float = 0.0
 
 
 def to_bytes(state: State, guid: str) -> bytes:
@@ -63,6 +68,8 @@ def from_bytes(data: bytes, guid: str) -> State:
     for field, fits in _FIELDS.items():
         if field not in content or not fits(content[field]):
             raise ValueError(f"The serialized state is damaged in its field `{field}`.")
+    if (content["phase"] < _INITIALIZED) != (content["memory"] is None):
+        raise ValueError("The serialized state is damaged: its fields `phase` and `memory` contradict each other.")
     if len(content) != len(_FIELDS):
         raise ValueError("The serialized state is damaged: it has unknown fields.")
     memory = content["memory"]
@@ -91,8 +98,9 @@ def _is_memory(value: Any) -> bool:
 _FIELDS: dict[str, Callable[[Any], bool]] = {
     "settings": lambda value: isinstance(value, list) and all(map(_is_float, value)),
     "displacement": lambda value: _is_float(value) and abs(value) <= LARGEST_DISPLACEMENT,
-    "refused": lambda value: type(value) is bool,
     "memory": _is_memory,
     "energy_wanted": lambda value: type(value) is bool,
     "side": lambda value: type(value) is int and value in (-1, 0, 1),
+    "phase": lambda value: type(value) is int and 0 <= value <= 3,
+    "time": _is_float,
 }

@@ -90,7 +90,7 @@ def examine_fmu(path: Path) -> CheckReport:
     if problems:
         return CheckReport(path, problems, "an invalid FMU is not run")
     description = fmpy.read_model_description(str(path))
-    not_run = _why_not_here(path, description.coSimulation.needsExecutionTool)
+    not_run = _why_not_here(path)
     if not_run:
         return CheckReport(path, (), not_run)
     interfaces = {"co-simulation": _by_steps}
@@ -209,13 +209,9 @@ def _continue(model: Any) -> None:
     model.enterContinuousTimeMode()
 
 
-def _why_not_here(path: Path, needs_python: bool) -> str | None:
+def _why_not_here(path: Path) -> str | None:
     """Why this computer cannot run the FMU."""
-    if host_folder() not in binary_sizes(path):
-        computer = f"{platform.system()} {platform.machine().lower()}"
-        return f"The FMU has no binary for this computer ({computer}), so it was not run."
-    folder = Path(tempfile.gettempdir())
-    # pythonfmu's binary decodes no character of a URI but the space, and crashes where it then finds nothing.
-    if needs_python and "%" in folder.as_uri().replace("%20", ""):
-        return f"pythonfmu cannot run an FMU in a folder such as {folder}: set TMPDIR to one named in plain letters."
-    return None
+    if host_folder() in binary_sizes(path):
+        return None
+    computer = f"{platform.system()} {platform.machine().lower()}"
+    return f"The FMU has no binary for this computer ({computer}), so it was not run."

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
 from ..core.variables import Unit, Variable, start_values, units, variables
@@ -13,8 +13,8 @@ from ..modelfile import ModelFile
 LOG_CATEGORIES = {
     "logStatusWarning": "The displacement left the identified range.",
     "logStatusError": "A displacement or a step was refused; the message names its value.",
+    "logAll": "Every message.",
 }
-
 
 # What the interfaces of both back ends can do.
 _ABILITIES = {
@@ -31,13 +31,11 @@ class Backend:
     Attributes
     ----------
     co_simulation, model_exchange : mapping of str to str   Attributes of the two interfaces; None if there is none.
-    log_categories : mapping of str to str                  Names and descriptions, besides those of every spring.
     sources : tuple of str                                  The C files below ``sources/`` to be compiled.
     """
 
     co_simulation: Mapping[str, str]
     model_exchange: Mapping[str, str] | None = None
-    log_categories: Mapping[str, str] = field(default_factory=dict)
     sources: tuple[str, ...] = ()
 
 
@@ -66,7 +64,7 @@ def model_description(model: ModelFile, guid: str, generation_tool: str, backend
     _append_interface(root, "CoSimulation", model.name, {**variable_steps, **backend.co_simulation}, backend.sources)
     _append_units(SubElement(root, "UnitDefinitions"), units(*spring.counts[:2]))
     categories = SubElement(root, "LogCategories")
-    for name, text in {**LOG_CATEGORIES, **backend.log_categories}.items():
+    for name, text in LOG_CATEGORIES.items():
         SubElement(categories, "Category", {"name": name, "description": text})
     SubElement(root, "DefaultExperiment", {"startTime": "0", "stopTime": "1", "stepSize": "0.001"})
     _append_variables(SubElement(root, "ModelVariables"), table, start_values(spring))

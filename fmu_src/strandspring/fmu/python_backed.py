@@ -1,42 +1,35 @@
-"""The Python-backed FMU as one file: description, documentation, licences, binaries of pythonfmu and the slave.
+"""The Python-backed FMU as one file: description, documentation, licences, binaries and the slave of pythonfmu.
+
+Its binaries find a Python when they are first instantiated and run the slave on it; see ``bridge/bridge.c``.
 
 The same model gives the same bytes, and nothing but the FMU itself is written.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from importlib.resources import files
 from pathlib import Path
 
+from ..compiled.images import BRIDGE
 from ..coordinates import placed
 from ..core.facade import INSIDE_FMU
 from ..errors import BuildError
 from ..modelfile import ModelFile
 from .archive import common_contents, content_guid, fmu_path, installed_version, write_archive
 from .description import Backend, model_description
-
-_BACKEND = Backend(
-    {
-        # The binary runs on the Python of the host.
-        "needsExecutionTool": "true",
-        "canInterpolateInputs": "false",
-        "maxOutputDerivativeOrder": "0",
-        "canRunAsynchronuously": "false",
-        "canNotUseMemoryManagementFunctions": "true",
-        "providesDirectionalDerivative": "false",
-    }
-)
+from .native.platforms import Platform, binaries, default_platforms
 
 # The rest of pythonfmu, and with it half its import time, serves to build FMUs.
 _PYTHONFMU_SOURCES = (
     "_version.py", "default_experiment.py", "enums.py", "fmi2slave.py", "logmsg.py", "variables.py"
 )  # fmt: skip
-_BINARIES = ("linux64/libpythonfmu-export.so", "win64/pythonfmu-export.dll")
 
 _SLAVE_MODULE = '''\
 """The slave of the FMU {name}, written by strandspring."""
 
-from {package}.core.slave import SpringSlave, keep_module
+from {package}.core import component
+from {package}.core.slave import SpringSlave
 from {package}.core.parameters import SpringParameters
 
 
@@ -45,21 +38,32 @@ class Spring(SpringSlave):
     identified = {parameters!r}
 
 
-# pythonfmu runs this file once more for each instance, in this module's namespace but with its own locals.
-if locals() is not globals():
-    keep_module(globals())
+def start(resources, name, guid):
+    """What the binary calls for each instance."""
+    return component.start(Spring, resources, name, guid)
 '''
 
 
-def build_fmu(model: ModelFile, directory: Path, zero: float | None = None) -> Path:
+def build_fmu(
+    model: ModelFile,
+    directory: Path,
+    platforms: Sequence[Platform] | None = None,
+    zero: float | None = None,
+    needs_execution_tool: bool = False,
+) -> Path:
     """Write ``<directory>/<model.name>_python.fmu``, an FMI 2.0 co-simulation FMU that runs on Python.
 
     Parameters
     ----------
     model : ModelFile
-    directory : Path       Made if it does not exist.
-    zero : float or None   Displacement of the model file at which that of the FMU is 0 [m]; by default the rig's zero
-                           if it lies within the identified range, else the middle of the range.
+    directory : Path                    Made if it does not exist.
+    platforms : sequence of Platform    Those it runs on; by default those whose images the installed package carries,
+                                        or this computer's in a source checkout.
+    zero : float or None                Displacement of the model file at which that of the FMU is 0 [m]; by default the
+                                        rig's zero if it lies within the identified range, else the middle of the range.
+    needs_execution_tool : bool         Whether the model description says that the simulator's computer needs a tool,
+                                        here Python. Importers such as PyFMI refuse such FMUs. By default it does not:
+                                        the FMU holds the model, and Python is to it what a library is.
 
     Returns
     -------
@@ -67,29 +71,48 @@ def build_fmu(model: ModelFile, directory: Path, zero: float | None = None) -> P
 
     Raises
     ------
-    StrandspringError  If a file of pythonfmu is missing, or the folder cannot be written to.
+    StrandspringError  If a file of pythonfmu is missing, an image has to be compiled and ziglang is missing or fails,
+                       or the folder cannot be written to.
     """
-    return write_archive(fmu_path(directory, model.name, "python"), fmu_contents(model, zero))
+    chosen = default_platforms() if platforms is None else platforms
+    contents = fmu_contents(model, chosen, zero, needs_execution_tool)
+    return write_archive(fmu_path(directory, model.name, "python"), contents)
 
 
-def fmu_contents(model: ModelFile, zero: float | None = None) -> dict[str, bytes]:
+def fmu_contents(
+    model: ModelFile, platforms: Sequence[Platform], zero: float | None = None, needs_execution_tool: bool = False
+) -> dict[str, bytes]:
     """Every file of the Python-backed FMU by its path inside it."""
     model, zero = placed(model, zero)
     tool = f"strandspring {installed_version('strandspring')} with PythonFMU {installed_version('pythonfmu')}"
+    backend = _backend(needs_execution_tool)
     sources = _sources()
-    binaries = _binaries(model.name)
-    # Without a GUID yet, the description holds the table, start values, name, texts and versions.
-    guid = content_guid([model_description(model, "", tool, _BACKEND)], {**sources, **binaries})
+    # Without a GUID yet, the description holds the table, start values, name, texts and versions. The binaries are what
+    # their sources are, on every platform.
+    guid = content_guid([model_description(model, "", tool, backend)], {**sources, **BRIDGE.sources()})
     # Python keeps modules by name, so each FMU brings all of its code under a name of its own.
     package = "strandspring_" + guid.strip("{}").replace("-", "")[:12]
     slave = _SLAVE_MODULE.format(name=model.name, package=package, guid=guid, parameters=model.parameters)
     return {
-        **common_contents(model, zero, model_description(model, guid, tool, _BACKEND), ("pythonfmu",)),
-        **binaries,
+        **common_contents(model, zero, model_description(model, guid, tool, backend), ("pythonfmu",)),
+        **binaries(model.name, platforms, BRIDGE),
         **{f"resources/{package}/{name}": content for name, content in sources.items()},
         f"resources/{package}_slave.py": slave.encode("utf-8"),
         "resources/slavemodule.txt": f"{package}_slave".encode(),
     }
+
+
+def _backend(needs_execution_tool: bool) -> Backend:
+    return Backend(
+        {
+            "needsExecutionTool": "true" if needs_execution_tool else "false",
+            "canInterpolateInputs": "false",
+            "maxOutputDerivativeOrder": "0",
+            "canRunAsynchronuously": "false",
+            "canNotUseMemoryManagementFunctions": "true",
+            "providesDirectionalDerivative": "false",
+        }
+    )
 
 
 def _sources() -> dict[str, bytes]:
@@ -99,14 +122,6 @@ def _sources() -> dict[str, bytes]:
     sources |= {f"core/{file.name}": file.read_bytes() for file in ours}
     sources |= {f"pythonfmu/{name}": _of_pythonfmu(name) for name in _PYTHONFMU_SOURCES}
     return {**sources, "core/facade.py": INSIDE_FMU.encode()}
-
-
-def _binaries(name: str) -> dict[str, bytes]:
-    binaries = {}
-    for binary in _BINARIES:
-        path = Path(binary)
-        binaries[f"binaries/{path.parent}/{name}{path.suffix}"] = _of_pythonfmu(f"resources/binaries/{binary}")
-    return binaries
 
 
 def _of_pythonfmu(name: str) -> bytes:

@@ -14,6 +14,7 @@
 #include "fmi2_reversal.c"
 #include "fmi2_spring.c"
 #include "fmi2_state.c"
+#include "fmi2_states.c"
 #include "fmi2_tables.c"
 #include "fmi2_variables.c"
 #include "saturation.c"

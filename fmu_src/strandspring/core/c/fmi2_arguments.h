@@ -4,23 +4,6 @@
 
 #include "fmi2_instance.h"
 
-/* Declares `instance`, which component c is; the call must be allowed in its present mode. */
-#define FMU_REQUIRE(c, call) \
-    Instance *instance = (c); \
-    do { \
-        if (instance == NULL) \
-            return fmi2Error; \
-        if (!(instance->state.mode & ALLOWED_##call)) \
-            return fmu_refuse_call(instance, "fmi2" #call, ALLOWED_##call); \
-    } while (0)
-
-/* A pointer to `count` elements may be NULL if there are none. */
-#define FMU_REQUIRE_ARRAY(instance, call, pointer, count) \
-    do { \
-        if ((count) > 0 && (pointer) == NULL) \
-            return FMU_REFUSE(&(instance)->log, "`%s` of %s must not be NULL.", #pointer, "fmi2" #call); \
-    } while (0)
-
 /* Value references must be those of variables of one type. */
 #define FMU_REQUIRE_VARIABLES(instance, call, references, count, values, type) \
     do { \
@@ -30,8 +13,6 @@
         if (other < (count)) \
             return fmu_refuse_type((instance), (references)[other], (type)); \
     } while (0)
-
-SPRING_LOCAL fmi2Status fmu_refuse_call(const Instance *instance, const char *call, int allowed);
 
 /* The place of the first reference that is not of a variable of the type, or `count`. Inline, for each exchange asks
  * twice. */

@@ -13,7 +13,7 @@ static const struct {
     {"logStatusError", LOG_ERRORS},
 };
 
-int fmu_log_category(const char *name)
+static int category_of(const char *name)
 {
     for (size_t i = 0; i < sizeof CATEGORIES / sizeof *CATEGORIES; i++)
         if (strcmp(name, CATEGORIES[i].name) == 0)
@@ -48,4 +48,18 @@ ShortText fmu_printable(const char *text)
     }
     copy.text[length] = '\0';
     return copy;
+}
+
+fmi2Status fmu_choose_categories(Log *log, fmi2Boolean logging, size_t count, const fmi2String names[])
+{
+    int chosen = 0;
+    for (size_t i = 0; i < count; i++) {
+        int category = names[i] == NULL ? 0 : category_of(names[i]);
+        if (category == 0)
+            return FMU_REFUSE(log, "A log category must be logAll, logStatusWarning or logStatusError, got %s.",
+                              names[i] == NULL ? "NULL" : fmu_printable(names[i]).text);
+        chosen |= category;
+    }
+    log->categories = !logging ? 0 : count == 0 ? LOG_ALL : chosen;
+    return fmi2OK;
 }

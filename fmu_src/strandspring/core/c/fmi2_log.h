@@ -18,8 +18,9 @@ typedef struct {
     int categories;
 } Log;
 
-/* The category of that name, or 0 if there is none. */
-SPRING_LOCAL int fmu_log_category(const char *name);
+/* What fmi2SetDebugLogging asks for; without names every category. */
+SPRING_LOCAL fmi2Status fmu_choose_categories(
+    Log *log, fmi2Boolean logging, size_t count, const fmi2String names[]);
 
 /* Log a message, written as by printf, and return its status. */
 SPRING_LOCAL fmi2Status fmu_report(const Log *log, fmi2Status status, const char *format, ...);

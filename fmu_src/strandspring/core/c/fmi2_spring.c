@@ -69,19 +69,9 @@ void fmi2FreeInstance(fmi2Component c)
 fmi2Status fmi2SetDebugLogging(
     fmi2Component c, fmi2Boolean loggingOn, size_t nCategories, const fmi2String categories[])
 {
-    int chosen = 0;
     FMU_REQUIRE(c, SetDebugLogging);
     FMU_REQUIRE_ARRAY(instance, SetDebugLogging, categories, nCategories);
-    for (size_t i = 0; i < nCategories; i++) {
-        int category = categories[i] == NULL ? 0 : fmu_log_category(categories[i]);
-        if (category == 0)
-            return FMU_REFUSE(&instance->log,
-                              "A log category must be logAll, logStatusWarning or logStatusError, got %s.",
-                              categories[i] == NULL ? "NULL" : fmu_printable(categories[i]).text);
-        chosen |= category;
-    }
-    instance->log.categories = !loggingOn ? 0 : nCategories == 0 ? LOG_ALL : chosen;
-    return fmi2OK;
+    return fmu_choose_categories(&instance->log, loggingOn, nCategories, categories);
 }
 
 fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean toleranceDefined, fmi2Real tolerance, fmi2Real startTime,

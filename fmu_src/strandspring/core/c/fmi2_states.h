@@ -6,6 +6,9 @@
 #ifndef FMI2_STATES_H
 #define FMI2_STATES_H
 
+#include "fmi2_api.h"
+#include "fmi2_log.h"
+
 enum {
     ME_INSTANTIATED = 1 << 0,
     ME_INITIALIZATION = 1 << 1,
@@ -73,5 +76,24 @@ enum {
 #define FMU_ALLOWED(call, modes) ALLOWED_##call = (modes),
 enum { FMU_CALLS(FMU_ALLOWED) };
 #undef FMU_ALLOWED
+
+/* Declares `instance`, which component c is; the call must be allowed in its present mode. */
+#define FMU_REQUIRE(c, call) \
+    Instance *instance = (c); \
+    do { \
+        if (instance == NULL) \
+            return fmi2Error; \
+        if (!(instance->state.mode & ALLOWED_##call)) \
+            return fmu_refuse_call(&instance->log, instance->state.mode, "fmi2" #call, ALLOWED_##call); \
+    } while (0)
+
+/* A pointer to `count` elements may be NULL if there are none. */
+#define FMU_REQUIRE_ARRAY(instance, call, pointer, count) \
+    do { \
+        if ((count) > 0 && (pointer) == NULL) \
+            return FMU_REFUSE(&(instance)->log, "`%s` of %s must not be NULL.", #pointer, "fmi2" #call); \
+    } while (0)
+
+SPRING_LOCAL fmi2Status fmu_refuse_call(const Log *log, int mode, const char *call, int allowed);
 
 #endif

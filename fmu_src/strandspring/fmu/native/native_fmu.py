@@ -7,25 +7,22 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
-from ...compiled.images import FMI_HEADERS, FMU, fmi_header, image
+from ...compiled.images import FMI_HEADERS, FMU, fmi_header
 from ...coordinates import placed
 from ...errors import BuildError
 from ...modelfile import ModelFile
 from ..archive import common_contents, content_guid, fmu_path, installed_version, write_archive
 from ..description import Backend, model_description
 from .block import filled, values_source
-from .macho import universal
-from .platforms import Platform, default_platforms
+from .platforms import Platform, binaries, default_platforms
 
 _STATE_AND_DERIVATIVES = {
     "needsExecutionTool": "false",
     "canNotUseMemoryManagementFunctions": "false",
     "providesDirectionalDerivative": "true",
 }
-_LOG_CATEGORIES = {"logAll": "Every message."}
 
 # Includes all other sources.
 _UNIT = "all.c"
@@ -70,7 +67,6 @@ def native_contents(model: ModelFile, platforms: Sequence[Platform], zero: float
             "canRunAsynchronuously": "false",
         },
         model_exchange={**_STATE_AND_DERIVATIVES, "completedIntegratorStepNotNeeded": "false"},
-        log_categories=_LOG_CATEGORIES,
         sources=(_UNIT,),
     )
     tool = f"strandspring {installed_version('strandspring')}"
@@ -78,15 +74,6 @@ def native_contents(model: ModelFile, platforms: Sequence[Platform], zero: float
     # The binaries hold the GUID, so it comes from what they are made of.
     guid = content_guid([model_description(model, "", tool, backend), values_source(spring, "").encode("ascii")], fixed)
     sources = {**fixed, "spring_values.h": values_source(spring, guid).encode("ascii")}
-    # At once, for images that must be compiled first.
-    targets = {target for platform in platforms for target in platform.targets}
-    with ThreadPoolExecutor() as pool:
-        images = dict(zip(targets, pool.map(lambda target: image(FMU, target).read_bytes(), targets), strict=True))
-    binaries = {}
-    for platform in platforms:
-        parts = [filled(images[target], spring, guid) for target in platform.targets]
-        binary = parts[0] if len(parts) == 1 else universal(parts)
-        binaries[f"binaries/{platform.name}/{model.name}{platform.suffix}"] = binary
     return {
         **common_contents(
             model,
@@ -94,7 +81,7 @@ def native_contents(model: ModelFile, platforms: Sequence[Platform], zero: float
             model_description(model, guid, tool, backend),
             platforms=tuple(sorted(p.name for p in platforms)),
         ),
-        **binaries,
+        **binaries(model.name, platforms, FMU, lambda image: filled(image, spring, guid)),
         **{f"sources/{name}": content for name, content in sources.items()},
         "documentation/licenses/fmi-headers.txt": _licence_of_headers(sources),
     }

@@ -1,12 +1,15 @@
-"""The platforms of a native FMU: folders below ``binaries/`` and the images that go into them."""
+"""The platforms of an FMU: folders below ``binaries/`` and the images that go into them."""
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
-from ...compiled.images import FMU, PACKAGED
+from ...compiled.images import BRIDGE, FMU, PACKAGED, Unit, image
 from ...compiled.targets import LINUX_ARM, LINUX_X86, MACOS_ARM, MACOS_X86, WINDOWS_X86, Target, host_target
 from ...errors import BuildError
+from .macho import universal
 
 
 @dataclass(frozen=True)
@@ -30,7 +33,7 @@ class Platform:
     @property
     def is_packaged(self) -> bool:
         """Whether the installed package carries all images."""
-        return all((PACKAGED / FMU.file_name(target)).is_file() for target in self.targets)
+        return all((PACKAGED / unit.file_name(target)).is_file() for unit in (FMU, BRIDGE) for target in self.targets)
 
 
 # FMI 2.0.4 keeps the names of FMI 2.0 for x86 and takes those of FMI 3.0 for everything else. Simulators on Apple
@@ -80,3 +83,32 @@ def chosen_platforms(names: str) -> tuple[Platform, ...]:
         else:
             raise BuildError(f"A platform must be `host`, `all` or one of {', '.join(PLATFORMS)}, got {name[:40]!r}.")
     return tuple(chosen.values())
+
+
+def binaries(
+    name: str, platforms: Sequence[Platform], unit: Unit, finished: Callable[[bytes], bytes] = bytes
+) -> dict[str, bytes]:
+    """The binaries of an FMU by their path inside it.
+
+    Parameters
+    ----------
+    name : str                          The FMU's model identifier.
+    platforms : sequence of Platform
+    unit : Unit                         What the images are of.
+    finished : callable                 Makes the binary of one FMU of an image.
+
+    Raises
+    ------
+    BuildError   If an image would have to be compiled and ziglang is not installed, or fails.
+    """
+    # At once, for images that must be compiled first.
+    targets = {target for platform in platforms for target in platform.targets}
+    with ThreadPoolExecutor() as pool:
+        images = dict(zip(targets, pool.map(lambda target: image(unit, target).read_bytes(), targets), strict=True))
+    contents = {}
+    for platform in platforms:
+        parts = [finished(images[target]) for target in platform.targets]
+        contents[f"binaries/{platform.name}/{name}{platform.suffix}"] = (
+            parts[0] if len(parts) == 1 else universal(parts)
+        )
+    return contents
