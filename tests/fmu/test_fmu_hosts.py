@@ -62,7 +62,8 @@ def unpacked(fmu: Path, folder: Path) -> Unpacked:
 @pytest.fixture(scope="module")
 def spring(tmp_path_factory: pytest.TempPathFactory) -> Unpacked:
     folder = tmp_path_factory.mktemp("hosts")
-    return unpacked(build_fmu(ModelFile("spring", SPRING), folder, chosen_platforms("all")), folder / "unpacked")
+    fmu = build_fmu(ModelFile("spring", SPRING), folder, chosen_platforms("all"), zero=0.0)
+    return unpacked(fmu, folder / "unpacked")
 
 
 @pytest.fixture(scope="module")
@@ -350,7 +351,7 @@ def test_windows_finds_python_by_its_variable_on_path_and_in_the_registry(spring
 
 def test_the_same_guid_on_every_platform_and_another_by_the_declaration(tmp_path: Path) -> None:
     def guid(folder: str, platforms: str, needs: bool) -> str:
-        fmu = build_fmu(ModelFile("spring", SPRING), tmp_path / folder, chosen_platforms(platforms), needs)
+        fmu = build_fmu(ModelFile("spring", SPRING), tmp_path / folder, chosen_platforms(platforms), 0.0, needs)
         description = fmpy.read_model_description(str(fmu))
         assert description.coSimulation.needsExecutionTool is needs
         return str(description.guid)

@@ -276,9 +276,10 @@ def test_reset_returns_to_the_start_values(spring):
     spring.initialize(rho=50.0)
     spring.step(0.06, "absorbed_energy")
     spring.slave.reset()
+    spring.slave.enterInitializationMode()
     assert spring.get("rho", "displacement") == [SPRING.rho, 0.0]
+    spring.slave.reset()
     spring.initialize()
-    assert spring.get("rho", "displacement") == [SPRING.rho, SPRING.displacement_offset]
     close(spring.step(0.03, "force"), PathSolver(SPRING).force(np.array([0.02, 0.03]))[-1:])
 
 
