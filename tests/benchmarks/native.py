@@ -8,6 +8,7 @@ are between figures of one run. Then springs of higher degrees, and ten thousand
 
 from __future__ import annotations
 
+import os
 import platform
 import subprocess
 import sys

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import json
 import math
+from ctypes import byref, c_double
 
 import numpy as np
 import pytest
 
 from fmu_tools import OTHER, SPRING, built, instance, run_python, status_of
+from native_tools import Native, python_library
 from strandspring.kernel.path import PathSolver
 
 DISCARD, ERROR = 2, 3
@@ -135,6 +137,21 @@ def test_steps_backward_and_of_no_finite_size(spring, size):
     assert spring.get("force") == before
 
 
+def test_a_discarded_step_leaves_the_time():
+    time = c_double()
+    with Native(python_library()) as one:
+        one.initialize()
+        one.step(0.03, time=2.0, size=0.5)
+        assert one.DoStep(c_double(2.5), c_double(-1.0), 1) == DISCARD
+        assert one.GetRealStatus(2, byref(time)) == 0
+        assert time.value == 2.5
+        state = one.serialized()
+        one.step(0.02, time=2.5, size=0.5)
+        assert one.restore(state) == 0
+        assert one.GetRealStatus(2, byref(time)) == 0
+        assert time.value == 2.5
+
+
 def test_a_step_before_initialization_ends(spring):
     assert status_of(spring.slave.doStep, 0.0, 1e-3) == ERROR
     assert spring.logged(ERROR) == [
@@ -177,6 +194,10 @@ def damaged_states(one):
                 {**whole, "displacement": math.nan},
                 {**whole, "refused": 0},
                 {**whole, "side": 2},
+                {**whole, "phase": 4},
+                {**whole, "phase": 1},
+                {**whole, "phase": 2.0},
+                {**whole, "time": None},
                 {**whole, "settings": [None]},
                 {**whole, "memory": memory[:-1]},
                 {**whole, "memory": [memory[0], 1.5, *memory[2:]]},
