@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from ctypes import byref, c_double
+from ctypes import byref, c_double, c_size_t, create_string_buffer
 
 import numpy as np
 import pytest
@@ -215,6 +215,16 @@ def test_damaged_states_are_refused(spring):
         assert status_of(spring.slave.deSerializeFMUstate, state) == ERROR, state[:80]
         assert "serialized state" in spring.messages[-1][2]
     assert spring.get("force") == before
+
+
+def test_an_array_of_another_size_than_the_state_is_refused():
+    with Native(python_library()) as one:
+        size = len(one.serialized())
+        state = one.snapshot()
+        for wrong in (size - 1, size + 1):
+            assert one.SerializeFMUstate(state, create_string_buffer(wrong), c_size_t(wrong)) == ERROR
+            assert one.said == f"The array for the answer must have {size} bytes, got {wrong}."
+        assert one.FreeFMUstate(byref(state)) == 0
 
 
 def test_states_with_damaged_values_are_refused(spring):

@@ -1,4 +1,4 @@
-"""FMUs in other programs, the native one first: fmpy, libcosimpy, ecospy, a host without Python, CMake, and Windows by wine.
+"""FMUs in other programs: fmpy, libcosimpy, ecospy, a host without Python, CMake, and Windows by wine.
 
 The macOS binary cannot be run here; test_native_build.py looks into it.
 """
