@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import json
 import math
+from ctypes import byref, c_double, c_size_t, create_string_buffer
 
 import numpy as np
 import pytest
 
 from fmu_tools import OTHER, SPRING, built, instance, run_python, status_of
+from native_tools import Native, python_library
 from strandspring.kernel.path import PathSolver
 
 ERROR = 3
@@ -123,6 +125,21 @@ def test_steps_backward_and_of_no_finite_size(spring, size):
     assert spring.get("force") == before
 
 
+def test_a_refused_step_leaves_the_time():
+    time = c_double()
+    with Native(python_library()) as one:
+        one.initialize()
+        one.step(0.03, time=2.0, size=0.5)
+        assert one.DoStep(c_double(2.5), c_double(-1.0), 1) == ERROR
+        assert one.GetRealStatus(2, byref(time)) == 0
+        assert time.value == 2.5
+        state = one.serialized()
+        one.step(0.02, time=2.5, size=0.5)
+        assert one.restore(state) == 0
+        assert one.GetRealStatus(2, byref(time)) == 0
+        assert time.value == 2.5
+
+
 def test_a_step_before_initialization_ends(spring):
     assert status_of(spring.slave.doStep, 0.0, 1e-3) == ERROR
     assert spring.logged(ERROR) == [
@@ -165,6 +182,10 @@ def damaged_states(one):
                 {**whole, "displacement": math.nan},
                 {**whole, "energy_wanted": 0},
                 {**whole, "side": 2},
+                {**whole, "phase": 4},
+                {**whole, "phase": 1},
+                {**whole, "phase": 2.0},
+                {**whole, "time": None},
                 {**whole, "settings": [None]},
                 {**whole, "memory": memory[:-1]},
                 {**whole, "memory": [memory[0], 1.5, *memory[2:]]},
@@ -182,6 +203,16 @@ def test_damaged_states_are_refused(spring):
         assert status_of(spring.slave.deSerializeFMUstate, state) == ERROR, state[:80]
         assert "serialized state" in spring.messages[-1][2]
     assert spring.get("force") == before
+
+
+def test_an_array_of_another_size_than_the_state_is_refused():
+    with Native(python_library()) as one:
+        size = len(one.serialized())
+        state = one.snapshot()
+        for wrong in (size - 1, size + 1):
+            assert one.SerializeFMUstate(state, create_string_buffer(wrong), c_size_t(wrong)) == ERROR
+            assert one.said == f"The array for the answer must have {size} bytes, got {wrong}."
+        assert one.FreeFMUstate(byref(state)) == 0
 
 
 def test_states_with_damaged_values_are_refused(spring):

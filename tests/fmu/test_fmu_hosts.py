@@ -258,6 +258,7 @@ for cycle in range(10_001):
     slave.instantiate(callbacks=callbacks)
     slave.setupExperiment()
     slave.enterInitializationMode()
+    slave.setReal([0], [0.02])
     slave.exitInitializationMode()
     slave.doStep(0.0, 1e-3)
     state = slave.getFMUstate()

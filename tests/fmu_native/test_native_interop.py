@@ -1,4 +1,4 @@
-"""The native FMU in other programs: fmpy, libcosimpy, ecospy, a host without Python, CMake, and Windows by wine.
+"""FMUs in other programs: fmpy, libcosimpy, ecospy, a host without Python, CMake, and Windows by wine.
 
 The macOS binary cannot be run here; test_native_build.py looks into it.
 """
@@ -17,7 +17,7 @@ import fmpy
 import numpy as np
 import pytest
 
-from fmu_tools import SPRING, run_python, wandering_path
+from fmu_tools import SPRING, built, run_python, wandering_path
 from native_tools import HEADERS
 from strandspring import Spring
 from strandspring.fmu.check import check_fmu
@@ -107,8 +107,14 @@ for displacement in path:
 """
 
 
-def test_libcosim_runs_it(native_fmu: Path, path: np.ndarray) -> None:
-    said = run_python(COSIM, native_fmu, STEP, *(x.hex() for x in path.tolist()))
+@pytest.fixture(params=["native", "python"])
+def fmu(request: pytest.FixtureRequest, native_fmu: Path, tmp_path: Path) -> Path:
+    """The FMU of either back end."""
+    return native_fmu if request.param == "native" else built(tmp_path)
+
+
+def test_libcosim_runs_it(fmu: Path, path: np.ndarray) -> None:
+    said = run_python(COSIM, fmu, STEP, *(x.hex() for x in path.tolist()))
     assert_force(printed(said), path)
 
 
@@ -129,10 +135,10 @@ with EcosSimulationStructure() as structure:
 """
 
 
-def test_ecos_runs_it(native_fmu: Path, path: np.ndarray) -> None:
+def test_ecos_runs_it(fmu: Path, path: np.ndarray) -> None:
     # Ecos initializes before the host can set a value, so the path begins at the start value, 0.
     from_zero = np.concatenate([[0.0], path])
-    said = run_python(ECOS, native_fmu, STEP, *(x.hex() for x in from_zero.tolist()))
+    said = run_python(ECOS, fmu, STEP, *(x.hex() for x in from_zero.tolist()))
     assert_force(printed(said), from_zero)
 
 

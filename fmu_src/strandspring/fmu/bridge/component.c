@@ -115,8 +115,8 @@ static fmi2Status delivered(const Instance *instance, const Question *question, 
     if (question->size != NULL) {
         *question->size = (size_t)size;
     } else if ((size_t)size != question->answer_size) {
-        return FMU_REFUSE(&instance->log, "The answer to `%s` has %.0f bytes, but there is room for %.0f.",
-                          question->method, (double)size, (double)question->answer_size);
+        return FMU_REFUSE(&instance->log, "The array for the answer must have %.0f bytes, got %.0f.", (double)size,
+                          (double)question->answer_size);
     } else if (size > 0) {
         memcpy(question->answer, content, (size_t)size);
     }
