@@ -136,6 +136,7 @@ def test_displacement_is_counted_as_asked(terminal: Terminal) -> None:
     ("arguments", "written"),
     [
         (["--ssv", "-o", "a/b.ssv"], {"a/b.ssv"}),
+        (["--ssp", "--mass", "2", "-o", "a/b.ssp"], {"a/b.ssp"}),
         (["--ssv", "-o", "a.b/../new"], {"new/mount.ssv"}),
         (["--modelica", "-o", "lib"], {f"lib/{RECORD}"}),
         (["--modelica", "-o", "a.b"], {f"a.b/{RECORD}"}),
@@ -164,9 +165,8 @@ def test_another_spring_is_added_to_the_library(terminal: Terminal) -> None:
 
 def test_json_lists_the_files_written(terminal: Terminal) -> None:
     answer = json.loads(terminal("export", "mount.json", "--ssv", "--json"))
-    assert answer == {
-        "model": "mount.json", "name": "mount", "zero": 0.5 * (0.001 + 0.05), "ssv": str(Path("dist/mount.ssv")), "modelica": None
-    }  # fmt: skip
+    written = {"ssv": str(Path("dist/mount.ssv")), "ssp": None, "modelica": None}
+    assert answer == {"model": "mount.json", "name": "mount", "zero": 0.5 * (0.001 + 0.05), **written}
     answer = json.loads(terminal("export", "mount.json", "--modelica", "--json"))
     assert answer["modelica"] == str(Path("dist") / RECORD)
 
@@ -193,6 +193,9 @@ def test_another_package_of_that_name_is_left_alone(terminal: Terminal) -> None:
         (["--modelica", "-o", "mount.mo"], "must be a folder, got mount.mo"),
         (["--modelica", "--ssv", "-o", "mount.ssv"], "must be a folder, got mount.ssv"),
         (["--modelica", "-o", "library"], "library is a Modelica package; give the folder that holds the library"),
+        (["--ssp"], "--ssp and --mass KG go together"),
+        (["--ssv", "--mass", "2"], "--ssp and --mass KG go together"),
+        (["--ssp", "--mass", "2", "-o", "mount.ssv"], "ending in .ssp, got mount.ssv"),
         (["--fmi"], "--fmi"),
     ],
 )
@@ -213,6 +216,8 @@ def test_bad_input_gets_one_sentence(terminal: Terminal) -> None:
     for arguments, expected in (
         (["bad.json", "--ssv"], "bad.json"),
         (["missing.json", "--modelica"], "missing.json"),
+        (["mount.json", "--ssp", "--mass", "-2"], "must be a finite number > 0 [kg]"),
+        (["mount.json", "--ssp", "--mass", "2", "--zero", "rig"], "outside the identified range from 1 to 50 mm"),
         (["mount.json", "--ssv", "-o", "plain/folder"], "cannot be written"),
         (["mount.json", "--ssv", "-o", f"{'x' * 300}.ssv"], "cannot be written"),
         (["mount.json", "--ssv", "-o", "pipe.ssv"], "pipe.ssv cannot be written: it is a folder or a device"),

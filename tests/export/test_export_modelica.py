@@ -18,6 +18,7 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 from fmu_tools import OTHER, SPRING
+from readme import blocks
 from springs import TABLE, force_by_definition, force_scale, spring
 from strandspring import Spring, SpringParameters
 from strandspring.coordinates import placed
@@ -514,3 +515,14 @@ def test_quasi_static_loop_is_that_of_the_spring(tmp_path: Path) -> None:
     force = Spring(EXAMPLE.parameters).response(path)[np.searchsorted(every, times)]
     # The simulator's error. Measured: 1e-8.
     assert samples("spring.f") == pytest.approx(force, abs=1e-7 * np.ptp(force))
+
+
+def test_the_readmes_model_moves(tmp_path: Path) -> None:
+    (block,) = blocks("modelica")
+    hinge = placed(load_model(TESTS.parent / "models/rubber_hinge.json"), None)[0]
+    source = block.replace("\nend", '\n  parameter Modelica.Units.SI.Mass unused=1 "As above";\nend')
+    found = library(tmp_path, hinge).loads(source, model="DecayOfMine").simulate((0.0, 0.5), dt=1e-3)
+    s = np.asarray(found["mass.s"])
+    assert s[0] == 0.005
+    assert np.ptp(s[-100:]) < 0.5 * np.ptp(s)
+    assert not np.any(found["spring.extrapolating"])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import tempfile
 from pathlib import Path
 
 import click
@@ -12,7 +13,7 @@ from ..export.modelica import LIBRARY, record_name, record_path, write_library
 from ..export.ssv import parameter_values
 from ..files import write_text
 from ..modelfile import load_model
-from .options import zero_option
+from .options import Quantity, zero_option
 from .output import note, result, result_json
 from .paths import refuse_overwriting
 
@@ -20,6 +21,8 @@ from .paths import refuse_overwriting
 @click.command()
 @click.argument("model", metavar="MODEL.json")
 @click.option("--ssv", is_flag=True, help="Write SSP parameter values (SSV) for the model's FMU.")
+@click.option("--ssp", is_flag=True, help="Write an SSP system: the native FMU below a mass on a shaking base.")
+@click.option("--mass", type=Quantity(min=0.0, min_open=True, unit="kg"), metavar="KG", help="Mass for --ssp [kg].")
 @click.option("--modelica", is_flag=True, help="Write the Modelica library StrandSpring with a record of the spring.")
 @click.option(
     "-o",
@@ -27,37 +30,57 @@ from .paths import refuse_overwriting
     default="dist",
     show_default=True,
     metavar="DIR|FILE",
-    help="Folder, or file name ending in .ssv; the Modelica library takes a folder, and keeps its other springs.",
+    help="Folder, or file name ending in .ssv or .ssp; the Modelica library takes a folder, and keeps other springs.",
 )
 @zero_option
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object instead of text.")
-def export(model: str, ssv: bool, modelica: bool, output: str, zero: str | None, as_json: bool) -> None:
-    """Export a model's parameters as SSP parameter values, or into a Modelica library.
+def export(
+    model: str,
+    ssv: bool,
+    ssp: bool,
+    mass: float | None,
+    modelica: bool,
+    output: str,
+    zero: str | None,
+    as_json: bool,
+) -> None:
+    """Export a model's parameters as SSP parameter values, in an SSP system, or into a Modelica library.
 
     \b
     Examples:
       strandspring export spring.json --ssv
       strandspring export spring.json --ssv -o system/resources/mount.ssv
       strandspring export spring.json --ssv --modelica -o dist
+      strandspring export spring.json --ssp --mass 5
     """
-    if not (ssv or modelica):
-        raise click.UsageError("Nothing to write; give --ssv, --modelica or both.")
-    content = load_model(model)
-    content, origin = placed(content, chosen_zero(zero, content.parameters))
-    # Both paths are checked before anything is written.
+    if not (ssv or ssp or modelica):
+        raise click.UsageError("Nothing to write; give --ssv, --ssp or --modelica.")
+    if ssp != (mass is not None):
+        raise click.UsageError("--ssp and --mass KG go together.")
+    of_record = load_model(model)
+    content, origin = placed(of_record, chosen_zero(zero, of_record.parameters))
+    # All paths are checked before anything is written.
     if modelica:
         _check_folder(output)
     ssv_path = _output_path(output, f"{content.name}.ssv") if ssv else None
     record = record_path(Path(output), content.name) if modelica else None
-    refuse_overwriting([model], {"--ssv": ssv_path, "--modelica": record})
+    ssp_path = _output_path(output, f"{content.name}.ssp") if ssp else None
+    refuse_overwriting([model], {"--ssv": ssv_path, "--ssp": ssp_path, "--modelica": record})
     # The library first: it may be refused.
     library = write_library(Path(output), content, origin) if modelica else None
     if ssv_path is not None:
         write_text(ssv_path, parameter_values(content))
+    if ssp_path is not None and mass is not None:
+        from ..export.ssp import ShakenMass, write_system
+        from ..fmu.native.native_fmu import build_native_fmu
+
+        with tempfile.TemporaryDirectory() as folder:
+            fmu = build_native_fmu(of_record, Path(folder), zero=origin)
+            write_system(ssp_path, fmu, content, ShakenMass.suited(content.parameters, mass))
     if modelica and record_name(content.name) != content.name:
         note(f"The record is named {record_name(content.name)}, because {content.name} is taken in Modelica.")
     if as_json:
-        written = {"ssv": ssv_path, "modelica": record}
+        written = {"ssv": ssv_path, "ssp": ssp_path, "modelica": record}
         result_json(
             {
                 "model": model,
@@ -71,6 +94,8 @@ def export(model: str, ssv: bool, modelica: bool, output: str, zero: str | None,
         result(sentence)
     if ssv_path is not None:
         result(f"SSP parameter values: {ssv_path}")
+    if ssp_path is not None:
+        result(f"SSP system: {ssp_path}")
     if library is not None:
         result(f"Modelica library: {library}, record {LIBRARY}.Records.{record_name(content.name)}")
 
