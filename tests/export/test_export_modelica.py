@@ -477,6 +477,7 @@ def check_motion(
 FAR = ModelFile("far", TABLE)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("model", "mass", "load", "start"),
     [(EXAMPLE, 5.0, 50.0, 0.01), (FAR, 0.5, 30.0, 0.004)],
@@ -491,6 +492,7 @@ def test_free_decay_is_that_of_the_fmu(
     assert np.ptp(motion.q[-2000:]) < 0.2 * np.ptp(motion.q)  # it does decay
 
 
+@pytest.mark.slow
 def test_transmissibility_is_that_of_the_fmu(tmp_path: Path) -> None:
     times, samples = example(tmp_path, "Transmissibility", EXAMPLE)
     frequency, amplitude, settling, measured = 20.0, 0.001, 40, 10

@@ -51,6 +51,7 @@ def difference(run: Run, motion: Motion) -> float:
     return max(float(np.max(np.abs(one - other)) / np.ptp(other)) for one, other in pairs)
 
 
+@pytest.mark.slow
 def test_the_system_moves_as_by_our_own_master(ssp: Path, tmp_path: Path) -> None:
     plant, motion = own(tmp_path)
     assert np.ptp(motion.q) > 3.0 * plant.amplitude  # near resonance
