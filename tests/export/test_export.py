@@ -15,9 +15,9 @@ from fmpy.ssp.ssd import ParameterSet, read_ssv
 from fmu_tools import SPRING, built, instance, run_python, wandering_path
 from springs import force_scale
 from strandspring import Spring, SpringParameters
-from strandspring.coordinates import placed
+from strandspring.coordinates import placed, zero_sentence
 from strandspring.core.variables import spring_parameters, start_values, variables
-from strandspring.export.modelica import modelica_package
+from strandspring.export.modelica import record_text
 from strandspring.export.ssv import parameter_values
 from strandspring.modelfile import ModelFile
 from terminal import Terminal
@@ -80,15 +80,15 @@ def test_awkward_texts_reach_the_ssv_unchanged(tmp_path: Path) -> None:
 def test_same_model_same_text_in_other_processes() -> None:
     code = """
 from fmu_tools import SPRING
-from strandspring.export.modelica import modelica_package
+from strandspring.export.modelica import record_text
 from strandspring.export.ssv import parameter_values
 from strandspring.modelfile import ModelFile
 from terminal import Terminal
 model = ModelFile("spring", SPRING, "described")
-print(parameter_values(model), modelica_package(model))
+print(parameter_values(model), record_text(model, "spring", ""))
 """
     model = ModelFile("spring", SPRING, "described")
-    expected = f"{parameter_values(model)} {modelica_package(model)}\n"
+    expected = f"{parameter_values(model)} {record_text(model, 'spring', '')}\n"
     for seed in ("1", "2"):
         assert run_python(code, environment={**os.environ, "PYTHONHASHSEED": seed, "TZ": f"UTC{seed}"}) == expected
 
@@ -108,51 +108,80 @@ def files() -> set[str]:
     return found - {"mount.json", "model.json"}
 
 
+# Of the Modelica library; what else it holds is looked into by test_export_modelica.py.
+RECORD = "StrandSpring/Records/mount.mo"
+
+
 def test_files_go_to_dist_and_hold_what_was_made(terminal: Terminal) -> None:
     said = terminal("export", "mount.json", "--ssv", "--modelica")
     assert said == (
         "Displacement is counted from 25.5 mm of the record, as in the FMU.\n"
-        f"SSP parameter values: {Path('dist/mount.ssv')}\nModelica package: {Path('dist/mount.mo')}\n"
+        f"SSP parameter values: {Path('dist/mount.ssv')}\n"
+        f"Modelica library: {Path('dist/StrandSpring')}, record StrandSpring.Records.mount\n"
     )
     assert terminal.err == ""
-    assert files() == {"dist/mount.ssv", "dist/mount.mo"}
-    model, _ = placed(ModelFile("mount", SPRING, "a mount"), None)
+    assert {"dist/mount.ssv", f"dist/{RECORD}", "dist/StrandSpring/package.mo"} < files()
+    model, zero = placed(ModelFile("mount", SPRING, "a mount"), None)
     assert Path("dist/mount.ssv").read_bytes() == parameter_values(model).encode()
-    assert Path("dist/mount.mo").read_bytes() == modelica_package(model).encode()
+    assert Path(f"dist/{RECORD}").read_bytes() == record_text(model, "mount", zero_sentence(zero)).encode()
+
+
+def test_displacement_is_counted_as_asked(terminal: Terminal) -> None:
+    terminal("export", "mount.json", "--ssv", "--modelica", "--zero", "rig")
+    assert "as in the record and in the FMU" in Path(f"dist/{RECORD}").read_text(encoding="utf-8")
+    assert Path("dist/mount.ssv").read_bytes() == parameter_values(ModelFile("mount", SPRING, "a mount")).encode()
 
 
 @pytest.mark.parametrize(
     ("arguments", "written"),
     [
         (["--ssv", "-o", "a/b.ssv"], {"a/b.ssv"}),
+        (["--ssp", "--mass", "2", "-o", "a/b.ssp"], {"a/b.ssp"}),
         (["--ssv", "-o", "a.b/../new"], {"new/mount.ssv"}),
-        (["--modelica", "-o", "lib"], {"lib/mount.mo"}),
-        (["--modelica", "-o", "lib/mount.mo"], {"lib/mount.mo"}),
-        (["--modelica", "--ssv", "-o", "."], {"mount.mo", "mount.ssv"}),
+        (["--modelica", "-o", "lib"], {f"lib/{RECORD}"}),
+        (["--modelica", "-o", "a.b"], {f"a.b/{RECORD}"}),
+        (["--modelica", "--ssv", "-o", "."], {RECORD, "mount.ssv"}),
     ],
 )
 def test_the_output_is_a_folder_or_a_file(terminal: Terminal, arguments: list[str], written: set[str]) -> None:
     Path("a.b").mkdir()
     terminal("export", "mount.json", *arguments)
-    assert files() == written
-    before = {name: Path(name).read_bytes() for name in written}
+    before = {name: Path(name).read_bytes() for name in files()}
+    assert written <= set(before)
+    assert all(name in written or "StrandSpring/" in name for name in before)
     terminal("export", "mount.json", *arguments)
     assert {name: Path(name).read_bytes() for name in files()} == before
 
 
-def test_json_lists_the_files_written(terminal: Terminal) -> None:
-    answer = json.loads(terminal("export", "mount.json", "--ssv", "--zero", "rig", "--json"))
-    assert answer == {
-        "model": "mount.json", "name": "mount", "zero": 0.0, "ssv": str(Path("dist/mount.ssv")), "modelica": None
-    }  # fmt: skip
-    answer = json.loads(terminal("export", "model.json", "--modelica", "--json"))
-    assert answer["modelica"] == str(Path("dist/model_spring.mo"))
-
-
-def test_a_package_name_that_differs_from_the_model_is_reported(terminal: Terminal) -> None:
+def test_another_spring_is_added_to_the_library(terminal: Terminal) -> None:
+    terminal("export", "mount.json", "--modelica")
+    before = {name: Path(name).read_bytes() for name in files()}
     terminal("export", "model.json", "--modelica")
-    assert "named model_spring, because model is a reserved word in Modelica" in terminal.err
-    assert files() == {"dist/model_spring.mo"}
+    order = "dist/StrandSpring/Records/package.order"
+    assert files() == {*before, "dist/StrandSpring/Records/_model.mo"}
+    assert {name for name, content in before.items() if Path(name).read_bytes() != content} == {order}
+    assert Path(order).read_text(encoding="utf-8").split() == ["SpringData", "StrandedWireMount", "_model", "mount"]
+
+
+def test_json_lists_the_files_written(terminal: Terminal) -> None:
+    answer = json.loads(terminal("export", "mount.json", "--ssv", "--json"))
+    written = {"ssv": str(Path("dist/mount.ssv")), "ssp": None, "modelica": None}
+    assert answer == {"model": "mount.json", "name": "mount", "zero": 0.5 * (0.001 + 0.05), **written}
+    answer = json.loads(terminal("export", "mount.json", "--modelica", "--json"))
+    assert answer["modelica"] == str(Path("dist") / RECORD)
+
+
+def test_a_record_name_that_differs_from_the_model_is_reported(terminal: Terminal) -> None:
+    terminal("export", "model.json", "--modelica")
+    assert "named _model, because model is taken in Modelica" in terminal.err
+
+
+def test_another_package_of_that_name_is_left_alone(terminal: Terminal) -> None:
+    Path("dist/StrandSpring").mkdir(parents=True)
+    Path("dist/StrandSpring/package.mo").write_text("within ;\npackage Other\nend Other;\n", encoding="utf-8")
+    assert terminal("export", "mount.json", "--ssv", "--modelica", status=1) == ""
+    assert "is not a library that strandspring has written" in terminal.err
+    assert files() == {"dist/StrandSpring/package.mo"}
 
 
 @pytest.mark.parametrize(
@@ -161,17 +190,22 @@ def test_a_package_name_that_differs_from_the_model_is_reported(terminal: Termin
         ([], "--ssv"),
         (["--ssv", "-o", "values.xml"], ".ssv"),
         (["--ssv", "-o", "mount.json"], ".ssv"),
-        (["--modelica", "-o", "mount.ssv"], ".mo"),
-        (["--modelica", "--ssv", "-o", "mount.ssv"], ".mo"),
-        (["--modelica", "-o", "other.mo"], "named mount.mo, got other.mo"),
+        (["--modelica", "-o", "mount.mo"], "must be a folder, got mount.mo"),
+        (["--modelica", "--ssv", "-o", "mount.ssv"], "must be a folder, got mount.ssv"),
+        (["--modelica", "-o", "library"], "library is a Modelica package; give the folder that holds the library"),
+        (["--ssp"], "--ssp and --mass KG go together"),
+        (["--ssv", "--mass", "2"], "--ssp and --mass KG go together"),
+        (["--ssp", "--mass", "2", "-o", "mount.ssv"], "ending in .ssp, got mount.ssv"),
         (["--fmi"], "--fmi"),
     ],
 )
 def test_wrong_usage_writes_nothing(terminal: Terminal, arguments: list[str], expected: str) -> None:
     model = Path("mount.json").read_bytes()
+    Path("library").mkdir()
+    Path("library/package.mo").touch()
     assert terminal("export", "mount.json", *arguments, status=2) == ""
-    assert expected in terminal.err
-    assert files() == set()
+    assert expected in " ".join(terminal.err.split())
+    assert files() == {"library/package.mo"}
     assert Path("mount.json").read_bytes() == model
 
 
@@ -182,6 +216,8 @@ def test_bad_input_gets_one_sentence(terminal: Terminal) -> None:
     for arguments, expected in (
         (["bad.json", "--ssv"], "bad.json"),
         (["missing.json", "--modelica"], "missing.json"),
+        (["mount.json", "--ssp", "--mass", "-2"], "must be a finite number > 0 [kg]"),
+        (["mount.json", "--ssp", "--mass", "2", "--zero", "rig"], "outside the identified range from 1 to 50 mm"),
         (["mount.json", "--ssv", "-o", "plain/folder"], "cannot be written"),
         (["mount.json", "--ssv", "-o", f"{'x' * 300}.ssv"], "cannot be written"),
         (["mount.json", "--ssv", "-o", "pipe.ssv"], "pipe.ssv cannot be written: it is a folder or a device"),

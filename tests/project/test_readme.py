@@ -64,7 +64,7 @@ def test_commands_run_in_order(folder: Path) -> None:
         assert done.returncode == 0, (line, done.stderr)
     written = (
         "spring.json", "spring.html", "dist/spring.fmu", "dist/spring_python.fmu", "curves.png", "study.csv",
-        "dist/spring.ssv", "dist/spring.mo",
+        "dist/spring.ssv", "dist/spring.ssp", "dist/StrandSpring/Records/spring.mo",
     )  # fmt: skip
     for name in written:
         assert (folder / name).stat().st_size > 0

@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
+import tempfile
 from pathlib import Path
 
 import click
 
 from ..coordinates import chosen_zero, placed, zero_sentence
 from ..errors import StrandspringError
-from ..export.modelica import modelica_package, package_name
+from ..export.modelica import LIBRARY, record_name, record_path, write_library
 from ..export.ssv import parameter_values
 from ..files import write_text
 from ..modelfile import load_model
-from .options import zero_option
+from .options import Quantity, zero_option
 from .output import note, result, result_json
 from .paths import refuse_overwriting
 
@@ -20,47 +21,66 @@ from .paths import refuse_overwriting
 @click.command()
 @click.argument("model", metavar="MODEL.json")
 @click.option("--ssv", is_flag=True, help="Write SSP parameter values (SSV) for the model's FMU.")
-@click.option("--modelica", is_flag=True, help="Write a Modelica package: parameters, spring, flanges for the FMU.")
+@click.option("--ssp", is_flag=True, help="Write an SSP system: the native FMU below a mass on a shaking base.")
+@click.option("--mass", type=Quantity(min=0.0, min_open=True, unit="kg"), metavar="KG", help="Mass for --ssp [kg].")
+@click.option("--modelica", is_flag=True, help="Write the Modelica library StrandSpring with a record of the spring.")
 @click.option(
     "-o",
     "--output",
     default="dist",
     show_default=True,
     metavar="DIR|FILE",
-    help="Folder, or file name ending in .ssv or .mo; a .mo file has the name of its package.",
+    help="Folder, or file name ending in .ssv or .ssp; the Modelica library takes a folder, and keeps other springs.",
 )
 @zero_option
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object instead of text.")
-def export(model: str, ssv: bool, modelica: bool, output: str, zero: str | None, as_json: bool) -> None:
-    """Export a model's parameters as SSP parameter values or a Modelica package.
+def export(
+    model: str,
+    ssv: bool,
+    ssp: bool,
+    mass: float | None,
+    modelica: bool,
+    output: str,
+    zero: str | None,
+    as_json: bool,
+) -> None:
+    """Export a model's parameters as SSP parameter values, in an SSP system, or into a Modelica library.
 
     \b
     Examples:
       strandspring export spring.json --ssv
       strandspring export spring.json --ssv -o system/resources/mount.ssv
       strandspring export spring.json --ssv --modelica -o dist
+      strandspring export spring.json --ssp --mass 5
     """
-    if not (ssv or modelica):
-        raise click.UsageError("Nothing to write; give --ssv, --modelica or both.")
-    content = load_model(model)
-    content, origin = placed(content, chosen_zero(zero, content.parameters))
-    package = package_name(content.name)
-    # Both paths are checked before anything is written.
+    if not (ssv or ssp or modelica):
+        raise click.UsageError("Nothing to write; give --ssv, --ssp or --modelica.")
+    if ssp != (mass is not None):
+        raise click.UsageError("--ssp and --mass KG go together.")
+    of_record = load_model(model)
+    content, origin = placed(of_record, chosen_zero(zero, of_record.parameters))
+    # All paths are checked before anything is written.
+    if modelica:
+        _check_folder(output)
     ssv_path = _output_path(output, f"{content.name}.ssv") if ssv else None
-    modelica_path = _output_path(output, f"{package}.mo") if modelica else None
-    if modelica_path is not None and modelica_path.stem != package:
-        raise click.UsageError(
-            f"The file of the Modelica package {package} must be named {package}.mo, got {modelica_path.name}."
-        )
-    refuse_overwriting([model], {"--ssv": ssv_path, "--modelica": modelica_path})
+    record = record_path(Path(output), content.name) if modelica else None
+    ssp_path = _output_path(output, f"{content.name}.ssp") if ssp else None
+    refuse_overwriting([model], {"--ssv": ssv_path, "--ssp": ssp_path, "--modelica": record})
+    # The library first: it may be refused.
+    library = write_library(Path(output), content, origin) if modelica else None
     if ssv_path is not None:
         write_text(ssv_path, parameter_values(content))
-    if modelica_path is not None:
-        write_text(modelica_path, modelica_package(content))
-        if package != content.name:
-            note(f"The package is named {package}, because {content.name} is a reserved word in Modelica.")
+    if ssp_path is not None and mass is not None:
+        from ..export.ssp import ShakenMass, write_system
+        from ..fmu.native.native_fmu import build_native_fmu
+
+        with tempfile.TemporaryDirectory() as folder:
+            fmu = build_native_fmu(of_record, Path(folder), zero=origin)
+            write_system(ssp_path, fmu, content, ShakenMass.suited(content.parameters, mass))
+    if modelica and record_name(content.name) != content.name:
+        note(f"The record is named {record_name(content.name)}, because {content.name} is taken in Modelica.")
     if as_json:
-        written = {"ssv": ssv_path, "modelica": modelica_path}
+        written = {"ssv": ssv_path, "ssp": ssp_path, "modelica": record}
         result_json(
             {
                 "model": model,
@@ -74,8 +94,19 @@ def export(model: str, ssv: bool, modelica: bool, output: str, zero: str | None,
         result(sentence)
     if ssv_path is not None:
         result(f"SSP parameter values: {ssv_path}")
-    if modelica_path is not None:
-        result(f"Modelica package: {modelica_path}")
+    if ssp_path is not None:
+        result(f"SSP system: {ssp_path}")
+    if library is not None:
+        result(f"Modelica library: {library}, record {LIBRARY}.Records.{record_name(content.name)}")
+
+
+def _check_folder(output: str) -> None:
+    """Refuse an output that cannot hold the folder of the Modelica library."""
+    path = Path(output)
+    if path.suffix and not path.is_dir():
+        raise click.UsageError(f"The Modelica library {LIBRARY} is a folder; -o must be a folder, got {output}.")
+    if (path / "package.mo").exists():
+        raise click.UsageError(f"{output} is a Modelica package; give the folder that holds the library {LIBRARY}.")
 
 
 def _output_path(output: str, name: str) -> Path:

@@ -19,7 +19,7 @@ COMMANDS = {
     "info": "Show a model's parameters and loop figures, beside those of records.",
     "synthesize": "Compute records: a spring's response, or the paper's experiment.",
     "build": "Build, validate and run the FMU of a model file or of records.",
-    "export": "Export a model's parameters as SSP parameter values or a Modelica package.",
+    "export": "Export a model's parameters as SSP parameter values, or into a Modelica library.",
     "isolate": "Compute transmissibility and resonance of a mass on the spring.",
     "study": "Run a parameter study of resonance and isolation.",
 }

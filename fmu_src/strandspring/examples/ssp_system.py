@@ -9,51 +9,21 @@ whose displacement and force are zero in static equilibrium.
 
 from __future__ import annotations
 
-import zipfile
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 from fmpy.ssp.simulation import simulate_ssp
-from pythonfmu import FmuBuilder
+from fmpy.ssp.ssd import ParameterSet, read_ssv
 
+from ..export.ssp import ShakenMass, write_system
+from ..modelfile import ModelFile
 from .excitations import Sine
 from .mounts import RECOIL_SPRING, build_example_fmu, example_arguments
 
-# As in shaken_mass_slave.py, which is the plant.
 MASS = 10.0  # kg
 BASE = Sine(amplitude=0.004, frequency=7.0)
 STOP = 0.4  # s
-
-STRUCTURE = """<?xml version="1.0" encoding="UTF-8"?>
-<ssd:SystemStructureDescription xmlns:ssc="http://ssp-standard.org/SSP1/SystemStructureCommon"
-    xmlns:ssd="http://ssp-standard.org/SSP1/SystemStructureDescription" version="1.0" name="shaken_mass">
-  <ssd:System name="shaken_mass">
-    <ssd:Elements>
-      <ssd:Component name="plant" type="application/x-fmu-sharedlibrary" source="resources/ShakenMass.fmu">
-        <ssd:Connectors>
-          <ssd:Connector name="force" kind="input"><ssc:Real unit="N"/></ssd:Connector>
-          <ssd:Connector name="displacement" kind="output"><ssc:Real unit="m"/></ssd:Connector>
-          <ssd:Connector name="position" kind="output"><ssc:Real unit="m"/></ssd:Connector>
-        </ssd:Connectors>
-      </ssd:Component>
-      <ssd:Component name="mount" type="application/x-fmu-sharedlibrary" source="resources/mount.fmu">
-        <ssd:Connectors>
-          <ssd:Connector name="displacement" kind="input"><ssc:Real unit="m"/></ssd:Connector>
-          <ssd:Connector name="force" kind="output"><ssc:Real unit="N"/></ssd:Connector>
-        </ssd:Connectors>
-      </ssd:Component>
-    </ssd:Elements>
-    <ssd:Connections>
-      <ssd:Connection startElement="plant" startConnector="displacement"
-                      endElement="mount" endConnector="displacement"/>
-      <ssd:Connection startElement="mount" startConnector="force"
-                      endElement="plant" endConnector="force"/>
-    </ssd:Connections>
-  </ssd:System>
-  <ssd:DefaultExperiment startTime="0.0" stopTime="0.4"/>
-</ssd:SystemStructureDescription>
-"""
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,25 +36,30 @@ class Run:
 
 
 def build(folder: Path, spring: Path) -> Path:
-    """Write the .ssp file of the plant and a spring FMU."""
-    FmuBuilder.build_FMU(str(Path(__file__).parent / "shaken_mass_slave.py"), dest=str(folder))
-    path = folder / "shaken_mass.ssp"
-    with zipfile.ZipFile(path, "w") as archive:
-        archive.writestr("SystemStructure.ssd", STRUCTURE)
-        archive.write(spring, "resources/mount.fmu")
-        archive.write(folder / "ShakenMass.fmu", "resources/ShakenMass.fmu")
-    return path
+    """Write the .ssp file of the plant and a spring FMU, with the parameter values of the recoil spring."""
+    plant = ShakenMass(MASS, 0.0, BASE.amplitude, BASE.frequency)
+    return write_system(folder / "shaken_mass.ssp", spring, ModelFile("recoil", RECOIL_SPRING), plant)
 
 
-def run_fmpy(ssp: Path, step: float) -> Run:
+def parameters(ssp: Path) -> ParameterSet:
+    """The parameter values of both components for FMPy, which does not look for them in the .ssp file."""
+    every = ParameterSet(name="system")
+    for component in ("plant", "spring"):
+        for parameter in read_ssv(str(ssp), f"resources/{component}.ssv").parameters:
+            parameter.name = f"{component}.{parameter.name}"
+            every.parameters.append(parameter)
+    return every
+
+
+def run_fmpy(ssp: Path, step: float, stop: float = STOP) -> Run:
     """Run FMPy's SSP simulation; the time in each of its rows is that of the beginning of the step."""
     # FMPy sums up the time: half a step less prevents an extra step by rounding.
-    rows = simulate_ssp(str(ssp), stop_time=STOP - 0.5 * step, step_size=step)
-    columns = ([0.0, *(rows["time"] + step)], [0.0, *rows["plant.position"]], [0.0, *rows["mount.force"]])
+    rows = simulate_ssp(str(ssp), stop_time=stop - 0.5 * step, step_size=step, parameter_set=parameters(ssp))
+    columns = ([0.0, *(rows["time"] + step)], [0.0, *rows["plant.position"]], [0.0, *rows["spring.force"]])
     return Run(*map(np.array, columns))
 
 
-def run_libcosim(ssp: Path, step: float) -> Run:
+def run_libcosim(ssp: Path, step: float, stop: float = STOP) -> Run:
     """Run libcosim with its fixed-step algorithm; its times are in nanoseconds."""
     # Imported here, because libcosimpy does not exist for macOS and Python 3.10.
     from libcosimpy.CosimEnums import CosimVariableType
@@ -97,16 +72,16 @@ def run_libcosim(ssp: Path, step: float) -> Run:
     observer = CosimObserver.create_time_series(buffer_size=100_000)
     execution.add_observer(observer)
     observed = []
-    for component, name in (("plant", "position"), ("mount", "force")):
+    for component, name in (("plant", "position"), ("spring", "force")):
         index = execution.slave_index_from_instance_name(component)
         (reference,) = (v.reference for v in execution.slave_variables(index) if v.name.decode() == name)
         observer.start_time_series(index, reference, CosimVariableType.REAL)
         observed.append((index, reference))
-    if not execution.simulate_until(round(1e9 * STOP)):
+    if not execution.simulate_until(round(1e9 * stop)):
         raise RuntimeError("libcosim could not simulate the system")
     columns = []
     for index, reference in observed:
-        times, _, samples = observer.time_series_real_samples(index, reference, 1, round(STOP / step))
+        times, _, samples = observer.time_series_real_samples(index, reference, 1, round(stop / step))
         columns.append([0.0, *samples])
     return Run(np.array([0.0, *(1e-9 * t for t in times)]), *map(np.array, columns))
 

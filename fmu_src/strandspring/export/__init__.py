@@ -1,1 +1,1 @@
-"""Export of an identified spring to formats of other tools: SSP parameter values and Modelica."""
+"""Export of an identified spring to formats of other tools: SSP and Modelica."""

@@ -1,156 +1,172 @@
-"""Modelica package of one spring: its parameters, the spring as equations, and flanges for its FMU.
+"""The Modelica library `StrandSpring`: components and examples once, and a record of parameters for each spring.
 
-The template ``assets/package.mo.j2`` is filled in with what depends on the spring.
+The folder ``assets/StrandSpring`` is the library without its springs. A spring is one file in ``Records``, so that any
+number of springs can be exported into the same folder.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import re
+from collections.abc import Iterator, Sequence
 from html import escape
 from importlib.resources import files
-
-from jinja2 import Environment, StrictUndefined
+from importlib.resources.abc import Traversable
+from pathlib import Path
+from textwrap import wrap
 
 from .._version import __version__
+from ..coordinates import zero_sentence
 from ..core.parameters import SCALARS, SpringParameters
 from ..core.spline import Elastic
-from ..core.variables import Variable, start_values, variables
+from ..errors import StrandspringError
+from ..files import read_text, write_text
 from ..modelfile import ModelFile
 
-# Keywords of Modelica 3.6, its predefined types and the outer names that the package uses: a package with such a name
-# is invalid, or hides the outer name from itself.
-_RESERVED = """
+LIBRARY = "StrandSpring"
+# What every library holds, for the examples: a stranded wire spring that carries about 5 kg.
+EXAMPLE = ModelFile(
+    "StrandedWireMount",
+    SpringParameters(
+        kE=(50.0, 2.0e4, 1.0e5, 2.0e7), kA=(1.0, 10.0, 100.0), kappa_omega=15.0, rho=400.0, sigma=1.0, n=0.5,
+        displacement_offset=0.0, displacement_min=-0.03, displacement_max=0.03,
+    ),
+    "Stranded wire spring of the examples, with plausible parameters that were not measured",
+)  # fmt: skip
+
+_BASE = "SpringData"
+_HEADER = f"within ;\npackage {LIBRARY} "
+_MAXIMUM_BYTES = 1_000_000
+# Keywords of Modelica 3.6, its predefined types and functions, and the names that Records uses itself.
+_RESERVED = f"""
     algorithm and annotation block break class connect connector constant constrainedby der discrete each else elseif
     elsewhen encapsulated end enumeration equation expandable extends external false final flow for function if import
     impure in initial inner input loop model not operator or outer output package parameter partial protected public
     pure record redeclare replaceable return stream then true type when while within
-    AssertionLevel Boolean Clock Complex Connections ExternalObject Integer Modelica ModelicaServices Real StateSelect
-    String abs assert max min noEvent smooth time
-"""
+    AssertionLevel Boolean Clock Complex Connections ExternalObject Integer Modelica Real StateSelect String fill size
+    time {LIBRARY}
+""".split()
+# The files beside the springs, where file names ignore case.
+_FILES = {"package", _BASE.lower(), EXAMPLE.name.lower()}
 _STRING_ESCAPES = str.maketrans({"\\": "\\\\", '"': '\\"', "\n": "\\n", "\r": "\\r", "\t": "\\t"})
-_SI_TYPES = {"N": "Force", "m": "Position"}
 
 
-def package_name(name: str) -> str:
-    """Name of the Modelica package of the model `name`: the same, unless it is reserved."""
-    return f"{name}_spring" if name in _RESERVED.split() else name
+def record_name(name: str) -> str:
+    """Name of the record of the model `name`: the same, after an underscore if it is reserved.
+
+    No model's name begins with an underscore, so different models have different records.
+    """
+    return f"_{name}" if name in _RESERVED or name.lower() in _FILES else name
 
 
-def modelica_package(model: ModelFile) -> str:
-    """Text of the package; the same model gives the same text."""
+def record_path(folder: Path, name: str) -> Path:
+    """File of the record of the model `name` in the library below `folder`."""
+    return folder / LIBRARY / "Records" / f"{record_name(name)}.mo"
+
+
+def write_library(folder: Path, model: ModelFile, zero: float) -> Path:
+    """Write ``<folder>/StrandSpring`` with a record of the model, beside the records that it holds already.
+
+    Parameters
+    ----------
+    folder : Path      Made if it does not exist.
+    model : ModelFile  Its displacement is counted as by the FMU.
+    zero : float       Where 0 of that lies on the record [m].
+
+    Returns
+    -------
+    Path               The library.
+
+    Raises
+    ------
+    StrandspringError  If the folder holds something else by that name, or another record whose name differs in upper
+                       and lower case only, or cannot be written.
+    """
+    library, record = folder / LIBRARY, record_path(folder, model.name)
+    _check_library(library)
+    for other in _records(library):
+        if other != record.stem and other.lower() == record.stem.lower():
+            raise StrandspringError(
+                f"{record} would take the place of {other}.mo where file names ignore case; rename one of the models, "
+                f"or export to another folder."
+            )
+    # The file by which the library is known comes first, so that an export that was interrupted can be repeated.
+    for path, text in sorted(_fixed_files(), key=lambda file: file[0] != "package.mo"):
+        write_text(library / path, text)
+    write_text(record.with_name(f"{EXAMPLE.name}.mo"), record_text(EXAMPLE, EXAMPLE.name, ""))
+    counted = zero_sentence(zero) or "Displacement is counted as in the record and in the FMU."
+    write_text(record, record_text(model, record.stem, counted))
+    springs = sorted(set(_records(library)) - {_BASE, EXAMPLE.name})
+    write_text(record.with_name("package.order"), "\n".join([_BASE, EXAMPLE.name, *springs, ""]))
+    return library
+
+
+def record_text(model: ModelFile, name: str, counted: str) -> str:
+    """The record `name` with a model's parameters; `counted` says where 0 of the displacement lies."""
     spring = model.parameters
-    start = start_values(spring)
-    table = variables(*spring.counts)
-    # Jinja's usual delimiters are braces, of which Modelica has many.
-    environment = Environment(
-        variable_start_string="<<",
-        variable_end_string=">>",
-        block_start_string="<%",
-        block_end_string="%>",
-        trim_blocks=True,
-        lstrip_blocks=True,
-        keep_trailing_newline=True,
-        undefined=StrictUndefined,
-    )
-    template = environment.from_string((files(__package__) / "assets" / "package.mo.j2").read_text(encoding="utf-8"))
-    return template.render(
-        package=package_name(model.name),
-        description=_string(model.description or "Hysteretic spring identified from measurement"),
-        description_html=_string(escape(model.description)),
-        version=__version__,
-        arrays=_arrays(spring, table),
-        scalars=[
-            _declaration(v, start[v.name])
-            for v in table
-            if v.causality == "parameter" and v.name in (*SCALARS, "omega_start")
-        ],
-        is_table=bool(spring.FE_knots),
-        FE=_spline(len(spring.FE_knots)) if spring.FE_knots else _polynomial(_elements("kE", len(spring.kE))),
-        FA=_horner(_elements("kA", len(spring.kA)), "inside"),
-    )
-
-
-def _arrays(spring: SpringParameters, table: Sequence[Variable]) -> list[tuple[str, int, str, str, str]]:
-    """Name, size, units, values and description of each array of the record."""
-    about = "coefficients of ascending powers of (displacement - displacement_offset)"
-    descriptions = {
-        "kE": f"Elastic force FE: {about}",
-        "FE_knots": "Elastic force FE: displacements at the knots of its cubic spline",
-        "FE_forces": "Elastic force FE at the knots",
-        "kA": f"Amplifier FA: {about}",
+    elastic = Elastic(spring)
+    arrays = {
+        "kE": spring.kE,
+        "FE_knots": spring.FE_knots,
+        "FE_forces": spring.FE_forces,
+        "FE_slopes": [elastic.slope(knot - spring.displacement_offset) for knot in spring.FE_knots],
+        "kA": spring.kA,
     }
-    arrays = []
-    for name, description in descriptions.items():
-        values = getattr(spring, name)
-        if values:
-            arrays.append((name, len(values), _units(table, name), ", ".join(map(repr, values)), description))
-    if spring.FE_knots:
-        elastic = Elastic(spring)
-        slopes = ", ".join(repr(elastic.slope(knot - spring.displacement_offset)) for knot in spring.FE_knots)
-        units = ", ".join(['"N/m"'] * len(spring.FE_knots))
-        about = "Slope of FE at the knots, which makes the spline twice differentiable; belongs to FE_forces"
-        arrays.insert(2, ("FE_slopes", len(spring.FE_knots), units, slopes, about))
-    return arrays
+    values = [_array(array, numbers) for array, numbers in arrays.items()]
+    values += [f"    {scalar}={getattr(spring, scalar)!r}" for scalar in SCALARS]
+    title = model.description or "Hysteretic spring identified from measurement"
+    paragraphs = [f"<p>\n{_string(escape(text))}\n</p>\n" for text in (model.description, counted) if text]
+    return (
+        f"within {LIBRARY}.Records;\n"
+        f'record {name} "{_string(title)}"\n'
+        f"  extends {LIBRARY}.Records.{_BASE}(\n" + ",\n".join(values) + ");\n"
+        f'  annotation (Documentation(info="<html>\n{"".join(paragraphs)}</html>"));\n'
+        f"end {name};\n"
+    )
 
 
-def _elements(name: str, count: int) -> list[str]:
-    return [f"data.{name}[{i + 1}]" for i in range(count)]
+def _check_library(library: Path) -> None:
+    """Refuse a folder that is not a library of ours."""
+    package = library / "package.mo"
+    try:
+        is_new = not library.exists() or (library.is_dir() and not any(library.iterdir()))
+    except OSError as problem:
+        raise StrandspringError(f"{library} cannot be written: {problem.strerror}.") from None
+    if is_new:
+        return
+    if not package.is_file() or not read_text(
+        package, _MAXIMUM_BYTES, "Modelica package", StrandspringError
+    ).startswith(_HEADER):
+        raise StrandspringError(
+            f"{library} exists and is not a library that strandspring has written; export to another folder."
+        )
 
 
-def _polynomial(kE: Sequence[str]) -> str:
-    """FE with these coefficients, along its tangent outside the range."""
-    slope = _horner([c if i == 1 else f"{i}*{c}" for i, c in enumerate(kE)][1:], "inside")
-    return _horner(kE, "inside") + (f"\n      + ({slope})*(x - inside)" if slope else "")
+def _records(library: Path) -> list[str]:
+    """Names of the records in a library, whoever wrote them."""
+    names = [path.stem for path in (library / "Records").glob("*.mo") if path.name != "package.mo"]
+    return [name for name in names if re.fullmatch(r"[A-Za-z_]\w*", name, re.ASCII)]
 
 
-def _spline(knots: int) -> str:
-    """FE by Hermite's form of each cubic, along its tangent outside the range."""
-    pieces = []
-    for i in range(1, knots):
-        a, y_a, s_a = (f"data.{name}[{i}]" for name in ("FE_knots", "FE_forces", "FE_slopes"))
-        b, y_b, s_b = (f"data.{name}[{i + 1}]" for name in ("FE_knots", "FE_forces", "FE_slopes"))
-        width, t = f"({b} - {a})", f"(place - {a})/({b} - {a})"
-        third = f"2*({y_a} - {y_b}) + {width}*({s_a} + {s_b})"
-        second = f"3*({y_b} - {y_a}) - {width}*(2*{s_a} + {s_b}) + {t}*({third})"
-        condition = f"if place < {b} then " if i < knots - 1 else ""
-        pieces.append(f"{condition}{y_a} + {t}*({width}*{s_a} + {t}*({second}))")
-    within = "\n      else".join(pieces[:-1]) + f"\n      else {pieces[-1]}"
-    ends = f"if x < inside then data.FE_slopes[1] else data.FE_slopes[{knots}]"
-    return f"smooth(2, noEvent({within}))\n      + noEvent({ends})*(x - inside)"
+def _fixed_files() -> Iterator[tuple[str, str]]:
+    """Path and text of every file that is the same for all springs."""
+
+    def below(folder: Traversable, prefix: str) -> Iterator[tuple[str, str]]:
+        for entry in folder.iterdir():
+            if entry.is_dir():
+                yield from below(entry, f"{prefix}{entry.name}/")
+            else:
+                yield f"{prefix}{entry.name}", entry.read_text(encoding="utf-8").replace("@version@", __version__)
+
+    return below(files(__package__) / "assets" / LIBRARY, "")
 
 
-def _declaration(variable: Variable, value: float) -> str:
-    """Declaration of a scalar parameter in the record."""
-    si_type = _SI_TYPES.get(str(variable.unit))
-    modifiers = [] if si_type else [f'final unit="{_unit(variable)}"']
-    modifiers += ['displayUnit="mm"'] if variable.display_unit == "mm" else []
-    modifiers += [
-        f"{name}={limit!r}"
-        for name, limit in (("min", variable.minimum), ("max", variable.maximum))
-        if limit is not None
-    ]
-    modelica_type = f"Modelica.Units.SI.{si_type}" if si_type else "Real"
-    description = _string(variable.description)
-    return f'parameter {modelica_type} {variable.name}({", ".join(modifiers)})={value!r} "{description}";'
-
-
-def _units(table: Sequence[Variable], array: str) -> str:
-    return ", ".join(f'"{_unit(v)}"' for v in table if v.name.startswith(f"{array}_"))
-
-
-def _unit(variable: Variable) -> str:
-    """The unit in the notation of Modelica: N/m2 for N/m^2."""
-    return str(variable.unit).replace("^", "")
-
-
-def _horner(coefficients: Sequence[str], x: str) -> str:
-    """Polynomial with these coefficients of ascending powers; empty without coefficients."""
-    if not coefficients:
-        return ""
-    *lower, expression = coefficients
-    for coefficient in reversed(lower):
-        expression = f"{coefficient} + {x}*({expression})"
-    return expression
+def _array(name: str, values: Sequence[float]) -> str:
+    """Modification of an array of the record."""
+    if not values:
+        return f"    {name}=fill(0.0, 0)"
+    lines = wrap(", ".join(map(repr, values)), 112, break_long_words=False, break_on_hyphens=False)
+    begin = f"    {name}={{" if len(lines) == 1 else f"    {name}={{\n      "
+    return begin + "\n      ".join(lines) + "}"
 
 
 def _string(text: str) -> str:

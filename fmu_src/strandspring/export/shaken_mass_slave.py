@@ -1,4 +1,4 @@
-"""The plant of the SSP example as a slave for PythonFMU: a mass above a shaking base, force in, mount displacement out.
+"""The plant of an exported SSP system, for PythonFMU: a mass above a shaking base, force in, displacement out.
 
 Between communication points the force is constant, so the motion is a parabola and the step is exact.
 """
@@ -9,28 +9,29 @@ from pythonfmu import Fmi2Causality, Fmi2Slave, Fmi2Variability, Real
 
 
 class ShakenMass(Fmi2Slave):
-    """Mass above a vibrating base; positions are zero at the start, where the spring is unloaded."""
+    """Mass above a base that vibrates; positions are zero at the start."""
 
     author = "strandspring"
     description = "Mass above a base that moves as a sine"
 
     def __init__(self, **kwargs):
         super().__init__(**kwargs)
-        self.mass = 10.0
-        self.amplitude = 0.004
-        self.frequency = 7.0
+        self.mass = 1.0
+        self.load = 0.0
+        self.amplitude = 0.0
+        self.frequency = 1.0
         self.force = 0.0
         self.displacement = 0.0
         self.position = 0.0
         self.speed = 0.0
-        for name in ("mass", "amplitude", "frequency"):
+        for name in ("mass", "load", "amplitude", "frequency"):
             self.register_variable(Real(name, causality=Fmi2Causality.parameter, variability=Fmi2Variability.fixed))
         self.register_variable(Real("force", causality=Fmi2Causality.input))
         for name in ("displacement", "position", "speed"):
             self.register_variable(Real(name, causality=Fmi2Causality.output))
 
     def do_step(self, current_time, step_size):
-        acceleration = -self.force / self.mass
+        acceleration = (self.load - self.force) / self.mass
         self.position += step_size * (self.speed + 0.5 * step_size * acceleration)
         self.speed += step_size * acceleration
         end = current_time + step_size

@@ -1,0 +1,148 @@
+"""A system of SSP 1.0: the FMU of a spring under a mass above a shaking base, each with its parameter values.
+
+The parameter values are bound to the components, so that a tool applies them; editing them needs no new FMU.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+import tempfile
+import zipfile
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+from ..core.parameters import SpringParameters
+from ..core.variables import Unit
+from ..errors import StrandspringError
+from ..fmu.archive import content_guid, write_archive
+from ..modelfile import ModelFile
+from ..spring import Spring
+from .ssv import parameter_set, parameter_values
+
+_UNITS = (Unit("kg", kg=1), Unit("m", m=1), Unit("N", kg=1, m=1, s=-2), Unit("Hz", s=-1))
+_PERIODS = 10
+_DESCRIPTION = "modelDescription.xml"
+
+_STRUCTURE = """<?xml version="1.0" encoding="UTF-8"?>
+<ssd:SystemStructureDescription xmlns:ssc="http://ssp-standard.org/SSP1/SystemStructureCommon"
+    xmlns:ssd="http://ssp-standard.org/SSP1/SystemStructureDescription" version="1.0" name="{name}">
+  <ssd:System name="{name}">
+    <ssd:Elements>
+      <ssd:Component name="plant" type="application/x-fmu-sharedlibrary" source="resources/plant.fmu">
+        <ssd:Connectors>
+          <ssd:Connector name="force" kind="input"><ssc:Real unit="N"/></ssd:Connector>
+          <ssd:Connector name="displacement" kind="output"><ssc:Real unit="m"/></ssd:Connector>
+          <ssd:Connector name="position" kind="output"><ssc:Real unit="m"/></ssd:Connector>
+        </ssd:Connectors>
+        <ssd:ParameterBindings><ssd:ParameterBinding source="resources/plant.ssv"/></ssd:ParameterBindings>
+      </ssd:Component>
+      <ssd:Component name="spring" type="application/x-fmu-sharedlibrary" source="resources/spring.fmu">
+        <ssd:Connectors>
+          <ssd:Connector name="displacement" kind="input"><ssc:Real unit="m"/></ssd:Connector>
+          <ssd:Connector name="force" kind="output"><ssc:Real unit="N"/></ssd:Connector>
+        </ssd:Connectors>
+        <ssd:ParameterBindings><ssd:ParameterBinding source="resources/spring.ssv"/></ssd:ParameterBindings>
+      </ssd:Component>
+    </ssd:Elements>
+    <ssd:Connections>
+      <ssd:Connection startElement="plant" startConnector="displacement"
+                      endElement="spring" endConnector="displacement"/>
+      <ssd:Connection startElement="spring" startConnector="force"
+                      endElement="plant" endConnector="force"/>
+    </ssd:Connections>
+  </ssd:System>
+  <ssd:Units>
+    <ssc:Unit name="m"><ssc:BaseUnit m="1"/></ssc:Unit>
+    <ssc:Unit name="N"><ssc:BaseUnit kg="1" m="1" s="-2"/></ssc:Unit>
+  </ssd:Units>
+  <ssd:DefaultExperiment startTime="0.0" stopTime="{stop!r}"/>
+</ssd:SystemStructureDescription>
+"""
+
+
+@dataclass(frozen=True)
+class ShakenMass:
+    """A mass on the spring under a constant load, above a base that moves as amplitude*sin(2 pi frequency t).
+
+    Parameters
+    ----------
+    mass, load, amplitude, frequency : float   [kg], [N], [m], [Hz].
+    """
+
+    mass: float
+    load: float
+    amplitude: float
+    frequency: float
+
+    @classmethod
+    def suited(cls, spring: SpringParameters, mass: float) -> ShakenMass:
+        """A mass in equilibrium at displacement 0, shaken by 1 % of the range at the resonance of small motion.
+
+        Raises
+        ------
+        StrandspringError   If displacement 0 lies outside the identified range.
+        """
+        low, high = spring.displacement_min, spring.displacement_max
+        if not low <= 0.0 <= high:
+            raise StrandspringError(
+                f"The system starts at displacement 0, outside the identified range from {1e3 * low:.6g} to "
+                f"{1e3 * high:.6g} mm; choose a --zero within it."
+            )
+        still = Spring(spring)
+        stiffness = max(still.stiffness([0.0])[0], spring.kappa_omega * spring.rho)
+        frequency = math.sqrt(stiffness / mass) / (2.0 * math.pi)
+        return cls(mass, float(still.response([0.0])[0]), 0.01 * (high - low), frequency)
+
+    def parameter_values(self) -> str:
+        """XML of the SSV file of the plant."""
+        about = {
+            "mass": ("Mass on the spring", "kg"),
+            "load": ("Constant force on the mass; the default holds the spring at displacement 0", "N"),
+            "amplitude": ("Amplitude of the base", "m"),
+            "frequency": ("Frequency of the base", "Hz"),
+        }
+        rows = [(name, *about[name], value) for name, value in asdict(self).items()]
+        return parameter_set("plant", "A mass above a base that vibrates harmonically", rows, _UNITS)
+
+
+def write_system(path: Path, spring: Path, model: ModelFile, plant: ShakenMass) -> Path:
+    """Write an .ssp file; the same arguments give the same bytes.
+
+    Parameters
+    ----------
+    path : Path
+    spring : Path        The FMU of the spring.
+    model : ModelFile    What is applied to it, with its displacement counted as by the FMU.
+    plant : ShakenMass
+
+    Returns
+    -------
+    Path                 `path`.
+
+    Raises
+    ------
+    StrandspringError    If the file cannot be written.
+    """
+    contents = {
+        "SystemStructure.ssd": _STRUCTURE.format(name=model.name, stop=_PERIODS / plant.frequency).encode("utf-8"),
+        "resources/spring.fmu": spring.read_bytes(),
+        "resources/spring.ssv": parameter_values(model).encode("utf-8"),
+        "resources/plant.ssv": plant.parameter_values().encode("utf-8"),
+    }
+    with tempfile.TemporaryDirectory() as folder:
+        contents["resources/plant.fmu"] = _plant_fmu(Path(folder)).read_bytes()
+    return write_archive(path, contents)
+
+
+def _plant_fmu(folder: Path) -> Path:
+    """The FMU of the plant, which PythonFMU gives another GUID and date each time."""
+    from pythonfmu import FmuBuilder
+
+    built = FmuBuilder.build_FMU(Path(__file__).with_name("shaken_mass_slave.py"), dest=folder)
+    with zipfile.ZipFile(built) as archive:
+        contents = {name: archive.read(name) for name in archive.namelist() if not name.endswith("/")}
+    description = re.sub(rb' (guid|generationDateAndTime)="[^"]*"', b"", contents.pop(_DESCRIPTION))
+    guid = content_guid([description], contents).encode()
+    described = description.replace(b"<fmiModelDescription", b'<fmiModelDescription guid="' + guid + b'"', 1)
+    return write_archive(folder / "plant.fmu", {_DESCRIPTION: described, **contents})
