@@ -1,11 +1,12 @@
-"""The native FMU in other programs: fmpy, libcosimpy, ecospy, a host without Python, CMake, and Windows by wine.
+"""The native FMU in other programs: fmpy's solver, a host without Python, CMake, and Windows by wine.
+
+What other tools make of both back ends is in tests/interop.
 
 The macOS binary cannot be run here; test_native_build.py looks into it.
 """
 
 from __future__ import annotations
 
-import re
 import subprocess
 import sys
 from pathlib import Path
@@ -14,7 +15,7 @@ import fmpy
 import numpy as np
 import pytest
 
-from fmu_tools import SPRING, run_python, wandering_path
+from fmu_tools import SPRING, wandering_path
 from portable_host import compiled_host, environment, responses, run, unpacked, windows_host, wine
 from strandspring import Spring
 from strandspring.fmu.check import check_fmu
@@ -45,16 +46,6 @@ def input_of(path: np.ndarray) -> np.ndarray:
     return np.array(list(zip(times, path, strict=True)), dtype=[("time", float), ("displacement", float)])
 
 
-def test_fmpy_simulates_co_simulation(native_fmu: Path, path: np.ndarray) -> None:
-    # FMPy sets the input of time t before the step from t, and samples before it.
-    result = fmpy.simulate_fmu(
-        str(native_fmu), fmi_type="CoSimulation", stop_time=STEP * (len(path) - 1), output_interval=STEP,
-        input=input_of(path), output=["displacement", "force"], start_values={"displacement": path[0]},
-    )  # fmt: skip
-    assert len(result) == len(path)
-    assert_force(result["force"][1:], path[:-1])
-
-
 def test_fmpy_simulates_model_exchange(native_fmu: Path, path: np.ndarray) -> None:
     result = fmpy.simulate_fmu(
         str(native_fmu), fmi_type="ModelExchange", solver="CVode", stop_time=STEP * (len(path) - 1),
@@ -62,63 +53,6 @@ def test_fmpy_simulates_model_exchange(native_fmu: Path, path: np.ndarray) -> No
         record_events=False,
     )  # fmt: skip
     assert_force(result["force"], path)
-
-
-def printed(said: str) -> np.ndarray:
-    """The forces among what a program printed; libraries print, too."""
-    return np.array([float.fromhex(force) for force in re.findall(r"^force (\S+)$", said, flags=re.MULTILINE)])
-
-
-COSIM = """
-import sys
-from libcosimpy.CosimExecution import CosimExecution
-from libcosimpy.CosimManipulator import CosimManipulator
-from libcosimpy.CosimObserver import CosimObserver
-from libcosimpy.CosimSlave import CosimLocalSlave
-
-fmu, step, *path = sys.argv[1:]
-path = [float.fromhex(x) for x in path]
-execution = CosimExecution.from_step_size(step_size=float(step) * 1e9)  # ns
-index = execution.add_local_slave(local_slave=CosimLocalSlave(fmu_path=fmu, instance_name="spring"))
-reference = {v.name.decode(): v.reference for v in execution.slave_variables(slave_index=index)}
-assert execution.real_initial_value(index, reference["displacement"], path[0])
-manipulator, observer = CosimManipulator.create_override(), CosimObserver.create_last_value()
-assert execution.add_manipulator(manipulator=manipulator)
-assert execution.add_observer(observer=observer)
-for displacement in path:
-    assert manipulator.slave_real_values(index, [reference["displacement"]], [displacement])
-    assert execution.step()
-    print("force", observer.last_real_values(index, [reference["force"]])[0].hex())
-"""
-
-
-def test_libcosim_runs_it(native_fmu: Path, path: np.ndarray) -> None:
-    said = run_python(COSIM, native_fmu, STEP, *(x.hex() for x in path.tolist()))
-    assert_force(printed(said), path)
-
-
-ECOS = """
-import sys
-from ecospy import EcosSimulation, EcosSimulationStructure
-
-fmu, step, *path = sys.argv[1:]
-path = [float.fromhex(x) for x in path]
-with EcosSimulationStructure() as structure:
-    structure.add_model("spring", fmu)
-    with EcosSimulation(structure=structure, step_size=float(step)) as simulation:
-        simulation.init()
-        for displacement in path:
-            simulation.set_real("spring::displacement", displacement)
-            simulation.step()
-            print("force", simulation.get_real("spring::force").hex())
-"""
-
-
-def test_ecos_runs_it(native_fmu: Path, path: np.ndarray) -> None:
-    # Ecos initializes before the host can set a value, so the path begins at the start value, 0.
-    from_zero = np.concatenate([[0.0], path])
-    said = run_python(ECOS, native_fmu, STEP, *(x.hex() for x in from_zero.tolist()))
-    assert_force(printed(said), from_zero)
 
 
 def assert_host(host: list[str], libraries: list[Path], fmu: Path, path: np.ndarray, **options: object) -> None:

@@ -56,8 +56,9 @@ def unpacked(fmu: Path, platform: str, folder: Path) -> Path:
     """The binary for a platform in a folder of its own, with the rest of the FMU."""
     with zipfile.ZipFile(fmu) as archive:
         archive.extractall(folder)
-        (name,) = (name for name in archive.namelist() if re.match(rf"binaries/{platform}/[^/]+\.(so|dll|dylib)$", name))
-        return folder / name
+        pattern = re.compile(rf"binaries/{platform}/[^/]+\.(so|dll|dylib)")
+        (name,) = filter(pattern.fullmatch, archive.namelist())
+    return folder / name
 
 
 def guid_of(fmu: Path) -> str:

@@ -70,7 +70,7 @@ class Tool:
 
 
 def _without_wine() -> str | None:
-    return None if wine() else "wine is not installed: the Windows binary was looked into (test_native_build.py) but not run"
+    return None if wine() else "wine is not installed: the Windows binary was looked into (test_native_build.py) only"
 
 
 _NO_EXCHANGE = "has no model exchange"

@@ -1,8 +1,8 @@
 """A spring FMU moved by a prescribed displacement, with force and displacement of the same time in every row.
 
-Most co-simulation masters set the input that holds at the start of a step and read the outputs at its end. A table of
-their results pairs each force with the displacement one step later: a loop that the spring does not have, as wide as one
-step. Here the displacement at the end of a step is set before the step.
+Most co-simulation masters set the input that holds at the start of a step and read outputs at its end. A table of their
+results pairs each force with the displacement one step later, which draws a loop that the spring does not have. Here
+the displacement at the end of a step is set before the step.
 """
 
 from __future__ import annotations
@@ -73,8 +73,8 @@ def simulate_fmu(
     >>> motion = simulate_fmu("dist/rubber_hinge.fmu", [0.0, 0.005, -0.005, 0.005])        # doctest: +SKIP
     >>> motion.force, motion.absorbed_energy                                               # doctest: +SKIP
     """
-    path = as_path(displacement)
-    times = _STEP * np.arange(path.size) if time is None else _rising(time, path.size)
+    path = as_path(displacement).copy()
+    times = _rising(_STEP * np.arange(path.size) if time is None else time, path.size)
     with FmuSpring(fmu, parameters=parameters) as spring:
         responses = [spring.start(float(path[0]), float(times[0]))]
         steps = zip(times[:-1].tolist(), np.diff(times).tolist(), path[1:].tolist(), strict=True)

@@ -6,8 +6,8 @@ import tempfile
 from pathlib import Path
 
 import numpy as np
-from motion import TIMES, displacement
 
+from motion import TIMES, displacement
 from portable_host import compiled_host, responses, unpacked
 from strandspring.fmu.native.platforms import host_folder
 

@@ -1,7 +1,7 @@
 """CoFMUPy, which takes a system as a file: a table of values connected to the FMU.
 
-It needs an FMPy older than that of the other tools, so it is in a folder of its own (see cofmupy.txt). Its rows have the
-time at which the step begins.
+It needs an FMPy older than that of the other tools, so it is in a folder of its own (see cofmupy.txt). Its rows have
+the time at which the step begins.
 """
 
 from __future__ import annotations
@@ -9,17 +9,14 @@ from __future__ import annotations
 import json
 import sys
 import tempfile
+from importlib import import_module
 from pathlib import Path
 
 import numpy as np
 
-FOLDER = Path(sys.prefix, "cofmupy")
-assert FOLDER.is_dir(), f"{FOLDER} does not exist: install CoFMUPy as tests/interop/cofmupy.txt says."
-# Before any other FMPy.
-sys.path.insert(0, str(FOLDER))
-
-from cofmupy import Coordinator
 from motion import STEP, TIMES, displacement
+
+FOLDER = Path(sys.prefix, "cofmupy")
 
 
 def run(fmu: str, _kind: str) -> tuple[np.ndarray, ...]:
@@ -31,7 +28,9 @@ def run(fmu: str, _kind: str) -> tuple[np.ndarray, ...]:
         "cosim_method": "jacobi",
         "iterative": False,
     }
-    coordinator = Coordinator()
+    assert FOLDER.is_dir(), f"{FOLDER} does not exist: install CoFMUPy as tests/interop/cofmupy.txt says."
+    sys.path.insert(0, str(FOLDER))
+    coordinator = import_module("cofmupy").Coordinator()
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder, "system.json")
         file.write_text(json.dumps(system), encoding="utf-8")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 from ecospy import EcosSimulation, EcosSimulationStructure
+
 from motion import STEP, TIMES, displacement
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import fmpy
 import numpy as np
+
 from motion import STEP, STOP, TIMES, displacement
 
 OUTPUTS = ("force", "absorbed_energy")

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from motion import STEP, STOP, displacement
 from pathsim import Connection, Simulation
 from pathsim.blocks import Scope, Source
 from pathsim_fmi import CoSimulationFMU
+
+from motion import STEP, STOP, displacement
 
 
 def run(fmu: str, _kind: str) -> tuple[np.ndarray, ...]:

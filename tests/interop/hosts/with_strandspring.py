@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from motion import TIMES, displacement
 
+from motion import TIMES, displacement
 from strandspring import simulate_fmu
 
 

@@ -6,8 +6,8 @@ import tempfile
 from pathlib import Path
 
 import numpy as np
-from motion import TIMES, displacement
 
+from motion import TIMES, displacement
 from portable_host import responses, unpacked, windows_host, wine
 
 
