@@ -22,7 +22,7 @@ class Sampling(Enum):
 
     # The displacement of a row is that of its force. The FMU and the model are the same closed form in two languages.
     SAME_TIME = "exact"
-    # The displacement at the start of a step is held over it. The fastest change in one step is 1.4e-3 of the force's
+    # The displacement at the start of a step is held over it. The fastest change in one step is 1.3e-3 of the force's
     # range at the step of the matrix.
     STEP_LATE = "one step late"
 
