@@ -35,6 +35,9 @@ def _native(model: ModelFile, folder: Path) -> Path:
     return build_native_fmu(model, folder, chosen_platforms("all"))
 
 
+CO_SIMULATION, MODEL_EXCHANGE = "CoSimulation", "ModelExchange"
+
+
 @dataclass(frozen=True)
 class Kind:
     """A kind of FMU: its column in the README, how it is built, and its interface as FMPy names it."""
@@ -44,11 +47,10 @@ class Kind:
     interface: str
 
 
-NATIVE, EXCHANGE, PYTHON = KINDS = (
-    Kind("native, co-simulation", _native, "CoSimulation"),
-    Kind("native, model exchange", _native, "ModelExchange"),
-    Kind("Python-backed, co-simulation", build_fmu, "CoSimulation"),
-)
+NATIVE = Kind("native, co-simulation", _native, CO_SIMULATION)
+EXCHANGE = Kind("native, model exchange", _native, MODEL_EXCHANGE)
+PYTHON = Kind("Python-backed, co-simulation", build_fmu, CO_SIMULATION)
+KINDS = (NATIVE, EXCHANGE, PYTHON)
 
 
 @dataclass(frozen=True)
@@ -59,52 +61,45 @@ class Tool:
     ----------
     title : str
     host : str               The module in `hosts` that runs it.
-    results : mapping        How exact each kind of FMU must be in it, or in words why it does not run that kind.
+    results : mapping        How exact FMUs must be in it, or in words why it does not run them: by interface, and by
+                             kind where that differs.
     missing : callable       Why it cannot be run on this computer, or None.
     """
 
     title: str
     host: str
-    results: Mapping[Kind, Sampling | str]
+    results: Mapping[Kind | str, Sampling | str]
     missing: Callable[[], str | None] = lambda: None
+
+    def result(self, kind: Kind) -> Sampling | str:
+        return self.results.get(kind, self.results[kind.interface])
 
 
 def _without_wine() -> str | None:
     return None if wine() else "wine is not installed: the Windows binary was looked into (test_native_build.py) only"
 
 
-_NO_EXCHANGE = "has no model exchange"
-_SAME, _LATE = Sampling.SAME_TIME, Sampling.STEP_LATE
+_SAME = {CO_SIMULATION: Sampling.SAME_TIME, MODEL_EXCHANGE: "has no model exchange"}
+_LATE = {CO_SIMULATION: Sampling.STEP_LATE, MODEL_EXCHANGE: "has no model exchange"}
+_HOST = {CO_SIMULATION: Sampling.SAME_TIME, MODEL_EXCHANGE: "not written for it"}
 
 TOOLS = (
-    Tool("`strandspring.simulate_fmu`", "with_strandspring", {NATIVE: _SAME, EXCHANGE: _NO_EXCHANGE, PYTHON: _SAME}),
-    Tool("FMPy, `simulate_fmu`", "with_fmpy", {NATIVE: _LATE, EXCHANGE: _SAME, PYTHON: _LATE}),
-    Tool(
-        "PathSim (pathsim-fmi)", "with_pathsim",
-        {NATIVE: _SAME, EXCHANGE: "needs continuous states", PYTHON: _SAME},
-    ),
-    Tool("CoFMUPy", "with_cofmupy", {NATIVE: _SAME, EXCHANGE: _NO_EXCHANGE, PYTHON: _SAME}),
-    Tool(
-        "FMU Manipulation Toolbox: check, and container in FMPy", "with_container",
-        {NATIVE: _LATE, EXCHANGE: _NO_EXCHANGE, PYTHON: _LATE},
-    ),
-    Tool("libcosim (libcosimpy)", "with_libcosimpy", {NATIVE: _SAME, EXCHANGE: _NO_EXCHANGE, PYTHON: _SAME}),
-    Tool("Ecos (ecospy)", "with_ecospy", {NATIVE: _SAME, EXCHANGE: _NO_EXCHANGE, PYTHON: _SAME}),
-    Tool(
-        "host in C without Python", "with_c_host",
-        {NATIVE: _SAME, EXCHANGE: "not written for it", PYTHON: "needs libpython preloaded"},
-    ),
-    Tool(
-        "the same for Windows, by wine", "with_wine",
-        {NATIVE: _SAME, EXCHANGE: "not written for it", PYTHON: "needs Python for Windows"}, _without_wine,
-    ),
-)  # fmt: skip
+    Tool("`strandspring.simulate_fmu`", "with_strandspring", _SAME),
+    Tool("FMPy, `simulate_fmu`", "with_fmpy", _LATE | {MODEL_EXCHANGE: Sampling.SAME_TIME}),
+    Tool("PathSim (pathsim-fmi)", "with_pathsim", _SAME | {MODEL_EXCHANGE: "needs continuous states"}),
+    Tool("CoFMUPy", "with_cofmupy", _SAME),
+    Tool("FMU Manipulation Toolbox: check, and container in FMPy", "with_container", _LATE),
+    Tool("libcosim (libcosimpy)", "with_libcosimpy", _SAME),
+    Tool("Ecos (ecospy)", "with_ecospy", _SAME),
+    Tool("host in C without Python", "with_c_host", _HOST | {PYTHON: "needs libpython preloaded"}),
+    Tool("the same for Windows, by wine", "with_wine", _HOST | {PYTHON: "needs Python for Windows"}, _without_wine),
+)
 
 
 def table() -> str:
     """The matrix as the README has it."""
     heads = ["tool", *(kind.title for kind in KINDS)]
-    rows = [[tool.title, *(_cell(tool.results[kind]) for kind in KINDS)] for tool in TOOLS]
+    rows = [[tool.title, *(_cell(tool.result(kind)) for kind in KINDS)] for tool in TOOLS]
     return "\n".join(f"| {' | '.join(row)} |" for row in (heads, ["---"] * len(heads), *rows))
 
 

@@ -57,7 +57,7 @@ def rows_of(tool: Tool, kind: Kind, fmu: Path, folder: Path) -> list[np.ndarray]
         return [values[name] for name in ("time", "force", "absorbed_energy")]
 
 
-CELLS = [(tool, kind) for tool in TOOLS for kind in KINDS if isinstance(tool.results[kind], Sampling)]
+CELLS = [(tool, kind) for tool in TOOLS for kind in KINDS if isinstance(tool.result(kind), Sampling)]
 
 
 @pytest.mark.slow
@@ -79,7 +79,7 @@ def test_a_tool_gives_force_and_energy_of_the_model(
     ]
     print(f"{tool.title}, {kind.title}: force {errors[0]:.1e}, absorbed energy {errors[1]:.1e} of the range")
     measured = next((one for one in Sampling if max(errors) <= one.tolerance), None)
-    assert measured is tool.results[kind], errors
+    assert measured is tool.result(kind), errors
 
 
 def test_the_readme_has_the_matrix() -> None:
