@@ -72,7 +72,7 @@ class Tool:
     missing: Callable[[], str | None] = lambda: None
 
     def result(self, kind: Kind) -> Sampling | str:
-        return self.results.get(kind, self.results[kind.interface])
+        return self.results[kind if kind in self.results else kind.interface]
 
 
 def _without_wine() -> str | None:
