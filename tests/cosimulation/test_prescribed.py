@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import zipfile
 from pathlib import Path
 
 import fmpy
@@ -85,3 +86,10 @@ def test_what_is_not_a_spring_fmu_is_refused(native_fmu: Path) -> None:
         simulate_fmu(__file__, [0.0])
     with pytest.raises(CosimulationError, match="has no parameter `stiffness`"):
         simulate_fmu(native_fmu, [0.0], parameters={"stiffness": 1.0})
+
+
+def test_the_fmus_page_says_how_tools_sample_the_displacement(fmu: Path) -> None:
+    with zipfile.ZipFile(fmu) as archive:
+        page = archive.read("documentation/index.html").decode("utf-8")
+    assert "one step late" in page
+    assert f'strandspring.simulate_fmu("{fmu.name}", displacement)' in page
