@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from .conversions import ClassicBoucWen as ClassicBoucWen
     from .conversions import NormalizedBoucWen as NormalizedBoucWen
     from .core.parameters import SpringParameters as SpringParameters
+    from .cosimulation.prescribed import simulate_fmu as simulate_fmu
     from .errors import BuildError as BuildError
     from .errors import ModelError as ModelError
     from .errors import RecordError as RecordError
@@ -54,6 +55,7 @@ _MODULES = {
     "identify": "identification.api",
     "limit_cycle": "peers.limit_cycle",
     "read_record": "records.reading",
+    "simulate_fmu": "cosimulation.prescribed",
 }
 
 

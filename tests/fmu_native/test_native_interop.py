@@ -1,31 +1,28 @@
-"""FMUs in other programs: fmpy, libcosimpy, ecospy, a host without Python, CMake, and Windows by wine.
+"""The native FMU in other programs: fmpy's solver, a host without Python, CMake, and Windows by wine.
+
+What other tools make of both back ends is in tests/interop.
 
 The macOS binary cannot be run here; test_native_build.py looks into it.
 """
 
 from __future__ import annotations
 
-import os
-import re
-import shutil
 import subprocess
 import sys
-import zipfile
 from pathlib import Path
 
 import fmpy
 import numpy as np
 import pytest
 
-from fmu_tools import SPRING, built, run_python, wandering_path
-from native_tools import HEADERS
+from fmu_tools import SPRING, wandering_path
+from portable_host import compiled_host, environment, responses, run, unpacked, windows_host, wine
 from strandspring import Spring
 from strandspring.fmu.check import check_fmu
 from strandspring.fmu.native.native_fmu import build_native_fmu
 from strandspring.fmu.native.platforms import host_folder
 from strandspring.modelfile import ModelFile
 
-HOST_SOURCE = Path(__file__).parents[1] / "helpers" / "portable_host.c"
 STEP = 1e-3
 # The same closed form in C and in Python, stroke by stroke: rounding of the mathematics libraries.
 RTOL = 1e-12
@@ -43,31 +40,10 @@ def assert_force(found: np.ndarray, path: np.ndarray) -> None:
     assert np.max(np.abs(found - expected)) <= RTOL * np.max(np.abs(expected))
 
 
-def environment() -> dict[str, str]:
-    """Programs of this environment first, such as cmake, even if it is not activated."""
-    return {**os.environ, "PATH": os.pathsep.join([str(Path(sys.executable).parent), os.environ["PATH"]])}
-
-
-def run(command: list[str], **options: object) -> subprocess.CompletedProcess[str]:
-    done = subprocess.run(command, capture_output=True, text=True, timeout=240, check=False, **options)  # type: ignore[call-overload]
-    assert done.returncode == 0, f"{command[0]}: exit status {done.returncode}\n{done.stdout}\n{done.stderr}"
-    return done
-
-
 def input_of(path: np.ndarray) -> np.ndarray:
     """The path as FMPy takes it: straight lines between steps."""
     times = STEP * np.arange(len(path))
     return np.array(list(zip(times, path, strict=True)), dtype=[("time", float), ("displacement", float)])
-
-
-def test_fmpy_simulates_co_simulation(native_fmu: Path, path: np.ndarray) -> None:
-    # FMPy sets the input of time t before the step from t, and samples before it.
-    result = fmpy.simulate_fmu(
-        str(native_fmu), fmi_type="CoSimulation", stop_time=STEP * (len(path) - 1), output_interval=STEP,
-        input=input_of(path), output=["displacement", "force"], start_values={"displacement": path[0]},
-    )  # fmt: skip
-    assert len(result) == len(path)
-    assert_force(result["force"][1:], path[:-1])
 
 
 def test_fmpy_simulates_model_exchange(native_fmu: Path, path: np.ndarray) -> None:
@@ -79,97 +55,18 @@ def test_fmpy_simulates_model_exchange(native_fmu: Path, path: np.ndarray) -> No
     assert_force(result["force"], path)
 
 
-def printed(said: str) -> np.ndarray:
-    """The forces among what a program printed; libraries print, too."""
-    return np.array([float.fromhex(force) for force in re.findall(r"^force (\S+)$", said, flags=re.MULTILINE)])
-
-
-COSIM = """
-import sys
-from libcosimpy.CosimExecution import CosimExecution
-from libcosimpy.CosimManipulator import CosimManipulator
-from libcosimpy.CosimObserver import CosimObserver
-from libcosimpy.CosimSlave import CosimLocalSlave
-
-fmu, step, *path = sys.argv[1:]
-path = [float.fromhex(x) for x in path]
-execution = CosimExecution.from_step_size(step_size=float(step) * 1e9)  # ns
-index = execution.add_local_slave(local_slave=CosimLocalSlave(fmu_path=fmu, instance_name="spring"))
-reference = {v.name.decode(): v.reference for v in execution.slave_variables(slave_index=index)}
-assert execution.real_initial_value(index, reference["displacement"], path[0])
-manipulator, observer = CosimManipulator.create_override(), CosimObserver.create_last_value()
-assert execution.add_manipulator(manipulator=manipulator)
-assert execution.add_observer(observer=observer)
-for displacement in path:
-    assert manipulator.slave_real_values(index, [reference["displacement"]], [displacement])
-    assert execution.step()
-    print("force", observer.last_real_values(index, [reference["force"]])[0].hex())
-"""
-
-
-@pytest.fixture(params=["native", "python"])
-def fmu(request: pytest.FixtureRequest, native_fmu: Path, tmp_path: Path) -> Path:
-    """The FMU of either back end."""
-    return native_fmu if request.param == "native" else built(tmp_path)
-
-
-def test_libcosim_runs_it(fmu: Path, path: np.ndarray) -> None:
-    said = run_python(COSIM, fmu, STEP, *(x.hex() for x in path.tolist()))
-    assert_force(printed(said), path)
-
-
-ECOS = """
-import sys
-from ecospy import EcosSimulation, EcosSimulationStructure
-
-fmu, step, *path = sys.argv[1:]
-path = [float.fromhex(x) for x in path]
-with EcosSimulationStructure() as structure:
-    structure.add_model("spring", fmu)
-    with EcosSimulation(structure=structure, step_size=float(step)) as simulation:
-        simulation.init()
-        for displacement in path:
-            simulation.set_real("spring::displacement", displacement)
-            simulation.step()
-            print("force", simulation.get_real("spring::force").hex())
-"""
-
-
-def test_ecos_runs_it(fmu: Path, path: np.ndarray) -> None:
-    # Ecos initializes before the host can set a value, so the path begins at the start value, 0.
-    from_zero = np.concatenate([[0.0], path])
-    said = run_python(ECOS, fmu, STEP, *(x.hex() for x in from_zero.tolist()))
-    assert_force(printed(said), from_zero)
-
-
 def assert_host(host: list[str], libraries: list[Path], fmu: Path, path: np.ndarray, **options: object) -> None:
     """Each library, loaded beside the other by a program without Python, gives the force of the model."""
-    said = run([*host, guid_of(fmu), *map(str, libraries)], input="\n".join(map(repr, path.tolist())), **options).stdout
-    forces = np.array([[float.fromhex(force) for force in line.split()] for line in said.splitlines()])
-    assert forces.shape == (len(path), len(libraries))
-    for force in forces.T:
-        assert_force(force, path)
-
-
-def unpacked(fmu: Path, platform: str, folder: Path) -> Path:
-    """The binary for a platform in a folder of its own."""
-    with zipfile.ZipFile(fmu) as archive:
-        (name,) = (name for name in archive.namelist() if name.startswith(f"binaries/{platform}/"))
-        return Path(archive.extract(name, folder))
-
-
-def guid_of(fmu: Path) -> str:
-    return str(fmpy.read_model_description(str(fmu)).guid)
+    for values in np.moveaxis(responses(host, fmu, libraries, path, **options), 1, 0):
+        assert_force(values[:, 0], path)
 
 
 def test_a_host_without_python_runs_it(native_fmu: Path, path: np.ndarray, tmp_path: Path) -> None:
-    host = tmp_path / "host"
-    flags = ["-std=c11", "-Wall", "-Wextra", "-Wpedantic", "-Werror"]
-    run(["cc", *flags, f"-I{HEADERS}", str(HOST_SOURCE), "-o", str(host), "-ldl"])
+    host = compiled_host(tmp_path)
     libraries = [unpacked(native_fmu, str(host_folder()), tmp_path / name) for name in ("one", "two")]
-    assert_host([str(host)], libraries, native_fmu, path)
+    assert_host(host, libraries, native_fmu, path)
     # The binary belongs to its description.
-    refused = subprocess.run([str(host), "{another}", str(libraries[0])], capture_output=True, text=True, check=False)
+    refused = subprocess.run([*host, "{another}", "", str(libraries[0])], capture_output=True, text=True, check=False)
     assert refused.returncode == 1
     assert "fmi2Instantiate failed" in refused.stderr
 
@@ -187,26 +84,12 @@ def test_fmpy_compiles_it_from_its_own_sources(tmp_path: Path) -> None:
     assert report.problems == ()
 
 
-def wine() -> str | None:
-    # Debian does not put it on the path unless its 32-bit half is installed, too.
-    return shutil.which("wine64") or shutil.which("wine") or shutil.which("wine64", path="/usr/lib/wine")
-
-
 @pytest.mark.slow
 def test_wine_runs_the_windows_binary(native_fmu: Path, path: np.ndarray, tmp_path: Path) -> None:
     program = wine()
     if program is None:
         pytest.skip("wine is not installed: the Windows binary was looked into (test_native_build.py) but not run")
-    host = tmp_path / "host.exe"
-    flags = ["-target", "x86_64-windows-gnu", "-std=c11", "-O2", "-s"]
-    run([sys.executable, "-m", "ziglang", "cc", *flags, f"-I{HEADERS}", str(HOST_SOURCE), "-o", str(host)])
+    host, settings = windows_host(tmp_path, program)
     # Both copies want the same address, so one of them is moved.
     libraries = [unpacked(native_fmu, "win64", tmp_path / name) for name in ("one", "two")]
-    # A prefix of its own, and no offer to install Mono and Gecko.
-    settings = {
-        **environment(),
-        "WINEPREFIX": str(tmp_path / "wine"),
-        "WINEDEBUG": "-all",
-        "WINEDLLOVERRIDES": "mscoree,mshtml=",
-    }
-    assert_host([program, str(host)], libraries, native_fmu, path, env=settings)
+    assert_host(host, libraries, native_fmu, path, env=settings)

@@ -1,8 +1,9 @@
-/* A simulator without Python: loads binaries of FMUs, exchanges displacements on standard input for forces on standard
- * output, a line of them for each displacement, in hexadecimal so that no digit is lost.
+/* A simulator without Python: loads binaries of FMUs, exchanges displacements on standard input for forces and absorbed
+ * energies on standard output, a line of them for each displacement, in hexadecimal so that no digit is lost.
  *
- *     portable_host GUID LIBRARY [LIBRARY]
+ *     portable_host GUID RESOURCES LIBRARY [LIBRARY]
  *
+ * RESOURCES is the URI of the unpacked FMU's folder of resources; FMUs without any take an empty one.
  * The first displacement is where the path starts. Exit status 1 with a message if anything fails.
  */
 #include <stdarg.h>
@@ -65,7 +66,7 @@ typedef struct {
     fmi2FreeInstanceTYPE *free;
 } Spring;
 
-static Spring initializing(const char *path, const char *guid)
+static Spring initializing(const char *path, const char *guid, const char *resources)
 {
     static const fmi2CallbackFunctions callbacks = {log_message, calloc, free, NULL, NULL};
     void *library = opened(path);
@@ -76,7 +77,7 @@ static Spring initializing(const char *path, const char *guid)
     fmi2SetupExperimentTYPE *setup = FROM(library, SetupExperiment);
     fmi2EnterInitializationModeTYPE *enter = FROM(library, EnterInitializationMode);
     Spring spring = {
-        instantiate("spring", fmi2CoSimulation, guid, "", &callbacks, fmi2False, fmi2True),
+        instantiate("spring", fmi2CoSimulation, guid, resources, &callbacks, fmi2False, fmi2True),
         FROM(library, ExitInitializationMode),
         FROM(library, SetReal),
         FROM(library, GetReal),
@@ -92,35 +93,35 @@ static Spring initializing(const char *path, const char *guid)
     return spring;
 }
 
-static double force_after(const Spring *spring, double displacement, long step)
+static void respond(const Spring *spring, double displacement, long step)
 {
-    static const fmi2ValueReference input = 0, output = 1;
+    static const fmi2ValueReference input = 0, outputs[] = {1, 3}; /* force, absorbed_energy */
     const double size = 1e-3;
-    double force;
+    double values[2];
     check(spring->set(spring->instance, &input, 1, &displacement), "fmi2SetReal");
     if (step == 0) {
         check(spring->exit_initialization(spring->instance), "fmi2ExitInitializationMode");
     } else {
         check(spring->step(spring->instance, (double)(step - 1) * size, size, fmi2True), "fmi2DoStep");
     }
-    check(spring->get(spring->instance, &output, 1, &force), "fmi2GetReal");
-    return force;
+    check(spring->get(spring->instance, outputs, 2, values), "fmi2GetReal");
+    printf("%a %a ", values[0], values[1]);
 }
 
 int main(int count, char **arguments)
 {
     Spring springs[2];
-    const int loaded = count - 2;
+    const int loaded = count - 3;
     if (loaded < 1 || loaded > 2) {
         fail("usage");
     }
     for (int i = 0; i < loaded; ++i) {
-        springs[i] = initializing(arguments[2 + i], arguments[1]);
+        springs[i] = initializing(arguments[3 + i], arguments[1], arguments[2]);
     }
     double displacement;
     for (long step = 0; scanf("%lf", &displacement) == 1; ++step) {
         for (int i = 0; i < loaded; ++i) {
-            printf("%a ", force_after(&springs[i], displacement, step));
+            respond(&springs[i], displacement, step);
         }
         printf("\n");
     }

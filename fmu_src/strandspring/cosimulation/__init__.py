@@ -23,6 +23,8 @@ if TYPE_CHECKING:
     from .plants import Attachment as Attachment
     from .plants import Plant as Plant
     from .plants import one_mass as one_mass
+    from .prescribed import PrescribedMotion as PrescribedMotion
+    from .prescribed import simulate_fmu as simulate_fmu
     from .simulation import Motion as Motion
     from .simulation import simulate as simulate
     from .stability import growth_factor as growth_factor
@@ -43,6 +45,7 @@ _MODULES = {
     "MeanForce": "iterative",
     "Motion": "simulation",
     "Plant": "plants",
+    "PrescribedMotion": "prescribed",
     "Response": "fmu_spring",
     "Subsystem": "masters",
     "TangentSource": "iterative",
@@ -54,6 +57,7 @@ _MODULES = {
     "largest_stable_step": "stability",
     "one_mass": "plants",
     "simulate": "simulation",
+    "simulate_fmu": "prescribed",
 }
 
 load_lazily(globals(), _MODULES)

@@ -1,0 +1,107 @@
+"""Which tool runs which kind of FMU, and how exactly: the matrix of the README.
+
+A new kind of FMU is one entry of KINDS; a new tool is one entry of TOOLS and a module in `hosts`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from enum import Enum
+from pathlib import Path
+
+from portable_host import wine
+from strandspring.fmu.native.native_fmu import build_native_fmu
+from strandspring.fmu.native.platforms import chosen_platforms
+from strandspring.fmu.python_backed import build_fmu
+from strandspring.modelfile import ModelFile
+
+
+class Sampling(Enum):
+    """How far a tool's rows may be from the model: its largest error over the range of the values."""
+
+    # The displacement of a row is that of its force. The FMU and the model are the same closed form in two languages.
+    SAME_TIME = "exact"
+    # The displacement at the start of a step is held over it. The fastest change in one step is 1.3e-3 of the force's
+    # range at the step of the matrix.
+    STEP_LATE = "one step late"
+
+    @property
+    def tolerance(self) -> float:
+        return 1e-9 if self is Sampling.SAME_TIME else 2e-3
+
+
+def _native(model: ModelFile, folder: Path) -> Path:
+    return build_native_fmu(model, folder, chosen_platforms("all"))
+
+
+CO_SIMULATION, MODEL_EXCHANGE = "CoSimulation", "ModelExchange"
+
+
+@dataclass(frozen=True)
+class Kind:
+    """A kind of FMU: its column in the README, how it is built, and its interface as FMPy names it."""
+
+    title: str
+    build: Callable[[ModelFile, Path], Path]
+    interface: str
+
+
+NATIVE = Kind("native, co-simulation", _native, CO_SIMULATION)
+EXCHANGE = Kind("native, model exchange", _native, MODEL_EXCHANGE)
+PYTHON = Kind("Python-backed, co-simulation", build_fmu, CO_SIMULATION)
+KINDS = (NATIVE, EXCHANGE, PYTHON)
+
+
+@dataclass(frozen=True)
+class Tool:
+    """A row of the README.
+
+    Attributes
+    ----------
+    title : str
+    host : str               The module in `hosts` that runs it.
+    results : mapping        How exact FMUs must be in it, or in words why it does not run them: by interface, and by
+                             kind where that differs.
+    missing : callable       Why it cannot be run on this computer, or None.
+    """
+
+    title: str
+    host: str
+    results: Mapping[Kind | str, Sampling | str]
+    missing: Callable[[], str | None] = lambda: None
+
+    def result(self, kind: Kind) -> Sampling | str:
+        return self.results[kind if kind in self.results else kind.interface]
+
+
+def _without_wine() -> str | None:
+    return None if wine() else "wine is not installed: the Windows binary was looked into (test_native_build.py) only"
+
+
+_SAME = {CO_SIMULATION: Sampling.SAME_TIME, MODEL_EXCHANGE: "has no model exchange"}
+_LATE = {CO_SIMULATION: Sampling.STEP_LATE, MODEL_EXCHANGE: "has no model exchange"}
+_HOST = {CO_SIMULATION: Sampling.SAME_TIME, MODEL_EXCHANGE: "not written for it"}
+
+TOOLS = (
+    Tool("`strandspring.simulate_fmu`", "with_strandspring", _SAME),
+    Tool("FMPy, `simulate_fmu`", "with_fmpy", _LATE | {MODEL_EXCHANGE: Sampling.SAME_TIME}),
+    Tool("PathSim (pathsim-fmi)", "with_pathsim", _SAME | {MODEL_EXCHANGE: "needs continuous states"}),
+    Tool("CoFMUPy", "with_cofmupy", _SAME),
+    Tool("FMU Manipulation Toolbox: check, and container in FMPy", "with_container", _LATE),
+    Tool("libcosim (libcosimpy)", "with_libcosimpy", _SAME),
+    Tool("Ecos (ecospy)", "with_ecospy", _SAME),
+    Tool("host in C without Python", "with_c_host", _HOST | {PYTHON: "needs libpython preloaded"}),
+    Tool("the same for Windows, by wine", "with_wine", _HOST | {PYTHON: "needs Python for Windows"}, _without_wine),
+)
+
+
+def table() -> str:
+    """The matrix as the README has it."""
+    heads = ["tool", *(kind.title for kind in KINDS)]
+    rows = [[tool.title, *(_cell(tool.result(kind)) for kind in KINDS)] for tool in TOOLS]
+    return "\n".join(f"| {' | '.join(row)} |" for row in (heads, ["---"] * len(heads), *rows))
+
+
+def _cell(result: Sampling | str) -> str:
+    return f"ok, {result.value}" if isinstance(result, Sampling) else f"- ({result})"

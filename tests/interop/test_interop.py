@@ -1,0 +1,90 @@
+"""Every tool of the matrix runs every kind of FMU that it can, and gives force and absorbed energy of the model.
+
+The reference is the model itself over the displacement that holds at the time of each row, in the record's coordinates;
+it knows nothing of the FMU. Each tool runs in a process of its own.
+"""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from hosts.motion import STEP, TIMES, displacement
+from matrix import KINDS, TOOLS, Kind, Sampling, Tool, table
+from readme import README, ROOT
+from strandspring import Spring
+from strandspring.modelfile import load_model
+
+MODEL = ROOT / "models" / "rubber_hinge.json"
+HOSTS = Path(__file__).with_name("hosts")
+
+
+@cache
+def reference() -> tuple[np.ndarray, np.ndarray]:
+    """Force [N] and absorbed energy [J] of the model at the times of the motion.
+
+    The rig's zero lies outside of this spring's range, so that its FMU counts from the middle of the range.
+    """
+    spring = Spring.load(MODEL)
+    middle = 0.5 * (spring.parameters.displacement_min + spring.parameters.displacement_max)
+    path = middle + displacement(TIMES)
+    return spring.response(path), spring.absorbed_energy(path)
+
+
+@pytest.fixture(scope="module")
+def fmus(tmp_path_factory: pytest.TempPathFactory) -> dict[Kind, Path]:
+    folder, model = tmp_path_factory.mktemp("fmus"), load_model(MODEL)
+    return {kind: kind.build(model, folder) for kind in KINDS}
+
+
+def rows_of(tool: Tool, kind: Kind, fmu: Path, folder: Path) -> list[np.ndarray]:
+    """Times, force and absorbed energy as the tool reports them."""
+    result = folder / "result.npz"
+    helpers = Path(__file__).parents[1] / "helpers"
+    paths = os.pathsep.join([str(helpers), str(ROOT / "fmu_src")])
+    done = subprocess.run(
+        [sys.executable, str(HOSTS), tool.host, str(fmu), kind.interface, str(result)],
+        capture_output=True, text=True, timeout=240, cwd=folder, env={**os.environ, "PYTHONPATH": paths}, check=False,
+    )  # fmt: skip
+    assert done.returncode == 0, f"exit status {done.returncode}\n{done.stdout[-2000:]}\n{done.stderr[-2000:]}"
+    with np.load(result) as values:
+        return [values[name] for name in ("time", "force", "absorbed_energy")]
+
+
+CELLS = [(tool, kind) for tool in TOOLS for kind in KINDS if isinstance(tool.result(kind), Sampling)]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("tool", "kind"), CELLS, ids=[f"{tool.host}-{kind.title}" for tool, kind in CELLS])
+def test_a_tool_gives_force_and_energy_of_the_model(
+    tool: Tool, kind: Kind, fmus: dict[Kind, Path], tmp_path: Path
+) -> None:
+    if reason := tool.missing():
+        pytest.skip(reason)
+    time, *outputs = rows_of(tool, kind, fmus[kind], tmp_path)
+    samples = np.rint(time / STEP).astype(int)
+    # Every communication point once, but for the first in tools that report ends of steps only.
+    assert np.array_equal(samples, np.arange(samples[0], len(TIMES)))
+    assert samples[0] <= 1
+    assert np.abs(time - TIMES[samples]).max() <= 1e-9 * TIMES[-1]  # sums of steps
+    errors = [
+        np.abs(found - expected[samples]).max() / np.ptp(expected)
+        for found, expected in zip(outputs, reference(), strict=True)
+    ]
+    print(f"{tool.title}, {kind.title}: force {errors[0]:.1e}, absorbed energy {errors[1]:.1e} of the range")
+    measured = next((one for one in Sampling if max(errors) <= one.tolerance), None)
+    assert measured is tool.result(kind), errors
+
+
+def test_the_readme_has_the_matrix() -> None:
+    assert table() in README
+    force, _ = reference()
+    fastest = f"{np.abs(np.diff(force)).max() / np.ptp(force):.1e}".replace("e-0", "e-")
+    for promised in (f"{len(TIMES) - 1} steps", f"{fastest} is what the force changes in the fastest of these steps"):
+        assert promised in README, promised
