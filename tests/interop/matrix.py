@@ -5,6 +5,8 @@ A new kind of FMU is one entry of KINDS; a new tool is one entry of TOOLS and a 
 
 from __future__ import annotations
 
+import os
+import sys
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from enum import Enum
@@ -79,6 +81,12 @@ def _without_wine() -> str | None:
     return None if wine() else "wine is not installed: the Windows binary was looked into (test_native_build.py) only"
 
 
+def _without_cofmupy() -> str | None:
+    if Path(sys.prefix, "cofmupy").is_dir() or "STRANDSPRING_ALL_TOOLS" in os.environ:
+        return None
+    return "CoFMUPy is not installed: tests/interop/cofmupy.txt says how"
+
+
 _SAME = {CO_SIMULATION: Sampling.SAME_TIME, MODEL_EXCHANGE: "has no model exchange"}
 _LATE = {CO_SIMULATION: Sampling.STEP_LATE, MODEL_EXCHANGE: "has no model exchange"}
 _HOST = {CO_SIMULATION: Sampling.SAME_TIME, MODEL_EXCHANGE: "not written for it"}
@@ -87,11 +95,11 @@ TOOLS = (
     Tool("`strandspring.simulate_fmu`", "with_strandspring", _SAME),
     Tool("FMPy, `simulate_fmu`", "with_fmpy", _LATE | {MODEL_EXCHANGE: Sampling.SAME_TIME}),
     Tool("PathSim (pathsim-fmi)", "with_pathsim", _SAME | {MODEL_EXCHANGE: "needs continuous states"}),
-    Tool("CoFMUPy", "with_cofmupy", _SAME),
+    Tool("CoFMUPy", "with_cofmupy", _SAME, _without_cofmupy),
     Tool("FMU Manipulation Toolbox: check, and container in FMPy", "with_container", _LATE),
     Tool("libcosim (libcosimpy)", "with_libcosimpy", _SAME),
     Tool("Ecos (ecospy)", "with_ecospy", _SAME),
-    Tool("host in C without Python", "with_c_host", _HOST | {PYTHON: "needs libpython preloaded"}),
+    Tool("host in C without Python", "with_c_host", _HOST),
     Tool("the same for Windows, by wine", "with_wine", _HOST | {PYTHON: "needs Python for Windows"}, _without_wine),
 )
 
