@@ -6,13 +6,16 @@ import math
 import zipfile
 from pathlib import Path
 
+import fmpy
 import numpy as np
 import pytest
 from fmpy.ssp.ssd import read_ssd, read_ssv
+from fmpy.validation import validate_fmu
 
 from strandspring.coordinates import placed
 from strandspring.cosimulation import FmuSpring, Jacobi, Motion, one_mass, simulate
 from strandspring.examples.ssp_system import Run, run_fmpy, run_libcosim
+from strandspring.export.shaken_mass_slave import ShakenMass as ShakenMassSlave
 from strandspring.export.ssp import ShakenMass
 from strandspring.export.ssv import parameter_values
 from strandspring.fmu.native.native_fmu import build_native_fmu
@@ -75,6 +78,18 @@ def test_the_system_holds_what_its_structure_names(ssp: Path) -> None:
     values = {p.name: float(p.value) for p in read_ssv(str(ssp), "resources/plant.ssv").parameters}
     assert values["mass"] == MASS
     assert set(values) == {"mass", "load", "amplitude", "frequency"}
+
+
+def test_both_fmus_are_valid_and_the_plant_is_what_its_description_says(ssp: Path, tmp_path: Path) -> None:
+    with zipfile.ZipFile(ssp) as archive:
+        archive.extractall(tmp_path / "system")
+    for name in ("spring", "plant"):
+        assert validate_fmu(str(tmp_path / f"system/resources/{name}.fmu")) == []
+    described = fmpy.read_model_description(str(tmp_path / "system/resources/plant.fmu")).modelVariables
+    registered = ShakenMassSlave(instance_name="plant", resources="").vars
+    assert {v.valueReference: (v.name, v.causality) for v in described} == {
+        reference: (v.name, v.causality.name) for reference, v in registered.items()
+    }
 
 
 def test_the_same_system_has_the_same_bytes(ssp: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -3,19 +3,24 @@
 Between communication points the force is constant, so the motion is a parabola and the step is exact.
 """
 
+from __future__ import annotations
+
 import math
+from typing import Any
 
-from pythonfmu import Fmi2Causality, Fmi2Slave, Fmi2Variability, Real
+from pythonfmu.enums import Fmi2Causality, Fmi2Variability
+from pythonfmu.fmi2slave import Fmi2Slave
+from pythonfmu.variables import Real
 
 
-class ShakenMass(Fmi2Slave):
+class ShakenMass(Fmi2Slave):  # type: ignore[misc]
     """Mass above a base that vibrates; positions are zero at the start."""
 
     author = "strandspring"
     description = "Mass above a base that moves as a sine"
 
-    def __init__(self, **kwargs):
-        super().__init__(**kwargs)
+    def __init__(self, **options: Any) -> None:
+        super().__init__(**options)
         self.mass = 1.0
         self.load = 0.0
         self.amplitude = 0.0
@@ -30,7 +35,7 @@ class ShakenMass(Fmi2Slave):
         for name in ("displacement", "position", "speed"):
             self.register_variable(Real(name, causality=Fmi2Causality.output))
 
-    def do_step(self, current_time, step_size):
+    def do_step(self, current_time: float, step_size: float) -> bool:
         acceleration = (self.load - self.force) / self.mass
         self.position += step_size * (self.speed + 0.5 * step_size * acceleration)
         self.speed += step_size * acceleration

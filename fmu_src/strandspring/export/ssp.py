@@ -6,23 +6,35 @@ The parameter values are bound to the components, so that a tool applies them; e
 from __future__ import annotations
 
 import math
-import re
 import tempfile
-import zipfile
 from dataclasses import asdict, dataclass
+from importlib.resources import files
 from pathlib import Path
 
 from ..core.parameters import SpringParameters
 from ..core.variables import Unit
 from ..errors import StrandspringError
-from ..fmu.archive import content_guid, write_archive
+from ..fmu.archive import licences, write_archive
+from ..fmu.native.platforms import default_platforms
+from ..fmu.python_backed import slave_contents
 from ..modelfile import ModelFile
 from ..spring import Spring
 from .ssv import parameter_set, parameter_values
 
 _UNITS = (Unit("kg", kg=1), Unit("m", m=1), Unit("N", kg=1, m=1, s=-2), Unit("Hz", s=-1))
 _PERIODS = 10
-_DESCRIPTION = "modelDescription.xml"
+
+# What the binary of the plant calls.
+_START = """
+
+from <package>.core import component
+
+ShakenMass.fmu_guid = "<guid>"
+
+
+def start(resources, name, guid):
+    return component.start(ShakenMass, resources, name, guid)
+"""
 
 _STRUCTURE = """<?xml version="1.0" encoding="UTF-8"?>
 <ssd:SystemStructureDescription xmlns:ssc="http://ssp-standard.org/SSP1/SystemStructureCommon"
@@ -131,18 +143,15 @@ def write_system(path: Path, spring: Path, model: ModelFile, plant: ShakenMass) 
         "resources/plant.ssv": plant.parameter_values().encode("utf-8"),
     }
     with tempfile.TemporaryDirectory() as folder:
-        contents["resources/plant.fmu"] = _plant_fmu(Path(folder)).read_bytes()
+        contents["resources/plant.fmu"] = _plant_fmu(Path(folder) / "plant.fmu").read_bytes()
     return write_archive(path, contents)
 
 
-def _plant_fmu(folder: Path) -> Path:
-    """The FMU of the plant, which PythonFMU gives another GUID and date each time."""
-    from pythonfmu import FmuBuilder
-
-    built = FmuBuilder.build_FMU(Path(__file__).with_name("shaken_mass_slave.py"), dest=folder)
-    with zipfile.ZipFile(built) as archive:
-        contents = {name: archive.read(name) for name in archive.namelist() if not name.endswith("/")}
-    description = re.sub(rb' (guid|generationDateAndTime)="[^"]*"', b"", contents.pop(_DESCRIPTION))
-    guid = content_guid([description], contents).encode()
-    described = description.replace(b"<fmiModelDescription", b'<fmiModelDescription guid="' + guid + b'"', 1)
-    return write_archive(folder / "plant.fmu", {_DESCRIPTION: described, **contents})
+def _plant_fmu(path: Path) -> Path:
+    """Write the FMU of the plant, a slave of PythonFMU behind the binary of our Python-backed FMUs."""
+    description = (files(__package__) / "assets" / "shaken_mass.xml").read_bytes()
+    source = (files(__package__) / "shaken_mass_slave.py").read_text(encoding="utf-8")
+    module = source.replace("from pythonfmu.", "from <package>.pythonfmu.") + _START
+    guid, contents = slave_contents("ShakenMass", module, description, default_platforms())
+    described = description.replace(b'guid=""', f'guid="{guid}"'.encode(), 1)
+    return write_archive(path, {"modelDescription.xml": described, **licences(("pythonfmu",)), **contents})

@@ -52,12 +52,15 @@ def common_contents(
         "model.png": (files(__package__) / "assets" / "model.png").read_bytes(),
         "documentation/index.html": documentation_page(model, zero, platforms).encode("utf-8"),
     }
+    return {**contents, **licences(others)}
+
+
+def licences(others: tuple[str, ...]) -> dict[str, bytes]:
+    """Our licence and those of other distributions of which an FMU holds parts, by their path in the FMU."""
     # FMI takes license.txt as the entry point.
-    for distribution, name in {"strandspring": "license", **{other: other for other in others}}.items():
-        text = _licence(distribution)
-        if text is not None:
-            contents[f"documentation/licenses/{name}.txt"] = text.encode("utf-8")
-    return contents
+    names = {"strandspring": "license", **{other: other for other in others}}
+    texts = {name: _licence(distribution) for distribution, name in names.items()}
+    return {f"documentation/licenses/{name}.txt": text.encode("utf-8") for name, text in texts.items() if text}
 
 
 def fmu_path(directory: str | Path, name: str, backend: str) -> Path:

@@ -28,13 +28,13 @@ _PYTHONFMU_SOURCES = (
 _SLAVE_MODULE = '''\
 """The slave of the FMU {name}, written by strandspring."""
 
-from {package}.core import component
-from {package}.core.slave import SpringSlave
-from {package}.core.parameters import SpringParameters
+from <package>.core import component
+from <package>.core.slave import SpringSlave
+from <package>.core.parameters import SpringParameters
 
 
 class Spring(SpringSlave):
-    fmu_guid = "{guid}"
+    fmu_guid = "<guid>"
     identified = {parameters!r}
 
 
@@ -86,18 +86,35 @@ def fmu_contents(
     model, zero = placed(model, zero)
     tool = f"strandspring {installed_version('strandspring')} with PythonFMU {installed_version('pythonfmu')}"
     backend = _backend(needs_execution_tool)
+    slave = _SLAVE_MODULE.format(name=model.name, parameters=model.parameters)
+    # Without a GUID yet, the description holds the table, start values, name, texts and versions.
+    guid, contents = slave_contents(model.name, slave, model_description(model, "", tool, backend), platforms)
+    return {**common_contents(model, zero, model_description(model, guid, tool, backend), ("pythonfmu",)), **contents}
+
+
+def slave_contents(
+    name: str, slave: str, description: bytes, platforms: Sequence[Platform]
+) -> tuple[str, dict[str, bytes]]:
+    """GUID of an FMU that runs on Python, and its binaries and code by path inside it.
+
+    Parameters
+    ----------
+    name : str             Model identifier.
+    slave : str            Module with the function `start` that the binary calls; <package> and <guid> in it stand for
+                           the name under which the FMU brings `strandspring.core` and pythonfmu, and for the GUID.
+    description : bytes    Model description without a GUID.
+    platforms : sequence of Platform
+    """
     sources = _sources()
-    # Without a GUID yet, the description holds the table, start values, name, texts and versions. The binaries are what
-    # their sources are, on every platform.
-    guid = content_guid([model_description(model, "", tool, backend)], {**sources, **BRIDGE.sources()})
+    # The binaries are what their sources are, on every platform.
+    guid = content_guid([description, slave.encode("utf-8")], {**sources, **BRIDGE.sources()})
     # Python keeps modules by name, so each FMU brings all of its code under a name of its own.
     package = "strandspring_" + guid.strip("{}").replace("-", "")[:12]
-    slave = _SLAVE_MODULE.format(name=model.name, package=package, guid=guid, parameters=model.parameters)
-    return {
-        **common_contents(model, zero, model_description(model, guid, tool, backend), ("pythonfmu",)),
-        **binaries(model.name, platforms, BRIDGE),
-        **{f"resources/{package}/{name}": content for name, content in sources.items()},
-        f"resources/{package}_slave.py": slave.encode("utf-8"),
+    module = slave.replace("<package>", package).replace("<guid>", guid)
+    return guid, {
+        **binaries(name, platforms, BRIDGE),
+        **{f"resources/{package}/{path}": content for path, content in sources.items()},
+        f"resources/{package}_slave.py": module.encode("utf-8"),
         "resources/slavemodule.txt": f"{package}_slave".encode(),
     }
 
