@@ -8,6 +8,8 @@ from __future__ import annotations
 import json
 import math
 import re
+import zipfile
+import zlib
 from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, field, fields
 from pathlib import Path
@@ -18,6 +20,7 @@ from .errors import ModelError
 from .files import read_text, write_text
 
 MAXIMUM_BYTES = 10_000_000
+MODEL_IN_FMU = "resources/strandspring/model.json"
 _FORMAT = "strandspring-model"
 # Of a model whose FE is a polynomial, and of one whose FE is a table.
 _VERSION, _TABLE_VERSION = 1, 2
@@ -127,14 +130,18 @@ class ModelFile:
 
 
 def load_model(path: str | Path) -> ModelFile:
-    """Read and validate a model file.
+    """Read and validate a model file, or the one that an FMU of ours holds.
 
     Raises
     ------
     ModelError   If the file cannot be read or is not a physically possible spring; names the file and the field.
     """
     path = Path(path)
-    text = read_text(path, MAXIMUM_BYTES, "model file (JSON)", ModelError)
+    text = (
+        text_in_fmu(path, MODEL_IN_FMU)
+        if is_fmu(path)
+        else read_text(path, MAXIMUM_BYTES, "model file (JSON)", ModelError)
+    )
     try:
         content = json.loads(
             text, parse_constant=_refuse_constant, parse_float=_finite, object_pairs_hook=_refuse_duplicates
@@ -162,6 +169,33 @@ def load_model(path: str | Path) -> ModelFile:
         return ModelFile.from_content(content)
     except ModelError as problem:
         raise ModelError(f"{path}: {problem}") from None
+
+
+def is_fmu(path: str | Path) -> bool:
+    """Whether a path is that of an FMU by its name."""
+    return str(path).lower().endswith(".fmu")
+
+
+def text_in_fmu(path: Path, name: str) -> str:
+    """The text of a file in an FMU of ours.
+
+    Raises
+    ------
+    ModelError   If it cannot be read, or is absurdly large.
+    """
+    try:
+        with zipfile.ZipFile(path) as archive, archive.open(name) as file:
+            content = file.read(MAXIMUM_BYTES + 1)
+            text = content.decode("utf-8")
+    except KeyError:
+        raise ModelError(f"{path} holds no {name}; give an FMU that strandspring built.") from None
+    except OSError as problem:
+        raise ModelError(f"{path} cannot be read: {problem.strerror}.") from None
+    except (zipfile.BadZipFile, zlib.error, NotImplementedError, RuntimeError, ValueError) as problem:
+        raise ModelError(f"{path} cannot be read as an FMU: {problem}.") from None
+    if len(content) > MAXIMUM_BYTES:
+        raise ModelError(f"{path}: {name} has more than {MAXIMUM_BYTES} bytes, which is too large.")
+    return text
 
 
 def save_model(path: str | Path, model: ModelFile) -> None:

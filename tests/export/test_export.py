@@ -18,7 +18,7 @@ from strandspring import Spring, SpringParameters
 from strandspring.coordinates import placed, zero_sentence
 from strandspring.core.variables import spring_parameters, start_values, variables
 from strandspring.export.modelica import record_text
-from strandspring.export.ssv import parameter_values
+from strandspring.fmu.ssv import parameter_values
 from strandspring.modelfile import ModelFile
 from terminal import Terminal
 
@@ -81,7 +81,7 @@ def test_same_model_same_text_in_other_processes() -> None:
     code = """
 from fmu_tools import SPRING
 from strandspring.export.modelica import record_text
-from strandspring.export.ssv import parameter_values
+from strandspring.fmu.ssv import parameter_values
 from strandspring.modelfile import ModelFile
 from terminal import Terminal
 model = ModelFile("spring", SPRING, "described")

@@ -17,8 +17,8 @@ from strandspring.cosimulation import FmuSpring, Jacobi, Motion, one_mass, simul
 from strandspring.examples.ssp_system import Run, run_fmpy, run_libcosim
 from strandspring.export.shaken_mass_slave import ShakenMass as ShakenMassSlave
 from strandspring.export.ssp import ShakenMass
-from strandspring.export.ssv import parameter_values
 from strandspring.fmu.native.native_fmu import build_native_fmu
+from strandspring.fmu.ssv import parameter_values
 from strandspring.modelfile import load_model
 from terminal import Terminal
 

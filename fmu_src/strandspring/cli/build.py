@@ -15,8 +15,9 @@ from ..fmu.archive import binary_sizes, fmu_path
 from ..fmu.check import CheckReport, check_fmu
 from ..fmu.native.native_fmu import build_native_fmu
 from ..fmu.native.platforms import PLATFORMS, Platform, chosen_platforms
+from ..fmu.papers import build_settings
 from ..fmu.python_backed import build_fmu
-from ..modelfile import ModelFile, check_name, load_model, save_model
+from ..modelfile import ModelFile, check_name, is_fmu, load_model, save_model
 from .identify import identified, print_identification
 from .options import column_options, identification_options, identifier, method_options, zero_option
 from .output import result, result_json, working
@@ -26,6 +27,8 @@ from .paths import refuse_overwriting
 EXAMPLE_RECORD = Path("records") / "rubber_stretch.csv"
 EXAMPLE_NAME = "rubber_hinge"
 EXAMPLE_COLUMNS = {"reverse": "displacement"}
+
+_LONGEST_AUTHOR = 200
 
 # What the FMU of each back end is for.
 _PURPOSES = {
@@ -41,8 +44,14 @@ def _platforms(_context: click.Context, _parameter: click.Parameter, names: str 
         raise click.BadParameter(str(refusal)) from None
 
 
+def _author(_context: click.Context, _parameter: click.Parameter, author: str) -> str:
+    if len(author) > _LONGEST_AUTHOR or not author.isprintable():
+        raise click.BadParameter(f"must be printable text of at most {_LONGEST_AUTHOR} characters.")
+    return author
+
+
 @click.command()
-@click.argument("sources", nargs=-1, metavar="[MODEL.json | RECORD...]")
+@click.argument("sources", nargs=-1, metavar="[MODEL.json | X.fmu | RECORD...]")
 @click.option("-o", "--output", default="dist", show_default=True, metavar="DIR", help="Folder for the FMUs.")
 @click.option(
     "--backend",
@@ -75,6 +84,7 @@ def _platforms(_context: click.Context, _parameter: click.Parameter, names: str 
 @click.option("--name", help="Name of the model identified from records.  [default: from the first record]")
 @click.option("--description", default="", help="Free text for the model identified from records.")
 @zero_option
+@click.option("--author", default="", callback=_author, help="Author of the FMU, for its model description.")
 @column_options
 @identification_options
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object instead of text.")
@@ -88,10 +98,13 @@ def build(
     name: str | None,
     description: str,
     zero: str | None,
+    author: str,
     as_json: bool,
     **options: Any,
 ) -> None:  # fmt: skip
     """Build, validate and run the FMU of a model file, or of records that are identified first.
+
+    From an FMU of strandspring the model file that it holds is built again, with the same zero and author.
 
     Without an argument the bundled measured record is identified, a rubber hinge on a tensile rig, and built with both
     back ends.
@@ -110,7 +123,7 @@ def build(
         raise click.UsageError("--needs-execution-tool is for the Python-backed FMU; add --backend python or both.")
     of_records = {"name", "description", *options}
     method = method_options(options)
-    if len(sources) == 1 and sources[0].lower().endswith(".json"):
+    if len(sources) == 1 and (is_fmu(sources[0]) or sources[0].lower().endswith(".json")):
         _refuse_given(of_records, sources[0])
         model, model_path, identification = load_model(sources[0]), Path(sources[0]), None
         for one in backends:
@@ -125,8 +138,11 @@ def build(
             refuse_overwriting(sources, {"--models": model_path, "--output": fmu_path(output, chosen, one)})
         model, identification = identified(sources, options, method, chosen, description)
         save_model(model_path, model)
-    origin = chosen_zero(zero, model.parameters)
-    built = {one: _built(model, Path(output), one, platforms, origin, needs_execution_tool) for one in backends}
+    origin, author_before = build_settings(model_path) if is_fmu(model_path) else (None, "")
+    if origin is None or zero is not None:
+        origin = chosen_zero(zero, model.parameters)
+    author = author or author_before
+    built = {one: _built(model, Path(output), one, platforms, origin, needs_execution_tool, author) for one in backends}
     if as_json:
         result_json(
             {
@@ -186,13 +202,14 @@ def _built(
     platforms: tuple[Platform, ...] | None,
     zero: float,
     needs_execution_tool: bool,
+    author: str,
 ) -> tuple[Path, CheckReport]:
     if folder.exists() and not folder.is_dir():
         raise StrandspringError(f"{folder} is a file; give a folder with -o.")
     with working("Building the FMU"):
         if backend == "native":
-            fmu = build_native_fmu(model, folder, platforms, zero)
+            fmu = build_native_fmu(model, folder, platforms, zero, author)
         else:
-            fmu = build_fmu(model, folder, platforms, zero, needs_execution_tool)
+            fmu = build_fmu(model, folder, platforms, zero, needs_execution_tool, author)
     with working("Validating and running the FMU"):
         return fmu, check_fmu(fmu)

@@ -10,8 +10,8 @@ import click
 from ..coordinates import chosen_zero, placed, zero_sentence
 from ..errors import StrandspringError
 from ..export.modelica import LIBRARY, record_name, record_path, write_library
-from ..export.ssv import parameter_values
 from ..files import write_text
+from ..fmu.ssv import parameter_values
 from ..modelfile import load_model
 from .options import Quantity, zero_option
 from .output import note, result, result_json

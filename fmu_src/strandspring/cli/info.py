@@ -16,11 +16,12 @@ from ..kernel.path import PathSolver
 from ..loops.loop import Loop, LoopFigures
 from ..loops.measured import MeasuredLoop, measured_loops
 from ..loops.modelled import steady_loop
-from ..modelfile import ModelFile, load_model
+from ..modelfile import ModelFile, load_model, save_model
 from .cautions import caution_backwards, note_assumptions, outside_range
 from .fit_tables import parameter_lines, verdict_json
 from .options import FiniteRange, column_options, read_records, zero_option
 from .output import note, progress, result, result_json, result_table
+from .paths import refuse_overwriting
 
 _DEFAULT_SHARES = (0.25, 0.5, 0.75, 1.0)  # of the identified half range
 _SLACK = 1e-3  # share of the identified range by which a loop may pass it: cycles differ by as much
@@ -41,7 +42,7 @@ _COLUMNS = (
 
 
 @click.command()
-@click.argument("model", metavar="MODEL.json")
+@click.argument("model", metavar="MODEL.json|X.fmu")
 @click.argument("records", nargs=-1, metavar="[RECORD...]")
 @click.option(
     "--amplitude",
@@ -53,6 +54,7 @@ _COLUMNS = (
     "of the identified range]",
 )
 @zero_option
+@click.option("--save", metavar="MODEL.json", help="Write the model file to this file, as out of an FMU.")
 @column_options
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object instead of text.")
 def info(
@@ -60,6 +62,7 @@ def info(
     records: tuple[str, ...],
     amplitudes: tuple[float, ...],
     zero: str | None,
+    save: str | None,
     as_json: bool,
     **columns: Any,
 ) -> None:
@@ -73,10 +76,14 @@ def info(
     \b
     Examples:
       strandspring info spring.json
+      strandspring info dist/spring.fmu --save spring.json
       strandspring info spring.json --amplitude 13 --amplitude 46
       strandspring info spring.json a13.csv a46.csv --json
     """
+    refuse_overwriting([model, *records], {"--save": save})
     content = load_model(model)
+    if save is not None:
+        save_model(save, content)
     origin = chosen_zero(zero, content.parameters)
     parameters = counted_from(origin, content.parameters)
     solver = PathSolver(parameters)
@@ -99,6 +106,7 @@ def info(
                 "name": content.name,
                 "parameters": parameters.as_dict(),
                 "zero": origin,
+                "saved": save,
                 "loops": loops,
                 "rate_independence": verdict_json(rate),
                 "overlap": verdict_json(overlap),
@@ -109,6 +117,8 @@ def info(
         result(line)
     if sentence := zero_sentence(origin):
         result(f"  {sentence}")
+    if save is not None:
+        result(f"Model file: {save}")
     result_table([*(heading for heading, _, _ in _COLUMNS), "source"], _rows(modelled, pairs), left=["source"])
     for verdict in (rate, overlap):
         if verdict is not None:

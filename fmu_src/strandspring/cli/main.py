@@ -19,6 +19,7 @@ COMMANDS = {
     "info": "Show a model's parameters and loop figures, beside those of records.",
     "synthesize": "Compute records: a spring's response, or the paper's experiment.",
     "build": "Build, validate and run the FMU of a model file or of records.",
+    "verify": "Verify that FMUs are as they were built and answer as they should.",
     "export": "Export a model's parameters as SSP parameter values, or into a Modelica library.",
     "isolate": "Compute transmissibility and resonance of a mass on the spring.",
     "study": "Run a parameter study of resonance and isolation.",
@@ -53,6 +54,7 @@ def strandspring() -> None:
       strandspring predict spring.json other.csv -o predicted.csv
       strandspring info spring.json other.csv
       strandspring build spring.json -o dist
+      strandspring verify dist/spring.fmu
       strandspring export spring.json --ssv --modelica
       strandspring isolate spring.json --mass 5 --plot curves.png
       strandspring study spring.json --mass 4:8:5 --base-displacement 0.5 -o study.csv

@@ -17,9 +17,9 @@ from ..errors import StrandspringError
 from ..fmu.archive import licences, write_archive
 from ..fmu.native.platforms import default_platforms
 from ..fmu.python_backed import slave_contents
+from ..fmu.ssv import parameter_set, parameter_values
 from ..modelfile import ModelFile
 from ..spring import Spring
-from .ssv import parameter_set, parameter_values
 
 _UNITS = (Unit("kg", kg=1), Unit("m", m=1), Unit("N", kg=1, m=1, s=-2), Unit("Hz", s=-1))
 _PERIODS = 10

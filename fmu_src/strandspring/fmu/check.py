@@ -26,10 +26,12 @@ from ..kernel.path import PathSolver
 from .archive import binary_sizes
 from .fmpy_host import library_path
 from .native.platforms import host_folder
+from .papers import slow_cycles
 
 # The FMU and the vectorised path share one source and differ by rounding.
 FORCE_TOLERANCE = 1e-9  # of the largest force
 _STEP = 1e-3  # s
+OUTPUTS = ("force", "absorbed_energy")  # that are compared
 
 
 @dataclass(frozen=True)
@@ -43,7 +45,7 @@ class CheckReport:
     not_run : str or None          Why the FMU was validated but not run.
     interfaces : tuple of str      Those that were run: co-simulation, model exchange.
     steps : int                    Steps of each run.
-    force_difference : float       Largest difference from the model's force [N].
+    force_difference : float       Largest difference from the expected force [N].
     seconds : float                Time the steps of all runs took [s].
     """
 
@@ -90,28 +92,49 @@ def examine_fmu(path: Path) -> CheckReport:
     if problems:
         return CheckReport(path, problems, "an invalid FMU is not run")
     description = fmpy.read_model_description(str(path))
+    try:
+        parameters = described_spring(description)
+    except (KeyError, TypeError, ValueError) as problem:
+        return CheckReport(path, (f"It is not the FMU of a spring: {problem}",))
+    displacement = slow_cycles(parameters)
+    solver = PathSolver(parameters)
+    expected = np.array([solver.force(displacement), solver.absorbed_energy(displacement)]).T
+    return compare_run(path, displacement, expected)
+
+
+def compare_run(path: Path, displacement: FloatArray, expected: FloatArray) -> CheckReport:
+    """Run every interface of a valid FMU along a path, and compare force and absorbed energy.
+
+    Parameters
+    ----------
+    path : Path
+    displacement : ndarray, shape (K,)   [m].
+    expected : ndarray, shape (K, 2)     Force [N] and absorbed energy [J].
+    """
     not_run = _why_not_here(path)
     if not_run:
         return CheckReport(path, (), not_run)
+    description = fmpy.read_model_description(str(path))
     interfaces = {"co-simulation": _by_steps}
     if description.modelExchange is not None:
         interfaces["model exchange"] = _by_solver
-    difference = seconds = 0.0
+    problems: tuple[str, ...] = ()
+    differences = np.zeros(2)
+    seconds = 0.0
     try:
-        parameters = described_spring(description)
-        displacement = slow_cycles(parameters)
-        expected = PathSolver(parameters).force(displacement)
         for run in interfaces.values():
-            force, took = run(path, description, displacement)
+            found, took = run(path, description, displacement)
             seconds += took
             # NaN counts as the greater one.
-            difference = float(np.max([difference, np.max(np.abs(force - expected))]))
+            differences = np.maximum(differences, np.max(np.abs(found - expected), axis=0))
     except Exception as problem:  # FMPy raises plain exceptions
         return CheckReport(path, (f"It cannot be run: {problem}",))
-    # Written so that NaN is a problem.
-    if not difference <= FORCE_TOLERANCE * np.max(np.abs(expected)):
-        problems = (f"Its force must be that of the model, but differs by up to {difference:.3g} N.",)
-    return CheckReport(path, problems, None, tuple(interfaces), displacement.size, difference, seconds)
+    largest = np.max(np.abs(expected), axis=0)
+    for name, unit, difference, scale in zip(OUTPUTS, ("N", "J"), differences.tolist(), largest.tolist(), strict=True):
+        # Written so that NaN is a problem.
+        if not difference <= FORCE_TOLERANCE * scale:
+            problems += (f"Its {name} must be that of the model, but differs by up to {difference:.3g} {unit}.",)
+    return CheckReport(path, problems, None, tuple(interfaces), displacement.size, float(differences[0]), seconds)
 
 
 def described_spring(description: ModelDescription) -> SpringParameters:
@@ -119,16 +142,6 @@ def described_spring(description: ModelDescription) -> SpringParameters:
     start = {v.name: float(v.start) for v in description.modelVariables if v.causality == "parameter"}
     counts = (sum(name.startswith(k) for name in start) for k in ("kE_", "kA_", "FE_knots_"))
     return spring_parameters(start, *counts)
-
-
-def slow_cycles(parameters: SpringParameters) -> FloatArray:
-    """Two growing cycles that start at the offset and reach over the identified range, shape (K,) [m]."""
-    offset, low, high = (
-        parameters.displacement_offset, parameters.displacement_min, parameters.displacement_max
-    )  # fmt: skip
-    phase = np.linspace(0.0, 4.0 * np.pi, 401)
-    swing = np.sin(phase) * np.where(phase < 2.0 * np.pi, 0.5, 1.0)
-    return offset + np.where(swing > 0.0, (high - offset) * swing, (offset - low) * swing)
 
 
 @contextmanager
@@ -153,52 +166,52 @@ def running(path: Path, kind: type = FMU2Slave) -> Iterator[Any]:
 
 
 def _by_steps(path: Path, description: ModelDescription, displacement: FloatArray) -> tuple[FloatArray, float]:
-    """Force [N] and time [s] of a run by co-simulation."""
-    given, force = _references(description)
+    """Force [N] and absorbed energy [J], shape (K, 2), and time [s] of a run by co-simulation."""
+    given, outputs = _references(description)
     with running(path) as slave:
-        found = _initialized(slave, given, force, float(displacement[0]))
+        found = _initialized(slave, given, outputs, float(displacement[0]))
         began = time.perf_counter()
         for k, value in enumerate(displacement[1:].tolist()):
             slave.setReal(given, [value])
             slave.doStep(k * _STEP, _STEP)
-            found += slave.getReal(force)
+            found += slave.getReal(outputs)
         seconds = time.perf_counter() - began
         slave.terminate()
-    return np.array(found), seconds
+    return np.array(found).reshape(-1, len(outputs)), seconds
 
 
 def _by_solver(path: Path, description: ModelDescription, displacement: FloatArray) -> tuple[FloatArray, float]:
     """The same by model exchange, as a solver does that accepts every sample."""
-    given, force = _references(description)
+    given, outputs = _references(description)
     with running(path, FMU2Model) as model:
-        found = _initialized(model, given, force, float(displacement[0]))
+        found = _initialized(model, given, outputs, float(displacement[0]))
         _continue(model)
         began = time.perf_counter()
         for k, value in enumerate(displacement[1:].tolist(), start=1):
             model.setTime(k * _STEP)
             model.setReal(given, [value])
-            found += model.getReal(force)
+            found += model.getReal(outputs)
             wants_event, _ = model.completedIntegratorStep()
             if wants_event:
                 model.enterEventMode()
                 _continue(model)
         seconds = time.perf_counter() - began
         model.terminate()
-    return np.array(found), seconds
+    return np.array(found).reshape(-1, len(outputs)), seconds
 
 
 def _references(description: ModelDescription) -> tuple[list[int], list[int]]:
     references = {v.name: v.valueReference for v in description.modelVariables}
-    return [references["displacement"]], [references["force"]]
+    return [references["displacement"]], [references[name] for name in OUTPUTS]
 
 
-def _initialized(one: Any, given: list[int], force: list[int], displacement: float) -> list[float]:
-    """Initialize where the path starts; the force there."""
+def _initialized(one: Any, given: list[int], outputs: list[int], displacement: float) -> list[float]:
+    """Initialize where the path starts; the outputs there."""
     one.setupExperiment(startTime=0.0)
     one.enterInitializationMode()
     one.setReal(given, [displacement])
     one.exitInitializationMode()
-    return list(one.getReal(force))
+    return list(one.getReal(outputs))
 
 
 def _continue(model: Any) -> None:

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping
 from dataclasses import dataclass
+from datetime import datetime, timezone
 from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
 from ..core.variables import Unit, Variable, start_values, units, variables
+from ..errors import BuildError
 from ..modelfile import ModelFile
 
 # Of the categories that FMI names, those that a spring uses.
@@ -32,11 +35,14 @@ class Backend:
     ----------
     co_simulation, model_exchange : mapping of str to str   Attributes of the two interfaces; None if there is none.
     sources : tuple of str                                  The C files below ``sources/`` to be compiled.
+    author, version : str                                   Of the FMU.
     """
 
     co_simulation: Mapping[str, str]
     model_exchange: Mapping[str, str] | None = None
     sources: tuple[str, ...] = ()
+    author: str = ""
+    version: str = ""
 
 
 def model_description(model: ModelFile, guid: str, generation_tool: str, backend: Backend) -> bytes:
@@ -50,13 +56,15 @@ def model_description(model: ModelFile, guid: str, generation_tool: str, backend
             "modelName": model.name,
             "guid": guid,
             "description": model.description or "Hysteretic spring: displacement in, restoring force out",
+            "author": backend.author or "strandspring",
+            "version": backend.version,
             "copyright": "Model code: strandspring maintainers; see documentation/licenses",
             "license": "MIT",
             "generationTool": generation_tool,
+            **_generation_date(),
             "variableNamingConvention": "flat",
         },
     )
-    # No generation date: the same model gives the same bytes.
     if backend.model_exchange is not None:
         root.set("numberOfEventIndicators", "1")
         _append_interface(root, "ModelExchange", model.name, backend.model_exchange, backend.sources)
@@ -66,11 +74,30 @@ def model_description(model: ModelFile, guid: str, generation_tool: str, backend
     categories = SubElement(root, "LogCategories")
     for name, text in LOG_CATEGORIES.items():
         SubElement(categories, "Category", {"name": name, "description": text})
-    SubElement(root, "DefaultExperiment", {"startTime": "0", "stopTime": "1", "stepSize": "0.001"})
+    SubElement(
+        root, "DefaultExperiment", {"startTime": "0", "stopTime": "1", "tolerance": "1e-06", "stepSize": "0.001"}
+    )
     _append_variables(SubElement(root, "ModelVariables"), table, start_values(spring))
     _append_structure(SubElement(root, "ModelStructure"), table)
     indent(root)
     return bytes(tostring(root, encoding="UTF-8", xml_declaration=True)) + b"\n"
+
+
+def _generation_date() -> dict[str, str]:
+    """The time that SOURCE_DATE_EPOCH gives, as builds that can be repeated do; without it none, for the same reason.
+
+    Raises
+    ------
+    BuildError   If it is no time.
+    """
+    given = os.environ.get("SOURCE_DATE_EPOCH")
+    if not given:
+        return {}
+    try:
+        date = datetime.fromtimestamp(int(given), timezone.utc)
+    except (ValueError, OverflowError, OSError):
+        raise BuildError(f"SOURCE_DATE_EPOCH must be seconds since 1970, got {given[:40]!r}.") from None
+    return {"generationDateAndTime": date.strftime("%Y-%m-%dT%H:%M:%SZ")}
 
 
 def _append_interface(

@@ -19,6 +19,7 @@ from ..modelfile import ModelFile
 from .archive import common_contents, content_guid, fmu_path, installed_version, write_archive
 from .description import Backend, model_description
 from .native.platforms import Platform, binaries, default_platforms
+from .papers import model_version, papers, sealed
 
 # The rest of pythonfmu, and with it half its import time, serves to build FMUs.
 _PYTHONFMU_SOURCES = (
@@ -50,6 +51,7 @@ def build_fmu(
     platforms: Sequence[Platform] | None = None,
     zero: float | None = None,
     needs_execution_tool: bool = False,
+    author: str = "",
 ) -> Path:
     """Write ``<directory>/<model.name>_python.fmu``, an FMI 2.0 co-simulation FMU that runs on Python.
 
@@ -64,6 +66,7 @@ def build_fmu(
     needs_execution_tool : bool         Whether the model description says that the simulator's computer needs a tool,
                                         here Python. Importers such as PyFMI refuse such FMUs. By default it does not:
                                         the FMU holds the model, and Python is to it what a library is.
+    author : str                        For the model description.
 
     Returns
     -------
@@ -75,21 +78,27 @@ def build_fmu(
                        or the folder cannot be written to.
     """
     chosen = default_platforms() if platforms is None else platforms
-    contents = fmu_contents(model, chosen, zero, needs_execution_tool)
+    contents = fmu_contents(model, chosen, zero, needs_execution_tool, author)
     return write_archive(fmu_path(directory, model.name, "python"), contents)
 
 
 def fmu_contents(
-    model: ModelFile, platforms: Sequence[Platform], zero: float | None = None, needs_execution_tool: bool = False
+    model: ModelFile,
+    platforms: Sequence[Platform],
+    zero: float | None = None,
+    needs_execution_tool: bool = False,
+    author: str = "",
 ) -> dict[str, bytes]:
     """Every file of the Python-backed FMU by its path inside it."""
+    of_record = model
     model, zero = placed(model, zero)
     tool = f"strandspring {installed_version('strandspring')} with PythonFMU {installed_version('pythonfmu')}"
-    backend = _backend(needs_execution_tool)
+    backend = _backend(needs_execution_tool, author, model_version(of_record))
     slave = _SLAVE_MODULE.format(name=model.name, parameters=model.parameters)
     # Without a GUID yet, the description holds the table, start values, name, texts and versions.
     guid, contents = slave_contents(model.name, slave, model_description(model, "", tool, backend), platforms)
-    return {**common_contents(model, zero, model_description(model, guid, tool, backend), ("pythonfmu",)), **contents}
+    common = common_contents(model, zero, model_description(model, guid, tool, backend), ("pythonfmu",))
+    return sealed({**common, **papers(of_record, zero, author), **contents})
 
 
 def slave_contents(
@@ -119,7 +128,7 @@ def slave_contents(
     }
 
 
-def _backend(needs_execution_tool: bool) -> Backend:
+def _backend(needs_execution_tool: bool, author: str, version: str) -> Backend:
     return Backend(
         {
             "needsExecutionTool": "true" if needs_execution_tool else "false",
@@ -128,7 +137,9 @@ def _backend(needs_execution_tool: bool) -> Backend:
             "canRunAsynchronuously": "false",
             "canNotUseMemoryManagementFunctions": "true",
             "providesDirectionalDerivative": "false",
-        }
+        },
+        author=author,
+        version=version,
     )
 
 

@@ -15,6 +15,7 @@ from ...errors import BuildError
 from ...modelfile import ModelFile
 from ..archive import common_contents, content_guid, fmu_path, installed_version, write_archive
 from ..description import Backend, model_description
+from ..papers import model_version, papers, sealed
 from .block import filled, values_source
 from .platforms import Platform, binaries, default_platforms
 
@@ -29,7 +30,11 @@ _UNIT = "all.c"
 
 
 def build_native_fmu(
-    model: ModelFile, directory: Path, platforms: Sequence[Platform] | None = None, zero: float | None = None
+    model: ModelFile,
+    directory: Path,
+    platforms: Sequence[Platform] | None = None,
+    zero: float | None = None,
+    author: str = "",
 ) -> Path:
     """Write ``<directory>/<model.name>.fmu``, an FMI 2.0 FMU that runs without Python.
 
@@ -41,6 +46,7 @@ def build_native_fmu(
                                         or this computer's in a source checkout.
     zero : float or None                Displacement of the model file at which that of the FMU is 0 [m]; by default the
                                         rig's zero if it lies within the identified range, else the middle of the range.
+    author : str                        For the model description.
 
     Returns
     -------
@@ -51,12 +57,15 @@ def build_native_fmu(
     StrandspringError  If an image has to be compiled and ziglang is missing or fails, or the folder cannot be written
                        to.
     """
-    contents = native_contents(model, default_platforms() if platforms is None else platforms, zero)
+    contents = native_contents(model, default_platforms() if platforms is None else platforms, zero, author)
     return write_archive(fmu_path(directory, model.name, "native"), contents)
 
 
-def native_contents(model: ModelFile, platforms: Sequence[Platform], zero: float | None = None) -> dict[str, bytes]:
+def native_contents(
+    model: ModelFile, platforms: Sequence[Platform], zero: float | None = None, author: str = ""
+) -> dict[str, bytes]:
     """Every file of the native FMU by its path inside it."""
+    of_record = model
     model, zero = placed(model, zero)
     fixed = _fixed_sources()
     backend = Backend(
@@ -68,23 +77,28 @@ def native_contents(model: ModelFile, platforms: Sequence[Platform], zero: float
         },
         model_exchange={**_STATE_AND_DERIVATIVES, "completedIntegratorStepNotNeeded": "false"},
         sources=(_UNIT,),
+        author=author,
+        version=model_version(of_record),
     )
     tool = f"strandspring {installed_version('strandspring')}"
     spring = model.parameters
     # The binaries hold the GUID, so it comes from what they are made of.
     guid = content_guid([model_description(model, "", tool, backend), values_source(spring, "").encode("ascii")], fixed)
     sources = {**fixed, "spring_values.h": values_source(spring, guid).encode("ascii")}
-    return {
-        **common_contents(
-            model,
-            zero,
-            model_description(model, guid, tool, backend),
-            platforms=tuple(sorted(p.name for p in platforms)),
-        ),
-        **binaries(model.name, platforms, FMU, lambda image: filled(image, spring, guid)),
-        **{f"sources/{name}": content for name, content in sources.items()},
-        "documentation/licenses/fmi-headers.txt": _licence_of_headers(sources),
-    }
+    return sealed(
+        {
+            **common_contents(
+                model,
+                zero,
+                model_description(model, guid, tool, backend),
+                platforms=tuple(sorted(p.name for p in platforms)),
+            ),
+            **papers(of_record, zero, author),
+            **binaries(model.name, platforms, FMU, lambda image: filled(image, spring, guid)),
+            **{f"sources/{name}": content for name, content in sources.items()},
+            "documentation/licenses/fmi-headers.txt": _licence_of_headers(sources),
+        }
+    )
 
 
 def _fixed_sources() -> dict[str, bytes]:

@@ -1,0 +1,220 @@
+"""What an FMU carries about itself besides its documentation page.
+
+A model file, parameter sets, an experiment with its reference result, the uncertainty, and a list of hashes. The
+related files and their manifest follow the layered standard FMI-LS-REF 1.0 of the Modelica Association. The experiment
+has the form of that standard's draft, from which MA-HS-Experiments came: stimuli and references as tables.
+"""
+
+from __future__ import annotations
+
+import csv
+import hashlib
+import io
+import json
+from collections.abc import Iterator, Mapping
+from contextlib import suppress
+from dataclasses import replace
+from itertools import islice
+from pathlib import Path
+from typing import Any, NamedTuple
+from xml.etree.ElementTree import Element, SubElement, indent, tostring
+
+import numpy as np
+
+from .._version import __version__
+from ..coordinates import counted_from
+from ..core.parameters import LARGEST_DISPLACEMENT, SpringParameters
+from ..errors import ModelError
+from ..joint import JointCovariance
+from ..kernel.arrays import FloatArray
+from ..kernel.path import PathSolver
+from ..modelfile import MODEL_IN_FMU, ModelFile, text_in_fmu
+from .ssv import parameter_values
+
+BUILD = "resources/strandspring/build.json"
+HASHES = "resources/strandspring/sha256.json"
+RELATED = "extra/org.fmi-standard.fmi-ls-ref"
+STIMULI, REFERENCE = f"{RELATED}/stimuli.csv", f"{RELATED}/reference.csv"
+REFERENCE_OUTPUTS = ("force", "stiffness", "absorbed_energy")
+STEP = 1e-3  # of the experiment [s]
+_LAYERED = "http://fmi-standard.org/fmi-ls-manifest"
+_VARIED = ("kappa_omega", "rho", "sigma", "n")
+_DRAWN, _TRIES, _SEED = 3, 100, 0  # springs drawn from the joint covariance
+_NOTE = """\
+Related files of {name}, by FMI-LS-REF 1.0 (see fmi-ls-manifest.xml).
+
+stimuli.csv, reference.csv: two growing slow cycles of the displacement, and what the FMU answers to them. Each row of
+the reference belongs to the displacement of the same time: a host reads it that sets the displacement of the end of a
+step before the step. A host that sets the displacement of the beginning of a step reads each row one step late.
+
+nominal.ssv: the parameters as they are. lower.ssv, upper.ssv: kappa_omega, rho, sigma and n at the lower and upper ends
+of their 95 % intervals, all at once, which is farther out than 95 %. drawn_*.ssv: springs drawn from the joint
+covariance. uncertainty.json: the uncertainty of the model file.
+"""
+
+
+class Related(NamedTuple):
+    """A related file: content, media type and role by FMI-LS-REF, and description."""
+
+    content: bytes
+    media_type: str
+    role: str
+    description: str
+
+
+def papers(of_record: ModelFile, zero: float, author: str) -> dict[str, bytes]:
+    """These files by their path in the FMU; the same arguments give the same bytes.
+
+    Parameters
+    ----------
+    of_record : ModelFile   In the record's coordinates.
+    zero : float            Displacement of the record at which that of the FMU is 0 [m].
+    author : str
+    """
+    related = dict(_related(of_record, zero))
+    build = {"format": "strandspring-build", "zero": zero, "author": author, "version": __version__}
+    return {
+        MODEL_IN_FMU: of_record.to_json().encode("utf-8"),
+        BUILD: (json.dumps(build, indent=2, ensure_ascii=False) + "\n").encode("utf-8"),
+        "documentation/fmi-ls-ref.txt": _NOTE.format(name=of_record.name).encode("utf-8"),
+        f"{RELATED}/fmi-ls-manifest.xml": _manifest(related),
+        **{f"{RELATED}/{name}": one.content for name, one in related.items()},
+    }
+
+
+def build_settings(fmu: Path) -> tuple[float, str]:
+    """The zero [m] and the author with which an FMU of ours was built.
+
+    Raises
+    ------
+    ModelError   If it holds none.
+    """
+    text = text_in_fmu(fmu, BUILD)
+    try:
+        content = json.loads(text)
+        zero, author = content["zero"], content["author"]
+    except (ValueError, RecursionError, KeyError, TypeError):
+        zero = author = None
+    if not (isinstance(zero, float) and abs(zero) <= LARGEST_DISPLACEMENT and isinstance(author, str)):
+        raise ModelError(f"{fmu}: {BUILD} is damaged; build the FMU from its model file again.")
+    return zero, author
+
+
+def model_version(of_record: ModelFile) -> str:
+    """The beginning of the SHA-256 of the model file, as the FMU's version."""
+    return hashlib.sha256(of_record.to_json().encode("utf-8")).hexdigest()[:12]
+
+
+def sealed(contents: Mapping[str, bytes]) -> dict[str, bytes]:
+    """The files of an FMU with a list of their hashes."""
+    hashes = {name: hashlib.sha256(content).hexdigest() for name, content in sorted(contents.items())}
+    return {**contents, HASHES: (json.dumps(hashes, indent=2) + "\n").encode("utf-8")}
+
+
+def slow_cycles(parameters: SpringParameters) -> FloatArray:
+    """Two growing cycles that start at 0, or at the end of the identified range next to it, and reach over the range.
+
+    Returns
+    -------
+    ndarray, shape (K,)   Displacement [m].
+    """
+    low, high = parameters.displacement_min, parameters.displacement_max
+    start = min(max(0.0, low), high)
+    phase = np.linspace(0.0, 4.0 * np.pi, 401)
+    swing = np.sin(phase) * np.where(phase < 2.0 * np.pi, 0.5, 1.0)
+    return np.asarray(start + np.where(swing > 0.0, (high - start) * swing, (start - low) * swing), dtype=np.float64)
+
+
+def _related(of_record: ModelFile, zero: float) -> Iterator[tuple[str, Related]]:
+    """The related files by their name."""
+    spring = counted_from(zero, of_record.parameters)
+    path = slow_cycles(spring)
+    solver = PathSolver(spring)
+    time: FloatArray = STEP * np.arange(path.size, dtype=np.float64)
+    yield "experiments.exp", Related(_experiments(float(time[-1])), "application/x-ma-hs-experiments",
+                                     "experiment/smoke-test", "Two growing slow cycles")  # fmt: skip
+    yield "stimuli.csv", Related(_table(("time", "displacement"), time, path), "text/csv", "testcase",
+                                 "Displacement of the experiment")  # fmt: skip
+    answers = (solver.force(path), solver.stiffness(path), solver.absorbed_energy(path))
+    yield "reference.csv", Related(_table(("time", *REFERENCE_OUTPUTS), time, *answers), "text/csv", "result",
+                                   "Reference result of the experiment")  # fmt: skip
+    for name, (variant, about) in _variants(spring, of_record.uncertainty).items():
+        text = parameter_values(ModelFile(of_record.name, variant, about))
+        yield f"{name}.ssv", Related(text.encode("utf-8"), "application/x-ssp-parameter-set", "parameter", about)
+    if of_record.uncertainty:
+        text = json.dumps(of_record.uncertainty, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
+        yield "uncertainty.json", Related(text.encode("utf-8"), "application/json", "meta-data",
+                                          "Uncertainty of the identification")  # fmt: skip
+
+
+def _variants(spring: SpringParameters, uncertainty: Mapping[str, Any]) -> dict[str, tuple[SpringParameters, str]]:
+    """Nominal, lower, upper and drawn springs with a description each, by name."""
+    found = {"nominal": (spring, "Nominal values")}
+    intervals = uncertainty.get("interval_95")
+    for end, name in enumerate(("lower", "upper")):
+        values: dict[str, Any] = {key: value for key in _VARIED if (value := _end(intervals, key, end)) is not None}
+        if values:
+            about = f"{', '.join(values)} at the {name} ends of their 95 % intervals"
+            found[name] = (replace(spring, **values), about)
+    joint = JointCovariance.of(spring, uncertainty)
+    drawn = () if joint is None else islice(_draws(joint, spring), _DRAWN)
+    for number, one in enumerate(drawn, start=1):
+        found[f"drawn_{number}"] = (one, f"Drawn from the joint covariance, number {number} of seed {_SEED}")
+    return found
+
+
+def _draws(joint: JointCovariance, spring: SpringParameters) -> Iterator[SpringParameters]:
+    generator = np.random.default_rng(_SEED)
+    for _ in range(_TRIES):
+        with suppress(ValueError):  # FA not positive: no spring
+            yield joint.moved(spring, generator.standard_normal(len(joint.root)).tolist())
+
+
+def _end(intervals: Any, name: str, end: int) -> float | None:
+    """An end of an interval, if it is closed there; a model file may hold any JSON."""
+    try:
+        value = intervals[name][end]
+    except (KeyError, IndexError, TypeError):
+        return None
+    return value if isinstance(value, float) else None
+
+
+def _table(header: tuple[str, ...], *columns: FloatArray) -> bytes:
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(header)
+    writer.writerows(zip(*(map(repr, column.tolist()) for column in columns), strict=True))
+    return text.getvalue().encode("ascii")
+
+
+def _experiments(stop: float) -> bytes:
+    root = Element("Experiments", {"name": "Smoke test", "description": "Whether the FMU answers as it should"})
+    experiment = SubElement(
+        root, "Experiment", {"name": "slow cycles", "startTime": "0.0", "stopTime": repr(stop), "stepSize": repr(STEP)}
+    )
+    SubElement(experiment, "Stimuli", {"source": "stimuli.csv"})
+    SubElement(experiment, "References", {"source": "reference.csv"})
+    return _xml(root)
+
+
+def _manifest(related: Mapping[str, Related]) -> bytes:
+    root = Element(
+        "fmiReferences",
+        {
+            "xmlns:fmi-ls": _LAYERED,
+            "fmi-ls:fmi-ls-name": "org.fmi-standard.fmi-ls-ref",
+            "fmi-ls:fmi-ls-version": "1.0.0-alpha.1",
+            "fmi-ls:fmi-ls-description": "Layered Standard providing information on related files included in an FMU.",
+        },
+    )
+    attributes = {"type": "application/json", "source": f"../../{MODEL_IN_FMU}", "role": "model"}
+    SubElement(root, "Related", {**attributes, "description": "Model file, in the coordinates of the record"})
+    for name, one in related.items():
+        attributes = {"type": one.media_type, "source": name, "role": one.role, "description": one.description}
+        SubElement(root, "Related", attributes)
+    return _xml(root)
+
+
+def _xml(root: Element) -> bytes:
+    indent(root)
+    return bytes(tostring(root, encoding="UTF-8", xml_declaration=True)) + b"\n"

@@ -1,0 +1,132 @@
+"""Whether an FMU is as it was built, and answers on this computer as its reference says."""
+
+from __future__ import annotations
+
+import csv
+import hashlib
+import io
+import json
+import zipfile
+import zlib
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from fmpy.validation import validate_fmu
+
+from ..kernel.arrays import FloatArray
+from .check import OUTPUTS, compare_run
+from .papers import HASHES, REFERENCE, STIMULI
+
+_MOST_BYTES = 200_000_000  # of all files together
+_MOST_FILES = 10_000
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One result of a verification.
+
+    Attributes
+    ----------
+    about : str         What was looked at: files, rules or run.
+    text : str          One sentence.
+    is_problem : bool   Whether it speaks against the FMU.
+    """
+
+    about: str
+    text: str
+    is_problem: bool = True
+
+
+def verify_fmu(path: Path) -> list[Finding]:
+    """Compare every file with its hash, the model description with FMI's rules, and runs with the reference result.
+
+    An FMU whose files are not as they were built is not run.
+    """
+    try:
+        contents = _contents(path)
+        found = list(_changed(contents))
+    except _DamagedError as problem:
+        return [Finding("files", str(problem))]
+    if not found:
+        found.append(Finding("files", f"All {len(contents)} files are as they were built.", is_problem=False))
+    found += _against_rules(path)
+    if any(finding.is_problem for finding in found):
+        return [*found, Finding("run", "It was not run.", is_problem=False)]
+    return [*found, *_against_reference(path, contents)]
+
+
+class _DamagedError(Exception):
+    """A file that cannot be looked into; its text is a sentence."""
+
+
+def _contents(path: Path) -> dict[str, bytes]:
+    """Every file of the FMU by its name."""
+    try:
+        with zipfile.ZipFile(path) as archive:
+            entries = archive.infolist()
+            if len(entries) > _MOST_FILES or sum(entry.file_size for entry in entries) > _MOST_BYTES:
+                raise _DamagedError(f"It has more than {_MOST_FILES} files or {_MOST_BYTES:.0e} bytes, far too many.")
+            names = [entry.filename for entry in entries]
+            if len(set(names)) < len(names):
+                raise _DamagedError("It holds two files of one name.")
+            # Reading stops at the size that an entry gives, and checks its checksum.
+            return {entry.filename: archive.read(entry) for entry in entries if not entry.is_dir()}
+    except OSError as problem:
+        raise _DamagedError(f"It cannot be read: {problem.strerror or problem}.") from None
+    except (zipfile.BadZipFile, zlib.error, NotImplementedError, RuntimeError, ValueError) as problem:
+        raise _DamagedError(f"It cannot be unpacked: {problem}.") from None
+
+
+def _changed(contents: dict[str, bytes]) -> Iterator[Finding]:
+    """Files that are not as the list of hashes says."""
+    if HASHES not in contents:
+        raise _DamagedError(f"It has no list of hashes ({HASHES}): strandspring did not build it, or not this version.")
+    try:
+        hashes = json.loads(contents[HASHES])
+    except (ValueError, RecursionError):
+        hashes = None
+    if not isinstance(hashes, dict):
+        raise _DamagedError(f"{HASHES} has been changed: it is no list of hashes.")
+    for name in sorted({*hashes, *contents} - {HASHES}):
+        if name not in contents:
+            yield Finding("files", f"{name!a} is missing.")
+        elif name not in hashes:
+            yield Finding("files", f"{name!a} has been added: it is not in {HASHES}.")
+        elif hashlib.sha256(contents[name]).hexdigest() != hashes[name]:
+            yield Finding("files", f"{name!a} has been changed, or its hash in {HASHES}.")
+
+
+def _against_rules(path: Path) -> list[Finding]:
+    try:
+        problems = validate_fmu(str(path))
+    except Exception as problem:  # FMPy raises plain exceptions
+        problems = [str(problem)]
+    if problems:
+        return [Finding("rules", " ".join(str(problem).split())) for problem in problems]
+    return [Finding("rules", "The model description follows FMI's rules.", is_problem=False)]
+
+
+def _against_reference(path: Path, contents: dict[str, bytes]) -> list[Finding]:
+    try:
+        displacement = _columns(contents[STIMULI], "displacement")[:, 0]
+        expected = _columns(contents[REFERENCE], *OUTPUTS)
+    except (KeyError, ValueError) as problem:
+        return [Finding("run", f"{REFERENCE} or {STIMULI} cannot be read: {problem}.")]
+    report = compare_run(path, displacement, expected)
+    if report.problems:
+        return [Finding("run", text) for text in report.problems]
+    if report.not_run:
+        return [Finding("run", report.not_run, is_problem=False)]
+    text = (
+        f"{' and '.join(report.interfaces).capitalize()} give the reference in {report.steps} steps, the force within "
+        f"{report.force_difference:.1e} N."
+    )
+    return [Finding("run", text, is_problem=False)]
+
+
+def _columns(table: bytes, *names: str) -> FloatArray:
+    """Columns of a table, shape (K, len(names))."""
+    rows = list(csv.DictReader(io.StringIO(table.decode("ascii"))))
+    return np.array([[float(row[name]) for name in names] for row in rows], dtype=np.float64)
