@@ -22,6 +22,7 @@ from fmu_tools import OTHER, SPRING, built, instance, run_python, wandering_path
 from kernel_tools import HERE, build_folder, compiled
 from native_tools import HEADERS, close, library
 from native_tools import Native as NativeInstance
+from portable_host import wine
 from strandspring.fmu.native.platforms import PLATFORMS, chosen_platforms, host_folder
 from strandspring.fmu.python_backed import build_fmu
 from strandspring.kernel.path import PathSolver
@@ -321,8 +322,7 @@ class Windows:
 
 @pytest.fixture
 def windows(tmp_path: Path) -> Windows:
-    # Debian does not put it on the path unless its 32-bit half is installed, too.
-    program = shutil.which("wine64") or shutil.which("wine") or shutil.which("wine64", path="/usr/lib/wine")
+    program = wine()
     if program is None:
         pytest.skip("wine is not installed: the Windows binary was looked into but not run")
     return Windows(program, tmp_path)
@@ -330,7 +330,7 @@ def windows(tmp_path: Path) -> Windows:
 
 @pytest.mark.slow
 def test_windows_finds_python_by_its_variable_on_path_and_in_the_registry(spring: Unpacked, windows: Windows) -> None:
-    command = [str(windows.compiled("portable_host.c", "host.exe")), spring.guid, str(spring.binary("win64"))]
+    command = [str(windows.compiled("portable_host.c", "host.exe")), spring.guid, "", str(spring.binary("win64"))]
     none = windows.run(*command)
     assert none.returncode == 1
     assert "No Python was found: looked for python314.dll to python310.dll on PATH" in none.stderr
