@@ -15,7 +15,7 @@ from ..fmu.archive import binary_sizes, fmu_path
 from ..fmu.check import CheckReport, check_fmu
 from ..fmu.native.native_fmu import build_native_fmu
 from ..fmu.native.platforms import PLATFORMS, Platform, chosen_platforms
-from ..fmu.papers import build_settings
+from ..fmu.papers import BuildSettings
 from ..fmu.python_backed import build_fmu
 from ..modelfile import ModelFile, check_name, is_fmu, load_model, save_model
 from .identify import identified, print_identification
@@ -104,7 +104,8 @@ def build(
 ) -> None:  # fmt: skip
     """Build, validate and run the FMU of a model file, or of records that are identified first.
 
-    From an FMU of strandspring the model file that it holds is built again, with the same zero and author.
+    From an FMU of strandspring the model file that it holds is built again with the same settings, which gives the same
+    bytes for the same platforms.
 
     Without an argument the bundled measured record is identified, a rubber hinge on a tensile rig, and built with both
     back ends.
@@ -116,6 +117,10 @@ def build(
       strandspring build spring.json --zero 35
       strandspring build loop.csv --name mount_a -o dist
     """
+    before = BuildSettings.of_fmu(Path(sources[0])) if len(sources) == 1 and is_fmu(sources[0]) else None
+    if before is not None:
+        backend, author = backend or before.backend, author or before.author
+        needs_execution_tool = needs_execution_tool or before.needs_execution_tool
     if backend is None:
         backend = "native" if sources else "both"
     backends = tuple(_PURPOSES) if backend == "both" else (backend,)
@@ -138,10 +143,7 @@ def build(
             refuse_overwriting(sources, {"--models": model_path, "--output": fmu_path(output, chosen, one)})
         model, identification = identified(sources, options, method, chosen, description)
         save_model(model_path, model)
-    origin, author_before = build_settings(model_path) if is_fmu(model_path) else (None, "")
-    if origin is None or zero is not None:
-        origin = chosen_zero(zero, model.parameters)
-    author = author or author_before
+    origin = before.zero if before is not None and zero is None else chosen_zero(zero, model.parameters)
     built = {one: _built(model, Path(output), one, platforms, origin, needs_execution_tool, author) for one in backends}
     if as_json:
         result_json(

@@ -13,7 +13,7 @@ import io
 import json
 from collections.abc import Iterator, Mapping
 from contextlib import suppress
-from dataclasses import replace
+from dataclasses import asdict, astuple, dataclass, fields, replace
 from itertools import islice
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -62,17 +62,16 @@ class Related(NamedTuple):
     description: str
 
 
-def papers(of_record: ModelFile, zero: float, author: str) -> dict[str, bytes]:
+def papers(of_record: ModelFile, settings: BuildSettings) -> dict[str, bytes]:
     """These files by their path in the FMU; the same arguments give the same bytes.
 
     Parameters
     ----------
     of_record : ModelFile   In the record's coordinates.
-    zero : float            Displacement of the record at which that of the FMU is 0 [m].
-    author : str
+    settings : BuildSettings
     """
-    related = dict(_related(of_record, zero))
-    build = {"format": "strandspring-build", "zero": zero, "author": author, "version": __version__}
+    related = dict(_related(of_record, settings.zero))
+    build = {"format": "strandspring-build", "version": __version__, **asdict(settings)}
     return {
         MODEL_IN_FMU: of_record.to_json().encode("utf-8"),
         BUILD: (json.dumps(build, indent=2, ensure_ascii=False) + "\n").encode("utf-8"),
@@ -82,22 +81,40 @@ def papers(of_record: ModelFile, zero: float, author: str) -> dict[str, bytes]:
     }
 
 
-def build_settings(fmu: Path) -> tuple[float, str]:
-    """The zero [m] and the author with which an FMU of ours was built.
+@dataclass(frozen=True)
+class BuildSettings:
+    """What an FMU of a model file was built with.
 
-    Raises
-    ------
-    ModelError   If it holds none.
+    Attributes
+    ----------
+    backend : str                 native or python.
+    zero : float                  Displacement of the record at which that of the FMU is 0 [m].
+    author : str
+    needs_execution_tool : bool   Of the Python-backed FMU.
     """
-    text = text_in_fmu(fmu, BUILD)
-    try:
-        content = json.loads(text)
-        zero, author = content["zero"], content["author"]
-    except (ValueError, RecursionError, KeyError, TypeError):
-        zero = author = None
-    if not (isinstance(zero, float) and abs(zero) <= LARGEST_DISPLACEMENT and isinstance(author, str)):
-        raise ModelError(f"{fmu}: {BUILD} is damaged; build the FMU from its model file again.")
-    return zero, author
+
+    backend: str
+    zero: float
+    author: str
+    needs_execution_tool: bool = False
+
+    @classmethod
+    def of_fmu(cls, fmu: Path) -> BuildSettings:
+        """Those of an FMU of ours.
+
+        Raises
+        ------
+        ModelError   If it holds none.
+        """
+        try:
+            content = json.loads(text_in_fmu(fmu, BUILD))
+            settings = cls(**{field.name: content[field.name] for field in fields(cls)})
+            types = [type(value).__name__ for value in astuple(settings)]
+        except (ValueError, RecursionError, KeyError, TypeError):
+            types = []
+        if types != [field.type for field in fields(cls)] or not abs(settings.zero) <= LARGEST_DISPLACEMENT:
+            raise ModelError(f"{fmu}: {BUILD} is damaged; build the FMU from its model file again.")
+        return settings
 
 
 def model_version(of_record: ModelFile) -> str:

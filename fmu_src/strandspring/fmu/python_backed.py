@@ -19,7 +19,7 @@ from ..modelfile import ModelFile
 from .archive import common_contents, content_guid, fmu_path, installed_version, write_archive
 from .description import Backend, model_description
 from .native.platforms import Platform, binaries, default_platforms
-from .papers import model_version, papers, sealed
+from .papers import BuildSettings, model_version, papers, sealed
 
 # The rest of pythonfmu, and with it half its import time, serves to build FMUs.
 _PYTHONFMU_SOURCES = (
@@ -98,7 +98,8 @@ def fmu_contents(
     # Without a GUID yet, the description holds the table, start values, name, texts and versions.
     guid, contents = slave_contents(model.name, slave, model_description(model, "", tool, backend), platforms)
     common = common_contents(model, zero, model_description(model, guid, tool, backend), ("pythonfmu",))
-    return sealed({**common, **papers(of_record, zero, author), **contents})
+    settings = BuildSettings("python", zero, author, needs_execution_tool)
+    return sealed({**common, **papers(of_record, settings), **contents})
 
 
 def slave_contents(

@@ -120,7 +120,7 @@ def _against_reference(path: Path, contents: dict[str, bytes]) -> list[Finding]:
     if report.not_run:
         return [Finding("run", report.not_run, is_problem=False)]
     text = (
-        f"{' and '.join(report.interfaces).capitalize()} give the reference in {report.steps} steps, the force within "
+        f"The reference comes out of {' and '.join(report.interfaces)} in {report.steps} steps, the force within "
         f"{report.force_difference:.1e} N."
     )
     return [Finding("run", text, is_problem=False)]

@@ -15,7 +15,7 @@ from ...errors import BuildError
 from ...modelfile import ModelFile
 from ..archive import common_contents, content_guid, fmu_path, installed_version, write_archive
 from ..description import Backend, model_description
-from ..papers import model_version, papers, sealed
+from ..papers import BuildSettings, model_version, papers, sealed
 from .block import filled, values_source
 from .platforms import Platform, binaries, default_platforms
 
@@ -93,7 +93,7 @@ def native_contents(
                 model_description(model, guid, tool, backend),
                 platforms=tuple(sorted(p.name for p in platforms)),
             ),
-            **papers(of_record, zero, author),
+            **papers(of_record, BuildSettings("native", zero, author)),
             **binaries(model.name, platforms, FMU, lambda image: filled(image, spring, guid)),
             **{f"sources/{name}": content for name, content in sources.items()},
             "documentation/licenses/fmi-headers.txt": _licence_of_headers(sources),
