@@ -20,7 +20,7 @@ from strandspring.errors import ModelError
 from strandspring.fmu.native.native_fmu import build_native_fmu
 from strandspring.fmu.papers import HASHES, REFERENCE, RELATED, STIMULI
 from strandspring.fmu.python_backed import build_fmu
-from strandspring.fmu.verify import verify_fmu
+from strandspring.fmu.verification import verify_fmu
 from strandspring.kernel.path import PathSolver
 from strandspring.modelfile import MODEL_IN_FMU, ModelFile, load_model, save_model
 from terminal import Terminal

@@ -65,7 +65,7 @@ def monolithic(times: np.ndarray) -> np.ndarray:
 def runs(tmp_path_factory: pytest.TempPathFactory) -> list[np.ndarray]:
     namespace: dict[str, Any] = {}
     exec(compile(program_with("def simulate"), "README.md", "exec"), namespace)
-    fmu = build_fmu(Spring(MOUNT, "mount").model, tmp_path_factory.mktemp("system"))
+    fmu = build_fmu(Spring(MOUNT, "mount").model, tmp_path_factory.mktemp("system"), zero=0.0)
     return [namespace["simulate"](str(fmu), MASS, LOAD, base, MIDDLE, step, STOP) for step in STEPS]
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import click
 
 from ..errors import BuildError
-from ..fmu.verify import verify_fmu
+from ..fmu.verification import verify_fmu
 from .output import result, result_json, working
 
 
