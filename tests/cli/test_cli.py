@@ -368,7 +368,6 @@ def test_an_output_that_cannot_be_written_is_refused(run: Any, loop: str, model:
         ("synthesize ni -o x.csv --clean ./x.csv", "--clean must be another file than --output"),
         ("export mount.ssv --ssv -o .", "--ssv mount.ssv would overwrite the input mount.ssv"),
         ("build loop.json loop.csv --models .", "--models loop.json would overwrite the input loop.json"),
-        ("build mount.fmu -o . --name mount", "--output mount.fmu would overwrite the input mount.fmu"),
         ("build fmu.json -o .", "--output mount.fmu would overwrite the input fmu.json"),
     ],
 )

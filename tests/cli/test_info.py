@@ -19,6 +19,7 @@ HINGE_MODEL = str(ROOT / "models/rubber_hinge.json")
 HINGE = [str(ROOT / "models/records/rubber_stretch.csv"), "--reverse", "displacement"]
 FIGURES = {"low", "high", "amplitude", "secant_stiffness", "energy_per_cycle", "loss_factor", "damping_ratio",
            "mean_force", "min_force", "max_force"}  # fmt: skip
+RIG = ("--zero", "rig")  # counted as in the record
 
 
 @pytest.fixture
@@ -36,18 +37,18 @@ def synthesized(terminal: Terminal, name: str, amplitude: float, frequency: floa
 
 def test_a_table_of_fe_is_reported(terminal: Terminal) -> None:
     Spring(TABLE, "table").save("table.json")
-    text = terminal("info", "table.json")
+    text = terminal("info", "table.json", *RIG)
     knots = "30, 33.4, 38, 41.6, 48, 51, 56.6, 60, 65.4, 70"
     assert f"  FE a spline through 10 knots, FE_knots: {knots}  mm\n  FE_forces: -52.9977, " in text
     assert "30 to 70 mm, FA about 47 mm" in text
-    assert json.loads(terminal("info", "table.json", "--json"))["parameters"] == {
+    assert json.loads(terminal("info", "table.json", *RIG, "--json"))["parameters"] == {
         name: list(value) if isinstance(value, tuple) else value for name, value in TABLE.as_dict().items()
     }
 
 
 def test_without_records_the_quarters_of_the_range(terminal: Terminal) -> None:
-    told = json.loads(terminal("info", "mount.json", "--json"))
-    assert set(told) == {"model", "name", "parameters", "loops", "rate_independence", "overlap"}
+    told = json.loads(terminal("info", "mount.json", *RIG, "--json"))
+    assert set(told) == {"model", "name", "parameters", "zero", "saved", "loops", "rate_independence", "overlap"}
     assert (told["model"], told["name"]) == ("mount.json", "mount")
     assert told["parameters"]["rho"] == spring_of(1.0, 1.0).rho
     assert [loop["amplitude"] for loop in told["loops"]] == pytest.approx([0.005, 0.01, 0.015, 0.02])
@@ -66,13 +67,13 @@ def test_without_records_the_quarters_of_the_range(terminal: Terminal) -> None:
 
 
 def test_amplitudes_are_given_in_millimetres_about_the_offset(terminal: Terminal) -> None:
-    told = json.loads(terminal("info", "mount.json", "--amplitude", "7", "--json"))
+    told = json.loads(terminal("info", "mount.json", *RIG, "--amplitude", "7", "--json"))
     (loop,) = told["loops"]
     assert (loop["low"], loop["high"]) == pytest.approx((MEAN - 0.007, MEAN + 0.007))
     assert told["overlap"] is None
-    terminal("info", "mount.json", "--amplitude", "7", "--amplitude", f"{AMPLITUDE * 1e3}")
+    terminal("info", "mount.json", *RIG, "--amplitude", "7", "--amplitude", f"{AMPLITUDE * 1e3}")
     assert terminal.err == ""
-    terminal("info", "mount.json", "--amplitude", "25")
+    terminal("info", "mount.json", *RIG, "--amplitude", "25")
     assert "outside the identified range 30 to 70 mm" in terminal.err
     assert "25 to 75 mm" in terminal.err
 
@@ -189,7 +190,7 @@ def test_identify_tells_the_same_of_a_campaign(terminal: Terminal) -> None:
         for amplitude, frequency in ((AMPLITUDE * 500, 0.5), (AMPLITUDE * 1000, 0.5), (AMPLITUDE * 1000, 2.0))
     ]
     found = json.loads(terminal("identify", *records, "-o", "found.json", "--json"))
-    told = json.loads(terminal("info", "found.json", *records, "--json"))
+    told = json.loads(terminal("info", "found.json", *records, *RIG, "--json"))
     assert found["rate_independence"] == told["rate_independence"]
     assert found["rate_independence"]["verdict"] == "independent"
     assert found["overlap"] == told["overlap"]

@@ -36,9 +36,21 @@ def test_a_mass_is_all_that_must_be_said(terminal: Terminal) -> None:
 
 def test_json_csv_and_python_say_the_same(terminal: Terminal) -> None:
     command = ["isolate", "mount.json", "--mass", "12", "--parallel", "2", "--damping", "40", "--load", "100", *FEW]
-    command += ["--base-acceleration", "1", "--base-acceleration", "3", "--band", "4", "30", "--plot", "out.svg"]
+    command += [
+        "--base-acceleration",
+        "1",
+        "--base-acceleration",
+        "3",
+        "--band",
+        "4",
+        "30",
+        "--plot",
+        "out.svg",
+        "--zero",
+        "rig",
+    ]
     told = json.loads(terminal(*command, "-o", "out.csv", "--json"))
-    assert set(told) == {"model", "system", "rest", "excitation", "levels", "output", "plot"}
+    assert set(told) == {"model", "zero", "system", "rest", "excitation", "levels", "output", "plot"}
     assert told["system"] == {"mass": 12.0, "load": 100.0, "parallel": 2, "series": 1, "damping": 40.0}
     assert told["excitation"] == "base acceleration"
     system = IsolatedMass(MOUNT, 12.0, 100.0, 2, 1, 40.0)
@@ -82,7 +94,7 @@ def test_folds_are_reported(terminal: Terminal) -> None:
 
 def test_motion_beyond_the_identified_range_is_reported(terminal: Terminal) -> None:
     command = ["isolate", "mount.json", "--mass", "5.1", "--damping", "20", "--base-displacement", "0.1",
-               "--base-displacement", "5", "--band", "5", "25", *FEW, "--extrapolate"]  # fmt: skip
+               "--base-displacement", "5", "--band", "5", "25", *FEW, "--extrapolate", "--zero", "rig"]  # fmt: skip
     within, beyond = json.loads(terminal(*command, "-o", "out.csv", "--json"))["levels"]
     assert (within["extrapolating"], beyond["extrapolating"]) == (False, True)
     assert not any(point["extrapolating"] for point in within["points"])
@@ -117,7 +129,7 @@ def test_the_masses_that_can_rest_are_reported(terminal: Terminal) -> None:
     [
         (("--mass", "1000"), "The static load of 9806.65 N on each spring must lie within the forces"),
         (("--mass", "1000"), "kg can rest; use another mass"),
-        (("--mass", "5", "--base-displacement", "5"), "outside the identified range of 20 to 80 mm"),
+        (("--mass", "5", "--base-displacement", "5", "--zero", "rig"), "outside the identified range of 20 to 80 mm"),
         (("--mass", "5", "--base-displacement", "5"), "Hz and a level of 5 mm the spring moves from"),
         (("--mass", "0"), "'--mass': must be a finite number > 0 [kg], got 0."),
         (("--mass", "-2"), "'--mass': must be a finite number > 0 [kg], got -2."),

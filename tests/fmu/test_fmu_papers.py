@@ -199,5 +199,7 @@ def test_the_command(
     assert "edited.fmu must not be used: 'model.png' has been changed" in terminal.err
     terminal("info", str(fmu), "--save", "back.json")
     assert load_model("back.json") == MODEL
+    terminal("build", str(fmu), "-o", str(fmu.parent), status=2)
+    assert "would overwrite the input" in terminal.err
     terminal("build", str(fmu), "-o", "again")
     assert (tmp_path / "again" / fmu.name).read_bytes() == fmu.read_bytes()

@@ -155,7 +155,7 @@ def simulation(name: str, backend: str, omega_start: float, workshop: Workshop) 
 def _simulation(name: str, model: Path, folder: Path, backend: str, omega_start: float) -> Outputs:
     """An FMU built, and run over uneven steps; before each step two displacements are tried, outputs read, and left."""
     platform = ("--platform", "host") if backend == "native" else ()
-    finished("build", model, "-o", folder, "--backend", backend, *platform)
+    finished("build", model, "-o", folder, "--backend", backend, "--zero", "rig", *platform)
     (fmu,) = folder.glob("*.fmu")
     with redirect_stdout(io.StringIO()):  # fmpy prints the warnings of the FMU
         rows = _run(fmu, name, omega_start)
@@ -235,7 +235,9 @@ ISOLATED: dict[str, tuple[str, ...]] = {
 def isolated(workshop: Workshop, model: str, *options: str) -> Outputs:
     """The curves of a mass, at the frequencies asked for; where more are computed between them is left open."""
     table = workshop.new(".csv")
-    status, out = command("isolate", workshop.model(model), *options, "--points", "24", "-o", table, "--json")
+    status, out = command(
+        "isolate", workshop.model(model), *options, "--zero", "rig", "--points", "24", "-o", table, "--json"
+    )
     if status:
         return {"status": status}
     told = json.loads(out)
@@ -259,7 +261,7 @@ STUDIES: dict[str, tuple[str, ...]] = {
 def studied(workshop: Workshop, model: str, *options: str) -> Outputs:
     """The lines of a study, and its summary."""
     table = workshop.new(".csv")
-    out = finished("study", workshop.model(model), *options, "--workers", "1", "-o", table, "--json")
+    out = finished("study", workshop.model(model), *options, "--zero", "rig", "--workers", "1", "-o", table, "--json")
     rows = read_table(table)
     for row in rows:
         row["outcome"] = row["outcome"] if row["outcome"] == "done" else "refused"
@@ -373,7 +375,7 @@ def predicted(workshop: Workshop, model: str, *arguments: str) -> Outputs:
 
 def described(workshop: Workshop, model: str, *arguments: str) -> Outputs:
     """What `info` says of a model, and of records beside it."""
-    out = finished("info", workshop.model(model), *_found(workshop, arguments), "--json")
+    out = finished("info", workshop.model(model), *_found(workshop, arguments), "--zero", "rig", "--json")
     told = json.loads(out)
     for loop in told["loops"]:
         loop["source"] = "model" if loop["source"] == "model" else "record"
