@@ -270,7 +270,12 @@ for cycle in range(10_001):
 
 @pytest.mark.slow
 @pytest.mark.skipif(not sys.platform.startswith("linux"), reason="resident memory is read from /proc")
-def test_ten_thousand_instances_leave_nothing_in_python(spring: Unpacked) -> None:
+@pytest.mark.parametrize("backend", ["python", "native"])
+def test_ten_thousand_instances_leave_nothing_in_python(
+    backend: str, spring: Unpacked, native_fmu: Path, tmp_path: Path
+) -> None:
+    if backend == "native":
+        spring = unpacked(native_fmu, tmp_path)
     pages = [int(line) for line in run_python(CYCLES_IN_PYTHON, spring.fmu, spring.folder).split()]
     assert len(pages) == 11
     assert pages[-1] - pages[1] < CYCLES_GROW_BY, pages
