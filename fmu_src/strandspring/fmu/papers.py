@@ -1,7 +1,7 @@
 """What an FMU carries about itself besides its documentation page.
 
 A model file, parameter sets, an experiment with its reference result, the uncertainty, and a list of hashes. The
-related files and their manifest follow the layered standard FMI-LS-REF 1.0 of the Modelica Association. The experiment
+related files and their manifest follow the layered standard FMI-LS-REF of the Modelica Association. The experiment
 has the form of that standard's draft, from which MA-HS-Experiments came: stimuli and references as tables.
 """
 
@@ -41,7 +41,7 @@ _LAYERED = "http://fmi-standard.org/fmi-ls-manifest"
 _VARIED = ("kappa_omega", "rho", "sigma", "n")
 _DRAWN, _TRIES, _SEED = 3, 100, 0  # springs drawn from the joint covariance
 _NOTE = """\
-Related files of {name}, by FMI-LS-REF 1.0 (see fmi-ls-manifest.xml).
+Related files of {name}, by FMI-LS-REF 1.0.0-alpha.1 (see fmi-ls-manifest.xml).
 
 stimuli.csv, reference.csv: two growing slow cycles of the displacement, and what the FMU answers to them. Each row of
 the reference belongs to the displacement of the same time: a host reads it that sets the displacement of the end of a
