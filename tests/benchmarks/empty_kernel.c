@@ -92,3 +92,19 @@ void spring_gradient(
     memset(of_force, 0, sizeof *of_force);
     memset(of_stiffness, 0, sizeof *of_stiffness);
 }
+
+SpringOmegaSlope spring_omega_slope(const SpringLaw *law, const SpringMemory *memory)
+{
+    (void)law;
+    (void)memory;
+    return (SpringOmegaSlope){0};
+}
+
+void spring_change(
+    const SpringLaw *before, const SpringLaw *after, SpringMemory *memory, SpringSensitivity *sensitivity)
+{
+    (void)before;
+    (void)after;
+    (void)memory;
+    (void)sensitivity;
+}

@@ -50,8 +50,9 @@ def force_of(p: SpringParameters, displacement: float, omega: float) -> float:
 
 
 def growth_of(p: SpringParameters, u: float) -> float:
-    """d u/d(rho*s), paper eq. (22)."""
-    return 1.0 - u**p.n if u >= 0.0 else 1.0 + (2.0 * p.sigma - 1.0) * (-u) ** p.n
+    """d u/d(rho*s), paper eq. (22); where the solver tries more than saturation, that of saturation."""
+    power = min(abs(u), 1.0) ** p.n
+    return 1.0 - power if u >= 0.0 else 1.0 + (2.0 * p.sigma - 1.0) * power
 
 
 def monolithic(

@@ -67,6 +67,12 @@ def library(parameters: SpringParameters = SPRING) -> Library:
 
 
 @functools.cache
+def states_library(parameters: SpringParameters = SPRING) -> Library:
+    """The same of the native FMU with continuous states."""
+    return _unpacked(functools.partial(build_native_fmu, with_states=True), parameters)
+
+
+@functools.cache
 def python_library(parameters: SpringParameters = SPRING) -> Library:
     """The same of the Python-backed FMU."""
     return _unpacked(build_fmu, parameters)

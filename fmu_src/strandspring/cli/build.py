@@ -30,9 +30,10 @@ EXAMPLE_COLUMNS = {"reverse": "displacement"}
 
 _LONGEST_AUTHOR = 200
 
-# What the FMU of each back end is for.
+# What each kind of FMU is for.
 _PURPOSES = {
     "native": "native: for any simulator, with no Python on its machine",
+    "states": "native with states: model exchange for optimal control, linearisation and functional importers",
     "python": "Python-backed: the model as readable Python, for machines with Python 3.10 or newer",
 }
 
@@ -59,6 +60,12 @@ def _author(_context: click.Context, _parameter: click.Parameter, author: str) -
     help="native: NAME.fmu, which runs anywhere; python: NAME_python.fmu, which needs Python on the simulator's "
     "machine."
     "  [default: native; both for the bundled record]",
+)
+@click.option(
+    "--states",
+    is_flag=True,
+    help="Build also NAME_states.fmu: native model exchange with omega and absorbed_energy as continuous states and "
+    "velocity as a second input, for importers that evaluate FMUs as functions, CasADi among them.",
 )
 @click.option(
     "--platform",
@@ -92,6 +99,7 @@ def build(
     sources: tuple[str, ...],
     output: str,
     backend: str | None,
+    states: bool,
     platforms: tuple[Platform, ...] | None,
     needs_execution_tool: bool,
     models: str,
@@ -115,6 +123,7 @@ def build(
       strandspring build spring.json
       strandspring build spring.json --platform linux64,win64
       strandspring build spring.json --zero 35
+      strandspring build spring.json --states
       strandspring build loop.csv --name mount_a -o dist
     """
     before = BuildSettings.of_fmu(Path(sources[0])) if len(sources) == 1 and is_fmu(sources[0]) else None
@@ -123,15 +132,16 @@ def build(
         needs_execution_tool = needs_execution_tool or before.needs_execution_tool
     if backend is None:
         backend = "native" if sources else "both"
-    backends = tuple(_PURPOSES) if backend == "both" else (backend,)
+    backends = ("native", "python") if backend == "both" else (backend,)
     if needs_execution_tool and "python" not in backends:
         raise click.UsageError("--needs-execution-tool is for the Python-backed FMU; add --backend python or both.")
+    kinds = tuple(dict.fromkeys((*backends, "states"))) if states else backends
     of_records = {"name", "description", *options}
     method = method_options(options)
     if len(sources) == 1 and (is_fmu(sources[0]) or sources[0].lower().endswith(".json")):
         _refuse_given(of_records, sources[0])
         model, model_path, identification = load_model(sources[0]), Path(sources[0]), None
-        for one in backends:
+        for one in kinds:
             refuse_overwriting(sources, {"--output": fmu_path(output, model.name, one)})
     else:
         if not sources:
@@ -139,12 +149,12 @@ def build(
             options = {**options, **{key: options[key] or value for key, value in EXAMPLE_COLUMNS.items()}}
         chosen = identifier(sources[0]) if name is None else check_name(name)
         model_path = Path(models) / f"{chosen}.json"
-        for one in backends:
+        for one in kinds:
             refuse_overwriting(sources, {"--models": model_path, "--output": fmu_path(output, chosen, one)})
         model, identification = identified(sources, options, method, chosen, description)
         save_model(model_path, model)
     origin = before.zero if before is not None and zero is None else chosen_zero(zero, model.parameters)
-    built = {one: _built(model, Path(output), one, platforms, origin, needs_execution_tool, author) for one in backends}
+    built = {one: _built(model, Path(output), one, platforms, origin, needs_execution_tool, author) for one in kinds}
     if as_json:
         result_json(
             {
@@ -200,7 +210,7 @@ def _refuse_given(names: set[str], model: str) -> None:
 def _built(
     model: ModelFile,
     folder: Path,
-    backend: str,
+    kind: str,
     platforms: tuple[Platform, ...] | None,
     zero: float,
     needs_execution_tool: bool,
@@ -209,9 +219,9 @@ def _built(
     if folder.exists() and not folder.is_dir():
         raise StrandspringError(f"{folder} is a file; give a folder with -o.")
     with working("Building the FMU"):
-        if backend == "native":
-            fmu = build_native_fmu(model, folder, platforms, zero, author)
-        else:
+        if kind == "python":
             fmu = build_fmu(model, folder, platforms, zero, needs_execution_tool, author)
+        else:
+            fmu = build_native_fmu(model, folder, platforms, zero, author, with_states=kind == "states")
     with working("Validating and running the FMU"):
         return fmu, check_fmu(fmu)

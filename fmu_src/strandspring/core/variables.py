@@ -2,13 +2,16 @@
 
 The Python slave, modelDescription.xml, the documentation page and the native back end are made from this table.
 A variable's value reference is its place in the table.
+
+The native FMU has a second form, with states: `omega` and `absorbed_energy` are continuous states of model exchange,
+`velocity` is a second input, and the FMU remembers nothing else. Where `omega` starts is its own start value there.
 """
 
 from __future__ import annotations
 
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache, partial
 from typing import Any
 
@@ -28,7 +31,10 @@ class Unit:
 
 @dataclass(frozen=True)
 class Variable:
-    """One FMI variable; `depends_on` holds while stepping, `starts_from` when initialization ends."""
+    """One FMI variable; `depends_on` holds while stepping, `starts_from` when initialization ends.
+
+    `derivative_of` names the continuous state whose derivative it is.
+    """
 
     name: str
     causality: str
@@ -41,6 +47,7 @@ class Variable:
     maximum: float | None = None
     depends_on: tuple[str, ...] = ()
     starts_from: tuple[str, ...] = ()
+    derivative_of: str | None = None
 
     @property
     def kind(self) -> str:
@@ -49,8 +56,10 @@ class Variable:
 
 
 @cache
-def variables(elastic: int, amplifier: int, knots: int = 0) -> tuple[Variable, ...]:
+def variables(elastic: int, amplifier: int, knots: int = 0, with_states: bool = False) -> tuple[Variable, ...]:
     """The table for a spring with so many coefficients kE and kA and knots of FE."""
+    if with_states:
+        return _variables_with_states(variables(elastic, amplifier, knots))
     coefficients = _coefficients(elastic, amplifier, knots)
     parameters = (*coefficients, *_SCALAR_PARAMETERS)
     point = ("displacement", "displacement_offset", "displacement_min", "displacement_max")
@@ -83,21 +92,29 @@ def variables(elastic: int, amplifier: int, knots: int = 0) -> tuple[Variable, .
 
 
 @cache
-def units(elastic: int, amplifier: int) -> tuple[Unit, ...]:
-    """The units that `variables(elastic, amplifier)` uses, with any number of knots."""
+def units(elastic: int, amplifier: int, with_states: bool = False) -> tuple[Unit, ...]:
+    """The units that the table uses, with any number of knots."""
     elastic_units = [
         Unit(_per_length("N", i), kg=1, m=1 - i, s=-2, displayed=_per_millimetre("N", i)) for i in range(2, elastic)
     ]
     amplifier_units = [Unit(_per_length("1", i), m=-i, displayed=_per_millimetre("1", i)) for i in range(2, amplifier)]
-    return (*_UNITS, *elastic_units, *amplifier_units)
+    return (*_UNITS, *(_UNITS_OF_RATES if with_states else ()), *elastic_units, *amplifier_units)
 
 
-def start_values(parameters: SpringParameters) -> dict[str, float]:
-    """Start value of the input and of each parameter, by name and in the order of the table."""
+def start_values(parameters: SpringParameters, with_states: bool = False) -> dict[str, float]:
+    """Start value of each input, parameter and state, by name."""
     values = {"displacement": 0.0}
     values |= {f"{name}_{i}": value for name in ARRAYS for i, value in enumerate(getattr(parameters, name))}
     values |= {name: getattr(parameters, name) for name in SCALARS}
+    if with_states:
+        return {**values, "omega": 0.0, "absorbed_energy": 0.0, "velocity": 0.0}
     return {**values, "omega_start": 0.0}
+
+
+def nominal_values(parameters: SpringParameters) -> dict[str, float]:
+    """Size that each continuous state may have: the saturated hysteretic work over the identified range, and 1."""
+    travel = parameters.displacement_max - parameters.displacement_min
+    return {"absorbed_energy": parameters.kappa_omega * travel, "omega": 1.0}
 
 
 def spring_parameters(values: Mapping[str, float], elastic: int, amplifier: int, knots: int = 0) -> SpringParameters:
@@ -114,6 +131,44 @@ def spring_parameters(values: Mapping[str, float], elastic: int, amplifier: int,
         return SpringParameters(**given)
     except ValueError as problem:
         raise ValueError(re.sub(r"`(\w+)\[(\d+)\]`", r"`\1_\2`", str(problem))) from None
+
+
+def _variables_with_states(usual: tuple[Variable, ...]) -> tuple[Variable, ...]:
+    parameters = tuple(variable.name for variable in usual if variable.causality == "parameter")[:-1]
+    of_slope = ("rho", "sigma", "n")
+    of_force = tuple(name for name in parameters if name not in of_slope)
+    moving = ("displacement", "velocity", "omega")
+    changes: dict[str, dict[str, Any]] = {
+        "force": _calculated(("displacement", "omega"), of_force),
+        "stiffness": {
+            **_calculated(moving, parameters),
+            "description": "Tangent stiffness in the direction of the velocity, of loading where it is 0",
+        },
+        "absorbed_energy": {
+            "description": "Continuous state: integral of the force over the displacement",
+            "initial": "exact", "depends_on": ("absorbed_energy",), "starts_from": (),
+        },
+        "omega": {
+            "description": "Continuous state: normalized hysteretic variable, 1 saturated in loading, -1 in unloading",
+            "initial": "exact", "minimum": None, "maximum": None,
+        },
+    }  # fmt: skip
+    return (
+        *(replace(variable, **changes.get(variable.name, {})) for variable in usual[:-1]),
+        Variable("velocity", "input", "continuous", "Rate of the displacement", "m/s", "mm/s"),
+        _derivative("absorbed_energy", "Power of the force", "W", **_calculated(moving, of_force)),
+        _derivative("omega", "Rate of omega", "1/s", **_calculated(("velocity", "omega"), of_slope)),
+    )
+
+
+def _calculated(depends_on: tuple[str, ...], parameters: tuple[str, ...]) -> dict[str, Any]:
+    return {"depends_on": depends_on, "starts_from": (*depends_on, *parameters)}
+
+
+def _derivative(of: str, description: str, unit: str, **dependencies: Any) -> Variable:
+    return Variable(
+        f"der({of})", "local", "continuous", description, unit, initial="calculated", derivative_of=of, **dependencies
+    )
 
 
 def _output(name: str, description: str, unit: str, display_unit: str | None, starts_from: tuple[str, ...]) -> Variable:
@@ -199,4 +254,9 @@ _UNITS = (
     Unit("N", kg=1, m=1, s=-2, displayed=(("kN", 1e-3),)),
     Unit("N/m", kg=1, s=-2, displayed=_per_millimetre("N", 1)),
     Unit("J", kg=1, m=2, s=-2, displayed=(("mJ", 1e3), ("kJ", 1e-3))),
+)
+_UNITS_OF_RATES = (
+    Unit("m/s", m=1, s=-1, displayed=(("mm/s", 1e3),)),
+    Unit("W", kg=1, m=2, s=-3),
+    Unit("1/s", s=-1),
 )

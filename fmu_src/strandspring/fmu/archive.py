@@ -41,16 +41,17 @@ def common_contents(
     description: bytes,
     others: tuple[str, ...] = (),
     platforms: tuple[str, ...] | None = None,
+    with_states: bool = False,
 ) -> dict[str, bytes]:
     """Description, icon, documentation and licences by their path in the FMU.
 
     The model's displacement is counted from `zero` [m]. `others` are the distributions of which the FMU holds parts,
-    besides ours; `platforms` are those of a native FMU.
+    besides ours; `platforms` are those of a native FMU, which may be the form with states.
     """
     contents = {
         "modelDescription.xml": description,
         "model.png": (files(__package__) / "assets" / "model.png").read_bytes(),
-        "documentation/index.html": documentation_page(model, zero, platforms).encode("utf-8"),
+        "documentation/index.html": documentation_page(model, zero, platforms, with_states).encode("utf-8"),
     }
     return {**contents, **licences(others)}
 
@@ -64,8 +65,8 @@ def licences(others: tuple[str, ...]) -> dict[str, bytes]:
 
 
 def fmu_path(directory: str | Path, name: str, backend: str) -> Path:
-    """Where the FMU of a model of this name is written; both back ends may write into one folder."""
-    return Path(directory) / f"{name}{'_python' if backend == 'python' else ''}.fmu"
+    """Where the FMU of a model of this name is written; all kinds may be written into one folder."""
+    return Path(directory) / f"{name}{'' if backend == 'native' else f'_{backend}'}.fmu"
 
 
 def write_archive(path: Path, contents: Mapping[str, bytes]) -> Path:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ctypes
 import platform
 import tempfile
 import time
@@ -32,6 +33,10 @@ from .papers import slow_cycles
 FORCE_TOLERANCE = 1e-9  # of the largest force
 _STEP = 1e-3  # s
 OUTPUTS = ("force", "absorbed_energy")  # that are compared
+
+
+class _WrongRatesError(Exception):
+    """The derivatives of the FMU's states are not the model's."""
 
 
 @dataclass(frozen=True)
@@ -115,9 +120,10 @@ def compare_run(path: Path, displacement: FloatArray, expected: FloatArray) -> C
     if not_run:
         return CheckReport(path, (), not_run)
     description = fmpy.read_model_description(str(path))
-    interfaces = {"co-simulation": _by_steps}
+    with_states = description.numberOfContinuousStates > 0
+    interfaces = {} if description.coSimulation is None else {"co-simulation": _by_steps}
     if description.modelExchange is not None:
-        interfaces["model exchange"] = _by_solver
+        interfaces["model exchange"] = _by_states if with_states else _by_solver
     problems: tuple[str, ...] = ()
     differences = np.zeros(2)
     seconds = 0.0
@@ -127,6 +133,8 @@ def compare_run(path: Path, displacement: FloatArray, expected: FloatArray) -> C
             seconds += took
             # NaN counts as the greater one.
             differences = np.maximum(differences, np.max(np.abs(found - expected), axis=0))
+    except _WrongRatesError as problem:
+        return CheckReport(path, (str(problem),))
     except Exception as problem:  # FMPy raises plain exceptions
         return CheckReport(path, (f"It cannot be run: {problem}",))
     largest = np.max(np.abs(expected), axis=0)
@@ -198,6 +206,45 @@ def _by_solver(path: Path, description: ModelDescription, displacement: FloatArr
         seconds = time.perf_counter() - began
         model.terminate()
     return np.array(found).reshape(-1, len(outputs)), seconds
+
+
+def _by_states(path: Path, description: ModelDescription, displacement: FloatArray) -> tuple[FloatArray, float]:
+    """The same where omega is a continuous state: at those of the model, of which the rates must be those of omega."""
+    given, outputs = _references(description)
+    inputs = [*given, next(v.valueReference for v in description.modelVariables if v.name == "velocity")]
+    states, rates = (ctypes.c_double * 2)(), (ctypes.c_double * 2)()
+    parameters = described_spring(description)
+    energy = PathSolver(parameters).absorbed_energy(displacement)
+    omega = PathSolver(parameters).omega(displacement)
+    velocity = np.sign(np.diff(displacement, prepend=displacement[0]))
+    found_rates = [[0.0, 0.0]]
+    with running(path, FMU2Model) as model:
+        found = _initialized(model, given, outputs, float(displacement[0]))
+        _continue(model)
+        began = time.perf_counter()
+        for k, point in enumerate(np.transpose([displacement, velocity, energy, omega])[1:].tolist(), start=1):
+            model.setTime(k * _STEP)
+            model.setReal(inputs, point[:2])
+            states[:] = point[2:]
+            model.setContinuousStates(states, 2)
+            found += model.getReal(outputs)
+            model.getDerivatives(rates, 2)
+            found_rates.append(list(rates))
+        seconds = time.perf_counter() - began
+        model.terminate()
+    answers = np.array(found).reshape(-1, len(outputs))
+    # Paper eq. (11)
+    p, sign = parameters, velocity * np.sign(omega)
+    slope = p.rho * velocity * (1.0 - (p.sigma * sign - p.sigma + 1.0) * np.abs(omega) ** p.n)
+    force = answers[:, 0]
+    scales = np.array([np.max(np.abs(force)), p.rho * max(1.0, 2.0 * p.sigma)])
+    errors = np.max(np.abs(found_rates - np.transpose([force * velocity, slope])), axis=0) / scales
+    if not np.all(errors <= FORCE_TOLERANCE):
+        raise _WrongRatesError(
+            "Its states must change as the model's, but der(absorbed_energy) and der(omega) differ by "
+            f"{errors[0]:.3g} and {errors[1]:.3g} of their largest values."
+        )
+    return answers, seconds
 
 
 def _references(description: ModelDescription) -> tuple[list[int], list[int]]:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from datetime import datetime, timezone
 from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
-from ..core.variables import Unit, Variable, start_values, units, variables
+from ..core.variables import Unit, Variable, nominal_values, start_values, units, variables
 from ..errors import BuildError
 from ..modelfile import ModelFile
 
@@ -36,19 +36,21 @@ class Backend:
     co_simulation, model_exchange : mapping of str to str   Attributes of the two interfaces; None if there is none.
     sources : tuple of str                                  The C files below ``sources/`` to be compiled.
     author, version : str                                   Of the FMU.
+    with_states : bool                                      Whether it is the form with continuous states.
     """
 
-    co_simulation: Mapping[str, str]
+    co_simulation: Mapping[str, str] | None
     model_exchange: Mapping[str, str] | None = None
     sources: tuple[str, ...] = ()
     author: str = ""
     version: str = ""
+    with_states: bool = False
 
 
 def model_description(model: ModelFile, guid: str, generation_tool: str, backend: Backend) -> bytes:
     """The description of one spring as UTF-8 XML; the same arguments give the same bytes."""
     spring = model.parameters
-    table = variables(*spring.counts)
+    table = variables(*spring.counts, with_states=backend.with_states)
     root = Element(
         "fmiModelDescription",
         {
@@ -66,18 +68,23 @@ def model_description(model: ModelFile, guid: str, generation_tool: str, backend
         },
     )
     if backend.model_exchange is not None:
-        root.set("numberOfEventIndicators", "1")
+        root.set("numberOfEventIndicators", "0" if backend.with_states else "1")
         _append_interface(root, "ModelExchange", model.name, backend.model_exchange, backend.sources)
-    variable_steps = {"canHandleVariableCommunicationStepSize": "true"}
-    _append_interface(root, "CoSimulation", model.name, {**variable_steps, **backend.co_simulation}, backend.sources)
-    _append_units(SubElement(root, "UnitDefinitions"), units(*spring.counts[:2]))
+    if backend.co_simulation is not None:
+        variable_steps = {"canHandleVariableCommunicationStepSize": "true"}
+        _append_interface(
+            root, "CoSimulation", model.name, {**variable_steps, **backend.co_simulation}, backend.sources
+        )
+    _append_units(SubElement(root, "UnitDefinitions"), units(*spring.counts[:2], with_states=backend.with_states))
     categories = SubElement(root, "LogCategories")
     for name, text in LOG_CATEGORIES.items():
         SubElement(categories, "Category", {"name": name, "description": text})
     SubElement(
         root, "DefaultExperiment", {"startTime": "0", "stopTime": "1", "tolerance": "1e-06", "stepSize": "0.001"}
     )
-    _append_variables(SubElement(root, "ModelVariables"), table, start_values(spring))
+    start = start_values(spring, backend.with_states)
+    nominal = nominal_values(spring) if backend.with_states else {}
+    _append_variables(SubElement(root, "ModelVariables"), table, start, nominal)
     _append_structure(SubElement(root, "ModelStructure"), table)
     indent(root)
     return bytes(tostring(root, encoding="UTF-8", xml_declaration=True)) + b"\n"
@@ -119,7 +126,10 @@ def _append_units(parent: Element, all_units: tuple[Unit, ...]) -> None:
             SubElement(element, "DisplayUnit", {"name": name, "factor": repr(factor)})
 
 
-def _append_variables(parent: Element, table: tuple[Variable, ...], start: Mapping[str, float]) -> None:
+def _append_variables(
+    parent: Element, table: tuple[Variable, ...], start: Mapping[str, float], nominal: Mapping[str, float]
+) -> None:
+    index = _indices(table)
     for reference, variable in enumerate(table):
         attributes = {
             "name": variable.name,
@@ -135,28 +145,40 @@ def _append_variables(parent: Element, table: tuple[Variable, ...], start: Mappi
             "displayUnit": variable.display_unit,
             "min": _text(variable.minimum),
             "max": _text(variable.maximum),
+            "nominal": _text(nominal.get(variable.name)),
             "start": _text(start.get(variable.name)),
+            "derivative": None if variable.derivative_of is None else index[variable.derivative_of],
         }
         SubElement(element, variable.kind, _given(typed))
 
 
 def _append_structure(parent: Element, table: tuple[Variable, ...]) -> None:
-    # ModelStructure counts variables from 1.
-    index = {variable.name: str(place) for place, variable in enumerate(table, start=1)}
-    outputs = SubElement(parent, "Outputs")
-    initial = SubElement(parent, "InitialUnknowns")
-    for variable in table:
-        if variable.causality == "output":
-            for element, names in ((outputs, variable.depends_on), (initial, variable.starts_from)):
-                SubElement(
-                    element,
-                    "Unknown",
-                    {
-                        "index": index[variable.name],
-                        "dependencies": " ".join(sorted((index[name] for name in names), key=int)),
-                        "dependenciesKind": " ".join("dependent" for _ in names),
-                    },
-                )
+    index = _indices(table)
+    outputs = [variable for variable in table if variable.causality == "output"]
+    derivatives = [variable for variable in table if variable.derivative_of]
+    lists = {"Outputs": outputs, "Derivatives": derivatives}
+    # Both continuous states have exact start values.
+    lists["InitialUnknowns"] = [v for v in (*outputs, *derivatives) if v.initial == "calculated"]
+    for title, unknowns in lists.items():
+        if not unknowns:
+            continue
+        element = SubElement(parent, title)
+        for variable in unknowns:
+            names = variable.starts_from if title == "InitialUnknowns" else variable.depends_on
+            SubElement(
+                element,
+                "Unknown",
+                {
+                    "index": index[variable.name],
+                    "dependencies": " ".join(sorted((index[name] for name in names), key=int)),
+                    "dependenciesKind": " ".join("dependent" for _ in names),
+                },
+            )
+
+
+def _indices(table: tuple[Variable, ...]) -> dict[str, str]:
+    """FMI counts variables from 1."""
+    return {variable.name: str(place) for place, variable in enumerate(table, start=1)}
 
 
 def _text(value: float | None) -> str | None:

@@ -13,14 +13,16 @@ from ..modelfile import ModelFile
 from .check_plot import loops_svg
 
 
-def documentation_page(model: ModelFile, zero: float, platforms: tuple[str, ...] | None) -> str:
+def documentation_page(
+    model: ModelFile, zero: float, platforms: tuple[str, ...] | None, with_states: bool = False
+) -> str:
     """HTML of one file: model, variables, behaviour, fit, provenance; the same arguments give the same text.
 
     The model's displacement is counted from `zero` [m]. `platforms` are those of a native FMU; None stands for a
-    Python-backed one.
+    Python-backed one, `with_states` for the form of a native one that has continuous states.
     """
     spring = model.parameters
-    start = start_values(spring)
+    start = start_values(spring, with_states)
     template = Environment(
         autoescape=True, trim_blocks=True, lstrip_blocks=True, undefined=StrictUndefined
     ).from_string((files(__package__) / "assets" / "documentation.html.j2").read_text(encoding="utf-8"))
@@ -29,8 +31,9 @@ def documentation_page(model: ModelFile, zero: float, platforms: tuple[str, ...]
         spring=spring,
         zero=zero,
         native=platforms is not None,
+        with_states=with_states,
         platforms=platforms,
-        variables=[(v, start.get(v.name)) for v in variables(*spring.counts)],
+        variables=[(v, start.get(v.name)) for v in variables(*spring.counts, with_states=with_states)],
         # The SVG is made by ElementTree from numbers and fixed text.
         plot=Markup(loops_svg(spring)),
         facts={

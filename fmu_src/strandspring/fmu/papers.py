@@ -70,7 +70,7 @@ def papers(of_record: ModelFile, settings: BuildSettings) -> dict[str, bytes]:
     of_record : ModelFile   In the record's coordinates.
     settings : BuildSettings
     """
-    related = dict(_related(of_record, settings.zero))
+    related = dict(_related(of_record, settings.zero, settings.backend == "states"))
     build = {"format": "strandspring-build", "version": __version__, **asdict(settings)}
     return {
         MODEL_IN_FMU: of_record.to_json().encode("utf-8"),
@@ -87,7 +87,7 @@ class BuildSettings:
 
     Attributes
     ----------
-    backend : str                 native or python.
+    backend : str                 native, states or python.
     zero : float                  Displacement of the record at which that of the FMU is 0 [m].
     author : str
     needs_execution_tool : bool   Of the Python-backed FMU.
@@ -142,7 +142,7 @@ def slow_cycles(parameters: SpringParameters) -> FloatArray:
     return np.asarray(start + np.where(swing > 0.0, (high - start) * swing, (start - low) * swing), dtype=np.float64)
 
 
-def _related(of_record: ModelFile, zero: float) -> Iterator[tuple[str, Related]]:
+def _related(of_record: ModelFile, zero: float, with_states: bool) -> Iterator[tuple[str, Related]]:
     """The related files by their name."""
     spring = counted_from(zero, of_record.parameters)
     path = slow_cycles(spring)
@@ -150,13 +150,16 @@ def _related(of_record: ModelFile, zero: float) -> Iterator[tuple[str, Related]]
     time: FloatArray = STEP * np.arange(path.size, dtype=np.float64)
     yield "experiments.exp", Related(_experiments(float(time[-1])), "application/x-ma-hs-experiments",
                                      "experiment/smoke-test", "Two growing slow cycles")  # fmt: skip
-    yield "stimuli.csv", Related(_table(("time", "displacement"), time, path), "text/csv", "testcase",
-                                 "Displacement of the experiment")  # fmt: skip
+    inputs = {"displacement": path}
+    if with_states:
+        inputs["velocity"] = np.gradient(path, STEP)
+    yield "stimuli.csv", Related(_table(("time", *inputs), time, *inputs.values()), "text/csv", "testcase",
+                                 "Inputs of the experiment")  # fmt: skip
     answers = (solver.force(path), solver.stiffness(path), solver.absorbed_energy(path))
     yield "reference.csv", Related(_table(("time", *REFERENCE_OUTPUTS), time, *answers), "text/csv", "result",
                                    "Reference result of the experiment")  # fmt: skip
     for name, (variant, about) in _variants(spring, of_record.uncertainty).items():
-        text = parameter_values(ModelFile(of_record.name, variant, about))
+        text = parameter_values(ModelFile(of_record.name, variant, about), with_states)
         yield f"{name}.ssv", Related(text.encode("utf-8"), "application/x-ssp-parameter-set", "parameter", about)
     if of_record.uncertainty:
         text = json.dumps(of_record.uncertainty, indent=2, ensure_ascii=False, allow_nan=False) + "\n"

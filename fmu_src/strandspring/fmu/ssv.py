@@ -19,12 +19,13 @@ _NAMESPACE = "http://ssp-standard.org/SSP1/SystemStructure"
 Row = tuple[str, str, str, float]
 
 
-def parameter_values(model: ModelFile) -> str:
+def parameter_values(model: ModelFile, with_states: bool = False) -> str:
     """XML of an SSV file with every settable variable of the model's FMU; the same model gives the same text."""
     spring = model.parameters
-    start = start_values(spring)
-    rows = [(v.name, v.description, str(v.unit), start[v.name]) for v in variables(*spring.counts) if v.name in start]
-    return parameter_set(model.name, model.description, rows, units(*spring.counts[:2]))
+    start = start_values(spring, with_states)
+    table = variables(*spring.counts, with_states=with_states)
+    rows = [(v.name, v.description, str(v.unit), start[v.name]) for v in table if v.name in start]
+    return parameter_set(model.name, model.description, rows, units(*spring.counts[:2], with_states=with_states))
 
 
 def parameter_set(name: str, about: str, rows: Iterable[Row], known: Iterable[Unit]) -> str:

@@ -17,6 +17,7 @@
 #include "fmi2_states.c"
 #include "fmi2_tables.c"
 #include "fmi2_variables.c"
+#include "fmi2_velocity.c"
 #include "saturation.c"
 #include "spline.c"
 #include "spring.c"

@@ -5,7 +5,7 @@
 static const volatile SpringBlock fmu_block = {
     .magic = "strandspringfmu",
     .size = sizeof(SpringBlock),
-    .version = 3,
+    .version = 4,
 #include "spring_values.h"
 };
 

@@ -2,17 +2,21 @@
 #include "fmi2_arguments.h"
 #include "fmi2_instance.h"
 
-/* Derivatives of force and stiffness where the path to the displacement set last ends. */
+/* What derivatives are made of where the path to the displacement set last ends, or where the states are. */
 typedef struct {
     SpringGradient of_force, of_stiffness;
+    SpringOmegaSlope slope;
     double force;
 } Gradients;
 
 static Gradients reached_gradients(const Instance *instance, const SpringMemory *reached)
 {
     Gradients found;
+    int has_states = instance->state.settings.has_states != 0;
     SpringSensitivity sensitivity = fmu_sensitivity(instance, reached);
-    spring_gradient(instance->law, reached, &sensitivity, &found.of_force, &found.of_stiffness);
+    spring_gradient(
+        instance->law, reached, has_states ? NULL : &sensitivity, &found.of_force, &found.of_stiffness);
+    found.slope = spring_omega_slope(instance->law, reached);
     found.force = spring_force(instance->law, reached);
     return found;
 }
@@ -29,10 +33,51 @@ static double partial(const Gradients *at, unsigned unknown, unsigned known,
     return at_start ? gradient->by_place : gradient->by_displacement;
 }
 
+/* The same in the form with states, all of which are given. */
+static double partial_of_states_form(const Gradients *at, unsigned unknown, unsigned known, const State *state)
+{
+    const Settings *settings = &state->settings;
+    unsigned first_own = fmu_first_own(settings);
+    const SpringGradient *gradient = unknown == SPRING_STIFFNESS ? &at->of_stiffness : &at->of_force;
+    if (unknown == SPRING_ABSORBED_ENERGY || known == SPRING_ABSORBED_ENERGY)
+        return unknown == known ? 1.0 : 0.0;
+    if (known == first_own + OWN_VELOCITY)
+        return unknown == first_own + OWN_POWER        ? at->force
+               : unknown == first_own + OWN_OMEGA_RATE ? at->slope.value
+                                                       : 0.0;
+    if (unknown == first_own + OWN_OMEGA_RATE)
+        return state->velocity *
+               (known == SPRING_OMEGA ? at->slope.by_omega : fmu_slope_derivative_by(&at->slope, settings, known));
+    double derivative = known == SPRING_DISPLACEMENT ? gradient->by_place
+                        : known == SPRING_OMEGA      ? gradient->by_omega_start
+                                                     : fmu_derivative_by(gradient, settings, known);
+    return unknown == first_own + OWN_POWER ? state->velocity * derivative : derivative;
+}
+
 static fmi2Status refuse_no_output(const Instance *instance, unsigned reference)
 {
     return FMU_REFUSE(&instance->log, "`%s` is not an output, so it has no derivatives.",
                       fmu_name(&instance->state.settings, reference).text);
+}
+
+/* Whether derivatives with respect to a variable can be given. */
+static fmi2Status require_known(
+    const Instance *instance, unsigned known, const fmi2ValueReference unknowns[], size_t count)
+{
+    const Settings *settings = &instance->state.settings;
+    VariableCausality causality = fmu_causality(settings, known);
+    if (causality != VARIABLE_INPUT && causality != VARIABLE_PARAMETER && !fmu_is_state(settings, known))
+        return FMU_REFUSE(&instance->log, "`%s` is calculated; there are no derivatives with respect to it.",
+                          fmu_name(settings, known).text);
+    if (settings->has_states || instance->state.mode & INITIALIZATION || causality != VARIABLE_PARAMETER)
+        return fmi2OK;
+    for (size_t i = 0; i < count; i++)
+        if (unknowns[i] == SPRING_ABSORBED_ENERGY)
+            return FMU_REFUSE(&instance->log,
+                              "The derivative of `absorbed_energy` with respect to `%s` is available in "
+                              "initialization mode only.",
+                              fmu_name(settings, known).text);
+    return fmi2OK;
 }
 
 fmi2Status fmi2GetDirectionalDerivative(
@@ -42,23 +87,15 @@ fmi2Status fmi2GetDirectionalDerivative(
     FMU_REQUIRE(c, GetDirectionalDerivative);
     FMU_REQUIRE_VARIABLES(instance, GetDirectionalDerivative, vUnknown_ref, nUnknown, dvUnknown, VARIABLE_REAL);
     FMU_REQUIRE_VARIABLES(instance, GetDirectionalDerivative, vKnown_ref, nKnown, dvKnown, VARIABLE_REAL);
-    const Settings *settings = &instance->state.settings;
-    int at_start = instance->state.mode & INITIALIZATION;
+    const State *state = &instance->state;
+    int at_start = state->mode & INITIALIZATION;
     for (size_t i = 0; i < nUnknown; i++)
-        if (fmu_causality(vUnknown_ref[i]) != VARIABLE_OUTPUT)
+        if (fmu_causality(&state->settings, vUnknown_ref[i]) != VARIABLE_OUTPUT &&
+            !fmu_is_rate(&state->settings, vUnknown_ref[i]))
             return refuse_no_output(instance, vUnknown_ref[i]);
-    for (size_t k = 0; k < nKnown; k++) {
-        VariableCausality causality = fmu_causality(vKnown_ref[k]);
-        if (causality != VARIABLE_INPUT && causality != VARIABLE_PARAMETER)
-            return FMU_REFUSE(&instance->log, "`%s` is calculated; there are no derivatives with respect to it.",
-                              fmu_name(settings, vKnown_ref[k]).text);
-        for (size_t i = 0; i < nUnknown; i++)
-            if (vUnknown_ref[i] == SPRING_ABSORBED_ENERGY && causality == VARIABLE_PARAMETER && !at_start)
-                return FMU_REFUSE(&instance->log,
-                                  "The derivative of `absorbed_energy` with respect to `%s` is available in "
-                                  "initialization mode only.",
-                                  fmu_name(settings, vKnown_ref[k]).text);
-    }
+    for (size_t k = 0; k < nKnown; k++)
+        if (require_known(instance, vKnown_ref[k], vUnknown_ref, nUnknown) != fmi2OK)
+            return fmi2Error;
     const SpringMemory *reached = fmu_reach(instance);
     if (reached == NULL)
         return fmi2Error;
@@ -66,7 +103,10 @@ fmi2Status fmi2GetDirectionalDerivative(
     for (size_t i = 0; i < nUnknown; i++) {
         dvUnknown[i] = 0.0;
         for (size_t k = 0; k < nKnown; k++)
-            dvUnknown[i] += partial(&at, vUnknown_ref[i], vKnown_ref[k], settings, at_start) * dvKnown[k];
+            dvUnknown[i] += dvKnown[k] *
+                            (state->settings.has_states
+                                 ? partial_of_states_form(&at, vUnknown_ref[i], vKnown_ref[k], state)
+                                 : partial(&at, vUnknown_ref[i], vKnown_ref[k], &state->settings, at_start));
     }
     return fmi2OK;
 }
@@ -79,7 +119,7 @@ fmi2Status fmi2GetRealOutputDerivatives(fmi2Component c, const fmi2ValueReferenc
     FMU_REQUIRE_VARIABLES(instance, GetRealOutputDerivatives, vr, nvr, value, VARIABLE_REAL);
     FMU_REQUIRE_ARRAY(instance, GetRealOutputDerivatives, order, nvr);
     for (size_t i = 0; i < nvr; i++) {
-        if (fmu_causality(vr[i]) != VARIABLE_OUTPUT)
+        if (fmu_causality(&instance->state.settings, vr[i]) != VARIABLE_OUTPUT)
             return refuse_no_output(instance, vr[i]);
         if (order[i] != 1)
             return FMU_REFUSE(&instance->log, "The order of the derivative of `%s` must be 1, got %d.",

@@ -23,12 +23,14 @@ double fmu_range(const State *state)
 
 void fmu_begin(Instance *instance, int mode)
 {
+    instance->velocity_watch = (VelocityWatch){.warned = 0};
     State start = {
         .mode = mode,
         .stop_time = INFINITY,
         .settings = fmu_start_settings(),
     };
     instance->variables = fmu_variables(&start.settings);
+    instance->has_states = start.settings.has_states != 0;
     start.memory = spring_start(start.displacement, start.settings.omega_start);
     start.watch = fmu_watch_from(start.time, start.displacement);
     fmu_restore(instance, &start);
@@ -39,6 +41,7 @@ void fmu_restore(Instance *instance, const State *state)
     if (memcmp(&instance->state.settings, &state->settings, sizeof state->settings) != 0)
         instance->law = NULL;
     instance->has_trial = 0;
+    instance->velocity_watch.begun = 0;
     instance->state = *state;
 }
 
@@ -51,6 +54,11 @@ static fmi2Status make_law(Instance *instance, const Settings *settings)
                           spring_number(settings->omega_start).text);
     if (spring_problem(&settings->spring, problem, sizeof problem))
         return FMU_REFUSE(&instance->log, "%s", problem);
+    if (settings->has_states) {
+        spring_prepare(&instance->own_law, &settings->spring, NULL);
+        instance->law = &instance->own_law;
+        return fmi2OK;
+    }
     /* Acquired before the old one is released, which is often the same. */
     const SharedSpring *shared = fmu_acquire(&settings->spring);
     if (shared == NULL)
@@ -77,7 +85,8 @@ static const SpringMemory *make_trial(Instance *instance)
     const State *state = &instance->state;
     if (require_law(instance) != fmi2OK)
         return NULL;
-    instance->trial = state->mode & INITIALIZATION
+    instance->trial = instance->has_states ? state->memory
+                      : state->mode & INITIALIZATION
                           ? spring_start(state->displacement, state->settings.omega_start)
                           : spring_trial(instance->law, &state->memory, state->displacement);
     instance->has_trial = 1;
@@ -104,12 +113,29 @@ static double output(Instance *instance, const SpringMemory *reached, unsigned r
     case SPRING_FORCE: return spring_force(instance->law, reached);
     case SPRING_STIFFNESS: return spring_stiffness(instance->law, reached);
     case SPRING_OMEGA: return reached->omega;
-    default:
+    case SPRING_ABSORBED_ENERGY:
         instance->state.energy_wanted = 1;
         /* A trial is integrated once; the committed memory by steps only, or reading it would change their last bits. */
         if (instance->has_trial)
             spring_integrate(instance->law, &instance->trial);
         return spring_absorbed_energy(instance->law, reached);
+    default:
+        return instance->state.velocity * (reference == fmu_first_own(&instance->state.settings) + OWN_POWER
+                                               ? spring_force(instance->law, reached)
+                                               : spring_omega_slope(instance->law, reached).value);
+    }
+}
+
+/* Where a value is kept that the host may give. */
+static double *given(State *state, unsigned reference)
+{
+    switch (reference) {
+    case SPRING_DISPLACEMENT: return &state->displacement;
+    case SPRING_OMEGA: return &state->memory.omega;
+    case SPRING_ABSORBED_ENERGY: return &state->memory.energy;
+    default:
+        return fmu_causality(&state->settings, reference) == VARIABLE_INPUT ? &state->velocity
+                                                                            : fmu_setting(&state->settings, reference);
     }
 }
 
@@ -119,8 +145,8 @@ fmi2Status fmu_read(Instance *instance, const fmi2ValueReference references[], s
     for (size_t i = 0; i < count; i++) {
         if (references[i] == SPRING_DISPLACEMENT) {
             values[i] = state->displacement;
-        } else if (references[i] >= SPRING_FIRST_PARAMETER) {
-            values[i] = *fmu_setting(&state->settings, references[i]);
+        } else if (references[i] >= SPRING_FIRST_PARAMETER && !fmu_is_rate(&state->settings, references[i])) {
+            values[i] = *given(state, references[i]);
         } else {
             const SpringMemory *reached = fmu_reach(instance);
             if (reached == NULL)
@@ -137,6 +163,12 @@ static fmi2Status change_parameters(Instance *instance, const Settings *settings
     State *state = &instance->state;
     if (memcmp(settings, &state->settings, sizeof *settings) == 0)
         return fmi2OK;
+    if (settings->has_states) {
+        if (make_law(instance, settings) != fmi2OK)
+            return fmi2Error;
+        state->settings = *settings;
+        return fmi2OK;
+    }
     if (require_law(instance) != fmi2OK)
         return fmi2Error;
     /* The table of the old law must last until it has been left. */
@@ -153,6 +185,36 @@ static fmi2Status change_parameters(Instance *instance, const Settings *settings
     return status;
 }
 
+/* Writes values other than the displacement: all of them, or none. */
+static fmi2Status write_others(
+    Instance *instance, const fmi2ValueReference references[], size_t count, const double values[])
+{
+    State *state = &instance->state;
+    Settings settings = state->settings;
+    for (size_t i = 0; i < count; i++)
+        if (fmu_causality(&settings, references[i]) == VARIABLE_PARAMETER)
+            *fmu_setting(&settings, references[i]) = values[i];
+    if (!(state->mode & INITIALIZED)) {
+        state->settings = settings;
+        instance->law = NULL;
+    } else if (change_parameters(instance, &settings) != fmi2OK) {
+        return fmi2Error;
+    }
+    for (size_t i = 0; i < count; i++)
+        if (references[i] != SPRING_DISPLACEMENT)
+            *given(state, references[i]) = values[i];
+    return fmi2OK;
+}
+
+/* Makes the memory that of the inputs and the states. */
+static void remember_states(State *state)
+{
+    SpringMemory memory = spring_start(state->displacement, state->memory.omega);
+    memory.energy = state->memory.energy;
+    memory.direction = (state->velocity > 0.0) - (state->velocity < 0.0);
+    state->memory = memory;
+}
+
 fmi2Status fmu_write(Instance *instance, const fmi2ValueReference references[], size_t count, const double values[])
 {
     State *state = &instance->state;
@@ -160,20 +222,15 @@ fmi2Status fmu_write(Instance *instance, const fmi2ValueReference references[], 
     size_t i = 0;
     while (i < count && references[i] == SPRING_DISPLACEMENT)
         displacement = values[i++];
-    if (i < count) {
-        Settings settings = state->settings;
-        for (; i < count; i++)
-            *(references[i] == SPRING_DISPLACEMENT ? &displacement : fmu_setting(&settings, references[i])) = values[i];
-        if (state->mode & INITIALIZED) {
-            if (change_parameters(instance, &settings) != fmi2OK)
-                return fmi2Error;
-        } else {
-            state->settings = settings;
-            instance->law = NULL;
-        }
-    }
+    if (i < count && write_others(instance, references + i, count - i, values + i) != fmi2OK)
+        return fmi2Error;
+    for (; i < count; i++)
+        if (references[i] == SPRING_DISPLACEMENT)
+            displacement = values[i];
     state->displacement = displacement;
     instance->has_trial = 0;
+    if (instance->has_states)
+        remember_states(state);
     return fmi2OK;
 }
 
@@ -228,19 +285,38 @@ fmi2Status fmu_end_initialization(Instance *instance)
     State *state = &instance->state;
     if (fmu_reach(instance) == NULL)
         return fmi2Error;
+    if (!(fabs(state->memory.omega) <= 1.0))
+        return FMU_REFUSE(&instance->log, "`omega` must begin within [-1, 1], got %s.",
+                          spring_number(state->memory.omega).text);
     commit(instance);
     state->watch = fmu_watch_from(state->time, state->displacement);
     state->mode = state->mode & MODEL_EXCHANGE ? ME_EVENT : CS_STEP;
     return fmi2OK;
 }
 
-fmi2Status fmu_accept(Instance *instance)
+static void watch_velocity(Instance *instance, int jumped)
+{
+    const State *state = &instance->state;
+    VelocityWatch *watch = &instance->velocity_watch;
+    if (jumped)
+        fmu_velocity_from(watch, state->time, state->displacement, state->velocity);
+    else if (fmu_velocity_accept(watch, state->time, state->displacement, state->velocity, fmu_range(state)))
+        fmu_report(&instance->log, fmi2Warning,
+                   "`velocity` must be the rate of `displacement`, but up to time %s s their steps differ by %.0f %%: "
+                   "omega and the force are wrong. Connect `velocity`, or take the FMU for co-simulation, which needs none.",
+                   spring_number(state->time).text, 100.0 * watch->difference / watch->distance);
+}
+
+fmi2Status fmu_accept(Instance *instance, int jumped)
 {
     State *state = &instance->state;
     if (require_law(instance) != fmi2OK)
         return fmi2Error;
     commit(instance);
-    fmu_watch_accept(&state->watch, state->time, state->displacement, fmu_range(state));
+    if (instance->has_states)
+        watch_velocity(instance, jumped);
+    else
+        fmu_watch_accept(&state->watch, state->time, state->displacement, fmu_range(state));
     return fmi2OK;
 }
 

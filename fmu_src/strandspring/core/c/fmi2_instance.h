@@ -2,6 +2,8 @@
  *
  * The response to a displacement that is read before a step commits it is a trial: computed from the committed memory,
  * and kept until it is committed, or reverted by another displacement. A call that returns an error has changed nothing.
+ *
+ * In the form with states the memory is what inputs and states say, and there is no path to commit.
  */
 #ifndef FMI2_INSTANCE_H
 #define FMI2_INSTANCE_H
@@ -11,6 +13,7 @@
 #include "fmi2_state.h"
 #include "fmi2_states.h"
 #include "fmi2_tables.h"
+#include "fmi2_velocity.h"
 #include "spring.h"
 
 /* The host's functions for memory, or the C library's. */
@@ -23,11 +26,13 @@ typedef struct {
     /* What a step needs comes first. */
     unsigned variables; /* their number */
     int has_trial;
+    int has_states; /* as settings say */
     SpringMemory trial;   /* after the path from the last commit to the displacement set last, if has_trial */
     const SpringLaw *law; /* of the present parameters: a shared one or the own one; NULL if there is none */
     State state;
     SpringLaw own_law;
     const SharedSpring *shared; /* acquired for the law made last; may be NULL */
+    VelocityWatch velocity_watch; /* of the form with states */
     Log log;
     Allocator allocator;
     char name[];
@@ -36,7 +41,7 @@ typedef struct {
 /* Everything as it is after instantiation, in the first mode of model exchange or co-simulation. */
 SPRING_LOCAL void fmu_begin(Instance *instance, int mode);
 
-/* Values by reference, which must be of a Real that may be read or set. Reading an output fails while the parameters
+/* Values by reference, which must be of a Real that may be read or set. Reading what is calculated fails while the parameters
  * are not a possible spring. Once the path has begun, parameters that are none are refused; others act from the committed
  * point on, which keeps its omega. */
 SPRING_LOCAL fmi2Status fmu_read(
@@ -60,8 +65,9 @@ SPRING_LOCAL SpringSensitivity fmu_sensitivity(const Instance *instance, const S
 /* Starts the path at the displacement that holds, if the parameters are a possible spring. */
 SPRING_LOCAL fmi2Status fmu_end_initialization(Instance *instance);
 
-/* Commits the path to the displacement that holds, as of the present time of model exchange. */
-SPRING_LOCAL fmi2Status fmu_accept(Instance *instance);
+/* Commits the path to the displacement that holds, as of the present time of model exchange. `jumped`: it may have jumped,
+ * at an event. */
+SPRING_LOCAL fmi2Status fmu_accept(Instance *instance, int jumped);
 
 /* Commits the path through a step of co-simulation. */
 SPRING_LOCAL fmi2Status fmu_step(Instance *instance, double time, double size);

@@ -34,6 +34,9 @@ fmi2Component fmi2Instantiate(fmi2String instanceName, fmi2Type fmuType, fmi2Str
     int own_memory = functions->allocateMemory == NULL && functions->freeMemory == NULL;
     if (!named)
         return FMU_REFUSE_POINTER(&log, "The name of an instance must not be empty.");
+    if (fmuType == fmi2CoSimulation && fmu_start_settings().has_states)
+        return FMU_REFUSE_POINTER(&log, "The type must be fmi2ModelExchange (0): this form of the FMU has continuous states "
+                                        "and no solver.");
     if (fmuType != fmi2ModelExchange && fmuType != fmi2CoSimulation)
         return FMU_REFUSE_POINTER(&log, "The type must be fmi2ModelExchange (0) or fmi2CoSimulation (1), got %d.",
                                   (int)fmuType);
@@ -133,11 +136,11 @@ fmi2Status fmi2GetBoolean(fmi2Component c, const fmi2ValueReference vr[], size_t
     return fmi2OK;
 }
 
-/* Whether a variable may be set now. */
+/* Whether a variable may be set now. In the form with states it may be wherever no path depends on it. */
 static fmi2Status require_settable(const Instance *instance, fmi2ValueReference reference)
 {
-    VariableCausality causality = fmu_causality(reference);
-    if (causality == VARIABLE_INPUT)
+    VariableCausality causality = fmu_causality(&instance->state.settings, reference);
+    if (causality == VARIABLE_INPUT || fmu_is_state(&instance->state.settings, reference))
         return fmi2OK;
     if (causality != VARIABLE_PARAMETER)
         return FMU_REFUSE(&instance->log, "`%s` is calculated and cannot be set.",
@@ -148,10 +151,24 @@ static fmi2Status require_settable(const Instance *instance, fmi2ValueReference 
         return FMU_REFUSE(&instance->log,
                           "`%s` is fixed after initialization; reset the instance to change it.",
                           fmu_name(&instance->state.settings, reference).text);
-    if (instance->state.mode & ME_CONTINUOUS_TIME)
+    if (instance->state.mode & ME_CONTINUOUS_TIME && !instance->state.settings.has_states)
         return FMU_REFUSE(&instance->log, "`%s` can be changed at events only; enter event mode first.",
                           fmu_name(&instance->state.settings, reference).text);
     return fmi2OK;
+}
+
+/* Refuses what no input or state may be. */
+static fmi2Status require_value(const Instance *instance, fmi2ValueReference reference, double value)
+{
+    const Settings *settings = &instance->state.settings;
+    VariableCausality causality = fmu_causality(settings, reference);
+    int is_displacement = reference == SPRING_DISPLACEMENT, is_input = causality == VARIABLE_INPUT;
+    double largest = is_displacement ? LARGEST_DISPLACEMENT : is_input ? LARGEST_VELOCITY : LARGEST_STATE;
+    if (causality == VARIABLE_PARAMETER || fabs(value) <= largest)
+        return fmi2OK;
+    return FMU_REFUSE(&instance->log, "`%s` must be within +-%g%s, got %s; the previous value is kept.",
+                      fmu_name(settings, reference).text, largest, is_displacement ? " m" : is_input ? " m/s" : "",
+                      spring_number(value).text);
 }
 
 fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference vr[], size_t nvr, const fmi2Real value[])
@@ -159,11 +176,11 @@ fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference vr[], size_t nv
     FMU_REQUIRE(c, SetReal);
     FMU_REQUIRE_VARIABLES(instance, SetReal, vr, nvr, value, VARIABLE_REAL);
     for (size_t i = 0; i < nvr; i++) {
-        if (require_settable(instance, vr[i]) != fmi2OK)
+        /* The usual case in a few instructions. */
+        if (vr[i] == SPRING_DISPLACEMENT && fabs(value[i]) <= LARGEST_DISPLACEMENT)
+            continue;
+        if (require_settable(instance, vr[i]) != fmi2OK || require_value(instance, vr[i], value[i]) != fmi2OK)
             return fmi2Error;
-        if (vr[i] == SPRING_DISPLACEMENT && !(fabs(value[i]) <= LARGEST_DISPLACEMENT))
-            return FMU_REFUSE(&instance->log, "`displacement` must be within +-%g m, got %s; the previous value is kept.",
-                              LARGEST_DISPLACEMENT, spring_number(value[i]).text);
     }
     return fmu_write(instance, vr, nvr, value);
 }

@@ -77,8 +77,9 @@ static void fields(Cursor *cursor, State *state)
     int_field(cursor, &state->mode);
     double_field(cursor, &state->time);
     double_field(cursor, &state->stop_time);
-    for (unsigned i = SPRING_FIRST_PARAMETER; i < fmu_variables(&state->settings); i++)
+    for (unsigned i = SPRING_FIRST_PARAMETER; i < fmu_first_own(&state->settings); i++)
         double_field(cursor, fmu_setting(&state->settings, i));
+    double_field(cursor, &state->settings.omega_start);
     double_field(cursor, &state->displacement);
     double_field(cursor, &state->velocity);
     double_field(cursor, &state->acceleration);
@@ -159,7 +160,9 @@ static const char *damaged_field(const State *state)
         return "displacement";
     if (!isfinite(state->velocity) || !isfinite(state->acceleration) || !is_flag(state->interpolated))
         return "input derivatives";
-    if (!isfinite(memory->displacement) || !(fabs(memory->omega) <= 1.0) || !is_side(memory->direction) ||
+    /* Solvers overshoot a state. */
+    double largest = state->settings.has_states ? LARGEST_STATE : 1.0;
+    if (!isfinite(memory->displacement) || !(fabs(memory->omega) <= largest) || !is_side(memory->direction) ||
         !isfinite(memory->start) || !isfinite(memory->start_xi) || !isfinite(memory->energy_at))
         return "memory";
     if (!is_flag(state->energy_wanted) || !is_side(state->side) || !is_flag(state->extrapolating))

@@ -13,9 +13,9 @@ typedef struct {
     int mode;                               /* one of fmi2_states.h */
     double time, stop_time;                 /* [s]; stop_time is infinite if there is none */
     double displacement;                    /* as set last [m] */
-    double velocity, acceleration;          /* input derivatives for the next step [m/s], [m/s^2] */
+    double velocity, acceleration;          /* input derivatives for the next step, or the input velocity [m/s], [m/s^2] */
     int interpolated;                       /* whether they were set */
-    SpringMemory memory;                    /* the committed path, once initialization has ended */
+    SpringMemory memory;                    /* the committed path, once initialization has ended; or what the states say */
     SpringSensitivity sensitivity;          /* that belongs to it */
     double rate;                            /* of the displacement at the end of the last step [m/s] */
     int energy_wanted;                      /* whether absorbed_energy has been read, so that each step pays for it */

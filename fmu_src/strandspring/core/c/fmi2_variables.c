@@ -19,15 +19,16 @@ static const struct {
     SCALAR(displacement_min),
     SCALAR(displacement_max),
 #undef SCALAR
-    {"omega_start", offsetof(Settings, omega_start), offsetof(SpringGradient, by_omega_start)},
 };
+
+static const char *const OWN_NAMES[OWN_OF_STATES_FORM] = {"velocity", "der(absorbed_energy)", "der(omega)"};
 
 /* Those up to n. */
 enum { TUNABLE_SCALARS = 4 };
 
 /* The place of a parameter in its list. */
 typedef struct {
-    enum { ELASTIC, KNOT, KNOT_FORCE, AMPLIFIER, SCALAR } list;
+    enum { ELASTIC, KNOT, KNOT_FORCE, AMPLIFIER, SCALAR, OWN } list;
     int index;
 } ParameterPlace;
 
@@ -36,9 +37,9 @@ static const char *const LIST_NAMES[SCALAR] = {"kE", "FE_knots", "FE_forces", "k
 static ParameterPlace parameter_place(const Settings *settings, unsigned reference)
 {
     const SpringParameters *p = &settings->spring;
-    const int counts[SCALAR] = {p->elastic, p->knots, p->forces, p->amplifier};
+    const int counts[OWN] = {p->elastic, p->knots, p->forces, p->amplifier, SPRING_SCALARS};
     int index = (int)reference - SPRING_FIRST_PARAMETER, list = 0;
-    while (list < SCALAR && index >= counts[list])
+    while (list < OWN && index >= counts[list])
         index -= counts[list++];
     return (ParameterPlace){list, index};
 }
@@ -46,7 +47,7 @@ static ParameterPlace parameter_place(const Settings *settings, unsigned referen
 int fmu_is_tunable(const Settings *settings, unsigned reference)
 {
     ParameterPlace place = parameter_place(settings, reference);
-    return place.list == SCALAR ? place.index < TUNABLE_SCALARS : place.list != KNOT;
+    return place.list == SCALAR ? place.index < TUNABLE_SCALARS : place.list != KNOT && place.list != OWN;
 }
 
 VariableName fmu_name(const Settings *settings, unsigned reference)
@@ -57,6 +58,8 @@ VariableName fmu_name(const Settings *settings, unsigned reference)
         snprintf(name.text, sizeof name.text, "%s", NAMES[reference]);
     else if (place.list == SCALAR)
         snprintf(name.text, sizeof name.text, "%s", SCALARS[place.index].name);
+    else if (place.list == OWN)
+        snprintf(name.text, sizeof name.text, "%s", settings->has_states ? OWN_NAMES[place.index] : "omega_start");
     else
         snprintf(name.text, sizeof name.text, "%s_%d", LIST_NAMES[place.list], place.index);
     return name;
@@ -70,7 +73,8 @@ double *fmu_setting(Settings *settings, unsigned reference)
     case KNOT: return &settings->spring.FE_knots[place.index];
     case KNOT_FORCE: return &settings->spring.FE_forces[place.index];
     case AMPLIFIER: return &settings->spring.kA[place.index];
-    default: return (double *)((char *)settings + SCALARS[place.index].value);
+    case SCALAR: return (double *)((char *)settings + SCALARS[place.index].value);
+    default: return &settings->omega_start;
     }
 }
 
@@ -82,6 +86,15 @@ double fmu_derivative_by(const SpringGradient *gradient, const Settings *setting
     case KNOT: return gradient->by_FE_knots[place.index];
     case KNOT_FORCE: return gradient->by_FE_forces[place.index];
     case AMPLIFIER: return gradient->by_kA[place.index];
-    default: return *(const double *)((const char *)gradient + SCALARS[place.index].derivative);
+    case SCALAR: return *(const double *)((const char *)gradient + SCALARS[place.index].derivative);
+    default: return gradient->by_omega_start;
     }
+}
+
+double fmu_slope_derivative_by(const SpringOmegaSlope *slope, const Settings *settings, unsigned reference)
+{
+    ParameterPlace place = parameter_place(settings, reference);
+    /* kappa_omega, rho, sigma, n */
+    const double derivatives[TUNABLE_SCALARS] = {0.0, slope->by_rho, slope->by_sigma, slope->by_n};
+    return place.list == SCALAR && place.index < TUNABLE_SCALARS ? derivatives[place.index] : 0.0;
 }

@@ -278,7 +278,7 @@ double spring_stiffness(const SpringLaw *law, const SpringMemory *memory)
     const SpringParameters *p = &law->parameters;
     double x = memory->displacement - p->displacement_offset, omega = memory->omega;
     double u = memory->direction < 0 ? -omega : omega;
-    double slope = 1.0 + (u >= 0.0 ? -1.0 : law->table->curvature) * pow(fabs(u), p->n);
+    double slope = 1.0 + (u >= 0.0 ? -1.0 : 2.0 * p->sigma - 1.0) * pow(clip(fabs(u), 0.0, 1.0), p->n);
     double inside = clip(x, law->x_min, law->x_max);
     double amplifier_slope = x == inside ? polynomial(law->dFA, slope_count(p->amplifier), inside) : 0.0;
     double hysteretic = omega * amplifier_slope + polynomial(p->kA, p->amplifier, inside) * p->rho * slope;
@@ -671,27 +671,38 @@ static void place(SpringGradient *gradient, int side, double by_x, double by_ins
     gradient->by_displacement_max = side > 0 ? by_inside : 0.0;
 }
 
+SpringOmegaSlope spring_omega_slope(const SpringLaw *law, const SpringMemory *memory)
+{
+    const double rho = law->parameters.rho, n = law->parameters.n;
+    /* Paper eq. (22): the slope is rho*(1 + factor*|u|^n). */
+    int direction = memory->direction ? memory->direction : 1;
+    double u = direction * memory->omega, size = clip(fabs(u), DBL_EPSILON, 1.0);
+    double factor = u >= 0.0 ? -1.0 : 2.0 * law->parameters.sigma - 1.0;
+    double power = pow(clip(fabs(u), 0.0, 1.0), n);
+    double value = 1.0 + factor * power;
+    return (SpringOmegaSlope){
+        .value = rho * value,
+        .by_omega = fabs(u) > 1.0 ? 0.0 : rho * (u >= 0.0 ? direction : -direction) * factor * n * pow(size, n - 1.0),
+        .by_rho = value,
+        .by_sigma = u >= 0.0 ? 0.0 : 2.0 * rho * power,
+        .by_n = rho * factor * power * log(size),
+    };
+}
+
 void spring_gradient(
     const SpringLaw *law, const SpringMemory *memory, const SpringSensitivity *sensitivity,
     SpringGradient *of_force, SpringGradient *of_stiffness)
 {
     const SpringParameters *p = &law->parameters;
-    const double rho = p->rho, kappa = p->kappa_omega, omega = memory->omega, n = p->n;
+    const double kappa = p->kappa_omega, omega = memory->omega;
     double x = memory->displacement - p->displacement_offset;
     double inside = clip(x, law->x_min, law->x_max), out = x - inside;
     int side = x < law->x_min ? -1 : x > law->x_max ? 1 : 0;
     double within = side == 0 ? 1.0 : 0.0;
-    int direction = memory->direction ? memory->direction : 1;
-    SpringSensitivity change = omega_derivatives(law, memory, sensitivity);
-
-    /* Paper eq. (22): slope is 1 + factor*|u|^n, and these are its derivatives by u, sigma and n. */
-    double u = direction * omega, size = clip(fabs(u), DBL_EPSILON, 1.0);
-    double factor = u >= 0.0 ? -1.0 : law->table->curvature;
-    double power = pow(fabs(u), n);
-    double slope = 1.0 + factor * power;
-    double slope_by_u = (u >= 0.0 ? 1.0 : -1.0) * factor * n * pow(size, n - 1.0);
-    double slope_by_sigma = u >= 0.0 ? 0.0 : 2.0 * power;
-    double slope_by_n = factor * power * log(size);
+    SpringOmegaSlope slope = spring_omega_slope(law, memory);
+    SpringSensitivity change = {.by_omega_start = 1.0};
+    if (sensitivity != NULL)
+        change = omega_derivatives(law, memory, sensitivity);
 
     double ddFA[SPRING_COEFFICIENTS];
     int hysteretic = slope_count(p->amplifier), hysteretics = derivative(law->dFA, hysteretic, ddFA);
@@ -715,7 +726,7 @@ void spring_gradient(
     }
     for (int i = 0; i < p->amplifier; i++) {
         of_force->by_kA[i] = kappa * omega * value[i];
-        of_stiffness->by_kA[i] = kappa * (omega * first[i] * within + value[i] * rho * slope);
+        of_stiffness->by_kA[i] = kappa * (omega * first[i] * within + value[i] * slope.value);
     }
 
     of_force->by_displacement = spring_stiffness(law, memory);
@@ -726,14 +737,13 @@ void spring_gradient(
     of_force->by_omega_start = kappa * FA * change.by_omega_start;
     place(of_force, side, FE_1, FE_2 * out + kappa * omega * FA_1, p->knots ? FE_1 + FE_2 * out : 0.0);
 
-    double by_omega = kappa * (FA_1 * within + FA * rho * slope_by_u * direction);
-    double by_slope = kappa * FA * rho;
-    double by_inside = FE_2 + kappa * (omega * FA_2 * within + FA_1 * rho * slope);
-    of_stiffness->by_displacement = by_inside * within + by_omega * rho * slope;
-    of_stiffness->by_kappa_omega = omega * FA_1 * within + FA * rho * slope;
-    of_stiffness->by_rho = by_omega * change.by_rho + kappa * FA * slope;
-    of_stiffness->by_sigma = by_omega * change.by_sigma + by_slope * slope_by_sigma;
-    of_stiffness->by_n = by_omega * change.by_n + by_slope * slope_by_n;
+    double by_omega = kappa * (FA_1 * within + FA * slope.by_omega), by_slope = kappa * FA;
+    double by_inside = FE_2 + kappa * (omega * FA_2 * within + FA_1 * slope.value);
+    of_stiffness->by_displacement = by_inside * within + by_omega * slope.value;
+    of_stiffness->by_kappa_omega = omega * FA_1 * within + FA * slope.value;
+    of_stiffness->by_rho = by_omega * change.by_rho + by_slope * slope.by_rho;
+    of_stiffness->by_sigma = by_omega * change.by_sigma + by_slope * slope.by_sigma;
+    of_stiffness->by_n = by_omega * change.by_n + by_slope * slope.by_n;
     of_stiffness->by_omega_start = by_omega * change.by_omega_start;
     place(of_stiffness, side, 0.0, by_inside, p->knots ? FE_2 : 0.0);
 }

@@ -66,6 +66,11 @@ typedef struct {
     double by_displacement_offset, by_displacement_min, by_displacement_max, by_omega_start;
 } SpringGradient;
 
+/* d(omega)/d(displacement) in the direction of the last motion, and its derivatives. */
+typedef struct {
+    double value, by_omega, by_rho, by_sigma, by_n;
+} SpringOmegaSlope;
+
 /* A number as Python's repr writes it, whatever the locale. */
 typedef struct {
     char text[32];
@@ -77,7 +82,8 @@ SPRING_LOCAL SpringNumber spring_number(double value);
  * the words of spring_parameters() in variables.py. Returns 0 if they are possible, else 1. */
 SPRING_LOCAL int spring_problem(const SpringParameters *parameters, char *text, size_t size);
 
-/* Prepares a law; the parameters must be possible, and the table one of their n and sigma. */
+/* Prepares a law; the parameters must be possible, and the table one of their n and sigma. It may be NULL for what needs no
+ * path: force and stiffness, and the derivatives at an omega that is given. */
 SPRING_LOCAL void spring_prepare(SpringLaw *law, const SpringParameters *parameters, const SpringTable *table);
 
 /* The memory at the start of a path. */
@@ -114,9 +120,13 @@ SPRING_LOCAL void spring_change(
 /* Exact derivatives of force and stiffness where the path ends. The force's derivative by displacement is the tangent
  * stiffness; a path that has not moved yet (direction 0) answers for the loading direction. For n < 1 the stiffness has
  * a cusp at omega = 0, where its derivative is that of the nearest omega a double resolves beside 1, 2e-16, so that it
- * stays finite. */
+ * stays finite. Without a sensitivity (NULL) omega is given, whatever the path to it, and by_omega_start is the derivative
+ * by omega. */
 SPRING_LOCAL void spring_gradient(
     const SpringLaw *law, const SpringMemory *memory, const SpringSensitivity *sensitivity,
     SpringGradient *of_force, SpringGradient *of_stiffness);
+
+/* Where solvers overshoot |omega| = 1 the slope is that at 1. */
+SPRING_LOCAL SpringOmegaSlope spring_omega_slope(const SpringLaw *law, const SpringMemory *memory);
 
 #endif

@@ -16,23 +16,24 @@ from ...errors import BuildError
 from ...kernel.path import packed
 from .macho import is_macho, with_new_hashes
 
-# Marker: magic, size of the block, version of its layout. Then GUID, SpringParameters, omega_start.
+# Marker: magic, size of the block, version of its layout. Then GUID, SpringParameters, omega_start, has_states.
 _MARKER = struct.Struct("<16sII")
-_MAGIC, _VERSION = b"strandspringfmu", 3
+_MAGIC, _VERSION = b"strandspringfmu", 4
 
 # What counts the values of each array.
 _COUNTS = {"kE": "elastic", "kA": "amplifier", "FE_knots": "knots", "FE_forces": "forces"}
 
 
-def filled(image: bytes, parameters: SpringParameters, guid: str) -> bytes:
-    """An image with the values of one spring in its block.
+def filled(image: bytes, parameters: SpringParameters, guid: str, with_states: bool = False) -> bytes:
+    """An image with the values of one spring in its block, and the form of its FMU.
 
     Raises
     ------
     BuildError   If the image does not have exactly one block of this layout.
     """
     start = start_values(parameters)
-    values = struct.pack("<40s", guid.encode("ascii")) + packed(parameters) + struct.pack("<d", start["omega_start"])
+    values = struct.pack("<40s", guid.encode("ascii")) + packed(parameters)
+    values += struct.pack("<dq", start["omega_start"], with_states)
     marker = _MARKER.pack(_MAGIC, _MARKER.size + len(values), _VERSION)
     if image.count(marker) != 1:
         raise BuildError(
@@ -43,7 +44,7 @@ def filled(image: bytes, parameters: SpringParameters, guid: str) -> bytes:
     return with_new_hashes(image) if is_macho(image) else image
 
 
-def values_source(parameters: SpringParameters, guid: str) -> str:
+def values_source(parameters: SpringParameters, guid: str, with_states: bool = False) -> str:
     """The text of spring_values.h."""
     start = start_values(parameters)
     # C11 has no empty initialisers.
@@ -61,6 +62,7 @@ def values_source(parameters: SpringParameters, guid: str) -> str:
 {scalars}
     }},
     .omega_start = {start["omega_start"].hex()},
+    .has_states = {int(with_states)},
 }},
 """
 

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from ...compiled.images import FMI_HEADERS, FMU, fmi_header
@@ -35,8 +36,13 @@ def build_native_fmu(
     platforms: Sequence[Platform] | None = None,
     zero: float | None = None,
     author: str = "",
+    with_states: bool = False,
 ) -> Path:
     """Write ``<directory>/<model.name>.fmu``, an FMI 2.0 FMU that runs without Python.
+
+    With states it is ``<model.name>_states.fmu``, for model exchange alone: `omega` and `absorbed_energy` are
+    continuous states, `velocity` is a second input, and there is no memory besides. It is for importers that evaluate
+    an FMU as a function, as for optimal control and linearisation; to them the usual form is an elastic spring.
 
     Parameters
     ----------
@@ -47,6 +53,7 @@ def build_native_fmu(
     zero : float or None                Displacement of the model file at which that of the FMU is 0 [m]; by default the
                                         rig's zero if it lies within the identified range, else the middle of the range.
     author : str                        For the model description.
+    with_states : bool
 
     Returns
     -------
@@ -57,19 +64,29 @@ def build_native_fmu(
     StrandspringError  If an image has to be compiled and ziglang is missing or fails, or the folder cannot be written
                        to.
     """
-    contents = native_contents(model, default_platforms() if platforms is None else platforms, zero, author)
-    return write_archive(fmu_path(directory, model.name, "native"), contents)
+    chosen = default_platforms() if platforms is None else platforms
+    contents = native_contents(model, chosen, zero, author, with_states)
+    return write_archive(fmu_path(directory, model.name, "states" if with_states else "native"), contents)
 
 
 def native_contents(
-    model: ModelFile, platforms: Sequence[Platform], zero: float | None = None, author: str = ""
+    model: ModelFile,
+    platforms: Sequence[Platform],
+    zero: float | None = None,
+    author: str = "",
+    with_states: bool = False,
 ) -> dict[str, bytes]:
     """Every file of the native FMU by its path inside it."""
     of_record = model
     model, zero = placed(model, zero)
+    if with_states:
+        # Both forms may be linked into one program.
+        model = replace(model, name=f"{model.name}_states")
     fixed = _fixed_sources()
     backend = Backend(
-        co_simulation={
+        co_simulation=None
+        if with_states
+        else {
             **_STATE_AND_DERIVATIVES,
             "canInterpolateInputs": "true",
             "maxOutputDerivativeOrder": "1",
@@ -79,12 +96,15 @@ def native_contents(
         sources=(_UNIT,),
         author=author,
         version=model_version(of_record),
+        with_states=with_states,
     )
     tool = f"strandspring {installed_version('strandspring')}"
     spring = model.parameters
     # The binaries hold the GUID, so it comes from what they are made of.
-    guid = content_guid([model_description(model, "", tool, backend), values_source(spring, "").encode("ascii")], fixed)
-    sources = {**fixed, "spring_values.h": values_source(spring, guid).encode("ascii")}
+    values = values_source(spring, "", with_states).encode("ascii")
+    guid = content_guid([model_description(model, "", tool, backend), values], fixed)
+    sources = {**fixed, "spring_values.h": values_source(spring, guid, with_states).encode("ascii")}
+    settings = BuildSettings("states" if with_states else "native", zero, author)
     return sealed(
         {
             **common_contents(
@@ -92,9 +112,10 @@ def native_contents(
                 zero,
                 model_description(model, guid, tool, backend),
                 platforms=tuple(sorted(p.name for p in platforms)),
+                with_states=with_states,
             ),
-            **papers(of_record, BuildSettings("native", zero, author)),
-            **binaries(model.name, platforms, FMU, lambda image: filled(image, spring, guid)),
+            **papers(of_record, settings),
+            **binaries(model.name, platforms, FMU, lambda image: filled(image, spring, guid, with_states)),
             **{f"sources/{name}": content for name, content in sources.items()},
             "documentation/licenses/fmi-headers.txt": _licence_of_headers(sources),
         }
