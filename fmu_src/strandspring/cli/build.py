@@ -222,6 +222,6 @@ def _built(
         if kind == "python":
             fmu = build_fmu(model, folder, platforms, zero, needs_execution_tool, author)
         else:
-            fmu = build_native_fmu(model, folder, platforms, zero, author, with_states=kind == "states")
+            fmu = build_native_fmu(model, folder, platforms, zero, author, kind == "states")
     with working("Validating and running the FMU"):
         return fmu, check_fmu(fmu)

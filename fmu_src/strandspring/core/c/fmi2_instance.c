@@ -85,10 +85,12 @@ static const SpringMemory *make_trial(Instance *instance)
     const State *state = &instance->state;
     if (require_law(instance) != fmi2OK)
         return NULL;
-    instance->trial = instance->has_states ? state->memory
-                      : state->mode & INITIALIZATION
-                          ? spring_start(state->displacement, state->settings.omega_start)
-                          : spring_trial(instance->law, &state->memory, state->displacement);
+    if (instance->has_states)
+        instance->trial = state->memory;
+    else if (state->mode & INITIALIZATION)
+        instance->trial = spring_start(state->displacement, state->settings.omega_start);
+    else
+        instance->trial = spring_trial(instance->law, &state->memory, state->displacement);
     instance->has_trial = 1;
     return &instance->trial;
 }

@@ -2,8 +2,9 @@
  * spring has, the coefficients kE_i or the knots and forces of FE, the coefficients kA_i, of all of which springs have
  * different numbers, the scalar parameters, and those that only one form of the FMU has.
  *
- * In the usual form the spring remembers its path. In the form with states omega and absorbed_energy are continuous states
- * of model exchange, velocity is a second input, and nothing else is remembered; omega_start is the start value of omega. */
+ * In the usual form the spring remembers its path. In the form with states omega and absorbed_energy are continuous
+ * states of model exchange, velocity is a second input, nothing else is remembered, and omega begins where it is set.
+ */
 #ifndef FMI2_VARIABLES_H
 #define FMI2_VARIABLES_H
 
