@@ -33,7 +33,7 @@ CHEAP = Study(
 )
 COMMAND = [
     "study", "mount.json", "--mass", "4", "--mass", "5", "--mass", "400", "--base-displacement", "0.1",
-    "--draws", "20", "--seed", "7", "--band", "2", "2.5", "--points", "2",
+    "--draws", "20", "--seed", "7", "--band", "2", "2.5", "--points", "2", "--zero", "rig",
 ]  # fmt: skip
 
 
