@@ -23,3 +23,13 @@ def displacement(time: np.ndarray) -> np.ndarray:
     """Half periods of cosines from turn to turn, so that all turns are at communication points [m]."""
     begin, length, share = _stroke(time)
     return begin + 0.5 * length * (1.0 - np.cos(np.pi * share))
+
+
+def velocity(time: np.ndarray) -> np.ndarray:
+    """The rate of that [m/s]."""
+    _, length, share = _stroke(time)
+    return 0.5 * length * np.pi / STROKE * np.sin(np.pi * share)
+
+
+# Inputs of FMUs by name; an FMU without states has the first only.
+SIGNALS = {"displacement": displacement, "velocity": velocity}

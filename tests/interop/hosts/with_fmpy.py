@@ -4,16 +4,18 @@ from __future__ import annotations
 
 import fmpy
 import numpy as np
-
-from motion import STEP, STOP, TIMES, displacement
+from motion import SIGNALS, STEP, STOP, TIMES
 
 OUTPUTS = ("force", "absorbed_energy")
 
 
 def run(fmu: str, kind: str) -> tuple[np.ndarray, ...]:
-    table = np.rec.fromarrays([TIMES, displacement(TIMES)], names="time,displacement")
+    inputs = [v.name for v in fmpy.read_model_description(fmu).modelVariables if v.causality == "input"]
+    table = np.rec.fromarrays([TIMES, *(SIGNALS[name](TIMES) for name in inputs)], names=["time", *inputs])
+    # FMPy's CVode holds inputs within its own steps, which for the form with states costs 2 % of the energy.
+    solver = "Euler" if "velocity" in inputs else "CVode"
     result = fmpy.simulate_fmu(
-        fmu, fmi_type=kind, stop_time=STOP, step_size=STEP, output_interval=STEP, input=table, output=OUTPUTS,
-        record_events=False,
+        fmu, fmi_type=kind, solver=solver, stop_time=STOP, step_size=STEP, output_interval=STEP, input=table,
+        output=OUTPUTS, record_events=False,
     )  # fmt: skip
     return tuple(result[name] for name in ("time", *OUTPUTS))
