@@ -37,6 +37,10 @@ def _native(model: ModelFile, folder: Path) -> Path:
     return build_native_fmu(model, folder, chosen_platforms("all"))
 
 
+def build_with_states(model: ModelFile, folder: Path) -> Path:
+    return build_native_fmu(model, folder, chosen_platforms("host"), zero=None, states=True)
+
+
 CO_SIMULATION, MODEL_EXCHANGE = "CoSimulation", "ModelExchange"
 
 
@@ -51,8 +55,9 @@ class Kind:
 
 NATIVE = Kind("native, co-simulation", _native, CO_SIMULATION)
 EXCHANGE = Kind("native, model exchange", _native, MODEL_EXCHANGE)
+STATES = Kind("native with states, model exchange", build_with_states, MODEL_EXCHANGE)
 PYTHON = Kind("Python-backed, co-simulation", build_fmu, CO_SIMULATION)
-KINDS = (NATIVE, EXCHANGE, PYTHON)
+KINDS = (NATIVE, EXCHANGE, STATES, PYTHON)
 
 
 @dataclass(frozen=True)
@@ -93,15 +98,22 @@ _HOST = {CO_SIMULATION: Sampling.SAME_TIME, MODEL_EXCHANGE: "not written for it"
 
 TOOLS = (
     Tool("`strandspring.simulate_fmu`", "with_strandspring", _SAME),
-    Tool("FMPy, `simulate_fmu`", "with_fmpy", _LATE | {MODEL_EXCHANGE: Sampling.SAME_TIME}),
-    Tool("PathSim (pathsim-fmi)", "with_pathsim", _SAME | {MODEL_EXCHANGE: "needs continuous states"}),
+    Tool("FMPy, `simulate_fmu`", "with_fmpy", _LATE | {EXCHANGE: Sampling.SAME_TIME, STATES: Sampling.STEP_LATE}),
+    Tool(
+        "PathSim (pathsim-fmi)", "with_pathsim",
+        _SAME | {EXCHANGE: "needs continuous states", STATES: Sampling.SAME_TIME},
+    ),
+    Tool(
+        "CasADi", "with_casadi",
+        {CO_SIMULATION: "has no co-simulation", EXCHANGE: "knows states only", STATES: Sampling.SAME_TIME},
+    ),
     Tool("CoFMUPy", "with_cofmupy", _SAME, _without_cofmupy),
     Tool("FMU Manipulation Toolbox: check, and container in FMPy", "with_container", _LATE),
     Tool("libcosim (libcosimpy)", "with_libcosimpy", _SAME),
     Tool("Ecos (ecospy)", "with_ecospy", _SAME),
     Tool("host in C without Python", "with_c_host", _HOST),
     Tool("the same for Windows, by wine", "with_wine", _HOST | {PYTHON: "needs Python for Windows"}, _without_wine),
-)
+)  # fmt: skip
 
 
 def table() -> str:

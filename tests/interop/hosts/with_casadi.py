@@ -5,6 +5,7 @@ from __future__ import annotations
 import casadi
 import fmpy
 import numpy as np
+
 from motion import STEP, STROKE, TIMES, TURNS
 
 TOLERANCES = {"reltol": 1e-12, "abstol": 1e-14, "max_num_steps": 100_000}

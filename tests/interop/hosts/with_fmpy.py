@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import fmpy
 import numpy as np
+
 from motion import SIGNALS, STEP, STOP, TIMES
 
 OUTPUTS = ("force", "absorbed_energy")

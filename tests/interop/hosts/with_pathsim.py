@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-from motion import SIGNALS, STEP, STOP
 from pathsim import Connection, Simulation
 from pathsim.blocks import Scope, Source
 from pathsim.solvers import RK4
 from pathsim_fmi import CoSimulationFMU, ModelExchangeFMU
+
+from motion import SIGNALS, STEP, STOP
 
 
 def _source(signal: Callable[[np.ndarray], np.ndarray]) -> Source:
