@@ -38,7 +38,7 @@ def _native(model: ModelFile, folder: Path) -> Path:
 
 
 def build_with_states(model: ModelFile, folder: Path) -> Path:
-    return build_native_fmu(model, folder, chosen_platforms("host"), zero=None, states=True)
+    return build_native_fmu(model, folder, chosen_platforms("host"), with_states=True)
 
 
 CO_SIMULATION, MODEL_EXCHANGE = "CoSimulation", "ModelExchange"

@@ -76,8 +76,8 @@ FMU = Unit("spring", "core/c/all.c", ("core/c",), ("-O2", "-fvisibility=hidden")
 BRIDGE = Unit(
     "bridge",
     "fmu/bridge/bridge.c",
-    ("fmu/bridge", *(f"core/c/{name}" for name in ("fmi2_api.h", "fmi2_log.c", "fmi2_log.h", "fmi2_states.c",
-                                                   "fmi2_states.h", "spring_local.h"))),
+    ("fmu/bridge", *(f"core/c/{name}" for name in ("fmi2_api.h", "fmi2_calls.h", "fmi2_log.c", "fmi2_log.h",
+                                                   "fmi2_states.c", "fmi2_states.h", "spring_local.h"))),
     ("-O2", "-fvisibility=hidden"),
     fmi=True,
     loads=True,

@@ -5,6 +5,7 @@
  * a finite size is an error and not discarded, since discarding would ask the host to try a smaller one.
  */
 #include "fmi2_arguments.h"
+#include "fmi2_calls.h"
 #include "fmi2_instance.h"
 
 #include <math.h>
@@ -40,29 +41,3 @@ fmi2Status fmi2DoStep(fmi2Component c, fmi2Real currentCommunicationPoint, fmi2R
     FMU_REQUIRE(c, DoStep);
     return fmu_step(instance, currentCommunicationPoint, communicationStepSize);
 }
-
-fmi2Status fmi2CancelStep(fmi2Component c)
-{
-    FMU_REQUIRE(c, CancelStep);
-    return fmi2OK;
-}
-
-/* No step is ever pending, so that few kinds of status are known. */
-#define GET_STATUS(call, Type, known, answer) \
-    fmi2Status fmi2##call(fmi2Component c, const fmi2StatusKind s, Type *value) \
-    { \
-        FMU_REQUIRE(c, call); \
-        FMU_REQUIRE_ARRAY(instance, call, value, 1); \
-        if (!(known)) \
-            return fmu_report(&instance->log, fmi2Discard, \
-                              "%s has no status of kind %d, since steps of this FMU are never pending.", "fmi2" #call, \
-                              (int)s); \
-        *value = (answer); \
-        return fmi2OK; \
-    }
-
-GET_STATUS(GetStatus, fmi2Status, 0, fmi2OK)
-GET_STATUS(GetRealStatus, fmi2Real, s == fmi2LastSuccessfulTime, instance->state.time)
-GET_STATUS(GetIntegerStatus, fmi2Integer, 0, 0)
-GET_STATUS(GetBooleanStatus, fmi2Boolean, s == fmi2Terminated, fmi2False)
-GET_STATUS(GetStringStatus, fmi2String, 0, NULL)

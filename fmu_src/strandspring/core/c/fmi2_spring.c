@@ -7,16 +7,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-const char *fmi2GetTypesPlatform(void)
-{
-    return fmi2TypesPlatform;
-}
-
-const char *fmi2GetVersion(void)
-{
-    return fmi2Version;
-}
-
 /* Memory comes from the host, or from the C library if the host gives no functions for it. */
 fmi2Component fmi2Instantiate(fmi2String instanceName, fmi2Type fmuType, fmi2String fmuGUID,
                               fmi2String fmuResourceLocation, const fmi2CallbackFunctions *functions,
@@ -67,14 +57,6 @@ void fmi2FreeInstance(fmi2Component c)
         return;
     fmu_release(instance->shared);
     instance->allocator.free(instance);
-}
-
-fmi2Status fmi2SetDebugLogging(
-    fmi2Component c, fmi2Boolean loggingOn, size_t nCategories, const fmi2String categories[])
-{
-    FMU_REQUIRE(c, SetDebugLogging);
-    FMU_REQUIRE_ARRAY(instance, SetDebugLogging, categories, nCategories);
-    return fmu_choose_categories(&instance->log, loggingOn, nCategories, categories);
 }
 
 fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean toleranceDefined, fmi2Real tolerance, fmi2Real startTime,

@@ -35,15 +35,7 @@ typedef struct {
 
 static const char IDENTITY;
 
-const char *fmi2GetTypesPlatform(void)
-{
-    return fmi2TypesPlatform;
-}
-
-const char *fmi2GetVersion(void)
-{
-    return fmi2Version;
-}
+#include "../../core/c/fmi2_calls.h"
 
 fmi2Component fmi2Instantiate(fmi2String instanceName, fmi2Type fmuType, fmi2String fmuGUID,
                               fmi2String fmuResourceLocation, const fmi2CallbackFunctions *functions,
@@ -86,14 +78,6 @@ void fmi2FreeInstance(fmi2Component c)
         return;
     released(instance, instance->component);
     free(instance);
-}
-
-fmi2Status fmi2SetDebugLogging(
-    fmi2Component c, fmi2Boolean loggingOn, size_t nCategories, const fmi2String categories[])
-{
-    FMU_REQUIRE(c, SetDebugLogging);
-    FMU_REQUIRE_ARRAY(instance, SetDebugLogging, categories, nCategories);
-    return fmu_choose_categories(&instance->log, loggingOn, nCategories, categories);
 }
 
 fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean toleranceDefined, fmi2Real tolerance, fmi2Real startTime,
@@ -188,32 +172,6 @@ fmi2Status fmi2DoStep(fmi2Component c, fmi2Real currentCommunicationPoint, fmi2R
         instance->state.time = currentCommunicationPoint + communicationStepSize;
     return status;
 }
-
-fmi2Status fmi2CancelStep(fmi2Component c)
-{
-    FMU_REQUIRE(c, CancelStep);
-    return fmi2OK;
-}
-
-/* No step is ever pending, so that few kinds of status are known. */
-#define GET_STATUS(call, Type, known, answer) \
-    fmi2Status fmi2##call(fmi2Component c, const fmi2StatusKind s, Type *value) \
-    { \
-        FMU_REQUIRE(c, call); \
-        FMU_REQUIRE_ARRAY(instance, call, value, 1); \
-        if (!(known)) \
-            return fmu_report(&instance->log, fmi2Discard, \
-                              "%s has no status of kind %d, since steps of this FMU are never pending.", "fmi2" #call, \
-                              (int)s); \
-        *value = (answer); \
-        return fmi2OK; \
-    }
-
-GET_STATUS(GetStatus, fmi2Status, 0, fmi2OK)
-GET_STATUS(GetRealStatus, fmi2Real, s == fmi2LastSuccessfulTime, instance->state.time)
-GET_STATUS(GetIntegerStatus, fmi2Integer, 0, 0)
-GET_STATUS(GetBooleanStatus, fmi2Boolean, s == fmi2Terminated, fmi2False)
-GET_STATUS(GetStringStatus, fmi2String, 0, NULL)
 
 /* Derivatives, of which the model description says that there are none. */
 static fmi2Status refuse_derivatives(const Instance *instance, const char *what)
