@@ -202,7 +202,7 @@ class FmuSpring:
             self._call(self._slave.freeFMUstate, state)
 
     def _set(self, displacement: float) -> None:
-        if abs(displacement) > LARGEST_DISPLACEMENT:
+        if not abs(displacement) <= LARGEST_DISPLACEMENT:
             raise DivergenceError(f"{self.name}: {displacement:.3g} m is beyond what a displacement can mean.")
         self._input_value[0] = displacement
         self._call(self._slave.fmi2SetReal, self._slave.component, self._input, 1, self._input_value)

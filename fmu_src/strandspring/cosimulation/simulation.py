@@ -93,6 +93,8 @@ def simulate(
     for time in times[:-1].tolist():
         try:
             result = advance(time, state, springs)
+            if not (np.isfinite(result.state.q).all() and np.isfinite(result.state.forces[0]).all()):
+                raise DivergenceError
         except DivergenceError:
             raise CosimulationError(f"The motion diverged in the step at {time:.6g} s; take smaller steps.") from None
         state = result.state
