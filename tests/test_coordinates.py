@@ -78,6 +78,13 @@ def test_an_fmu_starts_at_the_zero_that_its_page_names(backend: str, terminal: T
         )
 
 
+def test_an_fmu_s_own_zero_is_kept(terminal: Terminal) -> None:
+    terminal("build", "mount.json", "--zero", "10")
+    for command in (["isolate", "dist/mount.fmu", "--mass", "20"], ["info", "dist/mount.fmu"]):
+        assert json.loads(terminal(*command, "--json"))["zero"] == 0.01
+        assert json.loads(terminal(*command, "--json", "--zero", "rig"))["zero"] == 0.0
+
+
 def test_isolate_info_and_study_count_as_the_fmu_does(terminal: Terminal) -> None:
     for command in (["isolate", "mount.json", "--mass", "20"], ["info", "mount.json"]):
         shifted, own = (json.loads(terminal(*command, "--json", "--zero", zero)) for zero in ("middle", "rig"))

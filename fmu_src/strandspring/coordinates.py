@@ -12,8 +12,12 @@ from .modelfile import ModelFile
 
 def sensible_zero(parameters: SpringParameters) -> float:
     """The rig's zero, 0, if it lies within the identified range, else the middle of the range [m]."""
-    low, high = parameters.displacement_min, parameters.displacement_max
-    return 0.0 if low <= 0.0 <= high else 0.5 * (low + high)
+    within = parameters.displacement_min <= 0.0 <= parameters.displacement_max
+    return 0.0 if within else _middle(parameters)
+
+
+def _middle(parameters: SpringParameters) -> float:
+    return 0.5 * (parameters.displacement_min + parameters.displacement_max)
 
 
 def counted_from(zero: float, parameters: SpringParameters) -> SpringParameters:
@@ -67,7 +71,7 @@ def chosen_zero(choice: str | None, parameters: SpringParameters) -> float:
     if choice == "rig":
         return 0.0
     if choice == "middle":
-        return 0.5 * (parameters.displacement_min + parameters.displacement_max)
+        return _middle(parameters)
     try:
         zero = 1e-3 * float(choice)
     except ValueError:

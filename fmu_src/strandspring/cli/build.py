@@ -9,7 +9,7 @@ from typing import Any
 import click
 from click.core import ParameterSource
 
-from ..coordinates import chosen_zero, zero_sentence
+from ..coordinates import zero_sentence
 from ..errors import BuildError, StrandspringError
 from ..fmu.archive import binary_sizes, fmu_path
 from ..fmu.check import CheckReport, check_fmu
@@ -19,9 +19,10 @@ from ..fmu.papers import BuildSettings
 from ..fmu.python_backed import build_fmu
 from ..modelfile import ModelFile, check_name, is_fmu, load_model, save_model
 from .identify import identified, print_identification
-from .options import column_options, identification_options, identifier, method_options, zero_option
+from .options import column_options, identification_options, identifier, method_options
 from .output import result, result_json, working
 from .paths import refuse_overwriting
+from .zero import origin_of, zero_option
 
 # The bundled record, below the folder of models: its machine position counts down while the sample is stretched.
 EXAMPLE_RECORD = Path("records") / "rubber_stretch.csv"
@@ -128,8 +129,10 @@ def build(
     """
     before = BuildSettings.of_fmu(Path(sources[0])) if len(sources) == 1 and is_fmu(sources[0]) else None
     if before is not None:
-        backend, author = backend or before.backend, author or before.author
-        needs_execution_tool = needs_execution_tool or before.needs_execution_tool
+        author = author or before.author
+        if backend in (None, before.backend, "both"):
+            needs_execution_tool = needs_execution_tool or before.needs_execution_tool
+        backend = backend or before.backend
     if backend is None:
         backend = "native" if sources else "both"
     backends = ("native", "python") if backend == "both" else (backend,)
@@ -153,7 +156,7 @@ def build(
             refuse_overwriting(sources, {"--models": model_path, "--output": fmu_path(output, chosen, one)})
         model, identification = identified(sources, options, method, chosen, description)
         save_model(model_path, model)
-    origin = before.zero if before is not None and zero is None else chosen_zero(zero, model.parameters)
+    origin = origin_of(sources[0], zero, model.parameters)
     built = {one: _built(model, Path(output), one, platforms, origin, needs_execution_tool, author) for one in kinds}
     if as_json:
         result_json(

@@ -7,15 +7,16 @@ from pathlib import Path
 
 import click
 
-from ..coordinates import chosen_zero, placed, zero_sentence
+from ..coordinates import placed, zero_sentence
 from ..errors import StrandspringError
 from ..export.modelica import LIBRARY, record_name, record_path, write_library
 from ..files import write_text
 from ..fmu.ssv import parameter_values
 from ..modelfile import load_model
-from .options import Quantity, zero_option
+from .options import Quantity
 from .output import note, result, result_json
 from .paths import refuse_overwriting
+from .zero import origin_of, zero_option
 
 
 @click.command()
@@ -58,7 +59,7 @@ def export(
     if ssp != (mass is not None):
         raise click.UsageError("--ssp and --mass KG go together.")
     of_record = load_model(model)
-    content, origin = placed(of_record, chosen_zero(zero, of_record.parameters))
+    content, origin = placed(of_record, origin_of(model, zero, of_record.parameters))
     # All paths are checked before anything is written.
     if modelica:
         _check_folder(output)

@@ -9,7 +9,7 @@ from typing import Any
 
 import click
 
-from ..coordinates import chosen_zero, counted_from, zero_sentence
+from ..coordinates import counted_from, zero_sentence
 from ..core.parameters import SpringParameters
 from ..identification.campaign import campaign_verdicts
 from ..kernel.path import PathSolver
@@ -19,9 +19,10 @@ from ..loops.modelled import steady_loop
 from ..modelfile import ModelFile, load_model, save_model
 from .cautions import caution_backwards, note_assumptions, outside_range
 from .fit_tables import parameter_lines, verdict_json
-from .options import FiniteRange, column_options, read_records, zero_option
+from .options import FiniteRange, column_options, read_records
 from .output import note, progress, result, result_json, result_table
 from .paths import refuse_overwriting
+from .zero import origin_of, zero_option
 
 _DEFAULT_SHARES = (0.25, 0.5, 0.75, 1.0)  # of the identified half range
 _SLACK = 1e-3  # share of the identified range by which a loop may pass it: cycles differ by as much
@@ -84,7 +85,7 @@ def info(
     content = load_model(model)
     if save is not None:
         save_model(save, content)
-    origin = chosen_zero(zero, content.parameters)
+    origin = origin_of(model, zero, content.parameters)
     parameters = counted_from(origin, content.parameters)
     solver = PathSolver(parameters)
     group = read_records(records, columns)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from ..coordinates import chosen_zero, counted_from, zero_sentence
+from ..coordinates import counted_from, zero_sentence
 from ..files import write_csv
 from ..isolation.band import band_frequencies
 from ..isolation.curve_points import ResponsePoint
@@ -19,9 +19,9 @@ from ..isolation.system import Excitation, IsolatedMass, StaticEquilibrium, stat
 from ..modelfile import ModelFile, load_model
 from .cautions import outside_range
 from .mount import EXCITATIONS, chosen_levels, curve_options, level_options, mount_options, positive, shares_of_room
-from .options import zero_option
 from .output import progress, result, result_json, result_table
 from .paths import refuse_overwriting
+from .zero import origin_of, zero_option
 
 if TYPE_CHECKING:
     from ..cosimulation.steady_check import SteadyCheck
@@ -82,7 +82,7 @@ def isolate(
             raise click.UsageError(f"--plot must end in {', '.join(SUFFIXES)}, got {plot!r}.")
     refuse_overwriting([model], {"--output": output, "--plot": plot})
     content = load_model(model)
-    origin = chosen_zero(zero, content.parameters)
+    origin = origin_of(model, zero, content.parameters)
     system = IsolatedMass(counted_from(origin, content.parameters), mass, **options)
     equilibrium = static_equilibrium(system)
     excitation, amplitudes = chosen_levels(levels) or (

@@ -55,14 +55,6 @@ class FiniteRange(click.FloatRange):
         return f"a finite number{low}{' and' if low and high else ''}{high}" + (f" [{self.unit}]" if self.unit else "")
 
 
-zero_option = click.option(
-    "--zero",
-    metavar="rig|middle|MM",
-    help="Where displacement is counted from: the rig's zero, the middle of the identified range, or a displacement of "
-    "the record [mm].  [default: rig if that lies within the range, else middle]",
-)
-
-
 class ImpossibleValueError(click.BadParameter):
     """A physically impossible value, such as a negative mass: bad input, refused with one sentence and status 1."""
 

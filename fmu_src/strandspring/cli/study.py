@@ -10,7 +10,7 @@ from typing import Any
 import click
 import numpy as np
 
-from ..coordinates import chosen_zero, counted_from, zero_sentence
+from ..coordinates import counted_from, zero_sentence
 from ..core.parameters import SpringParameters
 from ..errors import ModelError
 from ..isolation.system import Excitation, IsolatedMass, static_equilibrium
@@ -24,9 +24,10 @@ from ..study.runners import Local, Runner
 from ..study.spread import Spread
 from .cautions import outside_range
 from .mount import EXCITATIONS, chosen_levels, curve_options, level_options, mount_options, positive, shares_of_room
-from .options import Quantity, zero_option
+from .options import Quantity
 from .output import advancing, note, result, result_json, result_table
 from .paths import refuse_overwriting
+from .zero import origin_of, zero_option
 
 # Heading: figure, factor from SI to the unit of the heading.
 _COLUMNS = {
@@ -135,7 +136,7 @@ def study(
         raise click.UsageError("--workers and --scheduler exclude each other; give one of them.")
     refuse_overwriting([model], {"--output": output, "--output's journal": journal_path(Path(output))})
     content = load_model(model)
-    origin = chosen_zero(zero, content.parameters)
+    origin = origin_of(model, zero, content.parameters)
     spring = counted_from(origin, content.parameters)
     if chosen is None:
         lightest = IsolatedMass(spring, min(_flat(mass)), **options)
