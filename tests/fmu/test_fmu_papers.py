@@ -131,6 +131,13 @@ def test_the_model_file_comes_back(fmu: Path, tmp_path: Path) -> None:
     assert (tmp_path / "model.json").read_bytes() == read(fmu, MODEL_IN_FMU)
 
 
+def test_ends_of_intervals_that_are_no_spring_are_refused(tmp_path: Path) -> None:
+    model = replace(MODEL, uncertainty={"interval_95": {"n": [-1.0, 2]}})
+    with pytest.raises(ModelError, match="its lower ends are no spring: `n` must be within"):
+        build_native_fmu(model, tmp_path)
+    assert not list(tmp_path.iterdir())
+
+
 @pytest.mark.parametrize("content", [b"", b"PK\x03\x04junk", b"no archive"])
 def test_a_file_that_is_no_archive_is_refused(content: bytes, tmp_path: Path) -> None:
     bad = tmp_path / "bad.fmu"

@@ -14,7 +14,7 @@ from .state import State
 # Status, answer, and the messages in the order of their events: a line each, of a digit for the status and ASCII.
 Reply = tuple[int, Any, bytes]
 
-_OK, _DISCARD, _ERROR = int(Fmi2Status.ok), int(Fmi2Status.discard), int(Fmi2Status.error)
+_OK, _ERROR = int(Fmi2Status.ok), int(Fmi2Status.error)
 # By FMI's types. No variable is a String, so that their values do not come.
 _CODES = {"real": "d", "integer": "i", "boolean": "i", "string": "i"}
 
@@ -59,8 +59,6 @@ class Component:
         except BaseException as fault:  # nothing may reach the binary
             status = _ERROR
             problem = _line(_ERROR, f"`{method}` failed in Python by {type(fault).__name__}: {fault}")
-        if answer is False:
-            status, answer = _DISCARD, b""
         waiting, self._slave.log_queue[:] = list(self._slave.log_queue), ()
         return status, answer, b"".join(_line(message.status, message.msg) for message in waiting) + problem
 
@@ -76,8 +74,9 @@ class Component:
         self._slave.terminate()
         return b""
 
-    def do_step(self, time_and_size: bytes) -> bytes | bool:
-        return self._slave.do_step(*array("d", time_and_size)) and b""
+    def do_step(self, time_and_size: bytes) -> bytes:
+        self._slave.do_step(*array("d", time_and_size))
+        return b""
 
     def get(self, kind: str, references: bytes) -> bytes:
         values = getattr(self._slave, f"get_{kind}")(array("I", references).tolist())

@@ -27,11 +27,10 @@ from ..kernel.path import PathSolver
 from .archive import binary_sizes
 from .fmpy_host import library_path
 from .native.platforms import host_folder
-from .papers import slow_cycles
+from .papers import STEP, slow_cycles
 
 # The FMU and the vectorised path share one source and differ by rounding.
 FORCE_TOLERANCE = 1e-9  # of the largest force
-_STEP = 1e-3  # s
 OUTPUTS = ("force", "absorbed_energy")  # that are compared
 
 
@@ -181,7 +180,7 @@ def _by_steps(path: Path, description: ModelDescription, displacement: FloatArra
         began = time.perf_counter()
         for k, value in enumerate(displacement[1:].tolist()):
             slave.setReal(given, [value])
-            slave.doStep(k * _STEP, _STEP)
+            slave.doStep(k * STEP, STEP)
             found += slave.getReal(outputs)
         seconds = time.perf_counter() - began
         slave.terminate()
@@ -196,7 +195,7 @@ def _by_solver(path: Path, description: ModelDescription, displacement: FloatArr
         _continue(model)
         began = time.perf_counter()
         for k, value in enumerate(displacement[1:].tolist(), start=1):
-            model.setTime(k * _STEP)
+            model.setTime(k * STEP)
             model.setReal(given, [value])
             found += model.getReal(outputs)
             wants_event, _ = model.completedIntegratorStep()
@@ -223,7 +222,7 @@ def _by_states(path: Path, description: ModelDescription, displacement: FloatArr
         _continue(model)
         began = time.perf_counter()
         for k, point in enumerate(np.transpose([displacement, velocity, energy, omega])[1:].tolist(), start=1):
-            model.setTime(k * _STEP)
+            model.setTime(k * STEP)
             model.setReal(inputs, point[:2])
             states[:] = point[2:]
             model.setContinuousStates(states, 2)

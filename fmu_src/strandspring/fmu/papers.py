@@ -176,7 +176,13 @@ def _variants(spring: SpringParameters, uncertainty: Mapping[str, Any]) -> dict[
         values: dict[str, Any] = {key: value for key in _VARIED if (value := _end(intervals, key, end)) is not None}
         if values:
             about = f"{', '.join(values)} at the {name} ends of their 95 % intervals"
-            found[name] = (replace(spring, **values), about)
+            try:
+                found[name] = (replace(spring, **values), about)
+            except ValueError as problem:
+                raise ModelError(
+                    f'field "uncertainty.interval_95": its {name} ends are no spring: {problem} Correct the field, or '
+                    "remove it."
+                ) from None
     joint = JointCovariance.of(spring, uncertainty)
     drawn = () if joint is None else islice(_draws(joint, spring), _DRAWN)
     for number, one in enumerate(drawn, start=1):
@@ -197,7 +203,7 @@ def _end(intervals: Any, name: str, end: int) -> float | None:
         value = intervals[name][end]
     except (KeyError, IndexError, TypeError):
         return None
-    return value if isinstance(value, float) else None
+    return float(value) if isinstance(value, int | float) and not isinstance(value, bool) else None
 
 
 def _table(header: tuple[str, ...], *columns: FloatArray) -> bytes:

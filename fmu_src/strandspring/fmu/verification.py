@@ -112,7 +112,7 @@ def _against_reference(path: Path, contents: dict[str, bytes]) -> list[Finding]:
     try:
         displacement = _columns(contents[STIMULI], "displacement")[:, 0]
         expected = _columns(contents[REFERENCE], *OUTPUTS)
-    except (KeyError, ValueError) as problem:
+    except (KeyError, TypeError, ValueError) as problem:
         return [Finding("run", f"{REFERENCE} or {STIMULI} cannot be read: {problem}.")]
     report = compare_run(path, displacement, expected)
     if report.problems:
