@@ -9,6 +9,7 @@ from typing import Any
 
 import click
 
+from ..api.text import parameter_lines, verdict_json
 from ..coordinates import counted_from, zero_sentence
 from ..core.parameters import SpringParameters
 from ..identification.campaign import campaign_verdicts
@@ -18,7 +19,6 @@ from ..loops.measured import MeasuredLoop, measured_loops
 from ..loops.modelled import steady_loop
 from ..modelfile import ModelFile, load_model, save_model
 from .cautions import caution_backwards, note_assumptions, outside_range
-from .fit_tables import parameter_lines, verdict_json
 from .options import FiniteRange, column_options, read_records
 from .output import note, progress, result, result_json, result_table
 from .paths import refuse_overwriting

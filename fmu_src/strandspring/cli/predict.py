@@ -9,6 +9,7 @@ from typing import Any
 import click
 import numpy as np
 
+from ..api.text import fit_json, fit_lines
 from ..errors import ModelError
 from ..files import write_csv
 from ..identification.figures import RecordFit, overall, predict_record
@@ -20,7 +21,6 @@ from ..loops.strokes import find_strokes
 from ..modelfile import ModelFile, load_model
 from ..records.record import Record
 from .cautions import caution_backwards, caution_samples, note_assumptions
-from .fit_tables import fit_json, fit_lines
 from .options import column_options, read_records
 from .output import note, progress, result, result_json
 from .paths import refuse_overwriting

@@ -26,7 +26,7 @@ from strandspring.core.parameters import ARRAYS, SCALARS
 from strandspring.core.variables import variables
 from strandspring.cosimulation import FmuSpring, Motion, Plant, one_mass, simulate
 from strandspring.errors import StrandspringError
-from strandspring.export.modelica import EXAMPLE, LIBRARY, record_name, record_path, record_text, write_library
+from strandspring.exchange.modelica import EXAMPLE, LIBRARY, record_name, record_path, record_text, write_library
 from strandspring.fmu.native.native_fmu import build_native_fmu
 from strandspring.isolation.response import frequency_response
 from strandspring.isolation.system import Excitation, IsolatedMass
