@@ -77,7 +77,8 @@ def test_commands_run_in_order(folder: Path) -> None:
             assert done.returncode == 0, (page, words, done.stderr)
     written = (
         "spring.json", "spring.html", "loop.html", "curves.png", "candidates.png", "study.csv",
-        "dist/spring.fmu", "dist/spring_python.fmu", "dist/spring.ssv", "dist/spring.ssp", "dist/StrandSpring/Records/spring.mo", "lot7_models/springs.csv",
+        "dist/spring.fmu", "dist/spring_python.fmu", "dist/spring.ssv", "dist/spring.ssp",
+        "dist/StrandSpring/Records/spring.mo", "lot7_models/springs.csv",
     )  # fmt: skip
     for name in written:
         assert (folder / name).stat().st_size > 0
