@@ -19,8 +19,14 @@ if TYPE_CHECKING:
     from ._version import __version__ as __version__
     from .api.identification import Identification as Identification
     from .api.identification import identify as identify
+    from .api.information import Information as Information
+    from .api.information import info as info
+    from .api.prediction import Prediction as Prediction
+    from .api.prediction import predict as predict
     from .api.records import bundled_record as bundled_record
     from .api.spring import Spring as Spring
+    from .api.synthesis import synthesize as synthesize
+    from .api.synthesis import synthesize_ni as synthesize_ni
     from .conversions import ClassicBoucWen as ClassicBoucWen
     from .conversions import NormalizedBoucWen as NormalizedBoucWen
     from .core.parameters import SpringParameters as SpringParameters
@@ -45,10 +51,12 @@ _MODULES = {
     "ClassicBoucWen": "conversions",
     "Identification": "api.identification",
     "IdentificationError": "identification.outcomes",
+    "Information": "api.information",
     "ModelError": "errors",
     "NiOptions": "peers.ni_spring",
     "NormalizedBoucWen": "conversions",
     "Outcome": "identification.outcomes",
+    "Prediction": "api.prediction",
     "Record": "records.record",
     "RecordError": "errors",
     "RefinedOptions": "identification.refined",
@@ -60,9 +68,13 @@ _MODULES = {
     "__version__": "_version",
     "bundled_record": "api.records",
     "identify": "api.identification",
+    "info": "api.information",
     "limit_cycle": "peers.limit_cycle",
+    "predict": "api.prediction",
     "read_record": "records.reading",
     "simulate_fmu": "cosimulation.prescribed",
+    "synthesize": "api.synthesis",
+    "synthesize_ni": "api.synthesis",
 }
 
 load_lazily(globals(), _MODULES)

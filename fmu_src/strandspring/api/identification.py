@@ -15,7 +15,7 @@ from ..identification.method import Method
 from ..identification.notes import notes_on
 from ..identification.outcomes import Outcome
 from ..identification.result import IdentifiedModel
-from .records import Source, as_records, checked_units, is_array, record_of_arrays
+from .records import Source, given_records
 from .result import Result
 from .spring import Spring
 from .text import fit_lines, parameter_lines
@@ -185,15 +185,5 @@ def identify(
     """
     if isinstance(force, Method):
         force, options = None, force
-    given: Any = data
-    if data is None:
-        given, displacement = displacement, None
-    if is_array(given):
-        if displacement is not None or force is None:
-            raise TypeError("Arrays are given as identify(displacement, force) or identify(displacement, force, time).")
-        records = [record_of_arrays(given, force, time, units, reverse)]
-    else:
-        in_units = {f"{name}_unit": unit for name, unit in checked_units(units).items()}
-        columns = {"displacement": displacement, "force": force, "time": time, "reverse": reverse, **in_units}
-        records = as_records(given, **columns)
+    records = given_records(data, force, time, displacement, units, reverse)
     return Identification.of(identify_records(records, options))

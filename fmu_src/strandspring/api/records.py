@@ -66,6 +66,64 @@ def record_of_arrays(
     )
 
 
+def given_records(
+    data: Any,
+    force: Any = None,
+    time: Any = None,
+    displacement: Any = None,
+    units: Mapping[str, str] | None = None,
+    reverse: Literal["displacement", "force"] | None = None,
+) -> list[Record]:
+    """Records of what `identify` and others are given: arrays, or sources with the columns to read.
+
+    Parameters
+    ----------
+    data : Source, sequence of Source, or array_like   The displacement if it is an array.
+    force, time : array_like or column                 As `data` is.
+    displacement : array_like or column                Stands for `data` if that is None.
+    units, reverse                                     As for `record_of_arrays`.
+
+    Raises
+    ------
+    RecordError   If one of them is not a record.
+    TypeError     If arrays and columns are mixed.
+    """
+    if data is None:
+        data, displacement = displacement, None
+    if is_array(data):
+        if displacement is not None or force is None:
+            raise TypeError("Arrays are given as displacement and force, in this order, and time if there is one.")
+        return [record_of_arrays(data, force, time, units, reverse)]
+    in_units = {f"{name}_unit": unit for name, unit in checked_units(units).items()}
+    columns = {"displacement": displacement, "force": force, "time": time, "reverse": reverse, **in_units}
+    return as_records(data, **columns)
+
+
+def records_of(
+    data: Sequence[Any],
+    *,
+    displacement: str | int | None = None,
+    force: str | int | None = None,
+    time: str | int | None = None,
+    units: Mapping[str, str] | None = None,
+    reverse: Literal["displacement", "force"] | None = None,
+) -> list[Record]:
+    """Records of the arguments of a function that takes any number of sources, or arrays; none of no arguments.
+
+    Parameters
+    ----------
+    data : sequence   Sources, one sequence of sources, or arrays of displacement, force and perhaps time.
+    displacement, force, time, units, reverse   As for `given_records`.
+    """
+    if not data:
+        return []
+    if is_array(data[0]):
+        if not 2 <= len(data) <= 3 or any(column is not None for column in (displacement, force, time)):
+            raise TypeError("Arrays are given as displacement and force, in this order, and time if there is one.")
+        return [record_of_arrays(data[0], data[1], data[2] if len(data) == 3 else None, units, reverse)]
+    return given_records(data[0] if len(data) == 1 else list(data), force, time, displacement, units, reverse)
+
+
 def checked_units(units: Mapping[str, str] | None) -> dict[Quantity, str]:
     """Units by quantity; raises RecordError for one that is not displacement, force or time."""
     unknown = [name for name in units or () if name not in _QUANTITIES]

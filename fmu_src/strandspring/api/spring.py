@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from numpy.typing import ArrayLike
 
@@ -11,6 +12,9 @@ from ..core.parameters import SpringParameters
 from ..kernel.arrays import FloatArray
 from ..kernel.path import PathSolver, as_path
 from ..modelfile import ModelFile, load_model, save_model
+
+if TYPE_CHECKING:
+    from .. import Comparison, Information, Prediction, Record
 
 
 class Spring:
@@ -104,6 +108,32 @@ class Spring:
         """Integral of the force over the displacement, shape (K,) [J]; arguments as for `response`."""
         return self._solver.absorbed_energy(as_path(displacement), _checked_omega(omega_start))
 
+    # The functions of these names, which build on this module.
+
+    def predict(self, *data: Any, **how: Any) -> Prediction:
+        """Compare records with the spring's prediction; arguments as for `strandspring.predict`."""
+        from .. import predict
+
+        return predict(self, *data, **how)
+
+    def info(self, *data: Any, **how: Any) -> Information:
+        """Figures of the spring's loops, beside those of records; arguments as for `strandspring.info`."""
+        from .. import info
+
+        return info(self, *data, **how)
+
+    def synthesize(self, *amplitudes: float, **how: Any) -> Record:
+        """The spring's record under sines of these amplitudes [m]; other arguments as for `strandspring.synthesize`."""
+        from .. import synthesize
+
+        return synthesize(self, amplitudes or None, **how)
+
+    def compare(self, other: Any, *data: Any, **how: Any) -> Comparison:
+        """Compare the spring with another; arguments as for `strandspring.compare`."""
+        from .. import compare
+
+        return compare(self, other, *data, **how)
+
 
 def as_spring(model: Spring | ModelFile | str | os.PathLike[str]) -> Spring:
     """The spring of a model file, of an FMU that holds one, or of a model in memory.
@@ -115,6 +145,11 @@ def as_spring(model: Spring | ModelFile | str | os.PathLike[str]) -> Spring:
     if isinstance(model, Spring):
         return model
     return Spring.from_model(model) if isinstance(model, ModelFile) else Spring.load(Path(model))
+
+
+def source_of(model: Spring | ModelFile | str | os.PathLike[str]) -> str:
+    """What messages call a model: the path that was given, else its name."""
+    return model.model.name if isinstance(model, Spring) else model.name if isinstance(model, ModelFile) else str(model)
 
 
 def _checked_omega(omega_start: float) -> float:

@@ -10,6 +10,7 @@ from typing import Any
 import click
 import numpy as np
 
+from ..api.cautions import outside_range
 from ..coordinates import counted_from, zero_sentence
 from ..core.parameters import SpringParameters
 from ..errors import ModelError
@@ -22,7 +23,6 @@ from ..studies.quantiles import GridPointSummary
 from ..studies.run import run_study
 from ..studies.runners import Local, Runner
 from ..studies.spread import Spread
-from .cautions import outside_range
 from .mount import EXCITATIONS, chosen_levels, curve_options, level_options, mount_options, positive, shares_of_room
 from .options import Quantity
 from .output import advancing, note, result, result_json, result_table
