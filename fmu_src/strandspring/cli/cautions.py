@@ -7,6 +7,7 @@ from collections.abc import Iterable
 import numpy as np
 from numpy.typing import NDArray
 
+from ..api.text import outside_range as outside_range
 from ..core.parameters import SpringParameters
 from ..identification.direction import backwards
 from ..records.record import Record
@@ -29,14 +30,6 @@ def caution_backwards(records: Iterable[Record]) -> None:
         finding = backwards(record)
         if finding is not None:
             note(f"Caution: {record.path}: {finding.value}")
-
-
-def outside_range(p: SpringParameters) -> str:
-    """The end of a caution about something outside the identified range."""
-    return (
-        f"outside the identified range {p.displacement_min * 1e3:.6g} to {p.displacement_max * 1e3:.6g} mm, where the "
-        "model is continued linearly."
-    )
 
 
 def caution_samples(source: str, displacement: NDArray[np.float64], p: SpringParameters) -> None:
