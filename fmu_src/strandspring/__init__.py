@@ -21,6 +21,8 @@ if TYPE_CHECKING:
     from .api.identification import identify as identify
     from .api.information import Information as Information
     from .api.information import info as info
+    from .api.isolation import Isolation as Isolation
+    from .api.isolation import isolate as isolate
     from .api.prediction import Prediction as Prediction
     from .api.prediction import predict as predict
     from .api.records import bundled_record as bundled_record
@@ -52,6 +54,7 @@ _MODULES = {
     "Identification": "api.identification",
     "IdentificationError": "identification.outcomes",
     "Information": "api.information",
+    "Isolation": "api.isolation",
     "ModelError": "errors",
     "NiOptions": "peers.ni_spring",
     "NormalizedBoucWen": "conversions",
@@ -69,6 +72,7 @@ _MODULES = {
     "bundled_record": "api.records",
     "identify": "api.identification",
     "info": "api.information",
+    "isolate": "api.isolation",
     "limit_cycle": "peers.limit_cycle",
     "predict": "api.prediction",
     "read_record": "records.reading",

@@ -32,6 +32,26 @@ def read_text(path: Path, maximum_bytes: int, file_type: str, error: Callable[[s
     return text
 
 
+def refuse_unwritable(path: Path, is_folder: bool = False) -> None:
+    """Refuse a file, or a folder for files, that cannot be written, before the work for it begins.
+
+    Raises
+    ------
+    StrandspringError   If the folder that holds it is not writable, or it is something else.
+    """
+    try:
+        if path.exists() and not (path.is_dir() if is_folder else path.is_file()):
+            what = "a file; give a folder" if is_folder else "a folder or a device; give the path of a file"
+            raise StrandspringError(f"{path} cannot be written: it is {what}.")
+        folder = path if is_folder else path.parent
+        while not folder.exists() and folder != folder.parent:
+            folder = folder.parent
+        with tempfile.TemporaryFile(dir=folder):
+            pass
+    except OSError as problem:
+        raise StrandspringError(f"{path} cannot be written: {problem.strerror}.") from None
+
+
 @contextmanager
 def replacing(path: Path) -> Iterator[Path]:
     """A temporary file in the folder of `path` that replaces `path` if the block ends without an exception.

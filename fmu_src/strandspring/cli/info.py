@@ -56,7 +56,7 @@ def info(
     model: str,
     records: tuple[str, ...],
     amplitudes: tuple[float, ...],
-    zero: str | None,
+    zero: str | float | None,
     save: str | None,
     as_json: bool,
     **columns: Any,

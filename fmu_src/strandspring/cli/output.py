@@ -58,6 +58,20 @@ def advancing(description: str, total: int) -> Iterator[Callable[[int], None]]:
         yield lambda count: bar.update(task, completed=count)
 
 
+@contextmanager
+def reporting() -> Iterator[Callable[[str, float, int], None]]:
+    """A progress bar on a terminal, and a function that takes what is being done, the parts done, and their number."""
+    if not _is_watched():
+        yield lambda *_: None
+        return
+    from rich.console import Console
+    from rich.progress import Progress
+
+    with Progress(console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task("", total=None)
+        yield lambda what, done, total: bar.update(task, description=what, completed=done, total=total)
+
+
 def note(text: str) -> None:
     """A message on standard error."""
     click.echo(text, err=True)
