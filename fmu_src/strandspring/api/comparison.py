@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import math
 import os
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass
-from enum import Enum
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
@@ -20,10 +18,11 @@ from ..loops.loop import Loop
 from ..loops.modelled import steady_loop
 from ..modelfile import ModelFile
 from ..records.record import Record
+from ..studies.spread import Spread
 from .cautions import backwards_cautions, outside_cautions
 from .comparison_plot import draw
+from .comparison_words import Verdict, figure_table, parameter_table, test_sentence, verdict_sentence
 from .differences import (
-    FIGURES,
     Difference,
     Draws,
     HysteresisTest,
@@ -57,16 +56,6 @@ _SCATTER = (
     "The uncertainty is that of noise and misfit in the records of each model. What differs from test to test without "
     "any change of the spring (mounting, temperature, drift of the sensors) is not in it: repeat a test to see that."
 )
-_FACTORS = {"N/m": (1e-3, "N/mm"), "J": (1e3, "N mm"), "1": (1.0, "-"), "N": (1.0, "N"), "1/m": (1.0, "1/m")}
-
-
-class Verdict(Enum):
-    """Whether two springs differ; the value begins the sentence for the user."""
-
-    DIFFERENT = "The springs differ beyond their uncertainty"
-    NOT_FOUND = "No difference beyond the uncertainty was found"
-    UNKNOWN = "Whether the springs differ beyond their uncertainty cannot be said"
-    IDENTICAL = "Both models are the same spring: all their parameters are equal"
 
 
 @dataclass(frozen=True, eq=False)
@@ -151,31 +140,7 @@ class Comparison(Result):
     @property
     def sentence(self) -> str:
         """The verdict in words."""
-        if self.verdict is Verdict.IDENTICAL:
-            return f"{self.verdict.value}."
-        if self.verdict is Verdict.UNKNOWN:
-            largest = [_largest(own) for own in _by_quantity(self.figures)]
-            return f"{self.verdict.value}: {self.unknown}. As identified, {'; '.join(map(_in_words, largest))}."
-        if self.verdict is Verdict.NOT_FOUND:
-            ends = [own[-1] for own in _by_quantity(self.figures) if not math.isnan(own[-1].seen_from)]
-            seen = [f"{_size(one, one.seen_from)} in {one.words}" for one in ends]
-            at = f" at {_millimetres(ends[-1].amplitude)}" if ends else ""
-            return f"{self.verdict.value}; differences smaller than {_listed(seen)}{at} could not have been seen."
-        found, same = [], []
-        for own in _by_quantity(self.figures):
-            beyond = [one for one in own if one.differs]
-            if beyond:
-                found.append(_in_words(max(beyond, key=lambda one: abs(one.z))))
-            elif not math.isnan(own[-1].seen_from):
-                within = max(max(abs(one.low), abs(one.high)) for one in own if not math.isnan(one.z))
-                same.append(f"{own[0].words} is the same within {_size(own[0], within)}")
-        if self.test is not None and self.test.differs:
-            most = max((one for one in self.parameters if not math.isnan(one.z)), key=lambda one: abs(one.z))
-            found.append(
-                f"the hysteresis parameters differ together (chi-square {self.test.chi_square:.3g} at "
-                f"{self.test.degrees_of_freedom} degrees of freedom), {most.quantity} most clearly (z = {most.z:.2g})"
-            )
-        return f"{self.verdict.value}: {'; '.join([*found, *same])}."
+        return verdict_sentence(self.verdict, self.unknown, self.figures, self.parameters, self.test)
 
     def head(self) -> list[str]:
         """What is compared, and the verdict."""
@@ -185,55 +150,20 @@ class Comparison(Result):
         ]
         ends = f"{1e3 * self.low:.6g} to {1e3 * self.high:.6g} mm"
         own = "" if self.align == "record" else ", each counted from the middle of its own range"
-        drawn = f"; {self.draws} springs drawn of each, seed {self.seed}" if self.bands else ""
-        return [*names, self.sentence, f"Compared over the shared range {ends}{own}{drawn}."]
-
-    def parameter_table(self) -> tuple[list[str], list[list[str]]]:
-        """Headings and rows of the hysteresis parameters."""
-        rows = [
-            [
-                f"{one.quantity} [{one.unit}]" if one.unit != "1" else one.quantity,
-                f"{one.a:.4g}",
-                f"{one.b:.4g}",
-                _signed(one),
-                _between(one),
-                "-" if math.isnan(one.z) else f"{one.z:.2f}",
-            ]
-            for one in self.parameters
-        ]
-        return ["parameter", "A", "B", "B - A", "5 to 95 %", "z"], rows
-
-    def figure_table(self) -> tuple[list[str], list[list[str]]]:
-        """Headings and rows of the loops' figures."""
-        rows = []
-        for one in self.figures:
-            factor, unit = _FACTORS[one.unit]
-            rows.append(
-                [
-                    one.words if unit == "-" else f"{one.words} [{unit}]",
-                    f"{1e3 * (one.amplitude or 0.0):.4g}",
-                    f"{factor * one.a:.4g}",
-                    f"{factor * one.b:.4g}",
-                    _signed(one),
-                    _between(one),
-                    ("-" if math.isnan(one.z) else f"{one.z:.2f}") + ("*" if one.differs else ""),
-                ]
-            )
-        return ["figure", "at mm", "A", "B", "B - A", "5 to 95 %", "z"], rows
+        of_each = (
+            f"; {self.draws} springs drawn of each, seed {self.seed}; * beyond the uncertainty" if self.bands else ""
+        )
+        return [*names, self.sentence, f"Compared over the shared range {ends}{own}{of_each}."]
 
     def tail(self) -> list[str]:
         """Joint test, loops, transmissibility and records in words."""
         lines = [f"{one.quantity}: {one.reason}." for one in self.parameters if one.reason and not self.unknown]
         if self.test is not None:
-            lines.append(
-                f"{', '.join(self.test.parameters)} together: chi-square {self.test.chi_square:.3g} at "
-                f"{self.test.degrees_of_freedom} degrees of freedom, p = {self.test.p:.2g}"
-                + (" (beyond the uncertainty)." if self.test.differs else ".")
-            )
+            lines.append(test_sentence(self.test))
         rms, share = self.loop_difference
         lines.append(
-            f"Along the loop over the shared range the forces differ by {rms:.3g} N (rms), {100.0 * share:.2g} % of the "
-            "loop's height."
+            f"Along the loop over the shared range the forces differ by {rms:.3g} N (rms), {100.0 * share:.2g} % of "
+            "the loop's height."
         )
         return [*lines, *self.mass.lines(), *(one.sentence for one in self.records)]
 
@@ -242,8 +172,8 @@ class Comparison(Result):
         return "\n".join(
             [
                 *self.head(),
-                *table_lines(*self.parameter_table(), left=["parameter"]),
-                *table_lines(*self.figure_table(), left=["figure"]),
+                *table_lines(*parameter_table(self.parameters), left=["parameter"]),
+                *table_lines(*figure_table(self.figures), left=["figure"]),
                 *self.tail(),
                 *(f"Note: {sentence}" for sentence in self.notes),
                 *(f"Caution: {sentence}" for sentence in self.cautions),
@@ -251,7 +181,7 @@ class Comparison(Result):
         )
 
     def to_frame(self) -> pd.DataFrame:
-        """One parameter, or figure of one amplitude, in each row, in SI units, with the fields of `Difference` and p."""
+        """One parameter, or figure of one amplitude, in each row, in SI units: the fields of `Difference`, and p."""
         import pandas as pd
 
         frame = pd.DataFrame([{**asdict(one), "p": one.p} for one in (*self.parameters, *self.figures)])
@@ -321,11 +251,11 @@ def compare(
     ----------
     a, b : Spring, ModelFile or path   Model files, or FMUs that hold one.
     *data : Source, or arrays          Records that both should follow; or arrays of displacement and force, and time.
-    align : "record" or "middle"       Displacements as in the records of both; or each from the middle of its range, where
-                                       the zero was moved between the tests.
+    align : "record" or "middle"       Displacements as in the records of both; or each from the middle of its range,
+                                       where the zero was moved between the tests.
     amplitudes : iterable of float     Of the loops about the middle of the shared range [m]; quarters of it if None.
-    mass : float or None               Mass for the transmissibility, whose weight loads the spring [kg]; if None one that
-                                       A holds in the middle of the range.
+    mass : float or None               Mass for the transmissibility, whose weight loads the spring [kg]; if None
+                                       one that A holds in the middle of the range.
     draws : int                        Springs drawn from the uncertainty of each model, at least 20; 0 for no verdict.
     seed : int                         Of the draws.
     displacement, force, time, units, reverse   How records are read, as for `identify`.
@@ -387,7 +317,7 @@ def compare(
             unknown = str(problem).rstrip(".")
     figures = figure_differences(of_each[0], of_each[1], reaches, scatter)
     if is_same:
-        verdict = Verdict.IDENTICAL
+        verdict, test = Verdict.IDENTICAL, None
     elif scatter is None:
         verdict = Verdict.UNKNOWN
     else:
@@ -410,9 +340,7 @@ def compare(
 def _aligned(models: tuple[ModelFile, ModelFile], align: Align) -> tuple[SpringParameters, SpringParameters]:
     """Both springs with their displacements counted as asked."""
     a, b = (model.parameters for model in models)
-    if align == "record":
-        return a, b
-    return tuple(counted_from(0.5 * (p.displacement_min + p.displacement_max), p) for p in (a, b))  # type: ignore[return-value]
+    return (a, b) if align == "record" else (counted_from(_middle(a), a), counted_from(_middle(b), b))
 
 
 def _shared_range(springs: tuple[SpringParameters, SpringParameters], align: Align) -> tuple[float, float]:
@@ -423,9 +351,9 @@ def _shared_range(springs: tuple[SpringParameters, SpringParameters], align: Ali
     if align == "record" and high - low < _LEAST_SHARED * narrower:
         ranges = [f"{1e3 * p.displacement_min:.6g} to {1e3 * p.displacement_max:.6g} mm" for p in springs]
         raise StrandspringError(
-            f"A was identified from {ranges[0]} and B from {ranges[1]}, which have less than half of the narrower range "
-            "in common; if the zero of displacement was moved between the tests, align them by their middles "
-            "(--align middle), else identify both over one range."
+            f"A was identified from {ranges[0]} and B from {ranges[1]}, which share less than half of the narrower "
+            "range; if the zero of displacement was moved between the tests, align them by their middles "
+            "(align='middle', --align middle), else identify both over one range."
         )
     return low, high
 
@@ -443,13 +371,14 @@ def _amplitudes(given: Iterable[float] | None, most: float) -> list[float]:
     return reaches
 
 
-def _spreads(models: tuple[ModelFile, ModelFile], draws: int) -> tuple[Any, str]:
+def _spreads(models: tuple[ModelFile, ModelFile], draws: int) -> tuple[tuple[Spread, Spread] | None, str]:
     """What springs are drawn from, of both; or None, and why."""
     if draws == 0:
         return None, "no springs were drawn"
-    found = [uncertainty_of(label, model) for label, model in zip("AB", models, strict=True)]
-    reasons = "; ".join(reason for _, reason in found if reason)
-    return (None, reasons) if reasons else (tuple(spread for spread, _ in found), "")
+    (of_a, why_a), (of_b, why_b) = (uncertainty_of(label, model) for label, model in zip("AB", models, strict=True))
+    if of_a is None or of_b is None:
+        return None, "; ".join(filter(None, (why_a, why_b)))
+    return (of_a, of_b), ""
 
 
 def _followed(record: Record, models: tuple[ModelFile, ModelFile]) -> RecordComparison:
@@ -471,8 +400,8 @@ def _notes(models: tuple[ModelFile, ModelFile], verdict: Verdict) -> list[str]:
     notes = []
     if shapes[0] != shapes[1]:
         notes.append(
-            f"FE is {shapes[0]} in A and {shapes[1]} in B, whose coefficients cannot be compared one by one; the figures "
-            "of loops compare the forces."
+            f"FE is {shapes[0]} in A and {shapes[1]} in B, whose coefficients cannot be compared one by one; the "
+            "figures of loops compare the forces."
         )
     return [*notes, _SCATTER] if verdict in (Verdict.DIFFERENT, Verdict.NOT_FOUND) else notes
 
@@ -490,8 +419,8 @@ def _cautions(
     digests = [_digests(model) for model in models]
     if digests[0] & digests[1]:
         cautions.append(
-            "Both models were identified from the same record, so that their errors are not independent: the verdict does "
-            "not hold for differences of method or options."
+            "Both models were identified from the same record, so that their errors are not independent: no verdict "
+            "can be given on differences of method or options."
         )
     if align == "middle":
         return cautions
@@ -501,10 +430,10 @@ def _cautions(
     if abs(apart) > _SHIFTED * (high - low):
         aligned = _apart(*(steady_loop(PathSolver(p), low, high) for p in moved))[1]
         cautions.append(
-            f"The middle of B's range lies {1e3 * apart:.4g} mm from that of A's. Compared as recorded, the loops differ by "
-            f"{100.0 * _apart(*loops)[1]:.2g} % of their height, and counted each from its own middle by "
-            f"{100.0 * aligned:.2g} %; if the zero of displacement was moved between the tests, use --align middle "
-            "(align='middle')."
+            f"The middle of B's range lies {1e3 * apart:.4g} mm from that of A's. As recorded the loops differ by "
+            f"{100.0 * _apart(*loops)[1]:.2g} % of their height, and each counted from its own middle by "
+            f"{100.0 * aligned:.2g} %; if the zero of displacement was moved between the tests, align them by their "
+            "middles (align='middle', --align middle)."
         )
     return cautions
 
@@ -518,52 +447,3 @@ def _digests(model: ModelFile) -> set[str]:
     records = model.provenance.get("records")
     entries = records if isinstance(records, list) else []
     return {str(entry["sha256"]) for entry in entries if isinstance(entry, dict) and entry.get("sha256")}
-
-
-def _by_quantity(figures: Sequence[Difference]) -> list[list[Difference]]:
-    """Differences of each figure that is judged, by rising amplitude."""
-    return [[one for one in figures if one.quantity == name] for name, _, _, _, judge in FIGURES if judge]
-
-
-def _largest(differences: list[Difference]) -> Difference:
-    return max(differences, key=lambda one: 0.0 if math.isnan(one.change) else abs(one.change))
-
-
-def _in_words(one: Difference) -> str:
-    """Such as: energy per cycle at 20 mm is 12 % (8 to 16 %) lower in B."""
-    ends = ""
-    if not math.isnan(one.low):
-        pair = sorted((one.low, one.high), key=abs)
-        crosses = one.low * one.high < 0.0
-        shown = [one.low, one.high] if crosses else [abs(end) for end in pair]
-        numbers = " to ".join(_size(one, end, bare=True) for end in shown)
-        ends = f" ({numbers} {'%' if one.relative else one.unit})"
-    side = "higher" if one.change > 0.0 else "lower"
-    where = f" at {_millimetres(one.amplitude)}"
-    if one.change == 0.0:
-        return f"{one.words}{where} is equal"
-    return f"{one.words}{where} is {_size(one, abs(one.change))}{ends} {side} in B"
-
-
-def _size(one: Difference, value: float, bare: bool = False) -> str:
-    number = f"{100.0 * value:.2g}" if one.relative else f"{value:.2g}"
-    return number if bare else f"{number} {'%' if one.relative else one.unit}"
-
-
-def _signed(one: Difference) -> str:
-    return "-" if math.isnan(one.change) else f"{100.0 * one.change:+.3g} %" if one.relative else f"{one.change:+.3g}"
-
-
-def _between(one: Difference) -> str:
-    if math.isnan(one.low):
-        return "-"
-    factor, unit = (100.0, " %") if one.relative else (1.0, "")
-    return f"{factor * one.low:+.3g} to {factor * one.high:+.3g}{unit}"
-
-
-def _millimetres(amplitude: float | None) -> str:
-    return f"{1e3 * (amplitude or 0.0):.4g} mm"
-
-
-def _listed(words: list[str]) -> str:
-    return ", ".join(words[:-1]) + (" and " if len(words) > 1 else "") + "".join(words[-1:])

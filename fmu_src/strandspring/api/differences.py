@@ -1,10 +1,10 @@
 """Differences between two springs against the uncertainty of both.
 
-Differences of figures (secant stiffness, energy per cycle, mean force of steady loops) are judged by draws from the joint
-covariance of each model: z is the difference over its standard deviation. The four hysteresis parameters are judged
-together, d'*C^-1*d with the differences d of their logarithms and the sum C of their covariances, which is chi-square
-distributed for one spring identified twice. kappa_omega is the hysteretic force at displacement_offset, which two models
-place differently: it is compared as kappa_omega*FA at one displacement.
+Differences of figures (secant stiffness, energy per cycle, mean force of steady loops) are judged by draws from the
+joint covariance of each model: z is the difference over its standard deviation. The four hysteresis parameters are
+judged together, d'*C^-1*d with the differences d of their logarithms and the sum C of their covariances, which is
+chi-square distributed for one spring identified twice. kappa_omega is the hysteretic force at displacement_offset,
+which two models place differently: it is compared as kappa_omega*FA at one displacement.
 
 All judgements together have an error of 5 % (Holm's procedure, which allows for any dependence between them).
 """

@@ -62,8 +62,8 @@ def shared_mass(
     ----------
     springs : (SpringParameters, SpringParameters)
     low, high : float      The range that both share [m].
-    mass : float or None   Loads the springs by its weight [kg]; if None the mass that A holds in the middle of the range
-                           by its weight, or where the spring does not carry one there, a mass for 10 Hz of small motion.
+    mass : float or None   Loads the springs by its weight [kg]; if None the mass whose weight A holds in the middle of
+                           the range, or where A does not carry one there, a mass for 10 Hz of small motion.
     """
     try:
         chosen, load = (mass, mass * STANDARD_GRAVITY) if mass is not None else _default(springs[0], low, high)
@@ -72,8 +72,8 @@ def shared_mass(
         level = _LEVEL * min(min(each.displacement - low, high - each.displacement) for each in rest)
         if not level > 0.0:
             raise IsolationError(
-                f"{chosen:.4g} kg rest at {1e3 * rest[0].displacement:.4g} mm on A and {1e3 * rest[1].displacement:.4g} mm "
-                "on B, outside the range that both share; use another --mass."
+                f"{chosen:.4g} kg rest at {1e3 * rest[0].displacement:.4g} mm on A and "
+                f"{1e3 * rest[1].displacement:.4g} mm on B, outside the range that both share; use another mass."
             )
         frequencies = [each.frequency for each in rest]
         band = np.geomspace(DEFAULT_BAND[0] * min(frequencies), DEFAULT_BAND[1] * max(frequencies), _POINTS)

@@ -9,6 +9,7 @@ import click
 
 from ..api.comparison import DRAWS, Align
 from ..api.comparison import compare as compare_springs
+from ..api.comparison_words import figure_table, parameter_table
 from ..api.figure import SUFFIXES, new_figure, save_figure
 from ..modelfile import load_model
 from .cautions import note_assumptions, note_cautions
@@ -110,8 +111,8 @@ def compare(
         return
     for line in comparison.head():
         result(line)
-    result_table(*comparison.parameter_table(), left=["parameter"])
-    result_table(*comparison.figure_table(), left=["figure"])
+    result_table(*parameter_table(comparison.parameters), left=["parameter"])
+    result_table(*figure_table(comparison.figures), left=["figure"])
     for line in comparison.tail():
         result(line)
     for sentence in comparison.notes:
