@@ -19,7 +19,8 @@ from ..loops.modelled import steady_loop
 from ..modelfile import ModelFile
 from ..records.record import Record
 from ..studies.spread import Spread
-from .cautions import backwards_cautions, outside_cautions
+from .cautions import backwards_cautions, outside_cautions, printable
+from .common_form import common_form, form_of, form_words, in_form
 from .comparison_plot import draw
 from .comparison_words import Verdict, figure_table, parameter_table, test_sentence, verdict_sentence
 from .differences import (
@@ -297,25 +298,31 @@ def compare(
     reaches = _amplitudes(amplitudes, 0.5 * (high - low))
     spreads, unknown = _spreads(models, draws)
     records = records_of(data, displacement=displacement, force=force, time=time, units=units, reverse=reverse)
-    parameters, test = parameter_differences(
-        springs,
-        (models[0].uncertainty, models[1].uncertainty),
-        (None, None) if spreads is None else (spreads[0].joint, spreads[1].joint),
-        ("A", "B"),
-        middle,
-    )
-    of_each = [loop_figures(p, middle, reaches) for p in springs]
-    scatter: tuple[Draws, Draws] | None = None
     is_same = models[0].parameters == models[1].parameters
+    form = common_form(*springs)
+    scatter: tuple[Draws, Draws] | None = None
+    plain = springs
     if spreads is not None and not is_same:
         try:
+            plain = (in_form(springs[0], form), in_form(springs[1], form))
             scatter = (
                 drawn(springs[0], spreads[0], middle, reaches, seed, range(draws)),
                 drawn(springs[1], spreads[1], middle, reaches, seed, range(draws, 2 * draws)),
             )
         except StrandspringError as problem:
             unknown = str(problem).rstrip(".")
-    figures = figure_differences(of_each[0], of_each[1], reaches, scatter)
+    parameters, test = parameter_differences(
+        springs,
+        plain,
+        (models[0].uncertainty, models[1].uncertainty),
+        (None, None) if spreads is None else (spreads[0].joint, spreads[1].joint),
+        ("A", "B"),
+        middle,
+    )
+    of_each, of_plain = (
+        (loop_figures(pair[0], middle, reaches), loop_figures(pair[1], middle, reaches)) for pair in (springs, plain)
+    )
+    figures = figure_differences(of_each, of_plain, reaches, scatter)
     if is_same:
         verdict, test = Verdict.IDENTICAL, None
     elif scatter is None:
@@ -396,12 +403,14 @@ def _apart(a: Loop, b: Loop) -> tuple[float, float]:
 
 
 def _notes(models: tuple[ModelFile, ModelFile], verdict: Verdict) -> list[str]:
-    shapes = ["a table" if m.parameters.FE_knots else f"of degree {len(m.parameters.kE) - 1}" for m in models]
+    forms = [form_of(model.parameters) for model in models]
     notes = []
-    if shapes[0] != shapes[1]:
+    if forms[0] != forms[1]:
+        common = common_form(models[0].parameters, models[1].parameters)
         notes.append(
-            f"FE is {shapes[0]} in A and {shapes[1]} in B, whose coefficients cannot be compared one by one; the "
-            "figures of loops compare the forces."
+            f"A has {form_words(forms[0])}, B {form_words(forms[1])}. Their coefficients cannot be compared one by "
+            f"one, and a difference counts, with its z, only as far as it remains with {form_words(common)} in both; "
+            "for more, identify both with the same degrees (--degrees N,M)."
         )
     return [*notes, _SCATTER] if verdict in (Verdict.DIFFERENT, Verdict.NOT_FOUND) else notes
 
@@ -416,6 +425,14 @@ def _cautions(
                 f"{sentence[:-1]} (model {label})."
                 for sentence in outside_cautions(record.path, record.displacement, model.parameters)
             ]
+    for label, model in zip("AB", models, strict=True):
+        cautions += [f"Of the identification of {label}: {sentence}" for sentence in _own_cautions(model)]
+    effects = [_effects(model) for model in models]
+    if effects[0] != effects[1]:
+        cautions.append(
+            f"As effects of the rig, {effects[0]} was taken out of A's records and {effects[1]} out of B's: a "
+            "difference may be one of the rigs, or of how it was taken out."
+        )
     digests = [_digests(model) for model in models]
     if digests[0] & digests[1]:
         cautions.append(
@@ -440,6 +457,20 @@ def _cautions(
 
 def _middle(p: SpringParameters) -> float:
     return 0.5 * (p.displacement_min + p.displacement_max)
+
+
+def _own_cautions(model: ModelFile) -> list[str]:
+    """What the identification of a model asked to be careful with; its fit is free JSON."""
+    outcomes = model.fit.get("outcomes")
+    entries = outcomes if isinstance(outcomes, list) else []
+    return [printable(entry["sentence"]) for entry in entries if isinstance(entry, dict) and "sentence" in entry]
+
+
+def _effects(model: ModelFile) -> str:
+    """The effects of the rig that were taken out, in words."""
+    effects = model.fit.get("effects")
+    names = sorted(effects) if isinstance(effects, dict) else []
+    return printable(", ".join(names).replace("_", " ")) or "nothing"
 
 
 def _digests(model: ModelFile) -> set[str]:

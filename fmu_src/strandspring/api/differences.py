@@ -6,6 +6,8 @@ judged together, d'*C^-1*d with the differences d of their logarithms and the su
 chi-square distributed for one spring identified twice. kappa_omega is the hysteretic force at displacement_offset,
 which two models place differently: it is compared as kappa_omega*FA at one displacement.
 
+Where the forms of the models differ, only what remains in a common form counts, see `common_form`.
+
 All judgements together have an error of 5 % (Holm's procedure, which allows for any dependence between them).
 """
 
@@ -146,11 +148,24 @@ def drawn(
 
 
 def figure_differences(
-    a: FloatArray, b: FloatArray, amplitudes: Sequence[float], draws: tuple[Draws, Draws] | None
+    figures: tuple[FloatArray, FloatArray],
+    in_common_form: tuple[FloatArray, FloatArray],
+    amplitudes: Sequence[float],
+    draws: tuple[Draws, Draws] | None,
 ) -> list[Difference]:
-    """Differences of the figures of two springs, shape (amplitudes, FIGURES) each, amplitude by amplitude."""
+    """Differences of the figures of two springs, figure by figure.
+
+    Parameters
+    ----------
+    figures : tuple of 2 ndarrays          Of A and B as identified, shape (amplitudes, FIGURES).
+    in_common_form : tuple of 2 ndarrays   Of both in one form: z is that of the difference that remains there.
+    amplitudes : sequence of float         [m]
+    draws : (Draws, Draws) or None
+    """
     found = []
+    a, b = figures
     change = b - a
+    held = _held(change, in_common_form[1] - in_common_form[0])
     if draws is not None:
         scatter = draws[1].figures - draws[0].figures
         low, high = np.nanquantile(scatter, [0.05, 0.95], axis=0)
@@ -166,11 +181,17 @@ def figure_differences(
                     one,
                     low=_over(low[k, j], scale),
                     high=_over(high[k, j], scale),
-                    z=float(change[k, j] / deviation[k, j]),
+                    z=float(held[k, j] / deviation[k, j]),
                     seen_from=_over(deviation[k, j], scale),  # until the number of judgements is known
                 )
             found.append(one)
     return found
+
+
+def _held(change: FloatArray, in_common_form: FloatArray) -> FloatArray:
+    """The smaller one of two changes of one sign; 0 if their signs differ."""
+    smaller = np.minimum(np.abs(change), np.abs(in_common_form))
+    return np.where(change * in_common_form > 0.0, np.sign(change) * smaller, 0.0)
 
 
 def _over(value: Any, scale: float) -> float:
@@ -179,6 +200,7 @@ def _over(value: Any, scale: float) -> float:
 
 def parameter_differences(
     springs: tuple[SpringParameters, SpringParameters],
+    in_common_form: tuple[SpringParameters, SpringParameters],
     uncertainties: tuple[Mapping[str, Any], Mapping[str, Any]],
     joints: tuple[JointCovariance | None, JointCovariance | None],
     labels: tuple[str, str],
@@ -186,10 +208,13 @@ def parameter_differences(
 ) -> tuple[list[Difference], HysteresisTest | None]:
     """Differences of the four hysteresis parameters, kappa_omega at a displacement [m], and their joint test.
 
-    The test is None where a model has no joint covariance, or no parameter can be tested.
+    As in `figure_differences`, z and the test are those of what remains in one form. The test is None where a model has
+    no joint covariance, or no parameter can be tested.
     """
     values = np.array([_values(p, place) for p in springs])
     change = np.log(values[1] / values[0])
+    remaining = np.log(np.divide(*(_values(p, place) for p in reversed(in_common_form))))
+    held = _held(change, remaining)
     known = None
     if joints[0] is not None and joints[1] is not None:
         rows = [_rows(p, joint, place) for p, joint in zip(springs, joints, strict=True) if joint is not None]
@@ -209,14 +234,17 @@ def parameter_differences(
             continue
         deviation = math.sqrt(known[k, k])
         low, high = (math.expm1(change[k] + side * _NORMAL_90 * deviation) for side in (-1.0, 1.0))
-        found.append(replace(one, low=low, high=high, z=float(change[k] / deviation)))
-    return found, None if known is None else _joint_test(found, change, known)
+        found.append(replace(one, low=low, high=high, z=float(held[k] / deviation)))
+    if known is None:
+        return found, None
+    tests = [_joint_test(found, each, known) for each in (change, remaining)]
+    return found, min(filter(None, tests), key=lambda test: test.chi_square, default=None)
 
 
-def _values(p: SpringParameters, place: float) -> list[float]:
+def _values(p: SpringParameters, place: float) -> FloatArray:
     """kappa_omega*FA at a place, rho, sigma and n."""
     amplifier = float(np.polynomial.polynomial.polyval(place - p.displacement_offset, p.kA))
-    return [p.kappa_omega * amplifier, p.rho, p.sigma, p.n]
+    return np.array([p.kappa_omega * amplifier, p.rho, p.sigma, p.n])
 
 
 def _rows(p: SpringParameters, joint: JointCovariance, place: float) -> FloatArray:
