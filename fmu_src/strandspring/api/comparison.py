@@ -22,7 +22,7 @@ from ..studies.spread import Spread
 from .cautions import backwards_cautions, outside_cautions, printable
 from .common_form import common_form, form_of, form_words, in_form
 from .comparison_plot import draw
-from .comparison_words import Verdict, figure_table, parameter_table, test_sentence, verdict_sentence
+from .comparison_words import Verdict, figure_table, parameter_table, percent, test_sentence, verdict_sentence
 from .differences import (
     Difference,
     Draws,
@@ -163,7 +163,7 @@ class Comparison(Result):
             lines.append(test_sentence(self.test))
         rms, share = self.loop_difference
         lines.append(
-            f"Along the loop over the shared range the forces differ by {rms:.3g} N (rms), {100.0 * share:.2g} % of "
+            f"Along the loop over the shared range the forces differ by {rms:.3g} N (rms), {percent(share)} % of "
             "the loop's height."
         )
         return [*lines, *self.mass.lines(), *(one.sentence for one in self.records)]
@@ -282,8 +282,8 @@ def compare(
     >>> comparison = compare(before, after)
     >>> comparison.verdict.name
     'DIFFERENT'
-    >>> print(comparison.sentence[:88])
-    The springs differ beyond their uncertainty: secant stiffness at 5 mm is
+    >>> print(comparison.sentence[:73])
+    The springs differ beyond their uncertainty: secant stiffness at 10 mm is
     """
     if align not in ("record", "middle"):
         raise ValueError(f"`align` must be 'record' or 'middle', got {align!r}.")
@@ -448,8 +448,8 @@ def _cautions(
         aligned = _apart(*(steady_loop(PathSolver(p), low, high) for p in moved))[1]
         cautions.append(
             f"The middle of B's range lies {1e3 * apart:.4g} mm from that of A's. As recorded the loops differ by "
-            f"{100.0 * _apart(*loops)[1]:.2g} % of their height, and each counted from its own middle by "
-            f"{100.0 * aligned:.2g} %; if the zero of displacement was moved between the tests, align them by their "
+            f"{percent(_apart(*loops)[1])} % of their height, and each counted from its own middle by "
+            f"{percent(aligned)} %; if the zero of displacement was moved between the tests, align them by their "
             "middles (align='middle', --align middle)."
         )
     return cautions

@@ -57,7 +57,7 @@ def verdict_sentence(
         most = max((one for one in parameters if not math.isnan(one.z)), key=lambda one: abs(one.z))
         found.append(
             f"the hysteresis parameters differ together (chi-square {test.chi_square:.3g} at "
-            f"{test.degrees_of_freedom} degrees of freedom), {most.quantity} most clearly (z = {most.z:.2g})"
+            f"{test.degrees_of_freedom} degrees of freedom), {most.quantity} most clearly (z = {most.z:.1f})"
         )
     return f"{verdict.value}: {'; '.join([*found, *same])}."
 
@@ -106,6 +106,11 @@ def figure_table(figures: Sequence[Difference]) -> tuple[list[str], list[list[st
     return ["figure", "at mm", "A", "B", "B - A", "5 to 95 %", "z"], rows
 
 
+def percent(share: float) -> str:
+    """A share in percent, to two digits but never as a power of ten."""
+    return f"{100.0 * share:.2g}" if abs(share) < 0.995 else f"{100.0 * share:.0f}"
+
+
 def _by_quantity(figures: Sequence[Difference]) -> list[list[Difference]]:
     """Differences of each figure that is judged, by rising amplitude."""
     return [[one for one in figures if one.quantity == name] for name, _, _, _, judge in FIGURES if judge]
@@ -132,7 +137,7 @@ def _in_words(one: Difference) -> str:
 
 
 def _size(one: Difference, value: float, bare: bool = False) -> str:
-    number = f"{100.0 * value:.2g}" if one.relative else f"{value:.2g}"
+    number = percent(value) if one.relative else f"{value:.2g}"
     return number if bare else f"{number} {'%' if one.relative else one.unit}"
 
 
