@@ -17,6 +17,8 @@ from ._lazy import load_lazily
 
 if TYPE_CHECKING:
     from ._version import __version__ as __version__
+    from .api.comparison import Comparison as Comparison
+    from .api.comparison import compare as compare
     from .api.identification import Identification as Identification
     from .api.identification import identify as identify
     from .api.information import Information as Information
@@ -51,6 +53,7 @@ if TYPE_CHECKING:
 _MODULES = {
     "BuildError": "errors",
     "ClassicBoucWen": "conversions",
+    "Comparison": "api.comparison",
     "Identification": "api.identification",
     "IdentificationError": "identification.outcomes",
     "Information": "api.information",
@@ -70,6 +73,7 @@ _MODULES = {
     "TwoStageOptions": "peers.two_stage_options",
     "__version__": "_version",
     "bundled_record": "api.records",
+    "compare": "api.comparison",
     "identify": "api.identification",
     "info": "api.information",
     "isolate": "api.isolation",
