@@ -23,6 +23,8 @@ if TYPE_CHECKING:
     from .api.isolation import isolate as isolate
     from .api.records import bundled_record as bundled_record
     from .api.spring import Spring as Spring
+    from .api.studying import StudyResult as StudyResult
+    from .api.studying import study as study
     from .conversions import ClassicBoucWen as ClassicBoucWen
     from .conversions import NormalizedBoucWen as NormalizedBoucWen
     from .core.parameters import SpringParameters as SpringParameters
@@ -59,6 +61,7 @@ _MODULES = {
     "Spring": "api.spring",
     "SpringParameters": "core.parameters",
     "StrandspringError": "errors",
+    "StudyResult": "api.studying",
     "TwoStageOptions": "peers.two_stage_options",
     "__version__": "_version",
     "bundled_record": "api.records",
@@ -67,6 +70,7 @@ _MODULES = {
     "limit_cycle": "peers.limit_cycle",
     "read_record": "records.reading",
     "simulate_fmu": "cosimulation.prescribed",
+    "study": "api.studying",
 }
 
 load_lazily(globals(), _MODULES)
