@@ -17,6 +17,7 @@ from ._lazy import load_lazily
 
 if TYPE_CHECKING:
     from ._version import __version__ as __version__
+    from .api.building import build_fmu as build_fmu
     from .api.identification import Identification as Identification
     from .api.identification import identify as identify
     from .api.isolation import Isolation as Isolation
@@ -25,6 +26,8 @@ if TYPE_CHECKING:
     from .api.spring import Spring as Spring
     from .api.studying import StudyResult as StudyResult
     from .api.studying import study as study
+    from .api.verifying import Verification as Verification
+    from .api.verifying import verify as verify
     from .conversions import ClassicBoucWen as ClassicBoucWen
     from .conversions import NormalizedBoucWen as NormalizedBoucWen
     from .core.parameters import SpringParameters as SpringParameters
@@ -63,7 +66,9 @@ _MODULES = {
     "StrandspringError": "errors",
     "StudyResult": "api.studying",
     "TwoStageOptions": "peers.two_stage_options",
+    "Verification": "api.verifying",
     "__version__": "_version",
+    "build_fmu": "api.building",
     "bundled_record": "api.records",
     "identify": "api.identification",
     "isolate": "api.isolation",
@@ -71,6 +76,7 @@ _MODULES = {
     "read_record": "records.reading",
     "simulate_fmu": "cosimulation.prescribed",
     "study": "api.studying",
+    "verify": "api.verifying",
 }
 
 load_lazily(globals(), _MODULES)

@@ -72,7 +72,7 @@ class StudyResult(Result):
         return _read(self.output)
 
     def quantiles(self) -> pd.DataFrame:
-        """One row for each grid point: runs, refused ones, and 5 %, 50 % and 95 % quantiles of each figure in SI units."""
+        """One row for each grid point: runs, refused ones, and 5, 50 and 95 % quantiles of the figures in SI units."""
         import pandas as pd
 
         rows = []
