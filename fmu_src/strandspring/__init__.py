@@ -17,6 +17,7 @@ from ._lazy import load_lazily
 
 if TYPE_CHECKING:
     from ._version import __version__ as __version__
+    from .api.building import build_fmu as build_fmu
     from .api.comparison import Comparison as Comparison
     from .api.comparison import compare as compare
     from .api.identification import Identification as Identification
@@ -29,8 +30,12 @@ if TYPE_CHECKING:
     from .api.prediction import predict as predict
     from .api.records import bundled_record as bundled_record
     from .api.spring import Spring as Spring
+    from .api.studying import StudyResult as StudyResult
+    from .api.studying import study as study
     from .api.synthesis import synthesize as synthesize
     from .api.synthesis import synthesize_ni as synthesize_ni
+    from .api.verifying import Verification as Verification
+    from .api.verifying import verify as verify
     from .conversions import ClassicBoucWen as ClassicBoucWen
     from .conversions import NormalizedBoucWen as NormalizedBoucWen
     from .core.parameters import SpringParameters as SpringParameters
@@ -70,8 +75,11 @@ _MODULES = {
     "Spring": "api.spring",
     "SpringParameters": "core.parameters",
     "StrandspringError": "errors",
+    "StudyResult": "api.studying",
     "TwoStageOptions": "peers.two_stage_options",
+    "Verification": "api.verifying",
     "__version__": "_version",
+    "build_fmu": "api.building",
     "bundled_record": "api.records",
     "compare": "api.comparison",
     "identify": "api.identification",
@@ -83,6 +91,8 @@ _MODULES = {
     "simulate_fmu": "cosimulation.prescribed",
     "synthesize": "api.synthesis",
     "synthesize_ni": "api.synthesis",
+    "study": "api.studying",
+    "verify": "api.verifying",
 }
 
 load_lazily(globals(), _MODULES)

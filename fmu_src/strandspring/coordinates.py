@@ -84,12 +84,17 @@ def chosen_zero(choice: str | float | None, parameters: SpringParameters) -> flo
     ------
     StrandspringError   If it is none of these.
     """
+    checked_zero(choice)
     if choice is None:
         return sensible_zero(parameters)
     if choice == "rig":
         return 0.0
-    if choice == "middle":
-        return _middle(parameters)
+    return _middle(parameters) if choice == "middle" else float(choice)
+
+
+def checked_zero(choice: str | float | None) -> None:
+    """Refuse what `chosen_zero` refuses whatever the spring; raises StrandspringError."""
+    if choice is None or choice in ("rig", "middle"):
+        return
     if isinstance(choice, str) or not abs(choice) <= LARGEST_DISPLACEMENT:
         raise StrandspringError(f'`zero` must be "rig", "middle" or a displacement of the record [m], got {choice!r}.')
-    return float(choice)

@@ -43,13 +43,17 @@ def refuse_unwritable(path: Path, is_folder: bool = False) -> None:
         if path.exists() and not (path.is_dir() if is_folder else path.is_file()):
             what = "a file; give a folder" if is_folder else "a folder or a device; give the path of a file"
             raise StrandspringError(f"{path} cannot be written: it is {what}.")
-        folder = path if is_folder else path.parent
-        while not folder.exists() and folder != folder.parent:
-            folder = folder.parent
-        with tempfile.TemporaryFile(dir=folder):
+        with tempfile.TemporaryFile(dir=existing_folder(path if is_folder else path.parent)):
             pass
     except OSError as problem:
         raise StrandspringError(f"{path} cannot be written: {problem.strerror}.") from None
+
+
+def existing_folder(folder: Path) -> Path:
+    """The folder, or the nearest one above it that exists."""
+    while not folder.exists() and folder != folder.parent:
+        folder = folder.parent
+    return folder
 
 
 @contextmanager

@@ -6,7 +6,6 @@ import math
 import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import fields
-from pathlib import Path
 from typing import IO, Any, NoReturn, TypeVar
 
 import click
@@ -14,6 +13,7 @@ import click
 from ..identification.method import Method
 from ..identification.refined import RefinedOptions
 from ..identification.scan import ScanOptions
+from ..modelfile import identifier as identifier
 from ..peers.ni_spring import NiOptions
 from ..peers.two_stage_options import TwoStageOptions
 from ..records.reading import read_record
@@ -189,9 +189,3 @@ def method_options(chosen: dict[str, Any]) -> Method:
 def read_records(paths: Sequence[str], columns: Mapping[str, Any]) -> list[Record]:
     """Read records with a progress bar, with what `column_options` say."""
     return [read_record(path, **columns) for path in progress(paths, "Reading records")]
-
-
-def identifier(text: str) -> str:
-    """An identifier derived from the file name `text`."""
-    name = re.sub(r"[^A-Za-z0-9_]+", "_", Path(text).stem).strip("_")
-    return (name if name[:1].isalpha() and name.isascii() else f"spring_{name}").rstrip("_")[:64]
