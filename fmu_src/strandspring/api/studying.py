@@ -24,12 +24,13 @@ from ..studies.quantiles import GridPointSummary
 from ..studies.run import run_study
 from ..studies.runners import Local
 from ..studies.spread import Spread
+from .cautions import outside_range
 from .levels import free_travel, given_levels
 from .placing import origin_of
 from .progress import Progress, unseen
 from .result import Result
 from .spring import Spring, as_spring
-from .text import outside_range, table_lines
+from .text import table_lines
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -42,8 +42,8 @@ print(refined.to_frame())
 # %% [markdown]
 # ## Prediction of what was not measured
 #
-# A spring is worth something only if it follows paths that it has not seen: here loops of half the amplitude. The summary
-# above warns of it: one amplitude alone says little about smaller ones.
+# A spring is worth something only if it follows paths that it has not seen: here loops of half the amplitude. The
+# summary above warns of it: one amplitude alone says little about smaller ones.
 
 # %%
 smaller = ss.synthesize_ni(amplitude=2.5e-3, noise=0.0)
