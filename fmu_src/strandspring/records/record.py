@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..errors import RecordError
-from .source import readable
+from .content import readable
 
 # Beyond what any rig measures [m], [N]; powers of such numbers overflow or vanish.
 _LEAST, _GREATEST = 1e-30, 1e30
