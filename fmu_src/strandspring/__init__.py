@@ -26,6 +26,8 @@ if TYPE_CHECKING:
     from .identification.refined import RefinedOptions as RefinedOptions
     from .identification.result import Identification as Identification
     from .identification.scan import ScanOptions as ScanOptions
+    from .intake.description_file import read_campaign as read_campaign
+    from .loops.selection import select as select
     from .peers.limit_cycle import limit_cycle as limit_cycle
     from .peers.ni_spring import NiOptions as NiOptions
     from .peers.two_stage_options import TwoStageOptions as TwoStageOptions
@@ -54,7 +56,9 @@ _MODULES = {
     "__version__": "_version",
     "identify": "identification.api",
     "limit_cycle": "peers.limit_cycle",
+    "read_campaign": "intake.description_file",
     "read_record": "records.reading",
+    "select": "loops.selection",
     "simulate_fmu": "cosimulation.prescribed",
 }
 

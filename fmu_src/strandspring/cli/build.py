@@ -19,7 +19,7 @@ from ..fmu.papers import BuildSettings
 from ..fmu.python_backed import build_fmu
 from ..modelfile import ModelFile, check_name, is_fmu, load_model, save_model
 from .identify import identified, print_identification
-from .options import column_options, identification_options, identifier, method_options
+from .options import identification_options, identifier, method_options, record_options
 from .output import result, result_json, working
 from .paths import refuse_overwriting
 from .zero import origin_of, zero_option
@@ -93,7 +93,7 @@ def _author(_context: click.Context, _parameter: click.Parameter, author: str) -
 @click.option("--description", default="", help="Free text for the model identified from records.")
 @zero_option
 @click.option("--author", default="", callback=_author, help="Author of the FMU, for its model description.")
-@column_options
+@record_options
 @identification_options
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object instead of text.")
 def build(

@@ -19,7 +19,7 @@ from ..loops.modelled import steady_loop
 from ..modelfile import ModelFile, load_model, save_model
 from .cautions import caution_backwards, note_assumptions, outside_range
 from .fit_tables import parameter_lines, verdict_json
-from .options import FiniteRange, column_options, read_records
+from .options import FiniteRange, read_records, record_options
 from .output import note, progress, result, result_json, result_table
 from .paths import refuse_overwriting
 from .zero import origin_of, zero_option
@@ -56,7 +56,7 @@ _COLUMNS = (
 )
 @zero_option
 @click.option("--save", metavar="MODEL.json", help="Write the model file to this file, as out of an FMU.")
-@column_options
+@record_options
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object instead of text.")
 def info(
     model: str,

@@ -21,7 +21,7 @@ from ..modelfile import ModelFile, load_model
 from ..records.record import Record
 from .cautions import caution_backwards, caution_samples, note_assumptions
 from .fit_tables import fit_json, fit_lines
-from .options import column_options, read_records
+from .options import read_records, record_options
 from .output import note, progress, result, result_json
 from .paths import refuse_overwriting
 
@@ -30,7 +30,7 @@ from .paths import refuse_overwriting
 @click.argument("model", metavar="MODEL.json")
 @click.argument("records", nargs=-1, required=True, metavar="RECORD...")
 @click.option("-o", "--output", metavar="OUT.csv", help="Write displacement, measured and predicted force here.")
-@column_options
+@record_options
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object instead of text.")
 def predict(model: str, records: tuple[str, ...], output: str | None, as_json: bool, **columns: Any) -> None:
     """Predict the force of records with a model and report the errors.

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from ..errors import RecordError
 from .channels import ChannelTable
 from .columns import Column, choose_columns, listed_columns
-from .table import Table
+from .tables import Table
 from .units import Quantity, quoted
 
 _LISTED = 6  # tables

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 from collections.abc import Mapping
 from typing import Literal
@@ -16,7 +17,7 @@ from .content import read_content
 from .formats.opening import tables_of
 from .record import Record
 from .spikes import find_spikes, spikes_of
-from .table import Table
+from .tables import Table
 from .units import Quantity, quoted, unit_factor
 
 # Beyond any rig: the unit is wrong.
@@ -34,6 +35,10 @@ def read_record(
     displacement_unit: str | None = None,
     force_unit: str | None = None,
     reverse: Literal["displacement", "force"] | None = None,
+    displacement_offset: float = 0.0,
+    force_offset: float = 0.0,
+    displacement_scale: float = 1.0,
+    force_scale: float = 1.0,
 ) -> Record:
     """Read displacement and force, and time where there is one, from the file of a test rig.
 
@@ -55,6 +60,8 @@ def read_record(
         the second as force. The time column is optional.
     displacement_unit, force_unit : str or None    Such as "mm", "inch"; "kN", "lbf".
     reverse : "displacement", "force" or None      The column to negate.
+    displacement_offset, force_offset : float      Subtracted from the column, in the column's own units.
+    displacement_scale, force_scale : float        Factor of what is left, such as kN per V; the product has the unit.
 
     Returns
     -------
@@ -78,6 +85,11 @@ def read_record(
     """
     if reverse not in (None, "displacement", "force"):
         raise RecordError(f"`reverse` must be 'displacement' or 'force', got {quoted(str(reverse))}.")
+    adjustments: dict[Quantity, tuple[float, float]] = {
+        "displacement": (displacement_offset, displacement_scale),
+        "force": (force_offset, force_scale),
+    }
+    _refuse_useless(adjustments)
     content = read_content(path)
     where = content.path
     asked: dict[Quantity, int | str | None] = {"displacement": displacement, "force": force, "time": time}
@@ -99,8 +111,16 @@ def read_record(
                 notes.append(f"time is left out: {error}")
                 continue
             raise
-        values[quantity] = arrays[column.number] * factor
         notes.append(note)
+        series = arrays[column.number]
+        offset, scale = adjustments.get(quantity, (0.0, 1.0))
+        if offset != 0.0:
+            series = series - offset
+            notes.append(f"{offset:.6g} subtracted from the {quantity}, as given")
+        if scale != 1.0:
+            series = series * scale
+            notes.append(f"the {quantity} multiplied by {scale:.6g}, as given")
+        values[quantity] = series * factor
     if time is None and "time" in values and not _is_a_clock(values["time"]):
         notes.append(f"time is left out: {columns['time']} does not increase")
         del values["time"]
@@ -117,6 +137,16 @@ def read_record(
         sha256=content.sha256,
         notes=tuple(notes),
     )
+
+
+def _refuse_useless(adjustments: Mapping[Quantity, tuple[float, float]]) -> None:
+    for quantity, (offset, scale) in adjustments.items():
+        if not math.isfinite(offset):
+            raise RecordError(f"`{quantity}_offset` must be finite, got {offset}.")
+        if not (math.isfinite(scale) and scale > 0.0):
+            raise RecordError(
+                f"`{quantity}_scale` must be finite and > 0, got {scale}; negate a column with `reverse`."
+            )
 
 
 def _is_a_clock(time: NDArray[np.float64]) -> bool:

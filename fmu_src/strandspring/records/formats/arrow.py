@@ -6,7 +6,7 @@ from typing import Any
 
 from ..channels import Channel, FloatArray
 from ..content import Content
-from .variables import seconds
+from .named_arrays import seconds
 
 _UNITS = (b"unit", b"units")
 

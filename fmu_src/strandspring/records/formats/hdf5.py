@@ -10,7 +10,7 @@ import numpy as np
 
 from ..channels import Channel
 from ..content import Content
-from .variables import Variable, array_channels, channels_of
+from .named_arrays import Variable, array_channels, channels_of
 
 if TYPE_CHECKING:
     import h5py

@@ -43,7 +43,7 @@ _MAGIC: tuple[tuple[bytes, Kind], ...] = (
     (b"PARE", Kind("an encrypted Parquet file")),
     (b"ARROW1", Kind("a Feather (Arrow) file", "arrow")),
     (b"FEA1", Kind("a Feather file of version 1", advice="write it again as version 2, or as CSV")),
-    (b"\x93NUMPY", Kind("a NumPy array", "arrays")),
+    (b"\x93NUMPY", Kind("a NumPy array", "numpy_arrays")),
     (b"SQLite format 3\0", Kind("an SQLite database")),
     (b"%PDF", Kind("a PDF document", advice="export the numbers as CSV")),
     (b"\x89PNG\r\n\x1a\n", Kind("a PNG picture", advice="give the numbers, not their plot")),
@@ -154,4 +154,4 @@ def _of_zip(data: bytes) -> Kind | None:
         return Kind("an OpenDocument spreadsheet", _WORKBOOK)
     if mimetype:
         return Kind("an OpenDocument file that is no spreadsheet")
-    return Kind("a file of NumPy arrays", "arrays")
+    return Kind("a file of NumPy arrays", "numpy_arrays")

@@ -12,7 +12,7 @@ import numpy as np
 from ...errors import RecordError
 from ..channels import Channel
 from ..content import MAX_UNPACKED_BYTES, Content, too_large
-from .variables import Variable, channels_of
+from .named_arrays import Variable, channels_of
 
 _COMPRESSED = 15  # type of an element of a v5 file
 _BLOCK = 1024 * 1024

@@ -13,7 +13,7 @@ from ...errors import RecordError
 from ..channels import Channel, ChannelTable, FloatArray
 from ..content import Content
 from ..source import text_source
-from ..table import Table, TextTable
+from ..tables import Table, TextTable
 from ..units import quoted
 from .kinds import Kind, kind_of
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from ..channels import Channel, FloatArray
 from ..content import Content
-from .variables import seconds
+from .named_arrays import seconds
 
 if TYPE_CHECKING:
     import nptdms

@@ -13,7 +13,7 @@ from typing import Any
 from ...errors import RecordError
 from ..content import ZIP, Content, check_members
 from ..source import Source
-from ..table import TextTable
+from ..tables import TextTable
 
 _MOST_CELLS = 50_000_000
 _REFERENCE = re.compile(rb'<c r="([A-Z]{1,3})([0-9]{1,7})"')

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from ...errors import RecordError
 from ..channels import Channel
 from ..content import Content, check_members
-from .variables import channels_of
+from .named_arrays import channels_of
 
 
 def read_tables(content: Content) -> list[Channel]:
