@@ -48,6 +48,8 @@ if TYPE_CHECKING:
     from .identification.outcomes import Outcome as Outcome
     from .identification.refined import RefinedOptions as RefinedOptions
     from .identification.scan import ScanOptions as ScanOptions
+    from .intake.description_file import read_campaign as read_campaign
+    from .loops.selection import select as select
     from .peers.limit_cycle import limit_cycle as limit_cycle
     from .peers.ni_spring import NiOptions as NiOptions
     from .peers.two_stage_options import TwoStageOptions as TwoStageOptions
@@ -87,7 +89,9 @@ _MODULES = {
     "isolate": "api.isolation",
     "limit_cycle": "peers.limit_cycle",
     "predict": "api.prediction",
+    "read_campaign": "intake.description_file",
     "read_record": "records.reading",
+    "select": "loops.selection",
     "simulate_fmu": "cosimulation.prescribed",
     "synthesize": "api.synthesis",
     "synthesize_ni": "api.synthesis",

@@ -17,7 +17,7 @@ from ..fmu.archive import binary_sizes, fmu_path
 from ..fmu.native.platforms import PLATFORMS, Platform, chosen_platforms
 from ..modelfile import check_name, is_model_path, load_model, save_model
 from .identify import identified
-from .options import column_options, identification_options, identifier, method_options
+from .options import identification_options, identifier, method_options, record_options
 from .output import reporting, result, result_json
 from .paths import refuse_overwriting
 from .zero import origin_of, zero_option
@@ -89,7 +89,7 @@ def _author(_context: click.Context, _parameter: click.Parameter, author: str) -
 @click.option("--description", default="", help="Free text for the model identified from records.")
 @zero_option
 @click.option("--author", default="", callback=_author, help="Author of the FMU, for its model description.")
-@column_options
+@record_options
 @identification_options
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object instead of text.")
 def build(

@@ -14,7 +14,7 @@ from ..api.figure import SUFFIXES, new_figure, save_figure
 from ..modelfile import load_model
 from .cautions import note_assumptions, note_cautions
 from .mount import positive
-from .options import FiniteRange, column_options, read_records
+from .options import FiniteRange, read_records, record_options
 from .output import result, result_json, result_table, working
 from .paths import refuse_overwriting
 from .usage import values_as_usage
@@ -55,7 +55,7 @@ from .usage import values_as_usage
 )
 @click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Seed of the draws.")
 @click.option("--plot", metavar="FILE.png", help=f"Plot loops, figures and transmissibility ({', '.join(SUFFIXES)}).")
-@column_options
+@record_options
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object instead of text.")
 def compare(
     a: str,
