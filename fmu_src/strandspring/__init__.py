@@ -19,6 +19,8 @@ if TYPE_CHECKING:
     from ._version import __version__ as __version__
     from .api.identification import Identification as Identification
     from .api.identification import identify as identify
+    from .api.many import ManyResult as ManyResult
+    from .api.many import identify_many as identify_many
     from .api.records import bundled_record as bundled_record
     from .api.spring import Spring as Spring
     from .conversions import ClassicBoucWen as ClassicBoucWen
@@ -45,6 +47,7 @@ _MODULES = {
     "ClassicBoucWen": "conversions",
     "Identification": "api.identification",
     "IdentificationError": "identification.outcomes",
+    "ManyResult": "api.many",
     "ModelError": "errors",
     "NiOptions": "peers.ni_spring",
     "NormalizedBoucWen": "conversions",
@@ -60,6 +63,7 @@ _MODULES = {
     "__version__": "_version",
     "bundled_record": "api.records",
     "identify": "api.identification",
+    "identify_many": "api.many",
     "limit_cycle": "peers.limit_cycle",
     "read_record": "records.reading",
     "simulate_fmu": "cosimulation.prescribed",

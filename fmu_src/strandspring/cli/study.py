@@ -14,13 +14,13 @@ from ..coordinates import counted_from, zero_sentence
 from ..core.parameters import SpringParameters
 from ..errors import ModelError
 from ..isolation.system import Excitation, IsolatedMass, static_equilibrium
+from ..jobs.cluster import Cluster
+from ..jobs.runners import Local, Runner
 from ..modelfile import ModelFile, load_model
-from ..studies.cluster import Cluster
 from ..studies.definition import STIFFNESS_FACTORS, Study
 from ..studies.journal import journal_path
 from ..studies.quantiles import GridPointSummary
 from ..studies.run import run_study
-from ..studies.runners import Local, Runner
 from ..studies.spread import Spread
 from .cautions import outside_range
 from .mount import EXCITATIONS, chosen_levels, curve_options, level_options, mount_options, positive, shares_of_room
