@@ -71,9 +71,9 @@ class ManyResult(Result):
         batch = self.batch
         done = batch.files - batch.earlier
         rate = f", {done / self.seconds:.3g} springs/s" if done and self.seconds > 0.0 else ""
-        before = f", {batch.earlier} of them by an earlier run" if batch.earlier else ""
+        before = f"; {batch.earlier} files were finished by an earlier run" if batch.earlier else ""
         lines = [
-            f"{batch.statuses[IDENTIFIED]} of {batch.files} springs identified{before} ({self.seconds:.3g} s{rate})",
+            f"{batch.statuses[IDENTIFIED]} of {batch.files} springs identified ({self.seconds:.3g} s{rate}){before}",
             *(f"  {file}: {status}: {reason}" for file, status, reason in batch.problems),
         ]
         more = batch.files - batch.statuses[IDENTIFIED] - len(batch.problems)

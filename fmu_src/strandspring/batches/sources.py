@@ -108,12 +108,14 @@ def _files_of(given: str, others: list[str], outputs: set[str]) -> Sequence[str]
     except OSError as problem:
         raise RecordError(f"{readable(given)} cannot be read: {problem.strerror}; check the path and rights.") from None
     files = []
+    results = {Path(output).parent for output in outputs}  # where the models are
     for entry in entries:
-        if entry.name.startswith(".") or _absolute(entry) in outputs:
+        path = _absolute(entry)
+        if entry.name.startswith(".") or path in outputs:
             continue
         if _is_named_like_a_record(entry):
             files.append(str(entry))
-        elif not entry.is_dir():
+        elif not entry.is_dir() and not (entry.suffix == ".json" and Path(path).parent in results):
             others.append(str(entry))
     return files
 
@@ -175,6 +177,4 @@ def _refuse_overwriting(springs: Sequence[SpringFile], folder: Path, outputs: se
     records = {spring.path: spring.file for spring in springs}
     for output in (*outputs, *(_absolute(folder / f"{spring.name}.json") for spring in springs)):
         if (record := records.get(output)) is not None:
-            raise StrandspringError(
-                f"{readable(output)} would overwrite the record {readable(record)}; write to another folder."
-            )
+            raise StrandspringError(f"The record {readable(record)} would be overwritten; write to another folder.")

@@ -12,7 +12,7 @@ import click
 
 from ..api.many import ManyResult
 from ..api.many import identify_many as identify_all
-from ..batches.sources import JOURNAL
+from ..batches.sources import COLUMNAR_TABLE, JOURNAL
 from .options import FiniteRange, column_options, identification_options, method_options
 from .output import note, result, result_json
 
@@ -88,15 +88,13 @@ def identify_many(
                 **options,
             )
     except KeyboardInterrupt:
-        kept = (
-            f"{finished} of {total} files are kept in {Path(output) / JOURNAL}; the same command continues from there"
-        )
-        note(f"strandspring: interrupted; {kept}.")
-        raise click.exceptions.Exit(130) from None
+        kept = f"{finished} of {total} files are kept in {Path(output) / JOURNAL}, and the same command continues"
+        note(f"strandspring: interrupted{f'; {kept} from there' if finished else ''}.")
+        sys.exit(130)
     _print(many, as_json)
     if not many.is_complete:
         note(f"strandspring: {many.problem}")
-        raise click.exceptions.Exit(1)
+        sys.exit(1)
 
 
 @contextmanager
@@ -121,9 +119,7 @@ def _bar() -> Iterator[Callable[[int, int], None]]:
 
 def _print(many: ManyResult, as_json: bool) -> None:
     if many.batch.columnar_table is None:
-        note(
-            "No springs.parquet is written, since the package pyarrow is missing; install it with: pip install pyarrow"
-        )
+        note(f"{COLUMNAR_TABLE} needs the package pyarrow and was not written; install it with: pip install pyarrow")
     if as_json:
         result_json(many.as_json())
         return
