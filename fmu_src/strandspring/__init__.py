@@ -26,6 +26,8 @@ if TYPE_CHECKING:
     from .api.information import info as info
     from .api.isolation import Isolation as Isolation
     from .api.isolation import isolate as isolate
+    from .api.many import ManyResult as ManyResult
+    from .api.many import identify_many as identify_many
     from .api.prediction import Prediction as Prediction
     from .api.prediction import predict as predict
     from .api.records import bundled_record as bundled_record
@@ -65,6 +67,7 @@ _MODULES = {
     "IdentificationError": "identification.outcomes",
     "Information": "api.information",
     "Isolation": "api.isolation",
+    "ManyResult": "api.many",
     "ModelError": "errors",
     "NiOptions": "peers.ni_spring",
     "NormalizedBoucWen": "conversions",
@@ -87,6 +90,7 @@ _MODULES = {
     "identify": "api.identification",
     "info": "api.information",
     "isolate": "api.isolation",
+    "identify_many": "api.many",
     "limit_cycle": "peers.limit_cycle",
     "predict": "api.prediction",
     "read_campaign": "intake.description_file",

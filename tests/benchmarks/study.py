@@ -23,10 +23,10 @@ from rich.table import Table
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "helpers"))
 
 from strandspring.isolation.system import Excitation
-from strandspring.studies.cluster import Cluster
+from strandspring.jobs.cluster import Cluster
+from strandspring.jobs.runners import Local, Runner
 from strandspring.studies.definition import Study
 from strandspring.studies.run import run_study
-from strandspring.studies.runners import Local, Runner
 from strandspring.studies.spread import Spread
 from synthetic import spring_of
 

@@ -22,12 +22,12 @@ from distributed import LocalCluster
 
 from strandspring import __version__
 from strandspring.isolation.system import Excitation, IsolationError
+from strandspring.jobs.cluster import Cluster
+from strandspring.jobs.runners import Local
 from strandspring.modelfile import ModelFile, save_model
-from strandspring.studies.cluster import Cluster
 from strandspring.studies.definition import Study
 from strandspring.studies.journal import Journal, journal_path
 from strandspring.studies.run import run_study
-from strandspring.studies.runners import Local
 from strandspring.studies.spread import Spread
 from studies import CHEAP, COMMAND, ERRORS, SPRING, UNCERTAINTY, Counter
 from terminal import Terminal
@@ -81,8 +81,8 @@ def test_a_cluster_that_loses_a_worker_gives_the_same_bytes(
 def test_a_cluster_of_another_version_is_refused(
     tmp_path: Path, cluster: LocalCluster, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("strandspring.studies.cluster.__version__", "0.0.0")
-    with pytest.raises(IsolationError, match=f"has strandspring {__version__}, but the study is run by 0.0.0"):
+    monkeypatch.setattr("strandspring.jobs.cluster.__version__", "0.0.0")
+    with pytest.raises(IsolationError, match=f"has strandspring {__version__}, but the work is given by 0.0.0"):
         run_study(CHEAP, tmp_path / "results.csv", Cluster(cluster.scheduler_address))
     assert not list(tmp_path.iterdir())
 
@@ -162,10 +162,10 @@ def test_a_study_that_is_ended_goes_on(end: signal.Signals, terminal: Terminal) 
 
 
 def test_a_wait_is_reported(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("strandspring.studies.runners._PATIENCE", 1e-3)
+    monkeypatch.setattr("strandspring.jobs.runners._PATIENCE", 1e-3)
     messages: list[str] = []
     run_study(CHEAP, tmp_path / "results.csv", Local(2), notify=messages.append)
-    assert "No run has finished for 0.001 s; still waiting for the workers." in messages
+    assert "Nothing has been finished for 0.001 s; still waiting for the workers." in messages
 
 
 # The journal
@@ -249,7 +249,7 @@ ROW = list(astuple(CHEAP.rows([5])[0]))
 def test_a_damaged_line_is_refused(half_done: Path, line: str) -> None:
     lines = journal_path(half_done).read_text().splitlines()
     journal_path(half_done).write_text("\n".join([*lines[:5], line, *lines[5:], ""]))
-    with pytest.raises(IsolationError, match=r"part.jsonl, line 6: not a finished run of this study; remove the file"):
+    with pytest.raises(IsolationError, match=r"part.jsonl, line 6: damaged, or not of this job; remove the file"):
         run_study(CHEAP, half_done, Local(1))
 
 
@@ -257,7 +257,7 @@ def test_a_changed_digit_is_noticed(half_done: Path) -> None:
     lines = journal_path(half_done).read_text().splitlines(keepends=True)
     lines[3] = lines[3].replace("0.0001", "0.0002")
     journal_path(half_done).write_text("".join(lines))
-    with pytest.raises(IsolationError, match="line 4: not a finished run"):
+    with pytest.raises(IsolationError, match="line 4: damaged"):
         run_study(CHEAP, half_done, Local(1))
 
 
@@ -287,7 +287,9 @@ def test_a_row_is_read_back_as_it_was_written(tmp_path: Path) -> None:
 def held_by_studies() -> int:
     """Bytes that code of the study room has allocated; other threads of the tests allocate, too."""
     gc.collect()
-    snapshot = tracemalloc.take_snapshot().filter_traces([tracemalloc.Filter(True, "*/strandspring/studies/*")])
+    snapshot = tracemalloc.take_snapshot().filter_traces(
+        [tracemalloc.Filter(True, "*/strandspring/studies/*"), tracemalloc.Filter(True, "*/strandspring/jobs/*")]
+    )
     return sum(statistic.size for statistic in snapshot.statistics("filename"))
 
 

@@ -17,12 +17,12 @@ from ..coordinates import counted_from, zero_sentence
 from ..core.parameters import SpringParameters
 from ..errors import ModelError
 from ..isolation.system import Excitation, IsolatedMass, IsolationError, static_equilibrium
+from ..jobs.cluster import Cluster
+from ..jobs.runners import Local
 from ..modelfile import ModelFile
-from ..studies.cluster import Cluster
 from ..studies.definition import RunRow, Study
 from ..studies.quantiles import GridPointSummary
 from ..studies.run import run_study
-from ..studies.runners import Local
 from ..studies.spread import Spread
 from .cautions import outside_range
 from .levels import free_travel, given_levels

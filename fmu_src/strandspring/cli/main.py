@@ -15,6 +15,7 @@ from .output import drop_failing_output
 # Each command is defined in the module of its name, which is imported only to run it or to show its help.
 COMMANDS = {
     "identify": "Identify a spring from force-displacement records.",
+    "identify-many": "Identify many springs, each from a file of its own, into one table.",
     "predict": "Predict the force of records with a model and report the errors.",
     "info": "Show a model's parameters and loop figures, beside those of records.",
     "compare": "Compare two springs, such as before and after fatigue, by the uncertainty of both.",
@@ -37,7 +38,8 @@ class LazyGroup(click.Group):
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:  # noqa: ARG002
         if cmd_name not in COMMANDS:
             return None
-        command: click.Command = getattr(import_module(f".{cmd_name}", __package__), cmd_name)
+        name = cmd_name.replace("-", "_")
+        command: click.Command = getattr(import_module(f".{name}", __package__), name)
         return command
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:  # noqa: ARG002

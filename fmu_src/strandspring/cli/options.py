@@ -221,9 +221,12 @@ def method_options(chosen: dict[str, Any]) -> Method:
         raise click.UsageError(str(problem)) from None
 
 
+def wanted_of(options: Mapping[str, Any]) -> Wanted:
+    """What `record_options` say."""
+    time, window = options["time"]
+    return Wanted(time=time, time_window=window, **{name: value for name, value in options.items() if name != "time"})
+
+
 def read_records(paths: Sequence[str], options: Mapping[str, Any]) -> list[Record]:
     """Read records and description files with a progress bar, with what `record_options` say."""
-    time, window = options["time"]
-    others = {name: value for name, value in options.items() if name != "time"}
-    found = entries(paths, Wanted(time=time, time_window=window, **others))
-    return [entry.read() for entry in progress(found, "Reading records")]
+    return [entry.read() for entry in progress(entries(paths, wanted_of(options)), "Reading records")]

@@ -10,10 +10,12 @@ from pathlib import Path
 from ..errors import StrandspringError
 from ..files import write_csv
 from ..isolation.system import IsolationError
+from ..jobs.runners import JobError, Runner, finished_rows
 from .definition import Study
 from .journal import Journal
 from .quantiles import GridPointSummary, summarize
-from .runners import Runner, finished_rows
+
+_LARGEST_BATCH = 8  # runs
 
 # Of the fields of a row, with the unit of the level to be filled in.
 _HEADINGS = (
@@ -52,12 +54,15 @@ def run_study(
     """
     if results.is_dir():
         raise IsolationError(f"{results} is a directory; give the path of a CSV file.")
-    journal = Journal(results, study)
+    try:
+        journal = Journal(results, study)
+    except JobError as problem:
+        raise IsolationError(str(problem)) from None
     is_complete = False
     try:
         progress(journal.finished)
         remaining = [run for run in range(len(study)) if run not in journal]
-        with closing(finished_rows(study, remaining, runner, notify)) as batches:
+        with closing(finished_rows(study, remaining, _LARGEST_BATCH, runner, notify)) as batches:
             for rows in batches:
                 journal.add(rows)
                 progress(journal.finished)
@@ -67,7 +72,7 @@ def run_study(
         is_complete = True
     except StrandspringError as problem:
         if not journal.finished:
-            raise
+            raise IsolationError(str(problem)) from None
         raise IsolationError(
             f"{str(problem).rstrip('.')}; {journal.finished} of {len(study)} runs are kept in {journal.path}, and the "
             "same command continues from there."

@@ -1,4 +1,4 @@
-"""The runs of a study on an existing cluster of dask.distributed."""
+"""Tasks on an existing cluster of dask.distributed."""
 
 from __future__ import annotations
 
@@ -9,13 +9,12 @@ from concurrent.futures import CancelledError, ThreadPoolExecutor
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cache, partial
+from typing import Any
 
 from threadpoolctl import threadpool_limits
 
 from .._version import __version__
-from ..isolation.system import IsolationError
-from .definition import RunRow, Study
-from .runners import Pool
+from .runners import JobError, Pool
 
 _CONNECTING = 5.0  # seconds
 # Of a task that raises; a task whose worker dies is moved by the scheduler (its `allowed-failures`).
@@ -37,13 +36,13 @@ class Cluster:
     notify: Callable[[str], None] = lambda _: None
 
     @contextmanager
-    def pool(self, batches: int) -> Iterator[Pool]:  # noqa: ARG002
+    def pool(self, batches: int, apart: bool = False) -> Iterator[Pool]:  # noqa: ARG002
         """See `runners.Runner`."""
         try:
             from distributed import Client
             from distributed.scheduler import KilledWorker
         except ImportError:
-            raise IsolationError(
+            raise JobError(
                 "A scheduler needs the package dask.distributed; install it with: pip install distributed"
             ) from None
         self._check_scheduler()
@@ -52,18 +51,15 @@ class Cluster:
                 self.notify(f"The scheduler at {self.address} has no workers yet; waiting for them.")
             try:
                 executor = client.get_executor(pure=False, retries=_RETRIES)
-                yield Pool(executor, _WINDOW, partial(_rows, version=__version__))
-            except IsolationError:
+                obituary = f"Several workers of {self.address} died of the same tasks, perhaps for want of memory."
+                yield Pool(executor, _WINDOW, (KilledWorker,), obituary, partial(_rows, version=__version__))
+            except JobError:
                 raise
-            except KilledWorker as problem:
-                raise IsolationError(
-                    f"Several workers of {self.address} died of the same runs, perhaps for want of memory ({problem})."
-                ) from None
             except CancelledError:
-                raise IsolationError(f"The connection to the scheduler at {self.address} was lost.") from None
+                raise JobError(f"The connection to the scheduler at {self.address} was lost.") from None
             except Exception as problem:
-                raise IsolationError(
-                    f"The workers of {self.address} cannot run the study ({type(problem).__name__}: {problem}); they "
+                raise JobError(
+                    f"The workers of {self.address} cannot do the work ({type(problem).__name__}: {problem}); they "
                     f"need strandspring {__version__}."
                 ) from None
 
@@ -81,7 +77,7 @@ class Cluster:
             with ThreadPoolExecutor(1) as thread:
                 thread.submit(asyncio.run, connect_once()).result()
         except Exception as problem:
-            raise IsolationError(
+            raise JobError(
                 f"No scheduler answers at {self.address!r} ({problem}); start one with `dask scheduler`, or correct "
                 "the address, which looks like tcp://host:8786."
             ) from None
@@ -99,18 +95,19 @@ def _silent_client() -> Iterator[None]:
         logger.setLevel(before)
 
 
-def _rows(study: Study, runs: Sequence[int], version: str) -> list[RunRow]:
-    """Execute runs in a worker, which has an installation of its own."""
+def _rows(work: Any, tasks: Sequence[Any], version: str) -> Sequence[Any]:
+    """Execute tasks in a worker, which has an installation of its own."""
     if version != __version__:
-        raise IsolationError(
-            f"A worker of the cluster has strandspring {__version__}, but the study is run by {version}; install the "
+        raise JobError(
+            f"A worker of the cluster has strandspring {__version__}, but the work is given by {version}; install the "
             "same version on all."
         )
     _use_one_thread()
-    return study.rows(runs)
+    rows: Sequence[Any] = work.rows(tasks)
+    return rows
 
 
 @cache
 def _use_one_thread() -> None:
-    """Permanently, since other threads of the worker may be at other runs."""
+    """Permanently, since other threads of the worker may be at other tasks."""
     threadpool_limits(limits=1)

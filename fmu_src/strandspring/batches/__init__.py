@@ -1,0 +1,1 @@
+"""Identification of many springs, each from a file of its own; one table of all."""

@@ -1,0 +1,132 @@
+"""`strandspring identify-many`."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+import click
+
+from ..api.many import ManyResult
+from ..api.many import identify_many as identify_all
+from ..batches.sources import COLUMNAR_TABLE, JOURNAL
+from .options import FiniteRange, identification_options, method_options, record_options, wanted_of
+from .output import note, result, result_json
+
+
+@click.command("identify-many")
+@click.argument("sources", nargs=-1, required=True, metavar="FILE|FOLDER...")
+@click.option("-o", "--output", required=True, metavar="FOLDER", help="Write models and tables into this folder.")
+@click.option(
+    "--amplitude",
+    type=FiniteRange(1e-6, 1e6, unit="mm"),
+    metavar="MM",
+    help="Amplitude at which stiffness, energy and loss factor are compared [mm].  [default: the largest that all "
+    "springs have in common]",
+)
+@click.option(
+    "--workers",
+    type=click.IntRange(1, 1024),
+    metavar="N",
+    help="Number of processes; 1 for none besides this one.  [default: all cores]",
+)
+@click.option(
+    "--scheduler", metavar="tcp://HOST:PORT", help="Run on the cluster of this dask.distributed scheduler instead."
+)
+@record_options
+@identification_options
+@click.option("--json", "as_json", is_flag=True, help="Print one JSON object instead of text.")
+def identify_many(
+    sources: tuple[str, ...],
+    output: str,
+    amplitude: float | None,
+    workers: int | None,
+    scheduler: str | None,
+    as_json: bool,
+    **options: Any,
+) -> None:
+    """Identify many springs, each from a file of its own.
+
+    Of a folder, the files in it that are named like records (.csv, .txt, .xlsx, ...) are taken, not those in folders
+    within it. FOLDER gets FOLDER/NAME.json for each spring, and springs.csv and springs.parquet with one row for each
+    file: parameters, errors, engineering figures, cautions, whether it is an outlier of the batch, or why it is not
+    identified. A damaged file does not stop the others. What is finished is kept in FOLDER/springs.journal.jsonl: the
+    same command again, also after an interrupt, identifies only files that are new or have changed.
+
+    Exit status: 0 if all are identified, 1 if some are not.
+
+    \b
+    Examples:
+      strandspring identify-many monday/ -o models
+      strandspring identify-many monday/*.csv tuesday/*.csv -o models --force-unit kN
+      strandspring identify-many monday/ -o models --amplitude 20 --workers 4 --json
+    """
+    method = method_options(options)
+    if workers is not None and scheduler is not None:
+        raise click.UsageError("--workers and --scheduler exclude each other; give one of them.")
+    finished = total = 0
+    try:
+        with _bar() as advance:
+
+            def progress(done: int, files: int) -> None:
+                nonlocal finished, total
+                finished, total = done, files
+                advance(done, files)
+
+            many = identify_all(
+                sources,
+                output,
+                options=method,
+                amplitude=None if amplitude is None else 1e-3 * amplitude,
+                workers=workers,
+                scheduler=scheduler,
+                progress=progress,
+                notify=note,
+                **asdict(wanted_of(options)),
+            )
+    except KeyboardInterrupt:
+        kept = f"{finished} of {total} files are kept in {Path(output) / JOURNAL}, and the same command continues"
+        note(f"strandspring: interrupted{f'; {kept} from there' if finished else ''}.")
+        sys.exit(130)
+    _print(many, as_json)
+    if not many.is_complete:
+        note(f"strandspring: {many.problem}")
+        sys.exit(1)
+
+
+@contextmanager
+def _bar() -> Iterator[Callable[[int, int], None]]:
+    """A progress bar with rate and remaining time on a terminal."""
+    if sys.stderr is None or not sys.stderr.isatty():
+        yield lambda done, files: None  # noqa: ARG005
+        return
+    from rich.console import Console
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, Task, TextColumn, TimeRemainingColumn
+    from rich.text import Text
+
+    class Rate(TextColumn):
+        def render(self, task: Task) -> Text:
+            return Text("" if task.speed is None else f"{task.speed:.3g} springs/s")
+
+    columns = (BarColumn(), MofNCompleteColumn(), Rate(""), TimeRemainingColumn())
+    with Progress("Identifying", *columns, console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task("", total=None)
+        yield lambda done, files: bar.update(task, completed=done, total=files)
+
+
+def _print(many: ManyResult, as_json: bool) -> None:
+    if many.batch.columnar_table is None:
+        note(f"{COLUMNAR_TABLE} needs the package pyarrow and was not written; install it with: pip install pyarrow")
+    if as_json:
+        result_json(many.as_json())
+        return
+    for sentence in many.notes:
+        note(sentence)
+    for sentence in many.cautions:
+        note(f"Caution: {sentence}")
+    result("\n".join(many.lines()))
+    result(f"Table: {many.batch.table}")

@@ -1,0 +1,279 @@
+"""Where tasks are executed: in this process or on the cores of this machine; see `cluster` for others.
+
+All of them are executors of `concurrent.futures`, so that one loop serves them. The row of a task is a pure function of
+the work and the task: neither the place nor the order matters. Linear algebra uses one thread everywhere, because
+several may round differently.
+"""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import signal
+import sys
+import threading
+import time
+from collections.abc import Callable, Generator, Iterator, Sequence
+from concurrent.futures import FIRST_COMPLETED, Executor, Future, ProcessPoolExecutor, wait
+from concurrent.futures.process import BrokenProcessPool
+from contextlib import AbstractContextManager, contextmanager
+from dataclasses import dataclass
+from itertools import islice
+from multiprocessing.connection import Connection
+from types import FrameType, ModuleType
+from typing import Any, NamedTuple, Protocol, TypeVar
+
+from threadpoolctl import threadpool_limits
+
+from ..errors import StrandspringError
+
+_MOST_WORKERS = 61  # Windows waits for no more processes
+_FEWEST_BATCHES = 64  # with fewer, workers wait for each other at the end
+_PATIENCE = 60.0  # seconds without a finished task until this is reported
+_GLANCE = 0.1  # seconds between two looks whether the program was interrupted
+
+Task = TypeVar("Task")
+Row = TypeVar("Row")
+TaskIn = TypeVar("TaskIn", contravariant=True)
+RowOut = TypeVar("RowOut", covariant=True)
+
+
+class JobError(StrandspringError):
+    """Tasks cannot be executed, or what is finished cannot be kept."""
+
+
+class Work(Protocol[TaskIn, RowOut]):
+    """What is done with every task; it travels to the workers as a pickle."""
+
+    def rows(self, tasks: Sequence[TaskIn]) -> Sequence[RowOut]:
+        """Execute tasks, and give the row of each."""
+        ...
+
+
+def _rows(work: Work[Task, Row], tasks: Sequence[Task]) -> Sequence[Row]:
+    return work.rows(tasks)
+
+
+class Pool(NamedTuple):
+    """An executor.
+
+    Attributes
+    ----------
+    executor : Executor
+    window : int                    Batches it should have at a time.
+    death : tuple of exceptions     What a batch ends with whose worker process died.
+    obituary : str                  What to tell the user then.
+    run : callable                  Executes tasks of a work in the worker.
+    """
+
+    executor: Executor
+    window: int
+    death: tuple[type[BaseException], ...] = ()
+    obituary: str = ""
+    run: Callable[[Any, Sequence[Any]], Sequence[Any]] = _rows
+
+
+class Runner(Protocol):
+    """Provides an executor."""
+
+    def pool(self, batches: int, apart: bool = False) -> AbstractContextManager[Pool]:
+        """An executor for so many batches, to be used in a with statement.
+
+        Parameters
+        ----------
+        batches : int
+        apart : bool    Never in this process, which a fatal fault would end.
+
+        Raises
+        ------
+        JobError   On leaving, if the executor fails.
+        """
+        ...
+
+
+def finished_rows(
+    work: Work[Task, Row],
+    tasks: Sequence[Task],
+    largest: int,
+    runner: Runner,
+    notify: Callable[[str], None],
+    fatal: Callable[[Task], Row] | None = None,
+) -> Generator[Sequence[Row], None, None]:
+    """Rows of all tasks, batch by batch as they finish, in any order.
+
+    Parameters
+    ----------
+    work : Work
+    tasks : sequence of tasks
+    largest : int             Tasks in a batch, about a second; an interrupt loses the batches in execution.
+    runner : Runner
+    notify : callable         Called with a sentence while no batch finishes.
+    fatal : callable or None  The row of a task that ends the worker process. The tasks that were under way when a
+                              process died are executed again, one at a time, to find it. Without it such a death ends
+                              everything.
+
+    Raises
+    ------
+    JobError                  If the tasks cannot be executed; what was yielded before is valid.
+    KeyboardInterrupt         Between two batches, if the process is interrupted or asked to terminate.
+    """
+    size = max(1, min(largest, len(tasks) // _FEWEST_BATCHES))
+    count = -(-len(tasks) // size)
+    batches = (tasks[first : first + size] for first in range(0, len(tasks), size))
+    suspects: list[Task] = []
+    with _interrupts_kept() as interrupted:
+        while True:  # a pool whose process died is of no more use
+            lost: list[Sequence[Task]] = []
+            with runner.pool(count) as pool:
+                yield from _executed(work, batches, pool, notify, interrupted, lost)
+                if lost and fatal is None:
+                    raise JobError(pool.obituary)
+            if not lost:
+                break
+            suspects += [task for batch in lost for task in batch]
+        for task in suspects:
+            lost = []
+            with runner.pool(1, apart=True) as pool:
+                yield from _executed(work, iter([[task]]), pool, notify, interrupted, lost)
+            if lost and fatal is not None:
+                yield [fatal(task)]
+
+
+def _executed(
+    work: Work[Task, Row],
+    batches: Iterator[Sequence[Task]],
+    pool: Pool,
+    notify: Callable[[str], None],
+    interrupted: threading.Event,
+    lost: list[Sequence[Task]],
+) -> Generator[Sequence[Row], None, None]:
+    """Rows of batches until there are none left or a worker process dies, which adds those under way to `lost`."""
+    pending: dict[Future[Sequence[Row]], Sequence[Task]] = {}
+    waiting_since = time.monotonic()
+    while True:
+        if interrupted.is_set():
+            raise KeyboardInterrupt
+        if not lost:
+            for batch in islice(batches, pool.window - len(pending)):
+                try:
+                    pending[pool.executor.submit(pool.run, work, batch)] = batch
+                except pool.death:
+                    lost.append(batch)
+                    break
+        if not pending:
+            return
+        done, _ = wait(pending, _GLANCE, FIRST_COMPLETED)
+        if done:
+            waiting_since = time.monotonic()
+        elif time.monotonic() - waiting_since > _PATIENCE:
+            notify(f"Nothing has been finished for {_PATIENCE:g} s; still waiting for the workers.")
+            waiting_since = time.monotonic()
+        for future in done:
+            batch = pending.pop(future)
+            try:
+                rows = future.result()
+            except pool.death:
+                lost.append(batch)
+                continue
+            yield rows
+
+
+@contextmanager
+def _interrupts_kept() -> Iterator[threading.Event]:
+    """Set an event at the first interrupt, which would otherwise strike anywhere.
+
+    An exception inside an executor may leave a lock behind, and so hang the program, or be lost in a callback. A second
+    interrupt strikes at once.
+    """
+    interrupted = threading.Event()
+
+    def keep(number: int, frame: FrameType | None) -> None:  # noqa: ARG001
+        if interrupted.is_set():
+            raise KeyboardInterrupt
+        interrupted.set()
+
+    if threading.current_thread() is not threading.main_thread():
+        yield interrupted  # signals are handled in the main thread
+        return
+    before = {number: signal.signal(number, keep) for number in (signal.SIGINT, signal.SIGTERM)}
+    try:
+        yield interrupted
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+
+
+class _InlineExecutor(Executor):
+    """Executes a batch when it is submitted."""
+
+    def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
+        future: Future[Any] = Future()
+        future.set_result(fn(*args, **kwargs))
+        return future
+
+
+class _Processes(ProcessPoolExecutor):
+    """Processes that know nothing of the program that starts them."""
+
+    def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
+        # Processes are started here; each would run the user's script again, which may lack a guard against that.
+        main = sys.modules["__main__"]
+        sys.modules["__main__"] = ModuleType("__main__")
+        try:
+            return super().submit(fn, *args, **kwargs)
+        finally:
+            sys.modules["__main__"] = main
+
+
+@dataclass(frozen=True)
+class Local:
+    """Processes of this machine.
+
+    Parameters
+    ----------
+    workers : int or None   Number of processes; 1 for this one alone, as many as cores if None.
+    """
+
+    workers: int | None = None
+
+    @contextmanager
+    def pool(self, batches: int, apart: bool = False) -> Iterator[Pool]:
+        """See `Runner`."""
+        workers = min(self.workers or _usable_cores(), batches, _MOST_WORKERS)
+        if workers <= 1 and not apart:
+            with threadpool_limits(limits=1):
+                yield Pool(_InlineExecutor(), 1)
+            return
+        # A fork would inherit locks of other threads, such as that of the progress bar.
+        context = multiprocessing.get_context("spawn")
+        listening, lifeline = context.Pipe(duplex=False)
+        executor = _Processes(workers, context, initializer=_start_worker, initargs=(listening,))
+        obituary = "A worker process died, perhaps for want of memory; use fewer workers."
+        try:
+            yield Pool(executor, 2 * workers, (BrokenProcessPool,), obituary)
+        except BaseException:
+            lifeline.close()  # the workers leave without finishing their batches
+            raise
+        finally:
+            executor.shutdown(cancel_futures=True)
+            lifeline.close()
+            listening.close()
+
+
+def _usable_cores() -> int:
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
+def _start_worker(listening: Connection) -> None:
+    """Prepare a worker process: the parent handles interrupts, and the worker ends with the parent."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    threadpool_limits(limits=1)
+    threading.Thread(target=_leave_with_lifeline, args=(listening,), daemon=True).start()
+
+
+def _leave_with_lifeline(listening: Connection) -> None:
+    """Leave when the parent's end closes, also because it was killed: the queue would be waited on for ever."""
+    listening.poll(None)
+    os._exit(1)
