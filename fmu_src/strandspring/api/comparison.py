@@ -51,7 +51,7 @@ DRAWS = 200
 _SHARES = (0.25, 0.5, 0.75, 1.0)  # of the shared half range
 _LEAST_SHARED = 0.5  # of the narrower range, below which ranges are not compared where they lie
 _SHIFTED = 0.02  # distance of the middles, share of the shared range, from which a moved zero is mentioned
-_SLACK = 1e-9  # share of the shared range by which rounding may take an amplitude beyond it
+_SLACK = 1e-3  # share of the shared range by which an amplitude may pass it, as cycles differ by as much
 _AS_WELL = 0.05  # records are followed equally well if the errors differ by less
 _SCATTER = (
     "The uncertainty is that of noise and misfit in the records of each model. What differs from test to test without "
