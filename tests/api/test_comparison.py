@@ -200,6 +200,17 @@ def test_without_uncertainty_nothing_is_judged() -> None:
     assert compare(identified(25.0, 1), identified(22.5, 2), draws=0).verdict is Verdict.UNKNOWN
 
 
+def test_errors_of_nothing_and_a_falling_force() -> None:
+    still = by_hand(TRUE, 0.01).model.uncertainty["joint"]
+    alike = {"joint": {**still, "root": [[0.0] * len(row) for row in still["root"]]}}
+    pair = [by_hand(replace(TRUE, kappa_omega=kappa), 0.01, **alike) for kappa in (25.0, 24.0)]
+    assert "are all alike" in compare(*pair, draws=20).sentence
+    falling = [by_hand(replace(TRUE, kE=(5.0, -9e3), kappa_omega=kappa), 0.01) for kappa in (25.0, 24.0)]
+    comparison = compare(*falling, draws=20)
+    assert np.isnan([one.z for one in comparison.figures if one.quantity == "loss_factor"]).all()
+    assert "nan" not in comparison.summary()
+
+
 def test_a_model_is_the_same_as_itself() -> None:
     comparison = compare(identified(25.0, 1), identified(25.0, 1), draws=DRAWS)
     assert comparison.verdict is Verdict.IDENTICAL

@@ -21,7 +21,7 @@ from ..loops.measured import MeasuredLoop, measured_loops
 from ..loops.modelled import steady_loop, steady_loop_figures
 from ..modelfile import ModelFile, is_fmu
 from ..records.record import Record
-from .cautions import backwards_cautions, outside_range, printable
+from .caution_text import backwards_cautions, outside_range, printable
 from .figure import some_axes
 from .records import records_of
 from .result import Result

@@ -14,7 +14,7 @@ from ..kernel.path import PathSolver
 from ..modelfile import ModelFile
 from ..peers.ni import PAPER_NI, sine_period, with_noise
 from ..records.record import Record
-from .cautions import outside_cautions
+from .caution_text import outside_cautions
 from .spring import Spring, as_spring
 
 _MOST_SAMPLES = 20_000_000

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from ..api.cautions import outside_range
+from ..api.caution_text import outside_range
 from ..coordinates import counted_from, zero_sentence
 from ..files import write_csv
 from ..isolation.band import band_frequencies

@@ -10,7 +10,7 @@ from typing import Any
 import click
 import numpy as np
 
-from ..api.cautions import outside_range
+from ..api.caution_text import outside_range
 from ..coordinates import counted_from, zero_sentence
 from ..core.parameters import SpringParameters
 from ..errors import ModelError
