@@ -23,7 +23,7 @@ from ..studies.spread import Spread
 from .caution_text import backwards_cautions, outside_cautions, printable
 from .common_form import common_form, form_of, form_words, in_form
 from .comparison_plot import draw
-from .comparison_words import Verdict, figure_table, parameter_table, percent, test_sentence, verdict_sentence
+from .comparison_words import Verdict, figure_table, joint_sentence, parameter_table, percent, verdict_sentence
 from .differences import (
     Difference,
     Draws,
@@ -161,7 +161,7 @@ class Comparison(Result):
         """Joint test, loops, transmissibility and records in words."""
         lines = [f"{one.quantity}: {one.reason}." for one in self.parameters if one.reason and not self.unknown]
         if self.test is not None:
-            lines.append(test_sentence(self.test))
+            lines.append(joint_sentence(self.test))
         rms, share = self.loop_difference
         lines.append(
             f"Along the loop over the shared range the forces differ by {rms:.3g} N (rms), {percent(share)} % of "

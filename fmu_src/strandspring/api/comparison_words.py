@@ -62,7 +62,7 @@ def verdict_sentence(
     return f"{verdict.value}: {'; '.join([*found, *same])}."
 
 
-def test_sentence(test: HysteresisTest) -> str:
+def joint_sentence(test: HysteresisTest) -> str:
     """The joint test of the hysteresis parameters in words."""
     small = f"p < {_LEAST_P:g}" if test.p < _LEAST_P else f"p = {test.p:.2g}"
     return (

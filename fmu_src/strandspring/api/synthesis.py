@@ -85,7 +85,7 @@ def synthesize(
     force = force * (1.0 + drift * np.arange(path.size) / path.size)
     name = f"<{content.name}>"
     return Record(
-        _quantised(path, displacement_resolution),
+        1e-3 * _quantised(1e3 * path, displacement_resolution / 1e-3),  # as it is read from a file in mm
         _quantised(force, force_resolution),
         np.arange(path.size) / (samples * frequency),
         path=name,
