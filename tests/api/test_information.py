@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import pytest
 from matplotlib.figure import Figure
 
@@ -39,7 +41,7 @@ def test_displacements_are_counted_from_the_zero() -> None:
         info(SPRING, amplitudes=[-0.01])
 
 
-def test_arrays_paths_and_the_method_of_the_spring(tmp_path) -> None:  # type: ignore[no-untyped-def]
+def test_arrays_paths_and_the_method_of_the_spring(tmp_path: Path) -> None:
     record = record_of(SPRING.parameters, sine(), 0.0)
     record.save(tmp_path / "loop.csv")
     expected = info(SPRING, record).to_frame().drop(columns=["source", "from"])

@@ -6,7 +6,7 @@ import os
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import chain
-from pathlib import Path
+from pathlib import Path, PurePath
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
@@ -140,10 +140,10 @@ class Information(Result):
                     [1e3 * each.amplitude for each in own],
                     [factor * getattr(each, name) for each in own],
                     f"C{number}o",
-                    label=path,
+                    label=PurePath(path).name,
                 )
             axis.set(xlabel="amplitude [mm]", ylabel=label)
-        panels[0].set_title(f"{self.model.name}, loops about {1e3 * middle:.4g} mm", fontsize=10)
+        panels[0].set_title(f"{self.model.name}, loops about {1e3 * middle:.2f} mm", fontsize=10)
         panels[0].legend(fontsize=8)
         return panels
 
