@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass
@@ -19,10 +20,10 @@ from ..loops.modelled import steady_loop
 from ..modelfile import ModelFile
 from ..records.record import Record
 from ..studies.spread import Spread
-from .cautions import backwards_cautions, outside_cautions, printable
+from .caution_text import backwards_cautions, outside_cautions, printable
 from .common_form import common_form, form_of, form_words, in_form
 from .comparison_plot import draw
-from .comparison_words import Verdict, figure_table, parameter_table, percent, test_sentence, verdict_sentence
+from .comparison_words import Verdict, figure_table, joint_sentence, parameter_table, percent, verdict_sentence
 from .differences import (
     Difference,
     Draws,
@@ -39,7 +40,7 @@ from .records import records_of
 from .result import Result
 from .shared_mass import SharedMass, shared_mass
 from .spring import Spring, as_spring, source_of
-from .table import table_lines
+from .text_table import table_lines
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -51,7 +52,7 @@ DRAWS = 200
 _SHARES = (0.25, 0.5, 0.75, 1.0)  # of the shared half range
 _LEAST_SHARED = 0.5  # of the narrower range, below which ranges are not compared where they lie
 _SHIFTED = 0.02  # distance of the middles, share of the shared range, from which a moved zero is mentioned
-_SLACK = 1e-9  # share of the shared range by which rounding may take an amplitude beyond it
+_SLACK = 1e-3  # share of the shared range by which an amplitude may pass it, as cycles differ by as much
 _AS_WELL = 0.05  # records are followed equally well if the errors differ by less
 _SCATTER = (
     "The uncertainty is that of noise and misfit in the records of each model. What differs from test to test without "
@@ -160,7 +161,7 @@ class Comparison(Result):
         """Joint test, loops, transmissibility and records in words."""
         lines = [f"{one.quantity}: {one.reason}." for one in self.parameters if one.reason and not self.unknown]
         if self.test is not None:
-            lines.append(test_sentence(self.test))
+            lines.append(joint_sentence(self.test))
         rms, share = self.loop_difference
         lines.append(
             f"Along the loop over the shared range the forces differ by {rms:.3g} N (rms), {percent(share)} % of "
@@ -282,8 +283,11 @@ def compare(
     >>> comparison = compare(before, after)
     >>> comparison.verdict.name
     'DIFFERENT'
-    >>> print(comparison.sentence[:73])
-    The springs differ beyond their uncertainty: secant stiffness at 10 mm is
+    >>> comparison.sentence.split(":")[0]
+    'The springs differ beyond their uncertainty'
+    >>> frame = comparison.to_frame()
+    >>> frame[(frame["quantity"] == "energy_per_cycle") & frame["differs"]]["change"].round(2).tolist()
+    [-0.1, -0.1, -0.1, -0.1]
     """
     if align not in ("record", "middle"):
         raise ValueError(f"`align` must be 'record' or 'middle', got {align!r}.")
@@ -299,16 +303,10 @@ def compare(
     spreads, unknown = _spreads(models, draws)
     records = records_of(data, displacement=displacement, force=force, time=time, units=units, reverse=reverse)
     is_same = models[0].parameters == models[1].parameters
-    form = common_form(*springs)
-    scatter: tuple[Draws, Draws] | None = None
-    plain = springs
+    plain, scatter = springs, None
     if spreads is not None and not is_same:
         try:
-            plain = (in_form(springs[0], form), in_form(springs[1], form))
-            scatter = (
-                drawn(springs[0], spreads[0], middle, reaches, seed, range(draws)),
-                drawn(springs[1], spreads[1], middle, reaches, seed, range(draws, 2 * draws)),
-            )
+            plain, scatter = _drawn(springs, spreads, middle, reaches, draws, seed)
         except StrandspringError as problem:
             unknown = str(problem).rstrip(".")
     parameters, test = parameter_differences(
@@ -323,6 +321,8 @@ def compare(
         (loop_figures(pair[0], middle, reaches), loop_figures(pair[1], middle, reaches)) for pair in (springs, plain)
     )
     figures = figure_differences(of_each, of_plain, reaches, scatter)
+    if scatter is not None and all(math.isnan(one.z) for one in figures):
+        scatter, unknown = None, "the springs drawn from the uncertainty are all alike; identify both again"
     if is_same:
         verdict, test = Verdict.IDENTICAL, None
     elif scatter is None:
@@ -386,6 +386,29 @@ def _spreads(models: tuple[ModelFile, ModelFile], draws: int) -> tuple[tuple[Spr
     if of_a is None or of_b is None:
         return None, "; ".join(filter(None, (why_a, why_b)))
     return (of_a, of_b), ""
+
+
+def _drawn(
+    springs: tuple[SpringParameters, SpringParameters],
+    spreads: tuple[Spread, Spread],
+    middle: float,
+    amplitudes: Sequence[float],
+    draws: int,
+    seed: int,
+) -> tuple[tuple[SpringParameters, SpringParameters], tuple[Draws, Draws] | None]:
+    """Both springs in their common form, and the figures of springs drawn of each.
+
+    Raises
+    ------
+    StrandspringError   If a spring cannot be put into that form, or hardly any draw is a possible spring.
+    """
+    form = common_form(*springs)
+    plain = (in_form(springs[0], form), in_form(springs[1], form))
+    return plain, (
+        drawn(springs[0], spreads[0], middle, amplitudes, seed, range(draws)),
+        # Other numbers, or the errors of both models would be drawn alike.
+        drawn(springs[1], spreads[1], middle, amplitudes, seed, range(draws, 2 * draws)),
+    )
 
 
 def _followed(record: Record, models: tuple[ModelFile, ModelFile]) -> RecordComparison:

@@ -62,7 +62,7 @@ def verdict_sentence(
     return f"{verdict.value}: {'; '.join([*found, *same])}."
 
 
-def test_sentence(test: HysteresisTest) -> str:
+def joint_sentence(test: HysteresisTest) -> str:
     """The joint test of the hysteresis parameters in words."""
     small = f"p < {_LEAST_P:g}" if test.p < _LEAST_P else f"p = {test.p:.2g}"
     return (
@@ -96,8 +96,7 @@ def figure_table(figures: Sequence[Difference]) -> tuple[list[str], list[list[st
             [
                 label,
                 f"{1e3 * (one.amplitude or 0.0):.4g}",
-                f"{factor * one.a:.4g}",
-                f"{factor * one.b:.4g}",
+                *("-" if math.isnan(value) else f"{factor * value:.4g}" for value in (one.a, one.b)),
                 _signed(one),
                 _between(one),
                 ("-" if math.isnan(one.z) else f"{one.z:.2f}") + ("*" if one.differs else ""),

@@ -22,7 +22,7 @@ from typing import Any
 import numpy as np
 
 from ..core.parameters import SIGMA_RANGE, SpringParameters
-from ..errors import ModelError, StrandspringError
+from ..errors import ModelError
 from ..joint import JointCovariance
 from ..kernel.arrays import FloatArray
 from ..kernel.path import PathSolver
@@ -115,7 +115,7 @@ class Draws:
 
     def interval(self) -> FloatArray:
         """5 % and 95 %, shape (2, amplitudes, FIGURES)."""
-        return np.asarray(np.nanquantile(self.figures, [0.05, 0.95], axis=0))
+        return np.asarray(np.quantile(self.figures, [0.05, 0.95], axis=0))
 
 
 def uncertainty_of(label: str, model: ModelFile) -> tuple[Spread | None, str]:
@@ -171,8 +171,8 @@ def figure_differences(
     held = _held(change, in_common_form[1] - in_common_form[0])
     if draws is not None:
         scatter = draws[1].figures - draws[0].figures
-        low, high = np.nanquantile(scatter, [0.05, 0.95], axis=0)
-        deviation = _OF_CHOICE * np.nanstd(scatter, axis=0)
+        low, high = np.quantile(scatter, [0.05, 0.95], axis=0)
+        deviation = _OF_CHOICE * np.std(scatter, axis=0)
     for j, (name, unit, words, relative, _) in enumerate(FIGURES):
         for k, amplitude in enumerate(amplitudes):
             scale = abs(float(a[k, j])) if relative else 1.0
@@ -301,20 +301,13 @@ def _joint_test(differences: Sequence[Difference], change: FloatArray, covarianc
 def judged(
     differences: Sequence[Difference], test: HysteresisTest | None
 ) -> tuple[list[Difference], HysteresisTest | None]:
-    """The same, with what is beyond the uncertainty and what could have been seen, by Holm's procedure.
-
-    Raises
-    ------
-    StrandspringError   If nothing can be judged, because no figure scatters.
-    """
+    """The same, with what is beyond the uncertainty and what could have been seen, by Holm's procedure."""
     is_judged = {name for name, _, _, _, judge in FIGURES if judge}
     places = [k for k, one in enumerate(differences) if one.quantity in is_judged and not math.isnan(one.z)]
-    if not places:
-        raise StrandspringError("the springs that were drawn do not scatter")
     probabilities = [differences[k].p for k in places] + ([] if test is None else [test.p])
-    count = len(probabilities)
+    count = max(len(probabilities), 1)
     beyond = [False] * count
-    for rank, k in enumerate(sorted(range(count), key=probabilities.__getitem__)):
+    for rank, k in enumerate(sorted(range(len(probabilities)), key=probabilities.__getitem__)):
         if probabilities[k] > LEVEL / (count - rank):
             break
         beyond[k] = True

@@ -6,7 +6,7 @@ import os
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import chain
-from pathlib import Path
+from pathlib import Path, PurePath
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
@@ -21,7 +21,7 @@ from ..loops.measured import MeasuredLoop, measured_loops
 from ..loops.modelled import steady_loop, steady_loop_figures
 from ..modelfile import ModelFile, is_fmu
 from ..records.record import Record
-from .cautions import backwards_cautions, outside_range, printable
+from .caution_text import backwards_cautions, outside_range, printable
 from .figure import some_axes
 from .records import records_of
 from .result import Result
@@ -140,10 +140,10 @@ class Information(Result):
                     [1e3 * each.amplitude for each in own],
                     [factor * getattr(each, name) for each in own],
                     f"C{number}o",
-                    label=path,
+                    label=PurePath(path).name,
                 )
             axis.set(xlabel="amplitude [mm]", ylabel=label)
-        panels[0].set_title(f"{self.model.name}, loops about {1e3 * middle:.4g} mm", fontsize=10)
+        panels[0].set_title(f"{self.model.name}, loops about {1e3 * middle:.2f} mm", fontsize=10)
         panels[0].legend(fontsize=8)
         return panels
 

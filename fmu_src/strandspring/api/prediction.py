@@ -21,7 +21,7 @@ from ..kernel.path import PathSolver
 from ..loops.strokes import find_strokes
 from ..modelfile import ModelFile
 from ..records.record import Record
-from .cautions import backwards_cautions, outside_cautions
+from .caution_text import backwards_cautions, outside_cautions
 from .figure import some_axes
 from .records import Source, given_records
 from .result import Result

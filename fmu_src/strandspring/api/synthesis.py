@@ -14,7 +14,7 @@ from ..kernel.path import PathSolver
 from ..modelfile import ModelFile
 from ..peers.ni import PAPER_NI, sine_period, with_noise
 from ..records.record import Record
-from .cautions import outside_cautions
+from .caution_text import outside_cautions
 from .spring import Spring, as_spring
 
 _MOST_SAMPLES = 20_000_000
@@ -85,7 +85,7 @@ def synthesize(
     force = force * (1.0 + drift * np.arange(path.size) / path.size)
     name = f"<{content.name}>"
     return Record(
-        _quantised(path, displacement_resolution),
+        1e-3 * _quantised(1e3 * path, displacement_resolution / 1e-3),  # as it is read from a file in mm
         _quantised(force, force_resolution),
         np.arange(path.size) / (samples * frequency),
         path=name,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import click
 
-from ..api.cautions import outside_cautions
+from ..api.caution_text import outside_cautions
 from ..api.synthesis import synthesize as synthesize_spring
 from ..api.synthesis import synthesize_ni
 from ..core.parameters import N_RANGE

@@ -99,7 +99,7 @@ class Record:
         )
 
     def save(self, path: str | os.PathLike[str], displacement_unit: Literal["m", "mm"] = "m") -> None:
-        """Write a CSV file that `read_record` reads, with all digits: in m bit for bit.
+        """Write a CSV file with all digits: `read_record` reads one in m bit for bit, one in mm to the last digit.
 
         Parameters
         ----------
@@ -109,6 +109,7 @@ class Record:
         Raises
         ------
         StrandspringError   If the file cannot be written.
+        ValueError          If the unit is another.
 
         Examples
         --------
@@ -119,8 +120,12 @@ class Record:
         ...     read_record(f"{folder}/loop.csv").displacement.tolist()
         [0.0, 0.1, 0.0]
         """
+        if displacement_unit not in ("m", "mm"):
+            raise ValueError(f"`displacement_unit` must be 'm' or 'mm', got {displacement_unit!r}.")
         columns = {} if self.time is None else {"time [s]": self.time}
-        columns[f"displacement [{displacement_unit}]"] = self.displacement * {"m": 1.0, "mm": 1e3}[displacement_unit]
+        columns[f"displacement [{displacement_unit}]"] = (
+            self.displacement if displacement_unit == "m" else _millimetres(self.displacement)
+        )
         columns["force [N]"] = self.force
         write_csv(Path(path), columns, np.column_stack(list(columns.values())).tolist())
 
@@ -131,6 +136,15 @@ class Record:
     def rising_time(self) -> NDArray[np.float64] | None:
         """Times [s], shape (K,); None without a time column or where it does not rise from sample to sample."""
         return None if self.time is None or bool(np.any(np.diff(self.time) <= 0.0)) else self.time
+
+
+def _millimetres(metres: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The numbers that read as these, where there are such; else the nearest."""
+    values = metres * 1e3
+    for side in (-np.inf, np.inf):
+        neighbours = np.nextafter(values, side)
+        values = np.where((values * 1e-3 != metres) & (neighbours * 1e-3 == metres), neighbours, values)
+    return np.asarray(values)
 
 
 def _checked(values: ArrayLike, name: str, path: str) -> NDArray[np.float64]:

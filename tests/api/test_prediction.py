@@ -1,0 +1,84 @@
+"""`predict`: ways to give data, figures, table, plot and cautions."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+
+from strandspring import ModelError, Record, Spring, bundled_record, predict, synthesize
+from synthetic import record_of, sine, spring_of
+
+ROOT = Path(__file__).resolve().parents[2]
+HINGE = ROOT / "models/rubber_hinge.json"
+SPRING = Spring(spring_of(1.0, 1.0), "mount")
+
+
+def test_the_ways_to_give_data_are_those_of_identify(tmp_path: Path) -> None:
+    record = record_of(SPRING.parameters, sine(), 0.01, 3)
+    path = tmp_path / "loop.csv"
+    record.save(path)
+    expected = predict(SPRING, record).fits[0]
+    for prediction in (
+        predict(SPRING, record.displacement, record.force),
+        predict(SPRING, displacement=record.displacement, force=record.force),
+        predict(SPRING, path),
+        SPRING.predict([record]),
+    ):
+        assert np.array_equal(prediction.fits[0].predicted, expected.predicted)
+        assert prediction.rnl == expected.rnl
+    with pytest.raises(TypeError, match="Arrays are given"):
+        predict(SPRING, record.displacement)
+    with pytest.raises(ValueError, match="at least one record"):
+        predict(SPRING, [])
+
+
+def test_noise_is_all_that_is_left() -> None:
+    prediction = predict(SPRING, synthesize(SPRING, noise=0.02, seed=1))
+    force = prediction.records[0].force
+    # Multiplicative noise of 2 %: rmse is 2 % of the rms force, within 5 % for 3001 samples; RNL is 1 - 0.02.
+    assert prediction.rmse == pytest.approx(0.02 * np.sqrt(np.mean(force**2)), rel=0.05)
+    assert prediction.rnl == pytest.approx(0.98, abs=1e-3)
+    assert prediction.cautions == ()
+
+
+def test_the_table_holds_every_sample_and_the_interval_of_the_model() -> None:
+    record = bundled_record()
+    prediction = predict(HINGE, record, reverse="displacement")
+    frame = prediction.to_frame()
+    assert frame.columns.tolist() == ["record", "displacement", "force", "predicted", "lower", "upper"]
+    assert len(frame) == len(prediction.records[0])
+    assert set(frame["record"]) == {str(record)}
+    assert (frame["lower"] < frame["predicted"]).all()
+    steady = frame.iloc[len(frame) // 3 :]  # the first cycle was left out of the identification
+    assert ((steady["lower"] <= steady["force"]) & (steady["force"] <= steady["upper"])).mean() > 0.85
+    assert predict(SPRING, synthesize(SPRING)).to_frame()[["lower", "upper"]].isna().all(axis=None)
+
+
+def test_two_records_and_the_plot() -> None:
+    records = [record_of(SPRING.parameters, sine(), 0.01, seed) for seed in (1, 2)]
+    prediction = predict(SPRING, records)
+    frame = prediction.to_frame()
+    assert len(frame) == sum(map(len, records))
+    axes = Figure().subplots()
+    assert prediction.plot(axes) is axes
+    assert len(axes.lines) == 4
+    assert prediction.summary().splitlines()[0].startswith("Predicted with mount: rmse ")
+    assert "<table" in prediction._repr_html_()
+    assert repr(prediction).splitlines()[0] == prediction.summary().splitlines()[0]
+
+
+def test_what_asks_for_caution_is_said() -> None:
+    record = synthesize(SPRING, amplitudes=[0.025])
+    (sentence,) = predict(SPRING, record).cautions
+    assert "outside the identified range 30 to 70 mm" in sentence
+    backwards = Record(record.displacement[::-1], record.force[::-1])
+    assert len(predict(SPRING, backwards).cautions) == 2
+
+
+def test_a_damaged_interval_names_the_model() -> None:
+    model = SPRING.model.__class__("odd", SPRING.parameters, uncertainty={"prediction_interval": 7})
+    with pytest.raises(ModelError, match=r"odd: .*prediction_interval"):
+        predict(model, synthesize(SPRING))
