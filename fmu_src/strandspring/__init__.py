@@ -18,6 +18,7 @@ from ._lazy import load_lazily
 if TYPE_CHECKING:
     from ._version import __version__ as __version__
     from .api.building import build_fmu as build_fmu
+    from .api.exporting import export as export
     from .api.identification import Identification as Identification
     from .api.identification import identify as identify
     from .api.isolation import Isolation as Isolation
@@ -70,6 +71,7 @@ _MODULES = {
     "__version__": "_version",
     "build_fmu": "api.building",
     "bundled_record": "api.records",
+    "export": "api.exporting",
     "identify": "api.identification",
     "isolate": "api.isolation",
     "limit_cycle": "peers.limit_cycle",

@@ -25,10 +25,9 @@ from ..studies.run import run_study
 from ..studies.runners import Local
 from ..studies.spread import Spread
 from .levels import free_travel, given_levels
-from .placing import origin_of
+from .placing import ModelSource, model_of, origin_of, path_of
 from .progress import Progress, unseen
 from .result import Result
-from .spring import Spring, as_spring
 from .text import outside_range, table_lines
 
 if TYPE_CHECKING:
@@ -121,7 +120,7 @@ class StudyResult(Result):
 
 
 def study(
-    model: Spring | ModelFile | str | os.PathLike[str],
+    model: ModelSource,
     mass: ArrayLike,
     *,
     base_displacement: ArrayLike | None = None,
@@ -191,7 +190,7 @@ def study(
     """
     if workers not in (None, 1) and scheduler is not None:
         raise IsolationError("`workers` and `scheduler` exclude each other; give one of them.")
-    content = as_spring(model).model
+    content = model_of(model)
     origin = origin_of(model, zero, content.parameters)
     spring = counted_from(origin, content.parameters)
     masses = _values(mass)
@@ -239,8 +238,7 @@ def _spread(source: object, spring: SpringParameters, content: ModelFile) -> Spr
     try:
         return Spread.of(spring, content.uncertainty)
     except ModelError as problem:
-        named = source if isinstance(source, str | os.PathLike) else content.name
-        raise ModelError(f"{os.fspath(named)}: {problem}") from None
+        raise ModelError(f"{path_of(source) or content.name}: {problem}") from None
 
 
 def _read(results: Path) -> pd.DataFrame:
