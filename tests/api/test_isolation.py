@@ -136,7 +136,7 @@ def test_the_figure_has_decimal_ticks_its_legend_below_and_marks_superharmonics(
         assert len(labels) >= 3
         assert all("$" not in label and "e" not in label and float(label) > 0.0 for label in labels)
     (legend,) = figure.legends
-    assert "superharmonic peaks at 1/3 of the resonance" in legend.get_title().get_text()
+    assert "superharmonic peaks at 1/3 of the natural frequency" in legend.get_title().get_text()
     assert "1/3" in [text.get_text() for text in bottom.texts]
     assert legend.get_window_extent().y1 < bottom.xaxis.label.get_window_extent().y0
 
