@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from .api.building import build_fmu as build_fmu
     from .api.comparison import Comparison as Comparison
     from .api.comparison import compare as compare
+    from .api.exporting import export as export
     from .api.identification import Identification as Identification
     from .api.identification import identify as identify
     from .api.information import Information as Information
@@ -87,6 +88,7 @@ _MODULES = {
     "build_fmu": "api.building",
     "bundled_record": "api.records",
     "compare": "api.comparison",
+    "export": "api.exporting",
     "identify": "api.identification",
     "info": "api.information",
     "isolate": "api.isolation",

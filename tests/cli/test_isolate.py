@@ -12,6 +12,7 @@ import pytest
 
 from springs import MOUNT
 from strandspring import Spring
+from strandspring.examples.mounts import STIFF_CORNER
 from strandspring.isolation.response import frequency_response
 from strandspring.isolation.system import Excitation, IsolatedMass
 from terminal import Terminal
@@ -69,6 +70,35 @@ def test_json_csv_and_python_say_the_same(terminal: Terminal) -> None:
     first = Path("out.svg").read_bytes()
     terminal(*command)
     assert Path("out.svg").read_bytes() == first
+
+
+def test_several_models_are_compared_at_the_same_levels(terminal: Terminal) -> None:
+    Spring(STIFF_CORNER, "stiff").save("stiff.json")
+    both = ["isolate", "mount.json", "stiff.json", "--mass", "8", *FEW]
+    text = terminal(*both, "--plot", "both.png", "-o", "both.csv")
+    assert "mount (mount.json): 8 kg on 1 spring" in text
+    assert "on stiff, the smallest of these models." in text
+    rows = [line.split()[0] for line in text.splitlines() if re.match(r"  (mount|stiff) ", line)]
+    assert rows == ["mount"] * 3 + ["stiff"] * 3
+    assert Path("both.png").stat().st_size > 10_000
+    assert pd.read_csv("both.csv")["model"].unique().tolist() == ["mount", "stiff"]
+    told = json.loads(terminal(*both, "--json"))
+    assert set(told) == {"levels_chosen", "models", "output", "plot"}
+    mount, stiff = told["models"]
+    assert [level["level"] for level in mount["levels"]] == [level["level"] for level in stiff["levels"]]
+    alone = json.loads(terminal("isolate", "stiff.json", "--mass", "8", *FEW, "--json"))
+    assert {**stiff, "output": None, "plot": None} == alone
+
+
+def test_outputs_are_checked_before_models_are_read(terminal: Terminal) -> None:
+    for option in ("-o", "--plot"):
+        terminal("isolate", "missing.json", "--mass", "5", option, "mount.json/x.png", status=1)
+        assert "mount.json/x.png cannot be written: Not a directory" in terminal.err
+        Path("folder.png").mkdir(exist_ok=True)
+        terminal("isolate", "missing.json", "--mass", "5", option, "folder.png", status=1)
+        assert "folder.png cannot be written: it is a folder or a device" in terminal.err
+    terminal("isolate", "missing.json", "--mass", "5", "--zero", "left", status=2)
+    assert "--zero must be `rig`, `middle` or a displacement of the record in mm, got 'left'." in terminal.err
 
 
 @pytest.mark.parametrize("ending", ["png", "pdf"])

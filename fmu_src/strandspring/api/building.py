@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import tempfile
+import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -18,12 +19,12 @@ from ..fmu.native.native_fmu import build_native_fmu
 from ..fmu.native.platforms import Platform, chosen_platforms
 from ..fmu.papers import BuildSettings
 from ..fmu.python_backed import build_python_fmu
+from ..identification.identify import identify_records
+from ..identification.result import IdentifiedModel
 from ..modelfile import ModelFile, check_name, identifier, is_fmu, is_model_path
-from .identification import Identification, identify
-from .placing import origin_of
+from .placing import ModelSource, model_of, origin_of, path_of
 from .progress import Progress, unseen
-from .records import Source
-from .spring import Spring, as_spring
+from .records import Source, as_records
 
 Kind: TypeAlias = Literal["native", "python", "states"]
 
@@ -107,7 +108,7 @@ def _build(model: ModelFile, folder: Path, kind: Kind, options: BuildOptions) ->
 
 
 def build_fmu(
-    model: Spring | ModelFile | Identification | Source | Sequence[Source],
+    model: ModelSource | IdentifiedModel | Source | Sequence[Source],
     folder: str | os.PathLike[str] = "dist",
     *,
     backend: Literal["native", "python"] | None = None,
@@ -121,9 +122,11 @@ def build_fmu(
 ) -> Path:
     """Build, validate and run the FMU of a model, or of records that are identified first.
 
+    Records are identified with the defaults of `identify`, and its cautions become warnings.
+
     Parameters
     ----------
-    model : Spring, Identification, path of a model file or FMU, or records as `identify` takes them
+    model : Spring, Identification, path of a model file or FMU, or records: paths, Record, DataFrame
     folder : path
     backend : "native", "python" or None
         native: runs anywhere; python: readable, needs Python on the simulator's computer. If None, that of the FMU if
@@ -189,9 +192,10 @@ def inherited_settings(
     ------
     ModelError   If the source is an FMU without them.
     """
-    if not (isinstance(source, str | os.PathLike) and is_fmu(os.fspath(source))):
+    path = path_of(source)
+    if path is None or not is_fmu(path):
         return backend, author, needs_execution_tool
-    before = BuildSettings.of_fmu(Path(source))
+    before = BuildSettings.of_fmu(Path(path))
     if backend in (None, before.backend, "both"):
         needs_execution_tool = needs_execution_tool or before.needs_execution_tool
     return backend or before.backend, author or before.author, needs_execution_tool
@@ -203,9 +207,15 @@ def _names(platforms: str | Sequence[str]) -> Sequence[str]:
 
 def _model(source: Any, name: str | None) -> ModelFile:
     """The model of a spring, a file, an identification, or of records that are identified now."""
-    is_path = isinstance(source, str | os.PathLike)
-    if isinstance(source, Spring | ModelFile) or (is_path and is_model_path(os.fspath(source))):
-        model = as_spring(source).model
+    path = path_of(source)
+    is_model = is_model_path(path) if path is not None else isinstance(getattr(source, "model", source), ModelFile)
+    if is_model:
+        model = model_of(source)
         return model if name is None else replace(model, name=name)
-    found = source if isinstance(source, Identification) else identify(source)
+    if isinstance(source, IdentifiedModel):
+        found = source
+    else:
+        found = identify_records(as_records(source))
+        for sentence in found.cautions:
+            warnings.warn(sentence, stacklevel=3)
     return found.model_file(identifier(found.records[0].path) if name is None else name)

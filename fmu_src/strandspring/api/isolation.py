@@ -11,7 +11,7 @@ from dataclasses import astuple, dataclass, fields, replace
 from functools import partial
 from html import escape
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING, Any
 
 from numpy.typing import ArrayLike
 
@@ -23,19 +23,16 @@ from ..isolation.curve_points import ResponsePoint
 from ..isolation.response import FrequencyResponse, Resonance, frequency_response
 from ..isolation.system import Excitation, IsolatedMass, IsolationError, StaticEquilibrium, static_equilibrium
 from ..modelfile import ModelFile
-from .cautions import outside_range
+from .caution_text import outside_range
 from .levels import free_travel, given_levels
-from .placing import origin_of
+from .placing import ModelSource, model_of, origin_of, path_of
 from .progress import Progress, unseen
 from .result import Result
-from .spring import Spring, as_spring
 from .text import table_lines
 
 if TYPE_CHECKING:
     import pandas as pd
     from matplotlib.axes import Axes
-
-Model: TypeAlias = "Spring | ModelFile | str | os.PathLike[str]"
 
 _DEFAULT_SHARES = (0.005, 0.01, 0.02)  # of the free travel; a sentence below names them
 _TABLE = (
@@ -344,7 +341,7 @@ def verification_lines(checked: Sequence[CheckedMotion]) -> list[str]:
 
 
 def isolate(
-    models: Model | Sequence[Model],
+    models: ModelSource | Sequence[ModelSource],
     mass: float,
     *,
     base_displacement: ArrayLike | None = None,
@@ -407,17 +404,16 @@ def isolate(
       0.2 mm         7.743             8.579         1.687           12.08        0.115             11.62
     """
     given = given_levels(base_displacement, base_acceleration, force)
-    sources: Sequence[Model]
-    sources = [models] if isinstance(models, Spring | ModelFile | str | os.PathLike) else list(models)
+    is_one = isinstance(models, str) or not isinstance(models, Sequence)
+    sources: Sequence[Any] = [models] if is_one else list(models)  # type: ignore[arg-type]
     if not sources:
         raise IsolationError("Nothing to isolate on; give at least one model.")
-    contents = [as_spring(source).model for source in sources]
+    contents = [model_of(source) for source in sources]
     parts = []
     for source, content, label in zip(sources, contents, _labels(contents), strict=True):
         origin = origin_of(source, zero, content.parameters)
         system = IsolatedMass(counted_from(origin, content.parameters), mass, load, parallel, series, damping)
-        path = None if isinstance(source, Spring | ModelFile) else os.fspath(source)
-        parts.append(IsolatedModel(label, path, content, origin, system, static_equilibrium(system)))
+        parts.append(IsolatedModel(label, path_of(source), content, origin, system, static_equilibrium(system)))
     if given is None:
         travels = [free_travel(one.system, one.equilibrium) for one in parts]
         least = min(travels)

@@ -15,6 +15,8 @@ from ..modelfile import ModelFile, load_model, save_model
 
 if TYPE_CHECKING:
     from .. import Comparison, Information, Prediction, Record
+    from .isolation import Isolation
+    from .studying import StudyResult
 
 
 class Spring:
@@ -133,6 +135,67 @@ class Spring:
         from .. import compare
 
         return compare(self, other, *data, **how)
+
+    def isolate(self, mass: float, **options: Any) -> Isolation:
+        """Transmissibility and resonance of a mass [kg] on this spring; `options` are those of `strandspring.isolate`.
+
+        Examples
+        --------
+        >>> from strandspring import Spring, SpringParameters
+        >>> spring = Spring(SpringParameters((0.0, 8000.0), (1.0,), 10.0, 500.0, 1.0, 1.0, 0.0, -0.02, 0.02))
+        >>> result = spring.isolate(5.0, base_displacement=2e-4, points=8)
+        >>> round(result.models[0].equilibrium.frequency, 2)
+        8.12
+        """
+        from .isolation import isolate
+
+        return isolate(self, mass, **options)
+
+    def study(self, mass: ArrayLike, **options: Any) -> StudyResult:
+        """Resonance and isolation over masses and the uncertainty; `options` are those of `strandspring.study`.
+
+        Examples
+        --------
+        >>> from strandspring import Spring, SpringParameters
+        >>> spring = Spring(SpringParameters((0.0, 8000.0), (1.0,), 10.0, 500.0, 1.0, 1.0, 0.0, -0.02, 0.02))
+        >>> len(spring.study([5.0, 6.0], base_displacement=2e-4, draws=0, points=8).to_frame())
+        2
+        """
+        from .studying import study
+
+        return study(self, mass, **options)
+
+    def build_fmu(self, folder: str | os.PathLike[str] = "dist", **options: Any) -> Path:
+        """Build, validate and run the FMU of this spring; `options` are those of `strandspring.build_fmu`.
+
+        Examples
+        --------
+        >>> from tempfile import TemporaryDirectory
+        >>> from strandspring import Spring, SpringParameters
+        >>> spring = Spring(SpringParameters((0.0, 8000.0), (1.0,), 10.0, 500.0, 1.0, 1.0, 0.0, -0.02, 0.02))
+        >>> with TemporaryDirectory() as folder:
+        ...     print(spring.build_fmu(folder).name)
+        spring.fmu
+        """
+        from .building import build_fmu
+
+        return build_fmu(self, folder, **options)
+
+    def export(self, folder: str | os.PathLike[str] = "dist", **options: Any) -> list[Path]:
+        """Write the parameters for other tools; `options` are those of `strandspring.export`.
+
+        Examples
+        --------
+        >>> from tempfile import TemporaryDirectory
+        >>> from strandspring import Spring, SpringParameters
+        >>> spring = Spring(SpringParameters((0.0, 8000.0), (1.0,), 10.0, 500.0, 1.0, 1.0, 0.0, -0.02, 0.02))
+        >>> with TemporaryDirectory() as folder:
+        ...     print([path.name for path in spring.export(folder, ssv=True)])
+        ['spring.ssv']
+        """
+        from .exporting import export
+
+        return export(self, folder, **options)
 
 
 def as_spring(model: Spring | ModelFile | str | os.PathLike[str]) -> Spring:

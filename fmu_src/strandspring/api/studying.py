@@ -24,12 +24,11 @@ from ..studies.definition import RunRow, Study
 from ..studies.quantiles import GridPointSummary
 from ..studies.run import run_study
 from ..studies.spread import Spread
-from .cautions import outside_range
+from .caution_text import outside_range
 from .levels import free_travel, given_levels
-from .placing import origin_of
+from .placing import ModelSource, model_of, origin_of, path_of
 from .progress import Progress, unseen
 from .result import Result
-from .spring import Spring, as_spring
 from .text import table_lines
 
 if TYPE_CHECKING:
@@ -122,7 +121,7 @@ class StudyResult(Result):
 
 
 def study(
-    model: Spring | ModelFile | str | os.PathLike[str],
+    model: ModelSource,
     mass: ArrayLike,
     *,
     base_displacement: ArrayLike | None = None,
@@ -192,7 +191,7 @@ def study(
     """
     if workers not in (None, 1) and scheduler is not None:
         raise IsolationError("`workers` and `scheduler` exclude each other; give one of them.")
-    content = as_spring(model).model
+    content = model_of(model)
     origin = origin_of(model, zero, content.parameters)
     spring = counted_from(origin, content.parameters)
     masses = _values(mass)
@@ -240,8 +239,7 @@ def _spread(source: object, spring: SpringParameters, content: ModelFile) -> Spr
     try:
         return Spread.of(spring, content.uncertainty)
     except ModelError as problem:
-        named = source if isinstance(source, str | os.PathLike) else content.name
-        raise ModelError(f"{os.fspath(named)}: {problem}") from None
+        raise ModelError(f"{path_of(source) or content.name}: {problem}") from None
 
 
 def _read(results: Path) -> pd.DataFrame:

@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-import tempfile
 from pathlib import Path
 
 import click
 
-from ..coordinates import placed, zero_sentence
+from ..api.exporting import Exports, refuse_package
+from ..coordinates import zero_sentence
 from ..errors import StrandspringError
-from ..exchange.modelica import LIBRARY, record_name, record_path, write_library
-from ..files import write_text
-from ..fmu.ssv import parameter_values
+from ..exchange.modelica import LIBRARY, record_name
 from ..modelfile import load_model
 from .options import Quantity
-from .output import note, result, result_json
+from .output import note, reporting, result, result_json
 from .paths import refuse_overwriting
 from .zero import origin_of, zero_option
 
@@ -42,7 +40,7 @@ def export(
     mass: float | None,
     modelica: bool,
     output: str,
-    zero: str | None,
+    zero: str | float | None,
     as_json: bool,
 ) -> None:
     """Export a model's parameters as SSP parameter values, in an SSP system, or into a Modelica library.
@@ -58,47 +56,44 @@ def export(
         raise click.UsageError("Nothing to write; give --ssv, --ssp or --modelica.")
     if ssp != (mass is not None):
         raise click.UsageError("--ssp and --mass KG go together.")
-    of_record = load_model(model)
-    content, origin = placed(of_record, origin_of(model, zero, of_record.parameters))
+    content = load_model(model)
     # All paths are checked before anything is written.
     if modelica:
         _check_folder(output)
-    ssv_path = _output_path(output, f"{content.name}.ssv") if ssv else None
-    record = record_path(Path(output), content.name) if modelica else None
-    ssp_path = _output_path(output, f"{content.name}.ssp") if ssp else None
-    refuse_overwriting([model], {"--ssv": ssv_path, "--ssp": ssp_path, "--modelica": record})
-    # The library first: it may be refused.
-    library = write_library(Path(output), content, origin) if modelica else None
-    if ssv_path is not None:
-        write_text(ssv_path, parameter_values(content))
-    if ssp_path is not None and mass is not None:
-        from ..exchange.ssp import ShakenMass, write_system
-        from ..fmu.native.native_fmu import build_native_fmu
-
-        with tempfile.TemporaryDirectory() as folder:
-            fmu = build_native_fmu(of_record, Path(folder), zero=origin)
-            write_system(ssp_path, fmu, content, ShakenMass.suited(content.parameters, mass))
+    exports = Exports(
+        content,
+        origin_of(model, zero, content.parameters),
+        ssv=_output_path(output, f"{content.name}.ssv") if ssv else None,
+        ssp=_output_path(output, f"{content.name}.ssp") if ssp else None,
+        ssp_mass=mass,
+        modelica=Path(output) if modelica else None,
+    )
+    refuse_overwriting([model], {"--ssv": exports.ssv, "--ssp": exports.ssp, "--modelica": exports.record})
+    exports.refuse_unwritable()
+    with reporting() as progress:
+        exports.write(progress)
     if modelica and record_name(content.name) != content.name:
         note(f"The record is named {record_name(content.name)}, because {content.name} is taken in Modelica.")
     if as_json:
-        written = {"ssv": ssv_path, "ssp": ssp_path, "modelica": record}
+        written = {"ssv": exports.ssv, "ssp": exports.ssp, "modelica": exports.record}
         result_json(
             {
                 "model": model,
                 "name": content.name,
-                "zero": origin,
+                "zero": exports.zero,
                 **{kind: None if path is None else str(path) for kind, path in written.items()},
             }
         )
         return
-    if sentence := zero_sentence(origin):
+    if sentence := zero_sentence(exports.zero):
         result(sentence)
-    if ssv_path is not None:
-        result(f"SSP parameter values: {ssv_path}")
-    if ssp_path is not None:
-        result(f"SSP system: {ssp_path}")
-    if library is not None:
-        result(f"Modelica library: {library}, record {LIBRARY}.Records.{record_name(content.name)}")
+    if exports.ssv is not None:
+        result(f"SSP parameter values: {exports.ssv}")
+    if exports.ssp is not None:
+        result(f"SSP system: {exports.ssp}")
+    if exports.modelica is not None:
+        name = record_name(content.name)
+        result(f"Modelica library: {exports.modelica / LIBRARY}, record {LIBRARY}.Records.{name}")
 
 
 def _check_folder(output: str) -> None:
@@ -106,8 +101,10 @@ def _check_folder(output: str) -> None:
     path = Path(output)
     if path.suffix and not path.is_dir():
         raise click.UsageError(f"The Modelica library {LIBRARY} is a folder; -o must be a folder, got {output}.")
-    if (path / "package.mo").exists():
-        raise click.UsageError(f"{output} is a Modelica package; give the folder that holds the library {LIBRARY}.")
+    try:
+        refuse_package(path)
+    except StrandspringError as refusal:
+        raise click.UsageError(str(refusal)) from None
 
 
 def _output_path(output: str, name: str) -> Path:

@@ -52,7 +52,7 @@ def isolate(
     The steady response is found by harmonic balance and followed through folds, where a frequency has several motions;
     between two folds they are unstable (drawn dotted). Transmissibility is that of the first harmonic: absolute motion
     over base motion or, with --force, the force on the base over that force. Small peaks of the amplitude below the
-    resonance are superharmonic: a multiple of the frequency meets the resonance.
+    resonance are superharmonic: a multiple of the frequency meets the natural frequency.
 
     \b
     Examples:

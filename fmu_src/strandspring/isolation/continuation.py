@@ -254,6 +254,7 @@ def _along(
             )
         place = after
         places.append(place)
+        passed = max(passed, int(np.searchsorted(logs, place.motion.log, "right")))
         if place.motion.log >= target and place.motion.rising:
             return
         if corrections <= _EASY:

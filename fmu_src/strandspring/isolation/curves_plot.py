@@ -1,7 +1,7 @@
 """Curves of transmissibility and amplitude over frequency, one for each model and level.
 
 Dotted parts lie between two folds and are unstable. Small peaks below the resonance are superharmonic resonances: a
-multiple of the frequency meets the resonance, and the plot says which.
+multiple of the frequency meets the natural frequency, and the plot says which.
 """
 
 from __future__ import annotations
@@ -35,10 +35,10 @@ _STYLES: tuple[str | tuple[int, tuple[float, ...]], ...] = ("-", (0, (7.0, 2.0))
 _UNSTABLE = (0, (1.0, 1.6))
 _FACTORS: Mapping[Quantity, float] = {"transmissibility": 1.0, "amplitude": 1e3}  # to the unit of the axis
 _LEGEND_COLUMNS = 4
-# A superharmonic peak: its prominence in ln(amplitude), and how near its multiple lies to the resonance.
+# A superharmonic peak: its prominence in ln(amplitude), and how near its multiple lies to the natural frequency.
 _PROMINENT = 0.02
 _ORDERS = range(2, 12)
-_ALIKE = 0.35
+_ALIKE = 0.25
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,7 +73,7 @@ def draw(axes: Axes, curves: Sequence[Curve], quantity: Quantity) -> None:
     for curve in curves:
         _draw_curve(axes, curve, quantity)
     if quantity == "transmissibility":
-        axes.axhline(1.0, color="0.45", lw=0.8, zorder=1)
+        axes.axhline(1.0, color="0.45", lw=0.8, zorder=1.5)
         axes.set_ylabel(f"{'force' if excitation is Excitation.FORCE else 'absolute'} transmissibility [-]")
     else:
         axes.set_ylabel("amplitude of the mount [mm]")
@@ -97,10 +97,11 @@ def fill(figure: Figure, models: Mapping[str, Sequence[FrequencyResponse]], titl
     if any(not curve.response.columns["stable"].all() for curve in curves):
         heading += "; unstable where dotted"
     if orders := _mark_superharmonics(bottom, curves):
-        heading += f"\nsuperharmonic peaks at {', '.join(f'1/{order}' for order in orders)} of the resonance"
-    columns = len(curves) // len(models) if len(models) > 1 else min(len(curves), _LEGEND_COLUMNS)
-    figure.legend(handles, labels, loc="outside lower center", ncols=min(columns, _LEGEND_COLUMNS), title=heading,
-                  fontsize=9, title_fontsize=9, frameon=False)  # fmt: skip
+        heading += f"\nsuperharmonic peaks at {', '.join(f'1/{order}' for order in orders)} of the natural frequency"
+    columns = min(len(models) if len(models) > 1 else len(curves), _LEGEND_COLUMNS)
+    legend = figure.legend(handles, labels, loc="outside lower center", ncols=columns, title=heading, fontsize=9,
+                           title_fontsize=9, frameon=False)  # fmt: skip
+    legend.get_title().set_multialignment("center")
     return top, bottom
 
 
@@ -158,7 +159,7 @@ def _superharmonics(response: FrequencyResponse) -> dict[int, tuple[float, float
     frequency, amplitude = response.column("frequency"), response.column("amplitude")
     found: dict[int, tuple[float, float]] = {}
     for k in find_peaks(np.log(amplitude), prominence=_PROMINENT)[0].tolist():
-        ratio = response.resonance.frequency / float(frequency[k])
+        ratio = response.natural_frequency / float(frequency[k])
         order = round(ratio)
         if order in _ORDERS and abs(ratio - order) < _ALIKE:
             at = (float(frequency[k]), float(amplitude[k]))

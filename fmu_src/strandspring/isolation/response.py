@@ -55,12 +55,14 @@ class FrequencyResponse:
     level : float                             Amplitude [m], [m/s^2] or [N].
     columns : mapping of ndarray, shape (P,)  What `ResponsePoint` names, over all points.
     resonance : Resonance
+    natural_frequency : float                 Of small motion about the static equilibrium [Hz].
     """
 
     excitation: Excitation
     level: float
     columns: Mapping[str, NDArray[Any]]
     resonance: Resonance
+    natural_frequency: float
 
     @cached_property
     def points(self) -> tuple[ResponsePoint, ...]:
@@ -121,8 +123,9 @@ def frequency_response(
         raise IsolationError(f"`level` must be finite and > 0 [{excitation.unit}], got {level!r}.")
     balance = HarmonicBalance(system, excitation, level, harmonics, samples)
     limits = displacement_limits(system.spring, extrapolate)
+    equilibrium = static_equilibrium(system)
     motions = []
-    for motion in follow(balance, static_equilibrium(system), 2.0 * np.pi * band, limits, advance):
+    for motion in follow(balance, equilibrium, 2.0 * np.pi * band, limits, advance):
         _check_range(balance, motion, limits)
         motions.append(motion)
     motions = refine_peak(balance, motions, lambda at: transmissibility(balance, at))
@@ -132,7 +135,7 @@ def frequency_response(
     for motion in motions:
         _check_range(balance, motion, limits)
     columns = response_columns(balance, motions)
-    return FrequencyResponse(excitation, level, columns, _resonance(system, columns))
+    return FrequencyResponse(excitation, level, columns, _resonance(system, columns), equilibrium.frequency)
 
 
 def checked_band(frequencies: Sequence[float] | FloatArray) -> FloatArray:
