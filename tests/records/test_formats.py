@@ -13,9 +13,11 @@ import pickle
 import sqlite3
 import subprocess
 import sys
+import tempfile
 import warnings
 import zipfile
 from collections.abc import Callable
+from functools import cache
 from pathlib import Path
 
 import asammdf
@@ -250,11 +252,19 @@ FORMATS: dict[str, Write] = {
 }  # fmt: skip
 
 
+@cache
+def content_of(name: str) -> bytes:
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / name
+        FORMATS[name](path)
+        return path.read_bytes()
+
+
 @pytest.fixture(params=FORMATS)
 def made(request: pytest.FixtureRequest, tmp_path: Path) -> Path:
     # No suffix: the content decides.
     path = tmp_path / request.param
-    FORMATS[request.param](path)
+    path.write_bytes(content_of(request.param))
     return path
 
 
@@ -285,24 +295,24 @@ def test_the_file_stays_as_it_is_named_and_digested(made: Path) -> None:
 # ------------------------------------------------------------------------------ damaged files, other kinds
 
 
-@pytest.mark.parametrize("share", [0.02, 0.5, 0.98])
-def test_what_is_cut_off_is_read_or_refused_in_a_sentence(made: Path, share: float) -> None:
+def test_what_is_cut_off_is_read_or_refused_in_a_sentence(made: Path) -> None:
     data = made.read_bytes()
-    made.write_bytes(data[: max(12, int(share * len(data)))])
-    try:
-        # TDMS, MDF and UFF can be read up to the end of the file.
-        assert len(read_record(made)) <= T.size
-    except RecordError as problem:
-        message = str(problem)
-        assert message.startswith(str(made))
-        assert message.endswith((".", "?"))
-        assert message.isprintable()
+    for share in (0.02, 0.5, 0.98):
+        made.write_bytes(data[: max(12, int(share * len(data)))])
+        try:
+            # TDMS, MDF and UFF can be read up to the end of the file.
+            assert len(read_record(made)) <= T.size
+        except RecordError as problem:
+            message = str(problem)
+            assert message.startswith(str(made))
+            assert message.endswith((".", "?"))
+            assert message.isprintable()
 
 
 def test_damaged_bytes_are_read_or_refused_in_a_sentence(made: Path) -> None:
     data = np.frombuffer(made.read_bytes(), np.uint8)
     generator = np.random.default_rng(7)
-    for _ in range(12):
+    for _ in range(3):
         damaged = data.copy()
         damaged[generator.integers(0, data.size, 8)] = generator.integers(0, 256, 8)
         made.write_bytes(damaged.tobytes())
