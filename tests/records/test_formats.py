@@ -415,6 +415,18 @@ def test_damaged_cells_of_a_sheet_are_named_by_their_row(tmp_path: Path) -> None
         assert message.endswith("correct or delete the row.")
 
 
+def test_inches_and_remarks_in_a_sheet(tmp_path: Path) -> None:
+    book = openpyxl.Workbook()
+    sheet = book.active
+    assert sheet is not None
+    for row in [['Weg ["]', "Kraft [N]", "remark"], [1, 2.0, 'size 5"'], [2, 3, "two\nlines\tof it"], [4, 5.0, "ok"]]:
+        sheet.append(row)
+    book.save(tmp_path / "inch.xlsx")
+    np.testing.assert_allclose(
+        read_record(tmp_path / "inch.xlsx").displacement, 0.0254 * np.array([1, 2, 4]), rtol=1e-15
+    )
+
+
 def test_a_sheet_of_few_cells_far_apart_is_refused(tmp_path: Path) -> None:
     book = openpyxl.Workbook()
     sheet = book.active

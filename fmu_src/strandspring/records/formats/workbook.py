@@ -69,8 +69,8 @@ def _old_sheets(content: Content) -> dict[str, list[list[Any]]]:
 
 
 def _cell(value: Any) -> str:
-    """A cell as text, numbers with all their digits."""
-    return repr(value) if isinstance(value, float) else _BREAKS.sub(" ", str(value))
+    """A cell as text, numbers with all their digits; quotation marks, which mean inches, as apostrophes."""
+    return repr(value) if isinstance(value, float) else _BREAKS.sub(" ", str(value)).replace('"', "''")
 
 
 def _check_extent(archive: zipfile.ZipFile, name: str, where: str) -> None:
@@ -80,9 +80,10 @@ def _check_extent(archive: zipfile.ZipFile, name: str, where: str) -> None:
     with archive.open(name) as stream:
         while block := stream.read(1024 * 1024):
             text = rest + block
-            for letters, number in _REFERENCE.findall(text):
-                rows = max(rows, int(number))
-                columns = max(columns, sum((c - 64) * 26**k for k, c in enumerate(reversed(letters))))
+            found = _REFERENCE.findall(text)
+            rows = max(rows, *(int(number) for _, number in found), 0)
+            names = {letters for letters, _ in found}
+            columns = max(columns, *(sum((c - 64) * 26**k for k, c in enumerate(reversed(n))) for n in names), 0)
             rest = text[-_OVERLAP:]
     if rows * columns > _MOST_CELLS:
         raise RecordError(
