@@ -3,12 +3,21 @@
 from __future__ import annotations
 
 import bz2
+import contextlib
 import gc
 import gzip
+import hashlib
+import io
 import lzma
+import pickle
+import sqlite3
+import subprocess
+import sys
+import tempfile
 import warnings
 import zipfile
 from collections.abc import Callable
+from functools import cache
 from pathlib import Path
 
 import asammdf
@@ -25,6 +34,8 @@ from pyarrow import feather, parquet
 from scipy.io import savemat
 
 from strandspring.errors import RecordError
+from strandspring.records import content
+from strandspring.records.formats import matlab
 from strandspring.records.reading import read_record
 from strandspring.records.record import Record
 
@@ -241,11 +252,19 @@ FORMATS: dict[str, Write] = {
 }  # fmt: skip
 
 
+@cache
+def content_of(name: str) -> bytes:
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / name
+        FORMATS[name](path)
+        return path.read_bytes()
+
+
 @pytest.fixture(params=FORMATS)
 def made(request: pytest.FixtureRequest, tmp_path: Path) -> Path:
     # No suffix: the content decides.
     path = tmp_path / request.param
-    FORMATS[request.param](path)
+    path.write_bytes(content_of(request.param))
     return path
 
 
@@ -265,3 +284,305 @@ def test_each_format_gives_the_record_of_the_text(made: Path, tmp_path: Path) ->
     assert expected.time is not None
     np.testing.assert_allclose(record.time, expected.time, rtol=1e-12, atol=1e-12)
     assert any("the unit of displacement is mm (found in the file)" in note for note in record.notes)
+
+
+def test_the_file_stays_as_it_is_named_and_digested(made: Path) -> None:
+    record = read_record(made)
+    assert record.path == str(made)
+    assert record.sha256 == hashlib.sha256(made.read_bytes()).hexdigest()
+
+
+# ------------------------------------------------------------------------------ damaged files, other kinds
+
+
+def test_what_is_cut_off_is_read_or_refused_in_a_sentence(made: Path) -> None:
+    data = made.read_bytes()
+    for share in (0.02, 0.5, 0.98):
+        made.write_bytes(data[: max(12, int(share * len(data)))])
+        try:
+            # TDMS, MDF and UFF can be read up to the end of the file.
+            assert len(read_record(made)) <= T.size
+        except RecordError as problem:
+            message = str(problem)
+            assert message.startswith(str(made))
+            assert message.endswith((".", "?"))
+            assert message.isprintable()
+
+
+def test_damaged_bytes_are_read_or_refused_in_a_sentence(made: Path) -> None:
+    data = np.frombuffer(made.read_bytes(), np.uint8)
+    generator = np.random.default_rng(7)
+    for _ in range(3):
+        damaged = data.copy()
+        damaged[generator.integers(0, data.size, 8)] = generator.integers(0, 256, 8)
+        made.write_bytes(damaged.tobytes())
+        try:
+            read_record(made)
+        except RecordError as problem:
+            message = str(problem)
+            assert message.startswith(str(made))
+            assert message.isprintable()
+
+
+def test_other_kinds_are_named(tmp_path: Path) -> None:
+    def sqlite(path: Path) -> None:
+        with contextlib.closing(sqlite3.connect(path)) as base:
+            base.execute("create table t (x)")
+            base.commit()
+
+    def docx(path: Path) -> None:
+        with zipfile.ZipFile(path, "w") as archive:
+            archive.writestr("[Content_Types].xml", "<Types/>")
+            archive.writestr("word/document.xml", "<w/>")
+
+    def objects(path: Path) -> None:
+        with path.open("wb") as file:
+            np.save(file, np.array([{}, None], dtype=object), allow_pickle=True)
+
+    kinds: list[tuple[Write | bytes, str]] = [
+        (sqlite, "is an SQLite database; export the record as CSV."),
+        (docx, "is a Word document; export the record as CSV."),
+        (objects, "holds Python objects (a pickle)"),
+        (pickle.dumps([1.0, 2.0]), "is a Python pickle"),
+        (b"%PDF-1.7\n1 0 obj", "is a PDF document"),
+        (b"\x89PNG\r\n\x1a\n" + bytes(50), "is a PNG picture; give the numbers, not their plot."),
+        (b"TDSh" + bytes(50), "is the index of a TDMS file; give the .tdms file beside it."),
+        (b"7z\xbc\xaf\x27\x1c" + bytes(50), "is a 7-Zip archive; unpack it first."),
+        (b"<!DOCTYPE html><table></table>", "is an HTML page"),
+        (b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1" + bytes(600), "is an Office document of the old kind"),
+        (b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1" + "EncryptedPackage".encode("utf-16-le"), "save it without a password"),
+        (b"\x00\x01\x02" * 100, "found a NUL byte"),
+    ]
+    for number, (make, expected) in enumerate(kinds):
+        path = tmp_path / f"{number}.dat"
+        if isinstance(make, bytes):
+            path.write_bytes(make)
+        else:
+            make(path)
+        assert expected in refusal(path)
+
+
+def test_matlab_objects_are_not_read(tmp_path: Path) -> None:
+    savemat(tmp_path / "cells.mat", {"c": np.array(["a", "bc"], dtype=object), "title": "no numbers"})
+    assert "is a MATLAB file without columns of numbers" in refusal(tmp_path / "cells.mat")
+
+
+def test_a_missing_library_is_named(made: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    for name in ("h5py", "python_calamine", "xlrd", "nptdms", "asammdf", "pyuff", "pyarrow"):
+        monkeypatch.setitem(sys.modules, name, None)
+    needed = {"mat_73", "hdf5", "hdf5_compound", "xlsx", "xls", "ods", "tdms", "mdf_3", "mdf_4", "uff", "uff_binary",
+              "parquet_file", "feather_file"}  # fmt: skip
+    if made.name in needed:
+        assert refusal(made).endswith('install it with pip install "strandspring[formats]".')
+    else:
+        assert len(read_record(made)) == T.size
+
+
+# ------------------------------------------------------------------------------ sheets, groups, rates
+
+
+def test_of_several_sheets_one_is_named(tmp_path: Path) -> None:
+    book = openpyxl.Workbook()
+    for number, factor in ((1, 1.0), (2, 2.0)):
+        sheet = book.create_sheet(f"Run {number}")
+        for row in [["Weg [mm]", "Kraft [N]"], *([x, factor * x] for x in X.tolist())]:
+            sheet.append(row)
+    path = tmp_path / "runs.xlsx"
+    book.save(path)
+    message = refusal(path)
+    assert "'Run 1', 'Run 2' each hold a displacement and a force" in message
+    assert "--displacement 'Run 1/Weg [mm]' --force 'Run 1/Kraft [N]'" in message
+    record = read_record(path, displacement="Run 2/Weg")
+    np.testing.assert_allclose(record.force, 2e3 * record.displacement, rtol=1e-14)
+    assert "'Run 2' is read, as given" in record.notes
+    np.testing.assert_array_equal(read_record(path, force="Run 2/2").force, record.force)
+    assert "must be in one sheet" in refusal(path, displacement="Run 1/1", force="Run 2/2")
+
+
+def test_damaged_cells_of_a_sheet_are_named_by_their_row(tmp_path: Path) -> None:
+    path = tmp_path / "damaged.xlsx"
+    for cell, expected in (("broken", "found the text 'broken'"), (None, "found an empty cell")):
+        book = openpyxl.Workbook()
+        sheet = book.active
+        assert sheet is not None
+        sheet.append(["Weg", "Kraft"])
+        for number in range(2, 60):
+            sheet.append([float(number), cell if number == 40 else 1.5 * number])
+        book.save(path)
+        message = refusal(path)
+        assert "row 40, column 2 'Kraft'" in message
+        assert expected in message
+        assert message.endswith("correct or delete the row.")
+
+
+def test_inches_and_remarks_in_a_sheet(tmp_path: Path) -> None:
+    book = openpyxl.Workbook()
+    sheet = book.active
+    assert sheet is not None
+    for row in [['Weg ["]', "Kraft [N]", "remark"], [1, 2.0, 'size 5"'], [2, 3, "two\nlines\tof it"], [4, 5.0, "ok"]]:
+        sheet.append(row)
+    book.save(tmp_path / "inch.xlsx")
+    np.testing.assert_allclose(
+        read_record(tmp_path / "inch.xlsx").displacement, 0.0254 * np.array([1, 2, 4]), rtol=1e-15
+    )
+
+
+def test_a_sheet_of_few_cells_far_apart_is_refused(tmp_path: Path) -> None:
+    book = openpyxl.Workbook()
+    sheet = book.active
+    assert sheet is not None
+    sheet["A1"], sheet["XFD1048576"] = 1.0, 2.0
+    book.save(tmp_path / "wide.xlsx")
+    assert "found 1048576 rows of 16384 columns" in refusal(tmp_path / "wide.xlsx")
+
+
+def two_groups(path: Path, force: np.ndarray, rate: float) -> None:
+    wave = {"wf_start_offset": 0.0}
+    with nptdms.TdmsWriter(path) as writer:
+        writer.write_segment(
+            [
+                nptdms.ChannelObject("slow", "Weg", X, {"unit_string": "mm", "wf_increment": 1.0 / RATE, **wave}),
+                nptdms.ChannelObject("fast", "Kraft", force, {"unit_string": "N", "wf_increment": 1.0 / rate, **wave}),
+            ]
+        )
+
+
+def test_groups_of_two_rates_are_brought_to_the_finer_one(tmp_path: Path) -> None:
+    time = np.arange(0.0, 2.0, 1e-3)
+    two_groups(tmp_path / "rates.tdms", np.cos(time), 1000.0)
+    record = read_record(tmp_path / "rates.tdms")
+    assert any("is interpolated linearly onto the times of the finest channel, 0 to 1.999 s" in n for n in record.notes)
+    np.testing.assert_allclose(record.time, time, atol=1e-12)
+    np.testing.assert_array_equal(record.force, np.cos(time))
+    # (2 pi/80)^2/8 of the amplitude is what a chord of the sine misses.
+    np.testing.assert_allclose(1e3 * record.displacement, 12.5 * np.sin(2 * np.pi * time) + 57.0, atol=12.5 * 8e-4)
+
+
+def test_a_channel_that_is_too_coarse_is_not_interpolated(tmp_path: Path) -> None:
+    time = np.arange(0.0, 2.0, 1e-3)
+    two_groups(tmp_path / "coarse.tdms", np.cos(time), 1000.0)
+    with nptdms.TdmsWriter(tmp_path / "coarse.tdms") as writer:
+        step = {"wf_increment": 0.1, "wf_start_offset": 0.0}
+        coarse = 12.5 * np.sin(2 * np.pi * np.arange(0.0, 2.0, 0.1))
+        writer.write_segment(
+            [
+                nptdms.ChannelObject("slow", "Weg", coarse, {"unit_string": "mm", **step}),
+                nptdms.ChannelObject("fast", "Kraft", np.cos(time), {"unit_string": "N", "wf_increment": 1e-3}),
+            ]
+        )
+    message = refusal(tmp_path / "coarse.tdms")
+    assert "is too coarse to be interpolated" in message
+    assert "export them at one sampling rate" in message
+
+
+def test_channels_of_two_lengths_without_times_are_refused(tmp_path: Path) -> None:
+    np.savez(tmp_path / "lengths.npz", displacement_mm=X, force_N=R[:-5])
+    message = refusal(tmp_path / "lengths.npz")
+    assert "column 1 'displacement_mm' (161 values), column 2 'force_N' (156 values)" in message
+
+
+def test_own_times_of_two_groups_are_honoured(tmp_path: Path) -> None:
+    with h5py.File(tmp_path / "own.h5", "w") as file:
+        for group, name, values, shift in (("a", "displacement_mm", X, 0.0), ("b", "force_N", 2 * X, 0.506)):
+            file[f"{group}/{name}"], file[f"{group}/time_s"] = values, T + shift
+    record = read_record(tmp_path / "own.h5")
+    assert record.time is not None
+    assert 0.506 <= record.time[0] < record.time[-1] <= 2.0
+    np.testing.assert_allclose(1e3 * record.displacement, np.interp(record.time, T, X), rtol=1e-12)
+    np.testing.assert_allclose(record.force, 2 * np.interp(record.time, T + 0.506, X), rtol=1e-12)
+
+
+def test_not_a_number_in_a_channel(tmp_path: Path) -> None:
+    path = tmp_path / "nan.npz"
+    padded = np.append(R, [np.nan] * 9)
+    np.savez(path, displacement_mm=np.append(X, [np.nan] * 9), force_N=padded, time=np.append(T, np.zeros(9)))
+    assert "9 empty rows at the end are left out" in read_record(path).notes
+    broken = R.copy()
+    broken[-2:] = np.nan
+    np.savez(path, displacement_mm=X, force_N=broken)
+    record = read_record(path)
+    assert len(record) == T.size - 2
+    assert any("2 incomplete rows at the end of the file (from row 160) left out" in note for note in record.notes)
+    broken[40] = np.inf
+    np.savez(path, displacement_mm=X, force_N=broken)
+    assert "row 41, column 2 'force_N': must hold a finite number, found 'inf'; correct" in refusal(path)
+
+
+def test_matrices_have_numbered_columns(tmp_path: Path) -> None:
+    np.save(tmp_path / "two.npy", np.column_stack([X, R]))
+    np.testing.assert_array_equal(read_record(tmp_path / "two.npy").displacement, 1e-3 * X)
+    savemat(tmp_path / "rows.mat", {"data": np.stack([T, X, R]), "gain": 3.0})
+    assert "name the columns with --displacement and --force" in refusal(tmp_path / "rows.mat")
+    record = read_record(tmp_path / "rows.mat", time=1, displacement=2, force="3", force_unit="kN")
+    np.testing.assert_array_equal(record.force, 1e3 * R)
+
+
+def test_units_of_a_parquet_file_may_be_in_its_names(tmp_path: Path) -> None:
+    moments = pd.Timestamp("2026-01-01") + pd.to_timedelta(T, unit="s")
+    frame = pd.DataFrame({"Zeit": moments, "Weg [mm]": X, "Kraft [kN]": R, "operator": "A"})
+    frame.to_parquet(tmp_path / "frame.parquet")
+    record = read_record(tmp_path / "frame.parquet")
+    np.testing.assert_array_equal(record.force, 1e3 * R)
+    np.testing.assert_allclose(record.time, T, atol=1e-6)
+
+
+# ------------------------------------------------------------------------------ compressed files, archives
+
+
+def test_a_file_in_an_archive_is_named(tmp_path: Path) -> None:
+    path = tmp_path / "lot.zip"
+    mat(tmp_path / "b.mat")
+    with zipfile.ZipFile(path, "w") as archive:
+        archive.writestr("a 13.csv", text())
+        archive.write(tmp_path / "b.mat", "deep/b.mat")
+    assert "is a zip archive of 2 files ('a 13.csv', 'deep/b.mat'); name one of them as in lot.zip/a 13.csv" in refusal(
+        path
+    )
+    for name in ("a 13.csv", "deep/b.mat"):
+        record = read_record(path / name)
+        assert f"{name!r} unpacked from the zip archive" in record.notes
+        assert record.path == str(path / name)
+        np.testing.assert_array_equal(record.force, 1e3 * R)
+    assert "'c.csv' is not in the zip archive, which holds 'a 13.csv', 'deep/b.mat'" in refusal(path / "c.csv")
+    (tmp_path / "plain.csv").write_text(text())
+    assert "is a file, but not a zip archive" in refusal(tmp_path / "plain.csv" / "x.csv")
+    gz(tmp_path / "twice")
+    (tmp_path / "four").write_bytes(gzip.compress(gzip.compress(gzip.compress((tmp_path / "twice").read_bytes()))))
+    assert "is compressed more than 2 times" in refusal(tmp_path / "four")
+
+
+def test_what_unpacks_to_too_much_is_refused(made: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    compressed = {"mat", "xlsx", "ods", "npz", "gz", "bzip2", "xz", "zipped"}
+    monkeypatch.setattr(content, "MAX_UNPACKED_BYTES", 2000)
+    monkeypatch.setattr(matlab, "MAX_UNPACKED_BYTES", 2000)
+    if made.name in compressed:
+        assert "must unpack to at most 2000 bytes, and holds more" in refusal(made)
+
+
+def test_a_declared_size_costs_nothing(tmp_path: Path) -> None:
+    with h5py.File(tmp_path / "bomb.h5", "w") as file:
+        for name in ("displacement_mm", "force_N"):
+            file.create_dataset(name, shape=(10**11,), chunks=(10**6,), dtype=float)
+    assert "must have at most 50000000 values, found 100000000000" in refusal(tmp_path / "bomb.h5")
+    header = io.BytesIO()
+    np.lib.format.write_array_header_1_0(header, {"descr": "<f8", "fortran_order": False, "shape": (10**12, 2)})
+    (tmp_path / "bomb.npy").write_bytes(header.getvalue() + bytes(64))
+    assert "is a NumPy array that is damaged or cut off" in refusal(tmp_path / "bomb.npy")
+
+
+def test_links_out_of_a_file_are_not_followed(tmp_path: Path) -> None:
+    hdf5(tmp_path / "other.h5")
+    with h5py.File(tmp_path / "linked.h5", "w") as file:
+        file["displacement_mm"] = X
+        file["force_N"] = h5py.ExternalLink("other.h5", "/run 1/rig/force")
+    assert "no column is named like a force" in refusal(tmp_path / "linked.h5")
+
+
+def test_text_is_read_without_the_libraries_of_other_formats(tmp_path: Path) -> None:
+    (tmp_path / "record.csv").write_text(text())
+    program = (
+        f"import sys; from strandspring import read_record; read_record({str(tmp_path / 'record.csv')!r});"
+        "print([n for n in ('h5py', 'pyarrow', 'asammdf', 'nptdms', 'scipy', 'pydantic') if n in sys.modules])"
+    )
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[]"

@@ -86,7 +86,10 @@ class LackOfFit:
                 "compare its cycles"
             )
         if self.elastic >= self.loop:
-            return share + "mostly in the shape of the elastic force: identify a smaller range of displacement"
+            return share + (
+                "mostly in the shape of the elastic force: identify a smaller range of displacement "
+                "(--displacement-range)"
+            )
         return share + (
             "mostly in the shape of the loop: compare other classes of models with --rivals, and repeat one amplitude "
             "at another frequency"

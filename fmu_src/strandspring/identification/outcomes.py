@@ -32,7 +32,7 @@ class Outcome(Enum):
     )
     SNAP_THROUGH = (
         "The force collapses while the displacement goes on (snap-through), which no single-valued stiffness with "
-        "bounded hysteresis can follow; identify a range without the snap."
+        "bounded hysteresis can follow; identify a range without the snap with --displacement-range."
     )
     STICK_SLIP = (
         "The force drops again and again while the displacement goes on (stick-slip), which a rate-independent model "
@@ -41,7 +41,7 @@ class Outcome(Enum):
     BRANCHES_CROSS = (
         "The unloading branch lies above the loading branch over part of the range, so no positive amplifier FA "
         "exists; check the synchronisation of the two sensors and give a known delay with --delay, or identify a "
-        "smaller range."
+        "smaller range with --displacement-range."
     )
     NO_LOOP = (
         "The loop is no higher than the noise, so the hysteresis cannot be identified; use a plain nonlinear spring or "
@@ -50,7 +50,7 @@ class Outcome(Enum):
 
     SPIKES_DECIDE = (
         "Isolated outliers lie far outside all other samples, and no spring can be identified with them; correct or "
-        "delete their lines."
+        "delete their lines, or leave out the cycles that hold them with --cycles or --time."
     )
 
     TOO_FEW_TO_DRAW = (
@@ -61,7 +61,7 @@ class Outcome(Enum):
     # Cautions: a model is returned
     SPIKES = (
         "Isolated outliers lie far outside all other samples and distort the fit; correct or delete their lines, "
-        "or identify with --robust."
+        "leave out their cycles with --cycles, or identify with --robust."
     )
     NO_STEADY_SECTION = (
         "The strokes end before the hysteresis saturates, so there is no steady section; sigma, n and the split "
@@ -69,8 +69,8 @@ class Outcome(Enum):
     )
     FIRST_CYCLE_DIFFERS = "The first cycle differs from the later ones and was left out."
     DRIFT = (
-        "The force drifts from cycle to cycle; the model describes the mean of the cycles: warm up or exercise the "
-        "specimen first, or check the force sensor's zero."
+        "The force drifts from cycle to cycle; the model describes the mean of the cycles: use the steady ones with "
+        "--cycles, warm up or exercise the specimen first, or check the force sensor's zero."
     )
     CLIPPED = (
         "The force stays at an extreme for many samples, as a sensor or amplifier at the end of its range does; those "
@@ -82,7 +82,7 @@ class Outcome(Enum):
     )
     GAPS = (
         "Samples are missing where the time column jumps; a reversal within a gap is lost, and with it the memory of "
-        "the spring up to the next ones: record again, or identify from the part without gaps."
+        "the spring up to the next ones: record again, or identify from a part without gaps with --time or --cycles."
     )
     DISPLACEMENT_NOISE = (
         "The noise of the displacement is large; it was smoothed out between the reversals, but what is left of it "
@@ -115,11 +115,13 @@ class Outcome(Enum):
     )
     FRICTION_WEAR = (
         "The hysteretic force changes from cycle to cycle (wear or running in); the change was taken out, so that the "
-        "model describes the first cycle: exercise the specimen first if it is to describe later ones."
+        "model describes the first cycle: use later ones with --cycles, or exercise the specimen first, if it is to "
+        "describe those."
     )
     STIFFNESS_WEAR = (
         "The elastic force changes from cycle to cycle (softening or wear); the change was taken out, so that the "
-        "model describes the first cycle: exercise the specimen first if it is to describe later ones."
+        "model describes the first cycle: use later ones with --cycles, or exercise the specimen first, if it is to "
+        "describe those."
     )
     SIGMA_AT_BOUND = (
         "sigma ended at its bound, so these records show little of the recovery after a reversal; sample the "

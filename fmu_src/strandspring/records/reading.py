@@ -115,12 +115,11 @@ def read_record(
         series = arrays[column.number]
         offset, scale = adjustments.get(quantity, (0.0, 1.0))
         if offset != 0.0:
-            series = series - offset
             notes.append(f"{offset:.6g} subtracted from the {quantity}, as given")
         if scale != 1.0:
-            series = series * scale
             notes.append(f"the {quantity} multiplied by {scale:.6g}, as given")
-        values[quantity] = series * factor
+        with np.errstate(over="ignore"):  # what overflows is refused below
+            values[quantity] = (series - offset) * scale * factor if (offset, scale) != (0.0, 1.0) else series * factor
     if time is None and "time" in values and not _is_a_clock(values["time"]):
         notes.append(f"time is left out: {columns['time']} does not increase")
         del values["time"]

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import gc
 import logging
+import sys
+import traceback
 import warnings
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -65,30 +68,46 @@ def _guarded_channel(kind: Kind, channel: Channel, where: str) -> Channel:
 
 @contextmanager
 def _guarded(kind: Kind, where: str) -> Iterator[None]:
-    """Turn whatever a library reports about a damaged file into one sentence."""
-    logged = logging.root.manager.disable
+    """Turn whatever a library reports about a damaged file into one sentence, and let it print nothing."""
+    logged, hook = logging.root.manager.disable, sys.unraisablehook
     logging.disable(logging.CRITICAL)
+    sys.unraisablehook = lambda _: None
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
-            yield
-    except RecordError:
-        raise
-    except ImportError as problem:
-        raise RecordError(
-            f"{where}: is {kind.name}, which needs {problem.name or 'a library'} to be read; "
-            'install it with pip install "strandspring[formats]".'
-        ) from None
-    except MemoryError:
-        raise RecordError(
-            f"{where}: is {kind.name} too large for the memory; thin the record out or split it."
-        ) from None
-    # Libraries report damaged files by exceptions of every kind.
-    except Exception as problem:
-        reason = quoted(" ".join(str(problem).split())) if str(problem) else type(problem).__name__
-        raise RecordError(
-            f"{where}: is {kind.name} that is damaged or cut off, or of a kind that cannot be read ({reason}); export "
-            "the record again, or as CSV."
-        ) from None
+            try:
+                yield
+            except BaseException as problem:
+                _close_files(problem)
+                raise _refusal(problem, kind, where) from None
     finally:
         logging.disable(logged)
+        sys.unraisablehook = hook
+
+
+def _refusal(problem: BaseException, kind: Kind, where: str) -> BaseException:
+    # Libraries report damaged files by exceptions of every kind, those in Rust by a BaseException.
+    if isinstance(problem, RecordError) or not (
+        isinstance(problem, Exception) or type(problem).__name__ == "PanicException"
+    ):
+        return problem
+    if isinstance(problem, ImportError):
+        return RecordError(
+            f"{where}: is {kind.name}, which needs {problem.name or 'a library'} to be read; "
+            'install it with pip install "strandspring[formats]".'
+        )
+    if isinstance(problem, MemoryError):
+        return RecordError(f"{where}: is {kind.name} that needs too much memory; thin the record out or split it.")
+    reason = quoted(" ".join(str(problem).split())) if str(problem) else type(problem).__name__
+    return RecordError(
+        f"{where}: is {kind.name} that is damaged or cut off, or of a kind that cannot be read ({reason}); export the "
+        "record again, or as CSV."
+    )
+
+
+def _close_files(problem: BaseException | None) -> None:
+    """Let go of what libraries leave open, which complains when it is collected later."""
+    while problem is not None:
+        traceback.clear_frames(problem.__traceback__)
+        problem = problem.__context__
+    gc.collect()

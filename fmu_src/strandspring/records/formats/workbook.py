@@ -1,4 +1,4 @@
-"""Excel workbooks (.xlsx, .xlsb, .xls) and OpenDocument spreadsheets, read by python-calamine.
+"""Excel workbooks and OpenDocument spreadsheets, read by python-calamine; .xls by xlrd, which endures damaged ones.
 
 Every sheet becomes a text with a row per line, so that headers, units and damaged cells are treated as in text files.
 """
@@ -28,18 +28,7 @@ def read_tables(content: Content) -> list[TextTable]:
     ------
     RecordError   If a sheet is too large, or the only sheet holds no table.
     """
-    from python_calamine import CalamineWorkbook
-
-    if content.data.startswith(ZIP):
-        with zipfile.ZipFile(io.BytesIO(content.data)) as archive:
-            check_members(archive, content.path)
-            for name in archive.namelist():
-                if name.startswith("xl/worksheets/") and name.endswith(".xml"):
-                    _check_extent(archive, name, content.path)
-    with CalamineWorkbook.from_filelike(io.BytesIO(content.data)) as workbook:
-        sheets = {
-            name: workbook.get_sheet_by_name(name).to_python(skip_empty_area=False) for name in workbook.sheet_names
-        }
+    sheets = _zipped_sheets(content) if content.data.startswith(ZIP) else _old_sheets(content)
     tables, problems = [], []
     for name, rows in sheets.items():
         text = "\n".join("\t".join(map(_cell, row)) for row in rows).rstrip("\t\n")
@@ -54,9 +43,34 @@ def read_tables(content: Content) -> list[TextTable]:
     return tables
 
 
+def _zipped_sheets(content: Content) -> dict[str, list[list[Any]]]:
+    from python_calamine import CalamineWorkbook
+
+    with zipfile.ZipFile(io.BytesIO(content.data)) as archive:
+        check_members(archive, content.path)
+        for name in archive.namelist():
+            if name.startswith("xl/worksheets/") and name.endswith(".xml"):
+                _check_extent(archive, name, content.path)
+    with CalamineWorkbook.from_filelike(io.BytesIO(content.data)) as workbook:
+        names = workbook.sheet_names
+        return {name: workbook.get_sheet_by_name(name).to_python(skip_empty_area=False) for name in names}
+
+
+def _old_sheets(content: Content) -> dict[str, list[list[Any]]]:
+    import xlrd
+
+    workbook = xlrd.open_workbook(file_contents=content.data, logfile=io.StringIO())
+
+    def value(cell: Any) -> Any:
+        # Dates would be numbers of days.
+        return xlrd.xldate_as_datetime(cell.value, workbook.datemode) if cell.ctype == xlrd.XL_CELL_DATE else cell.value
+
+    return {sheet.name: [list(map(value, sheet.row(k))) for k in range(sheet.nrows)] for sheet in workbook.sheets()}
+
+
 def _cell(value: Any) -> str:
-    """A cell as text, numbers with all their digits."""
-    return repr(value) if isinstance(value, float) else _BREAKS.sub(" ", str(value))
+    """A cell as text, numbers with all their digits; quotation marks, which mean inches, as apostrophes."""
+    return repr(value) if isinstance(value, float) else _BREAKS.sub(" ", str(value)).replace('"', "''")
 
 
 def _check_extent(archive: zipfile.ZipFile, name: str, where: str) -> None:
@@ -66,9 +80,10 @@ def _check_extent(archive: zipfile.ZipFile, name: str, where: str) -> None:
     with archive.open(name) as stream:
         while block := stream.read(1024 * 1024):
             text = rest + block
-            for letters, number in _REFERENCE.findall(text):
-                rows = max(rows, int(number))
-                columns = max(columns, sum((c - 64) * 26**k for k, c in enumerate(reversed(letters))))
+            found = _REFERENCE.findall(text)
+            rows = max(rows, *(int(number) for _, number in found), 0)
+            names = {letters for letters, _ in found}
+            columns = max(columns, *(sum((c - 64) * 26**k for k, c in enumerate(reversed(n))) for n in names), 0)
             rest = text[-_OVERLAP:]
     if rows * columns > _MOST_CELLS:
         raise RecordError(
