@@ -64,7 +64,7 @@ def main() -> None:
         command = [sys.executable, "-m", "strandspring", "identify-many", "springs", "-o", "models"]
         for title in ("first run", "again, nothing changed"):
             wall, used, peak, said = watched(command, folder)
-            print($
+            print(
                 f"{title}: {wall:.1f} s, {(count + 10) / wall:.1f} springs/s; processors {used:.1f} s, "
                 f"{1e3 * used / (count + 10):.0f} ms for each spring; peak memory of all processes {peak:.0f} MB"
             )
@@ -76,7 +76,7 @@ def main() -> None:
                 for what in ("", " standard error")
             )
             true = np.array([getattr(one_of(k), parameter) for k in range(count)])
-            print($
+            print(
                 f"{parameter}: rms deviation from the truth {100 * np.sqrt(np.mean((found / true - 1) ** 2)):.2g} %, "
                 f"{np.sqrt(np.mean(((found - true) / error) ** 2)):.2f} standard errors"
             )
