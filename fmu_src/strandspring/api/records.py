@@ -12,7 +12,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..errors import RecordError
-from ..records.reading import read_record
+from ..records.channels import Channel, ChannelTable
+from ..records.reading import read_record, record_of_tables
 from ..records.record import Record
 from ..records.units import Quantity, unit_factor
 
@@ -124,6 +125,51 @@ def records_of(
     return given_records(data[0] if len(data) == 1 else list(data), force, time, displacement, units, reverse)
 
 
+def record_of_frame(
+    frame: pd.DataFrame,
+    *,
+    displacement: int | str | None = None,
+    force: int | str | None = None,
+    time: int | str | None = None,
+    displacement_unit: str | None = None,
+    force_unit: str | None = None,
+    time_unit: str | None = None,
+    reverse: Literal["displacement", "force"] | None = None,
+) -> Record:
+    """A record of a table in memory; arguments as for `read_record`, but without units given or in a name m, N and s.
+
+    Raises
+    ------
+    RecordError   If its columns do not make a record.
+
+    Examples
+    --------
+    >>> import pandas as pd
+    >>> frame = pd.DataFrame({"stroke [mm]": [0.0, 5.0, 0.0], "load [kN]": [0.0, 0.2, -0.1]})
+    >>> record_of_frame(frame).force.tolist()
+    [0.0, 200.0, -100.0]
+    """
+    import pandas as pd
+
+    numeric = [pd.api.types.is_numeric_dtype(dtype) and dtype.kind in "fiu" for dtype in frame.dtypes]
+    channels = [
+        Channel.of("", str(name), np.asarray(frame.iloc[:, k], dtype=np.float64))
+        for k, (name, is_number) in enumerate(zip(frame.columns, numeric, strict=True))
+        if is_number
+    ]
+    return record_of_tables(
+        [ChannelTable(channels, "<DataFrame>")],
+        "<DataFrame>",
+        None,
+        (),
+        {"displacement": displacement, "force": force, "time": time},
+        {"displacement": displacement_unit, "force": force_unit, "time": time_unit},
+        {},
+        reverse,
+        _SI,
+    )
+
+
 def checked_units(units: Mapping[str, str] | None) -> dict[Quantity, str]:
     """Units by quantity; raises RecordError for one that is not displacement, force or time."""
     unknown = [name for name in units or () if name not in _QUANTITIES]
@@ -158,6 +204,8 @@ def _as_record(source: Any, columns: Mapping[str, Any]) -> Record:
         return source
     if isinstance(source, str | os.PathLike):
         return read_record(source, **columns)
+    if hasattr(source, "columns"):
+        return record_of_frame(source, **columns)
     raise TypeError(f"A record must be a path, a Record or a DataFrame, got {type(source).__name__}.")
 
 

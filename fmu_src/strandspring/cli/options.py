@@ -159,6 +159,7 @@ record_options = together(
                  "the option twice for both."),
     click.option("--displacement-unit", metavar="UNIT", help="mm, m, in, ...  [default: the file's, or mm]"),
     click.option("--force-unit", metavar="UNIT", help="N, kN, lbf, kip, ...  [default: the file's, or N]"),
+    click.option("--time-unit", metavar="UNIT", help="s, ms, min, ...  [default: the file's, or s]"),
     click.option("--reverse", type=click.Choice(["displacement", "force"]), multiple=True, callback=_one_column,
                  help="Negate this column."),
     click.option("--cycles", metavar="FIRST:LAST", callback=_selection,

@@ -25,7 +25,7 @@ class Wanted:
     Parameters
     ----------
     displacement, force, time : int, str or None   Columns, see `read_record`.
-    displacement_unit, force_unit : str or None    Their units.
+    displacement_unit, force_unit, time_unit : str or None   Their units.
     reverse : "displacement", "force" or None      The column to negate.
     displacement_offset, force_offset : float      Subtracted from the column, in the column's own units.
     displacement_scale, force_scale : float        Factor of what is left, such as kN per V; the product has the unit.
@@ -51,6 +51,7 @@ class Wanted:
     time: int | str | None = None
     displacement_unit: str | None = None
     force_unit: str | None = None
+    time_unit: str | None = None
     reverse: Literal["displacement", "force"] | None = None
     displacement_offset: float | None = None
     force_offset: float | None = None

@@ -136,8 +136,14 @@ def choose_columns(
     return chosen, notes
 
 
-def choose_unit(column: Column, quantity: Quantity, asked: str | None, where: str) -> tuple[str, float, str]:
-    """Unit of a column: the given one, else that in the file, else the usual one of test rigs.
+def choose_unit(
+    column: Column,
+    quantity: Quantity,
+    asked: str | None,
+    where: str,
+    default_units: Mapping[Quantity, str] = DEFAULT_UNITS,
+) -> tuple[str, float, str]:
+    """Unit of a column: the given one, else that in the file, else the default, which is that of test rigs.
 
     Returns
     -------
@@ -157,7 +163,7 @@ def choose_unit(column: Column, quantity: Quantity, asked: str | None, where: st
         )
     unit, source = (asked, "as given") if asked is not None else (found, "found in the file")
     if unit is None:
-        unit, source = DEFAULT_UNITS[quantity], "assumed, as none is given"
+        unit, source = default_units[quantity], "assumed, as none is given"
     elif asked is not None and found is not None and found != asked:
         source = f"as given, though the file says {quoted(found)}"
     try:

@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import RecordError
-from .choosing import choose_table
-from .columns import Column, choose_unit
+from .choosing import Asked, choose_table
+from .columns import DEFAULT_UNITS, Column, choose_unit
 from .content import read_content
 from .formats.opening import tables_of
 from .record import Record
@@ -34,6 +34,7 @@ def read_record(
     time: int | str | None = None,
     displacement_unit: str | None = None,
     force_unit: str | None = None,
+    time_unit: str | None = None,
     reverse: Literal["displacement", "force"] | None = None,
     displacement_offset: float = 0.0,
     force_offset: float = 0.0,
@@ -58,7 +59,7 @@ def read_record(
         is called so; of several sheets or groups, "sheet/column" or "group/channel". None finds the column
         by its name or unit, and without a header takes the first of exactly two columns as displacement,
         the second as force. The time column is optional.
-    displacement_unit, force_unit : str or None    Such as "mm", "inch"; "kN", "lbf".
+    displacement_unit, force_unit, time_unit : str or None   Such as "mm", "inch"; "kN", "lbf"; "ms".
     reverse : "displacement", "force" or None      The column to negate.
     displacement_offset, force_offset : float      Subtracted from the column, in the column's own units.
     displacement_scale, force_scale : float        Factor of what is left, such as kN per V; the product has the unit.
@@ -83,58 +84,91 @@ def read_record(
     >>> record.displacement.tolist(), record.force.tolist()
     ([0.0, 0.0015, 0.003], [0.0, 250.0, 500.0])
     """
+    content = read_content(path)
+    return record_of_tables(
+        tables_of(content),
+        content.path,
+        content.sha256,
+        content.notes,
+        {"displacement": displacement, "force": force, "time": time},
+        {"displacement": displacement_unit, "force": force_unit, "time": time_unit},
+        {"displacement": (displacement_offset, displacement_scale), "force": (force_offset, force_scale)},
+        reverse,
+    )
+
+
+def record_of_tables(
+    tables: Sequence[Table],
+    where: str,
+    sha256: str | None,
+    notes: Sequence[str],
+    asked: Asked,
+    units: Mapping[Quantity, str | None],
+    adjustments: Mapping[Quantity, tuple[float, float]],
+    reverse: Literal["displacement", "force"] | None,
+    default_units: Mapping[Quantity, str] = DEFAULT_UNITS,
+) -> Record:
+    """The record that tables hold.
+
+    Parameters
+    ----------
+    tables : sequence of Table   Of one file.
+    where : str                  The file, for messages.
+    sha256 : str or None         Its digest.
+    notes : sequence of str      What was found before.
+    asked, units : mapping       Column and unit of each quantity; None to detect it.
+    adjustments : mapping        Offset and factor of displacement and force.
+    reverse : "displacement", "force" or None   The column to negate.
+    default_units : mapping      Units where neither file nor caller gives one.
+
+    Raises
+    ------
+    RecordError                  If the tables hold no record.
+    """
     if reverse not in (None, "displacement", "force"):
         raise RecordError(f"`reverse` must be 'displacement' or 'force', got {quoted(str(reverse))}.")
-    adjustments: dict[Quantity, tuple[float, float]] = {
-        "displacement": (displacement_offset, displacement_scale),
-        "force": (force_offset, force_scale),
-    }
     _refuse_useless(adjustments)
-    content = read_content(path)
-    where = content.path
-    asked: dict[Quantity, int | str | None] = {"displacement": displacement, "force": force, "time": time}
-    asked_units = {"displacement": displacement_unit, "force": force_unit}
-    table, columns, chosen_notes = choose_table(tables_of(content), asked, where)
-    notes = [*content.notes, *table.notes, *chosen_notes]
-
-    arrays, table_notes = table.read(columns.values(), optional=columns.get("time") if time is None else None)
-    notes += table_notes
+    table, columns, chosen_notes = choose_table(tables, asked, where)
+    seeks_time = asked["time"] is None
+    arrays, table_notes = table.read(columns.values(), optional=columns.get("time") if seeks_time else None)
+    found = [*notes, *table.notes, *chosen_notes, *table_notes]
     values: dict[Quantity, NDArray[np.float64]] = {}
-    units: dict[Quantity, str] = {}
+    own_units: dict[Quantity, str] = {}
     for quantity, column in columns.items():
         if column.number not in arrays:
             continue
         try:
-            units[quantity], factor, note = choose_unit(column, quantity, asked_units.get(quantity), where)
+            unit, factor, note = choose_unit(column, quantity, units.get(quantity), where, default_units)
         except RecordError as error:
-            if quantity == "time" and time is None:
-                notes.append(f"time is left out: {error}")
+            if quantity == "time" and seeks_time:
+                found.append(f"time is left out: {error}")
                 continue
             raise
-        notes.append(note)
+        own_units[quantity] = unit
+        found.append(note)
         series = arrays[column.number]
         offset, scale = adjustments.get(quantity, (0.0, 1.0))
         if offset != 0.0:
-            notes.append(f"{offset:.6g} subtracted from the {quantity}, as given")
+            found.append(f"{offset:.6g} subtracted from the {quantity}, as given")
         if scale != 1.0:
-            notes.append(f"the {quantity} multiplied by {scale:.6g}, as given")
+            found.append(f"the {quantity} multiplied by {scale:.6g}, as given")
         with np.errstate(over="ignore"):  # what overflows is refused below
             values[quantity] = (series - offset) * scale * factor if (offset, scale) != (0.0, 1.0) else series * factor
-    if time is None and "time" in values and not _is_a_clock(values["time"]):
-        notes.append(f"time is left out: {columns['time']} does not increase")
+    if seeks_time and "time" in values and not _is_a_clock(values["time"]):
+        found.append(f"time is left out: {columns['time']} does not increase")
         del values["time"]
-    _refuse_impossible(values, columns, units, table, where)
-    notes += _spike_notes(values, table)
+    _refuse_impossible(values, columns, own_units, table, where)
+    found += _spike_notes(values, table)
     if reverse is not None:
         values[reverse] = -values[reverse]
-        notes.append(f"{reverse} negated, as given")
+        found.append(f"{reverse} negated, as given")
     return Record(
         values["displacement"],
         values["force"],
         values.get("time"),
         path=where,
-        sha256=content.sha256,
-        notes=tuple(notes),
+        sha256=sha256,
+        notes=tuple(found),
     )
 
 

@@ -18,7 +18,7 @@ from .content import readable
 _LEAST, _GREATEST = 1e-30, 1e30
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Record:
     """Samples of displacement and force along one path, in the order in which they were measured.
 
@@ -128,6 +128,14 @@ class Record:
         )
         columns["force [N]"] = self.force
         write_csv(Path(path), columns, np.column_stack(list(columns.values())).tolist())
+
+    def __repr__(self) -> str:
+        x, r = 1e3 * self.displacement, self.force
+        times = "" if self.time is None else f", {self.time[-1] - self.time[0]:.4g} s"
+        return (
+            f"<Record {self.path}: {len(self)} samples{times}, {x.min():.6g} to {x.max():.6g} mm, "
+            f"{r.min():.6g} to {r.max():.6g} N>"
+        )
 
     def __len__(self) -> int:
         return self.displacement.size
