@@ -8,9 +8,6 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any, Literal
 
-import numpy as np
-
-from ..coordinates import counted_from
 from ..core.parameters import SpringParameters
 from ..errors import StrandspringError
 from ..identification.figures import RecordFit, predict_record
@@ -20,8 +17,9 @@ from ..loops.modelled import steady_loop
 from ..modelfile import ModelFile
 from ..records.record import Record
 from ..studies.spread import Spread
-from .caution_text import backwards_cautions, outside_cautions, printable
-from .common_form import common_form, form_of, form_words, in_form
+from .alignment import Align, aligned, apart, shared_range
+from .common_form import common_form, in_form
+from .comparison_cautions import comparison_cautions, comparison_notes
 from .comparison_plot import draw
 from .comparison_words import Verdict, figure_table, joint_sentence, parameter_table, percent, verdict_sentence
 from .differences import (
@@ -46,18 +44,10 @@ if TYPE_CHECKING:
     import pandas as pd
     from matplotlib.axes import Axes
 
-Align = Literal["record", "middle"]
-
 DRAWS = 200
 _SHARES = (0.25, 0.5, 0.75, 1.0)  # of the shared half range
-_LEAST_SHARED = 0.5  # of the narrower range, below which ranges are not compared where they lie
-_SHIFTED = 0.02  # distance of the middles, share of the shared range, from which a moved zero is mentioned
 _SLACK = 1e-3  # share of the shared range by which an amplitude may pass it, as cycles differ by as much
 _AS_WELL = 0.05  # records are followed equally well if the errors differ by less
-_SCATTER = (
-    "The uncertainty is that of noise and misfit in the records of each model. What differs from test to test without "
-    "any change of the spring (mounting, temperature, drift of the sensors) is not in it: repeat a test to see that."
-)
 
 
 @dataclass(frozen=True, eq=False)
@@ -137,7 +127,7 @@ class Comparison(Result):
     @property
     def loop_difference(self) -> tuple[float, float]:
         """rms difference of force along the loop over the shared range [N], and its share of the loop's height."""
-        return _apart(*self.loops)
+        return apart(*self.loops)
 
     @property
     def sentence(self) -> str:
@@ -296,8 +286,8 @@ def compare(
     if seed < 0:
         raise ValueError(f"`seed` must be >= 0, got {seed!r}.")
     models = (as_spring(a).model, as_spring(b).model)
-    springs = _aligned(models, align)
-    low, high = _shared_range(springs, align)
+    springs = aligned(models, align)
+    low, high = shared_range(springs, align)
     middle = 0.5 * (low + high)
     reaches = _amplitudes(amplitudes, 0.5 * (high - low))
     spreads, unknown = _spreads(models, draws)
@@ -339,30 +329,9 @@ def compare(
         loops,
         shared_mass(springs, low, high, mass),
         tuple(_followed(record, models) for record in records),
-        tuple(_notes(models, verdict)),
-        tuple(_cautions(models, records, align, loops)),
+        tuple(comparison_notes(models, verdict)),
+        tuple(comparison_cautions(models, records, align, loops)),
     )  # fmt: skip
-
-
-def _aligned(models: tuple[ModelFile, ModelFile], align: Align) -> tuple[SpringParameters, SpringParameters]:
-    """Both springs with their displacements counted as asked."""
-    a, b = (model.parameters for model in models)
-    return (a, b) if align == "record" else (counted_from(_middle(a), a), counted_from(_middle(b), b))
-
-
-def _shared_range(springs: tuple[SpringParameters, SpringParameters], align: Align) -> tuple[float, float]:
-    """The displacements [m] that both springs were identified for."""
-    low = max(p.displacement_min for p in springs)
-    high = min(p.displacement_max for p in springs)
-    narrower = min(p.displacement_max - p.displacement_min for p in springs)
-    if align == "record" and high - low < _LEAST_SHARED * narrower:
-        ranges = [f"{1e3 * p.displacement_min:.6g} to {1e3 * p.displacement_max:.6g} mm" for p in springs]
-        raise StrandspringError(
-            f"A was identified from {ranges[0]} and B from {ranges[1]}, which share less than half of the narrower "
-            "range; if the zero of displacement was moved between the tests, align them by their middles "
-            "(align='middle', --align middle), else identify both over one range."
-        )
-    return low, high
 
 
 def _amplitudes(given: Iterable[float] | None, most: float) -> list[float]:
@@ -414,90 +383,3 @@ def _drawn(
 def _followed(record: Record, models: tuple[ModelFile, ModelFile]) -> RecordComparison:
     """Each model in the coordinates of its own records, whatever the alignment."""
     return RecordComparison(record, *(predict_record(PathSolver(model.parameters), record) for model in models))
-
-
-def _apart(a: Loop, b: Loop) -> tuple[float, float]:
-    """rms difference of force between two loops of one range [N], and its share of their mean height."""
-    squares = [
-        np.mean((getattr(b, side).force - getattr(a, side).force) ** 2) for side in ("loading", "unloading")
-    ]  # fmt: skip
-    rms = float(np.sqrt(np.mean(squares)))
-    return rms, rms / max(0.5 * (a.figures.height + b.figures.height), 1e-300)
-
-
-def _notes(models: tuple[ModelFile, ModelFile], verdict: Verdict) -> list[str]:
-    forms = [form_of(model.parameters) for model in models]
-    notes = []
-    if forms[0] != forms[1]:
-        common = common_form(models[0].parameters, models[1].parameters)
-        notes.append(
-            f"A has {form_words(forms[0])}, B {form_words(forms[1])}. Their coefficients cannot be compared one by "
-            f"one, and a difference counts, with its z, only as far as it remains with {form_words(common)} in both; "
-            "for more, identify both with the same degrees (--degrees N,M)."
-        )
-    return [*notes, _SCATTER] if verdict in (Verdict.DIFFERENT, Verdict.NOT_FOUND) else notes
-
-
-def _cautions(
-    models: tuple[ModelFile, ModelFile], records: list[Record], align: Align, loops: tuple[Loop, Loop]
-) -> list[str]:
-    cautions = backwards_cautions(records)
-    for record in records:
-        for label, model in zip("AB", models, strict=True):
-            cautions += [
-                f"{sentence[:-1]} (model {label})."
-                for sentence in outside_cautions(record.path, record.displacement, model.parameters)
-            ]
-    for label, model in zip("AB", models, strict=True):
-        cautions += [f"Of the identification of {label}: {sentence}" for sentence in _own_cautions(model)]
-    effects = [_effects(model) for model in models]
-    if effects[0] != effects[1]:
-        cautions.append(
-            f"As effects of the rig, {effects[0]} was taken out of A's records and {effects[1]} out of B's: a "
-            "difference may be one of the rigs, or of how it was taken out."
-        )
-    digests = [_digests(model) for model in models]
-    if digests[0] & digests[1]:
-        cautions.append(
-            "Both models were identified from the same record, so that their errors are not independent: no verdict "
-            "can be given on differences of method or options."
-        )
-    if align == "middle":
-        return cautions
-    moved = _aligned(models, "middle")
-    low, high = _shared_range(moved, "middle")
-    apart = _middle(models[1].parameters) - _middle(models[0].parameters)
-    if abs(apart) > _SHIFTED * (high - low):
-        aligned = _apart(*(steady_loop(PathSolver(p), low, high) for p in moved))[1]
-        cautions.append(
-            f"The middle of B's range lies {1e3 * apart:.4g} mm from that of A's. As recorded the loops differ by "
-            f"{percent(_apart(*loops)[1])} % of their height, and each counted from its own middle by "
-            f"{percent(aligned)} %; if the zero of displacement was moved between the tests, align them by their "
-            "middles (align='middle', --align middle)."
-        )
-    return cautions
-
-
-def _middle(p: SpringParameters) -> float:
-    return 0.5 * (p.displacement_min + p.displacement_max)
-
-
-def _own_cautions(model: ModelFile) -> list[str]:
-    """What the identification of a model asked to be careful with; its fit is free JSON."""
-    outcomes = model.fit.get("outcomes")
-    entries = outcomes if isinstance(outcomes, list) else []
-    return [printable(entry["sentence"]) for entry in entries if isinstance(entry, dict) and "sentence" in entry]
-
-
-def _effects(model: ModelFile) -> str:
-    """The effects of the rig that were taken out, in words."""
-    effects = model.fit.get("effects")
-    names = sorted(effects) if isinstance(effects, dict) else []
-    return printable(", ".join(names).replace("_", " ")) or "nothing"
-
-
-def _digests(model: ModelFile) -> set[str]:
-    """SHA-256 of the records that a model was identified from; its provenance is free JSON."""
-    records = model.provenance.get("records")
-    entries = records if isinstance(records, list) else []
-    return {str(entry["sha256"]) for entry in entries if isinstance(entry, dict) and entry.get("sha256")}

@@ -8,7 +8,9 @@ which two models place differently: it is compared as kappa_omega*FA at one disp
 
 Where the forms of the models differ, only what remains in a common form counts, see `common_form`.
 
-All judgements together have an error of 5 % (Holm's procedure, which allows for any dependence between them).
+All judgements together have an error of 5 % (Holm's procedure, which allows for any dependence between them). Of 150
+pairs of records of one spring (2 % noise, 1500 samples in 3 cycles of one amplitude, degrees chosen from each record),
+5 were called different.
 """
 
 from __future__ import annotations

@@ -7,7 +7,8 @@ from typing import Any
 
 import click
 
-from ..api.comparison import DRAWS, Align
+from ..api.alignment import Align
+from ..api.comparison import DRAWS
 from ..api.comparison import compare as compare_springs
 from ..api.comparison_words import figure_table, parameter_table
 from ..api.figure import SUFFIXES, new_figure, save_figure
