@@ -272,14 +272,14 @@ class Isolation(Result):
         -------
         Axes                  Those of the transmissibility.
         """
-        from ..isolation.curves_plot import curves_of, draw, fill
+        from ..isolation.curves_plot import HANDLE_LENGTH, curves_of, draw, fill
 
         if axes is None:
             from matplotlib import pyplot as plt
 
             return fill(plt.figure(figsize=(8.0, 8.0), layout="constrained"), self.curves, self.title)[0]
         draw(axes, curves_of(self.curves), "transmissibility")
-        axes.legend(title=self.excitation.value, fontsize=8)
+        axes.legend(title=self.excitation.value, fontsize=8, handlelength=HANDLE_LENGTH)
         return axes
 
     def save_plot(self, path: str | os.PathLike[str]) -> None:
