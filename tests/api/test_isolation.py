@@ -89,6 +89,15 @@ def test_what_is_out_of_bounds_is_refused(options: dict[str, object], told: str)
         isolate(**{"models": SOFT, "mass": 5.0, "points": 8, **options})  # type: ignore[arg-type]
 
 
+def test_a_refusal_names_the_model_if_there_are_several() -> None:
+    with pytest.raises(IsolationError, match=r"^soft: The static load of 9806"):
+        isolate([SOFT, STIFF], 1000.0)
+    with pytest.raises(IsolationError, match=r"^soft: At .* outside the identified range"):
+        isolate([SOFT, STIFF], 8.0, base_displacement=5e-3, points=8)
+    with pytest.raises(IsolationError, match=r"^At .* outside the identified range"):
+        isolate(SOFT, 8.0, base_displacement=5e-3, points=8)
+
+
 def test_something_else_is_no_model() -> None:
     with pytest.raises(TypeError, match="A model must be a Spring or the path of a model file or FMU, got float"):
         isolate(1.0, 5.0)  # type: ignore[arg-type]

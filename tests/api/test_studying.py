@@ -65,3 +65,10 @@ def test_what_is_out_of_bounds_is_refused(options: dict[str, object], told: str)
 def test_draws_need_an_uncertainty() -> None:
     with pytest.raises(ModelError, match='mount: field "uncertainty" holds no standard errors'):
         study(Spring(MOUNT, "mount"), 5.0, **CHEAP)
+
+
+def test_the_model_is_not_overwritten(tmp_path: Path) -> None:
+    path = tmp_path / "mount.json"
+    Spring(MOUNT, "mount").save(path)
+    with pytest.raises(StrandspringError, match="would overwrite the model; write elsewhere"):
+        study(path, 5.0, draws=0, output=path, **CHEAP)

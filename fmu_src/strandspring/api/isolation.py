@@ -6,7 +6,8 @@ import math
 import os
 import tempfile
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import astuple, dataclass, fields, replace
 from functools import partial
 from html import escape
@@ -16,7 +17,6 @@ from typing import TYPE_CHECKING, Any
 from numpy.typing import ArrayLike
 
 from ..coordinates import counted_from, zero_sentence
-from ..cosimulation.steady_check import PERIODS, SteadyCheck, check_steady
 from ..files import write_csv
 from ..isolation.band import band_frequencies
 from ..isolation.curve_points import ResponsePoint
@@ -33,6 +33,8 @@ from .text import table_lines
 if TYPE_CHECKING:
     import pandas as pd
     from matplotlib.axes import Axes
+
+    from ..cosimulation.steady_check import SteadyCheck
 
 _DEFAULT_SHARES = (0.005, 0.01, 0.02)  # of the free travel; a sentence below names them
 _TABLE = (
@@ -271,14 +273,14 @@ class Isolation(Result):
         -------
         Axes                  Those of the transmissibility.
         """
-        from ..isolation.curves_plot import curves_of, draw, fill
+        from ..isolation.curves_plot import HANDLE_LENGTH, curves_of, draw, fill
 
         if axes is None:
             from matplotlib import pyplot as plt
 
             return fill(plt.figure(figsize=(8.0, 8.0), layout="constrained"), self.curves, self.title)[0]
         draw(axes, curves_of(self.curves), "transmissibility")
-        axes.legend(title=self.excitation.value, fontsize=8)
+        axes.legend(title=self.excitation.value, fontsize=8, handlelength=HANDLE_LENGTH)
         return axes
 
     def save_plot(self, path: str | os.PathLike[str]) -> None:
@@ -310,6 +312,7 @@ class Isolation(Result):
         BuildError            If an FMU cannot be built.
         CosimulationError     If it cannot be run.
         """
+        from ..cosimulation.steady_check import check_steady
         from ..fmu.native.native_fmu import build_native_fmu
 
         runs = [
@@ -333,6 +336,8 @@ class Isolation(Result):
 
 def verification_lines(checked: Sequence[CheckedMotion]) -> list[str]:
     """What `Isolation.verify` found, in words."""
+    from ..cosimulation.steady_check import PERIODS
+
     several = len({one.model for one in checked}) > 1
     return [
         f"Co-simulation of the FMU, {PERIODS} periods from the computed motion:",
@@ -413,7 +418,9 @@ def isolate(
     for source, content, label in zip(sources, contents, _labels(contents), strict=True):
         origin = origin_of(source, zero, content.parameters)
         system = IsolatedMass(counted_from(origin, content.parameters), mass, load, parallel, series, damping)
-        parts.append(IsolatedModel(label, path_of(source), content, origin, system, static_equilibrium(system)))
+        with _named(label, len(contents)):
+            equilibrium = static_equilibrium(system)
+        parts.append(IsolatedModel(label, path_of(source), content, origin, system, equilibrium))
     if given is None:
         travels = [free_travel(one.system, one.equilibrium) for one in parts]
         least = min(travels)
@@ -432,11 +439,12 @@ def isolate(
         responses = []
         for level in levels:
             advance = partial(_advance, progress, f"{one.label}, {excitation.level_text(level)}", done, total)
-            responses.append(
-                frequency_response(
-                    one.system, excitation, level, frequencies, extrapolate, resolve=True, advance=advance
+            with _named(one.label, len(parts)):
+                responses.append(
+                    frequency_response(
+                        one.system, excitation, level, frequencies, extrapolate, resolve=True, advance=advance
+                    )
                 )
-            )
             done += points
         finished.append(replace(one, responses=tuple(responses)))
     progress("done", total, total)
@@ -445,6 +453,17 @@ def isolate(
 
 def _advance(progress: Progress, task: str, before: int, total: int, count: float) -> None:
     progress(task, before + count, total)
+
+
+@contextmanager
+def _named(label: str, models: int) -> Iterator[None]:
+    """Name the model in a refusal if there are several."""
+    try:
+        yield
+    except IsolationError as refusal:
+        if models == 1:
+            raise
+        raise IsolationError(f"{label}: {refusal}") from None
 
 
 def _labels(models: Sequence[ModelFile]) -> list[str]:

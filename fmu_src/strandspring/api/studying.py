@@ -191,6 +191,9 @@ def study(
     """
     if workers not in (None, 1) and scheduler is not None:
         raise IsolationError("`workers` and `scheduler` exclude each other; give one of them.")
+    path = path_of(model)
+    if output is not None and path is not None and Path(output).resolve() == Path(path).resolve():
+        raise IsolationError(f"`output` {path} would overwrite the model; write elsewhere.")
     content = model_of(model)
     origin = origin_of(model, zero, content.parameters)
     spring = counted_from(origin, content.parameters)

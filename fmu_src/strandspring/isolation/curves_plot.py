@@ -35,6 +35,7 @@ _STYLES: tuple[str | tuple[int, tuple[float, ...]], ...] = ("-", (0, (7.0, 2.0))
 _UNSTABLE = (0, (1.0, 1.6))
 _FACTORS: Mapping[Quantity, float] = {"transmissibility": 1.0, "amplitude": 1e3}  # to the unit of the axis
 _LEGEND_COLUMNS = 4
+HANDLE_LENGTH = 3.6  # of a legend, so that its dashes can be told apart
 # A superharmonic peak: its prominence in ln(amplitude), and how near its multiple lies to the natural frequency.
 _PROMINENT = 0.02
 _ORDERS = range(2, 12)
@@ -100,7 +101,7 @@ def fill(figure: Figure, models: Mapping[str, Sequence[FrequencyResponse]], titl
         heading += f"\nsuperharmonic peaks at {', '.join(f'1/{order}' for order in orders)} of the natural frequency"
     columns = min(len(models) if len(models) > 1 else len(curves), _LEGEND_COLUMNS)
     legend = figure.legend(handles, labels, loc="outside lower center", ncols=columns, title=heading, fontsize=9,
-                           title_fontsize=9, frameon=False)  # fmt: skip
+                           title_fontsize=9, frameon=False, handlelength=HANDLE_LENGTH)  # fmt: skip
     legend.get_title().set_multialignment("center")
     return top, bottom
 
