@@ -24,6 +24,9 @@ import asammdf
 import h5py
 import nptdms
 import numpy as np
+import odf.opendocument
+import odf.table
+import odf.text
 import openpyxl
 import pandas as pd
 import pyarrow as pa
@@ -144,8 +147,18 @@ def xls(path: Path) -> None:
 
 
 def ods(path: Path) -> None:
-    frame = pd.DataFrame(rows(), columns=["time [s]", "displacement [mm]", "force [kN]"])
-    frame.to_excel(path, engine="odf", index=False)
+    document = odf.opendocument.OpenDocumentSpreadsheet()
+    table = odf.table.Table(name="rig")
+    for row in [["time [s]", "displacement [mm]", "force [kN]"], *rows()]:
+        made = odf.table.TableRow()
+        for value in row:
+            kind = {"valuetype": "string"} if isinstance(value, str) else {"valuetype": "float", "value": repr(value)}
+            cell = odf.table.TableCell(**kind)
+            cell.addElement(odf.text.P(text=str(value)))
+            made.addElement(cell)
+        table.addElement(made)
+    document.spreadsheet.addElement(table)
+    document.save(str(path))
 
 
 def tdms(path: Path) -> None:
