@@ -220,7 +220,8 @@ def identify_many(
     """
     if workers is not None and scheduler is not None:
         raise TypeError("`workers` and `scheduler` exclude each other; give one of them.")
-    given = {**columns, **{f"{name}_unit": unit for name, unit in checked_units(units).items()}}
+    in_units = {f"{name}_unit": unit for name, unit in checked_units(units).items()}
+    given = {name: value for name, value in {**columns, **in_units}.items() if value is not None}
     unknown = [name for name in given if name not in _columns()]
     if unknown:
         raise TypeError(f"`{unknown[0]}` is no argument of read_record; it takes {', '.join(sorted(_columns()))}.")
