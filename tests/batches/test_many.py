@@ -21,7 +21,6 @@ from many_springs import DAMAGES, DeadlyWork, measured, one_of, write, write_bat
 from strandspring import (
     ManyResult,
     RecordError,
-    RefinedOptions,
     Spring,
     TwoStageOptions,
     identify_many,
@@ -37,6 +36,7 @@ from terminal import Terminal
 
 ROWS = 360  # of a record, for speed
 COUNT = 9
+FAST = TwoStageOptions(degrees=(3, 2))  # where the method is of no matter
 
 
 @pytest.fixture(scope="module")
@@ -148,11 +148,8 @@ def test_processes_and_a_cluster_give_the_same_bytes(serial: ManyResult, springs
 def test_notes_and_cautions_are_summed_up(few: Path) -> None:
     write(few / "bare.csv", measured(3, ROWS), "time,displacement,force")
     many = identify_many(few, few / "models", workers=1)
-    assert (
-        "3 files: the unit of force is N (found in the file) (first: " + str(few / "spring_0000.csv") + ")"
-        in many.notes
-    )
-    assert any(line.startswith("1 file: the unit of force is taken as N") for line in many.notes)
+    assert f"3 files: the unit of force is N (found in the file) (first: {few / 'spring_0000.csv'})" in many.notes
+    assert any(line.startswith("1 file: the unit of force is N (assumed, as none is given) (") for line in many.notes)
     assert many.summary().count("the unit of force") == 2
     kinds = Tally()
     for k in range(3000):
@@ -166,46 +163,48 @@ def test_notes_and_cautions_are_summed_up(few: Path) -> None:
 
 def test_the_same_call_again_identifies_only_what_has_changed(few: Path) -> None:
     models = few / "models"
-    first = identify_many(few, models, workers=1)
+    first = identify_many(few, models, workers=1, options=FAST)
     before = content(models)
-    again = identify_many(few, models, workers=1)
+    again = identify_many(few, models, workers=1, options=FAST)
     assert (first.batch.earlier, again.batch.earlier, content(models)) == (0, 3, before)
 
     write(few / "spring_0001.csv", measured(7, ROWS))
     (models / "spring_0002.json").unlink()
-    assert identify_many(few, models, workers=1).batch.earlier == 1
+    assert identify_many(few, models, workers=1, options=FAST).batch.earlier == 1
     assert content(models)["spring_0001.json"] != before["spring_0001.json"]
     assert content(models)["spring_0002.json"] == before["spring_0002.json"]
 
     (few / "spring_0001.csv").write_bytes(b"")
-    assert identify_many(few, models, workers=1).problem.startswith("1 of 3 springs are not identified (1 unreadable)")
+    assert identify_many(few, models, workers=1, options=FAST).problem.startswith(
+        "1 of 3 springs are not identified (1 unreadable)"
+    )
     assert not (models / "spring_0001.json").exists()  # it was that of other data
     write(few / "spring_0001.csv", measured(7, ROWS))
 
     said: list[str] = []
-    other = identify_many(few, models, workers=1, options=RefinedOptions(degrees=(3, 2)), notify=said.append)
+    other = identify_many(few, models, workers=1, options=TwoStageOptions(degrees=(2, 1)), notify=said.append)
     assert other.batch.earlier == 0
     assert "3 files were identified with other options or another version; they are identified anew." in said
 
 
 def test_rows_of_other_files_are_kept(few: Path) -> None:
     models = few / "models"
-    identify_many(few, models, workers=1)
+    identify_many(few, models, workers=1, options=FAST)
     (few / "spring_0009.csv").write_bytes(b"")
-    assert identify_many(few / "spring_0009.csv", models, workers=1).batch.files == 1
-    assert identify_many(few, models, workers=1).batch.earlier == 4
+    assert identify_many(few / "spring_0009.csv", models, workers=1, options=FAST).batch.files == 1
+    assert identify_many(few, models, workers=1, options=FAST).batch.earlier == 4
 
 
 @pytest.mark.parametrize("end", [b"\0" * 300 + b"\n", b"[12\n\xff\xfe\n\n", b'["00000000", []]\n["', None])
 def test_a_damaged_end_of_the_journal_is_dropped_and_reported(few: Path, end: bytes | None) -> None:
     models = few / "models"
-    identify_many(few, models, workers=1)
+    identify_many(few, models, workers=1, options=FAST)
     before = content(models)
     journal = models / sources.JOURNAL
     whole = journal.read_bytes()
     journal.write_bytes(whole[:-10] if end is None else whole + end)
     said: list[str] = []
-    again = identify_many(few, models, workers=1, notify=said.append)
+    again = identify_many(few, models, workers=1, options=FAST, notify=said.append)
     assert again.batch.earlier == (2 if end is None else 3)
     assert "at the end were dropped" in said[0]
     assert content(models) == before
@@ -213,25 +212,38 @@ def test_a_damaged_end_of_the_journal_is_dropped_and_reported(few: Path, end: by
 
 def test_a_damaged_middle_of_the_journal_and_other_files_are_refused(few: Path) -> None:
     models = few / "models"
-    identify_many(few, models, workers=1)
+    identify_many(few, models, workers=1, options=FAST)
     journal = models / sources.JOURNAL
     lines = journal.read_text().splitlines(keepends=True)
     journal.write_text("".join([lines[0], lines[1].replace("spring", "Spring", 1), *lines[2:]]))
     with pytest.raises(JobError, match=r"springs.journal.jsonl, line 2: damaged, .*; remove the file to start again"):
-        identify_many(few, models, workers=1)
+        identify_many(few, models, workers=1, options=FAST)
     journal.write_text("my notes\n")
     with pytest.raises(JobError, match="is not the journal of a batch"):
-        identify_many(few, models, workers=1)
+        identify_many(few, models, workers=1, options=FAST)
     assert journal.read_text() == "my notes\n"
 
 
-@pytest.mark.parametrize("end", [signal.SIGINT, signal.SIGKILL], ids=["interrupted", "killed"])
-def test_a_run_that_is_ended_goes_on(end: signal.Signals, tmp_path: Path) -> None:
-    write_batch(tmp_path / "springs", 40, ROWS)
-    command = [sys.executable, "-m", "strandspring", "identify-many", "springs", "-o", "models"]
+@pytest.mark.parametrize(
+    "end",
+    [
+        signal.SIGINT,
+        pytest.param(signal.SIGKILL, marks=pytest.mark.slow),
+        pytest.param(signal.SIGTERM, marks=pytest.mark.slow),
+    ],
+    ids=["interrupted", "killed", "terminated"],
+)
+def test_a_run_that_is_ended_goes_on(end: signal.Signals, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    many = 100  # so many that the signal comes before the last one
+    write_batch(tmp_path / "springs", many, ROWS)
     program = subprocess.Popen(
-        [*command, "--workers", "2"], cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
-    )
+        [sys.executable, "-m", "strandspring", "identify-many", "springs", "-o", "models",
+         "--method", "two-stage", "--degrees", "3,2"],
+        cwd=tmp_path,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )  # fmt: skip
     deadline = time.monotonic() + 60.0
     while finished(tmp_path / "models") < 5:
         assert program.poll() is None, program.communicate()
@@ -242,23 +254,21 @@ def test_a_run_that_is_ended_goes_on(end: signal.Signals, tmp_path: Path) -> Non
     said, complained = program.communicate(timeout=60)
     assert not psutil.wait_procs(workers, timeout=20)[1]  # none is left behind
     kept = finished(tmp_path / "models")
-    assert 5 <= kept < 40
+    assert 5 <= kept < many
     assert (said, "Traceback" in complained) == ("", False)
-    if end is signal.SIGINT:
+    if end is not signal.SIGKILL:
         assert program.returncode == 130
-        assert f"{kept} of 40 files are kept in models/springs.journal.jsonl, and the same command" in complained
-    again = identify_many(tmp_path / "springs", tmp_path / "models", workers=1)
-    whole = identify_many(tmp_path / "springs", tmp_path / "whole", workers=1)
-    assert again.batch.files == whole.batch.files == 40
-    assert {k: v for k, v in content(tmp_path / "models").items() if k.endswith("json")} == {
-        k: v for k, v in content(tmp_path / "whole").items() if k.endswith("json")
-    }
-    assert again.to_frame().drop(columns="file").equals(whole.to_frame().drop(columns="file"))
+        assert f"{kept} of {many} files are kept in models/springs.journal.jsonl, and the same command" in complained
+    monkeypatch.chdir(tmp_path)  # the same paths as before
+    again = identify_many("springs", "models", workers=1, options=FAST)
+    identify_many("springs", "whole", workers=1, options=FAST)
+    assert again.batch.earlier == kept
+    assert content(Path("models")) == content(Path("whole"))
 
 
 def deadly_batch(folder: Path) -> BatchSummary:
     found = find_springs([folder], folder / "models")
-    return identify_batch(found.springs, folder / "models", DeadlyWork(RefinedOptions(), {}), Local(2))
+    return identify_batch(found.springs, folder / "models", DeadlyWork(FAST, {}), Local(2))
 
 
 def test_a_worker_that_dies_costs_its_file_only(few: Path) -> None:
@@ -304,7 +314,9 @@ def test_a_script_needs_no_guard(few: Path) -> None:
 def test_files_of_one_name_keep_apart(few: Path, tmp_path: Path) -> None:
     write_batch(tmp_path / "more", 3, ROWS, first=0)
     write(tmp_path / "more" / "SPRING_0002.txt", measured(2, ROWS))
-    many = identify_many([few, tmp_path / "more", few / "spring_0001.csv"], tmp_path / "models", workers=1)
+    many = identify_many(
+        [few, tmp_path / "more", few / "spring_0001.csv"], tmp_path / "models", workers=1, options=FAST
+    )
     models = many.to_frame()["model"].tolist()
     assert models[:3] == ["few_spring_0000.json", "few_spring_0001.json", "few_spring_0002.json"]
     assert models[4:6] == ["more_spring_0000.json", "more_spring_0001.json"]
@@ -315,7 +327,7 @@ def test_files_of_one_name_keep_apart(few: Path, tmp_path: Path) -> None:
     assert many.left_out == (f"1 file given more than once, first: {few / 'spring_0001.csv'}",)
 
 
-def test_hostile_names_do_no_harm(tmp_path: Path) -> None:
+def test_hostile_names_do_no_harm(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     table = measured(0, ROWS)
     folder = tmp_path / "-springs"
     folder.mkdir()
@@ -327,10 +339,10 @@ def test_hostile_names_do_no_harm(tmp_path: Path) -> None:
         write(folder / name, table)
     bad = os.fsdecode(b"\xff\xfe.csv")
     write(folder / bad, table)
-    os.chdir(folder)
+    monkeypatch.chdir(folder)
     given = [*names, bad]
-    many = identify_many(given, tmp_path / "models", workers=1, options=TwoStageOptions())
-    again = identify_many(given, tmp_path / "models", workers=1, options=TwoStageOptions())
+    many = identify_many(given, tmp_path / "models", workers=1, options=FAST)
+    again = identify_many(given, tmp_path / "models", workers=1, options=FAST)
     assert many.is_complete
     assert again.batch.earlier == len(given)
     frame = many.to_frame()

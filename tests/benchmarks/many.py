@@ -76,10 +76,8 @@ def main() -> None:
                 for what in ("", " standard error")
             )
             true = np.array([getattr(one_of(k), parameter) for k in range(count)])
-            print(
-                f"{parameter}: rms deviation from the truth {100 * np.sqrt(np.mean((found / true - 1) ** 2)):.2g} %, "
-                f"{np.sqrt(np.mean(((found - true) / error) ** 2)):.2f} standard errors"
-            )
+            share, errors = (np.sqrt(np.mean((found - true) ** 2 / scale**2)) for scale in (true, error))
+            print(f"{parameter}: rms deviation from the true values {100 * share:.2g} %, {errors:.2f} standard errors")
 
 
 if __name__ == "__main__":

@@ -56,7 +56,7 @@ class Tally:
         """Kinds, those of most files first."""
         return sorted(self.kinds.values(), key=lambda kind: -kind.count)
 
-    def lines(self, files: int, most: int = 12) -> list[str]:
+    def lines(self, files: int, most: int = 40) -> list[str]:
         """One line for each kind.
 
         Parameters

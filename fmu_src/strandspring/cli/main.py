@@ -55,6 +55,7 @@ def strandspring() -> None:
     \b
     Examples:
       strandspring identify record.csv -o spring.json --report spring.html
+      strandspring identify-many records/ -o models
       strandspring predict spring.json other.csv -o predicted.csv
       strandspring info spring.json other.csv
       strandspring compare new.json worn.json --plot difference.png
