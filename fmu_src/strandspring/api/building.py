@@ -19,8 +19,8 @@ from ..fmu.native.native_fmu import build_native_fmu
 from ..fmu.native.platforms import Platform, chosen_platforms
 from ..fmu.papers import BuildSettings
 from ..fmu.python_backed import build_python_fmu
-from ..identification.identify import identify_records
-from ..identification.result import IdentifiedModel
+from ..identification.identified_model import IdentifiedModel
+from ..identification.identify_records import identify_records
 from ..modelfile import ModelFile, check_name, identifier, is_fmu, is_model_path
 from .placing import ModelSource, model_of, origin_of, path_of
 from .progress import Progress, unseen

@@ -8,7 +8,7 @@ identifying the record that it gives itself.
 from __future__ import annotations
 
 from ..core.parameters import SpringParameters
-from ..identification.identify import identify_records
+from ..identification.identify_records import identify_records
 from ..identification.refined import RefinedOptions
 from ..records.record import Record
 from .spring import Spring

@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from numpy.typing import ArrayLike
 
-from ..identification.identify import identify_records
+from ..identification.identified_model import IdentifiedModel
+from ..identification.identify_records import identify_records
 from ..identification.known_rig import KnownRig
 from ..identification.method import Method
 from ..identification.notes import notes_on
 from ..identification.outcomes import Outcome
-from ..identification.result import IdentifiedModel
 from .records import Source, given_records
 from .result import Result
 from .spring import Spring

@@ -16,10 +16,10 @@ import numpy as np
 
 from .._version import __version__
 from ..errors import StrandspringError
-from ..identification.identify import identify_records
+from ..identification.identified_model import IdentifiedModel
+from ..identification.identify_records import identify_records
 from ..identification.method import Method
 from ..identification.notes import notes_on
-from ..identification.result import IdentifiedModel
 from ..intake.wanted import Wanted
 from ..records.content import MAX_BYTES, readable
 from .sources import SpringFile

@@ -7,9 +7,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from ..records.record import Record
+from .identified_model import IdentifiedModel
 from .known_rig import KnownRig, unknown_effects
 from .refined import RefinedOptions
-from .result import IdentifiedModel
 from .usable import dwells_without_relaxation
 
 

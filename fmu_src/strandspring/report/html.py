@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 from .._version import __version__
 from ..core.parameters import ARRAYS
 from ..files import write_text
+from ..identification.identified_model import IdentifiedModel
 from ..identification.prediction_interval import PredictionBand, PredictionInterval
-from ..identification.result import IdentifiedModel
 from ..kernel.path import PathSolver
 from ..modelfile import ModelFile
 

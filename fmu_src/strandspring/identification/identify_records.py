@@ -18,11 +18,11 @@ from ..kernel.path import PathSolver
 from ..records.record import Record
 from ..records.spikes import spikes_of
 from .figures import RecordFit, overall, periodic_start, predict_record, record_fit
+from .identified_model import IdentifiedModel
 from .loops import join
 from .method import Method
 from .outcomes import IdentificationError, Outcome
 from .refined import RefinedOptions
-from .result import IdentifiedModel
 from .small_loops import extrapolated_energy
 from .steady_part import SteadyRecord, find_steady_part
 
