@@ -30,6 +30,7 @@ from ..errors import StrandspringError
 _MOST_WORKERS = 61  # Windows waits for no more processes
 _FEWEST_BATCHES = 64  # with fewer, workers wait for each other at the end
 _PATIENCE = 60.0  # seconds without a finished task until this is reported
+_MOST_DEATHS = 20  # where so many tasks end their process and none does not, it is not the tasks' fault
 _GLANCE = 0.1  # seconds between two looks whether the program was interrupted
 
 Task = TypeVar("Task")
@@ -131,12 +132,21 @@ def finished_rows(
             if not lost:
                 break
             suspects += [task for batch in lost for task in batch]
-        for task in suspects:
+        deaths, survivors = 0, 0
+        singles = iter([[task] for task in suspects])
+        while suspects:
             lost = []
             with runner.pool(1, apart=True) as pool:
-                yield from _executed(work, iter([[task]]), pool, notify, interrupted, lost)
-            if lost and fatal is not None:
-                yield [fatal(task)]
+                for rows in _executed(work, singles, pool._replace(window=1), notify, interrupted, lost):
+                    survivors += 1
+                    yield rows
+                deaths += len(lost)
+                if deaths >= _MOST_DEATHS and not survivors:
+                    raise JobError(pool.obituary)
+            if not lost:
+                break
+            if fatal is not None:
+                yield [fatal(task) for batch in lost for task in batch]
 
 
 def _executed(
