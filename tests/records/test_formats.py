@@ -375,6 +375,13 @@ def test_other_kinds_are_named(tmp_path: Path) -> None:
         assert expected in refusal(path)
 
 
+@pytest.mark.parametrize("name", ["PAR1", "RDX", "BZh", "ARROW1", "MDF", "PK", "BM"])
+def test_a_name_like_the_mark_of_a_format_is_a_name(tmp_path: Path, name: str) -> None:
+    path = tmp_path / "record.csv"
+    path.write_text(f"{name};Weg;Kraft\n" + "".join(f"{k};{k};{2 * k}\n" for k in range(9)))
+    assert len(read_record(path)) == 9
+
+
 def test_matlab_objects_are_not_read(tmp_path: Path) -> None:
     savemat(tmp_path / "cells.mat", {"c": np.array(["a", "bc"], dtype=object), "title": "no numbers"})
     assert "is a MATLAB file without columns of numbers" in refusal(tmp_path / "cells.mat")

@@ -31,6 +31,7 @@ class Kind:
 _HDF5 = b"\x89HDF\r\n\x1a\n"
 _OLE = b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1"
 _WORKBOOK = "workbook"
+# Long enough not to be the first column of a text: "PAR1;PAR2" is one.
 _MAGIC: tuple[tuple[bytes, Kind], ...] = (
     (b"MATLAB 5.0 MAT-file", Kind("a MATLAB file", "matlab")),
     (b"MATLAB 7.3 MAT-file", Kind("a MATLAB v7.3 file", "hdf5")),
@@ -39,10 +40,8 @@ _MAGIC: tuple[tuple[bytes, Kind], ...] = (
     (b"TDSh", Kind("the index of a TDMS file", advice="give the .tdms file beside it")),
     (b"MDF     ", Kind("an MDF file", "mdf")),
     (b"UnFinMF ", Kind("an MDF file", "mdf")),
-    (b"PAR1", Kind("a Parquet file", "arrow")),
-    (b"PARE", Kind("an encrypted Parquet file")),
-    (b"ARROW1", Kind("a Feather (Arrow) file", "arrow")),
-    (b"FEA1", Kind("a Feather file of version 1", advice="write it again as version 2, or as CSV")),
+    (b"PAR1\x15", Kind("a Parquet file", "arrow")),
+    (b"ARROW1\0", Kind("a Feather (Arrow) file", "arrow")),
     (b"\x93NUMPY", Kind("a NumPy array", "numpy_arrays")),
     (b"SQLite format 3\0", Kind("an SQLite database")),
     (b"%PDF", Kind("a PDF document", advice="export the numbers as CSV")),
@@ -51,7 +50,6 @@ _MAGIC: tuple[tuple[bytes, Kind], ...] = (
     (b"GIF8", Kind("a GIF picture", advice="give the numbers, not their plot")),
     (b"II*\0", Kind("a TIFF picture", advice="give the numbers, not their plot")),
     (b"MM\0*", Kind("a TIFF picture", advice="give the numbers, not their plot")),
-    (b"RIFF", Kind("a sound or video file (RIFF)")),
     (b"{\\rtf", Kind("a rich text document (RTF)")),
     (b"7z\xbc\xaf\x27\x1c", Kind("a 7-Zip archive", advice="unpack it first")),
     (b"Rar!", Kind("a RAR archive", advice="unpack it first")),
@@ -60,7 +58,8 @@ _MAGIC: tuple[tuple[bytes, Kind], ...] = (
     (b"CDF\x01", Kind("a NetCDF 3 file", advice="convert it to NetCDF 4 (HDF5), or export the record as CSV")),
     (b"CDF\x02", Kind("a NetCDF 3 file", advice="convert it to NetCDF 4 (HDF5), or export the record as CSV")),
     (b"\x0e\x03\x13\x01", Kind("an HDF4 file", advice="convert it to HDF5, or export the record as CSV")),
-    (b"RDX", Kind("an R data file")),
+    (b"RDX2\n", Kind("an R data file")),
+    (b"RDX3\n", Kind("an R data file")),
     (b"$FL2", Kind("an SPSS file")),
     (b"\x7fELF", Kind("a program", advice="give a record")),
 )
