@@ -13,7 +13,7 @@ from ..export.modelica import LIBRARY, record_name, record_path, write_library
 from ..files import write_text
 from ..fmu.ssv import parameter_values
 from ..modelfile import load_model
-from .options import Quantity
+from .options import FiniteRange
 from .output import note, result, result_json
 from .paths import refuse_overwriting
 from .zero import origin_of, zero_option
@@ -23,7 +23,7 @@ from .zero import origin_of, zero_option
 @click.argument("model", metavar="MODEL.json")
 @click.option("--ssv", is_flag=True, help="Write SSP parameter values (SSV) for the model's FMU.")
 @click.option("--ssp", is_flag=True, help="Write an SSP system: the native FMU below a mass on a shaking base.")
-@click.option("--mass", type=Quantity(min=0.0, min_open=True, unit="kg"), metavar="KG", help="Mass for --ssp [kg].")
+@click.option("--mass", type=FiniteRange(min=0.0, min_open=True, unit="kg"), metavar="KG", help="Mass for --ssp [kg].")
 @click.option("--modelica", is_flag=True, help="Write the Modelica library StrandSpring with a record of the spring.")
 @click.option(
     "-o",

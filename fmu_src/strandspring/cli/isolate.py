@@ -70,8 +70,9 @@ def isolate(
     \b
     Examples:
       strandspring isolate spring.json --mass 5
-      strandspring isolate spring.json --mass 20 --parallel 4 --base-displacement 0.5 --base-displacement 2 --plot t.png
-      strandspring isolate spring.json --mass 5 --load 0 --force 10 --band 2 50 -o curve.csv --json
+      strandspring isolate spring.json --mass 20 --parallel 4 --plot t.png
+      strandspring isolate spring.json --mass 5 --base-displacement 0.5
+      strandspring isolate spring.json --mass 5 --force 10 --band 2 50 -o c.csv
       strandspring isolate spring.json --mass 5 --verify
     """
     levels = {kind: options.pop(kind) for kind in EXCITATIONS}

@@ -8,6 +8,7 @@ from __future__ import annotations
 import json
 import math
 import os
+import shutil
 import sys
 from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager, nullcontext
@@ -16,7 +17,11 @@ from typing import Any, TypeVar
 
 import click
 
+from .tables import Column, cell_width, narrow_table_lines, table_lines
+
 Item = TypeVar("Item")
+
+_INDENT = "  "  # of tables
 
 
 def _is_watched() -> bool:
@@ -26,12 +31,13 @@ def _is_watched() -> bool:
 
 def progress(items: Sequence[Item], description: str) -> Iterable[Item]:
     """The items, with a progress bar on a terminal if there are several."""
-    if not _is_watched() or len(items) < 2:
-        return items
-    from rich.console import Console
-    from rich.progress import track
-
-    return track(items, description=description, console=Console(stderr=True), transient=True)
+    if len(items) < 2:
+        yield from items
+        return
+    with advancing(description, len(items)) as advance:
+        for done, item in enumerate(items):
+            advance(done)
+            yield item
 
 
 def working(description: str) -> AbstractContextManager[Any]:
@@ -45,15 +51,20 @@ def working(description: str) -> AbstractContextManager[Any]:
 
 @contextmanager
 def advancing(description: str, total: int) -> Iterator[Callable[[int], None]]:
-    """A progress bar on a terminal, and a function that takes the number of parts done so far."""
+    """A progress bar on a terminal, and a function that takes the number of parts done so far.
+
+    A spinner and the time passed move while one part takes long.
+    """
     if not _is_watched():
         yield lambda _: None
         return
     from rich.console import Console
-    from rich.progress import MofNCompleteColumn, Progress
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
+    from rich.progress import TimeRemainingColumn as Remaining
 
-    columns = (*Progress.get_default_columns(), MofNCompleteColumn())
-    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
+    columns = (SpinnerColumn(), TextColumn("{task.description}"), BarColumn(20), MofNCompleteColumn())
+    with Progress(*columns, TimeElapsedColumn(), TextColumn("left"), Remaining(), console=Console(stderr=True),
+                  transient=True) as bar:  # fmt: skip
         task = bar.add_task(description, total=total)
         yield lambda count: bar.update(task, completed=count)
 
@@ -69,21 +80,19 @@ def result(text: str) -> None:
 
 
 def result_table(headings: Sequence[str], rows: Iterable[Sequence[str]], left: Collection[str] = ()) -> None:
-    """A table on standard output, with the columns `left` aligned to the left and all others to the right."""
-    from rich.console import Console
-    from rich.table import Table
+    """A table on standard output, with the columns `left` aligned to the left and all others to the right.
 
-    table = Table(box=None, pad_edge=False, padding=(0, 2, 0, 0))
-    for heading in headings:
-        table.add_column(heading, justify="left" if heading in left else "right", no_wrap=True)
-    for row in rows:
-        table.add_row(*row)
-    # Wider than any row: a terminal may wrap lines, a file keeps them.
-    console = Console(width=100_000, markup=False, emoji=False, highlight=False)
-    with console.capture() as capture:
-        console.print(table)
-    for line in capture.get().splitlines():
-        result(f"  {line.rstrip()}")
+    On a terminal that is narrower, it becomes several tables one below the other; see `narrow_table_lines`.
+    """
+    cells = list(zip(*rows, strict=True)) or [()] * len(headings)
+    columns = [Column(heading, heading in left, tuple(of)) for heading, of in zip(headings, cells, strict=True)]
+    lines = table_lines(columns)
+    if sys.stdout.isatty():
+        width = shutil.get_terminal_size().columns - len(_INDENT)
+        if any(cell_width(line) > width for line in lines):
+            lines = narrow_table_lines(columns, width)
+    for line in lines:
+        result(f"{_INDENT}{line}" if line else "")
 
 
 def result_json(content: dict[str, Any]) -> None:

@@ -24,7 +24,7 @@ from ..study.runners import Local, Runner
 from ..study.spread import Spread
 from .cautions import outside_range
 from .mount import EXCITATIONS, chosen_levels, curve_options, level_options, mount_options, positive, shares_of_room
-from .options import Quantity
+from .options import FiniteRange
 from .output import advancing, note, result, result_json, result_table
 from .paths import refuse_overwriting
 from .zero import origin_of, zero_option
@@ -42,7 +42,7 @@ _DEFAULT_SHARE = 0.01  # see `shares_of_room`
 _MOST_VALUES = 10_000  # of one LOW:HIGH:COUNT
 
 
-def _grid(one: Quantity) -> Callable[[str], tuple[float, ...]]:
+def _grid(one: FiniteRange) -> Callable[[str], tuple[float, ...]]:
     """The type of a grid option: a number within a range, or LOW:HIGH:COUNT."""
 
     def values(text: str) -> tuple[float, ...]:
@@ -75,7 +75,7 @@ _SEVERAL = "repeat, or give LOW:HIGH:COUNT, for more"
 @level_options(_grid, _SEVERAL, "  [default: 1 % of the free travel under the smallest mass]")
 @click.option(
     "--stiffness",
-    type=_grid(Quantity(*STIFFNESS_FACTORS)),
+    type=_grid(FiniteRange(*STIFFNESS_FACTORS)),
     multiple=True,
     metavar="FACTOR",
     help=f"Factor on all forces of the spring (FE and kappa_omega); {_SEVERAL}.  [default: 1]",
@@ -128,8 +128,9 @@ def study(
     \b
     Examples:
       strandspring study spring.json --mass 5 --base-displacement 0.5 -o study.csv
-      strandspring study spring.json --mass 4:8:5 --base-displacement 0.2 --base-displacement 0.5 --draws 0 -o grid.csv
-      strandspring study spring.json --mass 5 --stiffness 0.9:1.1:3 --force 10 --scheduler tcp://host:8786 -o s.csv
+      strandspring study spring.json --mass 4:8:5 --draws 0 -o grid.csv
+      strandspring study spring.json --mass 5 --stiffness 0.9:1.1:3 -o s.csv
+      strandspring study spring.json --mass 5 --scheduler tcp://host:8786 -o s.csv
     """
     chosen = chosen_levels({kind: _flat(options.pop(kind)) for kind in EXCITATIONS})
     if workers is not None and scheduler is not None:

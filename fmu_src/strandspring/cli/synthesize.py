@@ -102,7 +102,7 @@ def spring(
     \b
     Examples:
       strandspring synthesize spring spring.json -o loop.csv
-      strandspring synthesize spring spring.json --amplitude 13 --amplitude 46 --mean 57 --noise 0.03 -o campaign.csv
+      strandspring synthesize spring spring.json --noise 0.03 -o campaign.csv
     """
     _refuse_too_many(max(1, len(amplitudes)) * cycles * samples)
     refuse_overwriting([model], {"--output": output})
@@ -174,7 +174,7 @@ def ni(
     \b
     Examples:
       strandspring synthesize ni -o table1.csv --clean true.csv
-      strandspring synthesize ni --amplitude 5.45 --exponent 1 --seed 7 -o drowned.csv
+      strandspring synthesize ni --amplitude 5.45 --exponent 1 -o drowned.csv
     """
     _refuse_too_many(cycles * samples)
     refuse_overwriting((), {"--output": output, "--clean": clean})

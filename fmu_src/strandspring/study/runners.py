@@ -79,8 +79,8 @@ def finished_rows(
         pending: set[Future[list[RunRow]]] = set()
         waiting_since = time.monotonic()
         while True:
-            if interrupted.is_set():
-                raise KeyboardInterrupt
+            if interrupted:
+                raise KeyboardInterrupt(*interrupted)
             new = islice(batches, pool.window - len(pending))
             pending |= {pool.executor.submit(pool.run, study, batch) for batch in new}
             if not pending:
@@ -96,18 +96,18 @@ def finished_rows(
 
 
 @contextmanager
-def _interrupts_kept() -> Iterator[threading.Event]:
-    """Set an event at the first interrupt, which would otherwise strike anywhere.
+def _interrupts_kept() -> Iterator[list[int]]:
+    """Keep the number of the first signal, which would otherwise strike anywhere.
 
     An exception inside an executor may leave a lock behind, and so hang the program, or be lost in a callback. A second
     interrupt strikes at once.
     """
-    interrupted = threading.Event()
+    interrupted: list[int] = []
 
     def keep(number: int, frame: FrameType | None) -> None:  # noqa: ARG001
-        if interrupted.is_set():
-            raise KeyboardInterrupt
-        interrupted.set()
+        if interrupted:
+            raise KeyboardInterrupt(number)
+        interrupted.append(number)
 
     if threading.current_thread() is not threading.main_thread():
         yield interrupted  # signals are handled in the main thread
