@@ -2,16 +2,31 @@
 
 Examples
 --------
->>> from strandspring import Spring, identify, read_record                   # doctest: +SKIP
->>> identification = identify(read_record("record.csv"))                     # doctest: +SKIP
->>> Spring(identification.parameters).response([0.05, 0.06, 0.05])           # doctest: +SKIP
+>>> from strandspring import bundled_record, identify
+>>> result = identify(bundled_record(), reverse="displacement")
+>>> spring = result.spring("hinge")
+>>> low, high = result.parameters.displacement_min, result.parameters.displacement_max
+>>> force = spring.response([low, high, low])  # [N], along a displacement path [m]
+>>> bool(force[0] < force[1])
+True
 """
 
-from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from ._lazy import load_lazily
 
 if TYPE_CHECKING:
     from ._version import __version__ as __version__
+    from .api.identification import Identification as Identification
+    from .api.identification import identify as identify
+    from .api.information import Information as Information
+    from .api.information import info as info
+    from .api.prediction import Prediction as Prediction
+    from .api.prediction import predict as predict
+    from .api.records import bundled_record as bundled_record
+    from .api.spring import Spring as Spring
+    from .api.synthesis import synthesize as synthesize
+    from .api.synthesis import synthesize_ni as synthesize_ni
     from .conversions import ClassicBoucWen as ClassicBoucWen
     from .conversions import NormalizedBoucWen as NormalizedBoucWen
     from .core.parameters import SpringParameters as SpringParameters
@@ -20,56 +35,46 @@ if TYPE_CHECKING:
     from .errors import ModelError as ModelError
     from .errors import RecordError as RecordError
     from .errors import StrandspringError as StrandspringError
-    from .identification.api import identify as identify
     from .identification.outcomes import IdentificationError as IdentificationError
     from .identification.outcomes import Outcome as Outcome
     from .identification.refined import RefinedOptions as RefinedOptions
-    from .identification.result import Identification as Identification
     from .identification.scan import ScanOptions as ScanOptions
     from .peers.limit_cycle import limit_cycle as limit_cycle
     from .peers.ni_spring import NiOptions as NiOptions
     from .peers.two_stage_options import TwoStageOptions as TwoStageOptions
     from .records.reading import read_record as read_record
     from .records.record import Record as Record
-    from .spring import Spring as Spring
 
 # Where each name is defined.
 _MODULES = {
     "BuildError": "errors",
     "ClassicBoucWen": "conversions",
-    "Identification": "identification.result",
+    "Identification": "api.identification",
     "IdentificationError": "identification.outcomes",
+    "Information": "api.information",
     "ModelError": "errors",
     "NiOptions": "peers.ni_spring",
     "NormalizedBoucWen": "conversions",
     "Outcome": "identification.outcomes",
+    "Prediction": "api.prediction",
     "Record": "records.record",
     "RecordError": "errors",
     "RefinedOptions": "identification.refined",
     "ScanOptions": "identification.scan",
-    "Spring": "spring",
+    "Spring": "api.spring",
     "SpringParameters": "core.parameters",
     "StrandspringError": "errors",
     "TwoStageOptions": "peers.two_stage_options",
     "__version__": "_version",
-    "identify": "identification.api",
+    "bundled_record": "api.records",
+    "identify": "api.identification",
+    "info": "api.information",
     "limit_cycle": "peers.limit_cycle",
+    "predict": "api.prediction",
     "read_record": "records.reading",
     "simulate_fmu": "cosimulation.prescribed",
+    "synthesize": "api.synthesis",
+    "synthesize_ni": "api.synthesis",
 }
-
-
-def load_lazily(content: dict[str, Any], modules: dict[str, str]) -> None:
-    """Give a package, by its globals, names whose modules are loaded when the first of their names is asked for."""
-    package = content["__name__"]
-
-    def load(name: str) -> Any:
-        if name not in modules:
-            raise AttributeError(f"module {package!r} has no attribute {name!r}")
-        content[name] = getattr(import_module(f".{modules[name]}", package), name)
-        return content[name]
-
-    content |= {"__getattr__": load, "__dir__": lambda: sorted({*content, *modules}), "__all__": list(modules)}
-
 
 load_lazily(globals(), _MODULES)

@@ -23,11 +23,11 @@ from rich.table import Table
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "helpers"))
 
 from strandspring.isolation.system import Excitation
-from strandspring.study.cluster import Cluster
-from strandspring.study.definition import Study
-from strandspring.study.run import run_study
-from strandspring.study.runners import Local, Runner
-from strandspring.study.spread import Spread
+from strandspring.studies.cluster import Cluster
+from strandspring.studies.definition import Study
+from strandspring.studies.run import run_study
+from strandspring.studies.runners import Local, Runner
+from strandspring.studies.spread import Spread
 from synthetic import spring_of
 
 console = Console(width=118)

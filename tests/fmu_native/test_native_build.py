@@ -21,6 +21,7 @@ from fmpy.validation import validate_fmu
 
 from fmu_tools import OTHER, SPRING, built
 from native_tools import FUNCTIONS
+from strandspring import Spring
 from strandspring.cli.main import main
 from strandspring.compiled import images, zig
 from strandspring.compiled.targets import FMU_TARGETS, LINUX_X86, MACOS_ARM, WINDOWS_X86, Target, host_target
@@ -31,7 +32,6 @@ from strandspring.fmu.native.macho import universal
 from strandspring.fmu.native.native_fmu import build_native_fmu, native_contents
 from strandspring.fmu.native.platforms import PLATFORMS, chosen_platforms, default_platforms, host_folder
 from strandspring.modelfile import ModelFile
-from strandspring.spring import Spring
 
 AWKWARD = (
     "\"quoted\" 'single' <b>bold</b> &amp; ]]> <!-- --> \n#error newline\r\n*/ int evil = 1; /* \\ \\\n ?/ %s %n "

@@ -1,4 +1,4 @@
-"""Which tool runs which kind of FMU, and how exactly: the matrix of the README.
+"""Which tool runs which kind of FMU, and how exactly: the matrix of the documentation.
 
 A new kind of FMU is one entry of KINDS; a new tool is one entry of TOOLS and a module in `hosts`.
 """
@@ -46,7 +46,7 @@ CO_SIMULATION, MODEL_EXCHANGE = "CoSimulation", "ModelExchange"
 
 @dataclass(frozen=True)
 class Kind:
-    """A kind of FMU: its column in the README, how it is built, and its interface as FMPy names it."""
+    """A kind of FMU: its column in the documentation, how it is built, and its interface as FMPy names it."""
 
     title: str
     build: Callable[[ModelFile, Path], Path]
@@ -62,7 +62,7 @@ KINDS = (NATIVE, EXCHANGE, STATES, PYTHON)
 
 @dataclass(frozen=True)
 class Tool:
-    """A row of the README.
+    """A row of the documentation.
 
     Attributes
     ----------
@@ -117,7 +117,7 @@ TOOLS = (
 
 
 def table() -> str:
-    """The matrix as the README has it."""
+    """The matrix as the documentation has it."""
     heads = ["tool", *(kind.title for kind in KINDS)]
     rows = [[tool.title, *(_cell(tool.result(kind)) for kind in KINDS)] for tool in TOOLS]
     return "\n".join(f"| {' | '.join(row)} |" for row in (heads, ["---"] * len(heads), *rows))

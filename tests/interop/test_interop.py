@@ -17,7 +17,7 @@ import pytest
 
 from hosts.motion import STEP, TIMES, displacement
 from matrix import KINDS, TOOLS, Kind, Sampling, Tool, table
-from readme import README, ROOT
+from pages import ROOT, TEXTS
 from strandspring import Spring
 from strandspring.modelfile import load_model
 
@@ -82,9 +82,9 @@ def test_a_tool_gives_force_and_energy_of_the_model(
     assert measured is tool.result(kind), errors
 
 
-def test_the_readme_has_the_matrix() -> None:
-    assert table() in README
+def test_the_documentation_has_the_matrix() -> None:
+    assert table() in TEXTS["simulation-engineer"]
     force, _ = reference()
     fastest = f"{np.abs(np.diff(force)).max() / np.ptp(force):.1e}".replace("e-0", "e-")
     for promised in (f"{len(TIMES) - 1} steps", f"{fastest} is what the force changes in the fastest of these steps"):
-        assert promised in README, promised
+        assert promised in TEXTS["simulation-engineer"], promised

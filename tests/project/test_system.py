@@ -1,4 +1,4 @@
-"""The FMU inside a larger system: the README's mass on the spring against a monolithic solution."""
+"""The FMU inside a larger system: the documentation's mass on the spring against a monolithic solution."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from readme import program_with
+from pages import program_with
 from springs import MOUNT
 from strandspring import Spring
 from strandspring.core.law import SpringLaw
@@ -64,7 +64,7 @@ def monolithic(times: np.ndarray) -> np.ndarray:
 @pytest.fixture(scope="module")
 def runs(tmp_path_factory: pytest.TempPathFactory) -> list[np.ndarray]:
     namespace: dict[str, Any] = {}
-    exec(compile(program_with("def simulate"), "README.md", "exec"), namespace)
+    exec(compile(program_with("def simulate"), "simulation-engineer.md", "exec"), namespace)
     fmu = build_fmu(Spring(MOUNT, "mount").model, tmp_path_factory.mktemp("system"), zero=0.0)
     return [namespace["simulate"](str(fmu), MASS, LOAD, base, MIDDLE, step, STOP) for step in STEPS]
 

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
 import click
 from click.core import ParameterSource
 
+from ..api.records import bundled_record
 from ..coordinates import zero_sentence
 from ..errors import BuildError, StrandspringError
 from ..fmu.archive import binary_sizes, fmu_path
@@ -18,14 +18,13 @@ from ..fmu.native.platforms import PLATFORMS, Platform, chosen_platforms
 from ..fmu.papers import BuildSettings
 from ..fmu.python_backed import build_fmu
 from ..modelfile import ModelFile, check_name, is_fmu, load_model, save_model
-from .identify import identified, print_identification
+from .identify import identified
 from .options import column_options, identification_options, identifier, method_options
 from .output import result, result_json, working
 from .paths import refuse_overwriting
 from .zero import origin_of, zero_option
 
-# The bundled record, below the folder of models: its machine position counts down while the sample is stretched.
-EXAMPLE_RECORD = Path("records") / "rubber_stretch.csv"
+# Of the bundled record: its machine position counts down while the sample is stretched.
 EXAMPLE_NAME = "rubber_hinge"
 EXAMPLE_COLUMNS = {"reverse": "displacement"}
 
@@ -148,7 +147,7 @@ def build(
             refuse_overwriting(sources, {"--output": fmu_path(output, model.name, one)})
     else:
         if not sources:
-            sources, name = (str(_example(models)),), EXAMPLE_NAME if name is None else name
+            sources, name = (str(bundled_record(Path(models))),), EXAMPLE_NAME if name is None else name
             options = {**options, **{key: options[key] or value for key, value in EXAMPLE_COLUMNS.items()}}
         chosen = identifier(sources[0]) if name is None else check_name(name)
         model_path = Path(models) / f"{chosen}.json"
@@ -175,7 +174,7 @@ def build(
         )
         return
     if identification is not None:
-        print_identification(identification)
+        result("\n".join(identification.lines()))
     result(f"Model file: {model_path}")
     if sentence := zero_sentence(origin):
         result(sentence)
@@ -184,16 +183,6 @@ def build(
         result(f"FMU: {fmu} ({fmu.stat().st_size / 1024:.0f} KiB), {_PURPOSES[one]}")
         result(f"Binaries: {binaries}")
         result(f"Check: {report.summary}")
-
-
-def _example(models: str) -> Path:
-    """The bundled record, in the folder of models or as the installed package carries it."""
-    for folder in (Path(models), Path(str(files("strandspring") / "examples"))):
-        if (folder / EXAMPLE_RECORD).is_file():
-            return folder / EXAMPLE_RECORD
-    raise click.UsageError(
-        f"No model or record given, and the bundled record {Path(models) / EXAMPLE_RECORD} is missing."
-    )
 
 
 def _refuse_given(names: set[str], model: str) -> None:

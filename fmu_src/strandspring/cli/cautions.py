@@ -4,16 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-import numpy as np
-from numpy.typing import NDArray
-
-from ..core.parameters import SpringParameters
-from ..identification.direction import backwards
 from ..records.record import Record
 from .output import note
-
-# Share of the identified range by which rounding may take a sample beyond its ends.
-_ROUNDING = 1e-9
 
 
 def note_assumptions(records: Iterable[Record]) -> None:
@@ -23,25 +15,7 @@ def note_assumptions(records: Iterable[Record]) -> None:
             note(f"{record.path}: {sentence}")
 
 
-def caution_backwards(records: Iterable[Record]) -> None:
-    """Report records whose loops run backwards, as if the sign of a column were wrong."""
-    for record in records:
-        finding = backwards(record)
-        if finding is not None:
-            note(f"Caution: {record.path}: {finding.value}")
-
-
-def outside_range(p: SpringParameters) -> str:
-    """The end of a caution about something outside the identified range."""
-    return (
-        f"outside the identified range {p.displacement_min * 1e3:.6g} to {p.displacement_max * 1e3:.6g} mm, where the "
-        "model is continued linearly."
-    )
-
-
-def caution_samples(source: str, displacement: NDArray[np.float64], p: SpringParameters) -> None:
-    """Report the share of a record's displacements [m] outside the identified range, if any."""
-    slack = _ROUNDING * (p.displacement_max - p.displacement_min)
-    outside = np.mean((displacement < p.displacement_min - slack) | (displacement > p.displacement_max + slack))
-    if outside > 0.0:
-        note(f"Caution: {source}: {100 * outside:.3g} % of the samples lie {outside_range(p)}")
+def note_cautions(sentences: Iterable[str]) -> None:
+    """Report what asks for caution."""
+    for sentence in sentences:
+        note(f"Caution: {sentence}")

@@ -9,7 +9,7 @@ import click
 
 from ..coordinates import placed, zero_sentence
 from ..errors import StrandspringError
-from ..export.modelica import LIBRARY, record_name, record_path, write_library
+from ..exchange.modelica import LIBRARY, record_name, record_path, write_library
 from ..files import write_text
 from ..fmu.ssv import parameter_values
 from ..modelfile import load_model
@@ -72,7 +72,7 @@ def export(
     if ssv_path is not None:
         write_text(ssv_path, parameter_values(content))
     if ssp_path is not None and mass is not None:
-        from ..export.ssp import ShakenMass, write_system
+        from ..exchange.ssp import ShakenMass, write_system
         from ..fmu.native.native_fmu import build_native_fmu
 
         with tempfile.TemporaryDirectory() as folder:

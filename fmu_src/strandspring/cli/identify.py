@@ -7,16 +7,14 @@ from typing import Any
 
 import click
 
-from ..identification.api import identify as identify_records
+from ..api.identification import Identification
+from ..api.identification import identify as identify_records
+from ..api.text import fit_json, verdict_json
 from ..identification.campaign import campaign_verdicts
-from ..identification.known_rig import KnownRig
 from ..identification.method import Method
-from ..identification.notes import notes_on
-from ..identification.result import Identification
 from ..modelfile import ModelFile, check_name, save_model
 from ..peers.rivals.ranking import Ranking
 from .cautions import note_assumptions
-from .fit_tables import fit_json, fit_lines, parameter_lines, verdict_json
 from .options import column_options, identification_options, identifier, method_options, read_records
 from .output import note, result, result_json, working
 from .paths import refuse_overwriting
@@ -66,7 +64,7 @@ def identify(
     ranking: Ranking | None = None
     if rivals:
         identification, ranking = compared_with_rivals(identification)
-        model = identification.spring(chosen, description).model
+        model = identification.model_file(chosen, description)
     save_model(output, model)
     if report is not None:
         from ..report.html import write_report
@@ -75,7 +73,6 @@ def identify(
             write_report(Path(report), model, identification, "" if ranking is None else ranking.sentence)
     # For one record that holds several amplitudes or frequencies there is `info`.
     verdicts = campaign_verdicts(identification.records) if len(identification.records) > 1 else (None, None)
-    sentences = notes_on(identification)
     if as_json:
         rate, overlap = map(verdict_json, verdicts)
         result_json(
@@ -94,7 +91,7 @@ def identify(
                 ],
                 "effects": identification.effects,
                 "lack_of_fit": None if identification.lack_of_fit is None else identification.lack_of_fit.as_json(),
-                "notes": sentences,
+                "notes": identification.notes,
                 "rate_independence": rate,
                 "overlap": overlap,
                 "rivals": None if ranking is None else ranking_json(ranking),
@@ -102,8 +99,8 @@ def identify(
             }
         )
         return
-    print_identification(identification)
-    for sentence in sentences:
+    result("\n".join(identification.lines()))
+    for sentence in identification.notes:
         result(f"Note: {sentence}")
     if ranking is not None:
         print_ranking(ranking)
@@ -129,19 +126,4 @@ def identified(
         identification = identify_records(group, options)
     for sentence in identification.cautions:
         note(f"Caution: {sentence}")
-    return identification.spring(name, description).model, identification
-
-
-def print_identification(identification: Identification) -> None:
-    """Print the result in words."""
-    result(f"Identified by the {identification.method} method: rmse {identification.rmse:.4g} N, "
-           f"RNL {identification.rnl:.4f}")  # fmt: skip
-    lines = fit_lines(identification.fits)
-    lines += parameter_lines(identification.parameters, identification.uncertainty)
-    if identification.lack_of_fit is not None:
-        lines.append(f"  {identification.lack_of_fit.sentence}")
-    taken_out = KnownRig.of(identification.effects, identification.options).sentence
-    if taken_out:
-        lines.append(f"  {taken_out}")
-    for line in lines:
-        result(line)
+    return identification.model_file(name, description), identification

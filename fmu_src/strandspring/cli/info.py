@@ -4,28 +4,22 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import asdict, replace
+from dataclasses import asdict
 from typing import Any
 
 import click
 
-from ..coordinates import counted_from, zero_sentence
-from ..core.parameters import SpringParameters
-from ..identification.campaign import campaign_verdicts
-from ..kernel.path import PathSolver
-from ..loops.loop import Loop, LoopFigures
-from ..loops.measured import MeasuredLoop, measured_loops
-from ..loops.modelled import steady_loop
-from ..modelfile import ModelFile, load_model, save_model
-from .cautions import caution_backwards, note_assumptions, outside_range
-from .fit_tables import parameter_lines, verdict_json
+from ..api.information import Information
+from ..api.information import info as information_of
+from ..api.text import verdict_json
+from ..loops.loop import LoopFigures
+from ..loops.measured import MeasuredLoop
+from ..modelfile import load_model, save_model
+from .cautions import note_assumptions, note_cautions
 from .options import FiniteRange, column_options, read_records
-from .output import note, progress, result, result_json, result_table
+from .output import result, result_json, result_table, working
 from .paths import refuse_overwriting
 from .zero import origin_of, zero_option
-
-_DEFAULT_SHARES = (0.25, 0.5, 0.75, 1.0)  # of the identified half range
-_SLACK = 1e-3  # share of the identified range by which a loop may pass it: cycles differ by as much
 
 # Heading, figure, factor from SI to the unit of the heading.
 _COLUMNS = (
@@ -86,62 +80,37 @@ def info(
     if save is not None:
         save_model(save, content)
     origin = origin_of(model, zero, content.parameters)
-    parameters = counted_from(origin, content.parameters)
-    solver = PathSolver(parameters)
     group = read_records(records, columns)
     note_assumptions(group)
-    caution_backwards(group)
-    group = [replace(record, displacement=record.displacement - origin) for record in group]
-    measured = [loop for record in progress(group, "Measuring loops") for loop in measured_loops(record)]
-    modelled = [steady_loop(solver, *ends) for ends in _turning_points(parameters, amplitudes, bool(records))]
-    pairs = [(loop, steady_loop(solver, loop.figures.low, loop.figures.high)) for loop in measured]
-    _caution(parameters, [*((model, loop.figures) for loop in modelled), *((m.path, m.figures) for m in measured)])
-    rate, overlap = campaign_verdicts(group, modelled)
+    with working("Measuring loops"):
+        information = information_of(model, group, amplitudes=[a * 1e-3 for a in amplitudes], zero=origin)
+    note_cautions(information.cautions)
     if as_json:
-        loops = [_loop_json("model", loop.figures) for loop in modelled]
-        for loop, model_loop in pairs:
-            loops += [_measured_json(loop), _loop_json("model", model_loop.figures)]
-        result_json(
-            {
-                "model": model,
-                "name": content.name,
-                "parameters": parameters.as_dict(),
-                "zero": origin,
-                "saved": save,
-                "loops": loops,
-                "rate_independence": verdict_json(rate),
-                "overlap": verdict_json(overlap),
-            }
-        )
+        result_json(_json(information, model, save))
         return
-    for line in _summary(model, content, parameters):
+    for line in information.lines():
         result(line)
-    if sentence := zero_sentence(origin):
-        result(f"  {sentence}")
     if save is not None:
         result(f"Model file: {save}")
-    result_table([*(heading for heading, _, _ in _COLUMNS), "source"], _rows(modelled, pairs), left=["source"])
-    for verdict in (rate, overlap):
-        if verdict is not None:
-            result(verdict.sentence)
+    result_table([*(heading for heading, _, _ in _COLUMNS), "source"], _rows(information), left=["source"])
+    for sentence in information.verdicts:
+        result(sentence)
 
 
-def _turning_points(p: SpringParameters, amplitudes: tuple[float, ...], has_records: bool) -> list[tuple[float, float]]:
-    """Turning points [m] of the loops to show besides those of records."""
-    reaches = [amplitude * 1e-3 for amplitude in amplitudes]
-    if not reaches and not has_records:
-        reaches = [0.5 * share * (p.displacement_max - p.displacement_min) for share in _DEFAULT_SHARES]
-    return [(p.displacement_offset - reach, p.displacement_offset + reach) for reach in reaches]
-
-
-def _caution(p: SpringParameters, loops: list[tuple[str, LoopFigures]]) -> None:
-    slack = _SLACK * (p.displacement_max - p.displacement_min)
-    for source, figures in loops:
-        if figures.low < p.displacement_min - slack or figures.high > p.displacement_max + slack:
-            note(
-                f"Caution: {source}: the loop from {figures.low * 1e3:.6g} to {figures.high * 1e3:.6g} mm reaches "
-                f"{outside_range(p)}"
-            )
+def _json(information: Information, path: str, saved: str | None) -> dict[str, Any]:
+    loops = [_loop_json("model", loop.figures) for loop in information.modelled]
+    for measured, model_loop in information.pairs:
+        loops += [_measured_json(measured), _loop_json("model", model_loop.figures)]
+    return {
+        "model": path,
+        "name": information.model.name,
+        "parameters": information.parameters.as_dict(),
+        "zero": information.zero,
+        "saved": saved,
+        "loops": loops,
+        "rate_independence": verdict_json(information.rate_independence),
+        "overlap": verdict_json(information.overlap),
+    }
 
 
 def _loop_json(source: str, figures: LoopFigures) -> dict[str, Any]:
@@ -157,31 +126,11 @@ def _measured_json(loop: MeasuredLoop) -> dict[str, Any]:
     }
 
 
-def _summary(path: str, model: ModelFile, parameters: SpringParameters) -> list[str]:
-    """The model file in words; fit and provenance are free JSON, of which any part may be missing."""
-    lines = [f"Model {model.name} ({path})" + (f": {model.description}" if model.description else "")]
-    lines += parameter_lines(parameters, model.uncertainty)
-    fit, origin = model.fit, model.provenance
-    if all(isinstance(fit.get(figure), (int, float)) for figure in ("rmse", "rnl")):
-        method = f" by the {_plain(origin['method'])} method" if "method" in origin else ""
-        lines.append(f"  identified{method}: rmse {fit['rmse']:.4g} N, RNL {fit['rnl']:.4f}")
-    records = origin.get("records")
-    files = [r["file"] for r in records if isinstance(r, dict) and "file" in r] if isinstance(records, list) else []
-    if files:
-        lines.append(f"  from {', '.join(map(_plain, files))}")
-    return lines
-
-
-def _plain(value: Any) -> str:
-    """Text of a model file without control characters, which could change the terminal."""
-    return "".join(c if c.isprintable() else "?" for c in str(value))
-
-
-def _rows(modelled: list[Loop], pairs: list[tuple[MeasuredLoop, Loop]]) -> Iterator[list[str]]:
+def _rows(information: Information) -> Iterator[list[str]]:
     """Rows of the table: the model's loops, then each measured loop with its scatter and the model's."""
-    for loop in modelled:
+    for loop in information.modelled:
         yield [*_cells(loop.figures), "model"]
-    for measured, model_loop in pairs:
+    for measured, model_loop in information.pairs:
         frequency = "" if measured.frequency is None else f", {measured.frequency:.3g} Hz"
         cycles = f"{measured.cycles} cycle{'s' if measured.cycles > 1 else ''}"
         yield [*_cells(measured.figures), f"{measured.path} ({cycles}{frequency})"]

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from ..api.cautions import outside_range
 from ..coordinates import counted_from, zero_sentence
 from ..files import write_csv
 from ..isolation.band import band_frequencies
@@ -17,7 +18,6 @@ from ..isolation.curve_points import ResponsePoint
 from ..isolation.response import FrequencyResponse, frequency_response
 from ..isolation.system import Excitation, IsolatedMass, StaticEquilibrium, static_equilibrium
 from ..modelfile import ModelFile, load_model
-from .cautions import outside_range
 from .mount import EXCITATIONS, chosen_levels, curve_options, level_options, mount_options, positive, shares_of_room
 from .output import progress, result, result_json, result_table
 from .paths import refuse_overwriting

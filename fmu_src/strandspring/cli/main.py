@@ -31,6 +31,7 @@ COMMANDS = {
     "verify": "Verify that FMUs are as they were built and answer as they should.",
     "export": "Export a model's parameters as SSP parameter values, or into a Modelica library.",
     "isolate": "Compute transmissibility and resonance of a mass on the spring.",
+    "docs": "Open the documentation.",
     "study": "Run a parameter study of resonance and isolation.",
 }
 

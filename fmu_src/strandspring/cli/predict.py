@@ -2,28 +2,30 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import click
 import numpy as np
 
-from ..errors import ModelError
+from ..api.prediction import Prediction
+from ..api.prediction import predict as predict_records
+from ..api.text import fit_json
 from ..files import write_csv
-from ..identification.figures import RecordFit, overall, predict_record
-from ..identification.prediction_interval import PredictionInterval, prediction_error
-from ..joint import JointCovariance
-from ..kernel.arrays import FloatArray
-from ..kernel.path import PathSolver
-from ..loops.strokes import find_strokes
-from ..modelfile import ModelFile, load_model
-from ..records.record import Record
-from .cautions import caution_backwards, caution_samples, note_assumptions
-from .fit_tables import fit_json, fit_lines
+from ..modelfile import load_model
+from .cautions import note_assumptions, note_cautions
 from .options import column_options, read_records
-from .output import note, progress, result, result_json
+from .output import note, result, result_json, working
 from .paths import refuse_overwriting
+
+# Of the columns of a prediction in the file, with the factor from SI.
+_HEADINGS = {
+    "displacement": ("displacement [mm]", 1e3),
+    "force": ("force [N]", 1.0),
+    "predicted": ("predicted force [N]", 1.0),
+    "lower": ("lower [N]", 1.0),
+    "upper": ("upper [N]", 1.0),
+}
 
 
 @click.command()
@@ -45,63 +47,38 @@ def predict(model: str, records: tuple[str, ...], output: str | None, as_json: b
       strandspring predict spring.json a13.csv a46.csv -o predicted.csv --json
     """
     refuse_overwriting((model, *records), {"--output": output})
-    content = load_model(model)
-    parameters = content.parameters
-    interval = _interval(model, content)
+    load_model(model)  # a bad model is refused before long records are read
     group = read_records(records, columns)
-    solver = PathSolver(parameters)
-    fits = tuple(predict_record(solver, record) for record in progress(group, "Predicting"))
     note_assumptions(group)
-    caution_backwards(group)
-    for record in group:
-        caution_samples(record.path, record.displacement, parameters)
+    with working("Predicting"):
+        prediction = predict_records(model, group)
+    note_cautions(prediction.cautions)
     if output is not None:
-        if interval is None:
+        if prediction.interval is None:
             note(
                 f"{model} holds no prediction interval, so {output} has no columns lower and upper; identify the "
                 "spring again with the refined method to have them."
             )
-        half_widths = [] if interval is None else [interval(*each) for each in zip(group, fits, strict=True)]
-        _write(Path(output), group, fits, half_widths)
-    rmse, rnl = overall(fits)
+        _write(Path(output), prediction)
     if as_json:
         result_json(
-            {"model": model, "rmse": rmse, "rnl": rnl, "records": [fit_json(f) for f in fits], "output": output}
+            {
+                "model": model,
+                "rmse": prediction.rmse,
+                "rnl": prediction.rnl,
+                "records": [fit_json(fit) for fit in prediction.fits],
+                "output": output,
+            }
         )
         return
-    result(f"Predicted with {model}: rmse {rmse:.4g} N, RNL {rnl:.4f}")
-    for line in fit_lines(fits):
-        result(line)
+    result("\n".join(prediction.lines()))
     if output is not None:
         result(f"Prediction: {output}")
 
 
-def _interval(path: str, model: ModelFile) -> Callable[[Record, RecordFit], FloatArray] | None:
-    """What gives the half-width of the 95 % prediction interval at each sample [N]; None if the model file has none."""
-    try:
-        interval = PredictionInterval.of(model.uncertainty)
-        joint = JointCovariance.of(model.parameters, model.uncertainty)
-    except ModelError as problem:
-        raise ModelError(f"{path}: {problem}") from None
-    if interval is None or joint is None:
-        return None
-
-    def half_width(record: Record, fit: RecordFit) -> FloatArray:
-        displacement = find_strokes(record.displacement).displacement
-        error = prediction_error(model.parameters, joint, displacement, fit.omega_start)
-        return interval.reach(fit.predicted, error)
-
-    return half_width
-
-
-def _write(path: Path, records: list[Record], fits: tuple[RecordFit, ...], half_widths: list[FloatArray]) -> None:
-    header = ["record", "displacement [mm]", "force [N]", "predicted force [N]"]
-    columns = [
-        [record.displacement * 1e3, record.force, fit.predicted] for record, fit in zip(records, fits, strict=True)
-    ]
-    if half_widths:
-        header += ["lower [N]", "upper [N]"]
-        for own, half_width in zip(columns, half_widths, strict=True):
-            own += [own[2] - half_width, own[2] + half_width]
-    rows = ((number, *row) for number, own in enumerate(columns, 1) for row in np.column_stack(own).tolist())
-    write_csv(path, header, rows)
+def _write(path: Path, prediction: Prediction) -> None:
+    columns = prediction.columns()
+    numbers = columns.pop("record").astype(int).tolist()
+    values = np.column_stack([columns[name] * _HEADINGS[name][1] for name in columns]).tolist()
+    rows = ((number, *row) for number, row in zip(numbers, values, strict=True))
+    write_csv(path, ["record", *(_HEADINGS[name][0] for name in columns)], rows)

@@ -2,31 +2,21 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import Any
 
-from ..identification.outcomes import Outcome
-from ..identification.result import Identification
-from ..peers.rivals.classes import OWN, RIVALS
-from ..peers.rivals.ranking import Entry, Ranking, rank
+from ..api.identification import Identification
+from ..peers.rivals.classes import RIVALS
+from ..peers.rivals.ranking import Entry, Ranking
 from .output import advancing, note, result, result_table
 
 
 def compared_with_rivals(identification: Identification) -> tuple[Identification, Ranking]:
     """Rank other classes on the same data; the identification gains a caution where one is clearly better."""
-    classes = (OWN, *RIVALS)
-    with advancing("Fitting other classes", len(classes)) as advance:
-        ranking = rank(identification.parts, classes, advance)
-    if identification.effects:
-        taken_out = ", ".join(name.replace("_", " ") for name in identification.effects)
-        sentence = f"All classes were fitted to the records without the effects of the rig: {taken_out}."
-        ranking = replace(ranking, notes=(*ranking.notes, sentence))
+    with advancing("Fitting other classes", len(RIVALS) + 1) as advance:
+        compared, ranking = identification.with_rivals(advance)
     for sentence in ranking.notes:
         note(sentence)
-    if ranking.better:
-        note(f"Caution: {Outcome.OTHER_CLASS.value}")
-        identification = replace(identification, findings={**identification.findings, Outcome.OTHER_CLASS: ""})
-    return identification, ranking
+    return compared, ranking
 
 
 def print_ranking(ranking: Ranking) -> None:

@@ -10,19 +10,19 @@ from typing import Any
 import click
 import numpy as np
 
+from ..api.cautions import outside_range
 from ..coordinates import counted_from, zero_sentence
 from ..core.parameters import SpringParameters
 from ..errors import ModelError
 from ..isolation.system import Excitation, IsolatedMass, static_equilibrium
 from ..modelfile import ModelFile, load_model
-from ..study.cluster import Cluster
-from ..study.definition import STIFFNESS_FACTORS, Study
-from ..study.journal import journal_path
-from ..study.quantiles import GridPointSummary
-from ..study.run import run_study
-from ..study.runners import Local, Runner
-from ..study.spread import Spread
-from .cautions import outside_range
+from ..studies.cluster import Cluster
+from ..studies.definition import STIFFNESS_FACTORS, Study
+from ..studies.journal import journal_path
+from ..studies.quantiles import GridPointSummary
+from ..studies.run import run_study
+from ..studies.runners import Local, Runner
+from ..studies.spread import Spread
 from .mount import EXCITATIONS, chosen_levels, curve_options, level_options, mount_options, positive, shares_of_room
 from .options import FiniteRange
 from .output import advancing, note, result, result_json, result_table

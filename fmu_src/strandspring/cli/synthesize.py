@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-from pathlib import Path
+from collections.abc import Iterator
+from contextlib import contextmanager
 
 import click
-import numpy as np
-from numpy.typing import NDArray
 
+from ..api.cautions import outside_cautions
+from ..api.synthesis import synthesize as synthesize_spring
+from ..api.synthesis import synthesize_ni
 from ..core.parameters import N_RANGE
-from ..files import write_csv
-from ..kernel.path import PathSolver
+from ..errors import StrandspringError
 from ..modelfile import load_model
-from ..peers.ni import PAPER_NI, sine_period, with_noise
-from .cautions import caution_samples
+from ..peers.ni import PAPER_NI
+from ..records.record import Record
+from .cautions import note_cautions
 from .options import FiniteRange
 from .output import note, result
 from .paths import refuse_overwriting
@@ -104,27 +105,24 @@ def spring(
       strandspring synthesize spring spring.json -o loop.csv
       strandspring synthesize spring spring.json --noise 0.03 -o campaign.csv
     """
-    _refuse_too_many(max(1, len(amplitudes)) * cycles * samples)
     refuse_overwriting([model], {"--output": output})
-    parameters = load_model(model).parameters
-    centre = parameters.displacement_offset if mean is None else mean * 1e-3
-    reaches = [a * 1e-3 for a in amplitudes] or [0.5 * (parameters.displacement_max - parameters.displacement_min)]
-    phase = np.arange(cycles * samples) / samples
-    path = np.concatenate([*(centre + reach * np.sin(2.0 * np.pi * phase) for reach in reaches), [centre]])
-    caution_samples(output, path, parameters)
-    force = PathSolver(parameters).force(path)
-    if noise > 0.0:
-        note(f"Noise level {noise:g}, seed {seed}")
-        force = with_noise(force, noise, seed)
-    force = force * (1.0 + drift * np.arange(path.size) / path.size)
-    time = np.arange(path.size) / (samples * frequency)
-    columns = {
-        "time [s]": time,
-        "displacement [mm]": _quantised(path * 1e3, displacement_resolution),
-        "force [N]": _quantised(force, force_resolution),
-    }
-    write_record(Path(output), columns)
-    result(f"Record: {output} ({path.size} samples)")
+    content = load_model(model)
+    with _wrong_usage():
+        record = synthesize_spring(
+            content,
+            [a * 1e-3 for a in amplitudes] or None,
+            None if mean is None else mean * 1e-3,
+            cycles,
+            samples,
+            frequency,
+            noise,
+            seed,
+            drift,
+            1e-3 * displacement_resolution,
+            force_resolution,
+        )
+    note_cautions(outside_cautions(output, record.displacement, content.parameters))
+    _write(output, record, noise, seed)
 
 
 @synthesize.command()
@@ -176,37 +174,28 @@ def ni(
       strandspring synthesize ni -o table1.csv --clean true.csv
       strandspring synthesize ni --amplitude 5.45 --exponent 1 -o drowned.csv
     """
-    _refuse_too_many(cycles * samples)
     refuse_overwriting((), {"--output": output, "--clean": clean})
-    path = sine_period(amplitude, samples)
-    response = np.tile(replace(PAPER_NI, n=exponent).steady_force(path), cycles)
-    columns = {
-        "time [s]": 2.0 * np.pi * np.arange(response.size) / samples,
-        "displacement [mm]": np.tile(path, cycles),
-        "force [N]": response,
-    }
+    with _wrong_usage():
+        record = synthesize_ni(1e-3 * amplitude, exponent, cycles, samples, noise, seed)
+    _write(output, record, noise, seed)
     if clean is not None:
-        write_record(Path(clean), columns)
-    if noise > 0.0:
-        note(f"Noise level {noise:g}, seed {seed}")
-        columns["force [N]"] = with_noise(response, noise, seed)
-    write_record(Path(output), columns)
-    result(f"Record: {output} ({response.size} samples)")
-    if clean is not None:
+        synthesize_ni(1e-3 * amplitude, exponent, cycles, samples, 0.0).save(clean, "mm")
         result(f"Without noise: {clean}")
 
 
-def _refuse_too_many(samples: int) -> None:
-    if samples > 20_000_000:
-        raise click.UsageError(
-            f"The record would have {samples} samples, more than 20000000; reduce --cycles or --samples."
-        )
+@contextmanager
+def _wrong_usage() -> Iterator[None]:
+    """Numbers that are refused one by one are wrong usage; what a file holds is not."""
+    try:
+        yield
+    except StrandspringError:
+        raise
+    except ValueError as problem:
+        raise click.UsageError(str(problem)) from None
 
 
-def _quantised(values: NDArray[np.float64], step: float) -> NDArray[np.float64]:
-    return np.round(values / step) * step if step > 0.0 else values
-
-
-def write_record(path: Path, columns: dict[str, NDArray[np.float64]]) -> None:
-    """Write a record with all digits, so that reading it gives the same numbers."""
-    write_csv(path, columns, np.column_stack(list(columns.values())).tolist())
+def _write(output: str, record: Record, noise: float, seed: int) -> None:
+    if noise > 0.0:
+        note(f"Noise level {noise:g}, seed {seed}")
+    record.save(output, "mm")
+    result(f"Record: {output} ({len(record)} samples)")

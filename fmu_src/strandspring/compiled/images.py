@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import atexit
 import hashlib
-import os
 import shutil
 import sys
 import tempfile
@@ -21,7 +20,7 @@ from importlib.util import find_spec
 from pathlib import Path
 
 from ..errors import BuildError, StrandspringError
-from ..files import replacing
+from ..files import replacing, user_cache
 from . import zig
 from .targets import FLAGS, Target
 
@@ -104,10 +103,10 @@ def image(unit: Unit, target: Target) -> Path:
     content = compiled(unit, target)
     name = unit.file_name(target)
     try:
-        with replacing(_user_cache() / name) as part:
+        with replacing(user_cache() / name) as part:
             part.write_bytes(content)
-        _discard_old(_user_cache())
-        return _user_cache() / name
+        _discard_old(user_cache())
+        return user_cache() / name
     except (StrandspringError, RuntimeError):  # RuntimeError: the user has no home
         folder = Path(tempfile.mkdtemp(prefix="strandspring-"))
         atexit.register(shutil.rmtree, folder, ignore_errors=True)
@@ -144,18 +143,8 @@ def _found(unit: Unit, target: Target) -> Path | None:
     name = unit.file_name(target)
     folders = [PACKAGED]
     with suppress(RuntimeError):
-        folders.append(_user_cache())
+        folders.append(user_cache())
     return next((folder / name for folder in folders if (folder / name).is_file()), None)
-
-
-def _user_cache() -> Path:
-    if sys.platform == "win32":
-        base = Path(os.environ.get("LOCALAPPDATA") or "~/AppData/Local")
-    elif sys.platform == "darwin":
-        base = Path("~/Library/Caches")
-    else:
-        base = Path(os.environ.get("XDG_CACHE_HOME") or "~/.cache")
-    return base.expanduser() / "strandspring"
 
 
 def _discard_old(folder: Path) -> None:

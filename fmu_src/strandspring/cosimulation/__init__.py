@@ -2,7 +2,7 @@
 
 from typing import TYPE_CHECKING
 
-from .. import load_lazily
+from .._lazy import load_lazily
 
 if TYPE_CHECKING:
     from .coupling import Master as Master

@@ -15,7 +15,7 @@ from pathlib import Path
 from ..core.parameters import SpringParameters
 from ..fmu.native.native_fmu import build_native_fmu
 from ..fmu.python_backed import build_fmu
-from ..spring import Spring
+from ..modelfile import ModelFile
 
 BACKENDS: dict[str, Callable[..., Path]] = {"native": build_native_fmu, "python": build_fmu}
 
@@ -44,7 +44,7 @@ RECOIL_SPRING = SpringParameters(
 
 def build_example_fmu(parameters: SpringParameters, name: str, folder: Path, backend: str = "native") -> Path:
     """Build the FMU of a spring in a folder; displacement is counted as in the parameters."""
-    return BACKENDS[backend](Spring(parameters, name).model, folder, zero=0.0)
+    return BACKENDS[backend](ModelFile(name, parameters), folder, zero=0.0)
 
 
 @contextmanager

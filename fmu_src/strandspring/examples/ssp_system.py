@@ -16,7 +16,7 @@ import numpy as np
 from fmpy.ssp.simulation import simulate_ssp
 from fmpy.ssp.ssd import ParameterSet, read_ssv
 
-from ..export.ssp import ShakenMass, write_system
+from ..exchange.ssp import ShakenMass, write_system
 from ..modelfile import ModelFile
 from .excitations import Sine
 from .mounts import RECOIL_SPRING, build_example_fmu, example_arguments

@@ -9,11 +9,11 @@ import numpy as np
 from ..records.record import Record
 from .known_rig import KnownRig, unknown_effects
 from .refined import RefinedOptions
-from .result import Identification
+from .result import IdentifiedModel
 from .usable import dwells_without_relaxation
 
 
-def notes_on(identification: Identification) -> tuple[str, ...]:
+def notes_on(identification: IdentifiedModel) -> tuple[str, ...]:
     """The notes as sentences."""
     records = identification.records
     known = KnownRig.of(identification.effects, identification.options)

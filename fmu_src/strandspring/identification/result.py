@@ -10,7 +10,6 @@ from .._version import __version__
 from ..core.parameters import SpringParameters
 from ..modelfile import ModelFile
 from ..records.record import Record
-from ..spring import Spring
 from .figures import RecordFit
 from .lack_of_fit import LackOfFit
 from .outcomes import Outcome
@@ -19,7 +18,7 @@ from .steady_part import SteadyRecord
 
 
 @dataclass(frozen=True, eq=False)
-class Identification:
+class IdentifiedModel:
     """An identified spring, its figures and its origin.
 
     Attributes
@@ -69,8 +68,8 @@ class Identification:
         """The outcomes as sentences, with what was found."""
         return tuple(f"{o.value} ({text})" if text else o.value for o, text in self.findings.items())
 
-    def spring(self, name: str = "spring", description: str = "") -> Spring:
-        """The spring with its figures and provenance, ready to respond, to save and to build an FMU from.
+    def model_file(self, name: str = "spring", description: str = "") -> ModelFile:
+        """The spring with its figures and provenance as the content of a model file.
 
         Raises
         ------
@@ -80,7 +79,7 @@ class Identification:
             f"Hysteretic spring identified from {', '.join(PurePath(record.path).name for record in self.records)}"
         )
         # File names without folders and no dates, so that bytes are stable.
-        model = ModelFile(
+        return ModelFile(
             name,
             self.parameters,
             text[:2000],
@@ -124,4 +123,3 @@ class Identification:
                 "version": __version__,
             },
         )
-        return Spring.from_model(model)

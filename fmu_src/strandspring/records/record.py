@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import os
 from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..errors import RecordError
+from ..files import write_csv
 from .source import readable
 
 # Beyond what any rig measures [m], [N]; powers of such numbers overflow or vanish.
@@ -84,6 +88,32 @@ class Record:
             None if time is None else _checked(time, "time", path),
             path,
         )
+
+    def save(self, path: str | os.PathLike[str], displacement_unit: Literal["m", "mm"] = "m") -> None:
+        """Write a CSV file that `read_record` reads, with all digits: in m bit for bit.
+
+        Parameters
+        ----------
+        path : path-like
+        displacement_unit : "m" or "mm"
+
+        Raises
+        ------
+        StrandspringError   If the file cannot be written.
+
+        Examples
+        --------
+        >>> import tempfile
+        >>> from strandspring import Record, read_record
+        >>> with tempfile.TemporaryDirectory() as folder:
+        ...     Record([0.0, 0.1, 0.0], [0.0, 1.7, -0.3]).save(f"{folder}/loop.csv")
+        ...     read_record(f"{folder}/loop.csv").displacement.tolist()
+        [0.0, 0.1, 0.0]
+        """
+        columns = {} if self.time is None else {"time [s]": self.time}
+        columns[f"displacement [{displacement_unit}]"] = self.displacement * {"m": 1.0, "mm": 1e3}[displacement_unit]
+        columns["force [N]"] = self.force
+        write_csv(Path(path), columns, np.column_stack(list(columns.values())).tolist())
 
     def __len__(self) -> int:
         return self.displacement.size

@@ -18,7 +18,7 @@ from .._version import __version__
 from ..core.parameters import ARRAYS
 from ..files import write_text
 from ..identification.prediction_interval import PredictionBand, PredictionInterval
-from ..identification.result import Identification
+from ..identification.result import IdentifiedModel
 from ..kernel.path import PathSolver
 from ..modelfile import ModelFile
 
@@ -26,7 +26,7 @@ from ..modelfile import ModelFile
 _PLOTTED = 6000
 
 
-def write_report(path: Path, model: ModelFile, identification: Identification, comparison: str = "") -> None:
+def write_report(path: Path, model: ModelFile, identification: IdentifiedModel, comparison: str = "") -> None:
     """Write the report with all its plots into one file.
 
     Parameters
@@ -75,7 +75,7 @@ def _digits(value: float, error: float | None) -> str:
     return f"{value:.{min(max(figures, 2), 15)}g}"
 
 
-def _loops(identification: Identification) -> tuple[str, str]:
+def _loops(identification: IdentifiedModel) -> tuple[str, str]:
     figure, axes = _figure(len(identification.records))
     for axis, record, fit in zip(axes, identification.records, identification.fits, strict=True):
         shown = _shown(record.force.size, fit.first_sample)
@@ -87,7 +87,7 @@ def _loops(identification: Identification) -> tuple[str, str]:
     return "Measured and predicted loops", _svg(figure)
 
 
-def _residuals(identification: Identification) -> tuple[str, str]:
+def _residuals(identification: IdentifiedModel) -> tuple[str, str]:
     figure, axes = _figure(len(identification.records))
     for axis, record, fit in zip(axes, identification.records, identification.fits, strict=True):
         shown = _shown(record.force.size, fit.first_sample)
@@ -97,7 +97,7 @@ def _residuals(identification: Identification) -> tuple[str, str]:
     return "Residuals", _svg(figure)
 
 
-def _backbone(identification: Identification) -> tuple[str, str]:
+def _backbone(identification: IdentifiedModel) -> tuple[str, str]:
     figure, (axis,) = _figure(1)
     p = identification.parameters
     solver = PathSolver(p)

@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from numpy.typing import ArrayLike
 
-from .core.parameters import SpringParameters
-from .kernel.arrays import FloatArray
-from .kernel.path import PathSolver, as_path
-from .modelfile import ModelFile, load_model, save_model
+from ..core.parameters import SpringParameters
+from ..kernel.arrays import FloatArray
+from ..kernel.path import PathSolver, as_path
+from ..modelfile import ModelFile, load_model, save_model
+
+if TYPE_CHECKING:
+    from .. import Comparison, Information, Prediction, Record
 
 
 class Spring:
@@ -40,6 +45,22 @@ class Spring:
         self.model = model
         self.parameters = model.parameters
         self._solver = PathSolver(self.parameters)
+
+    def __eq__(self, other: object) -> bool:
+        """Whether all that a model file holds is equal."""
+        return self.model == other.model if isinstance(other, Spring) else NotImplemented
+
+    def __hash__(self) -> int:
+        return hash((self.model.name, self.parameters))
+
+    def __repr__(self) -> str:
+        p = self.parameters
+        shape = f"FE spline of {len(p.FE_knots)} knots" if p.FE_knots else f"FE of degree {len(p.kE) - 1}"
+        return (
+            f"<Spring {self.model.name}: kappa_omega {p.kappa_omega:.4g} N, rho {p.rho:.4g} 1/m, sigma {p.sigma:.4g}, "
+            f"n {p.n:.4g}, {shape}, FA of degree {len(p.kA) - 1}, {1e3 * p.displacement_min:.6g} to "
+            f"{1e3 * p.displacement_max:.6g} mm>"
+        )
 
     @classmethod
     def from_model(cls, model: ModelFile) -> Spring:
@@ -86,6 +107,49 @@ class Spring:
     def absorbed_energy(self, displacement: ArrayLike, omega_start: float = 0.0) -> FloatArray:
         """Integral of the force over the displacement, shape (K,) [J]; arguments as for `response`."""
         return self._solver.absorbed_energy(as_path(displacement), _checked_omega(omega_start))
+
+    # The functions of these names, which build on this module.
+
+    def predict(self, *data: Any, **how: Any) -> Prediction:
+        """Compare records with the spring's prediction; arguments as for `strandspring.predict`."""
+        from .. import predict
+
+        return predict(self, *data, **how)
+
+    def info(self, *data: Any, **how: Any) -> Information:
+        """Figures of the spring's loops, beside those of records; arguments as for `strandspring.info`."""
+        from .. import info
+
+        return info(self, *data, **how)
+
+    def synthesize(self, *amplitudes: float, **how: Any) -> Record:
+        """The spring's record under sines of these amplitudes [m]; other arguments as for `strandspring.synthesize`."""
+        from .. import synthesize
+
+        return synthesize(self, amplitudes or None, **how)
+
+    def compare(self, other: Any, *data: Any, **how: Any) -> Comparison:
+        """Compare the spring with another; arguments as for `strandspring.compare`."""
+        from .. import compare
+
+        return compare(self, other, *data, **how)
+
+
+def as_spring(model: Spring | ModelFile | str | os.PathLike[str]) -> Spring:
+    """The spring of a model file, of an FMU that holds one, or of a model in memory.
+
+    Raises
+    ------
+    ModelError   If the file is not a physically possible spring.
+    """
+    if isinstance(model, Spring):
+        return model
+    return Spring.from_model(model) if isinstance(model, ModelFile) else Spring.load(Path(model))
+
+
+def source_of(model: Spring | ModelFile | str | os.PathLike[str]) -> str:
+    """What messages call a model: the path that was given, else its name."""
+    return model.model.name if isinstance(model, Spring) else model.name if isinstance(model, ModelFile) else str(model)
 
 
 def _checked_omega(omega_start: float) -> float:

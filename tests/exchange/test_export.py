@@ -17,7 +17,7 @@ from springs import force_scale
 from strandspring import Spring, SpringParameters
 from strandspring.coordinates import placed, zero_sentence
 from strandspring.core.variables import spring_parameters, start_values, variables
-from strandspring.export.modelica import record_text
+from strandspring.exchange.modelica import record_text
 from strandspring.fmu.ssv import parameter_values
 from strandspring.modelfile import ModelFile
 from terminal import Terminal
@@ -80,7 +80,7 @@ def test_awkward_texts_reach_the_ssv_unchanged(tmp_path: Path) -> None:
 def test_same_model_same_text_in_other_processes() -> None:
     code = """
 from fmu_tools import SPRING
-from strandspring.export.modelica import record_text
+from strandspring.exchange.modelica import record_text
 from strandspring.fmu.ssv import parameter_values
 from strandspring.modelfile import ModelFile
 from terminal import Terminal

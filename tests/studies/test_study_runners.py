@@ -23,12 +23,12 @@ from distributed import LocalCluster
 from strandspring import __version__
 from strandspring.isolation.system import Excitation, IsolationError
 from strandspring.modelfile import ModelFile, save_model
-from strandspring.study.cluster import Cluster
-from strandspring.study.definition import Study
-from strandspring.study.journal import Journal, journal_path
-from strandspring.study.run import run_study
-from strandspring.study.runners import Local
-from strandspring.study.spread import Spread
+from strandspring.studies.cluster import Cluster
+from strandspring.studies.definition import Study
+from strandspring.studies.journal import Journal, journal_path
+from strandspring.studies.run import run_study
+from strandspring.studies.runners import Local
+from strandspring.studies.spread import Spread
 from studies import CHEAP, COMMAND, ERRORS, SPRING, UNCERTAINTY, Counter
 from terminal import Terminal
 
@@ -81,7 +81,7 @@ def test_a_cluster_that_loses_a_worker_gives_the_same_bytes(
 def test_a_cluster_of_another_version_is_refused(
     tmp_path: Path, cluster: LocalCluster, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("strandspring.study.cluster.__version__", "0.0.0")
+    monkeypatch.setattr("strandspring.studies.cluster.__version__", "0.0.0")
     with pytest.raises(IsolationError, match=f"has strandspring {__version__}, but the study is run by 0.0.0"):
         run_study(CHEAP, tmp_path / "results.csv", Cluster(cluster.scheduler_address))
     assert not list(tmp_path.iterdir())
@@ -162,7 +162,7 @@ def test_a_study_that_is_ended_goes_on(end: signal.Signals, terminal: Terminal) 
 
 
 def test_a_wait_is_reported(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("strandspring.study.runners._PATIENCE", 1e-3)
+    monkeypatch.setattr("strandspring.studies.runners._PATIENCE", 1e-3)
     messages: list[str] = []
     run_study(CHEAP, tmp_path / "results.csv", Local(2), notify=messages.append)
     assert "No run has finished for 0.001 s; still waiting for the workers." in messages
@@ -219,7 +219,7 @@ def test_the_journal_of_another_study_is_refused(half_done: Path, study: Study, 
 
 
 def test_the_journal_of_another_version_is_refused(half_done: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("strandspring.study.journal.__version__", "9.9")
+    monkeypatch.setattr("strandspring.studies.journal.__version__", "9.9")
     with pytest.raises(IsolationError, match=rf'\(version "{__version__}" instead of "9.9"\)'):
         run_study(CHEAP, half_done, Local(1))
 
@@ -287,7 +287,7 @@ def test_a_row_is_read_back_as_it_was_written(tmp_path: Path) -> None:
 def held_by_studies() -> int:
     """Bytes that code of the study room has allocated; other threads of the tests allocate, too."""
     gc.collect()
-    snapshot = tracemalloc.take_snapshot().filter_traces([tracemalloc.Filter(True, "*/strandspring/study/*")])
+    snapshot = tracemalloc.take_snapshot().filter_traces([tracemalloc.Filter(True, "*/strandspring/studies/*")])
     return sum(statistic.size for statistic in snapshot.statistics("filename"))
 
 

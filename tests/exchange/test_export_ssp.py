@@ -15,8 +15,8 @@ from fmpy.validation import validate_fmu
 from strandspring.coordinates import placed
 from strandspring.cosimulation import FmuSpring, Jacobi, Motion, one_mass, simulate
 from strandspring.examples.ssp_system import Run, run_fmpy, run_libcosim
-from strandspring.export.shaken_mass_slave import ShakenMass as ShakenMassSlave
-from strandspring.export.ssp import ShakenMass
+from strandspring.exchange.shaken_mass_slave import ShakenMass as ShakenMassSlave
+from strandspring.exchange.ssp import ShakenMass
 from strandspring.fmu.native.native_fmu import build_native_fmu
 from strandspring.fmu.ssv import parameter_values
 from strandspring.modelfile import load_model

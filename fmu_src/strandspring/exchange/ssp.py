@@ -18,8 +18,8 @@ from ..fmu.archive import licences, write_archive
 from ..fmu.native.platforms import default_platforms
 from ..fmu.python_backed import slave_contents
 from ..fmu.ssv import parameter_set, parameter_values
+from ..kernel.path import PathSolver, as_path
 from ..modelfile import ModelFile
-from ..spring import Spring
 
 _UNITS = (Unit("kg", kg=1), Unit("m", m=1), Unit("N", kg=1, m=1, s=-2), Unit("Hz", s=-1))
 _PERIODS = 10
@@ -101,10 +101,10 @@ class ShakenMass:
                 f"The system starts at displacement 0, outside the identified range from {1e3 * low:.6g} to "
                 f"{1e3 * high:.6g} mm; choose a --zero within it."
             )
-        still = Spring(spring)
-        stiffness = max(still.stiffness([0.0])[0], spring.kappa_omega * spring.rho)
+        still, origin = PathSolver(spring), as_path([0.0])
+        stiffness = max(still.stiffness(origin, 0.0)[0], spring.kappa_omega * spring.rho)
         frequency = math.sqrt(stiffness / mass) / (2.0 * math.pi)
-        return cls(mass, float(still.response([0.0])[0]), 0.01 * (high - low), frequency)
+        return cls(mass, float(still.force(origin, 0.0)[0]), 0.01 * (high - low), frequency)
 
     def parameter_values(self) -> str:
         """XML of the SSV file of the plant."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from strandspring.cli.fit_tables import parameter_lines
+from strandspring.api.text import parameter_lines
 from synthetic import spring_of
 
 

@@ -49,9 +49,8 @@ def parameter_lines(p: SpringParameters, uncertainty: dict[str, Any]) -> list[st
         for name, unit in (("kappa_omega", "N"), ("rho", "1/m"), ("sigma", ""), ("n", ""))
     ]
     if p.FE_knots:
-        knots = ", ".join(f"{1e3 * knot:.6g}" for knot in p.FE_knots)
-        lines.append(f"  FE a spline through {len(p.FE_knots)} knots, FE_knots: {knots}  mm")
-        lines.append(f"  FE_forces: {', '.join(f'{force:.6g}' for force in p.FE_forces)}  N")
+        low, high = min(p.FE_forces), max(p.FE_forces)
+        lines.append(f"  FE a spline through {len(p.FE_knots)} knots, {low:.6g} to {high:.6g} N, see the model file")
     else:
         lines.append(f"  FE degree {len(p.kE) - 1}, kE: {', '.join(f'{c:.6g}' for c in p.kE)}  N/m^i")
     lines.append(f"  FA degree {len(p.kA) - 1}, kA: {', '.join(f'{c:.6g}' for c in p.kA)}  1/m^i")

@@ -17,9 +17,9 @@ from strandspring.isolation.response import frequency_response
 from strandspring.isolation.system import Excitation, IsolatedMass, IsolationError, static_equilibrium
 from strandspring.joint import joint_names
 from strandspring.modelfile import ModelFile, save_model
-from strandspring.study.definition import DONE, Study, scaled
-from strandspring.study.quantiles import summarize
-from strandspring.study.spread import DRAWN, Spread
+from strandspring.studies.definition import DONE, Study, scaled
+from strandspring.studies.quantiles import summarize
+from strandspring.studies.spread import DRAWN, Spread
 from studies import CHEAP, COMMAND, CORRELATION, ERRORS, SPREAD, SPRING, UNCERTAINTY
 from terminal import Terminal
 

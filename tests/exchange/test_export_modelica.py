@@ -18,7 +18,7 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 from fmu_tools import OTHER, SPRING
-from readme import blocks
+from pages import blocks
 from springs import TABLE, force_by_definition, force_scale, spring
 from strandspring import Spring, SpringParameters
 from strandspring.coordinates import placed
@@ -26,7 +26,7 @@ from strandspring.core.parameters import ARRAYS, SCALARS
 from strandspring.core.variables import variables
 from strandspring.cosimulation import FmuSpring, Motion, Plant, one_mass, simulate
 from strandspring.errors import StrandspringError
-from strandspring.export.modelica import EXAMPLE, LIBRARY, record_name, record_path, record_text, write_library
+from strandspring.exchange.modelica import EXAMPLE, LIBRARY, record_name, record_path, record_text, write_library
 from strandspring.fmu.native.native_fmu import build_native_fmu
 from strandspring.isolation.response import frequency_response
 from strandspring.isolation.system import Excitation, IsolatedMass
@@ -524,8 +524,8 @@ def test_quasi_static_loop_is_that_of_the_spring(tmp_path: Path) -> None:
     assert samples("spring.f") == pytest.approx(force, abs=1e-7 * np.ptp(force))
 
 
-def test_the_readmes_model_moves(tmp_path: Path) -> None:
-    (block,) = blocks("modelica")
+def test_the_model_of_the_documentation_moves(tmp_path: Path) -> None:
+    (block,) = blocks("simulation-engineer", "modelica")
     hinge = placed(load_model(TESTS.parent / "models/rubber_hinge.json"), None)[0]
     source = block.replace("\nend", '\n  parameter Modelica.Units.SI.Mass unused=1 "As above";\nend')
     found = library(tmp_path, hinge).loads(source, model="DecayOfMine").simulate((0.0, 0.5), dt=1e-3)

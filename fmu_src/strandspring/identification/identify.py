@@ -1,4 +1,4 @@
-"""`identify`: records in, a physically possible spring with its figures out, or a named refusal."""
+"""`identify_records`: records in, a physically possible spring with its figures out, or a named refusal."""
 
 from __future__ import annotations
 
@@ -22,14 +22,14 @@ from .loops import join
 from .method import Method
 from .outcomes import IdentificationError, Outcome
 from .refined import RefinedOptions
-from .result import Identification
+from .result import IdentifiedModel
 from .small_loops import extrapolated_energy
 from .steady_part import SteadyRecord, find_steady_part
 
 _POOR_RNL = 0.9
 
 
-def identify(records: Record | Sequence[Record], options: Method | None = None) -> Identification:
+def identify_records(records: Record | Sequence[Record], options: Method | None = None) -> IdentifiedModel:
     """Identify one spring from one or more records.
 
     The cautions of the result say what the records do not decide, and which effects of a rig were found in them.
@@ -42,7 +42,7 @@ def identify(records: Record | Sequence[Record], options: Method | None = None) 
 
     Returns
     -------
-    Identification
+    IdentifiedModel
 
     Raises
     ------
@@ -93,7 +93,7 @@ def _spikes(record: Record) -> str:
     return f"{record.path}, {', '.join(places)}" if places else ""
 
 
-def _identified(group: tuple[Record, ...], method: Method) -> Identification:
+def _identified(group: tuple[Record, ...], method: Method) -> IdentifiedModel:
     """The identification, isolated outliers left aside."""
     parts = [find_steady_part(method.prepare(record), method.known_delay) for record in group]
     result = method.fit(parts, ", ".join(record.path for record in group))
@@ -111,7 +111,7 @@ def _identified(group: tuple[Record, ...], method: Method) -> Identification:
         findings[Outcome.ONE_AMPLITUDE] = extrapolated_energy(result.parameters, known, 0.5 * loops.shortest)
     if result.lack_of_fit is None and rnl < _POOR_RNL:
         findings[Outcome.POOR_FIT] = ""
-    return Identification(
+    return IdentifiedModel(
         parameters=result.parameters,
         records=group,
         parts=result.alone or tuple(parts),

@@ -1,0 +1,19 @@
+"""Names of a package whose modules are loaded when they are first asked for."""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import Any
+
+
+def load_lazily(content: dict[str, Any], modules: dict[str, str]) -> None:
+    """Give a package, by its globals, names whose modules are loaded when the first of their names is asked for."""
+    package = content["__name__"]
+
+    def load(name: str) -> Any:
+        if name not in modules:
+            raise AttributeError(f"module {package!r} has no attribute {name!r}")
+        content[name] = getattr(import_module(f".{modules[name]}", package), name)
+        return content[name]
+
+    content |= {"__getattr__": load, "__dir__": lambda: sorted({*content, *modules}), "__all__": list(modules)}

@@ -1,0 +1,188 @@
+"""Records from what Python users have: arrays, tables, files, records."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping, Sequence
+from importlib.resources import files
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..errors import RecordError
+from ..records.reading import read_record
+from ..records.record import Record
+from ..records.units import Quantity, unit_factor
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+_BUNDLED = Path("records") / "rubber_stretch.csv"
+
+Source: TypeAlias = "Record | str | os.PathLike[str] | pd.DataFrame"
+_QUANTITIES: tuple[Quantity, ...] = ("displacement", "force", "time")
+_SI: Mapping[Quantity, str] = {"displacement": "m", "force": "N", "time": "s"}
+
+
+def record_of_arrays(
+    displacement: ArrayLike,
+    force: ArrayLike,
+    time: ArrayLike | None = None,
+    units: Mapping[str, str] | None = None,
+    reverse: Literal["displacement", "force"] | None = None,
+) -> Record:
+    """A record of arrays in given units.
+
+    Parameters
+    ----------
+    displacement, force : array_like, shape (K,)
+    time : array_like, shape (K,), or None
+    units : mapping or None     Unit of "displacement", "force" and "time"; m, N and s where none is given.
+    reverse : "displacement", "force" or None   The array to negate.
+
+    Raises
+    ------
+    RecordError                 If the arrays do not make a record, or a unit is unknown.
+
+    Examples
+    --------
+    >>> record_of_arrays([0.0, 5.0, 0.0], [0.0, 1.2, -0.3], units={"displacement": "mm"}).displacement.tolist()
+    [0.0, 0.005, 0.0]
+    """
+    given = checked_units(units)
+    record = Record.from_arrays(displacement, force, time)
+    factors = {name: unit_factor(given.get(name, _SI[name]), name) for name in _QUANTITIES}
+    if reverse is not None:
+        factors[reverse] *= -1.0
+    assumed = [f"{name} in {_SI[name]}" for name in _QUANTITIES if name not in given]
+    return Record(
+        factors["displacement"] * record.displacement,
+        factors["force"] * record.force,
+        None if record.time is None else factors["time"] * record.time,
+        path=record.path,
+        notes=() if given else (f"units assumed: {', '.join(assumed)}",),
+    )
+
+
+def given_records(
+    data: Any,
+    force: Any = None,
+    time: Any = None,
+    displacement: Any = None,
+    units: Mapping[str, str] | None = None,
+    reverse: Literal["displacement", "force"] | None = None,
+) -> list[Record]:
+    """Records of what `identify` and others are given: arrays, or sources with the columns to read.
+
+    Parameters
+    ----------
+    data : Source, sequence of Source, or array_like   The displacement if it is an array.
+    force, time : array_like or column                 As `data` is.
+    displacement : array_like or column                Stands for `data` if that is None.
+    units, reverse                                     As for `record_of_arrays`.
+
+    Raises
+    ------
+    RecordError   If one of them is not a record.
+    TypeError     If arrays and columns are mixed.
+    """
+    if data is None:
+        data, displacement = displacement, None
+    if is_array(data):
+        if displacement is not None or force is None:
+            raise TypeError("Arrays are given as displacement and force, in this order, and time if there is one.")
+        return [record_of_arrays(data, force, time, units, reverse)]
+    in_units = {f"{name}_unit": unit for name, unit in checked_units(units).items()}
+    columns = {"displacement": displacement, "force": force, "time": time, "reverse": reverse, **in_units}
+    return as_records(data, **columns)
+
+
+def records_of(
+    data: Sequence[Any],
+    *,
+    displacement: str | int | None = None,
+    force: str | int | None = None,
+    time: str | int | None = None,
+    units: Mapping[str, str] | None = None,
+    reverse: Literal["displacement", "force"] | None = None,
+) -> list[Record]:
+    """Records of the arguments of a function that takes any number of sources, or arrays; none of no arguments.
+
+    Parameters
+    ----------
+    data : sequence   Sources, one sequence of sources, or arrays of displacement, force and perhaps time.
+    displacement, force, time, units, reverse   As for `given_records`.
+    """
+    if not data:
+        return []
+    if is_array(data[0]):
+        if not 2 <= len(data) <= 3 or any(column is not None for column in (displacement, force, time)):
+            raise TypeError("Arrays are given as displacement and force, in this order, and time if there is one.")
+        return [record_of_arrays(data[0], data[1], data[2] if len(data) == 3 else None, units, reverse)]
+    return given_records(data[0] if len(data) == 1 else list(data), force, time, displacement, units, reverse)
+
+
+def checked_units(units: Mapping[str, str] | None) -> dict[Quantity, str]:
+    """Units by quantity; raises RecordError for one that is not displacement, force or time."""
+    unknown = [name for name in units or () if name not in _QUANTITIES]
+    if unknown:
+        raise RecordError(f"`units` must have the keys {', '.join(_QUANTITIES)} only, got {unknown[0]!r}.")
+    return {name: units[name] for name in _QUANTITIES if units is not None and name in units}
+
+
+def as_records(sources: Any, **columns: Any) -> list[Record]:
+    """Records of a path, a table or a record, or of a sequence of these; `columns` are the arguments of `read_record`.
+
+    Raises
+    ------
+    RecordError   If one of them is not a record.
+    TypeError     If one is something else.
+    """
+    if isinstance(sources, Record | str | os.PathLike) or hasattr(sources, "columns"):
+        return [_as_record(sources, columns)]
+    if isinstance(sources, Sequence):
+        return [_as_record(source, columns) for source in sources]
+    raise TypeError(
+        f"Records must be a path, a Record, a DataFrame or a list of these, got {type(sources).__name__}; give arrays "
+        "as displacement and force."
+    )
+
+
+def _as_record(source: Any, columns: Mapping[str, Any]) -> Record:
+    if isinstance(source, Record):
+        given = [name for name, value in columns.items() if value is not None]
+        if given:
+            raise TypeError(f"`{given[0]}` says how a file or a table is read, and {source.path} is a record already.")
+        return source
+    if isinstance(source, str | os.PathLike):
+        return read_record(source, **columns)
+    raise TypeError(f"A record must be a path, a Record or a DataFrame, got {type(source).__name__}.")
+
+
+def is_array(values: Any) -> bool:
+    """Whether values are numbers in one array, rather than a record or several."""
+    if isinstance(values, np.ndarray):
+        return True
+    if isinstance(values, Sequence) and not isinstance(values, str):
+        return len(values) > 0 and all(isinstance(value, int | float | np.number) for value in values)
+    return hasattr(values, "__array__") and not hasattr(values, "columns")
+
+
+def bundled_record(models: Path | None = None) -> Path:
+    """The measured record that comes with the program: a rubber hinge on a tensile rig, displacement to be reversed.
+
+    Parameters
+    ----------
+    models : Path or None   A folder that may hold it; else it is the installed package's or the source checkout's.
+
+    Raises
+    ------
+    RecordError             If it is missing.
+    """
+    package = Path(str(files("strandspring")))
+    for folder in (*([] if models is None else [models]), package / "examples", package.parents[1] / "models"):
+        if (folder / _BUNDLED).is_file():
+            return folder / _BUNDLED
+    raise RecordError(f"{_BUNDLED}: the bundled record is missing; install strandspring again.")

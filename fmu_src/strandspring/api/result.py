@@ -1,0 +1,33 @@
+"""What the results of all functions have in common: they say what they hold, in a terminal and in a notebook."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from html import escape
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+_REPR_LINES = 6
+
+
+class Result(ABC):
+    """A result with a summary and a table."""
+
+    @abstractmethod
+    def summary(self) -> str:
+        """The result in words, as the command line prints it."""
+
+    @abstractmethod
+    def to_frame(self) -> pd.DataFrame:
+        """The figures as a table."""
+
+    def __repr__(self) -> str:
+        lines = self.summary().splitlines()
+        more = len(lines) - _REPR_LINES
+        return "\n".join([*lines[:_REPR_LINES], *([f"({more} more lines: .summary())"] if more > 0 else [])])
+
+    def _repr_html_(self) -> str:
+        heading = escape(self.summary().splitlines()[0])
+        return f"<p><strong>{heading}</strong></p>{self.to_frame().to_html(escape=True)}"

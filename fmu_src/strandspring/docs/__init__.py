@@ -1,0 +1,1 @@
+"""The documentation: pages for each reader, built into one that opens offline."""

@@ -1,0 +1,167 @@
+"""What README and documentation say is what happens."""
+
+from __future__ import annotations
+
+import re
+import shlex
+import subprocess
+import sys
+from pathlib import Path
+
+import click
+import pytest
+
+import strandspring
+from pages import README, ROOT, TEXTS, blocks, program_with
+from strandspring import Spring
+from strandspring.cli.main import COMMANDS
+from strandspring.cli.main import strandspring as program
+from strandspring.core.parameters import SCALARS, SpringParameters
+from strandspring.core.variables import variables
+from strandspring.docs.site import PAGES, write_site
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A copy of what a user has, with the main job done in it."""
+    folder = tmp_path_factory.mktemp("readme")
+    (folder / "models").mkdir()
+    (folder / "models" / "records").symlink_to(ROOT / "models" / "records")
+    (folder / "build_fmu.py").write_bytes((ROOT / "build_fmu.py").read_bytes())
+    done = run([sys.executable, "build_fmu.py"], folder)
+    assert done.returncode == 0, done.stderr
+    (folder / "build.txt").write_text(done.stdout + done.stderr, encoding="utf-8")
+    return folder
+
+
+def run(command: list[str], folder: Path) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=300, check=False)
+
+
+def commands(page: str) -> list[list[str]]:
+    """The commands of a page, those to install and to test left out."""
+    lines = [shlex.split(line) for block in blocks(page, "sh") for line in block.splitlines()]
+    return [words for words in lines if words[0] == "strandspring"]
+
+
+def test_the_main_job_prints_what_the_readme_shows(folder: Path) -> None:
+    said = (folder / "build.txt").read_text(encoding="utf-8")
+    (shown,) = blocks("README", "text")
+    for line in shown.splitlines():
+        pieces = [re.escape(piece) for piece in re.split(r"\s*\.\.\.,?\s*", line)]
+        assert re.search(r".*".join(pieces), said), line
+    for backend in ("rubber_hinge", "rubber_hinge_python"):
+        assert (folder / f"dist/{backend}.fmu").stat().st_size > 50_000
+
+
+def test_the_first_command_is_the_main_job_and_the_second_the_tests() -> None:
+    first, second = blocks("README", "sh")[0].splitlines()
+    assert first == 'pip install ".[test]" && python build_fmu.py'
+    assert second == "python -m pytest"
+
+
+@pytest.mark.slow
+def test_commands_run_in_order(folder: Path) -> None:
+    model = folder / "models/rubber_hinge.json"
+    (folder / "lot7").mkdir()
+    for name, noise in (("loop.csv", "0.01"), ("other.csv", "0.02"), ("lot7/loop.csv", "0.015")):
+        made = run(
+            [sys.executable, "-m", "strandspring", "synthesize", "spring", str(model), "--noise", noise, "-o", name],
+            folder,
+        )
+        assert made.returncode == 0, made.stderr
+    (folder / "other.json").write_bytes(model.read_bytes())
+    for page in TEXTS:
+        for words in commands(page):
+            done = run([sys.executable, "-m", *words], folder)
+            assert done.returncode == 0, (page, words, done.stderr)
+    written = (
+        "spring.json", "spring.html", "loop.html", "curves.png", "candidates.png", "study.csv",
+        "dist/spring.fmu", "dist/spring_python.fmu", "dist/spring.ssv", "dist/spring.ssp",
+        "dist/StrandSpring/Records/spring.mo", "lot7_models/springs.csv",
+    )  # fmt: skip
+    for name in written:
+        assert (folder / name).stat().st_size > 0
+
+
+@pytest.mark.slow
+def test_python_programs_run_in_order(folder: Path) -> None:
+    (folder / "spring.json").write_bytes((folder / "models/rubber_hinge.json").read_bytes())
+    for page in TEXTS:
+        (folder / "program.py").write_text("\n".join(blocks(page, "python")), encoding="utf-8")
+        done = run([sys.executable, "-W", "error", "program.py"], folder)
+        assert done.returncode == 0, (page, done.stderr)
+    for name in ("hinge.json", "hinge.html", "loop.svg", "curves.svg"):
+        assert (folder / name).stat().st_size > 0
+    assert "def simulate" in program_with("def simulate")
+
+
+@pytest.mark.parametrize("page", TEXTS)
+def test_commands_options_and_links_exist(page: str) -> None:
+    options = {
+        option
+        for name in COMMANDS
+        for option in re.findall(r"--[a-z][a-z-]+", help_of(name))
+    } | {"--help", "--version", "--check"}  # fmt: skip
+    prose = re.sub(r"```(?!sh).*?```", "", TEXTS[page], flags=re.DOTALL)
+    if page != "figures":  # whose options are those of benchmarks
+        assert set(re.findall(r"(?<![\w-])--[a-z][a-z-]+", prose)) <= options
+    assert set(re.findall(r"`strandspring ([a-z-]+)", prose)) - {"docs"} <= set(COMMANDS)
+    base = ROOT if page == "README" else ROOT / "fmu_src/strandspring/docs/pages"
+    for target in re.findall(r"\]\(([^)#]+)\)", prose):
+        assert (base / target).exists(), target
+
+
+def help_of(name: str) -> str:
+    """The help of a command and of those below it."""
+    command = program.get_command(click.Context(program), name)
+    assert command is not None
+    below = command.commands.values() if isinstance(command, click.Group) else ()
+    return "".join(each.get_help(click.Context(each)) for each in (command, *below))
+
+
+def test_functions_of_the_table_exist() -> None:
+    table = TEXTS["python"].split("| command |", 1)[1].split("\n\n", 1)[0]
+    rows = re.findall(r"^\| `([a-z-]+)` \| (.*?) \| (.*?) \|$", table, flags=re.MULTILINE)
+    assert {command for command, _, _ in rows} == set(COMMANDS) - {"docs"}
+    for _, functions, result in rows:
+        for name in re.findall(r"`(\w+)`", functions + result):
+            assert hasattr(strandspring, name), name
+
+
+def test_the_documentation_is_one_page_that_needs_no_network(tmp_path: Path) -> None:
+    for name in ("one.html", "two.html"):
+        write_site(tmp_path / name)
+    text = (tmp_path / "one.html").read_text(encoding="utf-8")
+    assert text == (tmp_path / "two.html").read_text(encoding="utf-8")
+    for page in PAGES:
+        assert f'id="{page}"' in text
+        assert TEXTS[page].startswith("# ")
+    assert not re.findall(r"(?:src|href)=\"(?!#)[^\"]*\"", text)
+    for target in re.findall(r'href="#([^"]+)"', text):
+        assert f'id="{target}"' in text, target
+
+
+def test_the_table_of_symbols_is_the_fmus_table() -> None:
+    table = TEXTS["method"].split("| paper |", 1)[1].split("\n\n", 1)[0]
+    lines = re.findall(r"^\|(.*)\|$", table, flags=re.MULTILINE)[1:]
+    rows = [[cell.strip() for cell in line.split("|")] for line in lines]
+    units = {v.name: v.unit for v in (*variables(1, 1), *variables(0, 1, 1))}
+    listed = {}
+    for _, python, fmu, unit in rows:
+        names = re.findall(r"`([^`]+)`", fmu)
+        listed[names[0]] = unit
+        if python:
+            (name,) = re.findall(r"`([^`]+)`", python)
+            known = {*SpringParameters.__dataclass_fields__, *dir(Spring), "displacement", "omega_start"}
+            assert name in known, name
+    assert set(listed) == set(units)
+    assert set(SCALARS) < set(listed)
+    for name, unit in listed.items():
+        expected = units[name] or ""
+        assert unit == (f"{expected}/m^i" if name == "kE_0" else "1/m^i" if name == "kA_0" else expected), name
+
+
+def test_the_readme_is_short() -> None:
+    prose = re.sub(r"```.*?```", "", README, flags=re.DOTALL)
+    assert len(prose.split()) < 1200
