@@ -39,6 +39,7 @@ if TYPE_CHECKING:
     from .identification.outcomes import Outcome as Outcome
     from .identification.refined import RefinedOptions as RefinedOptions
     from .identification.scan import ScanOptions as ScanOptions
+    from .modelfile import model_schema as model_schema
     from .peers.limit_cycle import limit_cycle as limit_cycle
     from .peers.ni_spring import NiOptions as NiOptions
     from .peers.two_stage_options import TwoStageOptions as TwoStageOptions
@@ -70,6 +71,7 @@ _MODULES = {
     "identify": "api.identification",
     "info": "api.information",
     "limit_cycle": "peers.limit_cycle",
+    "model_schema": "modelfile",
     "predict": "api.prediction",
     "read_record": "records.reading",
     "simulate_fmu": "cosimulation.prescribed",

@@ -28,7 +28,6 @@ from strandspring.files import check_writable, write_text
 from terminal import Terminal
 
 ROOT = Path(__file__).resolve().parents[2]
-HINGE = str(ROOT / "models/records/rubber_stretch.csv")
 PROGRAM = [sys.executable, "-W", "error", "-m", "strandspring"]
 
 
@@ -216,8 +215,13 @@ def test_files_are_written_as_by_other_programs(open_folder: Path) -> None:
 # Terminals
 
 
-def test_tables_fit_the_terminal_and_keep_their_lines_in_a_pipe() -> None:
-    command = [*PROGRAM, "info", str(ROOT / "models/rubber_hinge.json"), HINGE, "--reverse", "displacement"]
+def test_tables_fit_the_terminal_and_keep_their_lines_in_a_pipe(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    for name in ("rubber_hinge.json", "records/rubber_stretch.csv"):
+        (tmp_path / Path(name).name).write_bytes((ROOT / "models" / name).read_bytes())
+    command = [*PROGRAM, "info", "rubber_hinge.json", "rubber_stretch.csv", "--reverse", "displacement"]
     lines = on_terminal(command, 80).partition("as in the FMU.\n")[2].splitlines()
     assert len(lines) > 8
     assert max(map(len, lines)) <= 80
