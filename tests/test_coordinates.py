@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from dataclasses import replace
 from pathlib import Path
 
@@ -12,7 +13,7 @@ import pytest
 
 from fmu_tools import OTHER, SPRING, instance
 from springs import TABLE
-from strandspring.coordinates import chosen_zero, counted_from, sensible_zero
+from strandspring.coordinates import chosen_zero, counted_from, given_zero, sensible_zero
 from strandspring.errors import StrandspringError
 from strandspring.kernel.path import PathSolver
 from strandspring.modelfile import ModelFile, save_model
@@ -34,14 +35,27 @@ def test_the_rig_s_zero_counts_if_it_lies_within_the_range() -> None:
     assert sensible_zero(SPRING) == MIDDLE
 
 
-@pytest.mark.parametrize(("choice", "zero"), [(None, MIDDLE), ("rig", 0.0), ("middle", MIDDLE), ("-12.5", -0.0125)])
-def test_choices(choice: str | None, zero: float) -> None:
+@pytest.mark.parametrize(("choice", "zero"), [(None, MIDDLE), ("rig", 0.0), ("middle", MIDDLE), (-0.0125, -0.0125)])
+def test_choices(choice: str | float | None, zero: float) -> None:
     assert chosen_zero(choice, SPRING) == pytest.approx(zero, rel=1e-15)
+
+
+@pytest.mark.parametrize(("text", "choice"), [("rig", "rig"), ("middle", "middle"), ("-12.5", -0.0125)])
+def test_texts(text: str, choice: str | float) -> None:
+    assert given_zero(text) == choice
 
 
 @pytest.mark.parametrize("choice", ["", "Rig", "nan", "inf", "1e13", "12 mm"])
 def test_other_choices_are_refused(choice: str) -> None:
     with pytest.raises(StrandspringError, match=r"--zero must be `rig`, `middle` or a displacement of the record"):
+        given_zero(choice)
+    with pytest.raises(StrandspringError, match=r'`zero` must be "rig", "middle" or a displacement of the record'):
+        chosen_zero(choice, SPRING)
+
+
+@pytest.mark.parametrize("choice", [math.nan, math.inf, 1e10])
+def test_numbers_that_are_no_displacement_are_refused(choice: float) -> None:
+    with pytest.raises(StrandspringError, match=r'`zero` must be "rig", "middle" or a displacement of the record'):
         chosen_zero(choice, SPRING)
 
 
@@ -96,5 +110,5 @@ def test_isolate_info_and_study_count_as_the_fmu_does(terminal: Terminal) -> Non
             assert shifted["loops"][0]["low"] == pytest.approx(own["loops"][0]["low"] - MIDDLE, abs=1e-12)
             assert shifted["loops"][0]["energy_per_cycle"] == pytest.approx(own["loops"][0]["energy_per_cycle"])
         assert "counted from 25.5 mm of the record" in terminal(*command)
-    terminal("info", "mount.json", "--zero", "left", status=1)
+    terminal("info", "mount.json", "--zero", "left", status=2)
     assert "--zero must be `rig`, `middle` or a displacement of the record in mm, got 'left'." in terminal.err

@@ -17,16 +17,25 @@ from ._lazy import load_lazily
 
 if TYPE_CHECKING:
     from ._version import __version__ as __version__
+    from .api.building import build_fmu as build_fmu
+    from .api.comparison import Comparison as Comparison
+    from .api.comparison import compare as compare
     from .api.identification import Identification as Identification
     from .api.identification import identify as identify
     from .api.information import Information as Information
     from .api.information import info as info
+    from .api.isolation import Isolation as Isolation
+    from .api.isolation import isolate as isolate
     from .api.prediction import Prediction as Prediction
     from .api.prediction import predict as predict
     from .api.records import bundled_record as bundled_record
     from .api.spring import Spring as Spring
+    from .api.studying import StudyResult as StudyResult
+    from .api.studying import study as study
     from .api.synthesis import synthesize as synthesize
     from .api.synthesis import synthesize_ni as synthesize_ni
+    from .api.verifying import Verification as Verification
+    from .api.verifying import verify as verify
     from .conversions import ClassicBoucWen as ClassicBoucWen
     from .conversions import NormalizedBoucWen as NormalizedBoucWen
     from .core.parameters import SpringParameters as SpringParameters
@@ -39,6 +48,8 @@ if TYPE_CHECKING:
     from .identification.outcomes import Outcome as Outcome
     from .identification.refined import RefinedOptions as RefinedOptions
     from .identification.scan import ScanOptions as ScanOptions
+    from .intake.description_file import read_campaign as read_campaign
+    from .loops.selection import select as select
     from .modelfile import model_schema as model_schema
     from .peers.limit_cycle import limit_cycle as limit_cycle
     from .peers.ni_spring import NiOptions as NiOptions
@@ -50,9 +61,11 @@ if TYPE_CHECKING:
 _MODULES = {
     "BuildError": "errors",
     "ClassicBoucWen": "conversions",
+    "Comparison": "api.comparison",
     "Identification": "api.identification",
     "IdentificationError": "identification.outcomes",
     "Information": "api.information",
+    "Isolation": "api.isolation",
     "ModelError": "errors",
     "NiOptions": "peers.ni_spring",
     "NormalizedBoucWen": "conversions",
@@ -65,18 +78,27 @@ _MODULES = {
     "Spring": "api.spring",
     "SpringParameters": "core.parameters",
     "StrandspringError": "errors",
+    "StudyResult": "api.studying",
     "TwoStageOptions": "peers.two_stage_options",
+    "Verification": "api.verifying",
     "__version__": "_version",
+    "build_fmu": "api.building",
     "bundled_record": "api.records",
+    "compare": "api.comparison",
     "identify": "api.identification",
     "info": "api.information",
+    "isolate": "api.isolation",
     "limit_cycle": "peers.limit_cycle",
     "model_schema": "modelfile",
     "predict": "api.prediction",
+    "read_campaign": "intake.description_file",
     "read_record": "records.reading",
+    "select": "loops.selection",
     "simulate_fmu": "cosimulation.prescribed",
     "synthesize": "api.synthesis",
     "synthesize_ni": "api.synthesis",
+    "study": "api.studying",
+    "verify": "api.verifying",
 }
 
 load_lazily(globals(), _MODULES)

@@ -59,25 +59,42 @@ def zero_sentence(zero: float) -> str:
     return "" if zero == 0.0 else f"Displacement is counted from {1e3 * zero:.6g} mm of the record, as in the FMU."
 
 
-def chosen_zero(choice: str | None, parameters: SpringParameters) -> float:
-    """The zero [m] that `rig`, `middle` or a displacement of the record [mm] stands for; a sensible one if None.
+def given_zero(text: str) -> str | float:
+    """What the text `rig`, `middle` or a displacement of the record [mm] stands for, as `chosen_zero` takes it.
 
     Raises
     ------
     StrandspringError   If it is none of these.
     """
+    if text in ("rig", "middle"):
+        return text
+    try:
+        zero = 1e-3 * float(text)
+    except ValueError:
+        zero = math.nan
+    if not abs(zero) <= LARGEST_DISPLACEMENT:
+        raise StrandspringError(f"--zero must be `rig`, `middle` or a displacement of the record in mm, got {text!r}.")
+    return zero
+
+
+def chosen_zero(choice: str | float | None, parameters: SpringParameters) -> float:
+    """The zero [m] that "rig", "middle" or a displacement of the record [m] stands for; a sensible one if None.
+
+    Raises
+    ------
+    StrandspringError   If it is none of these.
+    """
+    checked_zero(choice)
     if choice is None:
         return sensible_zero(parameters)
     if choice == "rig":
         return 0.0
-    if choice == "middle":
-        return _middle(parameters)
-    try:
-        zero = 1e-3 * float(choice)
-    except ValueError:
-        zero = math.nan
-    if not abs(zero) <= LARGEST_DISPLACEMENT:
-        raise StrandspringError(
-            f"--zero must be `rig`, `middle` or a displacement of the record in mm, got {choice!r}."
-        )
-    return zero
+    return _middle(parameters) if choice == "middle" else float(choice)
+
+
+def checked_zero(choice: str | float | None) -> None:
+    """Refuse what `chosen_zero` refuses whatever the spring; raises StrandspringError."""
+    if choice is None or choice in ("rig", "middle"):
+        return
+    if isinstance(choice, str) or not abs(choice) <= LARGEST_DISPLACEMENT:
+        raise StrandspringError(f'`zero` must be "rig", "middle" or a displacement of the record [m], got {choice!r}.')

@@ -34,31 +34,41 @@ def read_text(path: Path, maximum_bytes: int, file_type: str, error: Callable[[s
     return text
 
 
-def check_writable(path: Path) -> None:
-    """Check that a file can be written, before the work whose result it is to hold; nothing is left behind.
+def refuse_unwritable(path: Path, is_folder: bool = False) -> None:
+    """Refuse a file, or a folder for files, that cannot be written, before the work for it begins; leaves nothing.
 
     Raises
     ------
-    StrandspringError   If the path is taken by something else than a regular file, or the file or its folder (or, where
-                        there is none yet, the folder it would be created in) is not writable.
+    StrandspringError   If the path is taken by something else, or it or the folder that holds it (or, where there is
+                        none yet, the one that it would be created in) is not writable.
 
     Examples
     --------
-    >>> check_writable(Path(__file__) / "model.json")              # doctest: +ELLIPSIS
+    >>> refuse_unwritable(Path(__file__) / "model.json")           # doctest: +ELLIPSIS
     Traceback (most recent call last):
     strandspring.errors.StrandspringError: ... cannot be written: ... is not a folder.
     """
     try:
-        target = _target(path)
-        if target.exists():
-            # Opened for update, a file stays as it is.
-            target.open("r+b").close()
-        folder = next(one for one in target.parents if os.path.lexists(one))
+        if is_folder:
+            folder = existing_folder(path)
+        else:
+            target = _target(path)
+            if target.exists():
+                # Opened for update, a file stays as it is.
+                target.open("r+b").close()
+            folder = existing_folder(target.parent)
         if not folder.is_dir():
             raise StrandspringError(f"{path} cannot be written: {folder} is not a folder.")
         tempfile.TemporaryFile(dir=folder).close()
     except OSError as problem:
         raise StrandspringError(f"{path} cannot be written: {problem.strerror}.") from None
+
+
+def existing_folder(folder: Path) -> Path:
+    """The folder, or the nearest one above it that exists."""
+    while not folder.exists() and folder != folder.parent:
+        folder = folder.parent
+    return folder
 
 
 @contextmanager

@@ -52,6 +52,12 @@ def check_name(name: str) -> str:
     return name
 
 
+def identifier(text: str) -> str:
+    """An identifier derived from the file name `text`."""
+    name = re.sub(r"[^A-Za-z0-9_]+", "_", Path(text).stem).strip("_")
+    return (name if name[:1].isalpha() and name.isascii() else f"spring_{name}").rstrip("_")[:64]
+
+
 @dataclass(frozen=True)
 class ModelFile:
     """Content of a model file.
@@ -189,6 +195,11 @@ def load_model(path: str | Path) -> ModelFile:
 def is_fmu(path: str | Path) -> bool:
     """Whether a path is that of an FMU by its name."""
     return str(path).lower().endswith(".fmu")
+
+
+def is_model_path(path: str | Path) -> bool:
+    """Whether a path is that of a model file or of an FMU by its name."""
+    return is_fmu(path) or str(path).lower().endswith(".json")
 
 
 def text_in_fmu(path: Path, name: str) -> str:

@@ -31,7 +31,7 @@ from strandspring.fmu.archive import installed_version
 from strandspring.fmu.check import running
 from strandspring.fmu.native.native_fmu import build_native_fmu
 from strandspring.fmu.native.platforms import host_folder
-from strandspring.fmu.python_backed import build_fmu
+from strandspring.fmu.python_backed import build_python_fmu
 from strandspring.modelfile import ModelFile
 
 HERE = Path(__file__).resolve().parent
@@ -213,7 +213,7 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as temporary:
         folder = Path(temporary)
         native = build_native_fmu(model, folder / "native")
-        python = build_fmu(model, folder / "python")
+        python = build_python_fmu(model, folder / "python")
         ours = Loadable("native", *unpacked(native, folder / "n"))
         fmus = [copying(folder), without_kernel(ours, folder), ours]
         fmus.append(Loadable("Python", *unpacked(python, folder / "p"), PYTHON_STEPS, PYTHON_EVERY, 1))

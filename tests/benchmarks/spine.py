@@ -20,7 +20,7 @@ from scipy.integrate import solve_ivp
 
 from strandspring import Record, Spring, SpringParameters, TwoStageOptions, identify, read_record
 from strandspring.fmu.check import running
-from strandspring.fmu.python_backed import build_fmu
+from strandspring.fmu.python_backed import build_python_fmu
 
 SPRING = SpringParameters(
     (5.0, 3000.0, 2e4, 1e6), (1.0, 10.0, 100.0), 25.0, 400.0, 1.0, 0.5, 0.05, 0.03, 0.07
@@ -118,7 +118,7 @@ def fmu_step_time() -> None:
     displacement = path(steps, 5).tolist()
     closed = best(lambda: Spring(SPRING).response(displacement)) / steps
     with tempfile.TemporaryDirectory() as folder:
-        fmu = build_fmu(Spring(SPRING, "benchmark").model, Path(folder))
+        fmu = build_python_fmu(Spring(SPRING, "benchmark").model, Path(folder))
         description = fmpy.read_model_description(fmu)
         references = {v.name: v.valueReference for v in description.modelVariables}
         for what, outputs in (("force", ["force"]), ("force and absorbed_energy", ["force", "absorbed_energy"])):

@@ -20,11 +20,11 @@ import pytest
 
 from springs import MOUNT
 from strandspring import Spring
+from strandspring.api.table import table_lines
 from strandspring.cli.main import COMMANDS
 from strandspring.cli.output import advancing, progress
-from strandspring.cli.tables import Column, narrow_table_lines, table_lines
 from strandspring.errors import StrandspringError
-from strandspring.files import check_writable, write_text
+from strandspring.files import refuse_unwritable, write_text
 from terminal import Terminal
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -183,12 +183,12 @@ def test_outputs_are_checked_before_work_begins(terminal: Terminal, open_folder:
     Path("file").touch()
     for output in (open_folder / "locked/m.json", open_folder / "locked/new/m.json", "file/m.json", "/dev/null", "."):
         with ordinary_user(), pytest.raises(StrandspringError, match="cannot be written"):
-            check_writable(Path(output))
+            refuse_unwritable(Path(output))
     for output in ("file/m.json", "/dev/null", "x" * 300):
         terminal("identify", "missing.csv", "-o", output, status=1)  # the record would be missed next
         assert f"{output} cannot be written: " in terminal.err
     assert sorted(path.name for path in Path().iterdir()) == ["file", "mount.json"]
-    check_writable(Path("new/folder/m.json"))
+    refuse_unwritable(Path("new/folder/m.json"))
     assert not Path("new").exists()
 
 
@@ -237,15 +237,15 @@ def test_tables_fit_the_terminal_and_keep_their_lines_in_a_pipe(
 
 def test_narrow_tables_lose_nothing() -> None:
     rng = np.random.default_rng(0)
-    columns = [
-        Column(f"heading {k} mm", False, tuple(f"{value:.4g}" for value in rng.standard_normal(3))) for k in range(12)
-    ] + [Column("source", True, ("model", "a/long/path/to/the/record.csv (3 cycles)", "弹簧.csv"))]  # fmt: skip
-    assert max(map(len, table_lines(columns))) > 180
+    headings = [*(f"heading {k} mm" for k in range(12)), "source"]
+    sources = ("model", "a/long/path/to/the/record.csv (3 cycles)", "弹簧.csv")
+    rows = [[*(f"{value:.4g}" for value in rng.standard_normal(12)), source] for source in sources]
+    assert max(map(len, table_lines(headings, rows, ["source"], 300))) > 180
     for width in (30, 60, 80, 120):
-        lines = narrow_table_lines(columns, width)
+        lines = table_lines(headings, rows, ["source"], width)
         assert max(map(len, lines)) <= width
         words = " ".join(lines).split()
-        assert all(cell in words for column in columns[:-1] for cell in column.cells)
+        assert all(cell in words for row in rows for cell in row[:-1])
 
 
 @pytest.mark.parametrize(
@@ -294,12 +294,14 @@ def shell(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Any:
     program.chmod(0o755)
     monkeypatch.setenv("PATH", f"{program.parent}{os.pathsep}{os.environ['PATH']}")
     monkeypatch.chdir(tmp_path)
-    return offered
+    settings = {**os.environ, "_STRANDSPRING_COMPLETE": "bash_source"}
+    source = subprocess.run(["strandspring"], env=settings, capture_output=True, text=True, check=True).stdout
+    return lambda line: offered(source, line)
 
 
-def offered(line: str) -> list[str]:
+def offered(source: str, line: str) -> list[str]:
     script = f"""
-        eval "$(_STRANDSPRING_COMPLETE=bash_source strandspring)"
+        {source}
         COMP_WORDS=({line.removesuffix(" ")}{' ""' if line.endswith(" ") else ""})
         COMP_CWORD=$((${{#COMP_WORDS[@]}} - 1))
         compopt() {{ echo "compopt $@"; }}  # works only for the Tab key

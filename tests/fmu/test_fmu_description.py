@@ -19,7 +19,7 @@ from strandspring.core.variables import spring_parameters, start_values, units, 
 from strandspring.errors import StrandspringError
 from strandspring.fmu.documentation import flat
 from strandspring.fmu.native.platforms import PLATFORMS, host_folder
-from strandspring.fmu.python_backed import build_fmu, fmu_contents
+from strandspring.fmu.python_backed import build_python_fmu, fmu_contents
 from strandspring.modelfile import ModelFile
 
 AWKWARD = "\"quoted\" 'single' <b>bold</b> &amp; ]]> <!-- \nnew line\ttab äöü 弹簧 %s %n {name} {{ 7*7 }}"
@@ -209,7 +209,7 @@ def test_awkward_texts(tmp_path):
     model = ModelFile(
         "awkward", SPRING, AWKWARD, fit={"<i>rmse</i>": 1.25}, provenance={"records": [{"path": AWKWARD}]}
     )
-    path = build_fmu(model, tmp_path)
+    path = build_python_fmu(model, tmp_path)
     assert validate_fmu(str(path)) == []
     assert fmpy.read_model_description(str(path)).description == AWKWARD
     page = fmu_contents(model, ())["documentation/index.html"].decode()

@@ -24,7 +24,7 @@ from native_tools import HEADERS, close, library
 from native_tools import Native as NativeInstance
 from portable_host import wine
 from strandspring.fmu.native.platforms import PLATFORMS, chosen_platforms, host_folder
-from strandspring.fmu.python_backed import build_fmu
+from strandspring.fmu.python_backed import build_python_fmu
 from strandspring.kernel.path import PathSolver
 from strandspring.modelfile import ModelFile
 
@@ -63,7 +63,7 @@ def unpacked(fmu: Path, folder: Path) -> Unpacked:
 @pytest.fixture(scope="module")
 def spring(tmp_path_factory: pytest.TempPathFactory) -> Unpacked:
     folder = tmp_path_factory.mktemp("hosts")
-    fmu = build_fmu(ModelFile("spring", SPRING), folder, chosen_platforms("all"), zero=0.0)
+    fmu = build_python_fmu(ModelFile("spring", SPRING), folder, chosen_platforms("all"), zero=0.0)
     return unpacked(fmu, folder / "unpacked")
 
 
@@ -354,7 +354,7 @@ def test_windows_finds_python_by_its_variable_on_path_and_in_the_registry(spring
 
 def test_the_same_guid_on_every_platform_and_another_by_the_declaration(tmp_path: Path) -> None:
     def guid(folder: str, platforms: str, needs: bool) -> str:
-        fmu = build_fmu(ModelFile("spring", SPRING), tmp_path / folder, chosen_platforms(platforms), 0.0, needs)
+        fmu = build_python_fmu(ModelFile("spring", SPRING), tmp_path / folder, chosen_platforms(platforms), 0.0, needs)
         description = fmpy.read_model_description(str(fmu))
         assert description.coSimulation.needsExecutionTool is needs
         return str(description.guid)

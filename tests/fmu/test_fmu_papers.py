@@ -19,7 +19,7 @@ from strandspring.coordinates import placed
 from strandspring.errors import ModelError
 from strandspring.fmu.native.native_fmu import build_native_fmu
 from strandspring.fmu.papers import HASHES, REFERENCE, RELATED, STIMULI
-from strandspring.fmu.python_backed import build_fmu
+from strandspring.fmu.python_backed import build_python_fmu
 from strandspring.fmu.verification import verify_fmu
 from strandspring.kernel.path import PathSolver
 from strandspring.modelfile import MODEL_IN_FMU, ModelFile, load_model, save_model
@@ -36,7 +36,7 @@ UNCERTAINTY = {
     "joint": JOINT,
 }
 MODEL = ModelFile("mount", SPRING, "a mount", uncertainty=UNCERTAINTY)
-BUILDERS: dict[str, Callable[..., Path]] = {"native": build_native_fmu, "python": build_fmu}
+BUILDERS: dict[str, Callable[..., Path]] = {"native": build_native_fmu, "python": build_python_fmu}
 
 
 @pytest.fixture(scope="module", params=BUILDERS)

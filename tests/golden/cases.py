@@ -232,6 +232,17 @@ ISOLATED: dict[str, tuple[str, ...]] = {
 }  # fmt: skip
 
 
+# Headings of the table by which its columns are kept.
+_KEPT_NAMES = {
+    "relative motion over base motion [1]": "relative [1]",
+    "relative motion over force [m/N]": "relative [m/N]",
+    "mean displacement [m]": "mean [m]",
+    "lowest displacement [m]": "least [m]",
+    "highest displacement [m]": "greatest [m]",
+    "outside the identified range": "extrapolating",
+}
+
+
 def isolated(workshop: Workshop, model: str, *options: str) -> Outputs:
     """The curves of a mass, at the frequencies asked for; where more are computed between them is left open."""
     table = workshop.new(".csv")
@@ -245,8 +256,9 @@ def isolated(workshop: Workshop, model: str, *options: str) -> Outputs:
     for k, level in enumerate(told["levels"]):
         wanted = [point for point in level.pop("points") if point.pop("wanted")]
         found |= flat(level, f"{k}.") | columns(wanted, f"{k}.points.")
-    rows = [row for row in read_table(table) if row.pop("wanted") == "True"]
-    return {"status": 0, **found, **columns(rows, "csv.")}
+    rows = [row for row in read_table(table) if row.pop("requested frequency") == "True"]
+    kept = [{_KEPT_NAMES.get(name, name): value for name, value in row.items()} for row in rows]
+    return {"status": 0, **found, **columns(kept, "csv.")}
 
 
 STUDIES: dict[str, tuple[str, ...]] = {

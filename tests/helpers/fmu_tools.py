@@ -22,7 +22,7 @@ from fmpy.fmi2 import (
 from fmpy.logging import addLoggerProxy
 
 from strandspring.core.parameters import SpringParameters
-from strandspring.fmu.python_backed import build_fmu
+from strandspring.fmu.python_backed import build_python_fmu
 from strandspring.modelfile import ModelFile
 
 SPRING = SpringParameters(
@@ -44,7 +44,7 @@ OTHER = SpringParameters(
 
 def built(folder: Path, parameters: SpringParameters = SPRING, name: str = "spring", text: str = "") -> Path:
     """An FMU in `folder`."""
-    return build_fmu(ModelFile(name, parameters, text), folder, zero=0.0)
+    return build_python_fmu(ModelFile(name, parameters, text), folder, zero=0.0)
 
 
 def wandering_path(parameters: SpringParameters, samples: int, seed: int) -> np.ndarray:

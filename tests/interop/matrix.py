@@ -15,7 +15,7 @@ from pathlib import Path
 from portable_host import wine
 from strandspring.fmu.native.native_fmu import build_native_fmu
 from strandspring.fmu.native.platforms import chosen_platforms
-from strandspring.fmu.python_backed import build_fmu
+from strandspring.fmu.python_backed import build_python_fmu
 from strandspring.modelfile import ModelFile
 
 
@@ -56,7 +56,7 @@ class Kind:
 NATIVE = Kind("native, co-simulation", _native, CO_SIMULATION)
 EXCHANGE = Kind("native, model exchange", _native, MODEL_EXCHANGE)
 STATES = Kind("native with states, model exchange", build_with_states, MODEL_EXCHANGE)
-PYTHON = Kind("Python-backed, co-simulation", build_fmu, CO_SIMULATION)
+PYTHON = Kind("Python-backed, co-simulation", build_python_fmu, CO_SIMULATION)
 KINDS = (NATIVE, EXCHANGE, STATES, PYTHON)
 
 

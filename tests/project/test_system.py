@@ -13,7 +13,7 @@ from springs import MOUNT
 from strandspring import Spring
 from strandspring.core.law import SpringLaw
 from strandspring.core.restoring import restoring_force
-from strandspring.fmu.python_backed import build_fmu
+from strandspring.fmu.python_backed import build_python_fmu
 
 MASS, LOAD, MIDDLE = 5.0, 50.0, 0.05
 AMPLITUDE, CIRCULAR = 0.004, 2.0 * np.pi * 7.0
@@ -65,7 +65,7 @@ def monolithic(times: np.ndarray) -> np.ndarray:
 def runs(tmp_path_factory: pytest.TempPathFactory) -> list[np.ndarray]:
     namespace: dict[str, Any] = {}
     exec(compile(program_with("def simulate"), "simulation-engineer.md", "exec"), namespace)
-    fmu = build_fmu(Spring(MOUNT, "mount").model, tmp_path_factory.mktemp("system"), zero=0.0)
+    fmu = build_python_fmu(Spring(MOUNT, "mount").model, tmp_path_factory.mktemp("system"), zero=0.0)
     return [namespace["simulate"](str(fmu), MASS, LOAD, base, MIDDLE, step, STOP) for step in STEPS]
 
 

@@ -16,7 +16,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from strandspring.errors import RecordError
-from strandspring.records import source, units
+from strandspring.records import content, source, units
 from strandspring.records.reading import read_record
 from strandspring.records.record import Record
 from strandspring.records.spikes import find_spikes, spikes_of
@@ -357,7 +357,7 @@ def test_sizes_are_limited(write: Write, monkeypatch: pytest.MonkeyPatch) -> Non
     path = write("Disp,Force\n1,2\n2,3\n")
     monkeypatch.setattr(source, "MAX_ROWS", 2)
     assert "must have at most 2 lines, found 3" in refusal(path)
-    monkeypatch.setattr(source, "MAX_BYTES", 10)
+    monkeypatch.setattr(content, "MAX_BYTES", 10)
     assert "must have at most 10 bytes, found 19" in refusal(path)
 
 

@@ -1,8 +1,9 @@
-"""Sentences of caution about records beside a model."""
+"""Sentences of caution about records beside a model, and text of model files made safe for the terminal."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
+from typing import Any
 
 import numpy as np
 
@@ -34,3 +35,8 @@ def outside_cautions(source: str, displacement: FloatArray, p: SpringParameters)
     slack = _ROUNDING * (p.displacement_max - p.displacement_min)
     outside = np.mean((displacement < p.displacement_min - slack) | (displacement > p.displacement_max + slack))
     return [f"{source}: {100 * outside:.3g} % of the samples lie {outside_range(p)}"] if outside > 0.0 else []
+
+
+def printable(value: Any) -> str:
+    """Text of a model file without control characters, which could change the terminal."""
+    return "".join(c if c.isprintable() else "?" for c in str(value))

@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ..errors import StrandspringError
 from ..files import replacing
 
 if TYPE_CHECKING:
@@ -34,18 +33,6 @@ def some_axes(axes: Axes | Sequence[Axes] | None, rows: int, columns: int, size:
     if len(given) != rows * columns:
         raise ValueError(f"`axes` must be {rows * columns}, got {len(given)}.")
     return given
-
-
-def checked_suffix(path: str | Path) -> Path:
-    """The path of a plot, if its ending says how to write it.
-
-    Raises
-    ------
-    StrandspringError   If it does not.
-    """
-    if Path(path).suffix.lower() not in SUFFIXES:
-        raise StrandspringError(f"A plot's file must end in {', '.join(SUFFIXES)}, got {str(path)!r}.")
-    return Path(path)
 
 
 def new_figure(size: tuple[float, float]) -> Figure:

@@ -21,7 +21,7 @@ from ..loops.measured import MeasuredLoop, measured_loops
 from ..loops.modelled import steady_loop, steady_loop_figures
 from ..modelfile import ModelFile, is_fmu
 from ..records.record import Record
-from .cautions import backwards_cautions, outside_range
+from .cautions import backwards_cautions, outside_range, printable
 from .figure import some_axes
 from .records import records_of
 from .result import Result
@@ -83,12 +83,12 @@ class Information(Result):
         lines += parameter_lines(self.parameters, model.uncertainty)
         fit, origin = model.fit, model.provenance
         if all(isinstance(fit.get(figure), (int, float)) for figure in ("rmse", "rnl")):
-            method = f" by the {_plain(origin['method'])} method" if "method" in origin else ""
+            method = f" by the {printable(origin['method'])} method" if "method" in origin else ""
             lines.append(f"  identified{method}: rmse {fit['rmse']:.4g} N, RNL {fit['rnl']:.4f}")
         records = origin.get("records")
         files = [r["file"] for r in records if isinstance(r, dict) and "file" in r] if isinstance(records, list) else []
         if files:
-            lines.append(f"  from {', '.join(map(_plain, files))}")
+            lines.append(f"  from {', '.join(map(printable, files))}")
         if sentence := zero_sentence(self.zero):
             lines.append(f"  {sentence}")
         return lines
@@ -247,8 +247,3 @@ def _outside(p: SpringParameters, source: str, figures: LoopFigures) -> list[str
         return []
     ends = f"{figures.low * 1e3:.6g} to {figures.high * 1e3:.6g} mm"
     return [f"{source}: the loop from {ends} reaches {outside_range(p)}"]
-
-
-def _plain(value: Any) -> str:
-    """Text of a model file without control characters, which could change the terminal."""
-    return "".join(c if c.isprintable() else "?" for c in str(value))

@@ -8,27 +8,23 @@ from typing import Any
 import click
 from click.core import ParameterSource
 
+from ..api.building import BuildOptions, build_all, checked_author, inherited_settings
 from ..api.records import bundled_record
 from ..coordinates import zero_sentence
-from ..errors import BuildError, StrandspringError
+from ..errors import BuildError
+from ..files import refuse_unwritable
 from ..fmu.archive import binary_sizes, fmu_path
-from ..fmu.check import CheckReport, check_fmu
-from ..fmu.native.native_fmu import build_native_fmu
 from ..fmu.native.platforms import PLATFORMS, Platform, chosen_platforms
-from ..fmu.papers import BuildSettings
-from ..fmu.python_backed import build_fmu
-from ..modelfile import ModelFile, check_name, is_fmu, load_model, save_model
+from ..modelfile import check_name, is_model_path, load_model, save_model
 from .identify import identified
-from .options import column_options, identification_options, identifier, method_options
-from .output import result, result_json, working
+from .options import identification_options, identifier, method_options, record_options
+from .output import reporting, result, result_json
 from .paths import refuse_overwriting
 from .zero import origin_of, zero_option
 
 # Of the bundled record: its machine position counts down while the sample is stretched.
 EXAMPLE_NAME = "rubber_hinge"
 EXAMPLE_COLUMNS = {"reverse": "displacement"}
-
-_LONGEST_AUTHOR = 200
 
 # What each kind of FMU is for.
 _PURPOSES = {
@@ -46,9 +42,10 @@ def _platforms(_context: click.Context, _parameter: click.Parameter, names: str 
 
 
 def _author(_context: click.Context, _parameter: click.Parameter, author: str) -> str:
-    if len(author) > _LONGEST_AUTHOR or not author.isprintable():
-        raise click.BadParameter(f"must be printable text of at most {_LONGEST_AUTHOR} characters.")
-    return author
+    try:
+        return checked_author(author)
+    except BuildError as refusal:
+        raise click.BadParameter(str(refusal)) from None
 
 
 @click.command()
@@ -92,7 +89,7 @@ def _author(_context: click.Context, _parameter: click.Parameter, author: str) -
 @click.option("--description", default="", help="Free text for the model identified from records.")
 @zero_option
 @click.option("--author", default="", callback=_author, help="Author of the FMU, for its model description.")
-@column_options
+@record_options
 @identification_options
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object instead of text.")
 def build(
@@ -105,7 +102,7 @@ def build(
     models: str,
     name: str | None,
     description: str,
-    zero: str | None,
+    zero: str | float | None,
     author: str,
     as_json: bool,
     **options: Any,
@@ -126,21 +123,18 @@ def build(
       strandspring build spring.json --states
       strandspring build loop.csv --name mount_a -o dist
     """
-    before = BuildSettings.of_fmu(Path(sources[0])) if len(sources) == 1 and is_fmu(sources[0]) else None
-    if before is not None:
-        author = author or before.author
-        if backend in (None, before.backend, "both"):
-            needs_execution_tool = needs_execution_tool or before.needs_execution_tool
-        backend = backend or before.backend
+    if len(sources) == 1:
+        backend, author, needs_execution_tool = inherited_settings(sources[0], backend, author, needs_execution_tool)
     if backend is None:
         backend = "native" if sources else "both"
     backends = ("native", "python") if backend == "both" else (backend,)
     if needs_execution_tool and "python" not in backends:
         raise click.UsageError("--needs-execution-tool is for the Python-backed FMU; add --backend python or both.")
     kinds = tuple(dict.fromkeys((*backends, "states"))) if states else backends
+    refuse_unwritable(Path(output), is_folder=True)
     of_records = {"name", "description", *options}
     method = method_options(options)
-    if len(sources) == 1 and (is_fmu(sources[0]) or sources[0].lower().endswith(".json")):
+    if len(sources) == 1 and is_model_path(sources[0]):
         _refuse_given(of_records, sources[0])
         model, model_path, identification = load_model(sources[0]), Path(sources[0]), None
         for one in kinds:
@@ -150,13 +144,18 @@ def build(
             sources, name = (str(bundled_record(Path(models))),), EXAMPLE_NAME if name is None else name
             options = {**options, **{key: options[key] or value for key, value in EXAMPLE_COLUMNS.items()}}
         chosen = identifier(sources[0]) if name is None else check_name(name)
+        refuse_unwritable(Path(models), is_folder=True)
         model_path = Path(models) / f"{chosen}.json"
         for one in kinds:
             refuse_overwriting(sources, {"--models": model_path, "--output": fmu_path(output, chosen, one)})
+            refuse_unwritable(fmu_path(output, chosen, one))
+        refuse_unwritable(model_path)
         model, identification = identified(sources, options, method, chosen, description)
         save_model(model_path, model)
     origin = origin_of(sources[0], zero, model.parameters)
-    built = {one: _built(model, Path(output), one, platforms, origin, needs_execution_tool, author) for one in kinds}
+    with reporting() as progress:
+        settings = BuildOptions(platforms, origin, needs_execution_tool, author)
+        built = build_all(model, Path(output), kinds, settings, progress)
     if as_json:
         result_json(
             {
@@ -167,8 +166,8 @@ def build(
                 "rmse": None if identification is None else identification.rmse,
                 "rnl": None if identification is None else identification.rnl,
                 "fmus": [
-                    {"path": str(fmu), "backend": one, "binaries": binary_sizes(fmu), "check": report.summary}
-                    for one, (fmu, report) in built.items()
+                    {"path": str(fmu), "backend": kind, "binaries": binary_sizes(fmu), "check": report.summary}
+                    for fmu, kind, report in built
                 ],
             }
         )
@@ -178,9 +177,9 @@ def build(
     result(f"Model file: {model_path}")
     if sentence := zero_sentence(origin):
         result(sentence)
-    for one, (fmu, report) in built.items():
+    for fmu, kind, report in built:
         binaries = ", ".join(f"{platform} {size / 1024:.0f} KiB" for platform, size in binary_sizes(fmu).items())
-        result(f"FMU: {fmu} ({fmu.stat().st_size / 1024:.0f} KiB), {_PURPOSES[one]}")
+        result(f"FMU: {fmu} ({fmu.stat().st_size / 1024:.0f} KiB), {_PURPOSES[kind]}")
         result(f"Binaries: {binaries}")
         result(f"Check: {report.summary}")
 
@@ -197,23 +196,3 @@ def _refuse_given(names: set[str], model: str) -> None:
         raise click.UsageError(
             f"{', '.join(given)} can only be given with records, and {model} is a model file; leave that out."
         )
-
-
-def _built(
-    model: ModelFile,
-    folder: Path,
-    kind: str,
-    platforms: tuple[Platform, ...] | None,
-    zero: float,
-    needs_execution_tool: bool,
-    author: str,
-) -> tuple[Path, CheckReport]:
-    if folder.exists() and not folder.is_dir():
-        raise StrandspringError(f"{folder} is a file; give a folder with -o.")
-    with working("Building the FMU"):
-        if kind == "python":
-            fmu = build_fmu(model, folder, platforms, zero, needs_execution_tool, author)
-        else:
-            fmu = build_native_fmu(model, folder, platforms, zero, author, kind == "states")
-    with working("Validating and running the FMU"):
-        return fmu, check_fmu(fmu)

@@ -15,7 +15,7 @@ from ..identification.method import Method
 from ..modelfile import ModelFile, check_name, save_model
 from ..peers.rivals.ranking import Ranking
 from .cautions import note_assumptions
-from .options import column_options, identification_options, identifier, method_options, read_records
+from .options import identification_options, identifier, method_options, read_records, record_options
 from .output import note, result, result_json, working
 from .paths import refuse_overwriting
 from .rivals import compared_with_rivals, print_ranking, ranking_json
@@ -26,7 +26,7 @@ from .rivals import compared_with_rivals, print_ranking, ranking_json
 @click.option("-o", "--output", required=True, metavar="MODEL.json", help="Model file to write.")
 @click.option("--name", help="Name of the model and its FMU, an identifier.  [default: from the output file]")
 @click.option("--description", default="", help="Free text for the model file and the FMU.")
-@column_options
+@record_options
 @identification_options
 @click.option(
     "--rivals", is_flag=True, help="Also fit other classes of models and rank them by their error on what is held out."

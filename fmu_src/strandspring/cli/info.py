@@ -16,7 +16,7 @@ from ..loops.loop import LoopFigures
 from ..loops.measured import MeasuredLoop
 from ..modelfile import load_model, save_model
 from .cautions import note_assumptions, note_cautions
-from .options import FiniteRange, column_options, read_records
+from .options import FiniteRange, read_records, record_options
 from .output import result, result_json, result_table, working
 from .paths import refuse_overwriting
 from .zero import origin_of, zero_option
@@ -50,13 +50,13 @@ _COLUMNS = (
 )
 @zero_option
 @click.option("--save", metavar="MODEL.json", help="Write the model file to this file, as out of an FMU.")
-@column_options
+@record_options
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object instead of text.")
 def info(
     model: str,
     records: tuple[str, ...],
     amplitudes: tuple[float, ...],
-    zero: str | None,
+    zero: str | float | None,
     save: str | None,
     as_json: bool,
     **columns: Any,

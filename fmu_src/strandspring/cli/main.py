@@ -26,6 +26,7 @@ COMMANDS = {
     "identify": "Identify a spring from force-displacement records.",
     "predict": "Predict the force of records with a model and report the errors.",
     "info": "Show a model's parameters and loop figures, beside those of records.",
+    "compare": "Compare two springs, such as before and after fatigue, by the uncertainty of both.",
     "synthesize": "Compute records: a spring's response, or the paper's experiment.",
     "build": "Build, validate and run the FMU of a model file or of records.",
     "verify": "Verify that FMUs are as they were built and answer as they should.",
@@ -67,6 +68,7 @@ def strandspring() -> None:
       strandspring identify record.csv -o spring.json --report spring.html
       strandspring predict spring.json other.csv -o predicted.csv
       strandspring info spring.json other.csv
+      strandspring compare new.json worn.json --plot difference.png
       strandspring build spring.json -o dist
       strandspring verify dist/spring.fmu
       strandspring export spring.json --ssv --modelica

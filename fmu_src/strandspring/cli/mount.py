@@ -8,7 +8,7 @@ from typing import Any
 import click
 
 from ..isolation.band import checked_limits
-from ..isolation.system import MOST_SPRINGS, Excitation, IsolatedMass, IsolationError, StaticEquilibrium
+from ..isolation.system import MOST_SPRINGS, Excitation, IsolationError
 from .options import Command, FiniteRange, together
 
 # Excitation, factor from the unit of the option to SI.
@@ -88,10 +88,3 @@ def chosen_levels(given: Mapping[str, Sequence[float]]) -> tuple[Excitation, lis
         return None
     excitation, factor = EXCITATIONS[options[0]]
     return excitation, [factor * level for level in given[options[0]]]
-
-
-def shares_of_room(system: IsolatedMass, equilibrium: StaticEquilibrium, shares: Sequence[float]) -> list[float]:
-    """Amplitudes of the mount [m] as shares of the distance from static equilibrium to the nearer end of the range."""
-    p = system.spring
-    room = min(equilibrium.displacement - p.displacement_min, p.displacement_max - equilibrium.displacement)
-    return [share * system.series * room for share in shares]

@@ -6,17 +6,20 @@ import math
 import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import fields
-from pathlib import Path
 from typing import Any, TypeVar
 
 import click
 
+from ..errors import RecordError
 from ..identification.method import Method
 from ..identification.refined import RefinedOptions
 from ..identification.scan import ScanOptions
+from ..intake.description_file import entries
+from ..intake.wanted import Wanted
+from ..intake.windows import is_window
+from ..modelfile import identifier as identifier
 from ..peers.ni_spring import NiOptions
 from ..peers.two_stage_options import TwoStageOptions
-from ..records.reading import read_record
 from ..records.record import Record
 from .output import progress
 
@@ -79,6 +82,31 @@ def _one_column(_context: click.Context, _option: click.Parameter, columns: tupl
     return columns[0] if columns else None
 
 
+def _time(_context: click.Context, _option: click.Parameter, values: tuple[str, ...]) -> tuple[str | None, str | None]:
+    """The column and the window."""
+    windows = {value for value in values if is_window(value)}
+    columns = set(values) - windows
+    for given, what in ((columns, "column"), (windows, "window FROM:TO")):
+        if len(given) > 1:
+            raise click.BadParameter(f"must be one {what}, got {' and '.join(sorted(given))}.")
+    _refuse_wrong("time_window", next(iter(windows), None))
+    return next(iter(columns), None), next(iter(windows), None)
+
+
+def _selection(_context: click.Context, option: click.Parameter, text: str | None) -> str | None:
+    _refuse_wrong(option.name or "", text)
+    return text
+
+
+def _refuse_wrong(name: str, text: str | None) -> None:
+    """Refuse what is not of the form of a selection."""
+    selection: dict[str, Any] = {name: text}
+    try:
+        Wanted(**selection)
+    except RecordError as problem:
+        raise click.BadParameter(str(problem)) from None
+
+
 def _degrees(_context: click.Context, _option: click.Parameter, text: str) -> tuple[int, int] | None:
     if text == "auto":
         return None
@@ -96,17 +124,24 @@ def _delay(_context: click.Context, _option: click.Parameter, delay: float | Non
     return None if delay is None else 1e-3 * delay
 
 
-# Options that select the columns of a record.
-column_options = together(
-    click.option("--displacement", metavar="COLUMN", help="Displacement column: name, or number from 1."),
-    click.option("--force", metavar="COLUMN", help="Force column: name, or number from 1."),
-    click.option("--time", metavar="COLUMN",
+# Options that say how records are read and what of them is used.
+record_options = together(
+    click.option("--displacement", metavar="COLUMN",
+                 help="Displacement column: name, or number from 1; of several sheets or groups, SHEET/COLUMN."),
+    click.option("--force", metavar="COLUMN", help="Force column, likewise."),
+    click.option("--time", metavar="COLUMN|FROM:TO", multiple=True, callback=_time,
                  help="Time column, if any. The model does not need it; identify finds delay, viscous force and gaps "
-                 "by it."),
+                 "by it. Numbers as in 2.5:60, 2.5: or :60 are a window instead, to which the record is cut [s]; give "
+                 "the option twice for both."),
     click.option("--displacement-unit", metavar="UNIT", help="mm, m, in, ...  [default: the file's, or mm]"),
     click.option("--force-unit", metavar="UNIT", help="N, kN, lbf, kip, ...  [default: the file's, or N]"),
     click.option("--reverse", type=click.Choice(["displacement", "force"]), multiple=True, callback=_one_column,
                  help="Negate this column."),
+    click.option("--cycles", metavar="FIRST:LAST", callback=_selection,
+                 help="Cut the record to these cycles, counted from 1: 2:5, 2:, :5 or 3."),
+    click.option("--displacement-range", metavar="LOW:HIGH", callback=_selection,
+                 help="Compare only samples within these displacements, as in -5:5, -5: or :5 [mm]; the others still "
+                 "belong to the path."),
 )  # fmt: skip
 
 # Options of the identification itself.
@@ -162,12 +197,9 @@ def method_options(chosen: dict[str, Any]) -> Method:
         raise click.UsageError(str(problem)) from None
 
 
-def read_records(paths: Sequence[str], columns: Mapping[str, Any]) -> list[Record]:
-    """Read records with a progress bar, with what `column_options` say."""
-    return [read_record(path, **columns) for path in progress(paths, "Reading records")]
-
-
-def identifier(text: str) -> str:
-    """An identifier derived from the file name `text`."""
-    name = re.sub(r"[^A-Za-z0-9_]+", "_", Path(text).stem).strip("_")
-    return (name if name[:1].isalpha() and name.isascii() else f"spring_{name}").rstrip("_")[:64]
+def read_records(paths: Sequence[str], options: Mapping[str, Any]) -> list[Record]:
+    """Read records and description files with a progress bar, with what `record_options` say."""
+    time, window = options["time"]
+    others = {name: value for name, value in options.items() if name != "time"}
+    found = entries(paths, Wanted(time=time, time_window=window, **others))
+    return [entry.read() for entry in progress(found, "Reading records")]

@@ -13,15 +13,16 @@ import sys
 from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager, nullcontext
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
-from .tables import Column, cell_width, narrow_table_lines, table_lines
+from ..api.table import table_lines
+
+if TYPE_CHECKING:
+    from rich.progress import Progress
 
 Item = TypeVar("Item")
-
-_INDENT = "  "  # of tables
 
 
 def _is_watched() -> bool:
@@ -51,22 +52,39 @@ def working(description: str) -> AbstractContextManager[Any]:
 
 @contextmanager
 def advancing(description: str, total: int) -> Iterator[Callable[[int], None]]:
-    """A progress bar on a terminal, and a function that takes the number of parts done so far.
-
-    A spinner and the time passed move while one part takes long.
-    """
+    """A progress bar on a terminal, and a function that takes the number of parts done so far."""
     if not _is_watched():
         yield lambda _: None
         return
-    from rich.console import Console
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
-    from rich.progress import TimeRemainingColumn as Remaining
-
-    columns = (SpinnerColumn(), TextColumn("{task.description}"), BarColumn(20), MofNCompleteColumn())
-    with Progress(*columns, TimeElapsedColumn(), TextColumn("left"), Remaining(), console=Console(stderr=True),
-                  transient=True) as bar:  # fmt: skip
+    with _bar() as bar:
         task = bar.add_task(description, total=total)
         yield lambda count: bar.update(task, completed=count)
+
+
+@contextmanager
+def reporting() -> Iterator[Callable[[str, float, int], None]]:
+    """A progress bar on a terminal, and a function that takes what is being done, the parts done, and their number."""
+    if not _is_watched():
+        yield lambda *_: None
+        return
+    with _bar() as bar:
+        task = bar.add_task("", total=None)
+        yield lambda what, done, total: bar.update(task, description=what, completed=done, total=total)
+
+
+def _bar() -> Progress:
+    """A bar of which spinner and time passed move while one part takes long."""
+    from rich import progress as rich
+    from rich.console import Console
+
+    columns = (
+        rich.SpinnerColumn(),
+        rich.TextColumn("{task.description}"),
+        rich.BarColumn(20),
+        rich.MofNCompleteColumn(),
+    )
+    times = (rich.TimeElapsedColumn(), rich.TextColumn("left"), rich.TimeRemainingColumn())
+    return rich.Progress(*columns, *times, console=Console(stderr=True), transient=True)
 
 
 def note(text: str) -> None:
@@ -80,19 +98,14 @@ def result(text: str) -> None:
 
 
 def result_table(headings: Sequence[str], rows: Iterable[Sequence[str]], left: Collection[str] = ()) -> None:
-    """A table on standard output, with the columns `left` aligned to the left and all others to the right.
+    """A table on standard output, see `table_lines`; it is folded to the width of a terminal."""
+    for line in table_lines(headings, rows, left, terminal_width()):
+        result(line)
 
-    On a terminal that is narrower, it becomes several tables one below the other; see `narrow_table_lines`.
-    """
-    cells = list(zip(*rows, strict=True)) or [()] * len(headings)
-    columns = [Column(heading, heading in left, tuple(of)) for heading, of in zip(headings, cells, strict=True)]
-    lines = table_lines(columns)
-    if sys.stdout.isatty():
-        width = shutil.get_terminal_size().columns - len(_INDENT)
-        if any(cell_width(line) > width for line in lines):
-            lines = narrow_table_lines(columns, width)
-    for line in lines:
-        result(f"{_INDENT}{line}" if line else "")
+
+def terminal_width() -> int | None:
+    """Columns of the terminal that shows standard output; None if that goes elsewhere."""
+    return shutil.get_terminal_size().columns if sys.stdout.isatty() else None
 
 
 def result_json(content: dict[str, Any]) -> None:

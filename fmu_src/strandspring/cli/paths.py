@@ -8,7 +8,7 @@ from pathlib import Path
 
 import click
 
-from ..files import check_writable
+from ..files import refuse_unwritable
 
 
 def refuse_overwriting(inputs: Iterable[str | Path], outputs: Mapping[str, str | Path | None]) -> None:
@@ -37,7 +37,7 @@ def refuse_overwriting(inputs: Iterable[str | Path], outputs: Mapping[str, str |
                 raise click.UsageError(f"{option} must be another file than {other}, got {path} for both.")
         written[option] = path
     for path in written.values():
-        check_writable(Path(path))
+        refuse_unwritable(Path(path))
 
 
 def _is_same_file(one: str | Path, other: str | Path) -> bool:

@@ -14,7 +14,7 @@ from ..api.text import fit_json
 from ..files import write_csv
 from ..modelfile import load_model
 from .cautions import note_assumptions, note_cautions
-from .options import column_options, read_records
+from .options import read_records, record_options
 from .output import note, result, result_json, working
 from .paths import refuse_overwriting
 
@@ -32,7 +32,7 @@ _HEADINGS = {
 @click.argument("model", metavar="MODEL.json")
 @click.argument("records", nargs=-1, required=True, metavar="RECORD...")
 @click.option("-o", "--output", metavar="OUT.csv", help="Write displacement, measured and predicted force here.")
-@column_options
+@record_options
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object instead of text.")
 def predict(model: str, records: tuple[str, ...], output: str | None, as_json: bool, **columns: Any) -> None:
     """Predict the force of records with a model and report the errors.

@@ -10,35 +10,16 @@ from typing import Any
 import click
 import numpy as np
 
-from ..api.cautions import outside_range
-from ..coordinates import counted_from, zero_sentence
-from ..core.parameters import SpringParameters
-from ..errors import ModelError
-from ..isolation.system import Excitation, IsolatedMass, static_equilibrium
-from ..modelfile import ModelFile, load_model
-from ..studies.cluster import Cluster
-from ..studies.definition import STIFFNESS_FACTORS, Study
+from ..api.studying import StudyResult
+from ..api.studying import study as studied
+from ..studies.definition import STIFFNESS_FACTORS
 from ..studies.journal import journal_path
-from ..studies.quantiles import GridPointSummary
-from ..studies.run import run_study
-from ..studies.runners import Local, Runner
-from ..studies.spread import Spread
-from .mount import EXCITATIONS, chosen_levels, curve_options, level_options, mount_options, positive, shares_of_room
+from .mount import EXCITATIONS, chosen_levels, curve_options, level_options, mount_options, positive
 from .options import FiniteRange
-from .output import advancing, note, result, result_json, result_table
+from .output import note, reporting, result, result_json, terminal_width
 from .paths import refuse_overwriting
-from .zero import origin_of, zero_option
+from .zero import zero_option
 
-# Heading: figure, factor from SI to the unit of the heading.
-_COLUMNS = {
-    "resonance Hz": ("frequency", 1.0),
-    "transmissibility": ("transmissibility", 1.0),
-    "amplitude mm": ("amplitude", 1e3),
-    "loss factor": ("loss_factor", 1.0),
-    "isolates from Hz": ("isolation_frequency", 1.0),
-}
-_QUANTILES = {"median": "median", "5 %": "low", "95 %": "high"}
-_DEFAULT_SHARE = 0.01  # see `shares_of_room`
 _MOST_VALUES = 10_000  # of one LOW:HIGH:COUNT
 
 
@@ -106,15 +87,9 @@ def study(
     model: str,
     mass: tuple[tuple[float, ...], ...],
     stiffness: tuple[tuple[float, ...], ...],
-    draws: int,
-    seed: int,
-    band: tuple[float, float] | None,
-    points: int,
-    extrapolate: bool,
     workers: int | None,
     scheduler: str | None,
     output: str,
-    zero: str | None,
     as_json: bool,
     **options: Any,
 ) -> None:
@@ -136,34 +111,33 @@ def study(
     if workers is not None and scheduler is not None:
         raise click.UsageError("--workers and --scheduler exclude each other; give one of them.")
     refuse_overwriting([model], {"--output": output, "--output's journal": journal_path(Path(output))})
-    content = load_model(model)
-    origin = origin_of(model, zero, content.parameters)
-    spring = counted_from(origin, content.parameters)
-    if chosen is None:
-        lightest = IsolatedMass(spring, min(_flat(mass)), **options)
-        amplitudes = shares_of_room(lightest, static_equilibrium(lightest), [_DEFAULT_SHARE])
-        chosen = Excitation.BASE_DISPLACEMENT, amplitudes
-    planned = Study(
-        spring=spring,
-        excitation=chosen[0],
-        masses=_flat(mass),
-        levels=tuple(chosen[1]),
-        stiffness_factors=_flat(stiffness) or (1.0,),
-        draws=draws,
-        seed=seed,
-        spread=_spread(model, spring, content) if draws else None,
-        band=band,
-        points=points,
-        extrapolate=extrapolate,
-        **options,
-    )
-    summaries = _run(planned, Path(output), Local(workers) if scheduler is None else Cluster(scheduler, note))
+    given: dict[str, Any] = {} if chosen is None else {chosen[0].value.replace(" ", "_"): chosen[1]}
+    kept: tuple[float, int] = (0, 0)
+    try:
+        with reporting() as show:
+
+            def progress(task: str, runs: float, total: int) -> None:
+                nonlocal kept
+                if runs and not kept[1]:
+                    note(f"{runs} of {total} runs were finished before.")
+                kept = runs, total
+                show(task, runs, total)
+
+            found = studied(
+                model, _flat(mass), **given, stiffness=_flat(stiffness) or 1.0, **options, output=output,
+                workers=workers, scheduler=scheduler, progress=progress, notify=note,
+            )  # fmt: skip
+    except KeyboardInterrupt:
+        if kept[0]:
+            note(
+                f"{kept[0]} of {kept[1]} runs are kept in {journal_path(Path(output))}; the same command continues "
+                "from there."
+            )
+        raise
     if as_json:
-        result_json({"zero": origin, **_json(model, planned, summaries, output)})
+        result_json({"zero": found.zero, **_json(model, found, output)})
         return
-    _print_summaries(planned, summaries)
-    if sentence := zero_sentence(origin):
-        result(sentence)
+    result("\n".join(found.lines(terminal_width())))
     result(f"Results: {output}")
 
 
@@ -171,38 +145,8 @@ def _flat(given: tuple[tuple[float, ...], ...]) -> tuple[float, ...]:
     return tuple(value for values in given for value in values)
 
 
-def _spread(path: str, spring: SpringParameters, content: ModelFile) -> Spread:
-    try:
-        return Spread.of(spring, content.uncertainty)
-    except ModelError as problem:
-        raise ModelError(f"{path}: {problem}") from None
-
-
-def _run(planned: Study, output: Path, runner: Runner) -> list[GridPointSummary]:
-    """Run the study with a progress bar; an interrupt says how many runs are kept."""
-    finished: int | None = None
-
-    try:
-        with advancing("Running", len(planned)) as advance:
-
-            def progress(runs: int) -> None:
-                nonlocal finished
-                if finished is None and runs:
-                    note(f"{runs} of {len(planned)} runs were finished before.")
-                finished = runs
-                advance(runs)
-
-            return run_study(planned, output, runner, progress, note)
-    except KeyboardInterrupt:
-        if finished:
-            note(
-                f"{finished} of {len(planned)} runs are kept in {journal_path(output)}; the same command continues "
-                "from there."
-            )
-        raise
-
-
-def _json(model: str, planned: Study, summaries: list[GridPointSummary], output: str) -> dict[str, Any]:
+def _json(model: str, found: StudyResult, output: str) -> dict[str, Any]:
+    planned = found.study
     return {
         "model": model,
         "runs": len(planned),
@@ -223,42 +167,7 @@ def _json(model: str, planned: Study, summaries: list[GridPointSummary], output:
                     for name, q in summary.figures.items()
                 },
             }
-            for summary in summaries
+            for summary in found.summaries
         ],
         "output": output,
     }
-
-
-def _print_summaries(planned: Study, summaries: list[GridPointSummary]) -> None:
-    springs = f"{planned.draws} draws (seed {planned.seed})" if planned.draws else "the identified spring"
-    refused = sum(summary.refused for summary in summaries)
-    result(f"{len(planned)} runs: {springs} at each of {len(summaries)} grid points, {refused} refused")
-    rows = []
-    for summary in summaries:
-        point = [*_point(planned.excitation, summary), str(summary.refused)]
-        for title, quantile in (_QUANTILES if planned.draws else {"": "median"}).items():
-            figures = [_cell(summary, name, scale, quantile) for name, scale in _COLUMNS.values()]
-            rows.append([*(point if quantile == "median" else [""] * len(point)), title, *figures])
-    result_table(["mass kg", "level", "stiffness", "refused", "", *_COLUMNS], rows)
-    for summary in summaries:
-        mass, level, stiffness = _point(planned.excitation, summary)
-        where = f"{mass} kg, {level}, stiffness x {stiffness}"
-        if summary.refused:
-            result(f"  {where}: {summary.refused} of {summary.runs} refused, most often: {summary.reason}")
-        if summary.at_end:
-            result(f"  {where}: {summary.at_end} of {summary.runs} have their peak at an end of the band")
-        if summary.extrapolating:
-            result(
-                f"  Caution: {where}: in {summary.extrapolating} of {summary.runs} the spring moves "
-                f"{outside_range(planned.spring)}"
-            )
-
-
-def _point(excitation: Excitation, summary: GridPointSummary) -> list[str]:
-    point = summary.point
-    return [f"{point.mass:g}", excitation.level_text(point.level), f"{point.stiffness_factor:g}"]
-
-
-def _cell(summary: GridPointSummary, name: str, scale: float, quantile: str) -> str:
-    quantiles = summary.figures[name]
-    return "-" if quantiles is None else f"{scale * getattr(quantiles, quantile):.4g}"

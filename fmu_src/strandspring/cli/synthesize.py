@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from contextlib import contextmanager
-
 import click
 
 from ..api.cautions import outside_cautions
 from ..api.synthesis import synthesize as synthesize_spring
 from ..api.synthesis import synthesize_ni
 from ..core.parameters import N_RANGE
-from ..errors import StrandspringError
 from ..modelfile import load_model
 from ..peers.ni import PAPER_NI
 from ..records.record import Record
@@ -19,6 +15,7 @@ from .cautions import note_cautions
 from .options import FiniteRange
 from .output import note, result
 from .paths import refuse_overwriting
+from .usage import values_as_usage
 
 
 @click.group()
@@ -107,7 +104,7 @@ def spring(
     """
     refuse_overwriting([model], {"--output": output})
     content = load_model(model)
-    with _wrong_usage():
+    with values_as_usage():
         record = synthesize_spring(
             content,
             [a * 1e-3 for a in amplitudes] or None,
@@ -175,23 +172,12 @@ def ni(
       strandspring synthesize ni --amplitude 5.45 --exponent 1 -o drowned.csv
     """
     refuse_overwriting((), {"--output": output, "--clean": clean})
-    with _wrong_usage():
+    with values_as_usage():
         record = synthesize_ni(1e-3 * amplitude, exponent, cycles, samples, noise, seed)
     _write(output, record, noise, seed)
     if clean is not None:
         synthesize_ni(1e-3 * amplitude, exponent, cycles, samples, 0.0).save(clean, "mm")
         result(f"Without noise: {clean}")
-
-
-@contextmanager
-def _wrong_usage() -> Iterator[None]:
-    """Numbers that are refused one by one are wrong usage; what a file holds is not."""
-    try:
-        yield
-    except StrandspringError:
-        raise
-    except ValueError as problem:
-        raise click.UsageError(str(problem)) from None
 
 
 def _write(output: str, record: Record, noise: float, seed: int) -> None:

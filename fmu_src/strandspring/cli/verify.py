@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import asdict
-from pathlib import Path
 
 import click
 
+from ..api.verifying import verify as verified
 from ..errors import BuildError
-from ..fmu.verification import verify_fmu
 from .output import result, result_json, working
 
 
@@ -27,18 +26,16 @@ def verify(fmus: tuple[str, ...], as_json: bool) -> None:
       strandspring verify dist/spring.fmu
       strandspring verify dist/*.fmu --json
     """
-    found = {}
+    found = []
     for fmu in fmus:
-        with working("Verifying"):
-            found[fmu] = verify_fmu(Path(fmu))
+        with working(f"Verifying {fmu}"):
+            found.append(verified(fmu))
     if as_json:
-        result_json({"fmus": [{"path": fmu, "findings": list(map(asdict, each))} for fmu, each in found.items()]})
+        result_json({"fmus": [{"path": each.path, "findings": list(map(asdict, each.findings))} for each in found]})
     else:
-        for fmu, each in found.items():
-            result(fmu)
-            for finding in each:
-                result(f"  {finding.about}: {finding.text}")
-    problems = [(fmu, finding) for fmu, each in found.items() for finding in each if finding.is_problem]
+        for each in found:
+            result(each.summary())
+    problems = [(each.path, finding) for each in found for finding in each.problems]
     if problems:
         fmu, first = problems[0]
         more = f" ({len(problems) - 1} more)" if len(problems) > 1 else ""

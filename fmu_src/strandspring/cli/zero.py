@@ -2,26 +2,24 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import click
 
-from ..coordinates import chosen_zero
-from ..core.parameters import SpringParameters
-from ..modelfile import is_fmu
+from ..api.placing import origin_of as origin_of
+from ..coordinates import given_zero
+from ..errors import StrandspringError
+
+
+def _given(_context: click.Context, _option: click.Parameter, text: str | None) -> str | float | None:
+    try:
+        return None if text is None else given_zero(text)
+    except StrandspringError as refusal:
+        raise click.BadParameter(str(refusal)) from None
+
 
 zero_option = click.option(
     "--zero",
     metavar="rig|middle|MM",
+    callback=_given,
     help="Where displacement is counted from: the rig's zero, the middle of the identified range, or a displacement of "
     "the record [mm].  [default: as in X.fmu if that is given; else rig if it lies within the range, else middle]",
 )
-
-
-def origin_of(source: str | Path, choice: str | None, parameters: SpringParameters) -> float:
-    """The zero [m] that the option chooses, by default that of an FMU from which the model file is read."""
-    if choice is None and is_fmu(source):
-        from ..fmu.papers import BuildSettings
-
-        return BuildSettings.of_fmu(Path(source)).zero
-    return chosen_zero(choice, parameters)

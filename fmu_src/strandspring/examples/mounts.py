@@ -14,10 +14,10 @@ from pathlib import Path
 
 from ..core.parameters import SpringParameters
 from ..fmu.native.native_fmu import build_native_fmu
-from ..fmu.python_backed import build_fmu
+from ..fmu.python_backed import build_python_fmu
 from ..modelfile import ModelFile
 
-BACKENDS: dict[str, Callable[..., Path]] = {"native": build_native_fmu, "python": build_fmu}
+BACKENDS: dict[str, Callable[..., Path]] = {"native": build_native_fmu, "python": build_python_fmu}
 
 # Carries about 5 kg at 50 mm of compression, with a natural frequency of 11 Hz.
 EQUIPMENT_MOUNT = SpringParameters(

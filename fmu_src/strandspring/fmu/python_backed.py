@@ -45,7 +45,7 @@ def start(resources, name, guid):
 '''
 
 
-def build_fmu(
+def build_python_fmu(
     model: ModelFile,
     directory: Path,
     platforms: Sequence[Platform] | None = None,

@@ -65,5 +65,12 @@ def least_lag(record: Record) -> float | None:
 
 
 def correlation(record: Record) -> float:
-    """Correlation of displacement and force [-]."""
-    return float(np.corrcoef(record.displacement, record.force)[0, 1])
+    """Correlation of displacement and force [-]; of the record or what is selected of it, whichever is larger.
+
+    In a narrow range the hysteresis decides on it, and outside the range the force may snap through.
+    """
+    whole = float(np.corrcoef(record.displacement, record.force)[0, 1])
+    if record.compared is None:
+        return whole
+    x, r = record.displacement[record.compared], record.force[record.compared]
+    return max(whole, float(np.corrcoef(x, r)[0, 1])) if np.ptp(x) and np.ptp(r) else whole

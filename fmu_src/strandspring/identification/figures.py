@@ -5,7 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
+from ..errors import RecordError
 from ..kernel.arrays import FloatArray
 from ..kernel.path import PathSolver
 from ..loops.strokes import Strokes, find_strokes
@@ -59,7 +61,16 @@ def record_fit(
     record: Record, predicted: FloatArray, first_sample: int, omega_start: float, compared: str
 ) -> RecordFit:
     """Figures of a prediction from `first_sample` on."""
-    force, p = record.force[first_sample:], predicted[first_sample:]
+    chosen = np.arange(len(record)) >= first_sample
+    if record.compared is not None:
+        if not (chosen & record.compared).any():
+            raise RecordError(
+                f"{record.path}: no sample from number {first_sample + 1} on, where the steady part begins, is within "
+                "the selected displacements; select others."
+            )
+        chosen &= record.compared
+        compared += ", within the selected displacements"
+    force, p = record.force[chosen], predicted[chosen]
     rms_force = float(np.sqrt(np.mean(force**2)))
     figures = (rmse(force, p), rnl(force, p), rms_force)
     return RecordFit(record.path, predicted, first_sample, force.size, *figures, omega_start, compared)
@@ -71,7 +82,7 @@ def predict_record(solver: PathSolver, record: Record) -> RecordFit:
     Reversals below the noise of the displacement are taken out of the path first, as in identification.
     """
     strokes = find_strokes(record.displacement)
-    omega_start = estimate_omega_start(solver, strokes, record.force)
+    omega_start = estimate_omega_start(solver, strokes, record.force, record.compared)
     predicted = solver.force(strokes.displacement, omega_start)
     return record_fit(record, predicted, 0, omega_start, "all samples, omega_start estimated")
 
@@ -81,16 +92,19 @@ def periodic_start(solver: PathSolver, path: FloatArray) -> float:
     return float(solver.omega(path, float(solver.omega(path)[-1]))[-1])
 
 
-def estimate_omega_start(solver: PathSolver, strokes: Strokes, force: FloatArray) -> float:
-    """The omega at the first sample that follows the first two strokes best."""
+def estimate_omega_start(
+    solver: PathSolver, strokes: Strokes, force: FloatArray, compared: NDArray[np.bool_] | None = None
+) -> float:
+    """The omega at the first sample that follows the first two strokes best, or what is compared of them."""
     end = int(strokes.turning[min(2, strokes.count)]) + 1
     step = max(1, end // _START_SAMPLES)
     # Turning points stay in the path, or thinning would cut the strokes short.
     chosen = np.union1d(np.arange(0, end, step), strokes.turning[strokes.turning < end])
     path, measured = strokes.displacement[chosen], force[chosen]
+    weights = np.ones(chosen.size) if compared is None or not compared[chosen].any() else compared[chosen]
 
     def misfit(omega: float) -> float:
-        return float(np.sum((solver.force(path, omega) - measured) ** 2))
+        return float(weights @ (solver.force(path, omega) - measured) ** 2)
 
     # Imported here because it takes a third of a second, and identification does without it.
     from scipy.optimize import minimize_scalar

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise, starmap
@@ -33,6 +34,7 @@ class Loops:
     sample : ndarray, shape (P,)        Mean place of the samples behind the point in the path of its record.
     direction, start, length : ndarray, shape (S,)      +1 or -1, where it begins [m], how long it is [m].
     record : ndarray of int, shape (S,) Record of each stroke; the memory starts anew with each record.
+    selected : (float, float)           Displacements among which the points were selected [m].
     """
 
     displacement: FloatArray
@@ -45,6 +47,7 @@ class Loops:
     start: FloatArray
     length: FloatArray
     record: IndexArray
+    selected: tuple[float, float] = (-math.inf, math.inf)
 
     @property
     def side(self) -> NDArray[np.int64]:
@@ -53,10 +56,14 @@ class Loops:
 
     @property
     def reach(self) -> tuple[float, float]:
-        """Lowest and highest displacement of the strokes that have points [m]; averaged points stay within it."""
+        """Lowest and highest displacement of the strokes that have points [m], as far as they are selected.
+
+        Averaged points stay within it.
+        """
         used = np.unique(self.stroke)
         ends = np.concatenate([self.start[used], (self.start + self.direction * self.length)[used]])
-        return float(ends.min()), float(ends.max())
+        low, high = self.selected
+        return max(low, float(ends.min())), min(high, float(ends.max()))
 
     @property
     def longest(self) -> float:
@@ -189,4 +196,5 @@ def join(parts: Sequence[Loops]) -> Loops:
         np.concatenate([part.direction for part in parts]),
         column("start"), column("length"),
         np.repeat(np.arange(len(parts)), counts),
+        (min(part.selected[0] for part in parts), max(part.selected[1] for part in parts)),
     )  # fmt: skip

@@ -14,6 +14,10 @@ class Outcome(Enum):
     TOO_FEW_STROKES = (
         "The displacement does not go back and forth over one full range; record at least one whole cycle."
     )
+    TOO_LITTLE_LEFT = (
+        "Too few samples of the loading or the unloading branch are left to fit; choose a larger --displacement-range, "
+        "more --cycles or a longer --time, or record without dwells and within the force sensor's range."
+    )
     TOO_FEW_SAMPLES = (
         "There are no more samples than parameters, so nothing shows whether the model fits; sample the strokes more "
         "densely, or give lower --degrees."

@@ -160,9 +160,12 @@ def prediction_interval(samples: Samples, linear: Linearised) -> PredictionInter
     additive += float(np.average(misfit, weights=loops.weight))
     scale = np.sqrt(additive + relative * force**2)
     half, cycles = _halves(loops)
-    if cycles > 1:
+    is_tried = cycles > 1
+    if is_tried:
         residuals, counted = _left_out(linear, half)
-    else:
+        # Of few samples in a selected range, those of one half may lie beside those of the other.
+        is_tried = all(counted[half == own].any() for own in (0, 1))
+    if not is_tried:
         # Akaike's final prediction error: of new samples, from the residuals of those that were fitted.
         size, count = linear.jacobian.shape
         residuals, counted = linear.misfit * math.sqrt((size + count) / max(size - count, 1)), half == 0
@@ -175,7 +178,7 @@ def prediction_interval(samples: Samples, linear: Linearised) -> PredictionInter
     wider = float(student_95(independent)) / NORMAL_95
     factor = wider * _quantile(ratio[counted], weight[counted])
     coverage = None
-    if cycles > 1:
+    if is_tried:
         first, second = counted & (half == 0), counted & (half == 1)
         held = sum(
             float(weight[own][ratio[own] <= wider * _quantile(ratio[other], weight[other])].sum())

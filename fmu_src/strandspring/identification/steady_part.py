@@ -24,6 +24,7 @@ _CHATTER = 6  # turns of the force within a branch from which it is stick-slip
 _NO_LOOP = 1e-4  # half height of a loop that is called none, share of the force range
 _CROSSED = 0.1  # share of the displacement range over which the branches may be crossed
 _ALIKE = 0.015  # difference between two strokes that is called none, share of the force range
+_LEAST_LEFT = 2  # samples of each branch that make a loop
 _NOISY = 5e-4  # noise of the displacement that is reported, share of its range
 
 
@@ -90,6 +91,9 @@ def find_steady_part(record: Record, delay: float = 0.0) -> SteadyRecord:
         used = used & (moment >= record.time[0]) & (moment <= record.time[-1])
     periodic = strokes.count in (2, 3) and _is_closed(in_step, strokes)
     first_used = 0 if periodic else _first_steady_stroke(strokes, in_step, cautions)
+    left = strokes.direction[strokes.of_sample[used & (strokes.of_sample >= first_used)]]
+    if min(np.count_nonzero(left == side) for side in (1, -1)) < _LEAST_LEFT:
+        raise IdentificationError(Outcome.TOO_LITTLE_LEFT, record.path)
     loops = _points_of(in_step, strokes, first_used, periodic, POINTS_PER_STROKE, used)
     _refuse_impossible(in_step, mean_loop(loops))
     return SteadyRecord(record, strokes, first_used, loops, periodic, cautions, used)
@@ -137,7 +141,7 @@ def mean_loop(loops: Loops, shares: FloatArray = _SHARES) -> MeanLoop:
         chosen.append(strokes[loops.length[strokes] >= _FULL * loops.length[strokes].max()])
     both = np.concatenate(chosen)
     ends = np.stack([loops.start[both], loops.start[both] + loops.direction[both] * loops.length[both]])
-    low, high = ends.min(axis=0).max(), ends.max(axis=0).min()
+    low, high = max(loops.selected[0], ends.min(axis=0).max()), min(loops.selected[1], ends.max(axis=0).min())
     grid = low + (high - low) * shares
     branches = []
     for side, strokes in zip((1, -1), chosen, strict=True):
@@ -161,8 +165,13 @@ def _points_of(
     record: Record, strokes: Strokes, first_used: int, periodic: bool, points: int, used: NDArray[np.bool_]
 ) -> Loops:
     if periodic:
-        return _closed_loops(record, strokes, points, used)
-    return gather(strokes, record.force, first_used, points, used)
+        loops = _closed_loops(record, strokes, points, used)
+    else:
+        loops = gather(strokes, record.force, first_used, points, used)
+    if record.compared is None:
+        return loops
+    within = strokes.displacement[record.compared]
+    return replace(loops, selected=(float(within.min()), float(within.max())))
 
 
 def _closed_loops(record: Record, strokes: Strokes, points: int, used: NDArray[np.bool_]) -> Loops:

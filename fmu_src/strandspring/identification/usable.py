@@ -30,7 +30,7 @@ _NAMED = 6  # places that a message names
 def usable_samples(record: Record, strokes: Strokes) -> tuple[BoolArray, dict[Outcome, str]]:
     """Which samples to fit, and cautions with their details.
 
-    Left out are forces at the end of the sensor's range and all but the first sample of a dwell.
+    Left out are forces at the end of the sensor's range, all but the first sample of a dwell, and what is not selected.
 
     Parameters
     ----------
@@ -45,6 +45,8 @@ def usable_samples(record: Record, strokes: Strokes) -> tuple[BoolArray, dict[Ou
         found[Outcome.CLIPPED] = f"{int(clipped.sum())} of {clipped.size} samples"
     resting, relaxed = _dwells(record, strokes)
     used &= ~resting
+    if record.compared is not None:
+        used &= record.compared
     if _is_relaxation(relaxed, record):
         found[Outcome.DWELLS] = f"by {relaxed:.3g} N (median)"
     if record.time is not None:

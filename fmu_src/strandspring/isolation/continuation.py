@@ -40,6 +40,8 @@ _RECENT = 10  # steps whose neighbourhood is no sign of a closed curve
 
 _RAMP = 10  # levels through which a start is approached
 _REFINEMENTS = 6  # halvings of the frequencies' spacing about a peak
+_CURVED = 0.004  # of ln(amplitude) between a point and the chord of its neighbours, above which points are added
+_SWEPT = 1000  # frequencies between two reports of progress
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,7 +71,11 @@ class SteadyMotion:
 
 
 def follow(
-    balance: HarmonicBalance, equilibrium: StaticEquilibrium, frequencies: FloatArray, limits: tuple[float, float]
+    balance: HarmonicBalance,
+    equilibrium: StaticEquilibrium,
+    frequencies: FloatArray,
+    limits: tuple[float, float],
+    advance: Callable[[float], None] = lambda _: None,
 ) -> Iterator[SteadyMotion]:
     """Steady motions from the lowest to the highest frequency, in the order of the curve.
 
@@ -80,6 +86,8 @@ def follow(
     frequencies : ndarray, shape (F,)   Rising [rad/s], > 0.
     limits : tuple of float             Displacements of a spring [m]; what comes after a motion beyond them is not
                                         worth computing, and may be left out.
+    advance : callable                  Is called with the number of frequencies passed; through a fold it grows by less
+                                        than 1.
 
     Raises
     ------
@@ -89,16 +97,19 @@ def follow(
     here = _start(balance, equilibrium, float(logs[0]))
     yield here
     while (after := logs[logs > here.log]).size:
-        reached = balance.sweep(here.log, here.z, after, limits)
+        advance(logs.size - after.size)
+        reached = balance.sweep(here.log, here.z, after[:_SWEPT], limits)
         for log, (z, summary) in zip(after.tolist(), reached, strict=False):
             here = SteadyMotion(log, z, summary, wanted=True)
             yield here
-        after = after[len(reached) :]
+        passed, after = len(reached), after[len(reached) :]
         if not after.size:
             return
+        if passed == _SWEPT:
+            continue
         try:
             # All or nothing: what leads up a spike that cannot be followed is no part of the curve.
-            motions = list(_along(balance, here, logs, float(after[0])))
+            motions = list(_along(balance, here, logs, float(after[0]), advance))
         except _LostError as lost:
             motions = _across(balance, here, after, lost.reached)
             if not motions:
@@ -132,6 +143,36 @@ def refine_peak(
             if middle is not None:
                 found.insert(top + k, (middle, float(measure([middle])[0])))
     return [motion for motion, _ in found]
+
+
+def refine_superharmonics(balance: HarmonicBalance, motions: list[SteadyMotion], below: float) -> list[SteadyMotion]:
+    """The motions with more of them where the amplitude bends sharply, as it does at superharmonic resonances.
+
+    Parameters
+    ----------
+    balance : HarmonicBalance
+    motions : list of SteadyMotion   In the order of the curve.
+    below : float                    Of the frequencies at which motions are added [rad/s].
+    """
+    refined = list(motions)
+    for _ in range(_REFINEMENTS):
+        logs = np.array([motion.log for motion in refined])
+        rising = np.array([motion.rising for motion in refined]) & (logs < np.log(below))
+        with np.errstate(divide="ignore", invalid="ignore"):
+            sizes = np.log([motion.summary.high - motion.summary.low for motion in refined])
+            share = (logs[1:-1] - logs[:-2]) / (logs[2:] - logs[:-2])
+            bend = np.abs(sizes[1:-1] - sizes[:-2] - share * (sizes[2:] - sizes[:-2]))
+        curved = (bend > _CURVED) & rising[:-2] & rising[1:-1] & rising[2:] & (share > 0.0) & (share < 1.0)
+        before = np.flatnonzero(np.append(curved, False) | np.insert(curved, 0, False))
+        # From the end, so that what comes before keeps its place.
+        for k in before[::-1].tolist():
+            one, other = refined[k], refined[k + 1]
+            middle = _between(balance, one, other, 0.5 * (one.log + other.log))
+            if middle is not None:
+                refined.insert(k + 1, middle)
+        if len(refined) == logs.size:
+            break
+    return refined
 
 
 def _start(balance: HarmonicBalance, equilibrium: StaticEquilibrium, log: float) -> SteadyMotion:
@@ -183,12 +224,20 @@ def _across(balance: HarmonicBalance, here: SteadyMotion, after: FloatArray, rea
     return []
 
 
-def _along(balance: HarmonicBalance, here: SteadyMotion, logs: FloatArray, target: float) -> Iterator[SteadyMotion]:
+def _along(
+    balance: HarmonicBalance,
+    here: SteadyMotion,
+    logs: FloatArray,
+    target: float,
+    advance: Callable[[float], None],
+) -> Iterator[SteadyMotion]:
     """Motions along the curve until it has risen past the target, those at wanted frequencies among them."""
     place = _Place.of(here, balance.at(here.z, here.omega))
     places = [place]
     step = _FIRST
-    for _ in range(_MOST_STEPS):
+    passed = int(np.searchsorted(logs, here.log, "right"))
+    for count in range(_MOST_STEPS):
+        advance(passed + count / _MOST_STEPS)
         after, corrections = _next(balance, place, step)
         if after is None:
             step *= 0.5

@@ -1,14 +1,24 @@
-"""Curves of transmissibility and relative motion, one for each level."""
+"""Curves of transmissibility and amplitude over frequency, one for each model and level.
+
+Dotted parts lie between two folds and are unstable. Small peaks below the resonance are superharmonic resonances: a
+multiple of the frequency meets the resonance, and the plot says which.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Literal
 
 import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.axis import Axis
 from matplotlib.figure import Figure
+from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullFormatter
+from scipy.signal import find_peaks
 
 from ..files import replacing
 from .response import FrequencyResponse
@@ -16,35 +26,141 @@ from .system import Excitation
 
 SUFFIXES = (".png", ".svg", ".pdf")
 
+Quantity = Literal["transmissibility", "amplitude"]
 
-def write_plot(path: Path, responses: Sequence[FrequencyResponse], title: str) -> None:
+# Okabe and Ito, distinguishable with any colour vision and on white.
+_COLORS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
+# Dots are for what is unstable.
+_STYLES: tuple[str | tuple[int, tuple[float, ...]], ...] = ("-", (0, (7.0, 2.0)), (0, (7.0, 2.0, 2.0, 2.0)))
+_UNSTABLE = (0, (1.0, 1.6))
+_FACTORS: Mapping[Quantity, float] = {"transmissibility": 1.0, "amplitude": 1e3}  # to the unit of the axis
+_LEGEND_COLUMNS = 4
+# A superharmonic peak: its prominence in ln(amplitude), and how near its multiple lies to the resonance.
+_PROMINENT = 0.02
+_ORDERS = range(2, 12)
+_ALIKE = 0.35
+
+
+@dataclass(frozen=True, eq=False)
+class Curve:
+    """A response with its place in the legend."""
+
+    response: FrequencyResponse
+    label: str
+    color: str
+    style: str | tuple[int, tuple[float, ...]]
+
+
+def curves_of(models: Mapping[str, Sequence[FrequencyResponse]]) -> list[Curve]:
+    """Curves of each model by its label: colours tell levels apart, or models where there are several."""
+    if len(models) == 1:
+        ((_, responses),) = models.items()
+        return [_curve(response, response.level_text, k, k // len(_COLORS)) for k, response in enumerate(responses)]
+    return [
+        _curve(response, f"{label}, {response.level_text}", k, level)
+        for k, (label, responses) in enumerate(models.items())
+        for level, response in enumerate(responses)
+    ]
+
+
+def _curve(response: FrequencyResponse, label: str, color: int, style: int) -> Curve:
+    return Curve(response, label, _COLORS[color % len(_COLORS)], _STYLES[style % len(_STYLES)])
+
+
+def draw(axes: Axes, curves: Sequence[Curve], quantity: Quantity) -> None:
+    """Draw curves over frequency on logarithmic axes."""
+    excitation = curves[0].response.excitation
+    for curve in curves:
+        _draw_curve(axes, curve, quantity)
+    if quantity == "transmissibility":
+        axes.axhline(1.0, color="0.45", lw=0.8, zorder=1)
+        axes.set_ylabel(f"{'force' if excitation is Excitation.FORCE else 'absolute'} transmissibility [-]")
+    else:
+        axes.set_ylabel("amplitude of the mount [mm]")
+    axes.set(xlabel="frequency [Hz]", xscale="log", yscale="log")
+    axes.margins(x=0.02)
+    axes.grid(True, which="major", color="0.85", lw=0.8)
+    axes.grid(True, which="minor", color="0.93", lw=0.5)
+    for axis, limits in ((axes.xaxis, axes.get_xlim()), (axes.yaxis, axes.get_ylim())):
+        _decimal_ticks(axis, *limits)
+
+
+def fill(figure: Figure, models: Mapping[str, Sequence[FrequencyResponse]], title: str) -> tuple[Axes, Axes]:
+    """Draw transmissibility and amplitude into an empty figure with a constrained layout, the legend below them."""
+    curves = curves_of(models)
+    top, bottom = figure.subplots(2, 1, sharex=True)
+    draw(top, curves, "transmissibility")
+    draw(bottom, curves, "amplitude")
+    top.set(title=title, xlabel="")
+    handles, labels = top.get_legend_handles_labels()
+    heading = curves[0].response.excitation.value
+    if any(not curve.response.columns["stable"].all() for curve in curves):
+        heading += "; unstable where dotted"
+    if orders := _mark_superharmonics(bottom, curves):
+        heading += f"\nsuperharmonic peaks at {', '.join(f'1/{order}' for order in orders)} of the resonance"
+    columns = len(curves) // len(models) if len(models) > 1 else min(len(curves), _LEGEND_COLUMNS)
+    figure.legend(handles, labels, loc="outside lower center", ncols=min(columns, _LEGEND_COLUMNS), title=heading,
+                  fontsize=9, title_fontsize=9, frameon=False)  # fmt: skip
+    return top, bottom
+
+
+def write_plot(path: Path, models: Mapping[str, Sequence[FrequencyResponse]], title: str) -> None:
     """Draw the responses; the format is that of the name's ending, one of `SUFFIXES`."""
     # Without these an SVG or PDF holds a date and random names.
     with mpl.rc_context({"svg.hashsalt": "strandspring"}):
         figure = Figure(figsize=(8.0, 8.0), layout="constrained")
-        top, bottom = figure.subplots(2, 1, sharex=True)
-        for k, response in enumerate(responses):
-            label = response.level_text
-            _curve(top, response, "transmissibility", 1.0, f"C{k}", label)
-            _curve(bottom, response, "amplitude", 1e3, f"C{k}", label)
-        force = responses[0].excitation is Excitation.FORCE
-        top.axhline(1.0, color="0.6", lw=0.8)
-        top.set(ylabel="force transmissibility [-]" if force else "absolute transmissibility [-]", title=title)
-        bottom.set(xlabel="frequency [Hz]", ylabel="amplitude of the mount [mm]")
-        for axes in (top, bottom):
-            axes.set(xscale="log", yscale="log")
-            axes.grid(True, which="both", color="0.92")
-        top.legend(title=responses[0].excitation.value, fontsize=8)
+        fill(figure, models, title)
         with replacing(path) as part:
             kind = path.suffix.lower().lstrip(".")
             figure.savefig(part, format=kind, dpi=120, metadata={"Date": None} if kind == "svg" else None)
 
 
-def _curve(axes: Axes, response: FrequencyResponse, name: str, factor: float, color: str, label: str) -> None:
-    frequency, values = response.column("frequency"), factor * response.column(name)
+def _draw_curve(axes: Axes, curve: Curve, quantity: Quantity) -> None:
+    response = curve.response
+    frequency, values = response.column("frequency"), _FACTORS[quantity] * response.column(quantity)
     unstable = response.column("stable") == 0.0
     # The dotted part reaches to its stable neighbours, so that the curve has no gaps.
-    dotted = unstable | np.roll(unstable, 1) | np.roll(unstable, -1)
-    axes.plot(frequency, np.where(unstable, np.nan, values), color=color, lw=1.4, label=label)
+    dotted = unstable | np.append(unstable[1:], False) | np.insert(unstable[:-1], 0, False)
+    axes.plot(frequency, np.where(unstable, np.nan, values), color=curve.color, ls=curve.style, lw=1.5,
+              label=curve.label)  # fmt: skip
     if unstable.any():
-        axes.plot(frequency, np.where(dotted, values, np.nan), color=color, lw=1.0, ls=":")
+        axes.plot(frequency, np.where(dotted, values, np.nan), color=curve.color, lw=1.3, ls=_UNSTABLE)
+
+
+def _decimal_ticks(axis: Axis, low: float, high: float) -> None:
+    """Ticks such as 0.5, 1, 2, 5, so many that some lie between the limits."""
+    decades = math.log10(high / low)
+    if decades < 0.4:
+        axis.set_major_locator(MaxNLocator(6, steps=[1, 2, 5, 10]))
+    elif decades < 1.0:
+        axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 3.0, 4.0, 6.0, 8.0), numticks=50))
+    else:
+        axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if decades < 3.5 else (1.0,), numticks=50))
+    axis.set_minor_locator(LogLocator(subs=np.arange(2.0, 10.0).tolist(), numticks=50))
+    axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:.10g}"))
+    axis.set_minor_formatter(NullFormatter())
+
+
+def _mark_superharmonics(axes: Axes, curves: Sequence[Curve]) -> list[int]:
+    """Mark the largest superharmonic peak of each order; the orders, rising."""
+    peaks: dict[int, tuple[float, float]] = {}
+    for curve in curves:
+        for order, peak in _superharmonics(curve.response).items():
+            peaks[order] = max(peaks.get(order, peak), peak, key=lambda at: at[1])
+    for order, (frequency, amplitude) in peaks.items():
+        axes.annotate(f"1/{order}", (frequency, _FACTORS["amplitude"] * amplitude), (0.0, 8.0),
+                      textcoords="offset points", ha="center", fontsize=9)  # fmt: skip
+    return sorted(peaks)
+
+
+def _superharmonics(response: FrequencyResponse) -> dict[int, tuple[float, float]]:
+    """Frequency [Hz] and amplitude [m] of superharmonic peaks by their order."""
+    frequency, amplitude = response.column("frequency"), response.column("amplitude")
+    found: dict[int, tuple[float, float]] = {}
+    for k in find_peaks(np.log(amplitude), prominence=_PROMINENT)[0].tolist():
+        ratio = response.resonance.frequency / float(frequency[k])
+        order = round(ratio)
+        if order in _ORDERS and abs(ratio - order) < _ALIKE:
+            at = (float(frequency[k]), float(amplitude[k]))
+            found[order] = max(found.get(order, at), at, key=lambda one: one[1])
+    return found

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields
 from functools import cached_property
 from typing import Any
@@ -14,10 +14,13 @@ from numpy.typing import NDArray
 from ..kernel.arrays import FloatArray
 from ..kernel.path import PathSolver
 from ..loops.modelled import steady_loop_figures
-from .continuation import SteadyMotion, follow, refine_peak
+from .continuation import SteadyMotion, follow, refine_peak, refine_superharmonics
 from .curve_points import ResponsePoint, displacement_limits, response_columns, transmissibility
 from .harmonic_balance import HARMONICS, SAMPLES, HarmonicBalance
 from .system import Excitation, IsolatedMass, IsolationError, static_equilibrium
+
+# Superharmonic resonances lie at half the resonance's frequency and below.
+_SUPERHARMONIC = 0.7
 
 
 @dataclass(frozen=True)
@@ -88,6 +91,8 @@ def frequency_response(
     extrapolate: bool = False,
     harmonics: int = HARMONICS,
     samples: int = SAMPLES,
+    resolve: bool = False,
+    advance: Callable[[float], None] = lambda _: None,
 ) -> FrequencyResponse:
     """Steady motion of a mass on a mount over a band of frequencies, through folds if there are any.
 
@@ -99,6 +104,8 @@ def frequency_response(
     frequencies : array_like     Shape (F,), F >= 2, rising [Hz], > 0.
     extrapolate : bool           Go on where the motion leaves the identified range.
     harmonics, samples : int     Of the Fourier series, and per period.
+    resolve : bool               Add points to the superharmonic resonances that the frequencies meet, for a plot.
+    advance : callable           Is called with the number of frequencies done.
 
     Returns
     -------
@@ -115,10 +122,13 @@ def frequency_response(
     balance = HarmonicBalance(system, excitation, level, harmonics, samples)
     limits = displacement_limits(system.spring, extrapolate)
     motions = []
-    for motion in follow(balance, static_equilibrium(system), 2.0 * np.pi * band, limits):
+    for motion in follow(balance, static_equilibrium(system), 2.0 * np.pi * band, limits, advance):
         _check_range(balance, motion, limits)
         motions.append(motion)
     motions = refine_peak(balance, motions, lambda at: transmissibility(balance, at))
+    if resolve:
+        peak = motions[int(np.argmax(transmissibility(balance, motions)))]
+        motions = refine_superharmonics(balance, motions, _SUPERHARMONIC * peak.omega)
     for motion in motions:
         _check_range(balance, motion, limits)
     columns = response_columns(balance, motions)

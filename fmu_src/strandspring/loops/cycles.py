@@ -26,14 +26,18 @@ class Cycle(Loop):
     ----------
     path : str                  Of the record.
     frequency : float or None   Reciprocal of its duration [Hz]; None without increasing times.
+    first_sample : int          Index of its first sample in the record.
+    last_sample : int           Of its last one, which is the first one of the next cycle in a series.
     """
 
     path: str
     frequency: float | None
+    first_sample: int
+    last_sample: int
 
 
 def find_cycles(record: Record) -> tuple[Cycle, ...]:
-    """Full cycles of a record; no two of them overlap.
+    """Full cycles of a record all samples of which are compared; no two of them overlap.
 
     A cycle is two consecutive strokes whose lengths agree within 3 %. The first stroke of a series of such strokes
     depends on the motion before it, so cycles begin with the second stroke if there are at least three. A record of one
@@ -58,6 +62,8 @@ def find_cycles(record: Record) -> tuple[Cycle, ...]:
     for k, count in _cycle_strokes(strokes):
         cycle = slice(k, k + count)
         begin, end = int(strokes.turning[k]), int(strokes.turning[k + count])
+        if record.compared is not None and not record.compared[begin : end + 1].all():
+            continue
         closing_work = 0.5 * (r[begin] + r[end]) * (x[begin] - x[end])
         # The turning points are the ends of the first two strokes; the first point may lie within a stroke.
         ends = strokes.turning_displacement[k + 1 : k + 3]
@@ -75,7 +81,7 @@ def find_cycles(record: Record) -> tuple[Cycle, ...]:
         loading, unloading = (_branch(strokes, r, range(k, k + count), direction) for direction in (1, -1))
         duration = 0.0 if record.time is None else float(record.time[end] - record.time[begin])
         frequency = 1.0 / duration if duration > 0.0 else None
-        cycles.append(Cycle(figures, loading, unloading, noise, record.path, frequency))
+        cycles.append(Cycle(figures, loading, unloading, noise, record.path, frequency, begin, end))
     return tuple(cycles)
 
 

@@ -67,6 +67,11 @@ def measured_loops(record: Record) -> tuple[MeasuredLoop, ...]:
     RecordError   If the record has no full cycle.
     """
     cycles = find_cycles(record)
+    if not cycles and record.compared is not None:
+        raise RecordError(
+            f"{record.path}: no full cycle (two consecutive strokes equal in length within 3 %) lies within the "
+            "selected displacements; select a range that holds one."
+        )
     if not cycles:
         raise RecordError(
             f"{record.path}: no full cycle (two consecutive strokes equal in length within 3 %) was found; record at "

@@ -53,6 +53,10 @@ class NiOptions(Method):
         if len(parts) > 1:
             raise RecordError(f"{where}: Ni's method takes one periodic record; give one, or use another method.")
         record, loops = parts[0].record, parts[0].loops
+        if record.compared is not None:
+            raise RecordError(
+                f"{where}: Ni's method takes whole periods; select no range of displacement, or use another method."
+            )
         # Ni's model has its neutral position at zero; the middle of the stroke stands for it.
         low, high = loops.reach
         x = record.displacement / _MILLIMETRE - 0.5 * (low + high) / _MILLIMETRE

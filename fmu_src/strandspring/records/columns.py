@@ -44,7 +44,19 @@ _LONGEST_NAME = 200  # bounds the time of the patterns above
 
 @dataclass(frozen=True)
 class Column:
-    """One column of a table: 1-based number, name in the header ("" without), its unit, a few values."""
+    """One column of a table.
+
+    Attributes
+    ----------
+    number : int             From 1.
+    name : str               In the header, "" without.
+    label : str              The name without its unit.
+    unit : str or None
+    unit_is_sure : bool      Whether that is a unit and not part of the name.
+    cells : tuple of str     The first values, for messages.
+    numeric : bool           Whether it holds numbers.
+    content : str            What it holds, in words, where there are no cells.
+    """
 
     number: int
     name: str
@@ -53,6 +65,7 @@ class Column:
     unit_is_sure: bool
     cells: tuple[str, ...]
     numeric: bool
+    content: str = ""
 
     def __str__(self) -> str:
         return f"column {self.number} {quoted(self.name)}" if self.name else f"column {self.number}"
@@ -63,7 +76,7 @@ def table_columns(dialect: Dialect) -> list[Column]:
     columns = []
     for i in range(dialect.width):
         name = dialect.header[i] if dialect.header else ""
-        label, unit, sure = _split_unit(name)
+        label, unit, sure = split_unit(name)
         if dialect.units and dialect.units[i].strip("[]() "):
             unit, sure = dialect.units[i].strip("[]() "), True
         cells = tuple(row[i] for row in dialect.rows if i < len(row))
@@ -108,13 +121,13 @@ def choose_columns(
         if quantity in chosen:
             continue
         free = [column for column in columns if column not in chosen.values()]
-        candidates = _named_columns(free, quantity)
+        candidates = named_columns(free, quantity)
         if len(candidates) == 1:
             chosen[quantity] = candidates[0]
             notes.append(f"{quantity} is {candidates[0]}, chosen by its name or unit")
         elif quantity == "time":
             if candidates:
-                notes.append(f"time is left out, since {_listed(candidates)} could hold it")
+                notes.append(f"time is left out, since {listed_columns(candidates)} could hold it")
         elif not has_names and len(columns) == 2 and not candidates:
             chosen[quantity] = free[0]
             notes.append(f"{quantity} is assumed to be {free[0]}, as there is no header")
@@ -154,7 +167,7 @@ def choose_unit(column: Column, quantity: Quantity, asked: str | None, where: st
     return unit, factor, f"the unit of {quantity} is {unit} ({source})"
 
 
-def _split_unit(header: str) -> tuple[str, str | None, bool]:
+def split_unit(header: str) -> tuple[str, str | None, bool]:
     """Label, unit and whether the unit is certain, of "Force [kN]", "Disp/mm" or "force_kN"."""
     if len(header) > _LONGEST_NAME:
         return header, None, False
@@ -176,7 +189,7 @@ def _asked_column(columns: Sequence[Column], wanted: int | str, quantity: Quanti
             lambda column: column.name == text,
             lambda column: column.name.casefold() == text.casefold(),
             lambda column: _squeezed(column.name) == _squeezed(text),
-            lambda column: _squeezed(column.label) == _squeezed(_split_unit(text)[0]),
+            lambda column: _squeezed(column.label) == _squeezed(split_unit(text)[0]),
         )
         for rule in rules:
             found = [column for column in columns if column.name and rule(column)]
@@ -185,22 +198,23 @@ def _asked_column(columns: Sequence[Column], wanted: int | str, quantity: Quanti
             if found:
                 raise RecordError(
                     f"{where}: {quantity} column {quoted(wanted)} must name one column, "
-                    f"but it fits {_listed(found)}; give a number."
+                    f"but it fits {listed_columns(found)}; give a number."
                 )
         if not re.fullmatch(r"[0-9]{1,9}", text):
             raise RecordError(
                 f"{where}: {quantity} column {quoted(wanted)} is not in the file, "
-                f"which has {_listed(columns)}; give one of these names or numbers."
+                f"which has {listed_columns(columns)}; give one of these names or numbers."
             )
     number = int(wanted)
     if not 1 <= number <= len(columns):
         raise RecordError(
-            f"{where}: {quantity} column must be 1 to {len(columns)}, got {number}; the file has {_listed(columns)}."
+            f"{where}: {quantity} column must be 1 to {len(columns)}, got {number}; the file has "
+            f"{listed_columns(columns)}."
         )
     return columns[number - 1]
 
 
-def _named_columns(columns: Sequence[Column], quantity: Quantity) -> list[Column]:
+def named_columns(columns: Sequence[Column], quantity: Quantity) -> list[Column]:
     """Columns whose name or unit indicates a quantity, by the strictest rule that finds any."""
     ranks = {column.number: _rank(column, quantity) for column in columns}
     best = min(ranks.values(), default=_NO_RANK)
@@ -232,24 +246,26 @@ def _ambiguity(
     columns: Sequence[Column], candidates: Sequence[Column], quantity: Quantity, has_names: bool, where: str
 ) -> str:
     if candidates:
-        reason = f"{_listed(candidates)} could be the {quantity}"
+        reason = f"{listed_columns(candidates)} could be the {quantity}"
     elif has_names:
-        reason = f"no column is named like a {quantity} among {_listed(columns)}"
+        reason = f"no column is named like a {quantity} among {listed_columns(columns)}"
     else:
-        reason = f"there is no header to find the {quantity} by among {_listed(columns)}"
+        reason = f"there is no header to find the {quantity} by among {listed_columns(columns)}"
     return f"{where}: {reason}; name the columns with --displacement and --force."
 
 
-def _listed(columns: Sequence[Column]) -> str:
+def listed_columns(columns: Sequence[Column]) -> str:
     """Columns with first value and range in the first rows, such as "column 1 'Time' (0.0 first, 0 to 12)"."""
     texts = []
     for column in columns[:_LISTED_COLUMNS]:
         values = [cell for cell in column.cells if cell]
-        content = f" ({quoted(values[0])[1:-1]} first{_range(values)})" if values else " (empty)"
+        content = f" ({quoted(values[0])[1:-1]} first{_range(values)})" if values else f" ({column.content or 'empty'})"
         texts.append(f"{column}{content}")
     more = len(columns) - _LISTED_COLUMNS
     rows = max((len(column.cells) for column in columns), default=0)
-    return ", ".join(texts) + (f" and {more} more" if more > 0 else "") + f" (in the first {rows} rows)"
+    return (
+        ", ".join(texts) + (f" and {more} more" if more > 0 else "") + (f" (in the first {rows} rows)" if rows else "")
+    )
 
 
 def _range(cells: Sequence[str]) -> str:

@@ -96,13 +96,14 @@ class Dialect(_Shape):
     rows: tuple[tuple[str, ...], ...]
 
 
-def find_dialect(lines: Sequence[str], path: str) -> Dialect:
+def find_dialect(lines: Sequence[str], path: str, row: str = "line") -> Dialect:
     """Detect the dialect of a file.
 
     Parameters
     ----------
     lines : sequence of str   First lines of the file, without line ends.
     path : str                Name of the file for messages.
+    row : str                 What messages call a line.
 
     Raises
     ------
@@ -112,7 +113,7 @@ def find_dialect(lines: Sequence[str], path: str) -> Dialect:
     table = [split_cells(line, separator) for line in lines]
     judged = [cells for cells in table if _count_numbers(cells, decimal) >= 2][-_JUDGED_LINES:]
     if not judged:
-        raise RecordError(_no_numbers(lines, path))
+        raise RecordError(_no_numbers(lines, path, row))
     width = Counter(_width(cells) for cells in judged).most_common(1)[0][0]
     raw_width = max(width, Counter(len(cells) for cells in judged).most_common(1)[0][0])
     regular = [cells for cells in judged if _width(cells) == width]
@@ -120,13 +121,13 @@ def find_dialect(lines: Sequence[str], path: str) -> Dialect:
         2 * sum(is_number(cells[column], decimal) for cells in regular) > len(regular) for column in range(width)
     )
     if sum(numeric) < 2:
-        raise RecordError(_no_numbers(lines, path))
+        raise RecordError(_no_numbers(lines, path, row))
     shape = _Shape(separator, decimal, width, raw_width, numeric)
     # If no row is full, the first one is refused like any damaged row.
     full = (i for i, cells in enumerate(table) if shape.is_full(cells))
     first = next(full, table.index(regular[0]))
     damaged, header, units = _above(lines, table, first, shape)
-    _refuse_text(table, damaged, shape, path)
+    _refuse_text(table, damaged, shape, path, row)
     first = min([first, *damaged])
     return Dialect(
         **vars(shape),
@@ -218,14 +219,14 @@ def _above(
     return damaged[::-1], header, units
 
 
-def _refuse_text(table: Sequence[Sequence[str]], damaged: Sequence[int], shape: _Shape, path: str) -> None:
+def _refuse_text(table: Sequence[Sequence[str]], damaged: Sequence[int], shape: _Shape, path: str, row: str) -> None:
     """Refuse lines of text and numbers just above the table: they may be settings or damaged samples."""
     for i in damaged:
         for column, (cell, numeric) in enumerate(zip(table[i], shape.numeric, strict=False), 1):
             if numeric and re.search(r"\w", cell) and not is_number(cell, shape.decimal):
                 raise RecordError(
-                    f"{path}, line {i + 1}, column {column}: must hold a number like the rows below, "
-                    f"found the text {quoted(cell)}; correct or delete the line."
+                    f"{path}, {row} {i + 1}, column {column}: must hold a number like the rows below, "
+                    f"found the text {quoted(cell)}; correct or delete the {row}."
                 )
 
 
@@ -235,9 +236,9 @@ def _is_unit_row(cells: Sequence[str]) -> bool:
     return all_known and not {"displacement", "force"}.isdisjoint(kinds.values())
 
 
-def _no_numbers(lines: Sequence[str], path: str) -> str:
+def _no_numbers(lines: Sequence[str], path: str, row: str) -> str:
     texts = [line.strip() for line in lines if line.strip()]
     return (
-        f"{path}: must hold at least two columns of numbers, found none in the first {len(texts)} lines, "
+        f"{path}: must hold at least two columns of numbers, found none in the first {len(texts)} {row}s, "
         f"which begin with {quoted(next(iter(texts), ''))}; export the record as text with separated columns."
     )

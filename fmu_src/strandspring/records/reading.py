@@ -1,7 +1,8 @@
-"""Reading of measured records from delimited text as test rigs write it."""
+"""Reading of measured records from the files that test rigs write."""
 
 from __future__ import annotations
 
+import math
 import os
 from collections.abc import Mapping
 from typing import Literal
@@ -10,12 +11,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import RecordError
-from .columns import Column, choose_columns, choose_unit, table_columns
-from .dialect import Dialect, find_dialect
+from .choosing import choose_table
+from .columns import Column, choose_unit
+from .content import read_content
+from .formats.opening import tables_of
 from .record import Record
-from .rows import lines_of_rows, read_numbers
-from .source import Source, load
 from .spikes import find_spikes, spikes_of
+from .tables import Table
 from .units import Quantity, quoted, unit_factor
 
 # Beyond any rig: the unit is wrong.
@@ -33,22 +35,33 @@ def read_record(
     displacement_unit: str | None = None,
     force_unit: str | None = None,
     reverse: Literal["displacement", "force"] | None = None,
+    displacement_offset: float = 0.0,
+    force_offset: float = 0.0,
+    displacement_scale: float = 1.0,
+    force_scale: float = 1.0,
 ) -> Record:
-    """Read displacement and force, and time where there is one, from a delimited text file.
+    """Read displacement and force, and time where there is one, from the file of a test rig.
 
-    Separator (comma, semicolon, tab, blanks), decimal mark, encoding, lines before the table, header and row
-    of units are detected from the head of the file and reported in `Record.notes`. A given unit takes
-    precedence over a row of units, and that over the header; without any, mm, N and s are assumed.
+    Files are delimited text, Excel and OpenDocument workbooks, MATLAB (.mat), TDMS, MDF 3 and 4, UFF 58, HDF5, Parquet,
+    Feather and NumPy (.npy, .npz) files, any of them also compressed (gzip, bzip2, xz) or in a zip archive; the content
+    decides, not the name. Of text and sheets, separator (comma, semicolon, tab, blanks), decimal mark, encoding, lines
+    before the table, header and row of units are detected and reported in `Record.notes`; other files give names,
+    units and sampling rates themselves. A given unit takes precedence over that of the file, and a row of units over
+    the header; without any, mm, N and s are assumed. Of several sheets or groups of channels the one that holds both a
+    displacement and a force is read.
 
     Parameters
     ----------
-    path : path-like                               The file.
+    path : path-like                               The file; "campaign.zip/a13.csv" is a file in an archive.
     displacement, force, time : int, str or None   Columns: a name (case, unit, blanks and underscores may
         differ where only one column fits), or a 1-based number. Text of digits is a number unless a column
-        is called so. None finds the column by its name or unit, and without a header takes the first of
-        exactly two columns as displacement, the second as force. The time column is optional.
+        is called so; of several sheets or groups, "sheet/column" or "group/channel". None finds the column
+        by its name or unit, and without a header takes the first of exactly two columns as displacement,
+        the second as force. The time column is optional.
     displacement_unit, force_unit : str or None    Such as "mm", "inch"; "kN", "lbf".
     reverse : "displacement", "force" or None      The column to negate.
+    displacement_offset, force_offset : float      Subtracted from the column, in the column's own units.
+    displacement_scale, force_scale : float        Factor of what is left, such as kN per V; the product has the unit.
 
     Returns
     -------
@@ -57,19 +70,34 @@ def read_record(
     Raises
     ------
     RecordError   If the file is not a record, with place, finding and advice in one sentence.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from tempfile import TemporaryDirectory
+    >>> from strandspring import read_record
+    >>> with TemporaryDirectory() as folder:
+    ...     path = Path(folder) / "loop.csv"
+    ...     _ = path.write_text("Weg [mm];Kraft [kN]\\n0;0\\n1,5;0,25\\n3;0,5\\n")
+    ...     record = read_record(path)
+    >>> record.displacement.tolist(), record.force.tolist()
+    ([0.0, 0.0015, 0.003], [0.0, 250.0, 500.0])
     """
     if reverse not in (None, "displacement", "force"):
         raise RecordError(f"`reverse` must be 'displacement' or 'force', got {quoted(str(reverse))}.")
-    source = load(path)
-    dialect = find_dialect(source.head, source.path)
+    adjustments: dict[Quantity, tuple[float, float]] = {
+        "displacement": (displacement_offset, displacement_scale),
+        "force": (force_offset, force_scale),
+    }
+    _refuse_useless(adjustments)
+    content = read_content(path)
+    where = content.path
     asked: dict[Quantity, int | str | None] = {"displacement": displacement, "force": force, "time": time}
     asked_units = {"displacement": displacement_unit, "force": force_unit}
-    columns, chosen_notes = choose_columns(table_columns(dialect), asked, source.path)
-    notes = [*source.notes, *_layout_notes(dialect), *chosen_notes]
+    table, columns, chosen_notes = choose_table(tables_of(content), asked, where)
+    notes = [*content.notes, *table.notes, *chosen_notes]
 
-    arrays, table_notes = read_numbers(
-        source, dialect, columns.values(), optional=columns.get("time") if time is None else None
-    )
+    arrays, table_notes = table.read(columns.values(), optional=columns.get("time") if time is None else None)
     notes += table_notes
     values: dict[Quantity, NDArray[np.float64]] = {}
     units: dict[Quantity, str] = {}
@@ -77,19 +105,27 @@ def read_record(
         if column.number not in arrays:
             continue
         try:
-            units[quantity], factor, note = choose_unit(column, quantity, asked_units.get(quantity), source.path)
+            units[quantity], factor, note = choose_unit(column, quantity, asked_units.get(quantity), where)
         except RecordError as error:
             if quantity == "time" and time is None:
                 notes.append(f"time is left out: {error}")
                 continue
             raise
-        values[quantity] = arrays[column.number] * factor
         notes.append(note)
+        series = arrays[column.number]
+        offset, scale = adjustments.get(quantity, (0.0, 1.0))
+        if offset != 0.0:
+            series = series - offset
+            notes.append(f"{offset:.6g} subtracted from the {quantity}, as given")
+        if scale != 1.0:
+            series = series * scale
+            notes.append(f"the {quantity} multiplied by {scale:.6g}, as given")
+        values[quantity] = series * factor
     if time is None and "time" in values and not _is_a_clock(values["time"]):
         notes.append(f"time is left out: {columns['time']} does not increase")
         del values["time"]
-    _refuse_impossible(values, columns, units, source, dialect)
-    notes += _spike_notes(values, source, dialect)
+    _refuse_impossible(values, columns, units, table, where)
+    notes += _spike_notes(values, table)
     if reverse is not None:
         values[reverse] = -values[reverse]
         notes.append(f"{reverse} negated, as given")
@@ -97,34 +133,33 @@ def read_record(
         values["displacement"],
         values["force"],
         values.get("time"),
-        path=source.path,
-        sha256=source.sha256,
+        path=where,
+        sha256=content.sha256,
         notes=tuple(notes),
     )
 
 
-def _layout_notes(dialect: Dialect) -> list[str]:
-    notes = []
-    if dialect.first_line > 1:
-        header = "no header" if dialect.header_line is None else f"the header in line {dialect.header_line}"
-        notes.append(f"the numbers begin in line {dialect.first_line}, with {header}")
-    if dialect.decimal == ",":
-        notes.append("the decimal mark is a comma")
-    return notes
+def _refuse_useless(adjustments: Mapping[Quantity, tuple[float, float]]) -> None:
+    for quantity, (offset, scale) in adjustments.items():
+        if not math.isfinite(offset):
+            raise RecordError(f"`{quantity}_offset` must be finite, got {offset}.")
+        if not (math.isfinite(scale) and scale > 0.0):
+            raise RecordError(
+                f"`{quantity}_scale` must be finite and > 0, got {scale}; negate a column with `reverse`."
+            )
 
 
 def _is_a_clock(time: NDArray[np.float64]) -> bool:
     return time.size > 1 and bool((np.diff(time) >= 0.0).all() and time[-1] > time[0])
 
 
-def _spike_notes(values: Mapping[Quantity, NDArray[np.float64]], source: Source, dialect: Dialect) -> list[str]:
-    """A sentence about the isolated outliers of each quantity, with their lines."""
+def _spike_notes(values: Mapping[Quantity, NDArray[np.float64]], table: Table) -> list[str]:
+    """A sentence about the isolated outliers of each quantity, with their rows."""
     notes = []
     for quantity, spikes in zip(_SI, spikes_of(values["displacement"], values["force"]), strict=True):
         if spikes.size:
-            lines = lines_of_rows(source, dialect, spikes.tolist())
-            found = zip(lines, values[quantity][spikes], strict=True)
-            places = ", ".join(f"line {line} ({value:.6g} {_SI[quantity]})" for line, value in found)
+            found = zip(table.places(spikes.tolist()), values[quantity][spikes], strict=True)
+            places = ", ".join(f"{table.row} {place} ({value:.6g} {_SI[quantity]})" for place, value in found)
             notes.append(
                 f"the {quantity} in {places} is far outside all others and from its neighbours; "
                 "correct or delete faulty samples"
@@ -136,17 +171,17 @@ def _refuse_impossible(
     values: Mapping[Quantity, NDArray[np.float64]],
     columns: Mapping[Quantity, Column],
     units: Mapping[Quantity, str],
-    source: Source,
-    dialect: Dialect,
+    table: Table,
+    where: str,
 ) -> None:
     """Refuse what no rig measures: a single sample, a constant, a size that only a wrong unit or value explains."""
     for quantity in ("displacement", "force"):
-        series, where = values[quantity], f"{source.path}, {columns[quantity]}"
+        series, place = values[quantity], f"{where}, {columns[quantity]}"
         if series.size < 2:
-            raise RecordError(f"{source.path}: must have at least 2 rows of numbers, found {series.size}.")
+            raise RecordError(f"{where}: must have at least 2 rows of numbers, found {series.size}.")
         if series.min() == series.max():
             raise RecordError(
-                f"{where}: the {quantity} must change, found {series[0]:.6g} in all {series.size} rows; "
+                f"{place}: the {quantity} must change, found {series[0]:.6g} in all {series.size} rows; "
                 f"name the column of the {quantity}."
             )
     # The range may overflow.
@@ -161,18 +196,18 @@ def _refuse_impossible(
         if size > limit:
             series, unit = values[quantity], units[quantity]
             middle = np.median(series) if quantity == "displacement" else 0.0
-            (line,) = lines_of_rows(source, dialect, [int(np.argmax(np.abs(0.5 * series - 0.5 * middle)))])
+            (row,) = table.places([int(np.argmax(np.abs(0.5 * series - 0.5 * middle)))])
             raise RecordError(
-                f"{source.path}, line {line}, {columns[quantity]}: the {quantity} must {rule} at most "
+                f"{where}, {table.row} {row}, {columns[quantity]}: the {quantity} must {rule} at most "
                 f"{limit:g} {_SI[quantity]}, found {size:.6g} {_SI[quantity]} with the unit {unit}; "
-                f"{_advice(series, quantity, unit, limit / size)}"
+                f"{_advice(series, quantity, unit, limit / size, table.row)}"
             )
 
 
-def _advice(series: NDArray[np.float64], quantity: Quantity, unit: str, needed: float) -> str:
+def _advice(series: NDArray[np.float64], quantity: Quantity, unit: str, needed: float, row: str) -> str:
     """Advice for too large numbers: another unit only if that makes all of them possible."""
     if find_spikes(series).size:
-        return "correct or delete the line."
+        return f"correct or delete the {row}."
     smaller = {"mm": "um", "N": "mN"}.get(unit, "mm" if quantity == "displacement" else "N")
     if unit_factor(smaller, quantity) <= needed * unit_factor(unit, quantity):
         return f"is the unit {smaller}?"

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..errors import RecordError
 from ..files import write_csv
-from .source import readable
+from .content import readable
 
 # Beyond what any rig measures [m], [N]; powers of such numbers overflow or vanish.
 _LEAST, _GREATEST = 1e-30, 1e30
@@ -32,6 +32,9 @@ class Record:
     path : str                           Origin of the record, as given but printable; used in messages.
     sha256 : str or None                 Digest of the file's bytes (hexadecimal), None without a file.
     notes : tuple of str                 Assumptions and findings: columns and units chosen, rows dropped.
+    compared : ndarray of bool or None   Samples to fit and to compare with a model, shape (K,); the others belong to
+                                         the path only. None for all.
+    label : str                          Name of the specimen or test, "" without.
 
     Raises
     ------
@@ -44,6 +47,8 @@ class Record:
     path: str = "<arrays>"
     sha256: str | None = None
     notes: tuple[str, ...] = ()
+    compared: NDArray[np.bool_] | None = None
+    label: str = ""
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "path", readable(self.path))
@@ -54,7 +59,11 @@ class Record:
         if self.time is not None:
             object.__setattr__(self, "time", _checked(self.time, "time", self.path))
         object.__setattr__(self, "notes", tuple(self.notes))
-        for name, column in (("force", self.force), ("time", self.time)):
+        if self.compared is not None:
+            compared = np.array(self.compared, dtype=np.bool_)
+            compared.setflags(write=False)
+            object.__setattr__(self, "compared", compared)
+        for name, column in (("force", self.force), ("time", self.time), ("compared", self.compared)):
             if column is not None and column.size != self.displacement.size:
                 raise RecordError(
                     f"{self.path}: `{name}` must have as many samples as `displacement`, "

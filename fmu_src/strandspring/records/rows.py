@@ -62,19 +62,22 @@ def read_numbers(
         _refuse_open_quotes(body, dialect, source.path)
     wanted = list(columns)
     notes: list[str] = []
+    row = source.row
     while True:
         values, bad, dropped = _read_rows(body, dialect, wanted)
         if bad is not None and not dropped:
             if optional is None or bad.column != optional.number:
                 place = "" if bad.column is None else f", {next(c for c in wanted if c.number == bad.column)}"
-                raise RecordError(f"{source.path}, line {bad.line}{place}: {bad.message}; correct or delete the line.")
+                raise RecordError(
+                    f"{source.path}, {row} {bad.line}{place}: {bad.message}; correct or delete the {row}."
+                )
             wanted.remove(optional)
-            notes.append(f"{optional} is left out: line {bad.line}, {bad.message}")
+            notes.append(f"{optional} is left out: {row} {bad.line}, {bad.message}")
             optional = None
             continue
         if bad is not None:
             rows = f"{dropped} incomplete row{'s' if dropped > 1 else ''}"
-            notes.append(f"{rows} at the end of the file (from line {bad.line}) left out")
+            notes.append(f"{rows} at the end of the file (from {row} {bad.line}) left out")
         return {column.number: values[:, i] for i, column in enumerate(wanted)}, notes
 
 

@@ -8,22 +8,16 @@ the 8-bit ones.
 from __future__ import annotations
 
 import codecs
-import hashlib
-import os
 import re
-import stat
-import unicodedata
 from dataclasses import dataclass
-from pathlib import Path
 
 from ..errors import RecordError
+from .content import Content
 
-MAX_BYTES = 2 * 1024**3
 MAX_ROWS = 50_000_000
 HEAD_BYTES = 64 * 1024
 
 _BOMS = ((codecs.BOM_UTF8, "utf-8"), (codecs.BOM_UTF16_LE, "utf-16-le"), (codecs.BOM_UTF16_BE, "utf-16-be"))
-_UNREADABLE = ("Cc", "Cn", "Cs")  # control characters, no characters, bytes that are no UTF-8
 _BLANK = b" \t,;\n\0\x1a"
 # Chinese text uses the punctuation and the first level of GB 2312 nearly always (lead bytes A1-A9, B0-D7);
 # two accented small letters in a row, as in German "Größe", have lead bytes from E0 on.
@@ -39,15 +33,15 @@ class Source:
     path : str        As given by the user, made printable.
     data : bytes      Text whose lines end in a line feed, without blank lines at the end.
     encoding : str    How to decode `data`.
-    sha256 : str      Digest of the file as it is on disk (hexadecimal).
     notes : tuple     Sentences about the changes.
+    row : str         What messages call a line: "row" in a sheet.
     """
 
     path: str
     data: bytes
     encoding: str
-    sha256: str
     notes: tuple[str, ...]
+    row: str = "line"
 
     @property
     def head(self) -> list[str]:
@@ -58,20 +52,14 @@ class Source:
         return [line.decode(self.encoding, errors="replace") for line in head.split(b"\n")]
 
 
-def readable(name: str | os.PathLike[str]) -> str:
-    """A file name with all characters replaced that a terminal or UTF-8 cannot show."""
-    return "".join("\ufffd" if unicodedata.category(c) in _UNREADABLE else c for c in os.fspath(name))
-
-
-def load(path: str | os.PathLike[str]) -> Source:
-    """Read the bytes of a record file.
+def text_source(content: Content) -> Source:
+    """The normalized text of a record file.
 
     Raises
     ------
-    RecordError   If the file cannot be read, or is empty, too large or not text.
+    RecordError   If it is empty, has too many lines or is not text.
     """
-    name = readable(path)
-    raw = _read(Path(path), name)
+    name, raw = content.path, content.data
     data, encoding = _as_bytes_of_ascii(raw)
     notes = [f"the text is read as {encoding}"] if encoding != "utf-8" else []
     if encoding.startswith("utf-16"):
@@ -91,29 +79,7 @@ def load(path: str | os.PathLike[str]) -> Source:
         )
     if (rows := text.count(b"\n")) > MAX_ROWS:
         raise RecordError(f"{name}: must have at most {MAX_ROWS} lines, found {rows}; thin the record out or split it.")
-    return Source(name, text, encoding, hashlib.sha256(raw).hexdigest(), tuple(notes))
-
-
-def _read(path: Path, name: str) -> bytes:
-    try:
-        status = path.stat()
-        if stat.S_ISDIR(status.st_mode):
-            raise RecordError(f"{name}: is a folder; give the path of one record file.")
-        if not stat.S_ISREG(status.st_mode):
-            raise RecordError(f"{name}: is not a regular file; give the path of a record file.")
-        if status.st_size > MAX_BYTES:
-            raise RecordError(
-                f"{name}: must have at most {MAX_BYTES} bytes, found {status.st_size}; thin the record out or split it."
-            )
-        return path.read_bytes()
-    except FileNotFoundError:
-        raise RecordError(f"{name}: no such file; check the path.") from None
-    except OSError as error:
-        raise RecordError(f"{name}: cannot be read ({error.strerror}); check the path and rights.") from None
-    except ValueError as error:
-        if isinstance(error, RecordError):
-            raise
-        raise RecordError(f"{name!r}: is no possible path ({error}); check the path.") from None
+    return Source(name, text, encoding, tuple(notes))
 
 
 def _as_bytes_of_ascii(raw: bytes) -> tuple[bytes, str]:

@@ -1,0 +1,211 @@
+"""`build_fmu`: an FMU of a model or of records, put in place after it was validated and run."""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any, Literal, NamedTuple, TypeAlias, get_args
+
+from ..coordinates import checked_zero
+from ..errors import BuildError, StrandspringError
+from ..files import existing_folder, refuse_unwritable
+from ..fmu.archive import fmu_path
+from ..fmu.check import CheckReport, examine_fmu
+from ..fmu.native.native_fmu import build_native_fmu
+from ..fmu.native.platforms import Platform, chosen_platforms
+from ..fmu.papers import BuildSettings
+from ..fmu.python_backed import build_python_fmu
+from ..modelfile import ModelFile, check_name, identifier, is_fmu, is_model_path
+from .identification import Identification, identify
+from .placing import origin_of
+from .progress import Progress, unseen
+from .records import Source
+from .spring import Spring, as_spring
+
+Kind: TypeAlias = Literal["native", "python", "states"]
+
+_LONGEST_AUTHOR = 200
+
+
+class BuiltFmu(NamedTuple):
+    """An FMU in its place, and what its check found."""
+
+    path: Path
+    kind: Kind
+    check: CheckReport
+
+
+@dataclass(frozen=True)
+class BuildOptions:
+    """How FMUs are built.
+
+    Parameters
+    ----------
+    platforms : sequence of Platform or None   Those of the binaries.
+    zero : float                               Displacement of the model file at which that of the FMU is 0 [m].
+    needs_execution_tool : bool                Of the Python-backed FMU.
+    author : str
+    """
+
+    platforms: Sequence[Platform] | None = None
+    zero: float = 0.0
+    needs_execution_tool: bool = False
+    author: str = ""
+
+
+def checked_author(author: str) -> str:
+    """The author; raises BuildError if it is not a short printable text."""
+    if len(author) > _LONGEST_AUTHOR or not author.isprintable():
+        raise BuildError(f"The author must be printable text of at most {_LONGEST_AUTHOR} characters.")
+    return author
+
+
+def build_all(
+    model: ModelFile, folder: Path, kinds: Sequence[Kind], options: BuildOptions, progress: Progress = unseen
+) -> list[BuiltFmu]:
+    """Build FMUs of several kinds beside their place, check them, and put them in place if all are good.
+
+    Raises
+    ------
+    StrandspringError   If the folder is not writable, or an FMU cannot be built.
+    BuildError          If an FMU is not valid or answers otherwise than the model; nothing is then left behind.
+    """
+    refuse_unwritable(folder, is_folder=True)
+    targets = {kind: fmu_path(folder, model.name, kind) for kind in kinds}
+    for target in targets.values():
+        refuse_unwritable(target)
+    built = []
+    # In the same file system as its place, so that it is moved at once or not at all.
+    with tempfile.TemporaryDirectory(
+        prefix=".strandspring-", dir=existing_folder(folder), ignore_cleanup_errors=True
+    ) as beside:
+        for count, (kind, target) in enumerate(targets.items()):
+            progress(f"Building {target.name}", 2 * count, 2 * len(targets))
+            fmu = _build(model, Path(beside), kind, options)
+            progress(f"Validating and running {target.name}", 2 * count + 1, 2 * len(targets))
+            report = examine_fmu(fmu)
+            if report.problems:
+                raise BuildError(f"{target} was not written, because the FMU failed its check: {report.summary}")
+            built.append((fmu, BuiltFmu(target, kind, replace(report, path=target))))
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+            for fmu, one in built:
+                fmu.replace(one.path)
+        except OSError as problem:
+            raise StrandspringError(f"{folder} cannot be written: {problem.strerror}.") from None
+    return [one for _, one in built]
+
+
+def _build(model: ModelFile, folder: Path, kind: Kind, options: BuildOptions) -> Path:
+    platforms, zero, author = options.platforms, options.zero, options.author
+    if kind == "python":
+        return build_python_fmu(model, folder, platforms, zero, options.needs_execution_tool, author)
+    return build_native_fmu(model, folder, platforms, zero, author, kind == "states")
+
+
+def build_fmu(
+    model: Spring | ModelFile | Identification | Source | Sequence[Source],
+    folder: str | os.PathLike[str] = "dist",
+    *,
+    backend: Literal["native", "python"] | None = None,
+    states: bool = False,
+    platforms: str | Sequence[str] | None = None,
+    zero: str | float | None = None,
+    author: str = "",
+    needs_execution_tool: bool = False,
+    name: str | None = None,
+    progress: Progress = unseen,
+) -> Path:
+    """Build, validate and run the FMU of a model, or of records that are identified first.
+
+    Parameters
+    ----------
+    model : Spring, Identification, path of a model file or FMU, or records as `identify` takes them
+    folder : path
+    backend : "native", "python" or None
+        native: runs anywhere; python: readable, needs Python on the simulator's computer. If None, that of the FMU if
+        one is given, else native.
+    states : bool
+        The native form with omega and absorbed_energy as continuous states, NAME_states.fmu, for model exchange.
+    platforms : str, sequence of str or None
+        Of the binaries, such as "linux64" or "win64", or "host" or "all"; those that the installed package carries if
+        None.
+    zero : "rig", "middle", float or None
+        Where displacement is counted from: a displacement of the record [m]; if None, as in the FMU if one is given,
+        else the rig's zero if it lies within the identified range, else the middle of the range.
+    author : str
+    needs_execution_tool : bool
+        Declare in the Python-backed FMU that Python must be installed on the simulator's computer.
+    name : str or None     Of the model and its FMU; if None, that of the model, or after the first record.
+    progress : callable    Is called with what is being done, the number of parts done, and how many there are.
+
+    Returns
+    -------
+    Path                   The FMU, written only after it was validated and gave the force of the model.
+
+    Raises
+    ------
+    BuildError             If the FMU cannot be built, or fails its check.
+    ModelError             If a model file is not a physically possible spring, or the name is not an identifier.
+    IdentificationError    If no physically possible spring can have made the records.
+    StrandspringError      If the folder is not writable, or an option is out of bounds.
+
+    Examples
+    --------
+    >>> from tempfile import TemporaryDirectory
+    >>> from strandspring import Spring, SpringParameters, build_fmu, verify
+    >>> spring = Spring(SpringParameters((0.0, 8000.0), (1.0,), 10.0, 500.0, 1.0, 1.0, 0.0, -0.02, 0.02), "mount")
+    >>> with TemporaryDirectory() as folder:
+    ...     fmu = build_fmu(spring, folder)
+    ...     print(fmu.name, verify(fmu).ok)
+    mount.fmu True
+    """
+    checked_zero(zero)
+    checked_author(author)
+    if name is not None:
+        check_name(name)
+    refuse_unwritable(Path(folder), is_folder=True)
+    inherited, author, needs = inherited_settings(model, backend, author, needs_execution_tool)
+    kind: Any = "states" if states else inherited or "native"
+    if kind not in get_args(Kind) or (states and backend == "python"):
+        raise BuildError(f'`backend` must be "native" or "python", and "native" with `states`, got {backend!r}.')
+    if needs_execution_tool and kind != "python":
+        raise BuildError('`needs_execution_tool` is for the Python-backed FMU; add backend="python".')
+    chosen = None if platforms is None else chosen_platforms(",".join(_names(platforms)))
+    content = _model(model, name)
+    options = BuildOptions(chosen, origin_of(model, zero, content.parameters), needs, author)
+    return build_all(content, Path(folder), (kind,), options, progress)[0].path
+
+
+def inherited_settings(
+    source: Any, backend: str | None, author: str, needs_execution_tool: bool
+) -> tuple[str | None, str, bool]:
+    """Back end, author and whether an execution tool is needed; where not given, those of the FMU that is the source.
+
+    Raises
+    ------
+    ModelError   If the source is an FMU without them.
+    """
+    if not (isinstance(source, str | os.PathLike) and is_fmu(os.fspath(source))):
+        return backend, author, needs_execution_tool
+    before = BuildSettings.of_fmu(Path(source))
+    if backend in (None, before.backend, "both"):
+        needs_execution_tool = needs_execution_tool or before.needs_execution_tool
+    return backend or before.backend, author or before.author, needs_execution_tool
+
+
+def _names(platforms: str | Sequence[str]) -> Sequence[str]:
+    return [platforms] if isinstance(platforms, str) else platforms
+
+
+def _model(source: Any, name: str | None) -> ModelFile:
+    """The model of a spring, a file, an identification, or of records that are identified now."""
+    is_path = isinstance(source, str | os.PathLike)
+    if isinstance(source, Spring | ModelFile) or (is_path and is_model_path(os.fspath(source))):
+        model = as_spring(source).model
+        return model if name is None else replace(model, name=name)
+    found = source if isinstance(source, Identification) else identify(source)
+    return found.model_file(identifier(found.records[0].path) if name is None else name)

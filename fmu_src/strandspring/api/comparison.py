@@ -1,0 +1,480 @@
+"""`compare`: two springs against each other and against the uncertainty of both."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import asdict, dataclass
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+
+from ..coordinates import counted_from
+from ..core.parameters import SpringParameters
+from ..errors import StrandspringError
+from ..identification.figures import RecordFit, predict_record
+from ..kernel.path import PathSolver
+from ..loops.loop import Loop
+from ..loops.modelled import steady_loop
+from ..modelfile import ModelFile
+from ..records.record import Record
+from ..studies.spread import Spread
+from .cautions import backwards_cautions, outside_cautions, printable
+from .common_form import common_form, form_of, form_words, in_form
+from .comparison_plot import draw
+from .comparison_words import Verdict, figure_table, parameter_table, percent, test_sentence, verdict_sentence
+from .differences import (
+    Difference,
+    Draws,
+    HysteresisTest,
+    drawn,
+    figure_differences,
+    judged,
+    loop_figures,
+    parameter_differences,
+    uncertainty_of,
+)
+from .figure import some_axes
+from .records import records_of
+from .result import Result
+from .shared_mass import SharedMass, shared_mass
+from .spring import Spring, as_spring, source_of
+from .table import table_lines
+
+if TYPE_CHECKING:
+    import pandas as pd
+    from matplotlib.axes import Axes
+
+Align = Literal["record", "middle"]
+
+DRAWS = 200
+_SHARES = (0.25, 0.5, 0.75, 1.0)  # of the shared half range
+_LEAST_SHARED = 0.5  # of the narrower range, below which ranges are not compared where they lie
+_SHIFTED = 0.02  # distance of the middles, share of the shared range, from which a moved zero is mentioned
+_SLACK = 1e-9  # share of the shared range by which rounding may take an amplitude beyond it
+_AS_WELL = 0.05  # records are followed equally well if the errors differ by less
+_SCATTER = (
+    "The uncertainty is that of noise and misfit in the records of each model. What differs from test to test without "
+    "any change of the spring (mounting, temperature, drift of the sensors) is not in it: repeat a test to see that."
+)
+
+
+@dataclass(frozen=True, eq=False)
+class RecordComparison:
+    """How well both springs follow a record.
+
+    Attributes
+    ----------
+    record : Record
+    a, b : RecordFit
+    """
+
+    record: Record
+    a: RecordFit
+    b: RecordFit
+
+    @property
+    def better(self) -> str:
+        """A or B; empty if the errors differ by less than 5 %."""
+        least, most = sorted((self.a.rmse, self.b.rmse))
+        return "" if most - least <= _AS_WELL * most else "A" if self.a.rmse < self.b.rmse else "B"
+
+    @property
+    def sentence(self) -> str:
+        """The errors in words."""
+        which = f"{self.better} follows it better" if self.better else "both follow it equally well"
+        return (
+            f"{self.record.path}: {which}, rmse {self.a.rmse:.4g} N by A and {self.b.rmse:.4g} N by B, "
+            f"RNL {self.a.rnl:.4f} and {self.b.rnl:.4f}"
+        )
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Comparison(Result):
+    """Two springs against each other.
+
+    Attributes
+    ----------
+    sources : (str, str)                   Path of each model file, or the model's name.
+    models : (ModelFile, ModelFile)        A and B.
+    align : "record" or "middle"           Where both count displacement from: as their records do, or each from the
+                                           middle of its own range.
+    low, high : float                      The range that both share, so counted [m].
+    verdict : Verdict
+    unknown : str                          Why nothing can be judged, in words; else empty.
+    draws, seed : int                      Springs drawn of each model, and the seed.
+    parameters : tuple of Difference       Of kappa_omega in the middle of the shared range, rho, sigma and n.
+    test : HysteresisTest or None          Of these together.
+    figures : tuple of Difference          Of steady loops about the middle of the shared range.
+    bands : (ndarray, ndarray) or None     5 % and 95 % of the figures of A and of B, each of shape
+                                           (2, amplitudes, 4): secant stiffness, energy, loss factor, mean force.
+    loops : (Loop, Loop)                   Steady loops over the shared range.
+    mass : SharedMass                      Transmissibility of a mass on either spring.
+    records : tuple of RecordComparison
+    notes, cautions : tuple of str
+    """
+
+    sources: tuple[str, str]
+    models: tuple[ModelFile, ModelFile]
+    align: Align
+    low: float
+    high: float
+    verdict: Verdict
+    unknown: str
+    draws: int
+    seed: int
+    parameters: tuple[Difference, ...]
+    test: HysteresisTest | None
+    figures: tuple[Difference, ...]
+    bands: tuple[Any, Any] | None
+    loops: tuple[Loop, Loop]
+    mass: SharedMass
+    records: tuple[RecordComparison, ...]
+    notes: tuple[str, ...]
+    cautions: tuple[str, ...]
+
+    @property
+    def loop_difference(self) -> tuple[float, float]:
+        """rms difference of force along the loop over the shared range [N], and its share of the loop's height."""
+        return _apart(*self.loops)
+
+    @property
+    def sentence(self) -> str:
+        """The verdict in words."""
+        return verdict_sentence(self.verdict, self.unknown, self.figures, self.parameters, self.test)
+
+    def head(self) -> list[str]:
+        """What is compared, and the verdict."""
+        names = [
+            f"{label}: {model.name} ({source})"
+            for label, model, source in zip("AB", self.models, self.sources, strict=True)
+        ]
+        ends = f"{1e3 * self.low:.6g} to {1e3 * self.high:.6g} mm"
+        own = "" if self.align == "record" else ", each counted from the middle of its own range"
+        of_each = (
+            f"; {self.draws} springs drawn of each, seed {self.seed}; * beyond the uncertainty" if self.bands else ""
+        )
+        return [*names, self.sentence, f"Compared over the shared range {ends}{own}{of_each}."]
+
+    def tail(self) -> list[str]:
+        """Joint test, loops, transmissibility and records in words."""
+        lines = [f"{one.quantity}: {one.reason}." for one in self.parameters if one.reason and not self.unknown]
+        if self.test is not None:
+            lines.append(test_sentence(self.test))
+        rms, share = self.loop_difference
+        lines.append(
+            f"Along the loop over the shared range the forces differ by {rms:.3g} N (rms), {percent(share)} % of "
+            "the loop's height."
+        )
+        return [*lines, *self.mass.lines(), *(one.sentence for one in self.records)]
+
+    def summary(self) -> str:
+        """All of it in words and tables."""
+        return "\n".join(
+            [
+                *self.head(),
+                *table_lines(*parameter_table(self.parameters), left=["parameter"]),
+                *table_lines(*figure_table(self.figures), left=["figure"]),
+                *self.tail(),
+                *(f"Note: {sentence}" for sentence in self.notes),
+                *(f"Caution: {sentence}" for sentence in self.cautions),
+            ]
+        )
+
+    def to_frame(self) -> pd.DataFrame:
+        """One parameter, or figure of one amplitude, in each row, in SI units: the fields of `Difference`, and p."""
+        import pandas as pd
+
+        frame = pd.DataFrame([{**asdict(one), "p": one.p} for one in (*self.parameters, *self.figures)])
+        return frame.drop(columns="words").astype({"amplitude": float})
+
+    def as_json(self) -> dict[str, Any]:
+        """The result as JSON, all in SI units."""
+        rms, share = self.loop_difference
+        return {
+            "a": {"model": self.sources[0], "name": self.models[0].name},
+            "b": {"model": self.sources[1], "name": self.models[1].name},
+            "verdict": self.verdict.name.lower(),
+            "sentence": self.sentence,
+            "align": self.align,
+            "range": [self.low, self.high],
+            "draws": self.draws if self.bands else 0,
+            "seed": self.seed,
+            "parameters": [{**asdict(one), "p": one.p} for one in self.parameters],
+            "hysteresis_test": None if self.test is None else asdict(self.test),
+            "figures": [{**asdict(one), "p": one.p} for one in self.figures],
+            "loop": {"rms_difference": rms, "share_of_height": share},
+            "transmissibility": self.mass.as_json(),
+            "records": [
+                {
+                    "path": one.record.path,
+                    "a": {"rmse": one.a.rmse, "rnl": one.a.rnl},
+                    "b": {"rmse": one.b.rmse, "rnl": one.b.rnl},
+                    "better": one.better or None,
+                }
+                for one in self.records
+            ],
+            "notes": list(self.notes),
+            "cautions": list(self.cautions),
+        }
+
+    def plot(self, axes: Sequence[Axes] | None = None) -> list[Axes]:
+        """Draw loops, the difference of force along them, secant stiffness, energy and loss factor over the amplitude
+        with their 5 to 95 % bands, and transmissibility; returns the six axes, those of a new figure if None.
+        """
+        panels = some_axes(axes, 2, 3, (13.0, 8.0))
+        draw(panels, self.loops, self.figures, self.bands, self.mass.responses)
+        return panels
+
+
+def compare(
+    a: Spring | ModelFile | str | os.PathLike[str],
+    b: Spring | ModelFile | str | os.PathLike[str],
+    *data: Any,
+    align: Align = "record",
+    amplitudes: Iterable[float] | None = None,
+    mass: float | None = None,
+    draws: int = DRAWS,
+    seed: int = 0,
+    displacement: str | int | None = None,
+    force: str | int | None = None,
+    time: str | int | None = None,
+    units: Mapping[str, str] | None = None,
+    reverse: Literal["displacement", "force"] | None = None,
+) -> Comparison:
+    """Compare two springs, such as two lots, or one spring before and after fatigue.
+
+    Functions are compared, not coefficients: stiffness, energy and mean force of loops over the range that both share,
+    so that an elastic force as a table stands against a polynomial. All judgements together are wrong in at most 5 of
+    100 comparisons of equal springs, as far as the uncertainty of the model files holds.
+
+    Parameters
+    ----------
+    a, b : Spring, ModelFile or path   Model files, or FMUs that hold one.
+    *data : Source, or arrays          Records that both should follow; or arrays of displacement and force, and time.
+    align : "record" or "middle"       Displacements as in the records of both; or each from the middle of its range,
+                                       where the zero was moved between the tests.
+    amplitudes : iterable of float     Of the loops about the middle of the shared range [m]; quarters of it if None.
+    mass : float or None               Mass for the transmissibility, whose weight loads the spring [kg]; if None
+                                       one that A holds in the middle of the range.
+    draws : int                        Springs drawn from the uncertainty of each model, at least 20; 0 for no verdict.
+    seed : int                         Of the draws.
+    displacement, force, time, units, reverse   How records are read, as for `identify`.
+
+    Returns
+    -------
+    Comparison
+
+    Raises
+    ------
+    ModelError          If a model is not a physically possible spring.
+    RecordError         If the data are no records.
+    StrandspringError   If the springs share too little of their ranges.
+    ValueError          If a number is not possible.
+
+    Examples
+    --------
+    >>> from strandspring import compare, identify, Spring, SpringParameters, synthesize
+    >>> new = Spring(SpringParameters((0.0, 2000.0), (1.0,), 10.0, 500.0, 1.0, 1.0, 0.0, -0.02, 0.02))
+    >>> worn = Spring(SpringParameters((0.0, 2000.0), (1.0,), 9.0, 500.0, 1.0, 1.0, 0.0, -0.02, 0.02))
+    >>> tests = [synthesize(new, noise=0.01, seed=1), synthesize(worn, noise=0.01, seed=2)]
+    >>> before, after = (identify(test).spring() for test in tests)
+    >>> comparison = compare(before, after)
+    >>> comparison.verdict.name
+    'DIFFERENT'
+    >>> print(comparison.sentence[:73])
+    The springs differ beyond their uncertainty: secant stiffness at 10 mm is
+    """
+    if align not in ("record", "middle"):
+        raise ValueError(f"`align` must be 'record' or 'middle', got {align!r}.")
+    if draws != 0 and draws < 20:
+        raise ValueError(f"`draws` must be 0 or at least 20, got {draws!r}.")
+    if seed < 0:
+        raise ValueError(f"`seed` must be >= 0, got {seed!r}.")
+    models = (as_spring(a).model, as_spring(b).model)
+    springs = _aligned(models, align)
+    low, high = _shared_range(springs, align)
+    middle = 0.5 * (low + high)
+    reaches = _amplitudes(amplitudes, 0.5 * (high - low))
+    spreads, unknown = _spreads(models, draws)
+    records = records_of(data, displacement=displacement, force=force, time=time, units=units, reverse=reverse)
+    is_same = models[0].parameters == models[1].parameters
+    form = common_form(*springs)
+    scatter: tuple[Draws, Draws] | None = None
+    plain = springs
+    if spreads is not None and not is_same:
+        try:
+            plain = (in_form(springs[0], form), in_form(springs[1], form))
+            scatter = (
+                drawn(springs[0], spreads[0], middle, reaches, seed, range(draws)),
+                drawn(springs[1], spreads[1], middle, reaches, seed, range(draws, 2 * draws)),
+            )
+        except StrandspringError as problem:
+            unknown = str(problem).rstrip(".")
+    parameters, test = parameter_differences(
+        springs,
+        plain,
+        (models[0].uncertainty, models[1].uncertainty),
+        (None, None) if spreads is None else (spreads[0].joint, spreads[1].joint),
+        ("A", "B"),
+        middle,
+    )
+    of_each, of_plain = (
+        (loop_figures(pair[0], middle, reaches), loop_figures(pair[1], middle, reaches)) for pair in (springs, plain)
+    )
+    figures = figure_differences(of_each, of_plain, reaches, scatter)
+    if is_same:
+        verdict, test = Verdict.IDENTICAL, None
+    elif scatter is None:
+        verdict = Verdict.UNKNOWN
+    else:
+        figures, test = judged(figures, test)
+        beyond = any(one.differs for one in figures) or (test is not None and test.differs)
+        verdict = Verdict.DIFFERENT if beyond else Verdict.NOT_FOUND
+    loops = (steady_loop(PathSolver(springs[0]), low, high), steady_loop(PathSolver(springs[1]), low, high))
+    return Comparison(
+        (source_of(a), source_of(b)), models, align, low, high, verdict, unknown, draws, seed,
+        tuple(parameters), test, tuple(figures),
+        None if scatter is None else (scatter[0].interval(), scatter[1].interval()),
+        loops,
+        shared_mass(springs, low, high, mass),
+        tuple(_followed(record, models) for record in records),
+        tuple(_notes(models, verdict)),
+        tuple(_cautions(models, records, align, loops)),
+    )  # fmt: skip
+
+
+def _aligned(models: tuple[ModelFile, ModelFile], align: Align) -> tuple[SpringParameters, SpringParameters]:
+    """Both springs with their displacements counted as asked."""
+    a, b = (model.parameters for model in models)
+    return (a, b) if align == "record" else (counted_from(_middle(a), a), counted_from(_middle(b), b))
+
+
+def _shared_range(springs: tuple[SpringParameters, SpringParameters], align: Align) -> tuple[float, float]:
+    """The displacements [m] that both springs were identified for."""
+    low = max(p.displacement_min for p in springs)
+    high = min(p.displacement_max for p in springs)
+    narrower = min(p.displacement_max - p.displacement_min for p in springs)
+    if align == "record" and high - low < _LEAST_SHARED * narrower:
+        ranges = [f"{1e3 * p.displacement_min:.6g} to {1e3 * p.displacement_max:.6g} mm" for p in springs]
+        raise StrandspringError(
+            f"A was identified from {ranges[0]} and B from {ranges[1]}, which share less than half of the narrower "
+            "range; if the zero of displacement was moved between the tests, align them by their middles "
+            "(align='middle', --align middle), else identify both over one range."
+        )
+    return low, high
+
+
+def _amplitudes(given: Iterable[float] | None, most: float) -> list[float]:
+    reaches = [share * most for share in _SHARES] if given is None else sorted(map(float, given))
+    for reach in reaches:
+        if not 0.0 < reach <= most * (1.0 + _SLACK):
+            raise ValueError(
+                f"An amplitude must be > 0 and at most {1e3 * most:.6g} mm, half of the range that both springs share, "
+                f"got {1e3 * reach:.6g} mm."
+            )
+    if not reaches:
+        raise ValueError("`amplitudes` must hold at least one, got none.")
+    return reaches
+
+
+def _spreads(models: tuple[ModelFile, ModelFile], draws: int) -> tuple[tuple[Spread, Spread] | None, str]:
+    """What springs are drawn from, of both; or None, and why."""
+    if draws == 0:
+        return None, "no springs were drawn"
+    (of_a, why_a), (of_b, why_b) = (uncertainty_of(label, model) for label, model in zip("AB", models, strict=True))
+    if of_a is None or of_b is None:
+        return None, "; ".join(filter(None, (why_a, why_b)))
+    return (of_a, of_b), ""
+
+
+def _followed(record: Record, models: tuple[ModelFile, ModelFile]) -> RecordComparison:
+    """Each model in the coordinates of its own records, whatever the alignment."""
+    return RecordComparison(record, *(predict_record(PathSolver(model.parameters), record) for model in models))
+
+
+def _apart(a: Loop, b: Loop) -> tuple[float, float]:
+    """rms difference of force between two loops of one range [N], and its share of their mean height."""
+    squares = [
+        np.mean((getattr(b, side).force - getattr(a, side).force) ** 2) for side in ("loading", "unloading")
+    ]  # fmt: skip
+    rms = float(np.sqrt(np.mean(squares)))
+    return rms, rms / max(0.5 * (a.figures.height + b.figures.height), 1e-300)
+
+
+def _notes(models: tuple[ModelFile, ModelFile], verdict: Verdict) -> list[str]:
+    forms = [form_of(model.parameters) for model in models]
+    notes = []
+    if forms[0] != forms[1]:
+        common = common_form(models[0].parameters, models[1].parameters)
+        notes.append(
+            f"A has {form_words(forms[0])}, B {form_words(forms[1])}. Their coefficients cannot be compared one by "
+            f"one, and a difference counts, with its z, only as far as it remains with {form_words(common)} in both; "
+            "for more, identify both with the same degrees (--degrees N,M)."
+        )
+    return [*notes, _SCATTER] if verdict in (Verdict.DIFFERENT, Verdict.NOT_FOUND) else notes
+
+
+def _cautions(
+    models: tuple[ModelFile, ModelFile], records: list[Record], align: Align, loops: tuple[Loop, Loop]
+) -> list[str]:
+    cautions = backwards_cautions(records)
+    for record in records:
+        for label, model in zip("AB", models, strict=True):
+            cautions += [
+                f"{sentence[:-1]} (model {label})."
+                for sentence in outside_cautions(record.path, record.displacement, model.parameters)
+            ]
+    for label, model in zip("AB", models, strict=True):
+        cautions += [f"Of the identification of {label}: {sentence}" for sentence in _own_cautions(model)]
+    effects = [_effects(model) for model in models]
+    if effects[0] != effects[1]:
+        cautions.append(
+            f"As effects of the rig, {effects[0]} was taken out of A's records and {effects[1]} out of B's: a "
+            "difference may be one of the rigs, or of how it was taken out."
+        )
+    digests = [_digests(model) for model in models]
+    if digests[0] & digests[1]:
+        cautions.append(
+            "Both models were identified from the same record, so that their errors are not independent: no verdict "
+            "can be given on differences of method or options."
+        )
+    if align == "middle":
+        return cautions
+    moved = _aligned(models, "middle")
+    low, high = _shared_range(moved, "middle")
+    apart = _middle(models[1].parameters) - _middle(models[0].parameters)
+    if abs(apart) > _SHIFTED * (high - low):
+        aligned = _apart(*(steady_loop(PathSolver(p), low, high) for p in moved))[1]
+        cautions.append(
+            f"The middle of B's range lies {1e3 * apart:.4g} mm from that of A's. As recorded the loops differ by "
+            f"{percent(_apart(*loops)[1])} % of their height, and each counted from its own middle by "
+            f"{percent(aligned)} %; if the zero of displacement was moved between the tests, align them by their "
+            "middles (align='middle', --align middle)."
+        )
+    return cautions
+
+
+def _middle(p: SpringParameters) -> float:
+    return 0.5 * (p.displacement_min + p.displacement_max)
+
+
+def _own_cautions(model: ModelFile) -> list[str]:
+    """What the identification of a model asked to be careful with; its fit is free JSON."""
+    outcomes = model.fit.get("outcomes")
+    entries = outcomes if isinstance(outcomes, list) else []
+    return [printable(entry["sentence"]) for entry in entries if isinstance(entry, dict) and "sentence" in entry]
+
+
+def _effects(model: ModelFile) -> str:
+    """The effects of the rig that were taken out, in words."""
+    effects = model.fit.get("effects")
+    names = sorted(effects) if isinstance(effects, dict) else []
+    return printable(", ".join(names).replace("_", " ")) or "nothing"
+
+
+def _digests(model: ModelFile) -> set[str]:
+    """SHA-256 of the records that a model was identified from; its provenance is free JSON."""
+    records = model.provenance.get("records")
+    entries = records if isinstance(records, list) else []
+    return {str(entry["sha256"]) for entry in entries if isinstance(entry, dict) and entry.get("sha256")}

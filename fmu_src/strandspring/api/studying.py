@@ -1,0 +1,260 @@
+"""`study`: how resonance and isolation scatter over masses, levels and the uncertainty of a model."""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from collections.abc import Callable
+from dataclasses import asdict, dataclass, field, fields
+from html import escape
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..coordinates import counted_from, zero_sentence
+from ..core.parameters import SpringParameters
+from ..errors import ModelError
+from ..isolation.system import Excitation, IsolatedMass, IsolationError, static_equilibrium
+from ..modelfile import ModelFile
+from ..studies.cluster import Cluster
+from ..studies.definition import RunRow, Study
+from ..studies.quantiles import GridPointSummary
+from ..studies.run import run_study
+from ..studies.runners import Local
+from ..studies.spread import Spread
+from .cautions import outside_range
+from .levels import free_travel, given_levels
+from .placing import origin_of
+from .progress import Progress, unseen
+from .result import Result
+from .spring import Spring, as_spring
+from .table import table_lines
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+_DEFAULT_SHARE = 0.01  # of the free travel
+# Heading: figure, factor from SI to the unit of the heading.
+_COLUMNS = {
+    "resonance Hz": ("frequency", 1.0),
+    "transmissibility": ("transmissibility", 1.0),
+    "amplitude mm": ("amplitude", 1e3),
+    "loss factor": ("loss_factor", 1.0),
+    "isolates from Hz": ("isolation_frequency", 1.0),
+}
+_QUANTILES = {"median": "median", "5 %": "low", "95 %": "high"}
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class StudyResult(Result):
+    """Runs of a parameter study and their quantiles.
+
+    Attributes
+    ----------
+    study : Study
+    zero : float                            Where displacement is counted from [m].
+    summaries : list of GridPointSummary    Quantiles and refusals at each grid point.
+    output : Path or None                   File with one line for each run, if one was asked for.
+    """
+
+    study: Study
+    zero: float
+    summaries: list[GridPointSummary]
+    output: Path | None
+    _rows: pd.DataFrame | None = field(default=None)
+
+    def to_frame(self) -> pd.DataFrame:
+        """One row for each run, in SI units; the columns are the attributes of `RunRow`."""
+        if self._rows is not None:
+            return self._rows.copy()
+        assert self.output is not None
+        return _read(self.output)
+
+    def quantiles(self) -> pd.DataFrame:
+        """One row for each grid point: runs, refused ones, and 5, 50 and 95 % quantiles of the figures in SI units."""
+        import pandas as pd
+
+        rows = []
+        for summary in self.summaries:
+            row = {**asdict(summary.point), "runs": summary.runs, "refused": summary.refused}
+            for name, known in summary.figures.items():
+                for end, attribute in (("q05", "low"), ("median", "median"), ("q95", "high")):
+                    row[f"{name}_{end}"] = np.nan if known is None else getattr(known, attribute)
+            rows.append(row)
+        return pd.DataFrame(rows)
+
+    def lines(self, width: int | None = None) -> list[str]:
+        """Quantiles, refusals and cautions in words, in tables of at most a width."""
+        planned, summaries = self.study, self.summaries
+        springs = f"{planned.draws} draws (seed {planned.seed})" if planned.draws else "the identified spring"
+        refused = sum(summary.refused for summary in summaries)
+        lines = [f"{len(planned)} runs: {springs} at each of {len(summaries)} grid points, {refused} refused"]
+        rows = []
+        for summary in summaries:
+            point = [*_point(planned.excitation, summary), str(summary.refused)]
+            for title, quantile in (_QUANTILES if planned.draws else {"": "median"}).items():
+                figures = [_cell(summary, name, scale, quantile) for name, scale in _COLUMNS.values()]
+                rows.append([*(point if quantile == "median" else [""] * len(point)), title, *figures])
+        lines += table_lines(["mass kg", "level", "stiffness", "refused", "", *_COLUMNS], rows, width=width)
+        for summary in summaries:
+            mass, level, stiffness = _point(planned.excitation, summary)
+            where = f"{mass} kg, {level}, stiffness x {stiffness}"
+            if summary.refused:
+                lines.append(f"  {where}: {summary.refused} of {summary.runs} refused, most often: {summary.reason}")
+            if summary.at_end:
+                lines.append(f"  {where}: {summary.at_end} of {summary.runs} have their peak at an end of the band")
+            if summary.extrapolating:
+                lines.append(
+                    f"  Caution: {where}: in {summary.extrapolating} of {summary.runs} the spring moves "
+                    f"{outside_range(planned.spring)}"
+                )
+        counted = zero_sentence(self.zero)
+        return [*lines, *([counted] if counted else [])]
+
+    def summary(self) -> str:
+        """Quantiles, refusals and cautions in words, in tables of at most a width."""
+        return "\n".join(self.lines())
+
+    def _repr_html_(self) -> str:
+        return f"<p><strong>{escape(self.lines()[0])}</strong></p>{self.quantiles().to_html(escape=True)}"
+
+
+def study(
+    model: Spring | ModelFile | str | os.PathLike[str],
+    mass: ArrayLike,
+    *,
+    base_displacement: ArrayLike | None = None,
+    base_acceleration: ArrayLike | None = None,
+    force: ArrayLike | None = None,
+    stiffness: ArrayLike = 1.0,
+    draws: int = 100,
+    seed: int = 0,
+    load: float | None = None,
+    parallel: int = 1,
+    series: int = 1,
+    damping: float = 0.0,
+    band: tuple[float, float] | None = None,
+    points: int = 24,
+    extrapolate: bool = False,
+    zero: str | float | None = None,
+    workers: int | None = 1,
+    scheduler: str | None = None,
+    output: str | os.PathLike[str] | None = None,
+    progress: Progress = unseen,
+    notify: Callable[[str], None] = lambda _: None,
+) -> StudyResult:
+    """Resonance and isolation over masses, levels, stiffness factors and springs drawn from a model's uncertainty.
+
+    Draw k of a seed is the same spring in every study. A refused run, for instance one whose motion leaves the
+    identified range, is a row with the reason.
+
+    Parameters
+    ----------
+    model : Spring, or path of a model file or FMU
+    mass : float or array_like     Each [kg].
+    base_displacement, base_acceleration, force : float, array_like or None
+        One level or several of one of them [m, m/s^2, N]; if None, a base displacement of 1 % of the free travel under
+        the smallest mass.
+    stiffness : float or array_like   Factors on all forces of the spring.
+    draws : int                    Springs drawn at each grid point; 0 for the identified spring alone.
+    seed : int
+    load, parallel, series, damping, band, points, extrapolate, zero   As for `isolate`.
+    workers : int or None          Number of processes; as many as cores if None. A script that asks for more than one
+                                   must call this below ``if __name__ == "__main__":``.
+    scheduler : str or None        Address of a dask.distributed scheduler, instead of workers.
+    output : path or None          File with one line for each run. Finished runs are kept beside it until all are done,
+                                   and the same call continues from there.
+    progress : callable            Is called with what is being done, the number of finished runs, and how many there
+                                   are.
+    notify : callable              Is called with a sentence while no run finishes.
+
+    Returns
+    -------
+    StudyResult
+
+    Raises
+    ------
+    ModelError       If the model is not a physically possible spring, or has no uncertainty to draw from.
+    IsolationError   If an argument is out of bounds, there is no static equilibrium from which to choose the level, or
+                     the runs cannot be executed.
+
+    Examples
+    --------
+    >>> from strandspring import Spring, SpringParameters, study
+    >>> spring = Spring(SpringParameters((0.0, 8000.0), (1.0,), 10.0, 500.0, 1.0, 1.0, 0.0, -0.02, 0.02), "mount")
+    >>> result = study(spring, mass=[5.0, 6.0], base_displacement=2e-4, draws=0, points=8)
+    >>> result.to_frame()[["mass", "frequency", "transmissibility"]].round(1)
+       mass  frequency  transmissibility
+    0   5.0        7.7               8.6
+    1   6.0        7.1               8.6
+    """
+    if workers not in (None, 1) and scheduler is not None:
+        raise IsolationError("`workers` and `scheduler` exclude each other; give one of them.")
+    content = as_spring(model).model
+    origin = origin_of(model, zero, content.parameters)
+    spring = counted_from(origin, content.parameters)
+    masses = _values(mass)
+    given = given_levels(base_displacement, base_acceleration, force)
+    if given is None:
+        if not masses:
+            raise IsolationError("`mass` must hold at least one mass [kg].")
+        lightest = IsolatedMass(spring, min(masses), load, parallel, series, damping)
+        travel = free_travel(lightest, static_equilibrium(lightest))
+        given = Excitation.BASE_DISPLACEMENT, (_DEFAULT_SHARE * travel,)
+    planned = Study(
+        spring=spring,
+        excitation=given[0],
+        masses=masses,
+        levels=given[1],
+        stiffness_factors=_values(stiffness),
+        draws=draws,
+        seed=seed,
+        spread=_spread(model, spring, content) if draws else None,
+        load=load,
+        parallel=parallel,
+        series=series,
+        damping=damping,
+        band=band,
+        points=points,
+        extrapolate=extrapolate,
+    )
+    runner = Local(workers) if scheduler is None else Cluster(scheduler, notify)
+
+    def run(results: Path) -> list[GridPointSummary]:
+        return run_study(planned, results, runner, lambda runs: progress("Running", runs, len(planned)), notify)
+
+    if output is not None:
+        return StudyResult(planned, origin, run(Path(output)), Path(output))
+    with tempfile.TemporaryDirectory(prefix="strandspring-") as folder:
+        results = Path(folder) / "results.csv"
+        return StudyResult(planned, origin, run(results), None, _read(results))
+
+
+def _values(given: ArrayLike) -> tuple[float, ...]:
+    return tuple(np.atleast_1d(np.asarray(given, dtype=np.float64)).ravel().tolist())
+
+
+def _spread(source: object, spring: SpringParameters, content: ModelFile) -> Spread:
+    try:
+        return Spread.of(spring, content.uncertainty)
+    except ModelError as problem:
+        named = source if isinstance(source, str | os.PathLike) else content.name
+        raise ModelError(f"{os.fspath(named)}: {problem}") from None
+
+
+def _read(results: Path) -> pd.DataFrame:
+    import pandas as pd
+
+    return pd.read_csv(results).set_axis([column.name for column in fields(RunRow)], axis="columns")
+
+
+def _point(excitation: Excitation, summary: GridPointSummary) -> list[str]:
+    point = summary.point
+    return [f"{point.mass:g}", excitation.level_text(point.level), f"{point.stiffness_factor:g}"]
+
+
+def _cell(summary: GridPointSummary, name: str, scale: float, quantile: str) -> str:
+    quantiles = summary.figures[name]
+    return "-" if quantiles is None else f"{scale * getattr(quantiles, quantile):.4g}"

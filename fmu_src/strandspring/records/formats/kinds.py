@@ -1,0 +1,157 @@
+"""What a file is, by its content: the formats that are read, and those that are named in a refusal."""
+
+from __future__ import annotations
+
+import io
+import re
+import struct
+import zipfile
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from ..content import ZIP
+
+
+@dataclass(frozen=True)
+class Kind:
+    """A kind of file.
+
+    Attributes
+    ----------
+    name : str      With its article, for messages.
+    module : str    Module of this folder that reads it; "" if none does.
+    advice : str    What to do if none does.
+    """
+
+    name: str
+    module: str = ""
+    advice: str = "export the record as CSV"
+
+
+_HDF5 = b"\x89HDF\r\n\x1a\n"
+_OLE = b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1"
+_WORKBOOK = "workbook"
+_MAGIC: tuple[tuple[bytes, Kind], ...] = (
+    (b"MATLAB 5.0 MAT-file", Kind("a MATLAB file", "matlab")),
+    (b"MATLAB 7.3 MAT-file", Kind("a MATLAB v7.3 file", "hdf5")),
+    (_HDF5, Kind("an HDF5 file", "hdf5")),
+    (b"TDSm", Kind("a TDMS file", "tdms")),
+    (b"TDSh", Kind("the index of a TDMS file", advice="give the .tdms file beside it")),
+    (b"MDF     ", Kind("an MDF file", "mdf")),
+    (b"UnFinMF ", Kind("an MDF file", "mdf")),
+    (b"PAR1", Kind("a Parquet file", "arrow")),
+    (b"PARE", Kind("an encrypted Parquet file")),
+    (b"ARROW1", Kind("a Feather (Arrow) file", "arrow")),
+    (b"FEA1", Kind("a Feather file of version 1", advice="write it again as version 2, or as CSV")),
+    (b"\x93NUMPY", Kind("a NumPy array", "numpy_arrays")),
+    (b"SQLite format 3\0", Kind("an SQLite database")),
+    (b"%PDF", Kind("a PDF document", advice="export the numbers as CSV")),
+    (b"\x89PNG\r\n\x1a\n", Kind("a PNG picture", advice="give the numbers, not their plot")),
+    (b"\xff\xd8\xff", Kind("a JPEG picture", advice="give the numbers, not their plot")),
+    (b"GIF8", Kind("a GIF picture", advice="give the numbers, not their plot")),
+    (b"II*\0", Kind("a TIFF picture", advice="give the numbers, not their plot")),
+    (b"MM\0*", Kind("a TIFF picture", advice="give the numbers, not their plot")),
+    (b"RIFF", Kind("a sound or video file (RIFF)")),
+    (b"{\\rtf", Kind("a rich text document (RTF)")),
+    (b"7z\xbc\xaf\x27\x1c", Kind("a 7-Zip archive", advice="unpack it first")),
+    (b"Rar!", Kind("a RAR archive", advice="unpack it first")),
+    (b"\x28\xb5\x2f\xfd", Kind("a Zstandard file", advice="unpack it first")),
+    (b"\x04\x22\x4d\x18", Kind("an LZ4 file", advice="unpack it first")),
+    (b"CDF\x01", Kind("a NetCDF 3 file", advice="convert it to NetCDF 4 (HDF5), or export the record as CSV")),
+    (b"CDF\x02", Kind("a NetCDF 3 file", advice="convert it to NetCDF 4 (HDF5), or export the record as CSV")),
+    (b"\x0e\x03\x13\x01", Kind("an HDF4 file", advice="convert it to HDF5, or export the record as CSV")),
+    (b"RDX", Kind("an R data file")),
+    (b"$FL2", Kind("an SPSS file")),
+    (b"\x7fELF", Kind("a program", advice="give a record")),
+)
+_OF_ZIP: tuple[tuple[str, Kind], ...] = (
+    ("xl/", Kind("an Excel workbook", _WORKBOOK)),
+    ("word/", Kind("a Word document")),
+    ("ppt/", Kind("a PowerPoint presentation")),
+)
+_SPREADSHEET = b"application/vnd.oasis.opendocument.spreadsheet"
+_UFF = re.compile(rb"\s*-1\s*\r?\n\s*\d{1,4}[b \r\n]")
+_PICKLE = re.compile(rb"\x80[\x02-\x05]")
+_HEAD = 4096
+
+
+def kind_of(data: bytes) -> Kind | None:
+    """The kind of a file that is not delimited text; None if it may be that.
+
+    Parameters
+    ----------
+    data : bytes   The whole file.
+    """
+    for magic, kind in _MAGIC:
+        if data.startswith(magic):
+            return kind
+    # HDF5 may begin behind a block of the user's.
+    if any(data.startswith(_HDF5, offset) for offset in (512, 1024, 2048)):
+        return Kind("an HDF5 file", "hdf5")
+    others: tuple[tuple[Callable[[bytes], bool], Kind], ...] = (
+        (_is_uff, Kind("a universal file (UFF)", "uff")),
+        (_is_matlab_4, Kind("a MATLAB v4 file", "matlab")),
+        (lambda data: data[257:262] == b"ustar", Kind("a tar archive", advice="unpack it first")),
+        (_is_pickle, Kind("a Python pickle", advice="which may run any program and is never read; save it as .npz")),
+        (_is_web_page, Kind("an HTML page")),
+    )
+    for fits, kind in others:
+        if fits(data):
+            return kind
+    if data.startswith(_OLE):
+        return _of_ole(data)
+    return _of_zip(data) if data.startswith(ZIP) else None
+
+
+def _is_uff(data: bytes) -> bool:
+    return _UFF.match(data[:_HEAD]) is not None
+
+
+def _is_matlab_4(data: bytes) -> bool:
+    """Whether the first 20 bytes are the header of a full numeric or text matrix with a name."""
+    if len(data) < 22:
+        return False
+    for order, machine in (("<", 0), (">", 1000)):
+        kind, rows, columns, imaginary, length = struct.unpack(f"{order}5i", data[:20])
+        kind -= machine
+        fits = 0 <= kind < 100 and kind % 10 <= 2 and kind // 10 <= 5
+        if fits and rows > 0 and columns > 0 and imaginary in (0, 1) and 2 <= length <= 64:
+            name = data[20 : 20 + length]
+            return name.endswith(b"\0") and re.fullmatch(rb"[A-Za-z]\w*", name[:-1]) is not None
+    return False
+
+
+def _is_pickle(data: bytes) -> bool:
+    return _PICKLE.match(data) is not None and data.endswith(b".")
+
+
+def _is_web_page(data: bytes) -> bool:
+    return data[:_HEAD].lstrip(b"\xef\xbb\xbf \t\r\n").lower().startswith((b"<!doctype html", b"<html", b"<table"))
+
+
+def _of_ole(data: bytes) -> Kind:
+    """Kind of an OLE2 file, by the names in its directory, which are UTF-16."""
+    names = {name: name.encode("utf-16-le") in data for name in ("Workbook", "Book", "EncryptedPackage")}
+    if names["EncryptedPackage"]:
+        return Kind("an encrypted Office document", advice="save it without a password")
+    if names["Workbook"] or names["Book"]:
+        return Kind("an Excel workbook of the old kind (.xls)", _WORKBOOK)
+    return Kind("an Office document of the old kind")
+
+
+def _of_zip(data: bytes) -> Kind | None:
+    """Kind of what is a zip archive, and no archive of records."""
+    try:
+        with zipfile.ZipFile(io.BytesIO(data)) as archive:
+            names = archive.namelist()
+            mimetype = archive.open("mimetype").read(200) if "mimetype" in names else b""
+    except Exception:
+        return Kind("a zip archive that is damaged", advice="export the record again")
+    for folder, kind in _OF_ZIP:
+        if any(name.startswith(folder) for name in names):
+            return kind
+    if mimetype.startswith(_SPREADSHEET):
+        return Kind("an OpenDocument spreadsheet", _WORKBOOK)
+    if mimetype:
+        return Kind("an OpenDocument file that is no spreadsheet")
+    return Kind("a file of NumPy arrays", "numpy_arrays")

@@ -1,0 +1,97 @@
+"""A table of columns, whatever the file it comes from."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .columns import Column, table_columns
+from .dialect import Dialect, find_dialect
+from .rows import lines_of_rows, read_numbers
+from .source import Source
+
+FloatArray = NDArray[np.float64]
+
+
+class Table(Protocol):
+    """One table of a file: its text, a sheet, a group of channels.
+
+    Attributes
+    ----------
+    name : str                     Of the sheet or group; "" where the file has but one table.
+    columns : sequence of Column   All of them, numbered from 1.
+    notes : tuple of str           Sentences about where the table lies.
+    row : str                      What messages call a row.
+    """
+
+    @property
+    def name(self) -> str: ...
+
+    @property
+    def columns(self) -> Sequence[Column]: ...
+
+    @property
+    def notes(self) -> tuple[str, ...]: ...
+
+    @property
+    def row(self) -> str: ...
+
+    def read(
+        self, wanted: Collection[Column], optional: Column | None = None
+    ) -> tuple[dict[int, FloatArray], list[str]]:
+        """Numbers of columns, shape (K,), by column number, as in the file; sentences about what is left out.
+
+        Raises
+        ------
+        RecordError   If a row is incomplete, unless among the last, or holds no number; of the column `optional` that
+            is no more than a reason to leave it out.
+        """
+
+    def places(self, rows: Collection[int]) -> list[int]:
+        """Numbers by which messages name rows of the table that was read, which count from 0."""
+
+
+class TextTable:
+    """The table in a text, which a sheet of a workbook is made too, so that both are treated alike.
+
+    Parameters
+    ----------
+    source : Source
+    name : str        Of the sheet; "" for a text file.
+
+    Raises
+    ------
+    RecordError       If no two columns of numbers are found.
+    """
+
+    def __init__(self, source: Source, name: str = "") -> None:
+        self.source = source
+        self.name = name
+        self.row = source.row
+        self.dialect: Dialect = find_dialect(source.head, source.path, source.row)
+        self.columns = table_columns(self.dialect)
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """How the text is laid out."""
+        notes = list(self.source.notes)
+        if self.dialect.first_line > 1:
+            line = self.dialect.header_line
+            header = "no header" if line is None else f"the header in {self.row} {line}"
+            notes.append(f"the numbers begin in {self.row} {self.dialect.first_line}, with {header}")
+        if self.dialect.decimal == ",":
+            notes.append("the decimal mark is a comma")
+        return tuple(notes)
+
+    def read(
+        self, wanted: Collection[Column], optional: Column | None = None
+    ) -> tuple[dict[int, FloatArray], list[str]]:
+        """See `Table.read`."""
+        return read_numbers(self.source, self.dialect, wanted, optional)
+
+    def places(self, rows: Collection[int]) -> list[int]:
+        """1-based lines of rows."""
+        return lines_of_rows(self.source, self.dialect, rows)

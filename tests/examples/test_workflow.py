@@ -1,0 +1,39 @@
+"""The paper's workflow as a script and as a notebook."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import nbformat
+import pytest
+from nbclient import NotebookClient
+
+from notebook import NOTEBOOK, notebook
+
+
+def test_the_notebook_is_the_script() -> None:
+    assert NOTEBOOK.read_text(encoding="utf-8") == notebook(), "run python tests/helpers/notebook.py"
+    nbformat.validate(nbformat.read(NOTEBOOK, as_version=4))
+
+
+@pytest.mark.slow
+def test_the_notebook_runs() -> None:
+    cells = NotebookClient(nbformat.read(NOTEBOOK, as_version=4), timeout=300).execute().cells
+    assert [cell for cell in cells if cell.cell_type == "code" and not cell.outputs] == []
+
+
+@pytest.mark.slow
+def test_the_script_says_what_the_paper_says(tmp_path: Path) -> None:
+    command = [sys.executable, "-W", "error", "-m", "strandspring.examples.workflow"]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=300, check=False)
+    assert done.returncode == 0, done.stderr
+    assert list(tmp_path.iterdir()) == []
+    errors = {name: float(text) for name, text in re.findall(r"(\S+) +RMSE ([\d.]+) N", done.stdout)}
+    # The paper's Table 1: 2.5337 N with its own method, and an rms force of 248.2 N.
+    assert errors["refined"] < errors["two-stage"] < 2.5337
+    assert float(re.search(r"rms force ([\d.]+) N", done.stdout)[1]) == pytest.approx(248.2, abs=0.5)  # type: ignore[index]
+    difference = float(re.search(r"FMU and model (\S+) N", done.stdout)[1])  # type: ignore[index]
+    assert difference < 1e-10 * 248.2  # rounding
