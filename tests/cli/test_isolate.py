@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import json
 import re
 from pathlib import Path
@@ -54,7 +55,8 @@ def test_json_csv_and_python_say_the_same(terminal: Terminal) -> None:
     assert told["system"] == {"mass": 12.0, "load": 100.0, "parallel": 2, "series": 1, "damping": 40.0}
     assert told["excitation"] == "base acceleration"
     system = IsolatedMass(MOUNT, 12.0, 100.0, 2, 1, 40.0)
-    table = pd.read_csv("out.csv", float_precision="round_trip")
+    with Path("out.csv").open(encoding="utf-8", newline="") as file:
+        table = list(csv.DictReader(file))  # pandas rounds in its own way
     for level, of_level in zip((1.0, 3.0), told["levels"], strict=True):
         expected = frequency_response(
             system, Excitation.BASE_ACCELERATION, level, np.geomspace(4.0, 30.0, 12), resolve=True
@@ -63,9 +65,9 @@ def test_json_csv_and_python_say_the_same(terminal: Terminal) -> None:
         assert of_level["resonance"]["frequency"] == expected.resonance.frequency
         given = [point["transmissibility"] for point in of_level["points"]]
         assert given == [point.transmissibility for point in expected.points]
-        rows = table[table["level [m/s^2]"] == level]
-        assert rows["transmissibility [1]"].tolist() == given
-        assert rows["frequency [Hz]"].tolist() == [point.frequency for point in expected.points]
+        rows = [row for row in table if float(row["level [m/s^2]"]) == level]
+        assert [float(row["transmissibility [1]"]) for row in rows] == given
+        assert [float(row["frequency [Hz]"]) for row in rows] == [point.frequency for point in expected.points]
     first = Path("out.svg").read_bytes()
     terminal(*command)
     assert Path("out.svg").read_bytes() == first
