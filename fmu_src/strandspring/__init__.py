@@ -53,6 +53,7 @@ if TYPE_CHECKING:
     from .identification.scan import ScanOptions as ScanOptions
     from .intake.description_file import read_campaign as read_campaign
     from .loops.selection import select as select
+    from .modelfile import model_schema as model_schema
     from .peers.limit_cycle import limit_cycle as limit_cycle
     from .peers.ni_spring import NiOptions as NiOptions
     from .peers.two_stage_options import TwoStageOptions as TwoStageOptions
@@ -94,6 +95,7 @@ _MODULES = {
     "isolate": "api.isolation",
     "identify_many": "api.many",
     "limit_cycle": "peers.limit_cycle",
+    "model_schema": "modelfile",
     "predict": "api.prediction",
     "read_campaign": "intake.description_file",
     "read_record": "records.reading",

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import csv
 import os
+import secrets
+import stat
 import sys
 import tempfile
 from collections.abc import Callable, Iterable, Iterator
@@ -33,18 +35,31 @@ def read_text(path: Path, maximum_bytes: int, file_type: str, error: Callable[[s
 
 
 def refuse_unwritable(path: Path, is_folder: bool = False) -> None:
-    """Refuse a file, or a folder for files, that cannot be written, before the work for it begins.
+    """Refuse a file, or a folder for files, that cannot be written, before the work for it begins; leaves nothing.
 
     Raises
     ------
-    StrandspringError   If the folder that holds it is not writable, or it is something else.
+    StrandspringError   If the path is taken by something else, or it or the folder that holds it (or, where there is
+                        none yet, the one that it would be created in) is not writable.
+
+    Examples
+    --------
+    >>> refuse_unwritable(Path(__file__) / "model.json")           # doctest: +ELLIPSIS
+    Traceback (most recent call last):
+    strandspring.errors.StrandspringError: ... cannot be written: ... is not a folder.
     """
     try:
-        if path.exists() and not (path.is_dir() if is_folder else path.is_file()):
-            what = "a file; give a folder" if is_folder else "a folder or a device; give the path of a file"
-            raise StrandspringError(f"{path} cannot be written: it is {what}.")
-        with tempfile.TemporaryFile(dir=existing_folder(path if is_folder else path.parent)):
-            pass
+        if is_folder:
+            folder = existing_folder(path)
+        else:
+            target = _target(path)
+            if target.exists():
+                # Opened for update, a file stays as it is.
+                target.open("r+b").close()
+            folder = existing_folder(target.parent)
+        if not folder.is_dir():
+            raise StrandspringError(f"{path} cannot be written: {folder} is not a folder.")
+        tempfile.TemporaryFile(dir=folder).close()
     except OSError as problem:
         raise StrandspringError(f"{path} cannot be written: {problem.strerror}.") from None
 
@@ -60,27 +75,41 @@ def existing_folder(folder: Path) -> Path:
 def replacing(path: Path) -> Iterator[Path]:
     """A temporary file in the folder of `path` that replaces `path` if the block ends without an exception.
 
+    As with a shell's redirection, a symbolic link stays one and its target is written, an existing file keeps its
+    permissions, a new one has those of the umask, and a read-only file is refused.
+
     Raises
     ------
-    StrandspringError   If the folder is not writable, or `path` is not a regular file.
+    StrandspringError   If the file or its folder is not writable, or `path` is not a regular file.
     """
     try:
-        if path.exists() and not path.is_file():
-            raise StrandspringError(f"{path} cannot be written: it is a folder or a device; give the path of a file.")
-        path.parent.mkdir(parents=True, exist_ok=True)
-        handle, name = tempfile.mkstemp(prefix=f".{path.name[:40]}.", suffix=".part", dir=path.parent)
-        os.close(handle)
+        target = _target(path)
+        mode = None
+        if target.exists():
+            target.open("r+b").close()
+            mode = target.stat().st_mode
+        target.parent.mkdir(parents=True, exist_ok=True)
+        part = target.with_name(f".{target.name[:40]}.{secrets.token_hex(4)}.part")
+        part.touch(exist_ok=False)
     except OSError as problem:
         raise StrandspringError(f"{path} cannot be written: {problem.strerror}.") from None
-    part = Path(name)
     try:
         yield part
-        part.chmod(0o644)
-        part.replace(path)
+        if mode is not None:
+            part.chmod(stat.S_IMODE(mode))
+        part.replace(target)
     except OSError as problem:
         raise StrandspringError(f"{path} cannot be written: {problem.strerror}.") from None
     finally:
         part.unlink(missing_ok=True)
+
+
+def _target(path: Path) -> Path:
+    """The path of the file that is to be written: of a symbolic link, what it leads to."""
+    target = Path(os.path.realpath(path))
+    if target.exists() and not target.is_file():
+        raise StrandspringError(f"{path} cannot be written: it is a folder or a device; give the path of a file.")
+    return target
 
 
 def write_text(path: Path, text: str) -> None:

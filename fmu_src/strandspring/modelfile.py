@@ -1,6 +1,6 @@
 """The model file: one identified spring as JSON, validated on load, written as stable bytes.
 
-``models/strandspring-model.schema.json`` describes it for other programs.
+``models/strandspring-model.schema.json`` describes it for other programs; see `model_schema`.
 """
 
 from __future__ import annotations
@@ -22,6 +22,7 @@ from .files import read_text, write_text
 MAXIMUM_BYTES = 10_000_000
 MODEL_IN_FMU = "resources/strandspring/model.json"
 _FORMAT = "strandspring-model"
+_SCHEMA = f"{_FORMAT}.schema.json"  # beside the models of a source checkout, below examples in a wheel
 # Of a model whose FE is a polynomial, and of one whose FE is a table.
 _VERSION, _TABLE_VERSION = 1, 2
 # The lists among the parameters in the order of the file, with how many numbers each may have.
@@ -133,6 +134,20 @@ class ModelFile:
             "provenance": self.provenance,
         }
         return json.dumps(content, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
+
+
+def model_schema() -> Json:
+    """The JSON schema of model files, for programs that write or check them.
+
+    Examples
+    --------
+    >>> model_schema()["required"]
+    ['format', 'format_version', 'name', 'parameters']
+    """
+    package = Path(__file__).resolve().parent
+    path = package / "examples" / _SCHEMA
+    schema: Json = json.loads((path if path.is_file() else package.parents[1] / "models" / _SCHEMA).read_bytes())
+    return schema
 
 
 def load_model(path: str | Path) -> ModelFile:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import json
 import re
 from pathlib import Path
@@ -55,7 +56,8 @@ def test_json_csv_and_python_say_the_same(terminal: Terminal) -> None:
     assert told["system"] == {"mass": 12.0, "load": 100.0, "parallel": 2, "series": 1, "damping": 40.0}
     assert told["excitation"] == "base acceleration"
     system = IsolatedMass(MOUNT, 12.0, 100.0, 2, 1, 40.0)
-    table = pd.read_csv("out.csv")
+    with Path("out.csv").open(encoding="utf-8", newline="") as file:
+        table = list(csv.DictReader(file))  # pandas rounds in its own way
     for level, of_level in zip((1.0, 3.0), told["levels"], strict=True):
         expected = frequency_response(
             system, Excitation.BASE_ACCELERATION, level, np.geomspace(4.0, 30.0, 12), resolve=True
@@ -64,9 +66,9 @@ def test_json_csv_and_python_say_the_same(terminal: Terminal) -> None:
         assert of_level["resonance"]["frequency"] == expected.resonance.frequency
         given = [point["transmissibility"] for point in of_level["points"]]
         assert given == [point.transmissibility for point in expected.points]
-        rows = table[table["level [m/s^2]"] == level]
-        assert rows["transmissibility [1]"].tolist() == given
-        assert rows["frequency [Hz]"].tolist() == [point.frequency for point in expected.points]
+        rows = [row for row in table if float(row["level [m/s^2]"]) == level]
+        assert [float(row["transmissibility [1]"]) for row in rows] == given
+        assert [float(row["frequency [Hz]"]) for row in rows] == [point.frequency for point in expected.points]
     first = Path("out.svg").read_bytes()
     terminal(*command)
     assert Path("out.svg").read_bytes() == first
@@ -180,9 +182,12 @@ def test_the_masses_that_can_rest_are_reported(terminal: Terminal) -> None:
     ],
 )  # fmt: skip
 def test_impossible_systems_get_one_sentence(terminal: Terminal, arguments: tuple[str, ...], told: str) -> None:
-    terminal("isolate", "mount.json", *arguments, *FEW, "-o", "out.csv", "--plot", "out.png", status=1)
-    assert told in terminal.err
-    assert len(terminal.err.strip().splitlines()) == 1
+    is_usage = told.startswith("'--")
+    status = 2 if is_usage else 1
+    terminal("isolate", "mount.json", *arguments, *FEW, "-o", "out.csv", "--plot", "out.png", status=status)
+    *usage, sentence = terminal.err.strip().splitlines()
+    assert told in sentence
+    assert len(usage) == (3 if is_usage else 0)
     assert terminal.out == ""
     assert list(Path().iterdir()) == [Path("mount.json")]
 

@@ -307,14 +307,11 @@ class Windows:
             **os.environ, "WINEPREFIX": str(self._folder / "prefix"), "WINEDEBUG": "-all",
             "WINEDLLOVERRIDES": "mscoree,mshtml=", **environment,
         }  # fmt: skip
-        return subprocess.run(
-            [self._program, *command],
-            env=settings,
-            capture_output=True,
-            encoding="utf-8",
-            errors="replace",
-            check=False,
-        )
+        # Into files: of a pipe, the end would come only when wine's server leaves, seconds later.
+        with (self._folder / "out").open("w+b") as out, (self._folder / "err").open("w+b") as err:
+            done = subprocess.run([self._program, *command], env=settings, stdout=out, stderr=err, check=False)
+        texts = ((self._folder / name).read_text(encoding="utf-8", errors="replace") for name in ("out", "err"))
+        return subprocess.CompletedProcess(done.args, done.returncode, *texts)
 
     def compiled(self, source: str, name: str, *flags: str) -> Path:
         output = self._folder / name

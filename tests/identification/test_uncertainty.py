@@ -112,9 +112,9 @@ def covered(correlation: float, runs: int) -> dict[str, float]:
 @pytest.mark.slow
 @pytest.mark.parametrize("correlation", [0.0, 0.9, 0.99])
 def test_intervals_hold_the_truth(correlation: float) -> None:
-    shares = covered(correlation, 200)
-    # 200 runs scatter by 1.5 %.
-    assert all(0.91 <= share <= 0.995 for share in shares.values()), shares
+    shares = covered(correlation, 120)
+    # 120 runs scatter by 2 % (one standard deviation of the binomial distribution); no interval may be sure, either.
+    assert all(0.9 <= share <= 0.995 for share in shares.values()), shares
 
 
 def test_what_bounds_one_side_only_is_reported_so() -> None:

@@ -152,7 +152,7 @@ def test_a_study_that_is_ended_goes_on(end: signal.Signals, terminal: Terminal) 
     assert not psutil.wait_procs(workers, timeout=20)[1]  # none is left behind
     kept = journal.read_bytes().count(b"\n") - 1
     if end is not signal.SIGKILL:
-        assert program.returncode == 1
+        assert program.returncode == 128 + end
         assert f"{kept} of {runs} runs are kept in results.csv.part.jsonl; the same command continues" in complained
         assert "Traceback" not in complained
     terminal(*command, "--workers", "1")

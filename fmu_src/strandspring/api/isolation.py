@@ -28,7 +28,7 @@ from .levels import free_travel, given_levels
 from .placing import ModelSource, model_of, origin_of, path_of
 from .progress import Progress, unseen
 from .result import Result
-from .text import table_lines
+from .text_table import table_lines
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -202,8 +202,8 @@ class Isolation(Result):
         )
         write_csv(Path(path), [*header, *(headings[field.name] for field in fields(ResponsePoint))], rows)
 
-    def lines(self) -> list[str]:
-        """Static equilibrium, resonances and cautions in words."""
+    def lines(self, width: int | None = None) -> list[str]:
+        """Static equilibrium, resonances and cautions in words, in tables of at most a width."""
         several = len(self.models) > 1
         lines: list[str] = []
         for one in self.models:
@@ -214,7 +214,7 @@ class Isolation(Result):
         rows = [
             [*([one.label] if several else []), *_cells(response)] for one in self.models for response in one.responses
         ]
-        lines += table_lines([*(["model"] if several else []), *_TABLE], rows, left={"model"})
+        lines += table_lines([*(["model"] if several else []), *_TABLE], rows, left={"model"}, width=width)
         return [*lines, *self._cautions()]
 
     def _name(self, one: IsolatedModel) -> str:
@@ -242,7 +242,7 @@ class Isolation(Result):
         return lines
 
     def summary(self) -> str:
-        """Static equilibrium, resonances and cautions in words."""
+        """Static equilibrium, resonances and cautions in words, in tables of at most a width."""
         return "\n".join(self.lines())
 
     def _repr_html_(self) -> str:

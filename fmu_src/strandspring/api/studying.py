@@ -29,7 +29,7 @@ from .levels import free_travel, given_levels
 from .placing import ModelSource, model_of, origin_of, path_of
 from .progress import Progress, unseen
 from .result import Result
-from .text import table_lines
+from .text_table import table_lines
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -84,8 +84,8 @@ class StudyResult(Result):
             rows.append(row)
         return pd.DataFrame(rows)
 
-    def lines(self) -> list[str]:
-        """Quantiles, refusals and cautions in words."""
+    def lines(self, width: int | None = None) -> list[str]:
+        """Quantiles, refusals and cautions in words, in tables of at most a width."""
         planned, summaries = self.study, self.summaries
         springs = f"{planned.draws} draws (seed {planned.seed})" if planned.draws else "the identified spring"
         refused = sum(summary.refused for summary in summaries)
@@ -96,7 +96,7 @@ class StudyResult(Result):
             for title, quantile in (_QUANTILES if planned.draws else {"": "median"}).items():
                 figures = [_cell(summary, name, scale, quantile) for name, scale in _COLUMNS.values()]
                 rows.append([*(point if quantile == "median" else [""] * len(point)), title, *figures])
-        lines += table_lines(["mass kg", "level", "stiffness", "refused", "", *_COLUMNS], rows)
+        lines += table_lines(["mass kg", "level", "stiffness", "refused", "", *_COLUMNS], rows, width=width)
         for summary in summaries:
             mass, level, stiffness = _point(planned.excitation, summary)
             where = f"{mass} kg, {level}, stiffness x {stiffness}"
@@ -113,7 +113,7 @@ class StudyResult(Result):
         return [*lines, *([counted] if counted else [])]
 
     def summary(self) -> str:
-        """Quantiles, refusals and cautions in words."""
+        """Quantiles, refusals and cautions in words, in tables of at most a width."""
         return "\n".join(self.lines())
 
     def _repr_html_(self) -> str:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
 from dataclasses import asdict
 from typing import Any
 
@@ -31,19 +30,6 @@ def verdict_json(finding: RateIndependence | Overlap | None) -> dict[str, Any] |
     if finding is None:
         return None
     return {**asdict(finding), "verdict": finding.verdict.name.lower(), "sentence": finding.sentence}
-
-
-def table_lines(headings: Sequence[str], rows: Sequence[Sequence[str]], left: Collection[str] = ()) -> list[str]:
-    """Lines of a table, with the columns `left` aligned to the left and all others to the right."""
-    widths = [max(map(len, column)) for column in zip(headings, *rows, strict=True)]
-    return [
-        "  "
-        + "  ".join(
-            cell.ljust(width) if heading in left else cell.rjust(width)
-            for heading, cell, width in zip(headings, row, widths, strict=True)
-        ).rstrip()
-        for row in (headings, *rows)
-    ]
 
 
 def fit_lines(fits: tuple[RecordFit, ...]) -> list[str]:

@@ -1,22 +1,99 @@
-"""Tables as text, for summaries."""
+"""Tables as text, in full width or folded for a terminal."""
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Iterable, Sequence
+from dataclasses import dataclass
+from textwrap import wrap
+
+_GAP = "  "  # before each column
 
 
-def table_lines(headings: Sequence[str], rows: Sequence[Sequence[str]], left: Collection[str] = ()) -> list[str]:
+@dataclass(frozen=True)
+class _Column:
+    """A column: its lines of heading, its lines in each row, and whether they are aligned to the left."""
+
+    heading: list[str]
+    cells: list[list[str]]
+    is_left: bool
+
+    @property
+    def width(self) -> int:
+        return max(_width(line) for lines in (self.heading, *self.cells) for line in lines)
+
+    def folded(self) -> _Column:
+        """With the words of the heading one below the other where it is wider than the cells."""
+        (heading,) = self.heading
+        words = [*heading.split(), *(line for lines in self.cells for line in lines)]
+        return _Column(_wrapped(heading, max(map(_width, words))), self.cells, self.is_left)
+
+    def folded_to(self, width: int) -> _Column:
+        """With all text folded at a width."""
+        heading, *cells = (_wrapped(text, width) for (text,) in (self.heading, *self.cells))
+        return _Column(heading, cells, self.is_left)
+
+    def padded(self, text: str) -> str:
+        space = " " * (self.width - _width(text))
+        return _GAP + (text + space if self.is_left else space + text)
+
+
+def table_lines(
+    headings: Sequence[str], rows: Iterable[Sequence[str]], left: Collection[str] = (), width: int | None = None
+) -> list[str]:
     """A table with the columns `left` aligned to the left and all others to the right.
+
+    Parameters
+    ----------
+    headings : sequence of str
+    rows : iterable of sequences of str
+    left : collection of str     Headings of the columns to align to the left.
+    width : int or None          Fold a wider table into several, one below the other, each with the first column of
+                                 `left`, or the first of all, which says what the rows are.
 
     Examples
     --------
     >>> table_lines(["name", "N"], [["kappa_omega", "25"], ["rho", "7"]], left=["name"])
     ['  name          N', '  kappa_omega  25', '  rho           7']
+    >>> table_lines(["spring", "mass kg", "sag mm"], [["mount", "4", "12"]], left=["spring"], width=14)
+    ['  spri  mass', '  ng      kg', '  moun     4', '  t', '', '  spri  sag', '  ng     mm', '  moun   12', '  t']
     """
-    cells = [list(headings), *map(list, rows)]
-    widths = [max(map(len, column)) for column in zip(*cells, strict=True)]
-    sides = ["<" if heading in left else ">" for heading in headings]
-    return [
-        "  " + "  ".join(f"{cell:{side}{width}}" for cell, side, width in zip(row, sides, widths, strict=True)).rstrip()
-        for row in cells
+    cells = list(zip(*rows, strict=True)) or [()] * len(headings)
+    columns = [
+        _Column([heading], [[text] for text in texts], heading in left)
+        for heading, texts in zip(headings, cells, strict=True)
     ]
+    if width is None or sum(column.width + len(_GAP) for column in columns) <= width:
+        return _lines(columns)
+    label = next((column for column in columns if column.is_left), columns[0])
+    title = label.folded_to(max(1, width // 3))
+    bands: list[list[_Column]] = []
+    for column in (column.folded() for column in columns if column is not label):
+        if not bands or sum(one.width + len(_GAP) for one in (*bands[-1], column)) > width:
+            bands.append([title])
+        bands[-1].append(column)
+    return [line for band in bands for line in ("", *_lines(band))][1:]
+
+
+def _lines(columns: Sequence[_Column]) -> list[str]:
+    """The lines of a table, whose headings stand at the bottom and whose cells at the top of their row."""
+    deepest = max(len(column.heading) for column in columns)
+    headings = [[""] * (deepest - len(column.heading)) + column.heading for column in columns]
+    lines = []
+    for row in (headings, *zip(*(column.cells for column in columns), strict=True)):
+        for number in range(max(map(len, row))):
+            parts = [cell[number] if number < len(cell) else "" for cell in row]
+            lines.append("".join(column.padded(part) for column, part in zip(columns, parts, strict=True)).rstrip())
+    return lines
+
+
+def _wrapped(text: str, width: int) -> list[str]:
+    return wrap(text, max(1, width)) or [""]
+
+
+def _width(text: str) -> int:
+    """Columns of a terminal that a text takes: two for each character of Chinese, Japanese and Korean."""
+    if text.isascii():
+        return len(text)
+    from rich.cells import cell_len  # rich is imported only where it is needed
+
+    return cell_len(text)

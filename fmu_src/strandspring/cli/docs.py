@@ -21,7 +21,8 @@ def docs(page: str | None, output: str | None, text: bool) -> None:
     """Open the documentation, which needs no network.
 
     \b
-    Pages: overview, test-engineer, simulation-engineer, designer, python, limits, troubleshooting, method, figures
+    Pages: overview, test-engineer, simulation-engineer, designer, python, limits,
+      troubleshooting, method, figures
 
     \b
     Examples:

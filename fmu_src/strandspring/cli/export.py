@@ -11,7 +11,7 @@ from ..coordinates import zero_sentence
 from ..errors import StrandspringError
 from ..exchange.modelica import LIBRARY, record_name
 from ..modelfile import load_model
-from .options import Quantity
+from .options import FiniteRange
 from .output import note, reporting, result, result_json
 from .paths import refuse_overwriting
 from .zero import origin_of, zero_option
@@ -21,7 +21,7 @@ from .zero import origin_of, zero_option
 @click.argument("model", metavar="MODEL.json")
 @click.option("--ssv", is_flag=True, help="Write SSP parameter values (SSV) for the model's FMU.")
 @click.option("--ssp", is_flag=True, help="Write an SSP system: the native FMU below a mass on a shaking base.")
-@click.option("--mass", type=Quantity(min=0.0, min_open=True, unit="kg"), metavar="KG", help="Mass for --ssp [kg].")
+@click.option("--mass", type=FiniteRange(min=0.0, min_open=True, unit="kg"), metavar="KG", help="Mass for --ssp [kg].")
 @click.option("--modelica", is_flag=True, help="Write the Modelica library StrandSpring with a record of the spring.")
 @click.option(
     "-o",

@@ -51,10 +51,11 @@ def identify(
     \b
     Examples:
       strandspring identify loop.csv -o spring.json
-      strandspring identify rig.txt --displacement 5 --force 7 --force-unit kN -o spring.json --report spring.html
+      strandspring identify rig.txt --displacement 5 --force 7 -o spring.json
+      strandspring identify rig.txt --force-unit kN -o spring.json --report r.html
       strandspring identify a13.csv a46.csv --degrees 3,2 -o spring.json
       strandspring identify loop.csv -o spring.json --rivals
-      strandspring identify loop.csv -o spring.json --time 1 --moving-mass 0.8 --fixture-stiffness 9000
+      strandspring identify loop.csv -o spring.json --time 1 --moving-mass 0.8
     """
     method = method_options(options)
     refuse_overwriting(records, {"--output": output, "--report": report})

@@ -13,7 +13,7 @@ from ..api.isolation import CheckedMotion, IsolatedModel, Isolation, verificatio
 from ..api.isolation import isolate as isolated
 from ..files import refuse_unwritable
 from .mount import EXCITATIONS, chosen_levels, curve_options, level_options, mount_options, positive
-from .output import reporting, result, result_json
+from .output import reporting, result, result_json, terminal_width
 from .paths import refuse_overwriting
 from .zero import zero_option
 
@@ -57,9 +57,10 @@ def isolate(
     \b
     Examples:
       strandspring isolate spring.json --mass 5
-      strandspring isolate old.json new.json --mass 5 --base-displacement 0.5 --plot compared.png
-      strandspring isolate spring.json --mass 20 --parallel 4 --base-displacement 0.5 --base-displacement 2 --plot t.png
-      strandspring isolate spring.json --mass 5 --load 0 --force 10 --band 2 50 -o curve.csv --json
+      strandspring isolate old.json new.json --mass 5 --plot compared.png
+      strandspring isolate spring.json --mass 20 --parallel 4 --plot t.png
+      strandspring isolate spring.json --mass 5 --base-displacement 0.5
+      strandspring isolate spring.json --mass 5 --force 10 --band 2 50 -o c.csv
       strandspring isolate spring.json --mass 5 --verify
     """
     levels = {kind: options.pop(kind) for kind in EXCITATIONS}
@@ -87,7 +88,7 @@ def isolate(
     if as_json:
         result_json(_json(found, checked, output, plot))
         return
-    result(found.summary())
+    result("\n".join(found.lines(terminal_width())))
     if checked:
         result("\n".join(verification_lines(checked)))
     for title, written in (("Curves", output), ("Plot", plot)):

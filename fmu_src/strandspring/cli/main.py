@@ -2,15 +2,24 @@
 
 from __future__ import annotations
 
+import os
+import signal
 import sys
-from collections.abc import Sequence
+import threading
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from importlib import import_module
+from io import TextIOWrapper
+from types import FrameType
+from typing import NoReturn
 
 import click
+from click.shell_completion import CompletionItem
 
 from .._version import __version__
 from ..errors import StrandspringError
-from .output import drop_failing_output
+from ..identification.outcomes import IdentificationError
+from .output import drop_failing_output, result_json
 
 # Each command is defined in the module of its name, which is imported only to run it or to show its help.
 COMMANDS = {
@@ -42,6 +51,10 @@ class LazyGroup(click.Group):
         command: click.Command = getattr(import_module(f".{name}", __package__), name)
         return command
 
+    def shell_complete(self, ctx: click.Context, incomplete: str) -> list[CompletionItem]:
+        names = [CompletionItem(name, help=text) for name, text in COMMANDS.items() if name.startswith(incomplete)]
+        return names + click.Command.shell_complete(self, ctx, incomplete)
+
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:  # noqa: ARG002
         with formatter.section("Commands"):
             formatter.write_dl(list(COMMANDS.items()))
@@ -63,25 +76,50 @@ def strandspring() -> None:
       strandspring verify dist/spring.fmu
       strandspring export spring.json --ssv --modelica
       strandspring isolate spring.json --mass 5 --plot curves.png
-      strandspring study spring.json --mass 4:8:5 --base-displacement 0.5 -o study.csv
+      strandspring study spring.json --mass 4:8:5 --force 10 -o study.csv
       strandspring synthesize spring spring.json --amplitude 20 -o synthetic.csv
 
-    Exit status: 0 done; 1 the data or the model is refused, with one sentence that says why; 2 wrong usage.
+    Exit status: 0 done; 1 the data or the model is refused, with one sentence that says why; 2 wrong usage or a
+    wrong value of an option; 130 interrupted (Ctrl-C); 143 terminated. With --json a refusal is a JSON object, too.
+
+    \b
+    Completion of commands, options and files, for the start-up file of the shell:
+      bash: eval "$(_STRANDSPRING_COMPLETE=bash_source strandspring)"
+      zsh:  eval "$(_STRANDSPRING_COMPLETE=zsh_source strandspring)"
+      fish: _STRANDSPRING_COMPLETE=fish_source strandspring | source
     """
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """Run the command line and leave the process with its exit status."""
+    given = sys.argv[1:] if arguments is None else list(arguments)
+    # An option called --json, whatever stands wrong beside it; what follows -- is no option.
+    as_json = "--json" in (given[: given.index("--")] if "--" in given else given)
+    if sys.stdout is None:
+        click.echo("strandspring: Standard output is closed; send it to a file or to /dev/null.", err=True)
+        sys.exit(1)
+    for stream in (sys.stdout, sys.stderr):
+        # Names of files need not be text, nor does every terminal know every character.
+        if isinstance(stream, TextIOWrapper):
+            stream.reconfigure(errors="backslashreplace")
+    if "_STRANDSPRING_COMPLETE" in os.environ:
+        from .completion import offer_files
+
+        offer_files()
     try:
-        strandspring.main(args=None if arguments is None else list(arguments), standalone_mode=False)
+        with _termination_interrupts():
+            # Of sys.argv, click expands patterns of files on Windows.
+            strandspring.main(None if arguments is None else given, "strandspring", standalone_mode=False)
     except click.exceptions.Exit as leaving:
         sys.exit(leaving.exit_code)
     except click.ClickException as problem:
         problem.show()
-        sys.exit(problem.exit_code)
-    except (click.Abort, KeyboardInterrupt):
-        click.echo("strandspring: interrupted; no output file was changed.", err=True)
-        sys.exit(1)
+        _leave(problem.exit_code, as_json, {"type": "UsageError", "message": problem.format_message()})
+    except (click.Abort, KeyboardInterrupt) as end:
+        number = _signal_of(end)
+        sentence = f"{'terminated' if number == signal.SIGTERM else 'interrupted'}; no output file is half written."
+        click.echo(f"strandspring: {sentence}", err=True)
+        _leave(128 + number, as_json, {"type": "Interrupt", "message": sentence})
     except OSError as problem:
         if not drop_failing_output():
             raise
@@ -89,4 +127,38 @@ def main(arguments: Sequence[str] | None = None) -> None:
         sys.exit(1)
     except StrandspringError as refusal:
         click.echo(f"strandspring: {refusal}", err=True)
-        sys.exit(1)
+        outcome = {"outcome": refusal.outcome.name.lower()} if isinstance(refusal, IdentificationError) else {}
+        _leave(1, as_json, {"type": type(refusal).__name__, **outcome, "message": str(refusal)})
+
+
+def _leave(status: int, as_json: bool, error: dict[str, str]) -> NoReturn:
+    """Leave with a status; under --json with the error as the result."""
+    if as_json:
+        try:
+            result_json({"error": error})
+        except OSError:
+            drop_failing_output()
+    sys.exit(status)
+
+
+@contextmanager
+def _termination_interrupts() -> Iterator[None]:
+    """Let SIGTERM end the command as an interrupt does, so that nothing is left behind."""
+    if threading.current_thread() is not threading.main_thread():
+        yield  # signals are handled in the main thread
+        return
+
+    def interrupt(number: int, frame: FrameType | None) -> NoReturn:  # noqa: ARG001
+        raise KeyboardInterrupt(number)
+
+    before = signal.signal(signal.SIGTERM, interrupt)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, before)
+
+
+def _signal_of(end: BaseException) -> int:
+    """The number of the signal that ended a command: what raises KeyboardInterrupt for another than SIGINT names it."""
+    cause = end if isinstance(end, KeyboardInterrupt) else end.__cause__
+    return cause.args[0] if isinstance(cause, KeyboardInterrupt) and cause.args else signal.SIGINT

@@ -9,7 +9,7 @@ import click
 
 from ..isolation.band import checked_limits
 from ..isolation.system import MOST_SPRINGS, Excitation, IsolationError
-from .options import Command, Count, ImpossibleValueError, Quantity, together
+from .options import Command, FiniteRange, together
 
 # Excitation, factor from the unit of the option to SI.
 EXCITATIONS = {
@@ -19,25 +19,25 @@ EXCITATIONS = {
 }
 
 
-def positive(unit: str) -> Quantity:
+def positive(unit: str) -> FiniteRange:
     """Type of an option: a number above 0 in a unit."""
-    return Quantity(min=0.0, min_open=True, unit=unit)
+    return FiniteRange(min=0.0, min_open=True, unit=unit)
 
 
 # Options of the mount and its load, named as in `IsolatedMass`.
 mount_options = together(
-    click.option("--load", type=Quantity(unit="N"), metavar="N",
+    click.option("--load", type=FiniteRange(unit="N"), metavar="N",
                  help="Static load along the axis [N].  [default: the weight]"),
-    click.option("--parallel", type=Count(1, MOST_SPRINGS), default=1, show_default=True,
+    click.option("--parallel", type=click.IntRange(1, MOST_SPRINGS), default=1, show_default=True,
                  help="Rows of springs side by side."),
-    click.option("--series", type=Count(1, MOST_SPRINGS), default=1, show_default=True,
+    click.option("--series", type=click.IntRange(1, MOST_SPRINGS), default=1, show_default=True,
                  help="Springs in series in each row."),
-    click.option("--damping", type=Quantity(min=0.0, unit="N s/m"), default=0.0, show_default=True,
+    click.option("--damping", type=FiniteRange(min=0.0, unit="N s/m"), default=0.0, show_default=True,
                  metavar="N*S/M", help="Viscous damping in parallel with the springs [N s/m]."),
 )  # fmt: skip
 
 
-def level_options(values: Callable[[Quantity], Any], how: str, default: str = "") -> Callable[[Command], Command]:
+def level_options(values: Callable[[FiniteRange], Any], how: str, default: str = "") -> Callable[[Command], Command]:
     """Options of the three excitations, for `chosen_levels`.
 
     Parameters
@@ -75,7 +75,7 @@ def _rising(
     try:
         return None if limits is None else checked_limits(limits)
     except IsolationError as refusal:
-        raise ImpossibleValueError(str(refusal)) from None
+        raise click.BadParameter(str(refusal)) from None
 
 
 def chosen_levels(given: Mapping[str, Sequence[float]]) -> tuple[Excitation, list[float]] | None:

@@ -6,7 +6,7 @@ import math
 import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import fields
-from typing import IO, Any, NoReturn, TypeVar
+from typing import Any, TypeVar
 
 import click
 
@@ -56,30 +56,6 @@ class FiniteRange(click.FloatRange):
         low = "" if self.min is None else f" {'>' if self.min_open else '>='} {self.min:g}"
         high = "" if self.max is None else f" <= {self.max:g}"
         return f"a finite number{low}{' and' if low and high else ''}{high}" + (f" [{self.unit}]" if self.unit else "")
-
-
-class ImpossibleValueError(click.BadParameter):
-    """A physically impossible value, such as a negative mass: bad input, refused with one sentence and status 1."""
-
-    exit_code = 1
-
-    def show(self, file: IO[Any] | None = None) -> None:
-        click.echo(f"strandspring: {self.format_message()}", file=file, err=file is None)
-
-
-class _Possible:
-    """For option types whose bounds are physical, not a matter of taste."""
-
-    def fail(self, message: str, param: click.Parameter | None = None, ctx: click.Context | None = None) -> NoReturn:
-        raise ImpossibleValueError(message, ctx, param)
-
-
-class Quantity(_Possible, FiniteRange):
-    """A physical quantity in a unit."""
-
-
-class Count(_Possible, click.IntRange):
-    """A count of things."""
 
 
 METHODS: dict[str, type[Method]] = {

@@ -8,13 +8,19 @@ from __future__ import annotations
 import json
 import math
 import os
+import shutil
 import sys
 from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager, nullcontext
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
+
+from ..api.text_table import table_lines
+
+if TYPE_CHECKING:
+    from rich.progress import Progress
 
 Item = TypeVar("Item")
 
@@ -26,12 +32,13 @@ def _is_watched() -> bool:
 
 def progress(items: Sequence[Item], description: str) -> Iterable[Item]:
     """The items, with a progress bar on a terminal if there are several."""
-    if not _is_watched() or len(items) < 2:
-        return items
-    from rich.console import Console
-    from rich.progress import track
-
-    return track(items, description=description, console=Console(stderr=True), transient=True)
+    if len(items) < 2:
+        yield from items
+        return
+    with advancing(description, len(items)) as advance:
+        for done, item in enumerate(items):
+            advance(done)
+            yield item
 
 
 def working(description: str) -> AbstractContextManager[Any]:
@@ -49,11 +56,7 @@ def advancing(description: str, total: int) -> Iterator[Callable[[int], None]]:
     if not _is_watched():
         yield lambda _: None
         return
-    from rich.console import Console
-    from rich.progress import MofNCompleteColumn, Progress
-
-    columns = (*Progress.get_default_columns(), MofNCompleteColumn())
-    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
+    with _bar() as bar:
         task = bar.add_task(description, total=total)
         yield lambda count: bar.update(task, completed=count)
 
@@ -64,12 +67,24 @@ def reporting() -> Iterator[Callable[[str, float, int], None]]:
     if not _is_watched():
         yield lambda *_: None
         return
-    from rich.console import Console
-    from rich.progress import Progress
-
-    with Progress(console=Console(stderr=True), transient=True) as bar:
+    with _bar() as bar:
         task = bar.add_task("", total=None)
         yield lambda what, done, total: bar.update(task, description=what, completed=done, total=total)
+
+
+def _bar() -> Progress:
+    """A bar of which spinner and time passed move while one part takes long."""
+    from rich import progress as rich
+    from rich.console import Console
+
+    columns = (
+        rich.SpinnerColumn(),
+        rich.TextColumn("{task.description}"),
+        rich.BarColumn(20),
+        rich.MofNCompleteColumn(),
+    )
+    times = (rich.TimeElapsedColumn(), rich.TextColumn("left"), rich.TimeRemainingColumn())
+    return rich.Progress(*columns, *times, console=Console(stderr=True), transient=True)
 
 
 def note(text: str) -> None:
@@ -83,21 +98,14 @@ def result(text: str) -> None:
 
 
 def result_table(headings: Sequence[str], rows: Iterable[Sequence[str]], left: Collection[str] = ()) -> None:
-    """A table on standard output, with the columns `left` aligned to the left and all others to the right."""
-    from rich.console import Console
-    from rich.table import Table
+    """A table on standard output, see `table_lines`; it is folded to the width of a terminal."""
+    for line in table_lines(headings, rows, left, terminal_width()):
+        result(line)
 
-    table = Table(box=None, pad_edge=False, padding=(0, 2, 0, 0))
-    for heading in headings:
-        table.add_column(heading, justify="left" if heading in left else "right", no_wrap=True)
-    for row in rows:
-        table.add_row(*row)
-    # Wider than any row: a terminal may wrap lines, a file keeps them.
-    console = Console(width=100_000, markup=False, emoji=False, highlight=False)
-    with console.capture() as capture:
-        console.print(table)
-    for line in capture.get().splitlines():
-        result(f"  {line.rstrip()}")
+
+def terminal_width() -> int | None:
+    """Columns of the terminal that shows standard output; None if that goes elsewhere."""
+    return shutil.get_terminal_size().columns if sys.stdout.isatty() else None
 
 
 def result_json(content: dict[str, Any]) -> None:

@@ -1,4 +1,4 @@
-"""Checks that a command does not overwrite its input."""
+"""Checks of output paths before a command begins its work."""
 
 from __future__ import annotations
 
@@ -8,9 +8,11 @@ from pathlib import Path
 
 import click
 
+from ..files import refuse_unwritable
+
 
 def refuse_overwriting(inputs: Iterable[str | Path], outputs: Mapping[str, str | Path | None]) -> None:
-    """Refuse an output that is an input of the same command, or another output of it, by whatever path.
+    """Refuse an output that cannot be written, or is an input or another output of the same command, by whatever path.
 
     Parameters
     ----------
@@ -20,6 +22,7 @@ def refuse_overwriting(inputs: Iterable[str | Path], outputs: Mapping[str, str |
     Raises
     ------
     click.UsageError             With the option and the path.
+    StrandspringError            If an output cannot be written.
     """
     read = list(inputs)
     written: dict[str, str | Path] = {}
@@ -33,6 +36,8 @@ def refuse_overwriting(inputs: Iterable[str | Path], outputs: Mapping[str, str |
             if _is_same_file(path, taken):
                 raise click.UsageError(f"{option} must be another file than {other}, got {path} for both.")
         written[option] = path
+    for path in written.values():
+        refuse_unwritable(Path(path))
 
 
 def _is_same_file(one: str | Path, other: str | Path) -> bool:

@@ -15,15 +15,15 @@ from ..api.studying import study as studied
 from ..studies.definition import STIFFNESS_FACTORS
 from ..studies.journal import journal_path
 from .mount import EXCITATIONS, chosen_levels, curve_options, level_options, mount_options, positive
-from .options import Quantity
-from .output import note, reporting, result, result_json
+from .options import FiniteRange
+from .output import note, reporting, result, result_json, terminal_width
 from .paths import refuse_overwriting
 from .zero import zero_option
 
 _MOST_VALUES = 10_000  # of one LOW:HIGH:COUNT
 
 
-def _grid(one: Quantity) -> Callable[[str], tuple[float, ...]]:
+def _grid(one: FiniteRange) -> Callable[[str], tuple[float, ...]]:
     """The type of a grid option: a number within a range, or LOW:HIGH:COUNT."""
 
     def values(text: str) -> tuple[float, ...]:
@@ -56,7 +56,7 @@ _SEVERAL = "repeat, or give LOW:HIGH:COUNT, for more"
 @level_options(_grid, _SEVERAL, "  [default: 1 % of the free travel under the smallest mass]")
 @click.option(
     "--stiffness",
-    type=_grid(Quantity(*STIFFNESS_FACTORS)),
+    type=_grid(FiniteRange(*STIFFNESS_FACTORS)),
     multiple=True,
     metavar="FACTOR",
     help=f"Factor on all forces of the spring (FE and kappa_omega); {_SEVERAL}.  [default: 1]",
@@ -103,8 +103,9 @@ def study(
     \b
     Examples:
       strandspring study spring.json --mass 5 --base-displacement 0.5 -o study.csv
-      strandspring study spring.json --mass 4:8:5 --base-displacement 0.2 --base-displacement 0.5 --draws 0 -o grid.csv
-      strandspring study spring.json --mass 5 --stiffness 0.9:1.1:3 --force 10 --scheduler tcp://host:8786 -o s.csv
+      strandspring study spring.json --mass 4:8:5 --draws 0 -o grid.csv
+      strandspring study spring.json --mass 5 --stiffness 0.9:1.1:3 -o s.csv
+      strandspring study spring.json --mass 5 --scheduler tcp://host:8786 -o s.csv
     """
     chosen = chosen_levels({kind: _flat(options.pop(kind)) for kind in EXCITATIONS})
     if workers is not None and scheduler is not None:
@@ -136,7 +137,7 @@ def study(
     if as_json:
         result_json({"zero": found.zero, **_json(model, found, output)})
         return
-    result(found.summary())
+    result("\n".join(found.lines(terminal_width())))
     result(f"Results: {output}")
 
 

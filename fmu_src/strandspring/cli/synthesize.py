@@ -100,7 +100,7 @@ def spring(
     \b
     Examples:
       strandspring synthesize spring spring.json -o loop.csv
-      strandspring synthesize spring spring.json --amplitude 13 --amplitude 46 --mean 57 --noise 0.03 -o campaign.csv
+      strandspring synthesize spring spring.json --noise 0.03 -o campaign.csv
     """
     refuse_overwriting([model], {"--output": output})
     content = load_model(model)
@@ -169,7 +169,7 @@ def ni(
     \b
     Examples:
       strandspring synthesize ni -o table1.csv --clean true.csv
-      strandspring synthesize ni --amplitude 5.45 --exponent 1 --seed 7 -o drowned.csv
+      strandspring synthesize ni --amplitude 5.45 --exponent 1 -o drowned.csv
     """
     refuse_overwriting((), {"--output": output, "--clean": clean})
     with values_as_usage():

@@ -18,8 +18,9 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 from strandspring.compiled import images
 from strandspring.compiled.targets import FMU_TARGETS, host_target, wheel_platform
 
-# The bundled record, which a source checkout keeps beside its models.
-_EXAMPLES = [f"models/records/{name}" for name in ("LICENSE.txt", "README.md", "rubber_stretch.csv")]
+# The bundled record and the schema of model files, which a source checkout keeps beside its models.
+_RECORD = [f"models/records/{name}" for name in ("LICENSE.txt", "README.md", "rubber_stretch.csv")]
+_EXAMPLES = [*_RECORD, "models/strandspring-model.schema.json"]
 
 
 class BuildWithImages(build_py):
@@ -44,10 +45,6 @@ class BuildWithImages(build_py):
         for path in _EXAMPLES:
             self.mkpath(str(self._example(path).parent))
             self.copy_file(path, self._example(path))
-
-    def get_source_files(self) -> list[str]:
-        """Files of a source distribution."""
-        return [*super().get_source_files(), *_EXAMPLES]
 
     def get_outputs(self, include_bytecode: bool = True) -> list[str]:
         """Files of the build."""

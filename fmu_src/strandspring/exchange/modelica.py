@@ -10,9 +10,9 @@ import re
 from collections.abc import Iterator, Sequence
 from html import escape
 from importlib.resources import files
-from importlib.resources.abc import Traversable
 from pathlib import Path
 from textwrap import wrap
+from typing import TYPE_CHECKING
 
 from .._version import __version__
 from ..coordinates import zero_sentence
@@ -21,6 +21,9 @@ from ..core.spline import Elastic
 from ..errors import StrandspringError
 from ..files import read_text, write_text
 from ..modelfile import ModelFile
+
+if TYPE_CHECKING:
+    from importlib.resources.abc import Traversable  # not in Python 3.10
 
 LIBRARY = "StrandSpring"
 # What every library holds, for the examples: a stranded wire spring that carries about 5 kg.

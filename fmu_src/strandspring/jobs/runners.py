@@ -154,15 +154,15 @@ def _executed(
     batches: Iterator[Sequence[Task]],
     pool: Pool,
     notify: Callable[[str], None],
-    interrupted: threading.Event,
+    interrupted: list[int],
     lost: list[Sequence[Task]],
 ) -> Generator[Sequence[Row], None, None]:
     """Rows of batches until there are none left or a worker process dies, which adds those under way to `lost`."""
     pending: dict[Future[Sequence[Row]], Sequence[Task]] = {}
     waiting_since = time.monotonic()
     while True:
-        if interrupted.is_set():
-            raise KeyboardInterrupt
+        if interrupted:
+            raise KeyboardInterrupt(*interrupted)
         if not lost:
             for batch in islice(batches, pool.window - len(pending)):
                 try:
@@ -189,18 +189,18 @@ def _executed(
 
 
 @contextmanager
-def _interrupts_kept() -> Iterator[threading.Event]:
-    """Set an event at the first interrupt, which would otherwise strike anywhere.
+def _interrupts_kept() -> Iterator[list[int]]:
+    """Keep the number of the first signal, which would otherwise strike anywhere.
 
     An exception inside an executor may leave a lock behind, and so hang the program, or be lost in a callback. A second
     interrupt strikes at once.
     """
-    interrupted = threading.Event()
+    interrupted: list[int] = []
 
     def keep(number: int, frame: FrameType | None) -> None:  # noqa: ARG001
-        if interrupted.is_set():
-            raise KeyboardInterrupt
-        interrupted.set()
+        if interrupted:
+            raise KeyboardInterrupt(number)
+        interrupted.append(number)
 
     if threading.current_thread() is not threading.main_thread():
         yield interrupted  # signals are handled in the main thread

@@ -1,0 +1,66 @@
+"""What is installed: type information, schema, and how little the import of `identify` loads."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+import sysconfig
+from pathlib import Path
+
+import pytest
+
+import strandspring
+
+ROOT = Path(__file__).resolve().parents[2]
+
+USER = """
+import numpy as np
+from strandspring import Record, Spring, identify, model_schema
+
+displacement = np.array([0.0, 0.01, 0.0])
+result = identify(Record(displacement, 100.0 * displacement))
+spring: Spring = result.spring("mount")
+force: float = spring.response(displacement).sum()
+reveal_type(result.rnl)
+reveal_type(model_schema())
+Spring.load(3.0)
+"""
+
+
+@pytest.mark.slow
+def test_type_checkers_know_the_package(tmp_path: Path) -> None:
+    (tmp_path / "user.py").write_text(USER, encoding="utf-8")
+    package = Path(strandspring.__file__).parent
+    installed = package.parent == Path(sysconfig.get_path("purelib"))
+    settings = os.environ if installed else {**os.environ, "MYPYPATH": str(package.parent)}
+    command = [sys.executable, "-m", "mypy", "--strict", "--hide-error-context", "user.py"]
+    done = subprocess.run(command, cwd=tmp_path, env=settings, capture_output=True, text=True, check=False)
+    *lines, end = done.stdout.splitlines()
+    assert [line.partition(": ")[2] for line in lines if "note: Revealed" in line] == [
+        'note: Revealed type is "float"', 'note: Revealed type is "dict[str, Any]"',
+    ]  # fmt: skip
+    (error,) = (line for line in lines if ": error: " in line)
+    assert error.startswith('user.py:11: error: Argument 1 to "load"')
+    assert "1 error in 1 file" in end
+
+
+def test_the_schema_is_that_beside_the_models() -> None:
+    published = json.loads((ROOT / "models/strandspring-model.schema.json").read_text(encoding="utf-8"))
+    assert strandspring.model_schema() == published
+
+
+LATE = """
+import sys
+import numpy as np
+from strandspring import identify
+phase = np.linspace(0.0, 12.0, 300)
+identify(0.01 * np.sin(phase), 100.0 * np.sin(phase) + 10.0 * np.cos(phase))
+print(*{"click", "fmpy", "jinja2", "markdown_it", "matplotlib", "pandas", "pydantic", "rich"} & set(sys.modules))
+"""
+
+
+def test_identify_in_python_loads_nothing_of_the_command_line_or_of_plots() -> None:
+    done = subprocess.run([sys.executable, "-c", LATE], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == ""
