@@ -1,0 +1,220 @@
+"""The content of an identification's report: what is said, in which order."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from typing import Any
+
+from .._version import __version__
+from ..identification.notes import notes_on
+from ..identification.outcomes import Outcome
+from ..identification.prediction_interval import PredictionInterval
+from ..identification.result import Identification
+from ..modelfile import ModelFile
+from . import tables
+from .blocks import Block, Content, Facts, Gallery, Level, Notice, Section, Signatures, Text, Tile, Tiles
+from .chart import Figure
+from .charts import engineering, fit, isolation, spring
+from .details import ReportDetails
+from .engineering import EngineeringFigures
+from .evaluation import Evaluation
+from .quantities import NUMBER, number, percent, unit_of
+from .verdict import HARMLESS, verdict
+
+_SIGNATURES = ("Prepared", "Checked", "Approved")
+# Outcomes whose details end with advice.
+_ADVISING = frozenset({Outcome.SMALL_LOOPS, Outcome.LACK_OF_FIT})
+_LISTED = 200  # records whose assumptions are listed
+
+Progress = Callable[[str], None]
+
+
+def report_content(
+    identification: Identification,
+    model: ModelFile,
+    details: ReportDetails,
+    comparison: str = "",
+    progress: Progress | None = None,
+) -> Content:
+    """Everything a report says.
+
+    Parameters
+    ----------
+    identification : Identification
+    model : ModelFile            For its name, description and version.
+    details : ReportDetails
+    comparison : str             How other classes of models compare, in a sentence; empty if they were not fitted.
+    progress : callable          Called with the name of each part before the work on it begins.
+    """
+    say = progress or (lambda part: None)
+    of = Evaluation(identification)
+    figures = EngineeringFigures(of)
+    say("engineering figures")
+    head = [
+        Section("verdict", "Verdict", tuple(_verdict(of, figures, comparison))),
+        Section("figures", "Engineering figures", tuple(_engineering(of, figures))),
+    ]
+    say("fit and residuals")
+    middle = [
+        Section("fit", "Fit", (Gallery((fit.loops(of), fit.force(of))), tables.records(of))),
+        Section("residuals", "Residuals", (Gallery(_residuals(of)),)),
+        Section("model", "Model", tuple(_model(of))),
+    ]
+    if trends := engineering.trends(of):
+        middle.append(Section("cycles", "From cycle to cycle", (Gallery(trends),)))
+    say("transmissibility")
+    middle.append(Section("isolation", "Vibration isolation", tuple(_isolation(of, details.mass))))
+    tail = [
+        Section("assumptions", "What was assumed", tuple(_assumptions(of))),
+        Section("provenance", "Provenance", tuple(_provenance(of, model))),
+        Section("release", "Release", (Signatures(_SIGNATURES),)),
+    ]
+    first = Section("details", "Test", (Facts(details.pairs),))
+    return Content(
+        title=f"Spring identification: {model.name}",
+        subtitle=of.without_folders(model.description),
+        sections=(first, *head, *middle, *tail),
+        records={view.place: view.name for view in of.shown},
+        footer=f"strandspring {__version__}",
+    )
+
+
+def _verdict(of: Evaluation, figures: EngineeringFigures, comparison: str) -> Iterator[Block]:
+    notice, sentences = verdict(of, figures)
+    yield notice
+    yield Tiles(tuple(_tiles(of, figures)))
+    for sentence in sentences:
+        yield Text(of.without_folders(sentence))
+    if comparison:
+        yield Text(of.without_folders(comparison))
+    for outcome, detail in of.identification.findings.items():
+        grade = Level.INFORMATION if outcome in HARMLESS else Level.CARE
+        yield Notice(grade, *_caution(outcome, of.without_folders(detail)))
+    for sentence in of.identification.uncertainty.get("indistinct", ()):
+        yield Notice(Level.CARE, f"{sentence[:1].upper()}{sentence[1:]}.")
+
+
+def _caution(outcome: Outcome, detail: str) -> tuple[str, str]:
+    """What was found, and the advice apart from it."""
+    head, _, advice = outcome.value.removesuffix(".").partition(": " if ": " in outcome.value else "; ")
+    if outcome in _ADVISING:
+        detail, _, further = detail.rpartition(": ")
+        advice = "; ".join(filter(None, (advice, further)))
+    text = f"{head} ({detail})." if detail else f"{head}."
+    return text, f"{advice[:1].upper()}{advice[1:]}." if advice else ""
+
+
+def _tiles(of: Evaluation, figures: EngineeringFigures) -> Iterator[Tile]:
+    row = figures.largest
+    shown = row.model if row.measured is None else row.measured.figures
+    at = f"at ±{number(0.5 * (row.high - row.low) * of.length.factor, 3)} {of.length.name}"
+    for name, text, kind in engineering.FIGURES:
+        value = getattr(shown, name)
+        unit = unit_of(kind, value) if kind else NUMBER
+        model = number(getattr(row.model, name) * unit.factor, 3)
+        note = f"model, {at}" if row.measured is None else f"measured {at}; model {model}"
+        yield Tile(text.capitalize(), number(value * unit.factor, 3), unit.name, note)
+    whole = of.identification
+    error = f"rms error {number(whole.rmse * of.residual.factor, 3)} {of.residual.name}"
+    yield Tile("RNL", number(whole.rnl, 4), "", f"1 is perfect; {error}")
+    if whole.lack_of_fit is not None:
+        height = percent(whole.lack_of_fit.of_height)
+        yield Tile("Misfit", number(whole.lack_of_fit.over_noise, 2), "× noise", f"{height} of the loops' height")
+
+
+def _engineering(of: Evaluation, figures: EngineeringFigures) -> Iterator[Block]:
+    yield tables.engineering(of, figures)
+    signs = []
+    if any(row.measured is not None and row.measured.spread is not None for row in figures.table):
+        signs.append("standard deviation from cycle to cycle (measured)")
+    if any(row.reach is not None for row in figures.table):
+        signs.append("95 % confidence interval (model)")
+    text = f"±: {', '.join(signs)}. " if signs else ""
+    text += (
+        "Secant stiffness between the turning points; loss factor = energy per cycle / (2π · stored energy), with "
+        "stored energy = secant stiffness · amplitude² / 2. The model's loop is the steady one between the same "
+        "turning points."
+    )
+    if of.identification.effects:
+        text += " Measured figures contain the effects of the rig, the model's do not."
+    yield Text(text)
+    yield Gallery(engineering.over_amplitude(of, figures))
+
+
+def _residuals(of: Evaluation) -> tuple[Figure, ...]:
+    charts = (
+        fit.residuals_over_time(of),
+        fit.residuals_over_displacement(of),
+        fit.residuals_over_velocity(of),
+        fit.histogram(of),
+        fit.autocorrelation(of),
+    )
+    return tuple(chart for chart in charts if chart is not None)
+
+
+def _model(of: Evaluation) -> Iterator[Block]:
+    charts: list[Figure] = [spring.branches(of), spring.amplifier(of), spring.omega(of)]
+    band, correlations = spring.band(of), spring.correlations(of)
+    if correlations is not None:
+        charts.append(correlations)
+    if band is not None:
+        charts += band
+    yield Gallery(tuple(charts))
+    yield tables.parameters(of)
+    yield Facts(tables.ranges(of))
+    interval = PredictionInterval.of(of.identification.uncertainty)
+    if interval is not None:
+        yield Text(f"{interval.sentence}.".replace("+-", "±"))
+    if of.identification.effects:
+        yield Facts(tuple(_effects(of.identification.effects)))
+
+
+def _effects(effects: dict[str, Any]) -> Iterator[tuple[str, str]]:
+    for name, value in effects.items():
+        yield f"Effect of the rig: {name.replace('_', ' ')} (SI units)", _plain(value)
+
+
+def _isolation(of: Evaluation, mass: float | None) -> Iterator[Block]:
+    chart = isolation.transmissibility(of, mass)
+    yield Text(chart) if isinstance(chart, str) else Gallery((chart,))
+
+
+def _assumptions(of: Evaluation) -> Iterator[Block]:
+    whole = of.identification
+    pairs = []
+    for view in of.views[:_LISTED]:
+        if view.record.notes:
+            pairs.append((view.name, "; ".join(map(of.without_folders, view.record.notes))))
+    notes = [of.without_folders(note) for note in notes_on(whole)]
+    if notes:
+        pairs.append(("Not considered", " ".join(notes)))
+    share = percent(whole.steady_share, 3)
+    pairs.append(("Steady section", f"from {share} of the longest stroke"))
+    yield Facts(tuple(pairs))
+
+
+def _provenance(of: Evaluation, model: ModelFile) -> Iterator[Block]:
+    whole = of.identification
+    yield tables.provenance(of)
+    yield Facts(
+        (
+            ("Method", whole.method),
+            ("Options", ", ".join(f"{name} {_plain(value)}" for name, value in whole.options.items()) or "none"),
+            ("Program", f"strandspring {model.provenance.get('version', __version__)}"),
+        )
+    )
+
+
+def _plain(value: Any) -> str:
+    """A value of options or effects in words."""
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    if isinstance(value, float):
+        return number(value, 6)
+    if isinstance(value, dict):
+        return ", ".join(f"{name} {_plain(own)}" for name, own in value.items())
+    if isinstance(value, list | tuple):
+        return "; ".join(map(_plain, value))
+    return str(value)
+
+
