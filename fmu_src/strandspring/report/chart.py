@@ -76,6 +76,8 @@ class Trace:
     error : ndarray, shape (P,), or None  Half-length of error bars.
     record : int or None                  Place of the record that it belongs to; None for all.
     cycles : tuple of (label, start, stop)   Which points belong to a cycle, where cycles can be chosen.
+    whole : int or None                   So many points draw the whole line, and those after them its cycles in detail;
+                                          None if all points draw the line.
     """
 
     name: str
@@ -87,6 +89,12 @@ class Trace:
     error: FloatArray | None = None
     record: int | None = None
     cycles: tuple[tuple[str, int, int], ...] = ()
+    whole: int | None = None
+
+    @property
+    def shown(self) -> int:
+        """Number of points that are drawn while no cycle is chosen."""
+        return self.x.size if self.whole is None else self.whole
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,13 +9,13 @@ from typing import Any
 import numpy as np
 
 from ..kernel.arrays import FloatArray
-from .chart import Axis, Chart, Figure, Form, HeatMap, Trace
+from .chart import Axis, Chart, Figure, Form, HeatMap, Role, Trace
 
 Json = dict[str, Any]
 
 _SINGLE = 1e-5  # rounding of single precision that does not show, share of the range
-_LINES = {
-    Form.LINE: ("lines", {"width": 1.6}),
+_LINES: dict[Form, tuple[str, Json]] = {
+    Form.LINE: ("lines", {"width": 1.5}),
     Form.DASHED: ("lines", {"width": 1.6, "dash": "dash"}),
     Form.DOTTED: ("lines", {"width": 1.2, "dash": "dot"}),
     Form.DOTS: ("markers", {}),
@@ -68,6 +68,7 @@ def _trace(trace: Trace, chart: Chart) -> Json:
         "meta": {
             "record": trace.record,
             "cycles": [list(cycle) for cycle in trace.cycles],
+            "whole": trace.shown,
             "colour": trace.role.value,
             "form": trace.form.value.replace(" ", "-"),
         },
@@ -86,6 +87,8 @@ def _trace(trace: Trace, chart: Chart) -> Json:
             "hoverinfo": "skip", "hovertemplate": None,
         }  # fmt: skip
     mode, line = _LINES[trace.form]
+    if trace.form is Form.LINE and trace.role is Role.MEASURED:
+        line = {"width": 2.6}  # seen on both sides of the model's line
     form |= {"x": _values(trace.x), "y": _values(trace.y), "mode": mode, "line": {"color": colour, **line}}
     if trace.form is Form.DOTS:
         form["marker"] = {"color": colour, "size": 3, "opacity": 0.65}
@@ -108,7 +111,7 @@ def _heat_map(figure: HeatMap) -> Json:
                 "zmin": -1, "zmax": 1, "colorscale": [[0, "--blue"], [0.5, "--paper"], [1, "--model"]],
                 "hovertemplate": "%{y}, %{x}: %{z:.3f}<extra></extra>", "xgap": 1, "ygap": 1,
                 "colorbar": {"thickness": 12, "outlinewidth": 0, "dtick": 0.5},
-                "meta": {"record": None, "cycles": [], "colour": "", "form": ""},
+                "meta": {"record": None, "cycles": [], "whole": None, "colour": "", "form": ""},
             }
         ],
         "layout": {

@@ -18,7 +18,7 @@ from .charts import engineering, fit, isolation, spring
 from .details import ReportDetails
 from .engineering import EngineeringFigures
 from .evaluation import Evaluation
-from .quantities import NUMBER, number, percent, unit_of
+from .quantities import NUMBER, number, percent, prose, unit_of
 from .verdict import HARMLESS, verdict
 
 _SIGNATURES = ("Prepared", "Checked", "Approved")
@@ -46,7 +46,7 @@ def report_content(
     comparison : str             How other classes of models compare, in a sentence; empty if they were not fitted.
     progress : callable          Called with the name of each part before the work on it begins.
     """
-    say = progress or (lambda part: None)
+    say = progress or (lambda _: None)
     of = Evaluation(identification)
     figures = EngineeringFigures(of)
     say("engineering figures")
@@ -84,19 +84,22 @@ def _verdict(of: Evaluation, figures: EngineeringFigures, comparison: str) -> It
     yield notice
     yield Tiles(tuple(_tiles(of, figures)))
     for sentence in sentences:
-        yield Text(of.without_folders(sentence))
+        yield Text(of.prose(sentence))
     if comparison:
-        yield Text(of.without_folders(comparison))
+        yield Text(of.prose(comparison))
     for outcome, detail in of.identification.findings.items():
         grade = Level.INFORMATION if outcome in HARMLESS else Level.CARE
-        yield Notice(grade, *_caution(outcome, of.without_folders(detail)))
+        yield Notice(grade, *_caution(outcome, of.prose(detail)))
     for sentence in of.identification.uncertainty.get("indistinct", ()):
-        yield Notice(Level.CARE, f"{sentence[:1].upper()}{sentence[1:]}.")
+        yield Notice(Level.CARE, prose(f"{sentence[:1].upper()}{sentence[1:]}."))
 
 
 def _caution(outcome: Outcome, detail: str) -> tuple[str, str]:
     """What was found, and the advice apart from it."""
-    head, _, advice = outcome.value.removesuffix(".").partition(": " if ": " in outcome.value else "; ")
+    sentence = outcome.value.removesuffix(".")
+    # The last clause advises; harmless findings need no advice.
+    end = -1 if outcome in HARMLESS else max(sentence.rfind(": "), sentence.rfind("; "))
+    head, advice = (sentence, "") if end < 0 else (sentence[:end], sentence[end + 2 :])
     if outcome in _ADVISING:
         detail, _, further = detail.rpartition(": ")
         advice = "; ".join(filter(None, (advice, further)))
@@ -111,12 +114,12 @@ def _tiles(of: Evaluation, figures: EngineeringFigures) -> Iterator[Tile]:
     for name, text, kind in engineering.FIGURES:
         value = getattr(shown, name)
         unit = unit_of(kind, value) if kind else NUMBER
-        model = number(getattr(row.model, name) * unit.factor, 3)
+        model = number(getattr(row.model, name) * unit.factor, 3, zeros=True)
         note = f"model, {at}" if row.measured is None else f"measured {at}; model {model}"
-        yield Tile(text.capitalize(), number(value * unit.factor, 3), unit.name, note)
+        yield Tile(text.capitalize(), number(value * unit.factor, 3, zeros=True), unit.name, note)
     whole = of.identification
     error = f"rms error {number(whole.rmse * of.residual.factor, 3)} {of.residual.name}"
-    yield Tile("RNL", number(whole.rnl, 4), "", f"1 is perfect; {error}")
+    yield Tile("RNL", number(whole.rnl, 4, zeros=True), "", f"1 is perfect; {error}")
     if whole.lack_of_fit is not None:
         height = percent(whole.lack_of_fit.of_height)
         yield Tile("Misfit", number(whole.lack_of_fit.over_noise, 2), "× noise", f"{height} of the loops' height")
@@ -164,7 +167,7 @@ def _model(of: Evaluation) -> Iterator[Block]:
     yield Facts(tables.ranges(of))
     interval = PredictionInterval.of(of.identification.uncertainty)
     if interval is not None:
-        yield Text(f"{interval.sentence}.".replace("+-", "±"))
+        yield Text(prose(f"{interval.sentence}."))
     if of.identification.effects:
         yield Facts(tuple(_effects(of.identification.effects)))
 
@@ -176,7 +179,7 @@ def _effects(effects: dict[str, Any]) -> Iterator[tuple[str, str]]:
 
 def _isolation(of: Evaluation, mass: float | None) -> Iterator[Block]:
     chart = isolation.transmissibility(of, mass)
-    yield Text(chart) if isinstance(chart, str) else Gallery((chart,))
+    yield Text(prose(chart)) if isinstance(chart, str) else Gallery((chart,))
 
 
 def _assumptions(of: Evaluation) -> Iterator[Block]:
@@ -185,7 +188,7 @@ def _assumptions(of: Evaluation) -> Iterator[Block]:
     for view in of.views[:_LISTED]:
         if view.record.notes:
             pairs.append((view.name, "; ".join(map(of.without_folders, view.record.notes))))
-    notes = [of.without_folders(note) for note in notes_on(whole)]
+    notes = [of.prose(note) for note in notes_on(whole)]
     if notes:
         pairs.append(("Not considered", " ".join(notes)))
     share = percent(whole.steady_share, 3)
@@ -216,5 +219,3 @@ def _plain(value: Any) -> str:
     if isinstance(value, list | tuple):
         return "; ".join(map(_plain, value))
     return str(value)
-
-

@@ -11,8 +11,9 @@ from typing import Any
 
 from ..errors import StrandspringError
 from ..files import replacing
-from .blocks import Block, Content, Gallery
+from .blocks import Block, Content, Gallery, Notice, Text
 from .chart import Figure
+from .quantities import bound
 
 _WIDE, _COLUMNS = 178.0, {2: 86.0, 3: 56.0}  # widths of figures [mm]
 
@@ -26,8 +27,8 @@ def check_typst() -> None:
     """
     if util.find_spec("typst") is None:
         raise StrandspringError(
-            'A report in PDF needs the package typst, which is not installed; run `pip install "strandspring[pdf]"`, or '
-            "let the report end in .html."
+            "A report in PDF needs the package typst, which is not installed; run "
+            '`pip install "strandspring[pdf]"`, or let the report end in .html.'
         )
 
 
@@ -97,6 +98,8 @@ def _block(block: Block) -> dict[str, Any]:
     if isinstance(block, Gallery):
         return {"form": "Gallery", "columns": block.columns, "figures": [_figure(figure) for figure in block.figures]}
     form = {"form": type(block).__name__, **asdict(block)}
+    if isinstance(block, Text | Notice):
+        form["text"] = bound(form["text"])
     if "level" in form:
         form["level"] = form["level"].value
     return form
@@ -106,6 +109,6 @@ def _figure(figure: Figure) -> dict[str, Any]:
     return {
         "file": f"{figure.key}.svg",
         "title": figure.title,
-        "sentence": figure.sentence,
+        "sentence": bound(figure.sentence),
         "wide": figure.wide,
     }

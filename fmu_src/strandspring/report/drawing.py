@@ -11,14 +11,15 @@ import numpy as np
 from matplotlib import font_manager
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure as Paper
+from matplotlib.lines import Line2D
 from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullLocator
 
-from .chart import Chart, Figure, Form, HeatMap, Trace
+from .chart import Chart, Figure, Form, HeatMap, Role, Trace
 from .palette import LIGHT
 from .quantities import number
 
 MM = 1.0 / 25.4  # in inches
-STYLE: dict[str, Any] = {
+STYLE: Any = {
     # The font that comes with matplotlib: the same bytes on every computer.
     "font.family": "DejaVu Sans",
     "font.size": 7.0,
@@ -70,9 +71,8 @@ def draw(figure: Figure, axes: Axes, record: int | None = None, *, scale: float 
         text.set_parse_math(False)
         if axis.log:
             _logarithmic(axes, way)
-        for end, value in zip(("left", "right") if way == "x" else ("bottom", "top"), axis.limits, strict=True):
-            if value is not None:
-                (axes.set_xlim if way == "x" else axes.set_ylim)(**{end: value})
+        if axis.limits != (None, None):
+            axes.set(**{f"{way}lim": axis.limits})
     if figure.x.whole:
         axes.xaxis.set_major_locator(MaxNLocator(integer=True))
     axes.grid(True, which="major", color=LIGHT["grid"], lw=0.6)
@@ -93,8 +93,7 @@ def paper_figure(figure: Figure, width: float, names: Mapping[int, str]) -> Pape
     """
     records: list[int | None] = [None]
     if isinstance(figure, Chart) and figure.single:
-        own = [trace.record for trace in figure.traces if trace.record is not None]
-        records = list(dict.fromkeys(own))[:_PANELS]
+        records = [*dict.fromkeys(trace.record for trace in figure.traces)][:_PANELS]
     height = width * (1.0 if isinstance(figure, HeatMap) else 0.42 if width > 120.0 else 0.78 if width > 70.0 else 0.95)
     if len(records) > 1:
         height *= 0.8
@@ -132,16 +131,20 @@ def _trace(trace: Trace, axes: Axes, label: str, scale: float, order: float) -> 
             axes.bar(trace.x, trace.y, width=float(trace.x[1] - trace.x[0]), alpha=0.55, **style)
         case Form.DOTS:
             # Thousands of dots are no picture for vectors.
-            axes.plot(trace.x, trace.y, ls="none", marker=".", ms=2.2 * scale, mew=0.0, alpha=0.8, rasterized=True, **style)
+            axes.plot(
+                trace.x, trace.y, ls="none", marker=".", ms=2.2 * scale, mew=0.0, alpha=0.8, rasterized=True, **style
+            )
         case Form.MARKS:
             axes.errorbar(
                 trace.x, trace.y, yerr=trace.error, ls="none", marker="o", ms=4.0 * scale, capsize=2.5 * scale,
                 elinewidth=0.9 * scale, **style,
             )  # fmt: skip
         case _:
-            width = 0.9 if trace.form is Form.LINE else 0.8
-            marks = {"marker": "o", "ms": 2.5 * scale} if trace.form is Form.MARKED_LINE else {}
-            axes.plot(trace.x, trace.y, ls=_STYLES[trace.form], lw=width * scale, **marks, **style)
+            # Measured lines are seen on both sides of the model's.
+            width = 1.5 if trace.form is Form.LINE and trace.role is Role.MEASURED else 0.8
+            marks: dict[str, Any] = {"marker": "o", "ms": 2.5 * scale} if trace.form is Form.MARKED_LINE else {}
+            x, y = trace.x[: trace.shown], trace.y[: trace.shown]
+            axes.plot(x, y, ls=_STYLES[trace.form], lw=width * scale, **marks, **style)
 
 
 def _logarithmic(axes: Axes, way: str) -> None:
@@ -169,6 +172,10 @@ def _legend(axes: Axes, names: Sequence[str]) -> None:
         loc="lower left", bbox_to_anchor=(-0.02, 1.0), ncols=columns, frameon=False, handlelength=1.8,
         columnspacing=1.4, borderpad=0.2, labelspacing=0.3,
     )  # fmt: skip
+    for handle in legend.legend_handles:
+        if isinstance(handle, Line2D) and handle.get_marker() == ".":
+            handle.set_markersize(5.0)
+            handle.set_alpha(1.0)
     for text in legend.get_texts():
         text.set_parse_math(False)
 
@@ -188,4 +195,4 @@ def _heat_map(figure: HeatMap, axes: Axes) -> None:
     paper = axes.get_figure()
     if paper is not None:
         bar = paper.colorbar(image, ax=axes, shrink=0.7, ticks=[-1.0, -0.5, 0.0, 0.5, 1.0])
-        bar.outline.set_visible(False)  # type: ignore[operator]
+        bar.outline.set_visible(False)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import pairwise
 from pathlib import PurePath
 
 import numpy as np
@@ -16,7 +17,7 @@ from ..kernel.path import PathSolver
 from ..loops.cycles import Cycle, find_cycles
 from ..loops.strokes import IndexArray, Strokes, find_strokes
 from ..records.record import Record
-from .quantities import Unit, unit_of
+from .quantities import Unit, prose, unit_of
 from .thinning import visible
 
 SHOWN_RECORDS = 40  # in the charts
@@ -85,7 +86,7 @@ class RecordView:
         """
         turning = self.strokes.turning
         starts = turning[np.searchsorted(turning, self.first) :: 2]
-        whole = [(int(a), int(b)) for a, b in zip(starts[:-1], starts[1:], strict=True)]
+        whole = [(int(a), int(b)) for a, b in pairwise(starts)]
         if not whole:
             return [(1, slice(self.first, len(self.record)))]
         whole[-1] = (whole[-1][0], len(self.record) - 1)
@@ -192,6 +193,10 @@ class Evaluation:
             if path != name:
                 text = text.replace(path, name)
         return text
+
+    def prose(self, sentence: str) -> str:
+        """A sentence of the identification without folders, in the notation of print."""
+        return prose(self.without_folders(sentence))
 
 
 def distinct(names: Sequence[str]) -> tuple[str, ...]:

@@ -177,9 +177,7 @@ def plot_over_amplitude(
     return _drawn(charts[figure], axes)
 
 
-def plot_transmissibility(
-    identification: Identification, axes: Axes | None = None, mass: float | None = None
-) -> Axes:
+def plot_transmissibility(identification: Identification, axes: Axes | None = None, mass: float | None = None) -> Axes:
     """Transmissibility of a mass [kg] on the spring; of one that rests near mid-range if None.
 
     Raises

@@ -22,6 +22,7 @@ from .chart_json import figure_json
 from .content import Progress, report_content
 from .details import ReportDetails
 from .palette import DARK, LIGHT
+from .quantities import bound
 
 SUFFIXES = (".html", ".pdf")
 
@@ -99,16 +100,17 @@ def write_page(path: Path, content: Content, template: str = "base.html.j2") -> 
         loader=PackageLoader("strandspring", "report/assets"), autoescape=True, undefined=StrictUndefined,
         trim_blocks=True, lstrip_blocks=True,
     )  # fmt: skip
+    environment.filters["bound"] = bound
     scripts = [_plotly(), _asset("figures.js")] if content.figures else []
     figures = {"records": content.records, "figures": [figure_json(figure) for figure in content.figures]}
     page = environment.get_template(template).render(
         content=content,
         light=LIGHT,
         dark=DARK,
-        style=Markup(_asset("page.css")),  # noqa: S704 - our own file
-        data=[{"id": "figure-data", "text": Markup(script_json(figures))}],  # noqa: S704 - escaped for scripts
-        scripts=[Markup(script) for script in scripts],  # noqa: S704 - our own file and that of plotly
-        script_hashes=Markup(" ".join(map(_hash, scripts)) or "'none'"),  # noqa: S704
+        style=Markup(_asset("page.css")),
+        data=[{"id": "figure-data", "text": Markup(script_json(figures))}],
+        scripts=[Markup(script) for script in scripts],
+        script_hashes=Markup(" ".join(map(_hash, scripts)) or "'none'"),
     )
     write_text(path, page)
 

@@ -1,4 +1,4 @@
-"""Colours by what they stand for, told apart by colour-blind people (after Okabe and Ito), on paper and on a dark page."""
+"""Colours by what they stand for, on paper and on a dark page; colour-blind people tell them apart (Okabe and Ito)."""
 
 LIGHT = {
     "measured": "#3b424c",

@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import math
+import re
 from dataclasses import dataclass
 
 _SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+_EXPONENT = re.compile(r"(?<![\w.])(\d+(?:\.\d+)?)e([+-]\d{2,3})\b")
+_BEFORE_UNIT = re.compile(r"(?<=\d) (?=(?:[µmk]?[NJm]|k?N/m{1,2}|mm/s|m/s|k?g|t|s|Hz|%)(?![\w/]))")
 _MINUS = "\N{MINUS SIGN}"
 
 
@@ -105,6 +108,29 @@ def with_reach(value: float, reach: float | None) -> str:
     if decimals < 0 or decimals > 6 or whole > 5:
         return f"{number(value)} ±\N{NO-BREAK SPACE}{number(reach, 2)}"
     return f"{value:.{decimals}f} ±\N{NO-BREAK SPACE}{reach:.{decimals}f}".replace("-", _MINUS)
+
+
+def prose(sentence: str) -> str:
+    """A sentence made for a terminal, in the notation of print.
+
+    Examples
+    --------
+    >>> prose("from 2.93e-07 to 1.1e+03 J, +- 4 %")
+    'from 2.93×10⁻⁷ to 1.1×10³ J, ± 4 %'
+    """
+    text = _EXPONENT.sub(lambda found: f"{found[1]}×10{superscript(int(found[2]))}", sentence)
+    return text.replace("+-", "±")
+
+
+def bound(text: str) -> str:
+    """A text in which no line ends between a number and its unit.
+
+    Examples
+    --------
+    >>> bound("5.19 mN at 3 Hz").split(" ")
+    ['5.19\\xa0mN', 'at', '3\\xa0Hz']
+    """
+    return _BEFORE_UNIT.sub("\N{NO-BREAK SPACE}", text)
 
 
 def span(low: float, high: float, unit: Unit) -> str:

@@ -36,10 +36,15 @@ def engineering(of: Evaluation, figures: EngineeringFigures) -> Table:
             rows.append((amplitude, label, *cells))
             amplitude = ""
     header = (
-        f"amplitude [{of.length.name}]", "", f"secant stiffness [{units[0].name}]", f"energy per cycle [{units[1].name}]",
+        f"amplitude [{of.length.name}]",
+        "",
+        f"secant stiffness [{units[0].name}]",
+        f"energy per cycle [{units[1].name}]",
         "loss factor",
-    )  # fmt: skip
-    return Table("Stiffness, energy per cycle and loss factor by amplitude", header, tuple(rows), 2, tuple(strong), compact=True)
+    )
+    return Table(
+        "Stiffness, energy per cycle and loss factor by amplitude", header, tuple(rows), 2, tuple(strong), compact=True
+    )
 
 
 def _of_amplitude(row: Comparison, factors: list[float]) -> Iterator[tuple[str, list[str]]]:
@@ -53,8 +58,9 @@ def _of_amplitude(row: Comparison, factors: list[float]) -> Iterator[tuple[str, 
         yield "model only", cells(row.model, row.reach)
         return
     spread = row.measured.spread
-    yield _source(row.measured), cells(
-        row.measured.figures, None if spread is None else tuple(getattr(spread, name) for name in NAMES)
+    yield (
+        _source(row.measured),
+        cells(row.measured.figures, None if spread is None else tuple(getattr(spread, name) for name in NAMES)),
     )
     yield "model", cells(row.model, row.reach)
     pairs = [(getattr(row.model, name), getattr(row.measured.figures, name)) for name in NAMES]
@@ -107,7 +113,14 @@ def _main_rows(p: SpringParameters, known: dict[str, Any]) -> Iterator[tuple[str
             interval = f"above {number(low, 3)}"
         else:
             interval = f"{by_error(low, error)} to {by_error(high, error)}"
-        yield name, meaning, by_error(value, error), unit, "at its bound" if error is None else number(error, 2), interval
+        yield (
+            name,
+            meaning,
+            by_error(value, error),
+            unit,
+            "at its bound" if error is None else number(error, 2),
+            interval,
+        )
 
 
 def _row(name: str, meaning: str, unit: str, value: float, error: float | None) -> tuple[str, ...]:
@@ -130,8 +143,8 @@ def records(of: Evaluation) -> Table:
         (
             view.name,
             f"{view.fit.samples} of {len(view.record)}",
-            number(view.fit.rmse * unit.factor, 3),
-            number(view.fit.rnl, 4),
+            number(view.fit.rmse * unit.factor, 3, zeros=True),
+            number(view.fit.rnl, 4, zeros=True),
             view.fit.compared,
         )
         for view in of.views[:_LISTED]

@@ -70,6 +70,9 @@
         shown.y = trace.y.subarray(start, stop);
       } else if (cycle !== null && trace.name === "not compared") {
         shown.visible = false;
+      } else if (trace.meta.cycles.length && trace.meta.whole < trace.x.length) {
+        shown.x = trace.x.subarray(0, trace.meta.whole);
+        shown.y = trace.y.subarray(0, trace.meta.whole);
       }
       return shown;
     });

@@ -99,4 +99,3 @@ def _drift(values: np.ndarray) -> float:
     """Change from the first to the last value, as a share of the mean."""
     scale = float(np.mean(np.abs(values)))
     return float(values[-1] - values[0]) / scale if scale else 0.0
-

@@ -14,6 +14,7 @@ from ..quantities import NUMBER, Unit, number, percent, span, unit_of
 from ..thinning import visible
 
 _BINS = (15, 60)  # of the histogram
+_DOTS = 2500  # of a record
 _LAGS = 400  # of the autocorrelation, at most
 
 
@@ -72,11 +73,20 @@ def _shown(of: Evaluation) -> str:
 def _along(of: Evaluation) -> Axis:
     """The axis along the records: time, or the sample number if one of them has no rising times."""
     timed = all(view.record.rising_time is not None for view in of.views)
-    return Axis("time", Unit("s")) if timed else Axis("sample", NUMBER)
+    return Axis("time", Unit("s")) if timed else Axis("sample number", NUMBER)
 
 
 def _position(view: RecordView, axis: Axis) -> FloatArray:
     return view.position if axis.unit.name else np.arange(1.0, len(view.record) + 1.0)
+
+
+def _line_along(view: RecordView, axis: Axis, values: FloatArray, unit: Unit, name: str, role: Role) -> Trace:
+    """A line along the record, and its cycles in detail."""
+    x, at = _position(view, axis), view.line(values, slice(view.first, None))
+    places = view.in_cycles(values) if len(view.cycles) > 1 else []
+    xs, ys, ends = joined([(x[own], values[own] * unit.factor) for own in (at, *(own for _, own in places))])
+    cycles = tuple((f"cycle {n}", *pair) for (n, _), pair in zip(places, ends[1:], strict=True))
+    return Trace(name, xs, ys, role, record=view.place, cycles=cycles, whole=at.size)
 
 
 def force(of: Evaluation) -> Chart:
@@ -85,15 +95,13 @@ def force(of: Evaluation) -> Chart:
     traces = []
     for view in of.shown:
         x = _position(view, axis)
-        lines = [("measured", Role.MEASURED, view.record.force), ("model", Role.MODEL, view.fit.predicted)]
         if view.first > 0:
             at = view.line(view.record.force, slice(0, view.first + 1))
             traces.append(
                 Trace("not compared", x[at], view.record.force[at] * factor, Role.LEFT_OUT, record=view.place)
             )
-        for name, role, values in lines:
-            at = view.line(values, slice(view.first, None))
-            traces.append(Trace(name, x[at], values[at] * factor, role, record=view.place))
+        traces.append(_line_along(view, axis, view.record.force, of.force, "measured", Role.MEASURED))
+        traces.append(_line_along(view, axis, view.fit.predicted, of.force, "model", Role.MODEL))
     samples = sum(view.fit.samples for view in of.views)
     sentence = (
         f"Measured and predicted force over {axis.text}; {samples} of {sum(len(v.record) for v in of.views)} samples "
@@ -113,8 +121,8 @@ def residuals_over_displacement(of: Evaluation) -> Chart:
         loading = view.strokes.direction[view.strokes.of_sample] > 0
         for name, role, own in (("loading", Role.FIRST, loading), ("unloading", Role.MODEL, ~loading)):
             branch = np.where(own, view.residuals, np.nan)
-            pieces, ends, labels = [], [], []
-            most = max(view.points // (2 * len(view.cycles)), 30)
+            pieces, labels = [], []
+            most = max(min(view.points, _DOTS) // (2 * len(view.cycles)), 30)
             for cycle, samples in view.cycles:
                 places = samples.start + np.flatnonzero(np.isfinite(branch[samples]))
                 at = places[visible(branch[places], most)] if places.size else places
@@ -153,7 +161,7 @@ def residuals_over_velocity(of: Evaluation) -> Chart | None:
     for view in views:
         assert view.velocity is not None
         velocity, residual = view.velocity[view.first :], view.compared
-        at = visible(residual, view.points // 2)
+        at = visible(residual, min(view.points, _DOTS))
         traces.append(
             Trace("residual", velocity[at] * unit.factor, residual[at] * of.residual.factor, Role.FIRST, Form.DOTS,
                   record=view.place)
@@ -174,13 +182,7 @@ def residuals_over_velocity(of: Evaluation) -> Chart | None:
 def residuals_over_time(of: Evaluation) -> Chart:
     """Residuals along the record."""
     axis = _along(of)
-    traces = []
-    for view in of.shown:
-        at = view.line(view.residuals, slice(view.first, None))
-        traces.append(
-            Trace("residual", _position(view, axis)[at], view.residuals[at] * of.residual.factor, Role.FIRST,
-                  record=view.place)
-        )  # fmt: skip
+    traces = [_line_along(view, axis, view.residuals, of.residual, "residual", Role.FIRST) for view in of.shown]
     return Chart(
         "residuals-time", f"Residuals over {axis.text}", axis, Axis("measured − model", of.residual), tuple(traces),
         f"Residual force over {axis.text}. {_misfit(of)}", wide=True, single=True,
