@@ -15,7 +15,7 @@ from .blocks import Block, Content, Gallery, Notice, Text
 from .chart import Figure
 from .quantities import bound
 
-_WIDE, _COLUMNS = 178.0, {2: 86.0, 3: 56.0}  # widths of figures [mm]
+WIDE, COLUMNS = 178.0, {2: 86.0, 3: 56.0}  # widths of figures [mm]
 
 
 def check_typst() -> None:
@@ -88,7 +88,7 @@ def _draw(folder: Path, content: Content) -> None:
     with rc_context(STYLE):
         for gallery in galleries:
             for figure in gallery.figures:
-                width = _WIDE if figure.wide else _COLUMNS[gallery.columns]
+                width = WIDE if figure.wide else COLUMNS[gallery.columns]
                 paper = paper_figure(figure, width, content.records)
                 paper.savefig(folder / f"{figure.key}.svg", metadata={"Date": None}, dpi=300)
 

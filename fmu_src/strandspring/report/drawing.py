@@ -13,6 +13,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure as Paper
 from matplotlib.lines import Line2D
 from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullLocator
+from matplotlib.transforms import ScaledTranslation
 
 from .chart import Chart, Figure, Form, HeatMap, Role, Trace
 from .palette import LIGHT
@@ -42,8 +43,9 @@ STYLE: Any = {
     "text.parse_math": False,
     "text.usetex": False,
 }
-_LONG_NAME = 48  # characters of a record's name in a figure
+_AXIS, _LETTER = 20.0, 1.6  # room for the axis beside a name, and of a letter in it [mm]
 _STYLES = {Form.LINE: "-", Form.DASHED: "--", Form.DOTTED: ":", Form.MARKED_LINE: "-"}
+_TITLE = 10.0  # room for the name of a record between panel and legend [points]
 _PANELS = 3  # records shown of a chart with one record at a time
 
 
@@ -101,17 +103,32 @@ def paper_figure(figure: Figure, width: float, names: Mapping[int, str]) -> Pape
     for axes, record in zip(paper.subplots(len(records), 1, squeeze=False)[:, 0], records, strict=True):
         draw(figure, axes, record)
         if len(records) > 1 and record is not None:
+            axes.set_title(
+                printable(names[record], int((width - _AXIS) / _LETTER)),
+                loc="left",
+                fontsize=6.5,
+                parse_math=False,
+                pad=3.0,
+            )
             legend = axes.get_legend()
             if legend is not None and record != records[0]:
                 legend.remove()
-            axes.set_title(printable(names[record]), loc="right", fontsize=6.5, parse_math=False)
+            elif legend is not None:
+                above = ScaledTranslation(0.0, _TITLE / 72.0, paper.dpi_scale_trans)
+                legend.set_bbox_to_anchor((-0.02, 1.0), transform=axes.transAxes + above)
     return paper
 
 
-def printable(name: str) -> str:
-    """A name without characters that the font lacks, and not too long for a figure."""
+def printable(name: str, longest: int) -> str:
+    """A name without characters that the font lacks, cut in the middle to so many at most (20 or more).
+
+    Examples
+    --------
+    >>> printable("measurement_of_a_long_day_3.csv", 20)
+    'measurement…ay_3.csv'
+    """
     text = "".join(c if ord(c) in _characters() else "\N{REPLACEMENT CHARACTER}" for c in name)
-    return text if len(text) <= _LONG_NAME else f"{text[: _LONG_NAME - 16]}…{text[-15:]}"
+    return text if len(text) <= longest else f"{text[: longest - 9]}…{text[-8:]}"
 
 
 @functools.cache
