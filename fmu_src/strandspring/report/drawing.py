@@ -149,7 +149,7 @@ def _trace(trace: Trace, axes: Axes, label: str, scale: float, order: float) -> 
         case Form.DOTS:
             # Thousands of dots are no picture for vectors.
             axes.plot(
-                trace.x, trace.y, ls="none", marker=".", ms=2.2 * scale, mew=0.0, alpha=0.8, rasterized=True, **style
+                trace.x, trace.y, ls="none", marker=".", ms=2.8 * scale, mew=0.0, alpha=0.8, rasterized=True, **style
             )
         case Form.MARKS:
             axes.errorbar(
@@ -158,7 +158,7 @@ def _trace(trace: Trace, axes: Axes, label: str, scale: float, order: float) -> 
             )  # fmt: skip
         case _:
             # Measured lines are seen on both sides of the model's.
-            width = 1.5 if trace.form is Form.LINE and trace.role is Role.MEASURED else 0.8
+            width = 1.2 if trace.form is Form.LINE and trace.role is Role.MEASURED else 0.75
             marks: dict[str, Any] = {"marker": "o", "ms": 2.5 * scale} if trace.form is Form.MARKED_LINE else {}
             x, y = trace.x[: trace.shown], trace.y[: trace.shown]
             axes.plot(x, y, ls=_STYLES[trace.form], lw=width * scale, **marks, **style)

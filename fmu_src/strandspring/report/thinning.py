@@ -24,7 +24,7 @@ def visible(values: FloatArray, most: int) -> IndexArray:
     --------
     >>> import numpy as np
     >>> visible(np.array([0.0, 0, 0, 9, 0, 0, 0, 0, 0, -5, 0, 0]), 6).tolist()
-    [0, 3, 4, 9, 11]
+    [0, 3, 6, 9, 11]
     """
     size = values.size
     if size <= most:

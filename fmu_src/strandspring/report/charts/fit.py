@@ -236,8 +236,8 @@ def autocorrelation(of: Evaluation) -> Chart:
             Trace("residuals", lag, correlation, Role.FIRST, record=view.place),
         ]  # fmt: skip
     sentence = (
-        f"Autocorrelation of the residuals; it lasts {number(max(times), 2)} samples"
-        f"{' at most' if len(times) > 1 else ''} (1 if they were white noise)."
+        f"Autocorrelation of the residuals; the integrated autocorrelation time is {number(max(times), 2)}"
+        f"{' at most' if len(times) > 1 else ''} in samples, and 1 for white noise."
     )
     return Chart(
         "autocorrelation", "Autocorrelation of the residuals", Axis("lag", Unit("samples")),

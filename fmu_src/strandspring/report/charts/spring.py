@@ -132,14 +132,19 @@ def band(of: Evaluation) -> tuple[Chart, Chart] | None:
     ):  # fmt: skip
         for branch, form, own in (("loading", Form.LINE, up), ("unloading", Form.DASHED, ~up)):
             widths.append(Trace(f"{name}, {branch}", x, np.where(own, values * small.factor, np.nan), role, form))
-    sentence = (
-        "Half-width of the 95 % prediction interval "
-        f"{number(float(np.median(found.reach)) * small.factor, 2)} {small.name} and of the confidence band "
-        f"{number(float(np.median(half)) * small.factor, 2)} {small.name}, both in the median of the last loop."
+    reach, width = (
+        f"{number(float(np.median(values)) * small.factor, 2)} {small.name}" for values in (found.reach, half)
+    )
+    of_loop = (
+        f"The model's last loop with the 95 % prediction interval (±{reach} in the median) and the 95 % confidence band "
+        f"(±{width})."
+    )
+    of_width = (
+        f"Half-widths along that loop: {reach} (prediction interval) and {width} (confidence band) in the median."
     )
     return (
         Chart("band", "Last loop with the uncertainty of its prediction", Axis("displacement", of.length),
-              Axis("force", of.force), tuple(loop), sentence),
+              Axis("force", of.force), tuple(loop), of_loop),
         Chart("band-width", "Half-width of interval and band", Axis("displacement", of.length),
-              Axis("half-width", small, limits=(0.0, None)), tuple(widths), sentence),
+              Axis("half-width", small, limits=(0.0, None)), tuple(widths), of_width),
     )  # fmt: skip
