@@ -13,7 +13,7 @@ from strandspring import Identification, Outcome, StrandspringError, identify
 from strandspring.modelfile import ModelFile
 from strandspring.report.blocks import Content, Gallery, Level, Notice, Table
 from strandspring.report.chart import Chart
-from strandspring.report.charts import fit
+from strandspring.report.charts import fit_charts
 from strandspring.report.content import report_content
 from strandspring.report.details import ReportDetails
 from strandspring.report.evaluation import SHOWN_CYCLES, SHOWN_RECORDS, Evaluation
@@ -107,18 +107,18 @@ def test_long_records_are_thinned_and_keep_their_extremes() -> None:
 
 def test_many_records_and_cycles_are_drawn_in_part() -> None:
     found = identify(record_of(spring_of(1.0, 1.0), sine(60, 9000), noise=0.01))
-    chart = fit.loops(Evaluation(found))
+    chart = fit_charts.loops(Evaluation(found))
     (cycles,) = {len(trace.cycles) for trace in chart.traces if trace.cycles}
     assert cycles == SHOWN_CYCLES
     assert "some of the many cycles" in chart.sentence
     many = replace(found, records=found.records * 60, fits=found.fits * 60)
-    chart = fit.loops(Evaluation(many))
+    chart = fit_charts.loops(Evaluation(many))
     assert len({trace.record for trace in chart.traces}) == SHOWN_RECORDS
     assert sum(trace.x.size for trace in chart.traces) < 80_000
 
 
 def test_cycles_of_a_line_are_where_they_say() -> None:
-    chart = fit.force(Evaluation(reports.hinge()))
+    chart = fit_charts.force(Evaluation(reports.hinge()))
     assert isinstance(chart, Chart)
     line = next(trace for trace in chart.traces if trace.name == "model")
     (_, start, stop), *_ = line.cycles

@@ -18,7 +18,7 @@ import reports
 from strandspring import Identification, StrandspringError
 from strandspring.report import figure
 from strandspring.report.blocks import Gallery
-from strandspring.report.charts import fit
+from strandspring.report.charts import fit_charts
 from strandspring.report.content import report_content
 from strandspring.report.details import ReportDetails
 from strandspring.report.document import COLUMNS, WIDE
@@ -113,7 +113,7 @@ def test_no_texts_overlap_on_paper(make: Callable[[], Identification]) -> None:
     content = report_content(make(), make().spring("a").model, ReportDetails())
     galleries = [block for section in content.sections for block in section.blocks if isinstance(block, Gallery)]
     sized = [(chart, WIDE if chart.wide else COLUMNS[own.columns]) for own in galleries for chart in own.figures]
-    loops = fit.loops(Evaluation(make()))
+    loops = fit_charts.loops(Evaluation(make()))
     with mpl.rc_context({**STYLE, "figure.dpi": 150}):
         for chart, width in [*sized, (loops, 60.0), (loops, figure.COLUMN)]:
             assert overlaps(paper_figure(chart, width, content.records)) == [], chart.key

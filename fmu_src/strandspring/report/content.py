@@ -14,7 +14,7 @@ from ..modelfile import ModelFile
 from . import tables
 from .blocks import Block, Content, Facts, Gallery, Level, Notice, Section, Signatures, Text, Tile, Tiles
 from .chart import Figure
-from .charts import engineering, fit, isolation, spring
+from .charts import engineering_charts, fit_charts, isolation_charts, model_charts
 from .details import ReportDetails
 from .engineering import EngineeringFigures
 from .evaluation import Evaluation
@@ -56,11 +56,11 @@ def report_content(
     ]
     say("fit and residuals")
     middle = [
-        Section("fit", "Fit", (Gallery((fit.loops(of), fit.force(of))), tables.records(of))),
+        Section("fit", "Fit", (Gallery((fit_charts.loops(of), fit_charts.force(of))), tables.records(of))),
         Section("residuals", "Residuals", (Gallery(_residuals(of)),)),
         Section("model", "Model", tuple(_model(of))),
     ]
-    if trends := engineering.trends(of):
+    if trends := engineering_charts.trends(of):
         middle.append(Section("cycles", "From cycle to cycle", (Gallery(trends),)))
     say("transmissibility")
     middle.append(Section("isolation", "Vibration isolation", tuple(_isolation(of, details.mass))))
@@ -111,7 +111,7 @@ def _tiles(of: Evaluation, figures: EngineeringFigures) -> Iterator[Tile]:
     row = figures.largest
     shown = row.model if row.measured is None else row.measured.figures
     at = f"at ±{number(0.5 * (row.high - row.low) * of.length.factor, 3)} {of.length.name}"
-    for name, text, kind in engineering.FIGURES:
+    for name, text, kind in engineering_charts.FIGURES:
         value = getattr(shown, name)
         unit = unit_of(kind, value) if kind else NUMBER
         model = number(getattr(row.model, name) * unit.factor, 3, zeros=True)
@@ -141,23 +141,23 @@ def _engineering(of: Evaluation, figures: EngineeringFigures) -> Iterator[Block]
     if of.identification.effects:
         text += " Measured figures contain the effects of the rig, the model's do not."
     yield Text(text)
-    yield Gallery(engineering.over_amplitude(of, figures))
+    yield Gallery(engineering_charts.over_amplitude(of, figures))
 
 
 def _residuals(of: Evaluation) -> tuple[Figure, ...]:
     charts = (
-        fit.residuals_over_time(of),
-        fit.residuals_over_displacement(of),
-        fit.residuals_over_velocity(of),
-        fit.histogram(of),
-        fit.autocorrelation(of),
+        fit_charts.residuals_over_time(of),
+        fit_charts.residuals_over_displacement(of),
+        fit_charts.residuals_over_velocity(of),
+        fit_charts.histogram(of),
+        fit_charts.autocorrelation(of),
     )
     return tuple(chart for chart in charts if chart is not None)
 
 
 def _model(of: Evaluation) -> Iterator[Block]:
-    charts: list[Figure] = [spring.branches(of), spring.amplifier(of), spring.omega(of)]
-    band, correlations = spring.band(of), spring.correlations(of)
+    charts: list[Figure] = [model_charts.branches(of), model_charts.amplifier(of), model_charts.omega(of)]
+    band, correlations = model_charts.band(of), model_charts.correlations(of)
     if correlations is not None:
         charts.append(correlations)
     if band is not None:
@@ -178,7 +178,7 @@ def _effects(effects: dict[str, Any]) -> Iterator[tuple[str, str]]:
 
 
 def _isolation(of: Evaluation, mass: float | None) -> Iterator[Block]:
-    chart = isolation.transmissibility(of, mass)
+    chart = isolation_charts.transmissibility(of, mass)
     yield Text(prose(chart)) if isinstance(chart, str) else Gallery((chart,))
 
 

@@ -21,7 +21,7 @@ from ..errors import StrandspringError
 from ..files import replacing
 from ..identification.result import Identification
 from .chart import Figure
-from .charts import engineering, fit, isolation, spring
+from .charts import engineering_charts, fit_charts, isolation_charts, model_charts
 from .engineering import EngineeringFigures
 from .evaluation import Evaluation
 
@@ -75,7 +75,7 @@ def write_figure(path: str | Path, identification: Identification, width: float 
     of = Evaluation(identification)
     kind = path.suffix.lower().lstrip(".")
     with rc_context(STYLE), replacing(path) as part:
-        figure = paper_figure(fit.loops(of), width, dict(enumerate(of.names)))
+        figure = paper_figure(fit_charts.loops(of), width, dict(enumerate(of.names)))
         # No date and no random names: the same identification gives the same bytes.
         metadata = {"svg": {"Date": None}, "pdf": {"CreationDate": None}, "png": {}}[kind]
         figure.savefig(part, format=kind, dpi=_RESOLUTION, metadata=metadata)
@@ -89,12 +89,12 @@ def plot_loops(identification: Identification, axes: Axes | None = None) -> Axes
     identification : Identification
     axes : Axes or None   To draw into; new ones of pyplot if None.
     """
-    return _drawn(fit.loops(Evaluation(identification)), axes)
+    return _drawn(fit_charts.loops(Evaluation(identification)), axes)
 
 
 def plot_force(identification: Identification, axes: Axes | None = None, record: int = 0) -> Axes:
     """Measured and predicted force over time, or over the sample number without times; of one record."""
-    return _drawn(fit.force(Evaluation(identification)), axes, record)
+    return _drawn(fit_charts.force(Evaluation(identification)), axes, record)
 
 
 def plot_residuals(
@@ -108,9 +108,9 @@ def plot_residuals(
     """
     of = Evaluation(identification)
     charts = {
-        "displacement": fit.residuals_over_displacement,
-        "velocity": fit.residuals_over_velocity,
-        "time": fit.residuals_over_time,
+        "displacement": fit_charts.residuals_over_displacement,
+        "velocity": fit_charts.residuals_over_velocity,
+        "time": fit_charts.residuals_over_time,
     }
     if against not in charts:
         raise StrandspringError(f"`against` must be one of {', '.join(charts)}, got {against!r}.")
@@ -122,22 +122,22 @@ def plot_residuals(
 
 def plot_histogram(identification: Identification, axes: Axes | None = None, record: int = 0) -> Axes:
     """Distribution of the residuals of one record, beside the normal one."""
-    return _drawn(fit.histogram(Evaluation(identification)), axes, record)
+    return _drawn(fit_charts.histogram(Evaluation(identification)), axes, record)
 
 
 def plot_autocorrelation(identification: Identification, axes: Axes | None = None, record: int = 0) -> Axes:
     """Autocorrelation of the residuals of one record."""
-    return _drawn(fit.autocorrelation(Evaluation(identification)), axes, record)
+    return _drawn(fit_charts.autocorrelation(Evaluation(identification)), axes, record)
 
 
 def plot_branches(identification: Identification, axes: Axes | None = None) -> Axes:
     """Elastic force FE between the saturated branches."""
-    return _drawn(spring.branches(Evaluation(identification)), axes)
+    return _drawn(model_charts.branches(Evaluation(identification)), axes)
 
 
 def plot_omega(identification: Identification, axes: Axes | None = None) -> Axes:
     """omega over displacement along the records."""
-    return _drawn(spring.omega(Evaluation(identification)), axes)
+    return _drawn(model_charts.omega(Evaluation(identification)), axes)
 
 
 def plot_correlations(identification: Identification, axes: Axes | None = None) -> Axes:
@@ -147,7 +147,7 @@ def plot_correlations(identification: Identification, axes: Axes | None = None) 
     ------
     StrandspringError   If they are unknown, as after other methods than the refined one.
     """
-    return _drawn(_known(spring.correlations(Evaluation(identification)), "correlations"), axes)
+    return _drawn(_known(model_charts.correlations(Evaluation(identification)), "correlations"), axes)
 
 
 def plot_band(identification: Identification, axes: Axes | None = None) -> Axes:
@@ -157,7 +157,7 @@ def plot_band(identification: Identification, axes: Axes | None = None) -> Axes:
     ------
     StrandspringError   If they are unknown, as after other methods than the refined one.
     """
-    found = spring.band(Evaluation(identification))
+    found = model_charts.band(Evaluation(identification))
     return _drawn(_known(None if found is None else found[0], "a prediction interval"), axes)
 
 
@@ -168,10 +168,8 @@ def plot_over_amplitude(
 ) -> Axes:
     """One of the engineering figures over the amplitude, measured and modelled."""
     of = Evaluation(identification)
-    charts = dict(
-        zip((name for name, _, _ in engineering.FIGURES), engineering.over_amplitude(of, EngineeringFigures(of)),
-            strict=True)
-    )  # fmt: skip
+    names = [name for name, _, _ in engineering_charts.FIGURES]
+    charts = dict(zip(names, engineering_charts.over_amplitude(of, EngineeringFigures(of)), strict=True))
     if figure not in charts:
         raise StrandspringError(f"`figure` must be one of {', '.join(charts)}, got {figure!r}.")
     return _drawn(charts[figure], axes)
@@ -184,7 +182,7 @@ def plot_transmissibility(identification: Identification, axes: Axes | None = No
     ------
     StrandspringError   If the mass does not rest on the spring; the sentence says why.
     """
-    chart = isolation.transmissibility(Evaluation(identification), mass)
+    chart = isolation_charts.transmissibility(Evaluation(identification), mass)
     if isinstance(chart, str):
         raise StrandspringError(chart)
     return _drawn(chart, axes)

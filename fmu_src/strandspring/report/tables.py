@@ -118,7 +118,7 @@ def _main_rows(p: SpringParameters, known: dict[str, Any]) -> Iterator[tuple[str
             meaning,
             by_error(value, error),
             unit,
-            "at its bound" if error is None else number(error, 2),
+            "at its bound" if error is None else number(error, 2, zeros=True),
             interval,
         )
 
@@ -127,7 +127,7 @@ def _row(name: str, meaning: str, unit: str, value: float, error: float | None) 
     if not error:
         return name, meaning, number(value, 6), unit, "–", "–"
     ends = (by_error(value + side * NORMAL_95 * error, error) for side in (-1.0, 1.0))
-    return name, meaning, by_error(value, error), unit, number(error, 2), " to ".join(ends)
+    return name, meaning, by_error(value, error), unit, number(error, 2, zeros=True), " to ".join(ends)
 
 
 def _power(unit: str, power: int) -> str:

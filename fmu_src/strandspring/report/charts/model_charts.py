@@ -9,7 +9,7 @@ from ...kernel.arrays import FloatArray
 from ..chart import Axis, Chart, Form, HeatMap, Role, Trace
 from ..evaluation import Evaluation
 from ..quantities import NUMBER, number, span
-from .fit import over_cycles
+from .fit_charts import over_cycles
 
 _POINTS = 401
 _MAIN = ("kappa_omega", "rho", "sigma", "n")
@@ -136,8 +136,8 @@ def band(of: Evaluation) -> tuple[Chart, Chart] | None:
         f"{number(float(np.median(values)) * small.factor, 2)} {small.name}" for values in (found.reach, half)
     )
     of_loop = (
-        f"The model's last loop with the 95 % prediction interval (±{reach} in the median) and the 95 % confidence band "
-        f"(±{width})."
+        f"The model's last loop with the 95 % prediction interval (±{reach} in the median) and the 95 % confidence "
+        f"band (±{width})."
     )
     of_width = (
         f"Half-widths along that loop: {reach} (prediction interval) and {width} (confidence band) in the median."
