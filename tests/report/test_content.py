@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import doctest
 from dataclasses import replace
+from types import ModuleType
 
 import numpy as np
 import pytest
@@ -11,6 +13,7 @@ import reports
 from springs import TABLE
 from strandspring import Identification, Outcome, StrandspringError, identify
 from strandspring.modelfile import ModelFile
+from strandspring.report import details, drawing, evaluation, figure, page, quantities, thinning
 from strandspring.report.blocks import Content, Gallery, Level, Notice, Table
 from strandspring.report.chart import Chart
 from strandspring.report.charts import fit_charts
@@ -131,6 +134,13 @@ def test_cycles_of_a_line_are_where_they_say() -> None:
 def test_other_endings_are_refused(name: str) -> None:
     with pytest.raises(StrandspringError, match=r"must end in \.html or \.pdf"):
         check_report_path(name)
+
+
+@pytest.mark.parametrize("module", [details, evaluation, figure, quantities, drawing, page, thinning])
+def test_examples_of_the_docstrings(module: ModuleType) -> None:
+    ran = doctest.testmod(module)
+    assert ran.attempted > 0
+    assert ran.failed == 0
 
 
 def test_nothing_ends_a_script() -> None:

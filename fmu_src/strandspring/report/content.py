@@ -26,6 +26,11 @@ _SIGNATURES = ("Prepared", "Checked", "Approved")
 _ADVISING = frozenset({Outcome.SMALL_LOOPS, Outcome.LACK_OF_FIT})
 _LISTED = 200  # records whose assumptions are listed
 
+_EFFECT_UNITS = {
+    "delay": "s", "viscosity": "N s/m", "play": "m", "force_zero": "N", "displacement_zero": "m", "drift": "N",
+    "moving_mass": "kg", "fixture_stiffness": "N/m",
+}  # fmt: skip
+
 Progress = Callable[[str], None]
 
 
@@ -91,7 +96,7 @@ def _verdict(of: Evaluation, figures: EngineeringFigures, comparison: str) -> It
         grade = Level.INFORMATION if outcome in HARMLESS else Level.CARE
         yield Notice(grade, *_caution(outcome, of.prose(detail)))
     for sentence in of.identification.uncertainty.get("indistinct", ()):
-        yield Notice(Level.CARE, prose(f"{sentence[:1].upper()}{sentence[1:]}."))
+        yield Notice(Level.CARE, prose(f"{sentence}."))
 
 
 def _caution(outcome: Outcome, detail: str) -> tuple[str, str]:
@@ -168,13 +173,29 @@ def _model(of: Evaluation) -> Iterator[Block]:
     interval = PredictionInterval.of(of.identification.uncertainty)
     if interval is not None:
         yield Text(prose(f"{interval.sentence}."))
-    if of.identification.effects:
-        yield Facts(tuple(_effects(of.identification.effects)))
+    further = (*_sampled(of.identification.uncertainty), *_effects(of.identification.effects))
+    if further:
+        yield Facts(further)
+
+
+def _sampled(known: dict[str, Any]) -> Iterator[tuple[str, str]]:
+    """Bootstrap and posterior, where they were asked for."""
+    names = ("kappa_omega", "rho", "sigma", "n")
+    if "bootstrap" in known:
+        own = known["bootstrap"]
+        spread = ", ".join(f"{name} ± {number(own[name], 2)}" for name in names)
+        yield f"Bootstrap of {own['repetitions']} (seed {own['seed']})", spread
+    if "posterior" in known:
+        own = known["posterior"]
+        medians = {name: [number(own[name][k], 3) for k in (2, 0, -1)] for name in names}
+        ends = ", ".join(f"{name} {middle} ({low} to {high})" for name, (middle, low, high) in medians.items())
+        short = "" if own["long_enough"] else "; too few steps to be trusted"
+        yield f"Posterior of {own['steps']} steps (seed {own['seed']})", f"median and 95 %: {ends}{short}"
 
 
 def _effects(effects: dict[str, Any]) -> Iterator[tuple[str, str]]:
     for name, value in effects.items():
-        yield f"Effect of the rig: {name.replace('_', ' ')} (SI units)", _plain(value)
+        yield f"Effect of the rig: {name.replace('_', ' ')}", f"{_plain(value)} {_EFFECT_UNITS.get(name, '')}".rstrip()
 
 
 def _isolation(of: Evaluation, mass: float | None) -> Iterator[Block]:
@@ -198,11 +219,16 @@ def _assumptions(of: Evaluation) -> Iterator[Block]:
 
 def _provenance(of: Evaluation, model: ModelFile) -> Iterator[Block]:
     whole = of.identification
+    options = [f"{name.replace('_', ' ')} {_plain(value)}" for name, value in whole.options.items()]
     yield tables.provenance(of)
     yield Facts(
         (
             ("Method", whole.method),
-            ("Options", ", ".join(f"{name} {_plain(value)}" for name, value in whole.options.items()) or "none"),
+            (
+                "Options",
+                ", ".join(f"{name.replace('_', ' ')} {_plain(value)}" for name, value in whole.options.items())
+                or "none",
+            ),
             ("Program", f"strandspring {model.provenance.get('version', __version__)}"),
         )
     )

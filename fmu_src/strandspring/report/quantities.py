@@ -35,6 +35,8 @@ _UNITS = {
     "stiffness": ((Unit("N/m"), 1e3), (Unit("N/mm", 1e-3), 1e7), (Unit("kN/mm", 1e-6), math.inf)),
     "mass": ((Unit("g", 1e3), 1.0), (Unit("kg"), 1e4), (Unit("t", 1e-3), math.inf)),
 }
+# Beyond these a power of ten goes to the unit, so that ticks stay short.
+_ORDINARY = (1e-3, 1e6)
 NUMBER = Unit("")
 
 
@@ -45,8 +47,15 @@ def unit_of(kind: str, largest: float) -> Unit:
     --------
     >>> unit_of("energy", 0.0042)
     Unit(name='mJ', factor=1000.0)
+    >>> unit_of("force", 2.5e-14).name
+    '10⁻¹² mN'
     """
-    return next(unit for unit, end in _UNITS[kind] if not abs(largest) >= end)
+    unit = next(unit for unit, end in _UNITS[kind] if not abs(largest) >= end)
+    shown = abs(largest) * unit.factor
+    if not (0.0 < shown < _ORDINARY[0] or _ORDINARY[1] <= shown < math.inf):
+        return unit
+    power = 3 * math.floor(math.log10(shown) / 3.0)
+    return Unit(f"10{superscript(power)} {unit.name}", unit.factor * 10.0**-power)
 
 
 def superscript(exponent: int) -> str:

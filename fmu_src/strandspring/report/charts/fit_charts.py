@@ -198,9 +198,9 @@ def histogram(of: Evaluation) -> Chart:
         reach = max(4.0 * deviation, 1e-12)
         count = int(np.clip(round(2.0 * values.size ** (1 / 3)), *_BINS))
         edges = np.linspace(mean - reach, mean + reach, count + 1)
-        density = np.histogram(np.clip(values, edges[0], edges[-1]), edges)[0] / (values.size * (edges[1] - edges[0]))
+        heights = np.histogram(np.clip(values, edges[0], edges[-1]), edges)[0] / (values.size * (edges[1] - edges[0]))
         traces.append(
-            Trace("residuals", 0.5 * (edges[1:] + edges[:-1]), density, Role.FIRST, Form.BARS, record=view.place)
+            Trace("residuals", 0.5 * (edges[1:] + edges[:-1]), heights, Role.FIRST, Form.BARS, record=view.place)
         )
         grid = np.linspace(edges[0], edges[-1], 121)
         scale = max(deviation, 1e-300)
@@ -211,9 +211,10 @@ def histogram(of: Evaluation) -> Chart:
         f"Distribution of the residuals; {percent(max(outside))} of them lie beyond two standard deviations"
         f"{' at most' if len(outside) > 1 else ''} (4.6 % of normally distributed ones would)."
     )
+    density = f"1/({of.residual.name})" if " " in of.residual.name else f"1/{of.residual.name}"
     return Chart(
         "histogram", "Distribution of the residuals", Axis("measured − model", of.residual),
-        Axis("density", Unit(f"1/{of.residual.name}"), limits=(0.0, None)), tuple(traces), sentence, single=True,
+        Axis("density", Unit(density), limits=(0.0, None)), tuple(traces), sentence, single=True,
     )  # fmt: skip
 
 
