@@ -102,12 +102,10 @@ def test_report_stands_alone_and_escapes(run: Any, loop: str) -> None:
     text = "<script>alert('x')</script> & \"quotes\""
     assert run("identify", loop, "-o", "m.json", "--description", text, "--report", "r.html").status == 0
     page = Path("r.html").read_text(encoding="utf-8")
-    assert "<script>" not in page
+    assert "<script>alert" not in page
     assert "&lt;script&gt;" in page
-    assert page.count("<svg") == 4
-    assert "http" not in page.replace("http://www.w3.org", "").replace("http://purl.org", "").replace(
-        "http://creativecommons.org", ""
-    )
+    # Whatever plotly.js holds, the page may load nothing.
+    assert "default-src 'none'" in page
 
 
 def test_rivals_are_ranked_in_json_in_words_and_in_the_report(run: Any, loop: str) -> None:
@@ -120,7 +118,8 @@ def test_rivals_are_ranked_in_json_in_words_and_in_the_report(run: Any, loop: st
     assert len(set(names)) == 7
     assert not any(entry["clearly_better"] for entry in ranking["classes"])
     assert all(len(entry["errors"]) == ranking["folds"] for entry in ranking["classes"])
-    assert ranking["sentence"] in html.unescape(Path("r.html").read_text(encoding="utf-8"))
+    page = html.unescape(Path("r.html").read_text(encoding="utf-8")).replace("\N{NO-BREAK SPACE}", " ")
+    assert ranking["sentence"] in page
     assert "equal intervals" in done.err
     words = run("identify", loop, "-o", "m.json", "--degrees", "3,2", "--rivals")
     assert ranking["sentence"] in words.out

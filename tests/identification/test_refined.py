@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-import re
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from springs import TABLE
 from strandspring import (
     IdentificationError,
     Outcome,
@@ -26,7 +23,6 @@ from strandspring.identification.noise import force_noise
 from strandspring.kernel.path import PathSolver
 from strandspring.kernel.points import omega_with_derivatives
 from strandspring.loops.strokes import find_strokes
-from strandspring.report.html import write_report
 from synthetic import AMPLITUDE, MEAN, record_of, sine, spring_of
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -274,28 +270,3 @@ def test_sigma_that_few_samples_leave_open_is_cautioned() -> None:
     known = SpringParameters((0.0, 3000.0), (1.0,), 25.0, 500.0, 0.5, 1.5, 0.0, -AMPLITUDE, AMPLITUDE)
     found = identify(record_of(known, sine(3, 61) - MEAN, 0.03))
     assert Outcome.SIGMA_AT_BOUND in found.outcomes
-
-
-def test_the_report_shows_a_table_of_fe(tmp_path: Path) -> None:
-    found = replace(identify(record_of(spring_of(1.0, 1.0), sine(), noise=0.01), CUBIC), parameters=TABLE)
-    write_report(tmp_path / "r.html", replace(found.spring("a").model, parameters=TABLE), found)
-    page = (tmp_path / "r.html").read_text(encoding="utf-8")
-    assert "<td>FE_knots</td><td><code>0.03, 0.0334, " in page
-    assert "<td>FE_forces</td><td><code>-52.9977, " in page
-    assert "<td>kE</td>" not in page
-
-
-def test_the_report_prints_digits_that_mean_something(tmp_path: Path) -> None:
-    found = identify(record_of(spring_of(1.0, 1.0), sine(), noise=0.01), CUBIC)
-    model = found.spring("a").model
-    write_report(tmp_path / "r.html", model, found)
-    page = (tmp_path / "r.html").read_text(encoding="utf-8")
-    values = re.findall(r"<td>(?:kappa_omega|rho|sigma|n)</td><td>([^<]*)</td>", page)
-    assert len(values) == 8
-    assert max(map(len, values)) <= 8
-    for text, name in zip(values, ("kappa_omega", "rho", "sigma", "n"), strict=False):
-        # Half a unit of the error's second digit at most.
-        assert abs(float(text) - getattr(found.parameters, name)) < 0.06 * found.uncertainty[name]
-    assert repr(found.parameters.kE[1]) not in page
-    assert model.parameters.kE == found.parameters.kE
-    assert re.search(r"Half-width [0-9.]+ N in the median, [0-9.]+ N at most", page)

@@ -67,10 +67,10 @@ def identify(
         model = identification.model_file(chosen, description)
     save_model(output, model)
     if report is not None:
-        from ..report.html import write_report
+        from ..report.page import write_report
 
         with working("Drawing the report"):
-            write_report(Path(report), model, identification, "" if ranking is None else ranking.sentence)
+            write_report(Path(report), identification, model, comparison="" if ranking is None else ranking.sentence)
     # For one record that holds several amplitudes or frequencies there is `info`.
     verdicts = campaign_verdicts(identification.records) if len(identification.records) > 1 else (None, None)
     if as_json:

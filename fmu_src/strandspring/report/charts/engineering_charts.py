@@ -1,0 +1,101 @@
+"""Charts of engineering figures: over the amplitude, and from cycle to cycle."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..chart import Axis, Chart, Form, Role, Trace
+from ..engineering import EngineeringFigures
+from ..evaluation import Evaluation, RecordView
+from ..quantities import NUMBER, number, percent, unit_of
+
+_TREND_CYCLES = 400  # of a record, in the trend
+# Attribute of LoopFigures, its name, kind of unit (a pure number if empty).
+FIGURES = (
+    ("secant_stiffness", "secant stiffness", "stiffness"),
+    ("energy_per_cycle", "energy per cycle", "energy"),
+    ("loss_factor", "loss factor", ""),
+)
+_TRENDS = (FIGURES[0], FIGURES[1], ("mean_force", "mean force", "force"))
+
+
+def over_amplitude(of: Evaluation, figures: EngineeringFigures) -> tuple[Chart, ...]:
+    """Stiffness, energy and loss factor over the amplitude, measured and modelled."""
+    charts = []
+    for place, (name, text, kind) in enumerate(FIGURES):
+        values = np.array([getattr(row, name) for row in figures.curve])
+        measured = [row for row in figures.measured if np.isfinite(getattr(row.figures, name))]
+        largest = np.nanmax(np.abs([*values, *(getattr(row.figures, name) for row in measured)]))
+        unit = unit_of(kind, float(largest)) if kind else NUMBER
+        x = np.array([row.amplitude for row in figures.curve]) * of.length.factor
+        traces = []
+        if figures.curve_reach is not None:
+            reach = figures.curve_reach[:, place]
+            traces.append(
+                Trace("model, 95 % interval", x, (values + reach) * unit.factor, Role.MODEL, Form.BAND,
+                      low=(values - reach) * unit.factor)
+            )  # fmt: skip
+        traces.append(Trace("model about mid-range", x, values * unit.factor, Role.MODEL))
+        if measured:
+            spread = np.array([0.0 if row.spread is None else getattr(row.spread, name) for row in measured])
+            at = np.array([row.figures.amplitude for row in measured]) * of.length.factor
+            marks = np.array([getattr(row.figures, name) for row in measured])
+            errors = spread * unit.factor if np.any(spread > 0.0) else None
+            traces.append(Trace("measured", at, marks * unit.factor, Role.MEASURED, Form.MARKS, error=errors))
+        first, last = (float(v) * unit.factor for v in (values[0], values[-1]))
+        sentence = (
+            f"Model's {text} from {number(first, 3)} at {number(float(x[0]), 2)} {of.length.name} to "
+            f"{number(last, 3)} {unit.name} at {number(float(x[-1]), 3)} {of.length.name}; "
+            f"{_amplitudes(len(measured))}."
+        ).replace(" ;", ";")
+        charts.append(
+            Chart(f"amplitude-{name.replace('_', '-')}", f"{text.capitalize()} over amplitude",
+                  Axis("amplitude", of.length, limits=(0.0, None)), Axis(text, unit), tuple(traces), sentence)
+        )  # fmt: skip
+    return tuple(charts)
+
+
+def _amplitudes(count: int) -> str:
+    if not count:
+        return "no full cycle was measured"
+    return "measured at one amplitude" if count == 1 else f"measured at {count} amplitudes"
+
+
+def trends(of: Evaluation) -> tuple[Chart, ...]:
+    """Stiffness, energy and mean force of each cycle, measured and predicted; empty without two cycles of a record."""
+    views = [view for view in of.shown if len(view.measured_cycles) > 1]
+    if not views:
+        return ()
+    return tuple(_trend(of, views, *figure) for figure in _TRENDS)
+
+
+def _trend(of: Evaluation, views: list[RecordView], name: str, text: str, kind: str) -> Chart:
+    rows = []
+    for view in views:
+        both = zip(view.measured_cycles, view.predicted_cycles, strict=True)
+        rows.append((view, np.array([[getattr(cycle.figures, name) for cycle in pair] for pair in both])))
+    unit = of.force if kind == "force" else unit_of(kind, max(float(np.abs(values).max()) for _, values in rows))
+    traces, changes = [], []
+    for view, values in rows:
+        chosen = np.unique(np.linspace(0, len(values) - 1, min(len(values), _TREND_CYCLES)).round().astype(int))
+        for column, (label, role) in enumerate((("measured", Role.MEASURED), ("model", Role.MODEL))):
+            traces.append(
+                Trace(label, chosen + 1.0, values[chosen, column] * unit.factor, role, Form.MARKED_LINE,
+                      record=view.place)
+            )  # fmt: skip
+        changes.append(_drift(values[:, 0]))
+    change = max(changes, key=abs)
+    sentence = (
+        f"{text.capitalize()} of each cycle, measured and predicted; from the first to the last cycle the measured one "
+        f"changes by {percent(change, sign=True)}{' at most' if len(changes) > 1 else ''}."
+    )
+    return Chart(
+        f"trend-{name.replace('_', '-')}", f"{text.capitalize()} of each cycle", Axis("cycle", NUMBER, whole=True),
+        Axis(text, unit), tuple(traces), sentence, single=True,
+    )  # fmt: skip
+
+
+def _drift(values: np.ndarray) -> float:
+    """Change from the first to the last value, as a share of the mean."""
+    scale = float(np.mean(np.abs(values)))
+    return float(values[-1] - values[0]) / scale if scale else 0.0

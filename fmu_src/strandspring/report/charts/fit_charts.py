@@ -1,0 +1,246 @@
+"""Charts of the fit: loops, force along the record, residuals."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from ...identification.autocorrelation import autocorrelation_time
+from ...kernel.arrays import FloatArray
+from ..chart import Axis, Chart, Form, Role, Trace, joined
+from ..evaluation import SHOWN_RECORDS, Evaluation, RecordView
+from ..quantities import NUMBER, Unit, number, percent, span, unit_of
+from ..thinning import visible
+
+_BINS = (15, 60)  # of the histogram
+_DOTS = 2500  # of a record
+_LAGS = 400  # of the autocorrelation, at most
+
+
+def over_cycles(
+    view: RecordView, x: FloatArray, y: FloatArray, unit: tuple[Unit, Unit], name: str, role: Role, form: Form
+) -> Trace:
+    """A line over the displacement (or another quantity) in which single cycles can be chosen."""
+    places = view.in_cycles(y)
+    xs, ys, ends = joined([(x[at] * unit[0].factor, y[at] * unit[1].factor) for _, at in places])
+    cycles = tuple((f"cycle {n}", *pair) for (n, _), pair in zip(places, ends, strict=True))
+    return Trace(name, xs, ys, role, form, record=view.place, cycles=cycles if len(cycles) > 1 else ())
+
+
+def loops(of: Evaluation) -> Chart:
+    """Measured and predicted loops over each other."""
+    unit = (of.length, of.force)
+    traces = []
+    for view in of.shown:
+        x, force = view.record.displacement, view.record.force
+        if view.first > 0:
+            at = view.line(force, slice(0, view.first + 1))
+            traces.append(
+                Trace("not compared", x[at] * unit[0].factor, force[at] * unit[1].factor, Role.LEFT_OUT,
+                      record=view.place)
+            )  # fmt: skip
+        traces.append(over_cycles(view, x, force, unit, "measured", Role.MEASURED, Form.LINE))
+    for view in of.shown:
+        x, force = view.record.displacement, view.fit.predicted
+        traces.append(over_cycles(view, x, force, unit, "model", Role.MODEL, Form.LINE))
+    low = min(float(view.record.displacement.min()) for view in of.views)
+    high = max(float(view.record.displacement.max()) for view in of.views)
+    least = min(float(view.record.force.min()) for view in of.views)
+    greatest = max(float(view.record.force.max()) for view in of.views)
+    whole = of.identification
+    sentence = (
+        f"Measured and predicted force over displacement, from {span(low, high, unit[0])} and "
+        f"{span(least, greatest, unit[1])}; rms error {number(whole.rmse * unit[1].factor, 3)} {unit[1].name}, "
+        f"RNL {number(whole.rnl, 4)}.{_shown(of)}"
+    )
+    return Chart(
+        "loops", "Measured and predicted loops", Axis("displacement", unit[0]), Axis("force", unit[1]),
+        tuple(traces), sentence, wide=True,
+    )  # fmt: skip
+
+
+def _shown(of: Evaluation) -> str:
+    """What of many records and cycles is drawn, in a sentence; empty if all is."""
+    parts = []
+    if len(of.shown) < len(of.views):
+        parts.append(f"{SHOWN_RECORDS} of {len(of.views)} records")
+    if any(view.cycles[-1][0] > len(view.cycles) for view in of.shown):
+        parts.append("some of the many cycles")
+    return f" Drawn are {' and '.join(parts)}, evenly chosen." if parts else ""
+
+
+def _along(of: Evaluation) -> Axis:
+    """The axis along the records: time, or the sample number if one of them has no rising times."""
+    timed = all(view.record.rising_time is not None for view in of.views)
+    return Axis("time", Unit("s")) if timed else Axis("sample number", NUMBER)
+
+
+def _position(view: RecordView, axis: Axis) -> FloatArray:
+    return view.position if axis.unit.name else np.arange(1.0, len(view.record) + 1.0)
+
+
+def _line_along(view: RecordView, axis: Axis, values: FloatArray, unit: Unit, name: str, role: Role) -> Trace:
+    """A line along the record, and its cycles in detail."""
+    x, at = _position(view, axis), view.line(values, slice(view.first, None))
+    places = view.in_cycles(values) if len(view.cycles) > 1 else []
+    xs, ys, ends = joined([(x[own], values[own] * unit.factor) for own in (at, *(own for _, own in places))])
+    cycles = tuple((f"cycle {n}", *pair) for (n, _), pair in zip(places, ends[1:], strict=True))
+    return Trace(name, xs, ys, role, record=view.place, cycles=cycles, whole=at.size)
+
+
+def force(of: Evaluation) -> Chart:
+    """Measured and predicted force along the record."""
+    axis, factor = _along(of), of.force.factor
+    traces = []
+    for view in of.shown:
+        x = _position(view, axis)
+        if view.first > 0:
+            at = view.line(view.record.force, slice(0, view.first + 1))
+            traces.append(
+                Trace("not compared", x[at], view.record.force[at] * factor, Role.LEFT_OUT, record=view.place)
+            )
+        traces.append(_line_along(view, axis, view.record.force, of.force, "measured", Role.MEASURED))
+        traces.append(_line_along(view, axis, view.fit.predicted, of.force, "model", Role.MODEL))
+    samples = sum(view.fit.samples for view in of.views)
+    sentence = (
+        f"Measured and predicted force over {axis.text}; {samples} of {sum(len(v.record) for v in of.views)} samples "
+        "are compared."
+    )
+    return Chart(
+        "force", f"Force over {axis.text}", axis, Axis("force", of.force), tuple(traces), sentence,
+        wide=True, single=True,
+    )  # fmt: skip
+
+
+def residuals_over_displacement(of: Evaluation) -> Chart:
+    """Residuals over displacement, loading and unloading apart."""
+    unit = (of.length, of.residual)
+    traces = []
+    for view in of.shown:
+        loading = view.strokes.direction[view.strokes.of_sample] > 0
+        for name, role, own in (("loading", Role.FIRST, loading), ("unloading", Role.MODEL, ~loading)):
+            branch = np.where(own, view.residuals, np.nan)
+            pieces, labels = [], []
+            most = max(min(view.points, _DOTS) // (2 * len(view.cycles)), 30)
+            for cycle, samples in view.cycles:
+                places = samples.start + np.flatnonzero(np.isfinite(branch[samples]))
+                at = places[visible(branch[places], most)] if places.size else places
+                pieces.append((view.record.displacement[at] * unit[0].factor, branch[at] * unit[1].factor))
+                labels.append(f"cycle {cycle}")
+            xs, ys, ends = joined(pieces)
+            cycles = tuple((label, *pair) for label, pair in zip(labels, ends, strict=True))
+            traces.append(
+                Trace(name, xs, ys, role, Form.DOTS, record=view.place, cycles=cycles if len(cycles) > 1 else ())
+            )
+    return Chart(
+        "residuals-displacement", "Residuals over displacement", Axis("displacement", unit[0]),
+        Axis("measured − model", unit[1]), tuple(traces),
+        f"Residual force over displacement. {_misfit(of)}", single=True,
+    )  # fmt: skip
+
+
+def _misfit(of: Evaluation) -> str:
+    largest = max(float(np.abs(view.compared).max()) for view in of.views)
+    unit = of.residual
+    return (
+        f"The rms residual is {number(of.identification.rmse * unit.factor, 3)} {unit.name}, the largest "
+        f"{number(largest * unit.factor, 3)} {unit.name}."
+    )
+
+
+def residuals_over_velocity(of: Evaluation) -> Chart | None:
+    """Residuals over velocity; None without times."""
+    views = [view for view in of.shown if view.velocity is not None]
+    if not views:
+        return None
+    speeds = [np.abs(view.velocity[view.first :]) for view in views if view.velocity is not None]
+    fastest = max(float(speed.max()) for speed in speeds)
+    unit = unit_of("velocity", fastest)
+    traces, slopes = [], []
+    for view in views:
+        assert view.velocity is not None
+        velocity, residual = view.velocity[view.first :], view.compared
+        at = visible(residual, min(view.points, _DOTS))
+        traces.append(
+            Trace("residual", velocity[at] * unit.factor, residual[at] * of.residual.factor, Role.FIRST, Form.DOTS,
+                  record=view.place)
+        )  # fmt: skip
+        spread = float(np.std(velocity) * np.std(residual))
+        slopes.append(float(np.mean((velocity - velocity.mean()) * residual)) / spread if spread else 0.0)
+    strongest = max(slopes, key=abs)
+    sentence = (
+        f"Residual force over velocity, up to {number(fastest * unit.factor, 3)} {unit.name}; their correlation is "
+        f"{number(strongest, 2)}{' at most' if len(slopes) > 1 else ''} (0 if no viscous force was left out)."
+    )
+    return Chart(
+        "residuals-velocity", "Residuals over velocity", Axis("velocity", unit), Axis("measured − model", of.residual),
+        tuple(traces), sentence, single=True,
+    )  # fmt: skip
+
+
+def residuals_over_time(of: Evaluation) -> Chart:
+    """Residuals along the record."""
+    axis = _along(of)
+    traces = [_line_along(view, axis, view.residuals, of.residual, "residual", Role.FIRST) for view in of.shown]
+    return Chart(
+        "residuals-time", f"Residuals over {axis.text}", axis, Axis("measured − model", of.residual), tuple(traces),
+        f"Residual force over {axis.text}. {_misfit(of)}", wide=True, single=True,
+    )  # fmt: skip
+
+
+def histogram(of: Evaluation) -> Chart:
+    """Distribution of the residuals beside the normal one."""
+    factor, traces, outside = of.residual.factor, [], []
+    for view in of.shown:
+        values = view.compared * factor
+        mean, deviation = float(values.mean()), float(values.std())
+        reach = max(4.0 * deviation, 1e-12)
+        count = int(np.clip(round(2.0 * values.size ** (1 / 3)), *_BINS))
+        edges = np.linspace(mean - reach, mean + reach, count + 1)
+        heights = np.histogram(np.clip(values, edges[0], edges[-1]), edges)[0] / (values.size * (edges[1] - edges[0]))
+        traces.append(
+            Trace("residuals", 0.5 * (edges[1:] + edges[:-1]), heights, Role.FIRST, Form.BARS, record=view.place)
+        )
+        grid = np.linspace(edges[0], edges[-1], 121)
+        scale = max(deviation, 1e-300)
+        normal = np.exp(-0.5 * ((grid - mean) / scale) ** 2) / (scale * math.sqrt(2.0 * math.pi))
+        traces.append(Trace("normal distribution", grid, normal, Role.MEASURED, record=view.place))
+        outside.append(float(np.mean(np.abs(values - mean) > 2.0 * scale)))
+    sentence = (
+        f"Distribution of the residuals; {percent(max(outside))} of them lie beyond two standard deviations"
+        f"{' at most' if len(outside) > 1 else ''} (4.6 % of normally distributed ones would)."
+    )
+    density = f"1/({of.residual.name})" if " " in of.residual.name else f"1/{of.residual.name}"
+    return Chart(
+        "histogram", "Distribution of the residuals", Axis("measured − model", of.residual),
+        Axis("density", Unit(density), limits=(0.0, None)), tuple(traces), sentence, single=True,
+    )  # fmt: skip
+
+
+def autocorrelation(of: Evaluation) -> Chart:
+    """Correlation of residuals with later ones."""
+    traces, times = [], []
+    for view in of.shown:
+        values = view.compared - view.compared.mean()
+        time = autocorrelation_time(values)
+        times.append(time)
+        lags = int(np.clip(6.0 * time, 20, min(_LAGS, max(values.size // 3, 2))))
+        spectrum = np.abs(np.fft.rfft(values, 1 << (2 * values.size - 1).bit_length())) ** 2
+        correlation = np.fft.irfft(spectrum)[: lags + 1]
+        correlation = correlation / max(float(correlation[0]), 1e-300)
+        reach = 1.96 / math.sqrt(values.size)
+        lag = np.arange(lags + 1.0)
+        traces += [
+            Trace("95 % of white noise", lag, np.full(lag.size, reach), Role.REFERENCE, Form.BAND,
+                  low=np.full(lag.size, -reach), record=view.place),
+            Trace("residuals", lag, correlation, Role.FIRST, record=view.place),
+        ]  # fmt: skip
+    sentence = (
+        f"Autocorrelation of the residuals; the integrated autocorrelation time is {number(max(times), 2)}"
+        f"{' at most' if len(times) > 1 else ''} in samples, and 1 for white noise."
+    )
+    return Chart(
+        "autocorrelation", "Autocorrelation of the residuals", Axis("lag", Unit("samples")),
+        Axis("autocorrelation", NUMBER), tuple(traces), sentence, single=True,
+    )  # fmt: skip

@@ -1,0 +1,105 @@
+"""The transmissibility of a mass on the spring."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from ...core.parameters import SpringParameters
+from ...isolation.band import band_frequencies
+from ...isolation.response import FrequencyResponse, frequency_response
+from ...isolation.system import (
+    STANDARD_GRAVITY,
+    Excitation,
+    IsolatedMass,
+    IsolationError,
+    StaticEquilibrium,
+    static_equilibrium,
+)
+from ..chart import Axis, Chart, Form, Role, Trace
+from ..evaluation import Evaluation
+from ..quantities import NUMBER, Unit, number, unit_of
+
+_LEVELS = (0.005, 0.01, 0.02)  # of the base, share of the free travel, as those of `strandspring isolate`
+_POINTS = 150
+_PLACES = (0.5, 0.6, 0.4, 0.7, 0.3, 0.8, 0.2)  # where in the range a mass is tried to rest, by preference
+_ROLES = (Role.FIRST, Role.SECOND, Role.MODEL)
+
+
+def transmissibility(of: Evaluation, mass: float | None) -> Chart | str:
+    """Absolute transmissibility under base motion of three levels; a sentence that says why, if it cannot be had."""
+    spring = of.identification.parameters
+    try:
+        system = _at_rest(spring) if mass is None else IsolatedMass(spring, mass)
+        if system is None:
+            return (
+                "Transmissibility: no mass rests on this spring by its own weight within the identified range; give a "
+                "mass and a load to `strandspring isolate`."
+            )
+        equilibrium = static_equilibrium(system)
+        room = min(
+            equilibrium.displacement - spring.displacement_min, spring.displacement_max - equilibrium.displacement
+        )
+        frequencies = band_frequencies(None, _POINTS, equilibrium)
+        responses = [
+            frequency_response(system, Excitation.BASE_DISPLACEMENT, share * room, frequencies) for share in _LEVELS
+        ]
+    except IsolationError as refusal:
+        return f"Transmissibility: {refusal}"
+    return _chart(of, system, equilibrium, responses, chosen=mass is None)
+
+
+def _at_rest(spring: SpringParameters) -> IsolatedMass | None:
+    """The mass whose weight rests near the middle of the range."""
+    for place in _PLACES:
+        x = spring.displacement_min + place * (spring.displacement_max - spring.displacement_min)
+        mass = _weight(spring, x) / STANDARD_GRAVITY
+        if mass > 0.0:
+            # Two digits, as somebody would ask for.
+            system = IsolatedMass(spring, float(f"{mass:.2g}"))
+            try:
+                static_equilibrium(system)
+            except IsolationError:
+                continue
+            return system
+    return None
+
+
+def _weight(spring: SpringParameters, displacement: float) -> float:
+    from ...kernel.path import PathSolver
+
+    return float(PathSolver(spring).force_with_partials(np.array([displacement]), np.zeros(1))[0][0])
+
+
+def _chart(
+    of: Evaluation, system: IsolatedMass, equilibrium: StaticEquilibrium, responses: list[FrequencyResponse],
+    *, chosen: bool,
+) -> Chart:  # fmt: skip
+    traces = []
+    for response, role in zip(responses, _ROLES, strict=True):
+        frequency, values = response.column("frequency"), response.column("transmissibility")
+        unstable = response.column("stable") == 0.0
+        travel = unit_of("length", response.level)
+        name = f"base ±{number(response.level * travel.factor, 2)} {travel.name}"
+        traces.append(Trace(name, frequency, np.where(unstable, np.nan, values), role))
+        if unstable.any():
+            reached = unstable | np.roll(unstable, 1) | np.roll(unstable, -1)
+            traces.append(Trace("unstable", frequency, np.where(reached, values, np.nan), role, Form.DOTTED))
+    mass = unit_of("mass", system.mass)
+    peaks = [response.resonance for response in responses]
+    isolates = peaks[-1].isolation_frequency
+    sentence = (
+        f"A mass of {number(system.mass * mass.factor)} {mass.name}"
+        f"{', chosen so that it rests near mid-range,' if chosen else ''} on one spring: static equilibrium at "
+        f"{number(equilibrium.displacement * of.length.factor)} {of.length.name}, natural frequency of small motion "
+        f"{number(equilibrium.frequency, 3)} Hz. Resonance at {number(peaks[0].frequency, 3)} Hz with a "
+        f"transmissibility of {number(peaks[0].transmissibility, 3)} at the smallest base motion, and at "
+        f"{number(peaks[-1].frequency, 3)} Hz with {number(peaks[-1].transmissibility, 3)} at the largest"
+        f"{'' if math.isnan(isolates) else f'; isolation begins at {number(isolates, 3)} Hz there'}."
+    )
+    return Chart(
+        "transmissibility", f"Transmissibility of {number(system.mass * mass.factor)} {mass.name}",
+        Axis("frequency", Unit("Hz"), log=True), Axis("absolute transmissibility", NUMBER, log=True),
+        tuple(traces), sentence, wide=True,
+    )  # fmt: skip

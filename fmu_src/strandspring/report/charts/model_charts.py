@@ -1,0 +1,150 @@
+"""Charts of the model itself: branches, amplifier, omega, correlations of parameters, uncertainty of predictions."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ...joint import JointCovariance, joint_names
+from ...kernel.arrays import FloatArray
+from ..chart import Axis, Chart, Form, HeatMap, Role, Trace
+from ..evaluation import Evaluation
+from ..quantities import NUMBER, number, span
+from .fit_charts import over_cycles
+
+_POINTS = 401
+_MAIN = ("kappa_omega", "rho", "sigma", "n")
+
+
+def _parts(of: Evaluation) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Displacements over the identified range [m], FE [N] and the saturated hysteretic force [N] there."""
+    p = of.identification.parameters
+    x = np.linspace(p.displacement_min, p.displacement_max, _POINTS)
+    elastic = of.solver.force_with_partials(x, np.zeros(_POINTS))[0]
+    return x, elastic, of.solver.force_with_partials(x, np.ones(_POINTS))[0] - elastic
+
+
+def branches(of: Evaluation) -> Chart:
+    """Elastic force and saturated branches."""
+    x, elastic, hysteretic = _parts(of)
+    along, factor = x * of.length.factor, of.force.factor
+    traces = (
+        Trace("loading, saturated", along, (elastic + hysteretic) * factor, Role.FIRST),
+        Trace("elastic force FE", along, elastic * factor, Role.MEASURED, Form.DASHED),
+        Trace("unloading, saturated", along, (elastic - hysteretic) * factor, Role.MODEL),
+    )
+    sentence = (
+        f"Elastic force FE from {span(float(elastic.min()), float(elastic.max()), of.force)}, between the branches "
+        f"that long strokes approach; they are {number(2.0 * float(np.mean(hysteretic)) * factor, 3)} {of.force.name} "
+        "apart in the mean."
+    )
+    return Chart(
+        "branches", "Elastic force and saturated branches", Axis("displacement", of.length), Axis("force", of.force),
+        traces, sentence,
+    )  # fmt: skip
+
+
+def amplifier(of: Evaluation) -> Chart:
+    """The amplifier FA."""
+    x, _, hysteretic = _parts(of)
+    values = hysteretic / of.identification.parameters.kappa_omega
+    sentence = (
+        f"Amplifier FA of the hysteretic force, 1 at the middle of the range; from {number(float(values.min()), 3)} to "
+        f"{number(float(values.max()), 3)}."
+    )
+    return Chart(
+        "amplifier", "Amplifier of the hysteretic force", Axis("displacement", of.length),
+        Axis("FA", NUMBER, limits=(0.0, None)), (Trace("FA", x * of.length.factor, values, Role.MODEL),), sentence,
+    )  # fmt: skip
+
+
+def omega(of: Evaluation) -> Chart:
+    """The normalized hysteretic variable along the records."""
+    traces = []
+    peaks = []
+    for view in of.shown:
+        values = of.omega(view)
+        peaks.append(float(np.abs(values[view.first :]).max()))
+        displacement = view.strokes.displacement
+        traces.append(over_cycles(view, displacement, values, (of.length, NUMBER), "omega", Role.MODEL, Form.LINE))
+    sentence = (
+        f"Normalized hysteretic variable omega over displacement; it reaches ±{number(max(peaks), 3)}, where ±1 is "
+        "saturation."
+    )
+    return Chart(
+        "omega", "Hysteretic variable omega over the path", Axis("displacement", of.length), Axis("omega", NUMBER),
+        tuple(traces), sentence,
+    )  # fmt: skip
+
+
+def correlations(of: Evaluation) -> HeatMap | None:
+    """Correlations between all coefficients; None if they are unknown."""
+    whole = of.identification
+    joint = JointCovariance.of(whole.parameters, whole.uncertainty)
+    if joint is None:
+        return None
+    p = whole.parameters
+    names = joint_names(p.elastic_name, len(getattr(p, p.elastic_name)), len(p.kA) - 1)
+    size = len(joint.root)
+    root = np.zeros((size, size))
+    for row, values in zip(root, joint.root, strict=True):
+        row[: len(values)] = values
+    deviations = np.linalg.norm(root, axis=1)
+    known = deviations > 0.0
+    root = root[known] / deviations[known, None]
+    labels = [name.removeprefix("ln ") for name, kept in zip(names, known, strict=True) if kept]
+    if len(labels) < 2:
+        return None
+    values = np.clip(root @ root.T, -1.0, 1.0)
+    pairs = np.triu(np.abs(values), 1)
+    a, b = np.unravel_index(int(np.argmax(pairs)), pairs.shape)
+    main = [k for k, label in enumerate(labels) if label in _MAIN]
+    between = max((float(pairs[i, j]) for i in main for j in main), default=0.0)
+    sentence = (
+        f"Correlations between the {len(labels)} coefficients. The strongest is {number(float(values[a, b]), 3)}, "
+        f"between {labels[a]} and {labels[b]}; among kappa_omega, rho, sigma and n it is at most {number(between, 2)} "
+        "in size."
+    )
+    return HeatMap("correlations", "Correlations of the parameters", tuple(labels), values, sentence)
+
+
+def band(of: Evaluation) -> tuple[Chart, Chart] | None:
+    """The last loop with the uncertainty of its prediction, and the half-width of that; None if it is unknown."""
+    found = of.identification.band
+    if found is None:
+        return None
+    x = found.displacement * of.length.factor
+    factor, small = of.force.factor, of.residual
+    half = 0.5 * (found.high - found.low)
+    centre = found.force * factor
+    up = np.gradient(found.displacement) >= 0.0
+    loop = []
+    for own in (up, ~up):
+        along, middle, interval, mean = x[own], centre[own], found.reach[own] * factor, half[own] * factor
+        loop += [
+            Trace("95 % prediction interval of a measured force", along, middle + interval, Role.FIRST, Form.BAND,
+                  low=middle - interval),
+            Trace("95 % confidence band of the mean", along, middle + mean, Role.MODEL, Form.BAND, low=middle - mean),
+        ]  # fmt: skip
+    loop.append(Trace("model", x, centre, Role.MODEL))
+    widths = []
+    for name, role, values in (
+        ("prediction interval", Role.FIRST, found.reach), ("confidence band", Role.MODEL, half),
+    ):  # fmt: skip
+        for branch, form, own in (("loading", Form.LINE, up), ("unloading", Form.DASHED, ~up)):
+            widths.append(Trace(f"{name}, {branch}", x, np.where(own, values * small.factor, np.nan), role, form))
+    reach, width = (
+        f"{number(float(np.median(values)) * small.factor, 2)} {small.name}" for values in (found.reach, half)
+    )
+    of_loop = (
+        f"The model's last loop with the 95 % prediction interval (±{reach} in the median) and the 95 % confidence "
+        f"band (±{width})."
+    )
+    of_width = (
+        f"Half-widths along that loop: {reach} (prediction interval) and {width} (confidence band) in the median."
+    )
+    return (
+        Chart("band", "Last loop with the uncertainty of its prediction", Axis("displacement", of.length),
+              Axis("force", of.force), tuple(loop), of_loop),
+        Chart("band-width", "Half-width of interval and band", Axis("displacement", of.length),
+              Axis("half-width", small, limits=(0.0, None)), tuple(widths), of_width),
+    )  # fmt: skip

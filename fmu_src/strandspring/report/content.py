@@ -1,0 +1,247 @@
+"""The content of an identification's report: what is said, in which order."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from typing import Any
+
+from .._version import __version__
+from ..identification.identified_model import IdentifiedModel
+from ..identification.notes import notes_on
+from ..identification.outcomes import Outcome
+from ..identification.prediction_interval import PredictionInterval
+from ..modelfile import ModelFile
+from . import tables
+from .blocks import Block, Content, Facts, Gallery, Level, Notice, Section, Signatures, Text, Tile, Tiles
+from .chart import Figure
+from .charts import engineering_charts, fit_charts, isolation_charts, model_charts
+from .details import ReportDetails
+from .engineering import EngineeringFigures
+from .evaluation import Evaluation
+from .quantities import NUMBER, number, percent, prose, unit_of
+from .verdict import HARMLESS, verdict
+
+_SIGNATURES = ("Prepared", "Checked", "Approved")
+# Outcomes whose details end with advice.
+_ADVISING = frozenset({Outcome.SMALL_LOOPS, Outcome.LACK_OF_FIT})
+_LISTED = 200  # records whose assumptions are listed
+
+_EFFECT_UNITS = {
+    "delay": "s", "viscosity": "N s/m", "play": "m", "force_zero": "N", "displacement_zero": "m", "drift": "N",
+    "moving_mass": "kg", "fixture_stiffness": "N/m",
+}  # fmt: skip
+
+Progress = Callable[[str], None]
+
+
+def report_content(
+    identification: IdentifiedModel,
+    model: ModelFile,
+    details: ReportDetails,
+    comparison: str = "",
+    progress: Progress | None = None,
+) -> Content:
+    """Everything a report says.
+
+    Parameters
+    ----------
+    identification : IdentifiedModel
+    model : ModelFile            For its name, description and version.
+    details : ReportDetails
+    comparison : str             How other classes of models compare, in a sentence; empty if they were not fitted.
+    progress : callable          Called with the name of each part before the work on it begins.
+    """
+    say = progress or (lambda _: None)
+    of = Evaluation(identification)
+    figures = EngineeringFigures(of)
+    say("engineering figures")
+    head = [
+        Section("verdict", "Verdict", tuple(_verdict(of, figures, comparison))),
+        Section("figures", "Engineering figures", tuple(_engineering(of, figures))),
+    ]
+    say("fit and residuals")
+    middle = [
+        Section("fit", "Fit", (Gallery((fit_charts.loops(of), fit_charts.force(of))), tables.records(of))),
+        Section("residuals", "Residuals", (Gallery(_residuals(of)),)),
+        Section("model", "Model", tuple(_model(of))),
+    ]
+    if trends := engineering_charts.trends(of):
+        middle.append(Section("cycles", "From cycle to cycle", (Gallery(trends),)))
+    say("transmissibility")
+    middle.append(Section("isolation", "Vibration isolation", tuple(_isolation(of, details.mass))))
+    tail = [
+        Section("assumptions", "What was assumed", tuple(_assumptions(of))),
+        Section("provenance", "Provenance", tuple(_provenance(of, model))),
+        Section("release", "Release", (Signatures(_SIGNATURES),)),
+    ]
+    first = Section("details", "Test", (Facts(details.pairs),))
+    return Content(
+        title=f"Spring identification: {model.name}",
+        subtitle=of.without_folders(model.description),
+        sections=(first, *head, *middle, *tail),
+        records={view.place: view.name for view in of.shown},
+        footer=f"strandspring {__version__}",
+    )
+
+
+def _verdict(of: Evaluation, figures: EngineeringFigures, comparison: str) -> Iterator[Block]:
+    notice, sentences = verdict(of, figures)
+    yield notice
+    yield Tiles(tuple(_tiles(of, figures)))
+    for sentence in sentences:
+        yield Text(of.prose(sentence))
+    if comparison:
+        yield Text(of.prose(comparison))
+    for outcome, detail in of.identification.findings.items():
+        grade = Level.INFORMATION if outcome in HARMLESS else Level.CARE
+        yield Notice(grade, *_caution(outcome, of.prose(detail)))
+    for sentence in of.identification.uncertainty.get("indistinct", ()):
+        yield Notice(Level.CARE, prose(f"{sentence}."))
+
+
+def _caution(outcome: Outcome, detail: str) -> tuple[str, str]:
+    """What was found, and the advice apart from it."""
+    sentence = outcome.value.removesuffix(".")
+    # The last clause advises; harmless findings need no advice.
+    end = -1 if outcome in HARMLESS else max(sentence.rfind(": "), sentence.rfind("; "))
+    head, advice = (sentence, "") if end < 0 else (sentence[:end], sentence[end + 2 :])
+    if outcome in _ADVISING:
+        detail, _, further = detail.rpartition(": ")
+        advice = "; ".join(filter(None, (advice, further)))
+    text = f"{head} ({detail})." if detail else f"{head}."
+    return text, f"{advice[:1].upper()}{advice[1:]}." if advice else ""
+
+
+def _tiles(of: Evaluation, figures: EngineeringFigures) -> Iterator[Tile]:
+    row = figures.largest
+    shown = row.model if row.measured is None else row.measured.figures
+    at = f"at ±{number(0.5 * (row.high - row.low) * of.length.factor, 3)} {of.length.name}"
+    for name, text, kind in engineering_charts.FIGURES:
+        value = getattr(shown, name)
+        unit = unit_of(kind, value) if kind else NUMBER
+        model = number(getattr(row.model, name) * unit.factor, 3, zeros=True)
+        note = f"model, {at}" if row.measured is None else f"measured {at}; model {model}"
+        yield Tile(text.capitalize(), number(value * unit.factor, 3, zeros=True), unit.name, note)
+    whole = of.identification
+    error = f"rms error {number(whole.rmse * of.residual.factor, 3)} {of.residual.name}"
+    yield Tile("RNL", number(whole.rnl, 4, zeros=True), "", f"1 is perfect; {error}")
+    if whole.lack_of_fit is not None:
+        height = percent(whole.lack_of_fit.of_height)
+        yield Tile("Misfit", number(whole.lack_of_fit.over_noise, 2), "× noise", f"{height} of the loops' height")
+
+
+def _engineering(of: Evaluation, figures: EngineeringFigures) -> Iterator[Block]:
+    yield tables.engineering(of, figures)
+    signs = []
+    if any(row.measured is not None and row.measured.spread is not None for row in figures.table):
+        signs.append("standard deviation from cycle to cycle (measured)")
+    if any(row.reach is not None for row in figures.table):
+        signs.append("95 % confidence interval (model)")
+    text = f"±: {', '.join(signs)}. " if signs else ""
+    text += (
+        "Secant stiffness between the turning points; loss factor = energy per cycle / (2π · stored energy), with "
+        "stored energy = secant stiffness · amplitude² / 2. The model's loop is the steady one between the same "
+        "turning points."
+    )
+    if of.identification.effects:
+        text += " Measured figures contain the effects of the rig, the model's do not."
+    yield Text(text)
+    yield Gallery(engineering_charts.over_amplitude(of, figures))
+
+
+def _residuals(of: Evaluation) -> tuple[Figure, ...]:
+    charts = (
+        fit_charts.residuals_over_time(of),
+        fit_charts.residuals_over_displacement(of),
+        fit_charts.residuals_over_velocity(of),
+        fit_charts.histogram(of),
+        fit_charts.autocorrelation(of),
+    )
+    return tuple(chart for chart in charts if chart is not None)
+
+
+def _model(of: Evaluation) -> Iterator[Block]:
+    charts: list[Figure] = [model_charts.branches(of), model_charts.amplifier(of), model_charts.omega(of)]
+    band, correlations = model_charts.band(of), model_charts.correlations(of)
+    if correlations is not None:
+        charts.append(correlations)
+    if band is not None:
+        charts += band
+    yield Gallery(tuple(charts))
+    yield tables.parameters(of)
+    yield Facts(tables.ranges(of))
+    interval = PredictionInterval.of(of.identification.uncertainty)
+    if interval is not None:
+        yield Text(prose(f"{interval.sentence}."))
+    further = (*_sampled(of.identification.uncertainty), *_effects(of.identification.effects))
+    if further:
+        yield Facts(further)
+
+
+def _sampled(known: dict[str, Any]) -> Iterator[tuple[str, str]]:
+    """Bootstrap and posterior, where they were asked for."""
+    names = ("kappa_omega", "rho", "sigma", "n")
+    if "bootstrap" in known:
+        own = known["bootstrap"]
+        spread = ", ".join(f"{name} ± {number(own[name], 2)}" for name in names)
+        yield f"Bootstrap of {own['repetitions']} (seed {own['seed']})", spread
+    if "posterior" in known:
+        own = known["posterior"]
+        medians = {name: [number(own[name][k], 3) for k in (2, 0, -1)] for name in names}
+        ends = ", ".join(f"{name} {middle} ({low} to {high})" for name, (middle, low, high) in medians.items())
+        short = "" if own["long_enough"] else "; too few steps to be trusted"
+        yield f"Posterior of {own['steps']} steps (seed {own['seed']})", f"median and 95 %: {ends}{short}"
+
+
+def _effects(effects: dict[str, Any]) -> Iterator[tuple[str, str]]:
+    for name, value in effects.items():
+        yield f"Effect of the rig: {name.replace('_', ' ')}", f"{_plain(value)} {_EFFECT_UNITS.get(name, '')}".rstrip()
+
+
+def _isolation(of: Evaluation, mass: float | None) -> Iterator[Block]:
+    chart = isolation_charts.transmissibility(of, mass)
+    yield Text(prose(chart)) if isinstance(chart, str) else Gallery((chart,))
+
+
+def _assumptions(of: Evaluation) -> Iterator[Block]:
+    whole = of.identification
+    pairs = []
+    for view in of.views[:_LISTED]:
+        if view.record.notes:
+            pairs.append((view.name, "; ".join(map(of.without_folders, view.record.notes))))
+    notes = [of.prose(note) for note in notes_on(whole)]
+    if notes:
+        pairs.append(("Not considered", " ".join(notes)))
+    share = percent(whole.steady_share, 3)
+    pairs.append(("Steady section", f"from {share} of the longest stroke"))
+    yield Facts(tuple(pairs))
+
+
+def _provenance(of: Evaluation, model: ModelFile) -> Iterator[Block]:
+    whole = of.identification
+    options = [f"{name.replace('_', ' ')} {_plain(value)}" for name, value in whole.options.items()]
+    yield tables.provenance(of)
+    yield Facts(
+        (
+            ("Method", whole.method),
+            (
+                "Options",
+                ", ".join(f"{name.replace('_', ' ')} {_plain(value)}" for name, value in whole.options.items())
+                or "none",
+            ),
+            ("Program", f"strandspring {model.provenance.get('version', __version__)}"),
+        )
+    )
+
+
+def _plain(value: Any) -> str:
+    """A value of options or effects in words."""
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    if isinstance(value, float):
+        return number(value, 6)
+    if isinstance(value, dict):
+        return ", ".join(f"{name} {_plain(own)}" for name, own in value.items())
+    if isinstance(value, list | tuple):
+        return "; ".join(map(_plain, value))
+    return str(value)

@@ -1,0 +1,142 @@
+"""`write_report`: an identification as one page that opens offline, or as a document for print.
+
+A page holds everything: text, styles, plotly.js and the numbers of its figures. Its content security policy lets it
+load nothing else and run no other script. Other pages are made of other `Content` by `write_page`.
+"""
+
+from __future__ import annotations
+
+import base64
+import hashlib
+import json
+from importlib import resources
+from pathlib import Path
+from typing import Any
+
+from ..errors import StrandspringError
+from ..files import write_text
+from ..identification.identified_model import IdentifiedModel
+from ..modelfile import ModelFile
+from .blocks import Content
+from .chart_json import figure_json
+from .content import Progress, report_content
+from .details import ReportDetails
+from .palette import DARK, LIGHT
+from .quantities import bound
+
+SUFFIXES = (".html", ".pdf")
+
+
+def check_report_path(path: str | Path) -> None:
+    """Refuse a report of another kind than HTML or PDF, or a PDF without what makes it, before the work begins.
+
+    Raises
+    ------
+    StrandspringError   With what to do.
+
+    Examples
+    --------
+    >>> check_report_path("spring.html")
+    """
+    suffix = Path(path).suffix.lower()
+    if suffix not in SUFFIXES:
+        raise StrandspringError(f"A report must end in {' or '.join(SUFFIXES)}, got {str(path)!r}; choose one of them.")
+    if suffix == ".pdf":
+        from .document import check_typst
+
+        check_typst()
+
+
+def write_report(
+    path: str | Path,
+    identification: IdentifiedModel,
+    model: ModelFile,
+    details: ReportDetails | None = None,
+    comparison: str = "",
+    progress: Progress | None = None,
+) -> None:
+    """Write the report of an identification.
+
+    Parameters
+    ----------
+    path : str or Path      Ending in .html or .pdf.
+    identification : IdentifiedModel
+    model : ModelFile       The identified spring with its name.
+    details : ReportDetails or None
+    comparison : str        How other classes of models compare, in a sentence; empty if they were not fitted.
+    progress : callable     Called with the name of each part before the work on it begins.
+
+    Raises
+    ------
+    StrandspringError       If the ending does not suit, the package `typst` is missing for a PDF, or the file cannot
+                            be written.
+    """
+    path = Path(path)
+    check_report_path(path)
+    content = report_content(identification, model, details or ReportDetails(), comparison, progress)
+    if progress is not None:
+        progress("pages")
+    if path.suffix.lower() == ".pdf":
+        from .document import write_document
+
+        write_document(path, content)
+    else:
+        write_page(path, content)
+
+
+def write_page(path: Path, content: Content, template: str = "base.html.j2") -> None:
+    """Write content as one HTML file.
+
+    Parameters
+    ----------
+    path : Path
+    content : Content
+    template : str      In report/assets; one that extends base.html.j2.
+    """
+    from jinja2 import Environment, PackageLoader, StrictUndefined
+    from markupsafe import Markup
+
+    environment = Environment(
+        loader=PackageLoader("strandspring", "report/assets"), autoescape=True, undefined=StrictUndefined,
+        trim_blocks=True, lstrip_blocks=True,
+    )  # fmt: skip
+    environment.filters["bound"] = bound
+    scripts = [_plotly(), _asset("figures.js")] if content.figures else []
+    figures = {"records": content.records, "figures": [figure_json(figure) for figure in content.figures]}
+    page = environment.get_template(template).render(
+        content=content,
+        light=LIGHT,
+        dark=DARK,
+        style=Markup(_asset("page.css")),
+        data=[{"id": "figure-data", "text": Markup(script_json(figures))}],
+        scripts=[Markup(script) for script in scripts],
+        script_hashes=Markup(" ".join(map(_hash, scripts)) or "'none'"),
+    )
+    write_text(path, page)
+
+
+def script_json(value: Any) -> str:
+    """JSON that may stand in a script element: nothing in it can end the element.
+
+    Examples
+    --------
+    >>> script_json("</script>")
+    '"\\\\u003c/script\\\\u003e"'
+    """
+    text = json.dumps(value, allow_nan=False, separators=(",", ":"))
+    return text.replace("<", "\\u003c").replace(">", "\\u003e").replace("&", "\\u0026")
+
+
+def _asset(name: str) -> str:
+    return resources.files("strandspring").joinpath("report/assets", name).read_text(encoding="utf-8")
+
+
+def _plotly() -> str:
+    """plotly.js with its licence notice, from the data of the package `plotly`, which is not imported for it."""
+    script = resources.files("plotly").joinpath("package_data", "plotly.min.js").read_text(encoding="utf-8")
+    # Within strings, where alone it could be, "<\\/" means the same.
+    return script.replace("</script", "<\\/script").replace("\r\n", "\n")
+
+
+def _hash(script: str) -> str:
+    return f"'sha256-{base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()}'"

@@ -1,0 +1,38 @@
+"""Colours by what they stand for, on paper and on a dark page; colour-blind people tell them apart (Okabe and Ito)."""
+
+LIGHT = {
+    "measured": "#3b424c",
+    "model": "#d55e00",
+    "blue": "#0072b2",
+    "green": "#00805d",
+    "purple": "#9b4f96",
+    "faint": "#bcc3cc",
+    "muted": "#6b7480",
+    "text": "#1d2229",
+    "grid": "#e6e9ed",
+    "paper": "#ffffff",
+    "page": "#f4f6f8",
+    "line": "#d5dae0",
+    "good": "#00805d",
+    "information": "#0072b2",
+    "care": "#b26a00",
+    "poor": "#c0392b",
+}
+DARK = {
+    "measured": "#d3d8e0",
+    "model": "#ff8a3d",
+    "blue": "#5ab4ee",
+    "green": "#3fc79a",
+    "purple": "#d79bd2",
+    "faint": "#59626e",
+    "muted": "#98a2af",
+    "text": "#e6e9ee",
+    "grid": "#2b323b",
+    "paper": "#1a1f26",
+    "page": "#12161b",
+    "line": "#38414c",
+    "good": "#3fc79a",
+    "information": "#5ab4ee",
+    "care": "#f0ad4e",
+    "poor": "#ff7b6b",
+}

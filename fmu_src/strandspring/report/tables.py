@@ -1,0 +1,175 @@
+"""Tables of a report."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+from ..core.parameters import SpringParameters
+from ..identification.intervals import NORMAL_95
+from ..loops.loop import LoopFigures
+from .blocks import Table
+from .engineering import NAMES, Comparison, EngineeringFigures, MeasuredFigures
+from .evaluation import Evaluation
+from .quantities import NUMBER, by_error, number, percent, span, superscript, unit_of, with_reach
+
+_MAIN = (
+    ("kappa_omega", "saturated hysteretic force at mid-range", "N"),
+    ("rho", "slope of omega at its zero crossing", "1/m"),
+    ("sigma", "recovery after a reversal", "–"),
+    ("n", "smoothness of the knee", "–"),
+)
+_KINDS = ("stiffness", "energy", "")
+_LISTED = 200  # records in a table
+
+
+def engineering(of: Evaluation, figures: EngineeringFigures) -> Table:
+    """Stiffness, energy and loss factor of each amplitude, measured and modelled."""
+    largest = {name: max(abs(getattr(row.model, name)) for row in figures.table) for name in NAMES}
+    units = [unit_of(kind, largest[name]) if kind else NUMBER for name, kind in zip(NAMES, _KINDS, strict=True)]
+    rows: list[tuple[str, ...]] = []
+    strong = []
+    for row in figures.table:
+        strong.append(len(rows))
+        amplitude = number(0.5 * (row.high - row.low) * of.length.factor, 4)
+        for label, cells in _of_amplitude(row, [unit.factor for unit in units]):
+            rows.append((amplitude, label, *cells))
+            amplitude = ""
+    header = (
+        f"amplitude [{of.length.name}]",
+        "",
+        f"secant stiffness [{units[0].name}]",
+        f"energy per cycle [{units[1].name}]",
+        "loss factor",
+    )
+    return Table(
+        "Stiffness, energy per cycle and loss factor by amplitude", header, tuple(rows), 2, tuple(strong), compact=True
+    )
+
+
+def _of_amplitude(row: Comparison, factors: list[float]) -> Iterator[tuple[str, list[str]]]:
+    def cells(figures: LoopFigures, reach: tuple[float, ...] | None) -> list[str]:
+        return [
+            with_reach(getattr(figures, name) * factor, None if reach is None else reach[k] * factor)
+            for k, (name, factor) in enumerate(zip(NAMES, factors, strict=True))
+        ]
+
+    if row.measured is None:
+        yield "model only", cells(row.model, row.reach)
+        return
+    spread = row.measured.spread
+    yield (
+        _source(row.measured),
+        cells(row.measured.figures, None if spread is None else tuple(getattr(spread, name) for name in NAMES)),
+    )
+    yield "model", cells(row.model, row.reach)
+    pairs = [(getattr(row.model, name), getattr(row.measured.figures, name)) for name in NAMES]
+    yield "difference", [percent(a / b - 1.0, sign=True) if b else "–" for a, b in pairs]
+
+
+def _source(measured: MeasuredFigures) -> str:
+    text = f"measured, {measured.cycles} cycle{'s' if measured.cycles > 1 else ''}"
+    if measured.frequencies:
+        low, high = measured.frequencies
+        ends = number(low, 2) if high < 1.1 * low else f"{number(low, 2)} to {number(high, 2)}"
+        text += f", {ends} Hz"
+    return text
+
+
+def parameters(of: Evaluation) -> Table:
+    """All parameters with unit, standard error and 95 % interval; without the last two if they are unknown."""
+    p, known = of.identification.parameters, of.identification.uncertainty
+    rows = [*_main_rows(p, known)]
+    strong = [0, len(rows)]
+    if p.FE_knots:
+        errors = known.get("FE_forces") or [None] * len(p.FE_forces)
+        for k, (x, value, error) in enumerate(zip(p.FE_knots, p.FE_forces, errors, strict=True)):
+            meaning = f"elastic force at {number(x * of.length.factor)} {of.length.name}"
+            rows.append(_row(f"FE_forces[{k}]", meaning, "N", value, error))
+    else:
+        errors = known.get("kE") or [None] * len(p.kE)
+        for k, (value, error) in enumerate(zip(p.kE, errors, strict=True)):
+            rows.append(_row(f"kE[{k}]", f"elastic force, power {k}", _power("N", k), value, error))
+    strong.append(len(rows))
+    errors = known.get("kA") or [None] * len(p.kA)
+    for k, (value, error) in enumerate(zip(p.kA, errors, strict=True)):
+        meaning = f"amplifier, power {k}" + (", 1 by definition" if k == 0 else "")
+        rows.append(_row(f"kA[{k}]", meaning, _power("1", k) if k else "–", value, error if k else None))
+    header: tuple[str, ...] = ("parameter", "meaning", "value", "unit", "standard error", "95 % interval")
+    if not known:
+        header, rows = header[:4], [row[:4] for row in rows]
+    return Table("Parameters", header, tuple(rows), 2, tuple(strong))
+
+
+def _main_rows(p: SpringParameters, known: dict[str, Any]) -> Iterator[tuple[str, ...]]:
+    for name, meaning, unit in _MAIN:
+        value, error = getattr(p, name), known.get(name)
+        low, high = known.get("interval_95", {}).get(name, (None, None))
+        if low is None and high is None:
+            interval = "not bounded"
+        elif low is None:
+            interval = f"below {number(high, 3)}"
+        elif high is None:
+            interval = f"above {number(low, 3)}"
+        else:
+            interval = f"{by_error(low, error)} to {by_error(high, error)}"
+        yield (
+            name,
+            meaning,
+            by_error(value, error),
+            unit,
+            "at its bound" if error is None else number(error, 2, zeros=True),
+            interval,
+        )
+
+
+def _row(name: str, meaning: str, unit: str, value: float, error: float | None) -> tuple[str, ...]:
+    if not error:
+        return name, meaning, number(value, 6), unit, "–", "–"
+    ends = (by_error(value + side * NORMAL_95 * error, error) for side in (-1.0, 1.0))
+    return name, meaning, by_error(value, error), unit, number(error, 2, zeros=True), " to ".join(ends)
+
+
+def _power(unit: str, power: int) -> str:
+    if power == 0:
+        return unit
+    return f"{unit}/m{superscript(power) if power > 1 else ''}"
+
+
+def records(of: Evaluation) -> Table:
+    """Records with what was compared and how well."""
+    unit = of.residual
+    rows = tuple(
+        (
+            view.name,
+            f"{view.fit.samples} of {len(view.record)}",
+            number(view.fit.rmse * unit.factor, 3, zeros=True),
+            number(view.fit.rnl, 4, zeros=True),
+            view.fit.compared,
+        )
+        for view in of.views[:_LISTED]
+    )
+    return Table("Records and fit", ("record", "samples compared", f"rms error [{unit.name}]", "RNL", "compared"), rows)
+
+
+def provenance(of: Evaluation) -> Table:
+    """Files with their digests."""
+    rows = tuple(
+        (view.name, str(len(view.record)), view.record.sha256 or "not from a file") for view in of.views[:_LISTED]
+    )
+    return Table("Files", ("file", "samples", "SHA-256"), rows)
+
+
+def ranges(of: Evaluation) -> tuple[tuple[str, str], ...]:
+    """The ranges that belong to the parameters."""
+    p, unit = of.identification.parameters, of.length
+    form = (
+        f"FE is a cubic spline through {len(p.FE_knots)} knots, FA a polynomial of degree {len(p.kA) - 1}"
+        if p.FE_knots
+        else f"FE is a polynomial of degree {len(p.kE) - 1}, FA one of degree {len(p.kA) - 1}"
+    )
+    return (
+        ("Identified range", span(p.displacement_min, p.displacement_max, unit)),
+        ("Polynomials about", f"{number(p.displacement_offset * unit.factor, 6)} {unit.name}"),
+        ("Form", form),
+    )

@@ -1,0 +1,94 @@
+"""A headless Chromium that looks at pages: what they say, ask for and draw."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+from playwright.sync_api import Browser, Page, sync_playwright
+
+# Texts of one figure that lie over each other, in words.
+_OVERLAPS = """() => [...document.querySelectorAll("figure")].flatMap((figure) => {
+  const texts = [...figure.querySelectorAll("svg text, .legend button, h3, select, figcaption")]
+    .filter((text) => text.textContent.trim() && text.checkVisibility({ opacityProperty: true }))
+    .map((text) => [text.textContent.trim().slice(0, 40), text.getBoundingClientRect()])
+    .filter(([, box]) => box.width > 0 && box.height > 0);
+  return texts.flatMap(([text, a], k) => texts.slice(k + 1)
+    .filter(([, b]) => Math.min(a.right, b.right) - Math.max(a.left, b.left) > 1.5
+                    && Math.min(a.bottom, b.bottom) - Math.max(a.top, b.top) > 2.5)
+    .map(([other]) => `${figure.id}: ${text} / ${other}`));
+})"""
+# Figures without a single drawn line, dot, bar, area or image.
+_EMPTY = """() => [...document.querySelectorAll("figure")].filter((figure) =>
+  ![...figure.querySelectorAll(".plot .trace path, .plot .heatmaplayer image, .plot .hm image")].some((shape) => {
+    const box = shape.getBoundingClientRect();
+    return box.width + box.height > 2;
+  })).map((figure) => figure.id)"""
+# Figures and texts that reach beyond the page.
+_OUTSIDE = """() => [...document.querySelectorAll("main *")].filter((element) =>
+  element.getBoundingClientRect().right > innerWidth + 0.5).map((element) => element.outerHTML.slice(0, 120))"""
+
+
+@dataclass(frozen=True)
+class Sight:
+    """What was seen of a page.
+
+    Attributes
+    ----------
+    page : Page
+    messages : list of str    Of the console, and errors of scripts.
+    requests : list of str    Addresses other than of the page itself.
+    """
+
+    page: Page
+    messages: list[str]
+    requests: list[str]
+
+    def overlaps(self) -> list[str]:
+        """Texts of one figure that lie over each other."""
+        found: list[str] = self.page.evaluate(_OVERLAPS)
+        return found
+
+    def empty(self) -> list[str]:
+        """Figures in which nothing is drawn."""
+        found: list[str] = self.page.evaluate(_EMPTY)
+        return found
+
+    def outside(self) -> list[str]:
+        """Elements that reach beyond the right edge, and the width of the page if it scrolls sideways."""
+        found: list[str] = self.page.evaluate(_OUTSIDE)
+        width: int = self.page.evaluate("() => document.documentElement.scrollWidth - innerWidth")
+        return found + ([f"scrolls by {width} px"] if width > 0 else [])
+
+
+@contextmanager
+def chromium() -> Iterator[Browser]:
+    """The browser of the system; a missing one fails the test."""
+    path = shutil.which("chromium") or shutil.which("chromium-browser")
+    assert path, "The tests of reports need Chromium: apt-get install chromium fonts-dejavu-core"
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=path, args=["--no-sandbox"])
+        yield browser
+        browser.close()
+
+
+@contextmanager
+def opened(browser: Browser, path: Path, width: int, scheme: str) -> Iterator[Sight]:
+    """A page, all of its figures drawn."""
+    context = browser.new_context(
+        viewport={"width": width, "height": 900}, color_scheme="dark" if scheme == "dark" else "light",
+        has_touch=width < 600,
+    )  # fmt: skip
+    page = context.new_page()
+    messages: list[str] = []
+    requests: list[str] = []
+    page.on("console", lambda message: messages.append(message.text))
+    page.on("pageerror", lambda error: messages.append(str(error)))
+    page.on("request", lambda request: requests.append(request.url))
+    page.goto(path.as_uri())
+    page.wait_for_selector("html[data-drawn]", state="attached", timeout=60_000)
+    yield Sight(page, messages, [url for url in requests if url != path.as_uri()])
+    context.close()

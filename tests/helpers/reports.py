@@ -1,0 +1,54 @@
+"""Identifications for the tests of reports, each made once."""
+
+from __future__ import annotations
+
+import functools
+from pathlib import Path
+
+import numpy as np
+
+from strandspring import Identification, Record, RefinedOptions, TwoStageOptions, identify, read_record
+from strandspring.kernel.path import PathSolver
+from synthetic import MEAN, spring_of
+
+ROOT = Path(__file__).resolve().parents[2]
+RTL, EMOJI = "\N{RIGHT-TO-LEFT OVERRIDE}\N{HEBREW LETTER ALEF}\N{HEBREW LETTER BET}", "\N{GRINNING FACE}"
+HOSTILE = f"</script><script>alert(1)</script>&\"'`{{{{x}}}}$_$ {RTL} {EMOJI} {{#}} #let [*b*]"
+FOLDER = "/srv/secret/customer"
+
+
+def sine_record(name: str, frequency: float, amplitude: float, seed: int, *, times: bool = True) -> Record:
+    """Four cycles of a known spring with 2 % of noise."""
+    t = np.arange(1201) / (300.0 * frequency)
+    x = MEAN + amplitude * np.sin(2.0 * np.pi * frequency * t)
+    force = PathSolver(spring_of(0.6, 1.5)).force(x)
+    force = force * (1.0 + 0.02 * np.random.default_rng(seed).standard_normal(force.size))
+    return Record(x, force, t if times else None, path=f"{FOLDER}/{name}")
+
+
+@functools.cache
+def hinge() -> Identification:
+    """The bundled record."""
+    return identify(read_record(ROOT / "models/records/rubber_stretch.csv", reverse="displacement"))
+
+
+@functools.cache
+def campaign() -> Identification:
+    """Two amplitudes at two frequencies, in files of one name."""
+    return identify(
+        [sine_record("a/loop.csv", 0.5, 0.02, 1), sine_record("b/loop.csv", 2.0, 0.008, 2)], RefinedOptions((3, 2))
+    )
+
+
+@functools.cache
+def hostile() -> Identification:
+    """Records with names that break what is not escaped; one has no times."""
+    names = ("x$_$y.csv", HOSTILE.replace("/", "\N{FRACTION SLASH}"), "n" * 200 + ".csv")
+    records = [sine_record(name, 1.0, 0.02 - 0.005 * k, k, times=k > 0) for k, name in enumerate(names)]
+    return identify(records, RefinedOptions((3, 2)))
+
+
+@functools.cache
+def plain() -> Identification:
+    """By a method that knows no uncertainty."""
+    return identify(sine_record("plain.csv", 0.5, 0.02, 3), TwoStageOptions())

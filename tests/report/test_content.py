@@ -1,0 +1,156 @@
+"""What a report says, whatever its form."""
+
+from __future__ import annotations
+
+import doctest
+from dataclasses import replace
+from types import ModuleType
+
+import numpy as np
+import pytest
+
+import reports
+from springs import TABLE
+from strandspring import Identification, Outcome, StrandspringError, identify
+from strandspring.modelfile import ModelFile
+from strandspring.report import details, drawing, evaluation, figure, page, quantities, thinning
+from strandspring.report.blocks import Content, Gallery, Level, Notice, Table
+from strandspring.report.chart import Chart
+from strandspring.report.charts import fit_charts
+from strandspring.report.content import report_content
+from strandspring.report.details import ReportDetails
+from strandspring.report.evaluation import SHOWN_CYCLES, SHOWN_RECORDS, Evaluation
+from strandspring.report.page import check_report_path, script_json
+from strandspring.report.thinning import visible
+from synthetic import record_of, sine, spring_of
+
+
+def content_of(identification: Identification, **details: object) -> Content:
+    return report_content(identification, identification.spring("a").model, ReportDetails(**details))  # type: ignore[arg-type]
+
+
+def table_of(content: Content, title: str) -> Table:
+    blocks = [block for section in content.sections for block in section.blocks if isinstance(block, Table)]
+    return next(block for block in blocks if block.title == title)
+
+
+def notices(content: Content) -> list[Notice]:
+    return [block for section in content.sections for block in section.blocks if isinstance(block, Notice)]
+
+
+def test_parameters_are_one_table_with_digits_that_mean_something() -> None:
+    found = reports.campaign()
+    rows = {row[0]: row for row in table_of(content_of(found), "Parameters").rows}
+    assert len(rows) == 4 + 4 + 3
+    for name in ("kappa_omega", "rho", "sigma", "n"):
+        value, error = getattr(found.parameters, name), found.uncertainty[name]
+        # Half a unit of the error's second digit at most.
+        assert abs(float(rows[name][2]) - value) < 0.06 * error
+        assert float(rows[name][4]) == pytest.approx(error, rel=0.05)
+        low, high = map(float, rows[name][5].split(" to "))
+        assert (low, high) == pytest.approx(found.uncertainty["interval_95"][name], abs=0.06 * error)
+    assert rows["kE[2]"][3] == "N/m²"
+
+
+def test_a_table_of_fe_is_shown_by_its_knots() -> None:
+    found = replace(reports.plain(), parameters=TABLE)
+    content = report_content(found, ModelFile("a", TABLE), ReportDetails())
+    rows = table_of(content, "Parameters").rows
+    assert rows[4][:4] == ("FE_forces[0]", "elastic force at 30 mm", "−52.9977", "N")
+    assert len(rows[0]) == 4  # no errors, no columns for them
+
+
+def test_the_verdict_is_as_good_as_the_findings() -> None:
+    assert notices(content_of(reports.campaign()))[0].level is Level.GOOD
+    extrapolated = notices(content_of(reports.hinge()))
+    assert extrapolated[0] == Notice(
+        Level.CARE, "Good to use at the recorded amplitudes; smaller loops are extrapolated."
+    )
+    assert extrapolated[-1].advice == "Record loops of about 4.7 mm too."
+    poor = replace(reports.campaign(), findings={Outcome.LACK_OF_FIT: "9 % of the force; mostly noise: measure again"})
+    first, caution = notices(content_of(poor))
+    assert first.level is Level.POOR
+    assert caution.advice == "Do not trust the loops' energies beyond that; measure again."
+
+
+@pytest.mark.parametrize("outcome", list(Outcome))
+def test_every_caution_keeps_its_words(outcome: Outcome) -> None:
+    content = content_of(replace(reports.plain(), findings={outcome: ""}))
+    last = notices(content)[-1]
+    words = f"{last.text} {last.advice}".lower().replace(":", "").replace(";", "").replace(".", "").split()
+    assert words == outcome.value.lower().replace(":", "").replace(";", "").replace(".", "").split()
+
+
+def test_engineering_figures_compare_measured_with_modelled() -> None:
+    rows = table_of(content_of(reports.campaign()), "Stiffness, energy per cycle and loss factor by amplitude").rows
+    assert [row[0] for row in rows if row[0]] == ["5", "8", "10", "15", "20"]
+    differences = [row for row in rows if row[1] == "difference"]
+    assert len(differences) == 2
+    for row in differences:
+        # 3 cycles of 300 samples with 2 % of noise: far below 2 %.
+        assert all(abs(float(cell.removesuffix(" %").replace("−", "-"))) < 2.0 for cell in row[2:])
+
+
+def test_a_mass_that_cannot_rest_is_a_sentence() -> None:
+    section = next(s for s in content_of(reports.plain(), mass=1e4).sections if s.key == "isolation")
+    assert "static load" in getattr(section.blocks[0], "text", "")
+    heavy = next(s for s in content_of(reports.plain(), mass=2.0).sections if s.key == "isolation")
+    assert isinstance(heavy.blocks[0], Gallery)
+
+
+def test_long_records_are_thinned_and_keep_their_extremes() -> None:
+    values = np.random.default_rng(1).standard_normal(1_000_000)
+    kept = visible(values, 6000)
+    assert kept.size <= 6002
+    assert (values[kept].min(), values[kept].max()) == (values.min(), values.max())
+    assert kept[0] == 0
+    assert kept[-1] == values.size - 1
+    assert (np.diff(kept) > 0).all()
+
+
+def test_many_records_and_cycles_are_drawn_in_part() -> None:
+    found = identify(record_of(spring_of(1.0, 1.0), sine(60, 9000), noise=0.01))
+    chart = fit_charts.loops(Evaluation(found))
+    (cycles,) = {len(trace.cycles) for trace in chart.traces if trace.cycles}
+    assert cycles == SHOWN_CYCLES
+    assert "some of the many cycles" in chart.sentence
+    many = replace(found, records=found.records * 60, fits=found.fits * 60)
+    chart = fit_charts.loops(Evaluation(many))
+    assert len({trace.record for trace in chart.traces}) == SHOWN_RECORDS
+    assert sum(trace.x.size for trace in chart.traces) < 80_000
+
+
+def test_cycles_of_a_line_are_where_they_say() -> None:
+    chart = fit_charts.force(Evaluation(reports.hinge()))
+    assert isinstance(chart, Chart)
+    line = next(trace for trace in chart.traces if trace.name == "model")
+    (_, start, stop), *_ = line.cycles
+    assert line.shown < start < stop <= line.x.size
+    assert np.isfinite(line.y[start:stop]).all()
+    assert np.isnan(line.y[start - 1])
+
+
+@pytest.mark.parametrize("name", ["r.txt", "r", "r.htm"])
+def test_other_endings_are_refused(name: str) -> None:
+    with pytest.raises(StrandspringError, match=r"must end in \.html or \.pdf"):
+        check_report_path(name)
+
+
+@pytest.mark.parametrize("module", [details, evaluation, figure, quantities, drawing, page, thinning])
+def test_examples_of_the_docstrings(module: ModuleType) -> None:
+    ran = doctest.testmod(module)
+    assert ran.attempted > 0
+    assert ran.failed == 0
+
+
+def test_nothing_ends_a_script() -> None:
+    assert "<" not in script_json({"a": "</script><!--", "b": "&"})
+
+
+def test_details_are_checked() -> None:
+    with pytest.raises(StrandspringError, match="needs a label"):
+        ReportDetails(fields=((" ", "x"),))
+    with pytest.raises(StrandspringError, match="at most 500 characters"):
+        ReportDetails(specimen="x" * 501)
+    with pytest.raises(StrandspringError, match="mass"):
+        ReportDetails(mass=-3.0)

@@ -1,0 +1,144 @@
+"""The report as a page, looked at in a browser."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+from playwright.sync_api import Browser, Page
+from pypdf import PdfReader
+
+import reports
+from browser import chromium, opened
+from strandspring import Identification
+from strandspring.report.details import ReportDetails
+from strandspring.report.page import write_report
+
+DETAILS = ReportDetails(
+    date=reports.HOSTILE, specimen="s" * 400, fields=((reports.HOSTILE, reports.HOSTILE),), mass=3.0
+)
+CASES: dict[str, tuple[Callable[[], Identification], ReportDetails]] = {
+    "hinge": (reports.hinge, ReportDetails(date="2026-03-02")),
+    "campaign": (reports.campaign, ReportDetails()),
+    "hostile": (reports.hostile, DETAILS),
+    "plain": (reports.plain, ReportDetails()),
+}
+# Of the hinge: all that there is; by a method without uncertainty no interval, no band, no correlations.
+FIGURES = {"hinge": 20, "campaign": 20, "hostile": 20, "plain": 17}
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Browser]:
+    with chromium() as found:
+        yield found
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("pages")
+
+
+def page_of(folder: Path, name: str) -> Path:
+    """The report of a case, written once."""
+    path = folder / f"{name}.html"
+    if not path.exists():
+        make, details = CASES[name]
+        identification = make()
+        comparison = reports.HOSTILE if name == "hostile" else ""
+        write_report(path, identification, identification.spring(name).model, details, comparison)
+    return path
+
+
+@pytest.mark.parametrize(
+    ("name", "width", "scheme"),
+    [
+        ("hinge", 1300, "light"),
+        ("hinge", 400, "dark"),
+        ("campaign", 1300, "dark"),
+        ("campaign", 400, "light"),
+        ("hostile", 400, "light"),
+        ("plain", 1300, "light"),
+    ],
+)
+def test_a_page_is_drawn_whole_and_asks_for_nothing(
+    browser: Browser, folder: Path, name: str, width: int, scheme: str
+) -> None:
+    with opened(browser, page_of(folder, name), width, scheme) as sight:
+        assert sight.messages == []
+        assert sight.requests == []
+        assert sight.page.locator("figure").count() == FIGURES[name]
+        assert sight.empty() == []
+        assert sight.overlaps() == []
+        assert sight.outside() == []
+        assert sight.page.locator("[aria-describedby]").count() == FIGURES[name]
+        assert "alert" not in sight.page.evaluate("() => [...document.scripts].map((s) => s.id).join()")
+        if (name, width) == ("hinge", 1300):
+            pages = PdfReader(io.BytesIO(sight.page.pdf(prefer_css_page_size=True))).pages
+            assert 7 <= len(pages) <= 14
+            assert "Good to use at the recorded amplitudes" in pages[0].extract_text()
+
+
+def background(page: Page) -> list[str]:
+    return page.evaluate(
+        """() => [getComputedStyle(document.querySelector("section")).backgroundColor,
+                  getComputedStyle(document.querySelector("#figure-loops .main-svg")).backgroundColor,
+                  getComputedStyle(document.querySelector("#figure-loops .xtitle")).fill]"""
+    )
+
+
+def test_figures_follow_light_dark_and_print(browser: Browser, folder: Path) -> None:
+    with opened(browser, page_of(folder, "plain"), 900, "dark") as sight:
+        dark = background(sight.page)
+        assert dark[0] == dark[1]
+        sight.page.emulate_media(color_scheme="light")
+        sight.page.wait_for_timeout(500)
+        light = background(sight.page)
+        assert light[:2] == ["rgb(255, 255, 255)"] * 2
+        assert light[2] != dark[2]
+        sight.page.emulate_media(color_scheme="dark", media="print")
+        sight.page.wait_for_timeout(500)
+        assert background(sight.page)[1:] == light[1:]
+        assert sight.messages == []
+
+
+def points(page: Page, figure: str) -> int:
+    """Number of points that are drawn."""
+    return page.evaluate(
+        """(key) => document.querySelector(`#figure-${key} .plot`).data
+             .filter((trace) => trace.visible).reduce((sum, trace) => sum + trace.x.length, 0)""",
+        figure,
+    )
+
+
+def test_records_cycles_and_lines_are_chosen(browser: Browser, folder: Path) -> None:
+    with opened(browser, page_of(folder, "campaign"), 1300, "light") as sight:
+        page = sight.page
+        everything = points(page, "loops")
+        record = page.locator("#figure-loops select").first
+        assert record.locator("option").all_text_contents() == ["all records", "loop.csv", "loop.csv (2)"]
+        record.select_option("1")
+        one = points(page, "loops")
+        assert 0 < one < 0.6 * everything
+        # The choice holds for all figures, also for those of one record at a time.
+        assert page.locator("#figure-force select").first.input_value() == "1"
+        page.locator("#figure-loops select").nth(1).select_option("cycle 2")
+        assert 0 < points(page, "loops") < 0.6 * one
+        button = page.locator("#figure-loops .legend button", has_text="model")
+        before = points(page, "loops")
+        button.click()
+        assert button.get_attribute("aria-pressed") == "false"
+        assert 0 < points(page, "loops") < before
+        assert sight.messages == []
+
+
+def test_a_page_tells_no_folder_and_is_the_same_twice(folder: Path, tmp_path: Path) -> None:
+    for name in ("campaign", "hostile"):
+        text = page_of(folder, name).read_text(encoding="utf-8")
+        assert reports.FOLDER not in text
+        assert "secret" not in text
+    make, details = CASES["campaign"]
+    write_report(tmp_path / "again.html", make(), make().spring("campaign").model, details)
+    assert (tmp_path / "again.html").read_bytes() == page_of(folder, "campaign").read_bytes()
+    assert len(text.encode()) < 7e6  # of which plotly.js is 4.8
