@@ -163,6 +163,8 @@ def _best_guess(lines: Sequence[str]) -> tuple[str | None, str]:
     best: tuple[str | None, str] = _GUESSES[0]
     best_score = 0.0
     for separator, decimal in _GUESSES:
+        if separator is not None and not any(separator in line for line in lines):
+            continue
         score = 0.0
         for line in lines:
             cells = split_cells(line, separator)
