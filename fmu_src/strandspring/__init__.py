@@ -59,6 +59,7 @@ if TYPE_CHECKING:
     from .peers.two_stage_options import TwoStageOptions as TwoStageOptions
     from .records.reading import read_record as read_record
     from .records.record import Record as Record
+    from .report.details import ReportDetails as ReportDetails
 
 # Where each name is defined.
 _MODULES = {
@@ -79,6 +80,7 @@ _MODULES = {
     "RecordError": "errors",
     "RefinedOptions": "identification.refined",
     "ScanOptions": "identification.scan",
+    "ReportDetails": "report.details",
     "Spring": "api.spring",
     "SpringParameters": "core.parameters",
     "StrandspringError": "errors",

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import fields, replace
-from pathlib import PurePath
+from pathlib import Path, PurePath
 from typing import TYPE_CHECKING, Any, Literal
 
 from numpy.typing import ArrayLike
@@ -22,8 +22,10 @@ from .text import fit_lines, parameter_lines
 
 if TYPE_CHECKING:
     import pandas as pd
+    from matplotlib.axes import Axes
 
     from ..peers.rivals.ranking import Ranking
+    from ..report.details import ReportDetails
 
 _UNITS = {"kappa_omega": "N", "rho": "1/m", "sigma": "1", "n": "1"}
 
@@ -121,6 +123,40 @@ class Identification(IdentifiedModel, Result):
         )
         numeric = frame.columns[1:]
         return frame.astype(dict.fromkeys(numeric, float)).rename_axis("parameter")
+
+    def plot(self, axes: Axes | None = None) -> Axes:
+        """Draw the measured and predicted loops into axes of matplotlib, new ones if None.
+
+        `strandspring.report.figure` has functions of this kind for residuals, branches, correlations and more.
+        """
+        from ..report.figure import plot_loops
+
+        return plot_loops(self, axes)
+
+    def report(self, path: str | Path, name: str = "spring", details: ReportDetails | None = None) -> None:
+        """Write a report: a page that opens offline (.html), or a document (.pdf).
+
+        Parameters
+        ----------
+        path : str or Path
+        name : str               Of the spring.
+        details : ReportDetails or None   Date, operator, specimen and further lines.
+
+        Raises
+        ------
+        StrandspringError        If the ending is another, a package for PDF is missing, or the file cannot be written.
+
+        Examples
+        --------
+        >>> from pathlib import Path
+        >>> from tempfile import TemporaryDirectory
+        >>> from strandspring import bundled_record, identify
+        >>> with TemporaryDirectory() as folder:
+        ...     identify(bundled_record(), reverse="displacement").report(Path(folder) / "hinge.html")
+        """
+        from ..report.page import write_report
+
+        write_report(path, self, self.model_file(name), details)
 
     def __repr__(self) -> str:
         p = self.parameters

@@ -17,7 +17,7 @@ from ..fmu.archive import binary_sizes, fmu_path
 from ..fmu.native.platforms import PLATFORMS, Platform, chosen_platforms
 from ..modelfile import check_name, is_model_path, load_model, save_model
 from .identify import identified
-from .options import identification_options, identifier, method_options, record_options
+from .options import identification_options, identifier, method_options, record_files, record_options
 from .output import reporting, result, result_json
 from .paths import refuse_overwriting
 from .zero import origin_of, zero_option
@@ -147,7 +147,9 @@ def build(
         refuse_unwritable(Path(models), is_folder=True)
         model_path = Path(models) / f"{chosen}.json"
         for one in kinds:
-            refuse_overwriting(sources, {"--models": model_path, "--output": fmu_path(output, chosen, one)})
+            refuse_overwriting(
+                record_files(sources), {"--models": model_path, "--output": fmu_path(output, chosen, one)}
+            )
             refuse_unwritable(fmu_path(output, chosen, one))
         refuse_unwritable(model_path)
         model, identification = identified(sources, options, method, chosen, description)

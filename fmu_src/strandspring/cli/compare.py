@@ -15,7 +15,7 @@ from ..api.figure import SUFFIXES, new_figure, save_figure
 from ..modelfile import load_model
 from .cautions import note_assumptions, note_cautions
 from .mount import positive
-from .options import FiniteRange, read_records, record_options
+from .options import FiniteRange, read_records, record_files, record_options
 from .output import result, result_json, result_table, working
 from .paths import refuse_overwriting
 from .usage import values_as_usage
@@ -84,7 +84,7 @@ def compare(
       strandspring compare lot1.json lot2.json loop.csv --mass 5 --plot lots.png
       strandspring compare new.json worn.json --align middle --json
     """
-    refuse_overwriting([a, b, *records], {"--plot": plot})
+    refuse_overwriting([a, b, *record_files(records)], {"--plot": plot})
     if plot is not None and Path(plot).suffix.lower() not in SUFFIXES:
         raise click.UsageError(f"--plot must end in {', '.join(SUFFIXES)}, got {plot!r}.")
     for path in (a, b):

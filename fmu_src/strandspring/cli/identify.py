@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Any
 
 import click
@@ -15,9 +14,10 @@ from ..identification.method import Method
 from ..modelfile import ModelFile, check_name, save_model
 from ..peers.rivals.ranking import Ranking
 from .cautions import note_assumptions
-from .options import identification_options, identifier, method_options, read_records, record_options
+from .options import identification_options, identifier, method_options, read_records, record_files, record_options
 from .output import note, result, result_json, working
 from .paths import refuse_overwriting
+from .reporting import Reporting, report_options
 from .rivals import compared_with_rivals, print_ranking, ranking_json
 
 
@@ -31,7 +31,7 @@ from .rivals import compared_with_rivals, print_ranking, ranking_json
 @click.option(
     "--rivals", is_flag=True, help="Also fit other classes of models and rank them by their error on what is held out."
 )
-@click.option("--report", metavar="FILE.html", help="Also write a report with plots.")
+@report_options
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object instead of text.")
 def identify(
     records: tuple[str, ...],
@@ -39,26 +39,27 @@ def identify(
     name: str | None,
     description: str,
     rivals: bool,
-    report: str | None,
     as_json: bool,
     **options: Any,
 ) -> None:
     """Identify a spring from force-displacement records.
 
-    A record is a delimited text file with a displacement and a force column; separator, decimal mark, header,
-    units and encoding are detected. Several records are fitted as one spring.
+    A record is a file of a test rig with a displacement and a force: delimited text in any dialect, and with
+    strandspring[formats] Excel, MATLAB, TDMS, MDF, UFF, HDF5, Parquet. A .toml file describes several records.
+    All records are fitted as one spring.
 
     \b
     Examples:
       strandspring identify loop.csv -o spring.json
       strandspring identify rig.txt --displacement 5 --force 7 -o spring.json
-      strandspring identify rig.txt --force-unit kN -o spring.json --report r.html
+      strandspring identify rig.xlsx --cycles 2: -o spring.json --report r.html
       strandspring identify a13.csv a46.csv --degrees 3,2 -o spring.json
       strandspring identify loop.csv -o spring.json --rivals
       strandspring identify loop.csv -o spring.json --time 1 --moving-mass 0.8
     """
     method = method_options(options)
-    refuse_overwriting(records, {"--output": output, "--report": report})
+    reporting = Reporting(options)
+    refuse_overwriting(record_files(records), {"--output": output, **reporting.outputs})
     chosen = identifier(output) if name is None else check_name(name)
     model, identification = identified(records, options, method, chosen, description)
     ranking: Ranking | None = None
@@ -66,11 +67,7 @@ def identify(
         identification, ranking = compared_with_rivals(identification)
         model = identification.model_file(chosen, description)
     save_model(output, model)
-    if report is not None:
-        from ..report.page import write_report
-
-        with working("Drawing the report"):
-            write_report(Path(report), identification, model, comparison="" if ranking is None else ranking.sentence)
+    reporting.write(identification, model, "" if ranking is None else ranking.sentence)
     # For one record that holds several amplitudes or frequencies there is `info`.
     verdicts = campaign_verdicts(identification.records) if len(identification.records) > 1 else (None, None)
     if as_json:
@@ -95,7 +92,8 @@ def identify(
                 "rate_independence": rate,
                 "overlap": overlap,
                 "rivals": None if ranking is None else ranking_json(ranking),
-                "report": report,
+                "report": reporting.report,
+                "figure": reporting.figure,
             }
         )
         return
@@ -108,8 +106,9 @@ def identify(
         if verdict is not None:
             result(verdict.sentence)
     result(f"Model file: {output}")
-    if report is not None:
-        result(f"Report: {report}")
+    for title, path in (("Report", reporting.report), ("Figure", reporting.figure)):
+        if path is not None:
+            result(f"{title}: {path}")
 
 
 def identified(

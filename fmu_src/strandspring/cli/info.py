@@ -16,7 +16,7 @@ from ..loops.loop import LoopFigures
 from ..loops.measured import MeasuredLoop
 from ..modelfile import load_model, save_model
 from .cautions import note_assumptions, note_cautions
-from .options import FiniteRange, read_records, record_options
+from .options import FiniteRange, read_records, record_files, record_options
 from .output import result, result_json, result_table, working
 from .paths import refuse_overwriting
 from .zero import origin_of, zero_option
@@ -75,7 +75,7 @@ def info(
       strandspring info spring.json --amplitude 13 --amplitude 46
       strandspring info spring.json a13.csv a46.csv --json
     """
-    refuse_overwriting([model, *records], {"--save": save})
+    refuse_overwriting([model, *record_files(records)], {"--save": save})
     content = load_model(model)
     if save is not None:
         save_model(save, content)

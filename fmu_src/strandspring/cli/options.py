@@ -207,3 +207,8 @@ def wanted_of(options: Mapping[str, Any]) -> Wanted:
 def read_records(paths: Sequence[str], options: Mapping[str, Any]) -> list[Record]:
     """Read records and description files with a progress bar, with what `record_options` say."""
     return [entry.read() for entry in progress(entries(paths, wanted_of(options)), "Reading records")]
+
+
+def record_files(paths: Sequence[str]) -> list[str]:
+    """The files that are read: those given, and those that description files among them name."""
+    return [*paths, *(entry.path for entry in entries(paths))]

@@ -14,7 +14,7 @@ from ..api.text import fit_json
 from ..files import write_csv
 from ..modelfile import load_model
 from .cautions import note_assumptions, note_cautions
-from .options import read_records, record_options
+from .options import read_records, record_files, record_options
 from .output import note, result, result_json, working
 from .paths import refuse_overwriting
 
@@ -46,7 +46,7 @@ def predict(model: str, records: tuple[str, ...], output: str | None, as_json: b
       strandspring predict spring.json other.csv
       strandspring predict spring.json a13.csv a46.csv -o predicted.csv --json
     """
-    refuse_overwriting((model, *records), {"--output": output})
+    refuse_overwriting((model, *record_files(records)), {"--output": output})
     load_model(model)  # a bad model is refused before long records are read
     group = read_records(records, columns)
     note_assumptions(group)

@@ -10,15 +10,13 @@ import click
 from ..api.identification import Identification
 from ..modelfile import ModelFile
 from ..report.details import ReportDetails
-from ..report.figure_path import check_figure_path
-from ..report.page import check_report_path
+from ..report.figure import check_figure_path, write_figure
+from ..report.page import check_report_path, write_report
 from .options import FiniteRange, together
-from .output import reporting
+from .output import working
 
 
-def _fields(
-    _context: click.Context, _option: click.Parameter, texts: tuple[str, ...]
-) -> tuple[tuple[str, str], ...]:
+def _fields(_context: click.Context, _option: click.Parameter, texts: tuple[str, ...]) -> tuple[tuple[str, str], ...]:
     pairs = [text.partition("=") for text in texts]
     for text, (label, sign, _) in zip(texts, pairs, strict=True):
         if not sign or not label.strip():
@@ -72,9 +70,7 @@ class Reporting:
     def write(self, identification: Identification, model: ModelFile, comparison: str) -> None:
         """Write what is asked for."""
         if self.report is not None:
-            from ..report.page import write_report
-
-            with reporting() as report:
-                write_report(self.report, identification, model, self.details, comparison, report)
+            with working("Drawing the report"):
+                write_report(self.report, identification, model, self.details, comparison)
         if self.figure is not None:
-            identification.figure(self.figure)
+            write_figure(self.figure, identification)
