@@ -224,11 +224,7 @@ def _provenance(of: Evaluation, model: ModelFile) -> Iterator[Block]:
     yield Facts(
         (
             ("Method", whole.method),
-            (
-                "Options",
-                ", ".join(f"{name.replace('_', ' ')} {_plain(value)}" for name, value in whole.options.items())
-                or "none",
-            ),
+            ("Options", ", ".join(options) or "none"),
             ("Program", f"strandspring {model.provenance.get('version', __version__)}"),
         )
     )
