@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     from .api.prediction import Prediction as Prediction
     from .api.prediction import predict as predict
     from .api.records import bundled_record as bundled_record
+    from .api.showing import show as show
     from .api.spring import Spring as Spring
     from .api.studying import StudyResult as StudyResult
     from .api.studying import study as study
@@ -102,6 +103,7 @@ _MODULES = {
     "read_campaign": "intake.description_file",
     "read_record": "records.reading",
     "select": "loops.selection",
+    "show": "api.showing",
     "simulate_fmu": "cosimulation.prescribed",
     "synthesize": "api.synthesis",
     "synthesize_ni": "api.synthesis",

@@ -23,6 +23,7 @@ from .output import drop_failing_output, result_json
 
 # Each command is defined in the module of its name, which is imported only to run it or to show its help.
 COMMANDS = {
+    "show": "Show loops and cycles of records on a page.",
     "identify": "Identify a spring from force-displacement records.",
     "identify-many": "Identify many springs, each from a file of its own, into one table.",
     "predict": "Predict the force of records with a model and report the errors.",

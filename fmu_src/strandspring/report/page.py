@@ -84,7 +84,9 @@ def write_report(
         write_page(path, content)
 
 
-def write_page(path: Path, content: Content, template: str = "base.html.j2") -> None:
+def write_page(
+    path: Path, content: Content, template: str = "base.html.j2", script: str = "", choice: Any = None
+) -> None:
     """Write content as one HTML file.
 
     Parameters
@@ -92,6 +94,8 @@ def write_page(path: Path, content: Content, template: str = "base.html.j2") -> 
     path : Path
     content : Content
     template : str      In report/assets; one that extends base.html.j2.
+    script : str        In report/assets, run after the figures are drawn; "" for none.
+    choice : object     What that script reads from the element "choice-data", as JSON.
     """
     from jinja2 import Environment, PackageLoader, StrictUndefined
     from markupsafe import Markup
@@ -102,13 +106,17 @@ def write_page(path: Path, content: Content, template: str = "base.html.j2") -> 
     )  # fmt: skip
     environment.filters["bound"] = bound
     scripts = [_plotly(), _asset("figures.js")] if content.figures else []
+    scripts += [_asset(script)] if script else []
     figures = {"records": content.records, "figures": [figure_json(figure) for figure in content.figures]}
     page = environment.get_template(template).render(
         content=content,
         light=LIGHT,
         dark=DARK,
         style=Markup(_asset("page.css")),
-        data=[{"id": "figure-data", "text": Markup(script_json(figures))}],
+        data=[
+            {"id": name, "text": Markup(script_json(value))}
+            for name, value in (("figure-data", figures), ("choice-data", choice))
+        ],
         scripts=[Markup(script) for script in scripts],
         script_hashes=Markup(" ".join(map(_hash, scripts)) or "'none'"),
     )

@@ -1,0 +1,45 @@
+"""`show`: records on a page, to look at before they are identified."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from .records import Source, as_records
+
+
+def show(records: Source | Sequence[Source], path: str | os.PathLike[str], **columns: Any) -> Path:
+    """Draw loops, strokes and cycles of records on a page, which prints the options that choose a part of them.
+
+    Parameters
+    ----------
+    records : path, Record, DataFrame, or a sequence of these
+    path : path-like     The page to write, ending in .html; it opens offline.
+    **columns            Arguments of `read_record`, for files and tables.
+
+    Returns
+    -------
+    Path                 `path`.
+
+    Raises
+    ------
+    RecordError          If one of them is not a record.
+    StrandspringError    If the page cannot be written.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from tempfile import TemporaryDirectory
+    >>> from strandspring import bundled_record, show
+    >>> with TemporaryDirectory() as folder:
+    ...     page = show(bundled_record(), Path(folder) / "hinge.html", reverse="displacement")
+    ...     page.name, "Plotly" in page.read_text(encoding="utf-8")
+    ('hinge.html', True)
+    """
+    from ..report.record_page import write_record_page
+
+    target = Path(path)
+    write_record_page(target, as_records(records, **columns))
+    return target
