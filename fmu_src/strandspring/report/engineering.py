@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -9,6 +10,7 @@ import numpy as np
 
 from ..identification.identified_model import IdentifiedModel
 from ..identification.intervals import NORMAL_95
+from ..identification.outcomes import Outcome
 from ..joint import JointCovariance
 from ..kernel.arrays import FloatArray
 from ..kernel.path import PathSolver
@@ -19,6 +21,7 @@ from ..loops.modelled import steady_loop_figures
 from .evaluation import Evaluation, RecordView
 
 NAMES = ("secant_stiffness", "energy_per_cycle", "loss_factor")
+_NEARLY = 0.9  # share of an amplitude that counts as that amplitude
 _STEP = 0.01  # of the differences for the model's intervals, in standard deviations
 _SHARES = np.linspace(0.05, 1.0, 20)  # amplitudes of the model's curve, of half the identified range
 _MOST = 12  # amplitudes in the table
@@ -99,9 +102,14 @@ class EngineeringFigures:
         reach = self._reach(ends)
         return tuple(
             Comparison(low, high, steady_loop_figures(self._of.solver, low, high),
-                       None if reach is None else tuple(reach[k].tolist()), measured)
+                       None if reach is None or np.isnan(reach[k]).any() else tuple(reach[k].tolist()), measured)
             for k, (low, high, measured) in enumerate(rows)
         )  # fmt: skip
+
+    @cached_property
+    def smallest_measured(self) -> float:
+        """Amplitude below which loops are extrapolated [m]; infinite if none was measured."""
+        return _NEARLY * min((each.figures.amplitude for each in self.measured), default=math.inf)
 
     @property
     def largest(self) -> Comparison:
@@ -126,7 +134,11 @@ class EngineeringFigures:
         return self._reach(self._curve_ends)
 
     def _reach(self, ends: list[tuple[float, float]]) -> FloatArray | None:
-        """Half of the 95 % interval of `NAMES` for loops between these turning points, shape (L, 3)."""
+        """Half of the 95 % interval of `NAMES` for loops between these turning points, shape (L, 3).
+
+        NaN for loops smaller than the recorded ones where the records do not decide them: another minimum may fit about
+        as well, of which the covariance at this one says nothing.
+        """
         whole: IdentifiedModel = self._of.identification
         joint = JointCovariance.of(whole.parameters, whole.uncertainty)
         if joint is None:
@@ -138,7 +150,11 @@ class EngineeringFigures:
                 variance += ((up - down) / (2.0 * _STEP)) ** 2
         except ValueError:  # a hundredth of a standard deviation away there is no spring any more
             return None
-        return np.asarray(NORMAL_95 * np.sqrt(variance))
+        reach = np.asarray(NORMAL_95 * np.sqrt(variance))
+        if {Outcome.SMALL_LOOPS, Outcome.ONE_AMPLITUDE} & {*whole.outcomes}:
+            amplitudes = np.array([0.5 * (high - low) for low, high in ends])
+            reach[amplitudes < self.smallest_measured] = np.nan
+        return reach
 
 
 def _figures(solver: PathSolver, ends: list[tuple[float, float]]) -> FloatArray:

@@ -58,13 +58,29 @@ class RecordView:
 
     @cached_property
     def residuals(self) -> FloatArray:
-        """Measured minus predicted force at all samples [N]."""
-        return self.record.force - self.fit.predicted
+        """Measured minus predicted force at all samples [N]; NaN where a range of displacement leaves them out."""
+        return self.only_compared(self.record.force - self.fit.predicted)
 
     @property
     def compared(self) -> FloatArray:
         """The residuals of the samples compared [N]."""
-        return self.residuals[self.first :]
+        return self.of_compared(self.record.force - self.fit.predicted)
+
+    def of_compared(self, values: FloatArray) -> FloatArray:
+        """Values at the samples compared."""
+        mask = self.record.compared
+        return values[self.first :] if mask is None else values[self.first :][mask[self.first :]]
+
+    def only_compared(self, values: FloatArray) -> FloatArray:
+        """Values with NaN where a range of displacement leaves samples out."""
+        return values if self.record.compared is None else np.where(self.record.compared, values, np.nan)
+
+    @property
+    def not_compared(self) -> slice | None:
+        """What to draw faintly, as it is not compared, at least in part; None if all is."""
+        if self.record.compared is not None:
+            return slice(0, None)
+        return slice(0, self.first + 1) if self.first else None
 
     @cached_property
     def position(self) -> FloatArray:

@@ -54,9 +54,7 @@ def write_record_page(path: Path, records: Sequence[Record]) -> None:
     along = Gallery(tuple(_along(records, seen, first, timed)))
     sections = (
         Section("loops", "Loops", (*refused, Gallery((_loops(records, seen, first),)))),
-        Section(
-            "path", "Displacement and force along the record", (Gallery(tuple(_along(records, seen, first, timed))),)
-        ),
+        Section("path", "Displacement and force along the record", (along,)),
         Section("cycles", "Cycles", tuple(_cycles(records, seen, names))),
         Section("detected", "What was detected", tuple(_detected(seen, names))),
     )

@@ -32,7 +32,7 @@ def engineering(of: Evaluation, figures: EngineeringFigures) -> Table:
     for row in figures.table:
         strong.append(len(rows))
         amplitude = number(0.5 * (row.high - row.low) * of.length.factor, 4)
-        for label, cells in _of_amplitude(row, [unit.factor for unit in units]):
+        for label, cells in _of_amplitude(row, [unit.factor for unit in units], figures.smallest_measured):
             rows.append((amplitude, label, *cells))
             amplitude = ""
     header = (
@@ -47,7 +47,7 @@ def engineering(of: Evaluation, figures: EngineeringFigures) -> Table:
     )
 
 
-def _of_amplitude(row: Comparison, factors: list[float]) -> Iterator[tuple[str, list[str]]]:
+def _of_amplitude(row: Comparison, factors: list[float], smallest: float) -> Iterator[tuple[str, list[str]]]:
     def cells(figures: LoopFigures, reach: tuple[float, ...] | None) -> list[str]:
         return [
             with_reach(getattr(figures, name) * factor, None if reach is None else reach[k] * factor)
@@ -55,7 +55,8 @@ def _of_amplitude(row: Comparison, factors: list[float]) -> Iterator[tuple[str, 
         ]
 
     if row.measured is None:
-        yield "model only", cells(row.model, row.reach)
+        extrapolated = 0.5 * (row.high - row.low) < smallest
+        yield "model, extrapolated" if extrapolated else "model only", cells(row.model, row.reach)
         return
     spread = row.measured.spread
     yield (

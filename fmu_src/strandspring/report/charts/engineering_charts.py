@@ -31,11 +31,16 @@ def over_amplitude(of: Evaluation, figures: EngineeringFigures) -> tuple[Chart, 
         traces = []
         if figures.curve_reach is not None:
             reach = figures.curve_reach[:, place]
-            traces.append(
-                Trace("model, 95 % interval", x, (values + reach) * unit.factor, Role.MODEL, Form.BAND,
-                      low=(values - reach) * unit.factor)
-            )  # fmt: skip
-        traces.append(Trace("model about mid-range", x, values * unit.factor, Role.MODEL))
+            known = np.isfinite(reach)
+            ends = [(values + side * reach)[known] * unit.factor for side in (1.0, -1.0)]
+            if known.any():
+                traces.append(Trace("model, 95 % interval", x[known], ends[0], Role.MODEL, Form.BAND, low=ends[1]))
+        begin = min(int(np.searchsorted(x, figures.smallest_measured * of.length.factor)), x.size - 1)
+        shown = values * unit.factor
+        traces.append(Trace("model about mid-range", x[begin:], shown[begin:], Role.MODEL))
+        if begin:
+            smaller = slice(0, begin + 1)
+            traces.append(Trace("model, extrapolated", x[smaller], shown[smaller], Role.MODEL, Form.DASHED))
         if measured:
             spread = np.array([0.0 if row.spread is None else getattr(row.spread, name) for row in measured])
             at = np.array([row.figures.amplitude for row in measured]) * of.length.factor

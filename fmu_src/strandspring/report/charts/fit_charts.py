@@ -34,15 +34,15 @@ def loops(of: Evaluation) -> Chart:
     traces = []
     for view in of.shown:
         x, force = view.record.displacement, view.record.force
-        if view.first > 0:
-            at = view.line(force, slice(0, view.first + 1))
+        if view.not_compared is not None:
+            at = view.line(force, view.not_compared)
             traces.append(
                 Trace("not compared", x[at] * unit[0].factor, force[at] * unit[1].factor, Role.LEFT_OUT,
                       record=view.place)
             )  # fmt: skip
-        traces.append(over_cycles(view, x, force, unit, "measured", Role.MEASURED, Form.LINE))
+        traces.append(over_cycles(view, x, view.only_compared(force), unit, "measured", Role.MEASURED, Form.LINE))
     for view in of.shown:
-        x, force = view.record.displacement, view.fit.predicted
+        x, force = view.record.displacement, view.only_compared(view.fit.predicted)
         traces.append(over_cycles(view, x, force, unit, "model", Role.MODEL, Form.LINE))
     low = min(float(view.record.displacement.min()) for view in of.views)
     high = max(float(view.record.displacement.max()) for view in of.views)
@@ -95,13 +95,15 @@ def force(of: Evaluation) -> Chart:
     traces = []
     for view in of.shown:
         x = _position(view, axis)
-        if view.first > 0:
-            at = view.line(view.record.force, slice(0, view.first + 1))
+        if view.not_compared is not None:
+            at = view.line(view.record.force, view.not_compared)
             traces.append(
                 Trace("not compared", x[at], view.record.force[at] * factor, Role.LEFT_OUT, record=view.place)
             )
-        traces.append(_line_along(view, axis, view.record.force, of.force, "measured", Role.MEASURED))
-        traces.append(_line_along(view, axis, view.fit.predicted, of.force, "model", Role.MODEL))
+        traces.append(
+            _line_along(view, axis, view.only_compared(view.record.force), of.force, "measured", Role.MEASURED)
+        )
+        traces.append(_line_along(view, axis, view.only_compared(view.fit.predicted), of.force, "model", Role.MODEL))
     samples = sum(view.fit.samples for view in of.views)
     sentence = (
         f"Measured and predicted force over {axis.text}; {samples} of {sum(len(v.record) for v in of.views)} samples "
@@ -154,13 +156,13 @@ def residuals_over_velocity(of: Evaluation) -> Chart | None:
     views = [view for view in of.shown if view.velocity is not None]
     if not views:
         return None
-    speeds = [np.abs(view.velocity[view.first :]) for view in views if view.velocity is not None]
+    speeds = [np.abs(view.of_compared(view.velocity)) for view in views if view.velocity is not None]
     fastest = max(float(speed.max()) for speed in speeds)
     unit = unit_of("velocity", fastest)
     traces, slopes = [], []
     for view in views:
         assert view.velocity is not None
-        velocity, residual = view.velocity[view.first :], view.compared
+        velocity, residual = view.of_compared(view.velocity), view.compared
         at = visible(residual, min(view.points, _DOTS))
         traces.append(
             Trace("residual", velocity[at] * unit.factor, residual[at] * of.residual.factor, Role.FIRST, Form.DOTS,
