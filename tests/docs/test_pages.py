@@ -11,6 +11,7 @@ from pathlib import Path
 import click
 import pytest
 
+import pictures
 import strandspring
 from pages import README, ROOT, TEXTS, blocks, program_with
 from strandspring import Spring
@@ -108,8 +109,8 @@ def test_commands_options_and_links_exist(page: str) -> None:
         assert set(re.findall(r"(?<![\w-])--[a-z][a-z-]+", prose)) <= options
     assert set(re.findall(r"`strandspring ([a-z-]+)", prose)) - {"docs"} <= set(COMMANDS)
     base = ROOT if page == "README" else ROOT / "fmu_src/strandspring/docs/pages"
-    for target in re.findall(r"\]\(([^)#]+)\)", prose):
-        assert (base / target).exists(), target
+    for target in re.findall(r"\]\(([^)#]+)\)|src=\"([^\"]+)\"", prose):
+        assert (base / "".join(target)).exists(), target
 
 
 def help_of(name: str) -> str:
@@ -118,6 +119,17 @@ def help_of(name: str) -> str:
     assert command is not None
     below = command.commands.values() if isinstance(command, click.Group) else ()
     return "".join(each.get_help(click.Context(each)) for each in (command, *below))
+
+
+@pytest.mark.slow
+def test_the_pictures_are_drawn_by_the_program(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(ROOT)
+    pictures.draw(tmp_path)
+    for kept in pictures.PICTURES.iterdir():
+        drawn = (tmp_path / kept.name).read_text(encoding="utf-8")
+        # Fonts and versions of matplotlib may differ; axes and curves are the same.
+        for kind in ("axes_", "line2d_", "text_"):
+            assert drawn.count(f'id="{kind}') == kept.read_text(encoding="utf-8").count(f'id="{kind}'), kept.name
 
 
 def test_functions_of_the_table_exist() -> None:
