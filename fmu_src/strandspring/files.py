@@ -58,7 +58,8 @@ def refuse_unwritable(path: Path, is_folder: bool = False) -> None:
                 target.open("r+b").close()
             folder = existing_folder(target.parent)
         if not folder.is_dir():
-            raise StrandspringError(f"{path} cannot be written: {folder} is not a folder.")
+            what = "it is a file; give a folder" if folder == path else f"{folder} is not a folder"
+            raise StrandspringError(f"{path} cannot be written: {what}.")
         tempfile.TemporaryFile(dir=folder).close()
     except OSError as problem:
         raise StrandspringError(f"{path} cannot be written: {problem.strerror}.") from None

@@ -80,7 +80,7 @@ def test_records_are_identified_and_their_cautions_are_warnings(tmp_path: Path) 
         ({"author": "a\n"}, "must be printable text of at most 200"),
         ({"name": "../up"}, "name must be"),
         ({"folder": "file"}, "file cannot be written: it is a file; give a folder"),
-        ({"folder": "file/dist"}, "file/dist cannot be written: Not a directory"),
+        ({"folder": "file/dist"}, "file/dist cannot be written: file is not a folder"),
     ],
 )
 def test_options_are_checked_before_records_are_identified(
@@ -100,7 +100,7 @@ def test_options_are_checked_before_records_are_identified(
         (["--zero", "left"], 2, "--zero must be `rig`, `middle` or a displacement of the record in mm, got 'left'."),
         (["--models", "file"], 1, "file cannot be written: it is a file; give a folder"),
         (["-o", "file"], 1, "file cannot be written: it is a file; give a folder"),
-        (["-o", "file/dist"], 1, "file/dist cannot be written: Not a directory"),
+        (["-o", "file/dist"], 1, "file/dist cannot be written: file is not a folder"),
         (["--author", "a\nb"], 2, "must be printable text"),
     ],
 )

@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from strandspring import RefinedOptions, Spring, SpringParameters, StrandspringError, compare, identify, synthesize
 from strandspring.api.comparison_words import Verdict
 from strandspring.api.differences import loop_figures, parameter_differences
-from strandspring.api.figure import new_figure, save_figure
+from strandspring.api.plotting import new_figure, save_figure
 from strandspring.joint import JointCovariance, joint_names
 from strandspring.kernel.path import PathSolver
 from strandspring.modelfile import ModelFile

@@ -17,10 +17,10 @@ from strandspring.report import details, drawing, evaluation, figure, page, quan
 from strandspring.report.blocks import Content, Gallery, Level, Notice, Table
 from strandspring.report.chart import Chart
 from strandspring.report.charts import fit_charts
-from strandspring.report.content import report_content
 from strandspring.report.details import ReportDetails
 from strandspring.report.evaluation import SHOWN_CYCLES, SHOWN_RECORDS, Evaluation
 from strandspring.report.page import check_report_path, script_json
+from strandspring.report.report_content import report_content
 from strandspring.report.thinning import visible
 from synthetic import record_of, sine, spring_of
 

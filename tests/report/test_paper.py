@@ -19,12 +19,12 @@ from strandspring import Identification, StrandspringError
 from strandspring.report import figure
 from strandspring.report.blocks import Gallery
 from strandspring.report.charts import fit_charts
-from strandspring.report.content import report_content
 from strandspring.report.details import ReportDetails
 from strandspring.report.document import COLUMNS, WIDE
 from strandspring.report.drawing import STYLE, paper_figure
 from strandspring.report.evaluation import Evaluation
 from strandspring.report.page import check_report_path, write_report
+from strandspring.report.report_content import report_content
 
 PLOTS = (
     figure.plot_loops, figure.plot_force, figure.plot_residuals, figure.plot_histogram, figure.plot_autocorrelation,

@@ -33,7 +33,7 @@ from .differences import (
     parameter_differences,
     uncertainty_of,
 )
-from .figure import some_axes
+from .plotting import some_axes
 from .records import records_of
 from .result import Result
 from .shared_mass import SharedMass, shared_mass

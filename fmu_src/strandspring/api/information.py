@@ -22,7 +22,7 @@ from ..loops.modelled import steady_loop, steady_loop_figures
 from ..modelfile import ModelFile, is_fmu
 from ..records.record import Record
 from .caution_text import backwards_cautions, outside_range, printable
-from .figure import some_axes
+from .plotting import some_axes
 from .records import records_of
 from .result import Result
 from .spring import Spring, as_spring, source_of

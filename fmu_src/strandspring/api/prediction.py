@@ -22,7 +22,7 @@ from ..loops.strokes import find_strokes
 from ..modelfile import ModelFile
 from ..records.record import Record
 from .caution_text import backwards_cautions, outside_cautions
-from .figure import some_axes
+from .plotting import some_axes
 from .records import Source, given_records
 from .result import Result
 from .spring import Spring, as_spring, source_of

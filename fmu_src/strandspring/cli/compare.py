@@ -11,7 +11,7 @@ from ..api.alignment import Align
 from ..api.comparison import DRAWS
 from ..api.comparison import compare as compare_springs
 from ..api.comparison_words import figure_table, parameter_table
-from ..api.figure import SUFFIXES, new_figure, save_figure
+from ..api.plotting import SUFFIXES, new_figure, save_figure
 from ..modelfile import load_model
 from .cautions import note_assumptions, note_cautions
 from .mount import positive

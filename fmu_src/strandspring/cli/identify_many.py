@@ -62,8 +62,8 @@ def identify_many(
     \b
     Examples:
       strandspring identify-many monday/ -o models
-      strandspring identify-many monday/*.csv tuesday/*.csv -o models --force-unit kN
-      strandspring identify-many monday/ -o models --amplitude 20 --workers 4 --json
+      strandspring identify-many monday/*.csv -o models --force-unit kN
+      strandspring identify-many monday/ -o models --amplitude 20 --workers 4
     """
     method = method_options(options)
     if workers is not None and scheduler is not None:

@@ -8,6 +8,7 @@ from typing import Any
 import click
 
 from ..api.identification import Identification
+from ..errors import StrandspringError
 from ..modelfile import ModelFile
 from ..report.details import ReportDetails
 from ..report.figure import check_figure_path, write_figure
@@ -43,8 +44,8 @@ class Reporting:
 
     Raises
     ------
-    click.UsageError      If details are given without --report.
-    StrandspringError     If a file name has another ending than those, or a PDF cannot be made here.
+    click.UsageError   If details are given without --report, a file name has another ending than those, or a PDF cannot
+                       be made here.
     """
 
     def __init__(self, options: dict[str, Any]) -> None:
@@ -54,13 +55,16 @@ class Reporting:
         given: Mapping[str, Any] = {name: options.pop(name) for name in names}
         if self.report is None and any(given.values()):
             raise click.UsageError("--date, --operator, --specimen, --field and --report-mass belong to --report.")
-        self.details = ReportDetails(
-            given["date"], given["operator"], given["specimen"], given["report_fields"], given["report_mass"]
-        )
-        if self.report is not None:
-            check_report_path(self.report)
-        if self.figure is not None:
-            check_figure_path(self.figure)
+        try:
+            self.details = ReportDetails(
+                given["date"], given["operator"], given["specimen"], given["report_fields"], given["report_mass"]
+            )
+            if self.report is not None:
+                check_report_path(self.report)
+            if self.figure is not None:
+                check_figure_path(self.figure)
+        except StrandspringError as problem:
+            raise click.UsageError(str(problem)) from None
 
     @property
     def outputs(self) -> dict[str, str | None]:

@@ -19,10 +19,10 @@ from ..identification.identified_model import IdentifiedModel
 from ..modelfile import ModelFile
 from .blocks import Content
 from .chart_json import figure_json
-from .content import Progress, report_content
 from .details import ReportDetails
 from .palette import DARK, LIGHT
 from .quantities import bound
+from .report_content import Progress, report_content
 
 SUFFIXES = (".html", ".pdf")
 

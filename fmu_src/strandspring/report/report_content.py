@@ -11,7 +11,7 @@ from ..identification.notes import notes_on
 from ..identification.outcomes import Outcome
 from ..identification.prediction_interval import PredictionInterval
 from ..modelfile import ModelFile
-from . import tables
+from . import report_tables as tables
 from .blocks import Block, Content, Facts, Gallery, Level, Notice, Section, Signatures, Text, Tile, Tiles
 from .chart import Figure
 from .charts import engineering_charts, fit_charts, isolation_charts, model_charts
