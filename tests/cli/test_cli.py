@@ -359,8 +359,14 @@ def test_an_output_that_cannot_be_written_is_refused(run: Any, loop: str, model:
         ("identify link.csv -o loop.csv", "--output loop.csv would overwrite the input link.csv"),
         ("identify loop.csv -o new.html --report sub/../new.html", "--report must be another file than --output"),
         ("identify loop.csv -o x.json --report x.pdf --figure ./x.pdf", "--figure must be another file than --report"),
-        ("identify loop.csv -o x.json --operator me", "belong to --report"),
-        ("identify loop.csv -o x.json --report x.html --field T", "'--field': must be LABEL=TEXT, got 'T'"),
+        (
+            "identify loop.csv -o x.json --operator me",
+            "--date, --operator, --specimen, --field and --report-mass belong to --report.",
+        ),
+        (
+            "identify loop.csv -o x.json --report x.html --field T",
+            "Invalid value for '--field': must be LABEL=TEXT, got 'T'.",
+        ),
         ("predict mount.json loop.csv -o link.csv", "--output link.csv would overwrite the input loop.csv"),
         ("predict mount.json loop.csv -o mount.json", "--output mount.json would overwrite the input mount.json"),
         ("isolate mount.json --mass 5 -o mount.json", "--output mount.json would overwrite the input mount.json"),
