@@ -12,6 +12,7 @@ import re
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import islice
 
 from ..errors import RecordError
 from .units import kind_of_unit, quoted, words
@@ -111,7 +112,8 @@ def find_dialect(lines: Sequence[str], path: str, row: str = "line") -> Dialect:
     """
     separator, decimal = _best_guess([line for line in lines if line.strip()][-_JUDGED_LINES:])
     table = [split_cells(line, separator) for line in lines]
-    judged = [cells for cells in table if _count_numbers(cells, decimal) >= 2][-_JUDGED_LINES:]
+    from_end = (cells for cells in reversed(table) if _count_numbers(cells, decimal) >= 2)
+    judged = list(islice(from_end, _JUDGED_LINES))[::-1]
     if not judged:
         raise RecordError(_no_numbers(lines, path, row))
     width = Counter(_width(cells) for cells in judged).most_common(1)[0][0]
