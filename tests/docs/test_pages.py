@@ -10,11 +10,12 @@ from pathlib import Path
 
 import click
 import pytest
+from scipy.io import savemat
 
 import pictures
 import strandspring
 from pages import README, ROOT, TEXTS, blocks, program_with
-from strandspring import Spring
+from strandspring import Spring, read_record
 from strandspring.cli.main import COMMANDS
 from strandspring.cli.main import strandspring as program
 from strandspring.core.parameters import SCALARS, SpringParameters
@@ -88,11 +89,23 @@ def test_commands_run_in_order(folder: Path) -> None:
 @pytest.mark.slow
 def test_python_programs_run_in_order(folder: Path) -> None:
     (folder / "spring.json").write_bytes((folder / "models/rubber_hinge.json").read_bytes())
+    record = read_record(folder / "models/records/rubber_stretch.csv", reverse="displacement")
+    channels = {"displacement": 1e3 * record.displacement, "force": record.force, "time": record.time}
+    savemat(folder / "rig.mat", channels)
     for page in TEXTS:
         (folder / "program.py").write_text("\n".join(blocks(page, "python")), encoding="utf-8")
         done = run([sys.executable, "-W", "error", "program.py"], folder)
         assert done.returncode == 0, (page, done.stderr)
-    for name in ("hinge.json", "hinge.html", "loop.svg", "curves.svg"):
+    for name in (
+        "hinge.json",
+        "hinge.html",
+        "loop.svg",
+        "curves.svg",
+        "rig_record.html",
+        "rig_report.html",
+        "mount.json",
+        "dist/mount.fmu",
+    ):
         assert (folder / name).stat().st_size > 0
     assert "def simulate" in program_with("def simulate")
 
