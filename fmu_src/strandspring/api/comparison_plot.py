@@ -25,6 +25,8 @@ def draw(
     responses: Sequence[FrequencyResponse],
 ) -> None:
     """Draw loops, their difference, three figures over the amplitude, and transmissibility into six axes."""
+    from ..isolation.curves_plot import decimal_ticks  # loads matplotlib
+
     top, difference, *middle, last = panels
     for label, color, loop in zip("AB", _COLORS, loops, strict=True):
         for branch in (loop.loading, loop.unloading):
@@ -47,6 +49,8 @@ def draw(
     last.set(xlabel="frequency [Hz]", ylabel="transmissibility [-]", title="mass on the spring")
     if responses:
         last.set(xscale="log", yscale="log")
+        decimal_ticks(last.xaxis, *last.get_xlim())
+        decimal_ticks(last.yaxis, *last.get_ylim())
         last.axhline(1.0, color="0.7", lw=0.8)
         last.legend()
     else:

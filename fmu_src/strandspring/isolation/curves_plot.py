@@ -83,7 +83,7 @@ def draw(axes: Axes, curves: Sequence[Curve], quantity: Quantity) -> None:
     axes.grid(True, which="major", color="0.85", lw=0.8)
     axes.grid(True, which="minor", color="0.93", lw=0.5)
     for axis, limits in ((axes.xaxis, axes.get_xlim()), (axes.yaxis, axes.get_ylim())):
-        _decimal_ticks(axis, *limits)
+        decimal_ticks(axis, *limits)
 
 
 def fill(figure: Figure, models: Mapping[str, Sequence[FrequencyResponse]], title: str) -> tuple[Axes, Axes]:
@@ -129,7 +129,7 @@ def _draw_curve(axes: Axes, curve: Curve, quantity: Quantity) -> None:
         axes.plot(frequency, np.where(dotted, values, np.nan), color=curve.color, lw=1.3, ls=_UNSTABLE)
 
 
-def _decimal_ticks(axis: Axis, low: float, high: float) -> None:
+def decimal_ticks(axis: Axis, low: float, high: float) -> None:
     """Ticks such as 0.5, 1, 2, 5, so many that some lie between the limits."""
     decades = math.log10(high / low)
     if decades < 0.4:
