@@ -17,10 +17,10 @@ from typing import Any
 
 import numpy as np
 import pytest
-from strandspring.api.table import table_lines
 
 from springs import MOUNT
 from strandspring import Spring
+from strandspring.api.text_table import table_lines
 from strandspring.cli.main import COMMANDS
 from strandspring.cli.output import advancing, progress
 from strandspring.errors import StrandspringError
@@ -314,7 +314,7 @@ def offered(source: str, line: str) -> list[str]:
 
 
 def test_bash_completes_commands_options_choices_and_files(shell: Any) -> None:
-    assert shell("strandspring i") == ["identify", "info", "isolate"]
+    assert shell("strandspring i") == ["identify", "identify-many", "info", "isolate"]
     assert shell("strandspring synthesize ") == ["ni", "spring"]
     assert shell("strandspring identify --re") == ["--reverse", "--report"]
     assert shell("strandspring identify --method ") == ["refined", "two-stage", "scan", "ni"]

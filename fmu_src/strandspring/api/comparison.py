@@ -143,7 +143,10 @@ class Comparison(Result):
         ends = f"{1e3 * self.low:.6g} to {1e3 * self.high:.6g} mm"
         own = "" if self.align == "record" else ", each counted from the middle of its own range"
         of_each = (
-            f"; {self.draws} springs drawn of each, seed {self.seed}; * beyond the uncertainty" if self.bands else ""
+            f"; {self.draws} springs drawn of each, seed {self.seed}; * beyond the uncertainty (single parameters and "
+            "loss factors are not judged)"
+            if self.bands
+            else ""
         )
         return [*names, self.sentence, f"Compared over the shared range {ends}{own}{of_each}."]
 

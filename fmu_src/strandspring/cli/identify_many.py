@@ -25,8 +25,8 @@ from .output import note, result, result_json
     "--amplitude",
     type=FiniteRange(1e-6, 1e6, unit="mm"),
     metavar="MM",
-    help="Amplitude at which stiffness, energy and loss factor are compared [mm].  [default: the largest that all "
-    "springs have in common]",
+    help="Amplitude at which stiffness, energy and loss factor are compared [mm].  [default: the largest "
+    "that all springs reach, apart from those moved less than 90 % as far as usual]",
 )
 @click.option(
     "--workers",
@@ -62,8 +62,8 @@ def identify_many(
     \b
     Examples:
       strandspring identify-many monday/ -o models
-      strandspring identify-many monday/*.csv tuesday/*.csv -o models --force-unit kN
-      strandspring identify-many monday/ -o models --amplitude 20 --workers 4 --json
+      strandspring identify-many mon/*.csv tue/*.csv -o models --force-unit kN
+      strandspring identify-many monday/ -o models --amplitude 20 --workers 4
     """
     method = method_options(options)
     if workers is not None and scheduler is not None:

@@ -6,21 +6,23 @@ import math
 import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import fields
-from typing import Any, TypeVar
+from typing import Any, TypeVar, cast
 
 import click
 
-from ..errors import RecordError
+from ..errors import ModelError, RecordError
 from ..identification.method import Method
 from ..identification.refined import RefinedOptions
 from ..identification.scan import ScanOptions
 from ..intake.description_file import entries
 from ..intake.wanted import Wanted
 from ..intake.windows import is_window
+from ..modelfile import check_name
 from ..modelfile import identifier as identifier
 from ..peers.ni_spring import NiOptions
 from ..peers.two_stage_options import TwoStageOptions
 from ..records.record import Record
+from ..records.units import Quantity, unit_factor
 from .output import progress
 
 
@@ -107,6 +109,28 @@ def _refuse_wrong(name: str, text: str | None) -> None:
         raise click.BadParameter(str(problem)) from None
 
 
+def _unit(_context: click.Context, option: click.Parameter, text: str | None) -> str | None:
+    """A unit of the quantity that the option is named after."""
+    try:
+        if text is not None:
+            unit_factor(text, cast(Quantity, (option.name or "").removesuffix("_unit")))
+    except RecordError as problem:
+        raise click.BadParameter(str(problem)) from None
+    return text
+
+
+def _name(_context: click.Context, _option: click.Parameter, name: str | None) -> str | None:
+    try:
+        return None if name is None else check_name(name)
+    except ModelError as problem:
+        raise click.BadParameter(str(problem)) from None
+
+
+def name_option(text: str) -> Callable[[Command], Command]:
+    """The name of a model, with its help."""
+    return click.option("--name", callback=_name, help=text)
+
+
 def _degrees(_context: click.Context, _option: click.Parameter, text: str) -> tuple[int, int] | None:
     if text == "auto":
         return None
@@ -133,9 +157,12 @@ record_options = together(
                  help="Time column, if any. The model does not need it; identify finds delay, viscous force and gaps "
                  "by it. Numbers as in 2.5:60, 2.5: or :60 are a window instead, to which the record is cut [s]; give "
                  "the option twice for both."),
-    click.option("--displacement-unit", metavar="UNIT", help="mm, m, in, ...  [default: the file's, or mm]"),
-    click.option("--force-unit", metavar="UNIT", help="N, kN, lbf, kip, ...  [default: the file's, or N]"),
-    click.option("--time-unit", metavar="UNIT", help="s, ms, min, ...  [default: the file's, or s]"),
+    click.option("--displacement-unit", metavar="UNIT", callback=_unit,
+                 help="mm, m, in, ...  [default: the file's, or mm]"),
+    click.option("--force-unit", metavar="UNIT", callback=_unit,
+                 help="N, kN, lbf, kip, ...  [default: the file's, or N]"),
+    click.option("--time-unit", metavar="UNIT", callback=_unit,
+                 help="s, ms, min, ...  [default: the file's, or s]"),
     click.option("--reverse", type=click.Choice(["displacement", "force"]), multiple=True, callback=_one_column,
                  help="Negate this column."),
     click.option("--cycles", metavar="FIRST:LAST", callback=_selection,

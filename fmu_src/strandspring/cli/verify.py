@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
+import sys
 from dataclasses import asdict
 
 import click
 
 from ..api.verifying import verify as verified
-from ..errors import BuildError
-from .output import result, result_json, working
+from .output import note, result, result_json, working
 
 
 @click.command()
@@ -39,4 +39,5 @@ def verify(fmus: tuple[str, ...], as_json: bool) -> None:
     if problems:
         fmu, first = problems[0]
         more = f" ({len(problems) - 1} more)" if len(problems) > 1 else ""
-        raise BuildError(f"{fmu} must not be used: {first.text}{more}")
+        note(f"strandspring: {fmu} must not be used: {first.text}{more}")
+        sys.exit(1)

@@ -186,6 +186,7 @@ def _cut(record: Record, keep: slice) -> Record:
         force=record.force[keep],
         time=None if record.time is None else record.time[keep],
         compared=None if record.compared is None else record.compared[keep],
+        is_cut=True,
     )
 
 
