@@ -288,6 +288,8 @@ def compare(
         raise ValueError(f"`draws` must be 0 or at least 20, got {draws!r}.")
     if seed < 0:
         raise ValueError(f"`seed` must be >= 0, got {seed!r}.")
+    if mass is not None and not 0.0 < mass < math.inf:
+        raise ValueError(f"`mass` must be finite and > 0 [kg], got {mass!r}.")
     models = (as_spring(a).model, as_spring(b).model)
     springs = aligned(models, align)
     low, high = shared_range(springs, align)

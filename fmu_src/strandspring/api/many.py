@@ -15,7 +15,7 @@ from ..batches.outliers import FEWEST, LIMIT
 from ..batches.sources import TABLE, find_springs
 from ..batches.spring_row import IDENTIFIED, STATUSES, BatchWork
 from ..errors import RecordError
-from ..identification.method import Method
+from ..identification.method import Method, checked_method
 from ..identification.refined import RefinedOptions
 from ..intake.wanted import Wanted
 from ..jobs.cluster import Cluster
@@ -198,7 +198,8 @@ def identify_many(
 
     Raises
     ------
-    RecordError                 If there is no file.
+    RecordError                 If there is no file, or a unit or selection is none.
+    ValueError                  If the number of workers is below 1.
     StrandspringError           If the results cannot be written, or the workers cannot work.
     TypeError                   If a column argument is unknown, or workers and scheduler are given.
 
@@ -226,6 +227,8 @@ def identify_many(
     """
     if workers is not None and scheduler is not None:
         raise TypeError("`workers` and `scheduler` exclude each other; give one of them.")
+    if workers is not None and workers < 1:
+        raise ValueError(f"`workers` must be at least 1, got {workers!r}.")
     given = {**columns, **{f"{name}_unit": unit for name, unit in checked_units(units).items()}}
     if amplitude is not None and not 0.0 < amplitude < float("inf"):
         raise RecordError(f"`amplitude` must be finite and > 0 [m], got {amplitude!r}.")
@@ -238,7 +241,7 @@ def identify_many(
     batch = identify_batch(
         found.springs,
         target,
-        BatchWork(RefinedOptions() if options is None else options, Wanted(**given)),
+        BatchWork(RefinedOptions() if options is None else checked_method(options), Wanted(**given)),
         Local(workers) if scheduler is None else Cluster(scheduler, say),
         amplitude,
         lambda done: advance(done, total),
