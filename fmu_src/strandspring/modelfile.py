@@ -47,6 +47,8 @@ def check_name(name: str) -> str:
     ------
     ModelError   If it is not an identifier, or cannot be a file name on Windows.
     """
+    if not isinstance(name, str):
+        raise ModelError(f"The name must be text, got {type(name).__name__}.")
     if not re.fullmatch(NAME_PATTERN, name) or name.lower() in _WINDOWS_DEVICES:
         raise ModelError(f"The name must be {NAME_RULE}, got {name[:60]!r}; choose another name.")
     return name

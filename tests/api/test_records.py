@@ -1,64 +1,87 @@
-"""What Python users may give as records."""
+"""What Python users pass as records, and what they pass by mistake."""
 
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
-import numpy as np
-import pandas as pd
 import pytest
 
-from strandspring import Record, RecordError, identify, synthesize_ni
-from strandspring.api.records import as_records, record_of_arrays
+from strandspring import (
+    ModelError,
+    Record,
+    RecordError,
+    RefinedOptions,
+    ReportDetails,
+    Spring,
+    StrandspringError,
+    compare,
+    identify,
+    identify_many,
+    predict,
+    select,
+)
+from synthetic import record_of, sine, spring_of
 
-NI = synthesize_ni()
-
-
-def test_arrays_tables_files_and_records_give_one_spring(tmp_path: Path) -> None:
-    x, force = NI.displacement, NI.force
-    path = tmp_path / "ni.csv"
-    NI.save(path, "m")
-    expected = identify(NI).parameters
-    frame = pd.DataFrame({"stroke": x, "other": np.ones_like(x), "load": force})
-    in_mm = pd.DataFrame({"stroke [mm]": 1e3 * x, "load [kN]": 1e-3 * force})
-    for found in (
-        identify(x, force),
-        identify(displacement=x, force=force),
-        identify(x.tolist(), force.tolist()),
-        identify(pd.Series(x), pd.Series(force)),
-        identify(frame),
-        identify(frame, displacement="stroke", force="load"),
-        identify([Record(x, force)]),
-        identify(path),
-        identify(str(path)),
-    ):
-        assert found.parameters == expected
-    assert identify(in_mm).parameters.n == pytest.approx(expected.n, rel=1e-6)
-    scaled = identify(1e3 * x, 1e-3 * force, units={"displacement": "mm", "force": "kN"})
-    assert scaled.parameters.n == pytest.approx(expected.n, rel=1e-6)
-    assert identify(-x, force, reverse="displacement").parameters == expected
+SPRING = Spring(spring_of(1.0, 1.0), "mount")
+RECORD = record_of(SPRING.parameters, sine(), 0.0)
+X, F = RECORD.displacement, RECORD.force
 
 
-def test_assumed_units_are_noted() -> None:
-    assert record_of_arrays([0.0, 1.0], [0.0, 1.0]).notes == (
-        "units assumed: displacement in m, force in N, time in s",
-    )
-    (record,) = as_records(pd.DataFrame({"x": [0.0, 1.0], "F": [0.0, 1.0]}))
-    assert "the unit of displacement is m (assumed, as none is given)" in record.notes
-    assert record.displacement.tolist() == [0.0, 1.0]
+def test_millimetres_without_a_unit_are_noticed() -> None:
+    for given in ((1e3 * X, F), (Record(1e3 * X, F),)):
+        with pytest.raises(RecordError, match=r"at most 10 m, found .* units=\{\"displacement\": \"mm\"\}"):
+            predict(SPRING, *given)
+    assert predict(SPRING, 1e3 * X, F, units={"displacement": "mm"}).rnl == pytest.approx(predict(SPRING, X, F).rnl)
 
 
-def test_wrong_arguments_get_a_sentence() -> None:
-    x, force = NI.displacement, NI.force
-    with pytest.raises(TypeError, match=r"identify\(displacement, force\)|displacement and force"):
-        identify(x)
-    with pytest.raises(RecordError, match="keys displacement, force, time only, got 'x'"):
-        identify(x, force, units={"x": "mm"})
-    with pytest.raises(RecordError, match="not known"):
-        identify(x, force, units={"force": "stone"})
-    with pytest.raises(RecordError, match="no column is named like a force"):
-        identify(pd.DataFrame({"x": x, "y": force}))
-    with pytest.raises(TypeError, match="is a record already"):
-        identify(NI, force="load")
-    with pytest.raises(TypeError, match="Records must be a path"):
-        identify(3.0)
+@pytest.mark.parametrize(
+    ("arguments", "error", "told"),
+    [
+        ({"units": "mm"}, RecordError, "`units` must be a mapping"),
+        ({"units": {"disp": "mm"}}, RecordError, "got 'disp'"),
+        ({"reverse": "time"}, RecordError, "`reverse` must be 'displacement' or 'force', got 'time'"),
+        ({"options": "refined"}, TypeError, "such as RefinedOptions\\(\\), got 'refined'"),
+    ],
+)
+def test_wrong_arguments_of_identify(arguments: dict[str, Any], error: type[Exception], told: str) -> None:
+    with pytest.raises(error, match=told):
+        identify(X, F, **arguments)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "error", "told"),
+    [
+        ({"reverse": "time"}, RecordError, "`reverse` must be"),
+        ({"units": {"force": "furlong"}}, RecordError, "unit 'furlong' of the force is not known"),
+        ({"workers": -1}, ValueError, "`workers` must be at least 1"),
+        ({"options": "refined"}, TypeError, "RefinedOptions"),
+    ],
+)
+def test_wrong_arguments_of_a_batch_are_not_blamed_on_the_files(
+    arguments: dict[str, Any], error: type[Exception], told: str, tmp_path: Path
+) -> None:
+    RECORD.save(tmp_path / "a.csv")
+    with pytest.raises(error, match=told):
+        identify_many(tmp_path / "a.csv", tmp_path / "models", **arguments)
+    assert not (tmp_path / "models").exists()
+
+
+def test_other_wrong_arguments() -> None:
+    wrong: Any = "a.csv"
+    with pytest.raises(TypeError, match="read files with `read_record`"):
+        select(wrong, cycles=(1, 2))
+    for cycles in (2, "2:3"):
+        with pytest.raises(RecordError, match="`cycles` must be a pair"):
+            select(RECORD, cycles=cycles)  # type: ignore[arg-type]
+    for degrees in (3, (1, 2, 3), "ab"):
+        with pytest.raises(ValueError, match="`degrees` must be N,M"):
+            RefinedOptions(degrees=degrees)  # type: ignore[arg-type]
+    with pytest.raises(TypeError, match=r"got str; read a model file with `Spring\.load`"):
+        Spring(wrong, "mount")
+    with pytest.raises(ModelError, match="must be text, got SpringParameters"):
+        Spring(SPRING.parameters, SPRING.parameters)  # type: ignore[arg-type]
+    with pytest.raises(ValueError, match="`mass` must be finite and > 0"):
+        compare(SPRING, SPRING, mass=-1.0)
+    with pytest.raises(StrandspringError, match="pairs of label and text"):
+        ReportDetails(fields={"Temperature": "23 °C"})  # type: ignore[arg-type]

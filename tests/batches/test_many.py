@@ -177,7 +177,7 @@ def test_the_same_call_again_identifies_only_what_has_changed(few: Path) -> None
 
     (few / "spring_0001.csv").write_bytes(b"")
     assert identify_many(few, models, workers=1, options=FAST).problem.startswith(
-        "1 of 3 springs are not identified (1 unreadable)"
+        "1 of 3 springs is not identified (1 unreadable)"
     )
     assert not (models / "spring_0001.json").exists()  # it was that of other data
     write(few / "spring_0001.csv", measured(7, ROWS))
@@ -413,7 +413,7 @@ def test_a_spring_that_was_moved_less_has_no_figures_beyond(few: Path) -> None:
     many = identify_many(few, few / "models", workers=1)
     frame = many.to_frame().set_index("model")
     assert pd.isna(frame.loc["short.json", "secant stiffness [N/m]"])
-    assert "1 springs were not moved so far and have no figures there, first: " in many.summary()
+    assert "1 spring was not moved so far and has no figures there, first: " in many.summary()
     fixed = identify_many(few, few / "models", workers=1, amplitude=0.01)
     assert fixed.batch.earlier == 4
     assert fixed.to_frame()["amplitude [m]"].tolist() == [0.01] * 4
@@ -427,7 +427,7 @@ def test_the_command_says_the_same_as_its_json(few: Path, terminal: Terminal) ->
     told = json.loads(terminal("identify-many", "few", "-o", "models", "--workers", "1", "--json", status=1))
     assert told["statuses"] == {"identified": 3, "refused": 0, "unreadable": 1, "failed": 0}
     assert [problem["file"] for problem in told["problems"]] == ["few/bad.csv"]
-    last = "strandspring: 1 of 4 springs are not identified (1 unreadable); springs.csv says why."
+    last = "strandspring: 1 of 4 springs is not identified (1 unreadable); springs.csv says why."
     assert terminal.err.splitlines()[-1] == last
     text = terminal("identify-many", "few", "-o", "models", status=1)
     assert "; 4 files were finished by an earlier run" in text
@@ -457,7 +457,7 @@ def test_a_missing_package_is_reported_in_one_sentence(terminal: Terminal, monke
         ("models -o few", 1, "There is no record to identify"),
         ("few few/x.json -o few", 1, "The record few/x.json would be overwritten; write to another folder."),
         ("few -o models --amplitude 0", 2, "--amplitude"),
-        ("few -o models --force-unit furlong", 1, "3 of 3 springs are not identified (3 unreadable)"),
+        ("few -o models --force-unit furlong", 2, "unit 'furlong' of the force is not known"),
         ("few -o models --scheduler nowhere", 1, "No scheduler answers at 'nowhere'"),
     ],
 )

@@ -67,7 +67,10 @@ def test_a_description_file_is_read_as_its_records(terminal: Terminal) -> None:
         (("--cycles", "x"), "must be a cycle or FIRST:LAST"),
         (("--cycles", "4:2"), "the first is not above the second"),
         (("--displacement-range", "5"), "must be FROM:TO"),
+        (("--displacement-range", "5:1"), "the first is not above the second, got '5:1'"),
         (("--time", "5:1"), "the first is not above the second"),
+        (("--force-unit", "furlong"), "unit 'furlong' of the force is not known"),
+        (("--time-unit", "mm"), "unit 'mm' of the time is a unit of length"),
         (("--time", "a", "--time", "b"), "must be one column, got a and b"),
         (("--time", "1:2", "--time", "3:4"), "must be one window FROM:TO, got 1:2 and 3:4"),
     ],
@@ -75,3 +78,14 @@ def test_a_description_file_is_read_as_its_records(terminal: Terminal) -> None:
 def test_what_is_no_selection_is_wrong_usage(terminal: Terminal, options: tuple[str, ...], expected: str) -> None:
     terminal("predict", "mount.json", "a.csv", *options, status=2)
     assert expected in " ".join(terminal.err.split())
+
+
+def test_cycles_of_a_part_are_not_offered_as_those_of_the_record(terminal: Terminal) -> None:
+    """The page would print numbers that choose other cycles of the whole record."""
+    told = json.loads(terminal("show", "a.csv", "-o", "page.html", "--json"))
+    cycles = len(told["records"][0]["cycles"])
+    assert f'"cycles":{cycles},' in Path("page.html").read_text(encoding="utf-8")
+    terminal("show", "a.csv", "--cycles", "2:", "-o", "page.html")
+    page = Path("page.html").read_text(encoding="utf-8")
+    assert '"cycles":0,' in page
+    assert "Cycles are counted within the part that was selected" in page

@@ -35,6 +35,8 @@ def test_cycles_are_cut_out_whole() -> None:
     first, last = cycles[1].first_sample, cycles[4].last_sample
     for name in ("displacement", "force", "time"):
         np.testing.assert_array_equal(getattr(part, name), getattr(record, name)[first : last + 1])
+    assert part.is_cut
+    assert not record.is_cut
     # From turning point to turning point, both included.
     assert len(part) == 4 * 400 + 1
     assert part.notes == (

@@ -143,7 +143,10 @@ class Comparison(Result):
         ends = f"{1e3 * self.low:.6g} to {1e3 * self.high:.6g} mm"
         own = "" if self.align == "record" else ", each counted from the middle of its own range"
         of_each = (
-            f"; {self.draws} springs drawn of each, seed {self.seed}; * beyond the uncertainty" if self.bands else ""
+            f"; {self.draws} springs drawn of each, seed {self.seed}; * beyond the uncertainty (single parameters and "
+            "loss factors are not judged)"
+            if self.bands
+            else ""
         )
         return [*names, self.sentence, f"Compared over the shared range {ends}{own}{of_each}."]
 
@@ -285,6 +288,8 @@ def compare(
         raise ValueError(f"`draws` must be 0 or at least 20, got {draws!r}.")
     if seed < 0:
         raise ValueError(f"`seed` must be >= 0, got {seed!r}.")
+    if mass is not None and not 0.0 < mass < math.inf:
+        raise ValueError(f"`mass` must be finite and > 0 [kg], got {mass!r}.")
     models = (as_spring(a).model, as_spring(b).model)
     springs = aligned(models, align)
     low, high = shared_range(springs, align)

@@ -18,7 +18,7 @@ from ..identification.outcomes import Outcome
 from .records import Source, given_records
 from .result import Result
 from .spring import Spring
-from .text import fit_lines, parameter_lines
+from .text import counted, fit_lines, parameter_lines
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -168,7 +168,7 @@ class Identification(IdentifiedModel, Result):
             f" rmse {self.rmse:.4g} N, RNL {self.rnl:.4f}\n"
             f" kappa_omega {p.kappa_omega:.4g} N, rho {p.rho:.4g} 1/m, sigma {p.sigma:.4g}, n {p.n:.4g}, {shape}, "
             f"FA of degree {len(p.kA) - 1}\n"
-            f" {len(self.cautions)} cautions, {len(self.notes)} notes: see .summary()>"
+            f" {counted(len(self.cautions), 'caution')}, {counted(len(self.notes), 'note')}: see .summary()>"
         )
 
 

@@ -15,13 +15,14 @@ from ..batches.outliers import FEWEST, LIMIT
 from ..batches.sources import TABLE, find_springs
 from ..batches.spring_row import IDENTIFIED, STATUSES, BatchWork
 from ..errors import RecordError
-from ..identification.method import Method
+from ..identification.method import Method, checked_method
 from ..identification.refined import RefinedOptions
 from ..intake.wanted import Wanted
 from ..jobs.cluster import Cluster
 from ..jobs.runners import Local
 from .records import checked_units
 from .result import Result
+from .text import counted
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -63,16 +64,20 @@ class ManyResult(Result):
         statuses = self.batch.statuses
         others = [f"{statuses[status]} {status}" for status in STATUSES if status != IDENTIFIED and statuses[status]]
         count = self.batch.files - statuses[IDENTIFIED]
-        return f"{count} of {self.batch.files} springs are not identified ({', '.join(others)}); {TABLE} says why."
+        are = "is" if count == 1 else "are"
+        of_all = f"{count} of {counted(self.batch.files, 'spring')}"
+        return f"{of_all} {are} not identified ({', '.join(others)}); {TABLE} says why."
 
     def lines(self) -> list[str]:
         """The result in words, without cautions and notes."""
         batch = self.batch
         done = batch.files - batch.earlier
         rate = f", {done / self.seconds:.3g} springs/s" if done and self.seconds > 0.0 else ""
-        before = f"; {batch.earlier} files were finished by an earlier run" if batch.earlier else ""
+        were = "was" if batch.earlier == 1 else "were"
+        before = f"; {counted(batch.earlier, 'file')} {were} finished by an earlier run" if batch.earlier else ""
         lines = [
-            f"{batch.statuses[IDENTIFIED]} of {batch.files} springs identified ({self.seconds:.3g} s{rate}){before}",
+            f"{batch.statuses[IDENTIFIED]} of {counted(batch.files, 'spring')} identified "
+            f"({self.seconds:.3g} s{rate}){before}",
             *(f"  {file}: {status}: {reason}" for file, status, reason in batch.problems),
         ]
         more = batch.files - batch.statuses[IDENTIFIED] - len(batch.problems)
@@ -85,8 +90,10 @@ class ManyResult(Result):
                 for name, (middle, scatter) in batch.middle.items()
             ]
         if batch.short_count:
+            were, have = ("was", "has") if batch.short_count == 1 else ("were", "have")
             lines.append(
-                f"{batch.short_count} springs were not moved so far and have no figures there, first: {batch.short[0]}"
+                f"{counted(batch.short_count, 'spring')} {were} not moved so far and {have} no figures there, first: "
+                f"{batch.short[0]}"
             )
         return [*lines, *self._outlier_lines()]
 
@@ -191,7 +198,8 @@ def identify_many(
 
     Raises
     ------
-    RecordError                 If there is no file.
+    RecordError                 If there is no file, or a unit or selection is none.
+    ValueError                  If the number of workers is below 1.
     StrandspringError           If the results cannot be written, or the workers cannot work.
     TypeError                   If a column argument is unknown, or workers and scheduler are given.
 
@@ -215,10 +223,12 @@ def identify_many(
     >>> frame["secant stiffness [N/m]"].diff()[1:3].round(2).tolist()
     [10.0, 10.0]
     >>> result.problem
-    '1 of 4 springs are not identified (1 unreadable); springs.csv says why.'
+    '1 of 4 springs is not identified (1 unreadable); springs.csv says why.'
     """
     if workers is not None and scheduler is not None:
         raise TypeError("`workers` and `scheduler` exclude each other; give one of them.")
+    if workers is not None and workers < 1:
+        raise ValueError(f"`workers` must be at least 1, got {workers!r}.")
     given = {**columns, **{f"{name}_unit": unit for name, unit in checked_units(units).items()}}
     if amplitude is not None and not 0.0 < amplitude < float("inf"):
         raise RecordError(f"`amplitude` must be finite and > 0 [m], got {amplitude!r}.")
@@ -231,7 +241,7 @@ def identify_many(
     batch = identify_batch(
         found.springs,
         target,
-        BatchWork(RefinedOptions() if options is None else options, Wanted(**given)),
+        BatchWork(RefinedOptions() if options is None else checked_method(options), Wanted(**given)),
         Local(workers) if scheduler is None else Cluster(scheduler, say),
         amplitude,
         lambda done: advance(done, total),

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 
 from ..errors import RecordError
 from ..records.channels import Channel, ChannelTable
-from ..records.reading import read_record, record_of_tables
+from ..records.reading import MAX_TRAVEL, check_reverse, read_record, record_of_tables
 from ..records.record import Record
 from ..records.units import Quantity, unit_factor
 
@@ -53,18 +53,32 @@ def record_of_arrays(
     [0.0, 0.005, 0.0]
     """
     given = checked_units(units)
+    check_reverse(reverse)
     record = Record.from_arrays(displacement, force, time)
     factors = {name: unit_factor(given.get(name, _SI[name]), name) for name in _QUANTITIES}
     if reverse is not None:
         factors[reverse] *= -1.0
     assumed = [f"{name} in {_SI[name]}" for name in _QUANTITIES if name not in given]
-    return Record(
-        factors["displacement"] * record.displacement,
-        factors["force"] * record.force,
-        None if record.time is None else factors["time"] * record.time,
-        path=record.path,
-        notes=() if given else (f"units assumed: {', '.join(assumed)}",),
+    return _within_travel(
+        Record(
+            factors["displacement"] * record.displacement,
+            factors["force"] * record.force,
+            None if record.time is None else factors["time"] * record.time,
+            path=record.path,
+            notes=() if given else (f"units assumed: {', '.join(assumed)}",),
+        )
     )
+
+
+def _within_travel(record: Record) -> Record:
+    """The record, unless its displacement ranges further than any rig moves, because its unit is another."""
+    travel = float(np.ptp(record.displacement))
+    if travel > MAX_TRAVEL:
+        raise RecordError(
+            f"{record.path}: the displacement must range over at most {MAX_TRAVEL:g} m, found {travel:.6g} m; arrays "
+            'are in m and N, or in the units given with them, such as units={"displacement": "mm"}.'
+        )
+    return record
 
 
 def given_records(
@@ -172,6 +186,8 @@ def record_of_frame(
 
 def checked_units(units: Mapping[str, str] | None) -> dict[Quantity, str]:
     """Units by quantity; raises RecordError for one that is not displacement, force or time."""
+    if units is not None and not isinstance(units, Mapping):
+        raise RecordError(f'`units` must be a mapping such as {{"displacement": "mm"}}, got {units!r}.')
     unknown = [name for name in units or () if name not in _QUANTITIES]
     if unknown:
         raise RecordError(f"`units` must have the keys {', '.join(_QUANTITIES)} only, got {unknown[0]!r}.")
@@ -201,7 +217,7 @@ def _as_record(source: Any, columns: Mapping[str, Any]) -> Record:
         given = [name for name, value in columns.items() if value is not None]
         if given:
             raise TypeError(f"`{given[0]}` says how a file or a table is read, and {source.path} is a record already.")
-        return source
+        return _within_travel(source)
     if isinstance(source, str | os.PathLike):
         return read_record(source, **columns)
     if hasattr(source, "columns"):

@@ -6,6 +6,8 @@ from abc import ABC, abstractmethod
 from html import escape
 from typing import TYPE_CHECKING
 
+from .text import counted
+
 if TYPE_CHECKING:
     import pandas as pd
 
@@ -26,7 +28,7 @@ class Result(ABC):
     def __repr__(self) -> str:
         lines = self.summary().splitlines()
         more = len(lines) - _REPR_LINES
-        return "\n".join([*lines[:_REPR_LINES], *([f"({more} more lines: .summary())"] if more > 0 else [])])
+        return "\n".join([*lines[:_REPR_LINES], *([f"({counted(more, 'more line')}: .summary())"] if more > 0 else [])])
 
     def _repr_html_(self) -> str:
         heading = escape(self.summary().splitlines()[0])

@@ -31,6 +31,7 @@ class Spring:
     Raises
     ------
     ModelError          If the name is not an identifier, or the description has control characters.
+    TypeError           If the parameters are something else.
 
     Examples
     --------
@@ -41,6 +42,11 @@ class Spring:
     """
 
     def __init__(self, parameters: SpringParameters, name: str = "spring", description: str = "") -> None:
+        if not isinstance(parameters, SpringParameters):
+            raise TypeError(
+                f"`parameters` must be SpringParameters, got {type(parameters).__name__}; read a model file with "
+                "`Spring.load`."
+            )
         self._set_model(ModelFile(name, parameters, description))
 
     def _set_model(self, model: ModelFile) -> None:

@@ -13,6 +13,17 @@ from ..identification.prediction_interval import PredictionInterval
 _AT_BOUND = 1.001  # an end of an interval that is less than this times a bound is the bound itself
 
 
+def counted(count: int, noun: str) -> str:
+    """A number with its noun.
+
+    Examples
+    --------
+    >>> counted(1, "cycle"), counted(2, "cycle")
+    ('1 cycle', '2 cycles')
+    """
+    return f"{count} {noun}{'' if count == 1 else 's'}"
+
+
 def fit_json(fit: RecordFit) -> dict[str, Any]:
     """One entry of `records` in the JSON output."""
     return {

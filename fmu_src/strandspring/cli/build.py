@@ -15,9 +15,9 @@ from ..errors import BuildError
 from ..files import refuse_unwritable
 from ..fmu.archive import binary_sizes, fmu_path
 from ..fmu.native.platforms import PLATFORMS, Platform, chosen_platforms
-from ..modelfile import check_name, is_model_path, load_model, save_model
+from ..modelfile import is_model_path, load_model, save_model
 from .identify import identified
-from .options import identification_options, identifier, method_options, record_files, record_options
+from .options import identification_options, identifier, method_options, name_option, record_files, record_options
 from .output import reporting, result, result_json
 from .paths import refuse_overwriting
 from .zero import origin_of, zero_option
@@ -85,7 +85,7 @@ def _author(_context: click.Context, _parameter: click.Parameter, author: str) -
     metavar="DIR",
     help="Folder for the model file identified from records.",
 )
-@click.option("--name", help="Name of the model identified from records.  [default: from the first record]")
+@name_option("Name of the model identified from records.  [default: from the first record]")
 @click.option("--description", default="", help="Free text for the model identified from records.")
 @zero_option
 @click.option("--author", default="", callback=_author, help="Author of the FMU, for its model description.")
@@ -143,7 +143,7 @@ def build(
         if not sources:
             sources, name = (str(bundled_record(Path(models))),), EXAMPLE_NAME if name is None else name
             options = {**options, **{key: options[key] or value for key, value in EXAMPLE_COLUMNS.items()}}
-        chosen = identifier(sources[0]) if name is None else check_name(name)
+        chosen = name or identifier(sources[0])
         refuse_unwritable(Path(models), is_folder=True)
         model_path = Path(models) / f"{chosen}.json"
         for one in kinds:

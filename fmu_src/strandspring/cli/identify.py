@@ -11,10 +11,18 @@ from ..api.identification import identify as identify_records
 from ..api.text import fit_json, verdict_json
 from ..identification.campaign import campaign_verdicts
 from ..identification.method import Method
-from ..modelfile import ModelFile, check_name, save_model
+from ..modelfile import ModelFile, save_model
 from ..peers.rivals.ranking import Ranking
 from .cautions import note_assumptions
-from .options import identification_options, identifier, method_options, read_records, record_files, record_options
+from .options import (
+    identification_options,
+    identifier,
+    method_options,
+    name_option,
+    read_records,
+    record_files,
+    record_options,
+)
 from .output import note, result, result_json, working
 from .paths import refuse_overwriting
 from .reporting import Reporting, report_options
@@ -24,7 +32,7 @@ from .rivals import compared_with_rivals, print_ranking, ranking_json
 @click.command()
 @click.argument("records", nargs=-1, required=True, metavar="RECORD...")
 @click.option("-o", "--output", required=True, metavar="MODEL.json", help="Model file to write.")
-@click.option("--name", help="Name of the model and its FMU, an identifier.  [default: from the output file]")
+@name_option("Name of the model and its FMU, an identifier.  [default: from the output file]")
 @click.option("--description", default="", help="Free text for the model file and the FMU.")
 @record_options
 @identification_options
@@ -60,7 +68,7 @@ def identify(
     method = method_options(options)
     reporting = Reporting(options)
     refuse_overwriting(record_files(records), {"--output": output, **reporting.outputs})
-    chosen = identifier(output) if name is None else check_name(name)
+    chosen = name or identifier(output)
     model, identification = identified(records, options, method, chosen, description)
     ranking: Ranking | None = None
     if rivals:

@@ -10,13 +10,14 @@ from typing import Any, TypeVar
 
 import click
 
-from ..errors import RecordError
+from ..errors import ModelError, RecordError
 from ..identification.method import Method
 from ..identification.refined import RefinedOptions
 from ..identification.scan import ScanOptions
 from ..intake.description_file import entries
 from ..intake.wanted import Wanted
 from ..intake.windows import is_window
+from ..modelfile import check_name
 from ..modelfile import identifier as identifier
 from ..peers.ni_spring import NiOptions
 from ..peers.two_stage_options import TwoStageOptions
@@ -93,18 +94,30 @@ def _time(_context: click.Context, _option: click.Parameter, values: tuple[str, 
     return next(iter(columns), None), next(iter(windows), None)
 
 
-def _selection(_context: click.Context, option: click.Parameter, text: str | None) -> str | None:
+def _form(_context: click.Context, option: click.Parameter, text: str | None) -> str | None:
     _refuse_wrong(option.name or "", text)
     return text
 
 
 def _refuse_wrong(name: str, text: str | None) -> None:
-    """Refuse what is not of the form of a selection."""
-    selection: dict[str, Any] = {name: text}
+    """Refuse what is not of the form of a selection, or not a unit."""
+    given: dict[str, Any] = {name: text}
     try:
-        Wanted(**selection)
+        Wanted(**given)
     except RecordError as problem:
         raise click.BadParameter(str(problem)) from None
+
+
+def _name(_context: click.Context, _option: click.Parameter, name: str | None) -> str | None:
+    try:
+        return None if name is None else check_name(name)
+    except ModelError as problem:
+        raise click.BadParameter(str(problem)) from None
+
+
+def name_option(text: str) -> Callable[[Command], Command]:
+    """The name of a model, with its help."""
+    return click.option("--name", callback=_name, help=text)
 
 
 def _degrees(_context: click.Context, _option: click.Parameter, text: str) -> tuple[int, int] | None:
@@ -133,14 +146,17 @@ record_options = together(
                  help="Time column, if any. The model does not need it; identify finds delay, viscous force and gaps "
                  "by it. Numbers as in 2.5:60, 2.5: or :60 are a window instead, to which the record is cut [s]; give "
                  "the option twice for both."),
-    click.option("--displacement-unit", metavar="UNIT", help="mm, m, in, ...  [default: the file's, or mm]"),
-    click.option("--force-unit", metavar="UNIT", help="N, kN, lbf, kip, ...  [default: the file's, or N]"),
-    click.option("--time-unit", metavar="UNIT", help="s, ms, min, ...  [default: the file's, or s]"),
+    click.option("--displacement-unit", metavar="UNIT", callback=_form,
+                 help="mm, m, in, ...  [default: the file's, or mm]"),
+    click.option("--force-unit", metavar="UNIT", callback=_form,
+                 help="N, kN, lbf, kip, ...  [default: the file's, or N]"),
+    click.option("--time-unit", metavar="UNIT", callback=_form,
+                 help="s, ms, min, ...  [default: the file's, or s]"),
     click.option("--reverse", type=click.Choice(["displacement", "force"]), multiple=True, callback=_one_column,
                  help="Negate this column."),
-    click.option("--cycles", metavar="FIRST:LAST", callback=_selection,
+    click.option("--cycles", metavar="FIRST:LAST", callback=_form,
                  help="Cut the record to these cycles, counted from 1: 2:5, 2:, :5 or 3."),
-    click.option("--displacement-range", metavar="LOW:HIGH", callback=_selection,
+    click.option("--displacement-range", metavar="LOW:HIGH", callback=_form,
                  help="Compare only samples within these displacements, as in -5:5, -5: or :5 [mm]; the others still "
                  "belong to the path."),
 )  # fmt: skip

@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from pathlib import Path
 from typing import Any
 
 import click
 
 from ..api.identification import Identification
-from ..errors import StrandspringError
 from ..modelfile import ModelFile
 from ..report.details import ReportDetails
-from ..report.figure import check_figure_path, write_figure
+from ..report.figure import SUFFIXES as FIGURE_SUFFIXES
+from ..report.figure import write_figure
+from ..report.page import SUFFIXES as REPORT_SUFFIXES
 from ..report.page import check_report_path, write_report
 from .options import FiniteRange, together
 from .output import working
@@ -44,8 +46,8 @@ class Reporting:
 
     Raises
     ------
-    click.UsageError   If details are given without --report, a file name has another ending than those, or a PDF cannot
-                       be made here.
+    click.UsageError      If details are given without --report, or a file name has another ending than those.
+    StrandspringError     If a PDF cannot be made here.
     """
 
     def __init__(self, options: dict[str, Any]) -> None:
@@ -55,16 +57,15 @@ class Reporting:
         given: Mapping[str, Any] = {name: options.pop(name) for name in names}
         if self.report is None and any(given.values()):
             raise click.UsageError("--date, --operator, --specimen, --field and --report-mass belong to --report.")
-        try:
-            self.details = ReportDetails(
-                given["date"], given["operator"], given["specimen"], given["report_fields"], given["report_mass"]
-            )
-            if self.report is not None:
-                check_report_path(self.report)
-            if self.figure is not None:
-                check_figure_path(self.figure)
-        except StrandspringError as problem:
-            raise click.UsageError(str(problem)) from None
+        self.details = ReportDetails(
+            given["date"], given["operator"], given["specimen"], given["report_fields"], given["report_mass"]
+        )
+        kinds = {"--report": (self.report, REPORT_SUFFIXES), "--figure": (self.figure, FIGURE_SUFFIXES)}
+        for option, (path, suffixes) in kinds.items():
+            if path is not None and Path(path).suffix.lower() not in suffixes:
+                raise click.UsageError(f"{option} must end in {', '.join(suffixes)}, got {path!r}.")
+        if self.report is not None:
+            check_report_path(self.report)
 
     @property
     def outputs(self) -> dict[str, str | None]:

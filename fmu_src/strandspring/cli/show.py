@@ -9,6 +9,7 @@ from typing import Any
 import click
 
 from ..api.showing import show as write_page
+from ..api.text import counted
 from ..files import user_cache
 from ..loops.overview import overview
 from .cautions import note_assumptions
@@ -62,8 +63,8 @@ def show(records: tuple[str, ...], output: str | None, as_json: bool, **options:
         for each in seen:
             left_out = "".join(f", {part.samples.size} {part.reason}" for part in each.left_out)
             result(
-                f"{each.path}: {each.samples} samples, {len(each.strokes)} strokes, {len(each.cycles)} whole cycles"
-                f"{left_out}"
+                f"{each.path}: {each.samples} samples, {counted(len(each.strokes), 'stroke')}, "
+                f"{counted(len(each.cycles), 'whole cycle')}{left_out}"
             )
         result(f"Page: {page}")
     if output is None:

@@ -20,7 +20,7 @@ from ..records.spikes import spikes_of
 from .figures import RecordFit, overall, periodic_start, predict_record, record_fit
 from .identified_model import IdentifiedModel
 from .loops import join
-from .method import Method
+from .method import Method, checked_method
 from .outcomes import IdentificationError, Outcome
 from .refined import RefinedOptions
 from .small_loops import extrapolated_energy
@@ -49,8 +49,9 @@ def identify_records(records: Record | Sequence[Record], options: Method | None 
     IdentificationError   With an `Outcome`, if no physically possible spring can have made the records.
     RecordError           If a record is given twice, or does not suit the method.
     ValueError            If no record is given.
+    TypeError             If the options are of no method.
     """
-    method = RefinedOptions() if options is None else options
+    method = RefinedOptions() if options is None else checked_method(options)
     group = (records,) if isinstance(records, Record) else tuple(records)
     if not group:
         raise ValueError("`records` must hold at least one record, got none.")

@@ -66,8 +66,12 @@ class Method(ABC):
     def __post_init__(self) -> None:
         if self.degrees is None:
             return
-        elastic, amplifier = self.degrees
-        if not (1 <= elastic <= MAXIMUM_DEGREE and 0 <= amplifier <= MAXIMUM_DEGREE):
+        try:
+            elastic, amplifier = self.degrees
+            is_possible = 1 <= elastic <= MAXIMUM_DEGREE and 0 <= amplifier <= MAXIMUM_DEGREE
+        except (TypeError, ValueError):  # not two numbers
+            is_possible = False
+        if not is_possible:
             raise ValueError(
                 f"`degrees` must be N,M with 1 <= N <= {MAXIMUM_DEGREE} and 0 <= M <= {MAXIMUM_DEGREE}, "
                 f"got {self.degrees}."
@@ -106,3 +110,10 @@ class Method(ABC):
         IdentificationError   If no model is physically possible.
         RecordError           If the records do not suit the method.
         """
+
+
+def checked_method(options: Method) -> Method:
+    """The options, unless they are of no method, which is a TypeError."""
+    if not isinstance(options, Method):
+        raise TypeError(f"`options` must be of a method, such as RefinedOptions(), got {options!r}.")
+    return options

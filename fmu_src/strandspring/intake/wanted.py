@@ -9,8 +9,9 @@ from typing import Any, ClassVar, Literal, TypeVar
 
 from ..errors import RecordError
 from ..loops.selection import Selection, select
-from ..records.reading import read_record
+from ..records.reading import check_reverse, read_record
 from ..records.record import Record
+from ..records.units import Quantity, unit_factor
 from .windows import cycle_range, window
 
 _SELECTIONS = ("cycles", "time_window", "displacement_range", "label")
@@ -36,7 +37,7 @@ class Wanted:
 
     Raises
     ------
-    RecordError   If cycles, window or range are not of their form.
+    RecordError   If cycles, window or range are not of their form, or a unit or the column to negate is none.
 
     Examples
     --------
@@ -66,6 +67,12 @@ class Wanted:
 
     def __post_init__(self) -> None:
         _ = self.selection
+        quantities: tuple[Quantity, ...] = ("displacement", "force", "time")
+        for quantity in quantities:
+            unit = getattr(self, f"{quantity}_unit")
+            if unit is not None:
+                unit_factor(unit, quantity)
+        check_reverse(self.reverse)
 
     @property
     def selection(self) -> Selection:

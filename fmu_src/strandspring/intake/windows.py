@@ -41,6 +41,8 @@ def window(text: str) -> tuple[float | None, float | None]:
     if match is None or not any(match.groups()):
         raise RecordError(f"must be FROM:TO, such as 2.5:10, 2.5: or :10, got {text[:60]!r}.")
     low, high = (None if end is None else float(end) for end in match.groups())
+    if low is not None and high is not None and low > high:
+        raise RecordError(f"must be FROM:TO of which the first is not above the second, got {text[:60]!r}.")
     return low, high
 
 
@@ -62,4 +64,7 @@ def cycle_range(text: str) -> tuple[int | None, int | None]:
         raise RecordError(f"must be a cycle or FIRST:LAST, such as 3, 2:5, 2: or :5, got {text[:60]!r}.")
     if match[2] is None:
         return int(text), int(text)
-    return (int(match[1]) if match[1] else None), (int(match[3]) if match[3] else None)
+    first, last = (int(number) if number else None for number in (match[1], match[3]))
+    if first is not None and last is not None and first > last:
+        raise RecordError(f"must be FIRST:LAST of which the first is not above the second, got {text[:60]!r}.")
+    return first, last

@@ -47,6 +47,10 @@ class Selection:
             bounds = getattr(self, name)
             if bounds is None:
                 continue
+            if not (isinstance(bounds, tuple | list) and len(bounds) == 2):
+                raise RecordError(
+                    f"`{name}` must be a pair of first and last{unit}, None for an open end, got {bounds!r}."
+                )
             first, last = (-math.inf if bounds[0] is None else bounds[0], math.inf if bounds[1] is None else bounds[1])
             given = [value for value in bounds if value is not None]
             if not all(math.isfinite(value) for value in given) or not (first <= last):
@@ -86,6 +90,7 @@ def select(
     Raises
     ------
     RecordError   If nothing usable is left; the message says what there is.
+    TypeError     If the record is something else.
 
     Examples
     --------
@@ -96,6 +101,8 @@ def select(
     >>> len(part), part.notes
     (601, ('cycles 2 to 4 of 9 selected, samples 351 to 951 of 2001, as given',))
     """
+    if not isinstance(record, Record):
+        raise TypeError(f"`record` must be a Record, got {type(record).__name__}; read files with `read_record`.")
     chosen = Selection(cycles, time, displacement)
     keep = slice(0, len(record))
     notes = []
@@ -186,6 +193,7 @@ def _cut(record: Record, keep: slice) -> Record:
         force=record.force[keep],
         time=None if record.time is None else record.time[keep],
         compared=None if record.compared is None else record.compared[keep],
+        is_cut=True,
     )
 
 

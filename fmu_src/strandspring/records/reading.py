@@ -21,7 +21,7 @@ from .tables import Table
 from .units import Quantity, quoted, unit_factor
 
 # Beyond any rig: the unit is wrong.
-_MAX_TRAVEL = 10.0  # [m]
+MAX_TRAVEL = 10.0  # [m]
 _MAX_FORCE = 1e9  # [N]
 _SI: Mapping[Quantity, str] = {"displacement": "m", "force": "N"}
 
@@ -97,6 +97,12 @@ def read_record(
     )
 
 
+def check_reverse(reverse: str | None) -> None:
+    """Refuse a column to negate that is neither displacement nor force, with a RecordError."""
+    if reverse not in (None, "displacement", "force"):
+        raise RecordError(f"`reverse` must be 'displacement' or 'force', got {quoted(str(reverse))}.")
+
+
 def record_of_tables(
     tables: Sequence[Table],
     where: str,
@@ -125,8 +131,7 @@ def record_of_tables(
     ------
     RecordError                  If the tables hold no record.
     """
-    if reverse not in (None, "displacement", "force"):
-        raise RecordError(f"`reverse` must be 'displacement' or 'force', got {quoted(str(reverse))}.")
+    check_reverse(reverse)
     _refuse_useless(adjustments)
     table, columns, chosen_notes = choose_table(tables, asked, where)
     seeks_time = asked["time"] is None
@@ -222,7 +227,7 @@ def _refuse_impossible(
         travel = float(np.ptp(values["displacement"]))
     largest = float(np.abs(values["force"]).max())
     sizes: Mapping[Quantity, tuple[float, float, str]] = {
-        "displacement": (travel, _MAX_TRAVEL, "range over"),
+        "displacement": (travel, MAX_TRAVEL, "range over"),
         "force": (largest, _MAX_FORCE, "be"),
     }
     for quantity, (size, limit, rule) in sizes.items():

@@ -35,6 +35,8 @@ class Record:
     compared : ndarray of bool or None   Samples to fit and to compare with a model, shape (K,); the others belong to
                                          the path only. None for all.
     label : str                          Name of the specimen or test, "" without.
+    is_cut : bool                        Whether it is a part that was cut out by cycles or time: its cycles are not
+                                         counted as those of the whole record.
 
     Raises
     ------
@@ -49,6 +51,7 @@ class Record:
     notes: tuple[str, ...] = ()
     compared: NDArray[np.bool_] | None = None
     label: str = ""
+    is_cut: bool = False
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "path", readable(self.path))

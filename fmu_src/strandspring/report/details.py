@@ -45,6 +45,10 @@ class ReportDetails:
     def __post_init__(self) -> None:
         if len(self.fields) > _MOST_FIELDS:
             raise StrandspringError(f"A report may have at most {_MOST_FIELDS} further fields, got {len(self.fields)}.")
+        if not all(isinstance(pair, tuple | list) and len(pair) == 2 for pair in self.fields):
+            raise StrandspringError(
+                f'`fields` must be pairs of label and text, such as (("Temperature", "23 °C"),), got {self.fields!r}.'
+            )
         for label, text in self.pairs:
             if not label.strip():
                 raise StrandspringError(f"A field of the report needs a label, got an empty one for {text[:60]!r}.")

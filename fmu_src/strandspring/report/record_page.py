@@ -61,7 +61,9 @@ def write_record_page(path: Path, records: Sequence[Record]) -> None:
     subtitle = f"{sum(map(len, records))} samples, {sum(len(each.cycles) for each in seen)} whole cycles"
     title = names[0] if len(names) == 1 else f"{names[0]} and {len(names) - 1} more"
     content = Content(f"Record: {title}", subtitle, sections, names, f"strandspring {__version__}")
-    choice = {"cycles": max(len(each.cycles) for each in seen), "timed": timed}
+    # Cycles of a part are not counted as --cycles counts those of the whole record.
+    choosable = 0 if any(record.is_cut for record in records) else max(len(each.cycles) for each in seen)
+    choice = {"cycles": choosable, "timed": timed}
     write_page(path, content, "record_page.html.j2", "record_page.js", choice)
 
 
@@ -138,6 +140,12 @@ def _along(
 
 
 def _cycles(records: Sequence[Record], seen: Sequence[RecordOverview], names: dict[int, str]) -> Iterator[Block]:
+    if any(record.is_cut for record in records):
+        yield Notice(
+            Level.CARE,
+            "Cycles are counted within the part that was selected, so that their numbers are not those of --cycles; "
+            "show the whole record to choose cycles.",
+        )
     for place, (record, each) in enumerate(zip(records, seen, strict=True)):
         if not each.cycles:
             yield Notice(Level.CARE, f"{names[place]} holds no whole cycle; {len(each.strokes)} strokes were found.")
