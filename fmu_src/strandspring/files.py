@@ -46,7 +46,7 @@ def refuse_unwritable(path: Path, is_folder: bool = False) -> None:
     --------
     >>> refuse_unwritable(Path(__file__) / "model.json")           # doctest: +ELLIPSIS
     Traceback (most recent call last):
-    strandspring.errors.StrandspringError: ... cannot be written: ... is not a folder.
+    strandspring.errors.StrandspringError: ... cannot be written: ... is not a folder; write elsewhere.
     """
     try:
         if is_folder:
@@ -58,7 +58,8 @@ def refuse_unwritable(path: Path, is_folder: bool = False) -> None:
                 target.open("r+b").close()
             folder = existing_folder(target.parent)
         if not folder.is_dir():
-            raise StrandspringError(f"{path} cannot be written: {folder} is not a folder.")
+            taken = "it" if folder == path else str(folder)
+            raise StrandspringError(f"{path} cannot be written: {taken} is not a folder; write elsewhere.")
         tempfile.TemporaryFile(dir=folder).close()
     except OSError as problem:
         raise StrandspringError(f"{path} cannot be written: {problem.strerror}.") from None

@@ -79,8 +79,8 @@ def test_records_are_identified_and_their_cautions_are_warnings(tmp_path: Path) 
         ({"zero": "left"}, "`zero` must be"),
         ({"author": "a\n"}, "must be printable text of at most 200"),
         ({"name": "../up"}, "name must be"),
-        ({"folder": "file"}, "file cannot be written: it is a file; give a folder"),
-        ({"folder": "file/dist"}, "file/dist cannot be written: Not a directory"),
+        ({"folder": "file"}, "file cannot be written: it is not a folder; write elsewhere"),
+        ({"folder": "file/dist"}, "file/dist cannot be written: file is not a folder; write elsewhere"),
     ],
 )
 def test_options_are_checked_before_records_are_identified(
@@ -98,9 +98,9 @@ def test_options_are_checked_before_records_are_identified(
     ("arguments", "status", "told"),
     [
         (["--zero", "left"], 2, "--zero must be `rig`, `middle` or a displacement of the record in mm, got 'left'."),
-        (["--models", "file"], 1, "file cannot be written: it is a file; give a folder"),
-        (["-o", "file"], 1, "file cannot be written: it is a file; give a folder"),
-        (["-o", "file/dist"], 1, "file/dist cannot be written: Not a directory"),
+        (["--models", "file"], 1, "file cannot be written: it is not a folder; write elsewhere"),
+        (["-o", "file"], 1, "file cannot be written: it is not a folder; write elsewhere"),
+        (["-o", "file/dist"], 1, "file/dist cannot be written: file is not a folder; write elsewhere"),
         (["--author", "a\nb"], 2, "must be printable text"),
     ],
 )

@@ -31,6 +31,7 @@ from strandspring.batches.batch import BatchSummary, identify_batch
 from strandspring.batches.outliers import modified_z
 from strandspring.batches.sources import find_springs
 from strandspring.batches.tally import Tally
+from strandspring.intake.wanted import Wanted
 from strandspring.jobs.runners import JobError, Local
 from terminal import Terminal
 
@@ -268,7 +269,7 @@ def test_a_run_that_is_ended_goes_on(end: signal.Signals, tmp_path: Path, monkey
 
 def deadly_batch(folder: Path) -> BatchSummary:
     found = find_springs([folder], folder / "models")
-    return identify_batch(found.springs, folder / "models", DeadlyWork(FAST, {}), Local(2))
+    return identify_batch(found.springs, folder / "models", DeadlyWork(FAST, Wanted()), Local(2))
 
 
 def test_a_worker_that_dies_costs_its_file_only(few: Path) -> None:

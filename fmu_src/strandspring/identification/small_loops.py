@@ -92,9 +92,12 @@ def undecided_energy(
     reach = AMPLITUDE * (spring.displacement_max - spring.displacement_min)
     half_height = energy / (2.0 * reach)
     if misfit > _MISFIT * half_height:
+        # A model may have loops of hardly any height there.
+        few = misfit < _COUNTLESS * half_height
+        size = f"{100.0 * misfit / half_height:.0f} % of" if few else f"more than {_COUNTLESS:g} times"
         parts.append(
-            f"the misfit that is not noise is {100.0 * misfit / half_height:.0f} % of the mean half height of the "
-            f"loops at {100.0 * AMPLITUDE:.0f} % of the amplitude"
+            f"the misfit that is not noise is {size} the mean half height of the loops at {100.0 * AMPLITUDE:.0f} % of "
+            "the amplitude"
         )
     rivals = [
         other
