@@ -23,6 +23,7 @@ _AS_GOOD = 1.1  # misfit in that of the best up to which another fit is as good
 _AS_SMALL = 1.2  # smallest amplitude in that of the loops judged up to which these were recorded
 _UNDECIDED = 0.07  # uncertainty of the energy that is reported, share of it
 _MISFIT = 0.1  # misfit beyond noise that is reported, share of half the height of those loops
+_COUNTLESS = 10.0  # times that half height from which on a misfit is not given as a number
 _APART = 0.05  # difference between the energies of two fits that is reported, share of it
 
 
