@@ -454,7 +454,7 @@ def test_a_missing_package_is_reported_in_one_sentence(terminal: Terminal, monke
     [
         ("nowhere -o models --workers 2 --scheduler tcp://a:1", 2, "exclude each other"),
         ("few -o few/spring_0000.csv", 1, "few/spring_0000.csv/springs.journal.jsonl cannot be written"),
-        ("models -o few", 1, "There is no record to identify"),
+        ("empty -o few", 1, "There is no record to identify"),
         ("few few/x.json -o few", 1, "The record few/x.json would be overwritten; write to another folder."),
         ("few -o models --amplitude 0", 2, "--amplitude"),
         ("few -o models --force-unit furlong", 2, "unit 'furlong' of the force is not known"),
@@ -464,9 +464,10 @@ def test_a_missing_package_is_reported_in_one_sentence(terminal: Terminal, monke
 def test_bad_commands_get_one_sentence(
     arguments: str, status: int, told: str, terminal: Terminal, tmp_path: Path
 ) -> None:
-    (tmp_path / "models").mkdir()
+    (tmp_path / "empty").mkdir()
     terminal("identify-many", *arguments.split(), status=status)
     assert told in terminal.err.strip().splitlines()[-1]
+    assert not (tmp_path / "models").exists()
 
 
 def test_bad_arguments_are_refused(few: Path) -> None:

@@ -89,3 +89,10 @@ def test_cycles_of_a_part_are_not_offered_as_those_of_the_record(terminal: Termi
     page = Path("page.html").read_text(encoding="utf-8")
     assert '"cycles":0,' in page
     assert "Cycles are counted within the part that was selected" in page
+
+
+@pytest.mark.parametrize("command", ["info mount.json", "compare mount.json mount.json"])
+@pytest.mark.parametrize("option", ["--cycles 2", "--time 0:5", "--force-unit kN", "--reverse force"])
+def test_what_concerns_records_is_not_ignored_without_one(terminal: Terminal, command: str, option: str) -> None:
+    terminal(*command.split(), *option.split(), status=2)
+    assert "none is given; give a record" in " ".join(terminal.err.split())

@@ -66,6 +66,9 @@ def test_misfit_that_is_large_beside_the_small_loops_is_reported() -> None:
     half_height = loop_energy(spring) / (2.0 * AMPLITUDE * (spring.displacement_max - spring.displacement_min))
     assert "mean half height of the loops at 30 %" in undecided_energy(spring, {}, [], 0.02, misfit=0.2 * half_height)
     assert undecided_energy(spring, {}, [], 0.02, misfit=0.01 * half_height) == ""
+    # Of loops of hardly any height the share says nothing.
+    far = undecided_energy(spring, {}, [], 0.02, misfit=1e6 * half_height)
+    assert "more than 10 times the mean half height" in far
 
 
 @pytest.mark.parametrize(

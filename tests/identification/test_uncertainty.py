@@ -11,7 +11,18 @@ from scipy import stats
 from scipy.linalg import toeplitz
 from scipy.signal import lfilter
 
-from strandspring import Identification, Outcome, Record, RefinedOptions, identify, read_record
+from strandspring import (
+    Identification,
+    Outcome,
+    Record,
+    RefinedOptions,
+    Spring,
+    SpringParameters,
+    identify,
+    read_record,
+    select,
+    synthesize,
+)
 from strandspring.identification.coloured_noise import coefficient_covariance
 from strandspring.identification.figures import predict_record
 from strandspring.identification.intervals import quantile_95
@@ -202,6 +213,16 @@ def test_the_prediction_interval_holds_other_cycles_of_measured_records() -> Non
     for record in (hinge, actuator):
         content = identify(record).uncertainty["prediction_interval"]
         assert 0.9 <= content["held_out_coverage"] <= 0.98
+
+
+def test_the_prediction_interval_of_a_range_is_not_that_of_what_other_cycles_do_not_show() -> None:
+    """Within the range of the small loops the large ones are saturated: without the small ones, rho, sigma and n are
+    unknown there."""
+    spring = SpringParameters((0.0, 12000.0, 0.0, 3e6), (1.0, 5.0), 60.0, 900.0, 1.2, 0.9, 0.0, -0.02, 0.02)
+    record = synthesize(Spring(spring), amplitudes=[0.005, 0.01, 0.018], mean=0.0, samples=300, noise=0.01, seed=1)
+    found = identify(select(record, displacement=(-0.005, 0.005))).uncertainty["prediction_interval"]
+    assert found["half_width"] < 3.0  # 1 % of noise in forces up to 120 N
+    assert 0.85 < found["held_out_coverage"] < 1.0
 
 
 @pytest.mark.parametrize("samples", [2000, 150_000], ids=["all samples", "averaged over cells"])

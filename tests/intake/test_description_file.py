@@ -116,7 +116,7 @@ def test_absolute_paths_and_those_out_of_the_folder_are_read(folder: Path) -> No
             "the first is not above the second",
         ),
         ('time_window = "5"\n[[record]]\nfile = "a"', "`time_window` must be FROM:TO"),
-        ('[[record]]\nfile = "none/*.csv"', "record 1, file: no file fits 'none/*.csv'"),
+        ('[[record]]\nfile = "none/*.csv"', "record 1, file: no file fits 'none/*.csv' in the folder "),
         ('[[record]]\nfile = "../*.csv"', "a pattern must stay in the folder of the description"),
         ('[[record]]\nfile = "absent.csv"', "absent.csv: no such file; check the path."),
         ('[[record]]\nfile = "other.csv"\ncycles = 99', "cycle 99 cannot be selected"),

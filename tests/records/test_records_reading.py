@@ -87,6 +87,11 @@ def test_many_columns_without_header_are_listed() -> None:
     assert "--displacement and --force" in message
 
 
+def test_gaps_are_left_aside_in_the_range_of_a_listed_column(write: Write) -> None:
+    message = refusal(write("nan,nan,nan\n" + "1,2,5\n3,4,6\n" * 9))
+    assert "column 1 (nan first, 1 to 3), column 2 (nan first, 2 to 4)" in message
+
+
 def test_the_snapping_record_is_read_like_any_other() -> None:
     assert len(read_record(PLASTIC)) == 2289
 

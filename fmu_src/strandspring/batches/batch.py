@@ -99,6 +99,7 @@ def identify_batch(
     ------
     StrandspringError          If the work cannot be done, or its results cannot be written; what is finished is kept.
     """
+    was_there = folder.exists()
     log = SpringLog(folder, springs)
     try:
         if log.dropped:
@@ -125,6 +126,8 @@ def identify_batch(
         ) from None
     finally:
         log.close(remove=False)
+        if not was_there and not any(folder.iterdir()):
+            folder.rmdir()
 
 
 def _kept(finished: Finished, log: SpringLog, is_far: bool) -> SpringRow:

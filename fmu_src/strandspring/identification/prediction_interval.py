@@ -162,7 +162,7 @@ def prediction_interval(samples: Samples, linear: Linearised) -> PredictionInter
     half, cycles = _halves(loops)
     is_tried = cycles > 1
     if is_tried:
-        residuals, counted = _left_out(linear, half)
+        residuals, counted = _left_out(linear, half, scale)
         # Of few samples in a selected range, those of one half may lie beside those of the other.
         is_tried = all(counted[half == own].any() for own in (0, 1))
     if not is_tried:
@@ -239,8 +239,11 @@ def _halves(loops: Loops) -> tuple[NDArray[np.intp], int]:
     return half, int(cycle[-1]) + 1
 
 
-def _left_out(linear: Linearised, half: NDArray[np.intp]) -> tuple[FloatArray, NDArray[np.bool_]]:
-    """Misfit of each point to the fit without its half [N], and whether the other half reaches that far.
+def _left_out(linear: Linearised, half: NDArray[np.intp], scale: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
+    """Misfit of each point to the fit without its half [N], and whether the other half shows what is there.
+
+    It does not where its displacement does not reach, and where the force that it predicts is less certain than a
+    single sample, whose scatter is `scale` [N]: of a selected range, large loops may show no recovery after a reversal.
 
     Where a record starts on its loop is known from itself, as in a prediction.
     """
@@ -253,7 +256,14 @@ def _left_out(linear: Linearised, half: NDArray[np.intp]) -> tuple[FloatArray, N
     for own in (half == 0, half == 1):
         residuals[own] -= jacobian[own] @ np.linalg.lstsq(weighted[~own], target[~own], rcond=_RANK)[0]
         others = loops.displacement[~own]
-        counted[own] = (loops.displacement[own] >= others.min()) & (loops.displacement[own] <= others.max())
+        _, singular, directions = np.linalg.svd(weighted[~own], full_matrices=False)
+        known = singular > _RANK * singular[0]
+        errors = jacobian[own] @ (directions[known].T / singular[known])
+        counted[own] = (
+            (loops.displacement[own] >= others.min())
+            & (loops.displacement[own] <= others.max())
+            & (np.einsum("ij,ij->i", errors, errors) <= scale[own] ** 2)
+        )
     return residuals, counted
 
 

@@ -23,6 +23,7 @@ _AS_GOOD = 1.1  # misfit in that of the best up to which another fit is as good
 _AS_SMALL = 1.2  # smallest amplitude in that of the loops judged up to which these were recorded
 _UNDECIDED = 0.07  # uncertainty of the energy that is reported, share of it
 _MISFIT = 0.1  # misfit beyond noise that is reported, share of half the height of those loops
+_COUNTLESS = 10.0  # times that half height from which on a misfit is not given as a number
 _APART = 0.05  # difference between the energies of two fits that is reported, share of it
 
 
@@ -92,9 +93,12 @@ def undecided_energy(
     reach = AMPLITUDE * (spring.displacement_max - spring.displacement_min)
     half_height = energy / (2.0 * reach)
     if misfit > _MISFIT * half_height:
+        # A model may have loops of hardly any height there.
+        few = misfit < _COUNTLESS * half_height
+        size = f"{100.0 * misfit / half_height:.0f} % of" if few else f"more than {_COUNTLESS:g} times"
         parts.append(
-            f"the misfit that is not noise is {100.0 * misfit / half_height:.0f} % of the mean half height of the "
-            f"loops at {100.0 * AMPLITUDE:.0f} % of the amplitude"
+            f"the misfit that is not noise is {size} the mean half height of the loops at {100.0 * AMPLITUDE:.0f} % of "
+            "the amplitude"
         )
     rivals = [
         other

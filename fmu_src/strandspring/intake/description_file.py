@@ -199,5 +199,8 @@ def _files(description: Path, file: str, where: str) -> list[Path]:
         )
     found = sorted(each for each in folder.glob(file) if each.is_file() and each != description)
     if not found:
-        raise RecordError(f"{where}, file: no file fits {file[:60]!r}; the pattern counts from {readable(folder)}.")
+        raise RecordError(
+            f"{where}, file: no file fits {file[:60]!r} in the folder {readable(folder.resolve())}; correct the "
+            "pattern."
+        )
     return found

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -279,7 +280,8 @@ def _range(cells: Sequence[str]) -> str:
         values = [float(cell.replace(",", ".")) for cell in cells]
     except ValueError:
         return ""
-    return f", {min(values):.6g} to {max(values):.6g}"
+    known = [value for value in values if not math.isnan(value)]
+    return f", {min(known):.6g} to {max(known):.6g}" if known else ", no numbers"
 
 
 def _squeezed(name: str) -> str:
