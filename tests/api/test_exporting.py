@@ -35,7 +35,7 @@ def test_the_files_are_those_of_the_command(terminal: Terminal) -> None:
         ({}, "Nothing to write"),
         ({"ssp_mass": -1.0}, r"`ssp_mass` must be finite and > 0 \[kg\], got -1.0"),
         ({"ssv": True, "zero": "left"}, "`zero` must be"),
-        ({"ssv": True, "folder": "mount.json"}, "mount.json cannot be written: it is not a folder; write elsewhere"),
+        ({"ssv": True, "folder": "mount.json"}, "mount.json cannot be written: it is a file; give a folder"),
         ({"modelica": True, "folder": "package"}, "package is a Modelica package"),
     ],
 )
