@@ -6,6 +6,7 @@ import math
 import os
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 from ..core.parameters import SpringParameters
@@ -15,6 +16,7 @@ from ..kernel.path import PathSolver
 from ..loops.loop import Loop
 from ..loops.modelled import steady_loop
 from ..modelfile import ModelFile
+from ..plotfile import SUFFIXES, save_figure
 from ..records.record import Record
 from ..studies.spread import Spread
 from .alignment import Align, aligned, apart, shared_range
@@ -45,6 +47,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 DRAWS = 200
+_SIZE = (13.0, 8.0)  # of the plot [inches]
 _SHARES = (0.25, 0.5, 0.75, 1.0)  # of the shared half range
 _SLACK = 1e-3  # share of the shared range by which an amplitude may pass it, as cycles differ by as much
 _AS_WELL = 0.05  # records are followed equally well if the errors differ by less
@@ -213,9 +216,24 @@ class Comparison(Result):
         """Draw loops, the difference of force along them, secant stiffness, energy and loss factor over the amplitude
         with their 5 to 95 % bands, and transmissibility; returns the six axes, those of a new figure if None.
         """
-        panels = some_axes(axes, 2, 3, (13.0, 8.0))
+        panels = some_axes(axes, 2, 3, _SIZE)
         draw(panels, self.loops, self.figures, self.bands, self.mass.responses)
         return panels
+
+    def save_plot(self, path: str | os.PathLike[str]) -> None:
+        """Draw the same into a file (.png, .svg or .pdf); the same result gives the same bytes.
+
+        Raises
+        ------
+        StrandspringError   If the name ends in something else, or the file cannot be written.
+        """
+        from matplotlib.figure import Figure
+
+        if Path(path).suffix.lower() not in SUFFIXES:
+            raise StrandspringError(f"The plot's name must end in {', '.join(SUFFIXES)}, got {os.fspath(path)!r}.")
+        figure = Figure(figsize=_SIZE, layout="constrained")
+        self.plot(list(figure.subplots(2, 3).flat))
+        save_figure(Path(path), figure)
 
 
 def compare(
