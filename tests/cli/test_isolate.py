@@ -95,7 +95,8 @@ def test_several_models_are_compared_at_the_same_levels(terminal: Terminal) -> N
 def test_outputs_are_checked_before_models_are_read(terminal: Terminal) -> None:
     for option in ("-o", "--plot"):
         terminal("isolate", "missing.json", "--mass", "5", option, "mount.json/x.png", status=1)
-        assert "mount.json/x.png cannot be written: Not a directory" in terminal.err
+        assert "mount.json/x.png cannot be written: " in terminal.err
+        assert "mount.json is not a folder." in terminal.err
         Path("folder.png").mkdir(exist_ok=True)
         terminal("isolate", "missing.json", "--mass", "5", option, "folder.png", status=1)
         assert "folder.png cannot be written: it is a folder or a device" in terminal.err

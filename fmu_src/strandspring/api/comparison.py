@@ -36,10 +36,10 @@ from .differences import (
     uncertainty_of,
 )
 from .figure import some_axes
+from .placing import ModelSource, model_of, source_of
 from .records import records_of
 from .result import Result
 from .shared_mass import SharedMass, shared_mass
-from .spring import Spring, as_spring, source_of
 from .text_table import table_lines
 
 if TYPE_CHECKING:
@@ -237,8 +237,8 @@ class Comparison(Result):
 
 
 def compare(
-    a: Spring | ModelFile | str | os.PathLike[str],
-    b: Spring | ModelFile | str | os.PathLike[str],
+    a: ModelSource,
+    b: ModelSource,
     *data: Any,
     align: Align = "record",
     amplitudes: Iterable[float] | None = None,
@@ -303,7 +303,7 @@ def compare(
         raise ValueError(f"`draws` must be 0 or at least 20, got {draws!r}.")
     if seed < 0:
         raise ValueError(f"`seed` must be >= 0, got {seed!r}.")
-    models = (as_spring(a).model, as_spring(b).model)
+    models = (model_of(a), model_of(b))
     springs = aligned(models, align)
     low, high = shared_range(springs, align)
     middle = 0.5 * (low + high)
