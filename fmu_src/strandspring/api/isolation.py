@@ -21,11 +21,19 @@ from ..files import write_csv
 from ..isolation.band import band_frequencies
 from ..isolation.curve_points import ResponsePoint
 from ..isolation.response import FrequencyResponse, Resonance, frequency_response
-from ..isolation.system import Excitation, IsolatedMass, IsolationError, StaticEquilibrium, static_equilibrium
+from ..isolation.system import (
+    DEFAULT_SHARES,
+    Excitation,
+    IsolatedMass,
+    IsolationError,
+    StaticEquilibrium,
+    free_travel,
+    static_equilibrium,
+)
 from ..modelfile import ModelFile
 from ..plotfile import SUFFIXES, save_figure
 from .caution_text import outside_range
-from .levels import free_travel, given_levels
+from .levels import given_levels
 from .placing import ModelSource, model_of, origin_of, path_of
 from .progress import Progress, unseen
 from .result import Result
@@ -37,7 +45,6 @@ if TYPE_CHECKING:
 
     from ..cosimulation.steady_check import SteadyCheck
 
-_DEFAULT_SHARES = (0.005, 0.01, 0.02)  # of the free travel; a sentence below names them
 _SIZE = (8.0, 8.0)  # of the plot [inches]
 _TABLE = (
     "level", "resonance Hz", "transmissibility", "amplitude mm", "stiffness N/mm", "loss factor", "isolates from Hz",
@@ -430,7 +437,7 @@ def isolate(
     if given is None:
         travels = [free_travel(one.system, one.equilibrium) for one in parts]
         least = min(travels)
-        excitation, levels = Excitation.BASE_DISPLACEMENT, tuple(share * least for share in _DEFAULT_SHARES)
+        excitation, levels = Excitation.BASE_DISPLACEMENT, tuple(share * least for share in DEFAULT_SHARES)
         chosen = (
             f"Levels: 0.5, 1 and 2 % of the free travel of {1e3 * least:.4g} mm on {parts[travels.index(least)].label}"
             + (", the smallest of these models." if len(parts) > 1 else ".")
