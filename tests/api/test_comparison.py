@@ -14,10 +14,10 @@ from matplotlib.figure import Figure
 from strandspring import RefinedOptions, Spring, SpringParameters, StrandspringError, compare, identify, synthesize
 from strandspring.api.comparison_words import Verdict
 from strandspring.api.differences import loop_figures, parameter_differences
-from strandspring.api.plotting import new_figure, save_figure
 from strandspring.joint import JointCovariance, joint_names
 from strandspring.kernel.path import PathSolver
 from strandspring.modelfile import ModelFile
+from strandspring.plotfile import save_figure
 from strandspring.studies.spread import DRAWN
 from synthetic import AMPLITUDE, MEAN, record_of, sine, spring_of
 
@@ -307,7 +307,7 @@ def test_six_panels() -> None:
 def test_a_figure_has_the_same_bytes_every_time(tmp_path: Path, suffix: str) -> None:
     files = [tmp_path / f"{name}.{suffix}" for name in ("one", "two")]
     for path in files:
-        figure = new_figure((4.0, 3.0))
+        figure = Figure((4.0, 3.0))
         figure.subplots().plot([1.0, 2.0], label="line")
         save_figure(path, figure)
     assert files[0].read_bytes() == files[1].read_bytes()

@@ -35,7 +35,7 @@ def test_displacements_are_counted_from_the_zero() -> None:
     assert info(SPRING, zero="rig").zero == 0.0
     low = info(SPRING, zero=0.03).to_frame()["low"].iloc[-1]
     assert low == pytest.approx(0.0, abs=1e-12)
-    with pytest.raises(ValueError, match="'rig', 'middle' or a displacement"):
+    with pytest.raises(ValueError, match='"rig", "middle" or a displacement'):
         info(SPRING, zero="left")  # type: ignore[arg-type]
     with pytest.raises(ValueError, match="amplitudes"):
         info(SPRING, amplitudes=[-0.01])

@@ -9,7 +9,7 @@ import pytest
 
 from strandspring import RecordError, read_campaign, read_record
 from strandspring.intake import description_file
-from strandspring.intake.description_file import read_records
+from strandspring.intake.description_file import entries
 from strandspring.intake.wanted import Wanted
 from strandspring.intake.windows import cycle_range, is_window, window
 
@@ -83,7 +83,7 @@ def test_options_go_before_a_description(folder: Path) -> None:
     (record,) = read_campaign(path, Wanted(cycles="3:", force_unit="N"))
     assert record.notes[-1].startswith("cycles 3 to ")
     assert any("the unit of force is N (as given)" in note for note in record.notes)
-    both = read_records([folder / "lot A" / "a.csv", path], Wanted(reverse="force"))
+    both = [one.read() for one in entries([folder / "lot A" / "a.csv", path], Wanted(reverse="force"))]
     assert [Path(each.path).name for each in both] == ["a.csv", "other.csv"]
     assert all("force negated, as given" in each.notes for each in both)
 

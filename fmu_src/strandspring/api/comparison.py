@@ -6,6 +6,7 @@ import math
 import os
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 from ..core.parameters import SpringParameters
@@ -15,6 +16,7 @@ from ..kernel.path import PathSolver
 from ..loops.loop import Loop
 from ..loops.modelled import steady_loop
 from ..modelfile import ModelFile
+from ..plotfile import SUFFIXES, save_figure
 from ..records.record import Record
 from ..studies.spread import Spread
 from .alignment import Align, aligned, apart, shared_range
@@ -33,11 +35,11 @@ from .differences import (
     parameter_differences,
     uncertainty_of,
 )
+from .placing import ModelSource, model_of, source_of
 from .plotting import some_axes
 from .records import records_of
 from .result import Result
 from .shared_mass import SharedMass, shared_mass
-from .spring import Spring, as_spring, source_of
 from .text_table import table_lines
 
 if TYPE_CHECKING:
@@ -45,6 +47,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 DRAWS = 200
+_SIZE = (13.0, 8.0)  # of the plot [inches]
 _SHARES = (0.25, 0.5, 0.75, 1.0)  # of the shared half range
 _SLACK = 1e-3  # share of the shared range by which an amplitude may pass it, as cycles differ by as much
 _AS_WELL = 0.05  # records are followed equally well if the errors differ by less
@@ -216,14 +219,29 @@ class Comparison(Result):
         """Draw loops, the difference of force along them, secant stiffness, energy and loss factor over the amplitude
         with their 5 to 95 % bands, and transmissibility; returns the six axes, those of a new figure if None.
         """
-        panels = some_axes(axes, 2, 3, (13.0, 8.0))
+        panels = some_axes(axes, 2, 3, _SIZE)
         draw(panels, self.loops, self.figures, self.bands, self.mass.responses)
         return panels
 
+    def save_plot(self, path: str | os.PathLike[str]) -> None:
+        """Draw the same into a file (.png, .svg or .pdf); the same result gives the same bytes.
+
+        Raises
+        ------
+        StrandspringError   If the name ends in something else, or the file cannot be written.
+        """
+        from matplotlib.figure import Figure
+
+        if Path(path).suffix.lower() not in SUFFIXES:
+            raise StrandspringError(f"The plot's name must end in {', '.join(SUFFIXES)}, got {os.fspath(path)!r}.")
+        figure = Figure(figsize=_SIZE, layout="constrained")
+        self.plot(list(figure.subplots(2, 3).flat))
+        save_figure(Path(path), figure)
+
 
 def compare(
-    a: Spring | ModelFile | str | os.PathLike[str],
-    b: Spring | ModelFile | str | os.PathLike[str],
+    a: ModelSource,
+    b: ModelSource,
     *data: Any,
     align: Align = "record",
     amplitudes: Iterable[float] | None = None,
@@ -290,7 +308,7 @@ def compare(
         raise ValueError(f"`seed` must be >= 0, got {seed!r}.")
     if mass is not None and not 0.0 < mass < math.inf:
         raise ValueError(f"`mass` must be finite and > 0 [kg], got {mass!r}.")
-    models = (as_spring(a).model, as_spring(b).model)
+    models = (model_of(a), model_of(b))
     springs = aligned(models, align)
     low, high = shared_range(springs, align)
     middle = 0.5 * (low + high)

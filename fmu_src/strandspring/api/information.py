@@ -2,30 +2,28 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import chain
-from pathlib import Path, PurePath
+from pathlib import PurePath
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from ..coordinates import chosen_zero, counted_from, zero_sentence
+from ..coordinates import counted_from, zero_sentence
 from ..core.parameters import SpringParameters
-from ..errors import StrandspringError
 from ..identification.campaign import Overlap, RateIndependence, campaign_verdicts
 from ..kernel.path import PathSolver
 from ..loops.loop import Loop, LoopFigures
 from ..loops.measured import MeasuredLoop, measured_loops
 from ..loops.modelled import steady_loop, steady_loop_figures
-from ..modelfile import ModelFile, is_fmu
+from ..modelfile import ModelFile
 from ..records.record import Record
 from .caution_text import backwards_cautions, outside_range, printable
+from .placing import ModelSource, model_of, origin_of, source_of
 from .plotting import some_axes
 from .records import records_of
 from .result import Result
-from .spring import Spring, as_spring, source_of
 from .text import parameter_lines
 
 if TYPE_CHECKING:
@@ -157,7 +155,7 @@ PANELS = (
 
 
 def info(
-    model: Spring | ModelFile | str | os.PathLike[str],
+    model: ModelSource,
     *data: Any,
     amplitudes: Iterable[float] = (),
     zero: float | Literal["rig", "middle"] | None = None,
@@ -199,13 +197,13 @@ def info(
     >>> information.to_frame()["source"].tolist()
     ['<spring>', 'model', '<spring>', 'model']
     """
-    content = as_spring(model).model
+    content = model_of(model)
     source = source_of(model)
     reaches = [float(amplitude) for amplitude in amplitudes]
     for reach in reaches:
         if not (np.isfinite(reach) and reach > 0.0):
             raise ValueError(f"`amplitudes` must be finite and > 0 [m], got {reach!r}.")
-    origin = _origin(model, zero, content.parameters)
+    origin = origin_of(model, zero, content.parameters)
     parameters = counted_from(origin, content.parameters)
     records = records_of(data, force=force, time=time, displacement=displacement, units=units, reverse=reverse)
     cautions = backwards_cautions(records)
@@ -225,19 +223,6 @@ def info(
     return Information(
         source, content, origin, parameters, tuple(records), modelled, pairs, *verdicts, tuple(cautions)
     )  # fmt: skip
-
-
-def _origin(model: Any, zero: float | str | None, parameters: SpringParameters) -> float:
-    """Displacement of the records from which to count [m]."""
-    if zero is None and isinstance(model, str | os.PathLike) and is_fmu(str(model)):
-        from ..fmu.papers import BuildSettings
-
-        return BuildSettings.of_fmu(Path(model)).zero
-    if zero is None or zero in ("rig", "middle"):
-        return chosen_zero(None if zero is None else str(zero), parameters)
-    if isinstance(zero, str):
-        raise StrandspringError(f"`zero` must be 'rig', 'middle' or a displacement [m], got {zero!r}.")
-    return float(zero)
 
 
 def _outside(p: SpringParameters, source: str, figures: LoopFigures) -> list[str]:

@@ -21,10 +21,19 @@ from ..files import write_csv
 from ..isolation.band import band_frequencies
 from ..isolation.curve_points import ResponsePoint
 from ..isolation.response import FrequencyResponse, Resonance, frequency_response
-from ..isolation.system import Excitation, IsolatedMass, IsolationError, StaticEquilibrium, static_equilibrium
+from ..isolation.system import (
+    DEFAULT_SHARES,
+    Excitation,
+    IsolatedMass,
+    IsolationError,
+    StaticEquilibrium,
+    free_travel,
+    static_equilibrium,
+)
 from ..modelfile import ModelFile
+from ..plotfile import SUFFIXES, save_figure
 from .caution_text import outside_range
-from .levels import free_travel, given_levels
+from .levels import given_levels
 from .placing import ModelSource, model_of, origin_of, path_of
 from .progress import Progress, unseen
 from .result import Result
@@ -36,7 +45,7 @@ if TYPE_CHECKING:
 
     from ..cosimulation.steady_check import SteadyCheck
 
-_DEFAULT_SHARES = (0.005, 0.01, 0.02)  # of the free travel; a sentence below names them
+_SIZE = (8.0, 8.0)  # of the plot [inches]
 _TABLE = (
     "level", "resonance Hz", "transmissibility", "amplitude mm", "stiffness N/mm", "loss factor", "isolates from Hz",
 )  # fmt: skip
@@ -278,7 +287,7 @@ class Isolation(Result):
         if axes is None:
             from matplotlib import pyplot as plt
 
-            return fill(plt.figure(figsize=(8.0, 8.0), layout="constrained"), self.curves, self.title)[0]
+            return fill(plt.figure(figsize=_SIZE, layout="constrained"), self.curves, self.title)[0]
         draw(axes, curves_of(self.curves), "transmissibility")
         axes.legend(title=self.excitation.value, fontsize=8, handlelength=HANDLE_LENGTH)
         return axes
@@ -290,11 +299,15 @@ class Isolation(Result):
         ------
         StrandspringError   If the name ends in something else, or the file cannot be written.
         """
-        from ..isolation.curves_plot import SUFFIXES, write_plot
+        from matplotlib.figure import Figure
+
+        from ..isolation.curves_plot import fill
 
         if Path(path).suffix.lower() not in SUFFIXES:
             raise IsolationError(f"The plot's name must end in {', '.join(SUFFIXES)}, got {os.fspath(path)!r}.")
-        write_plot(Path(path), self.curves, self.title)
+        figure = Figure(figsize=_SIZE, layout="constrained")
+        fill(figure, self.curves, self.title)
+        save_figure(Path(path), figure)
 
     def verify(self, progress: Progress = unseen) -> tuple[CheckedMotion, ...]:
         """Build the FMUs and co-simulate stable motions of each level: at both ends of the band and at the peak.
@@ -424,7 +437,7 @@ def isolate(
     if given is None:
         travels = [free_travel(one.system, one.equilibrium) for one in parts]
         least = min(travels)
-        excitation, levels = Excitation.BASE_DISPLACEMENT, tuple(share * least for share in _DEFAULT_SHARES)
+        excitation, levels = Excitation.BASE_DISPLACEMENT, tuple(share * least for share in DEFAULT_SHARES)
         chosen = (
             f"Levels: 0.5, 1 and 2 % of the free travel of {1e3 * least:.4g} mm on {parts[travels.index(least)].label}"
             + (", the smallest of these models." if len(parts) > 1 else ".")

@@ -1,11 +1,11 @@
-"""Levels of excitation as Python users give them, and those chosen where none is given."""
+"""Levels of excitation as Python users give them."""
 
 from __future__ import annotations
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..isolation.system import Excitation, IsolatedMass, IsolationError, StaticEquilibrium
+from ..isolation.system import Excitation, IsolationError
 
 
 def given_levels(
@@ -35,11 +35,3 @@ def given_levels(
             f"Every level of {excitation.value} must be finite and > 0 [{excitation.unit}], got {levels}."
         )
     return excitation, tuple(values.tolist())
-
-
-def free_travel(system: IsolatedMass, equilibrium: StaticEquilibrium) -> float:
-    """Distance of the mount from static equilibrium to the nearer end of the identified range [m]."""
-    p = system.spring
-    return system.series * min(
-        equilibrium.displacement - p.displacement_min, p.displacement_max - equilibrium.displacement
-    )

@@ -41,6 +41,11 @@ def model_of(source: ModelSource) -> ModelFile:
     return model
 
 
+def source_of(source: ModelSource) -> str:
+    """What messages call a model: the path that was given, else its name."""
+    return path_of(source) or model_of(source).name
+
+
 def path_of(source: Any) -> str | None:
     """The path of a source; None for what is in memory."""
     return os.fspath(source) if isinstance(source, str | os.PathLike) else None

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -22,10 +21,10 @@ from ..loops.strokes import find_strokes
 from ..modelfile import ModelFile
 from ..records.record import Record
 from .caution_text import backwards_cautions, outside_cautions
+from .placing import ModelSource, model_of, source_of
 from .plotting import some_axes
 from .records import Source, given_records
 from .result import Result
-from .spring import Spring, as_spring, source_of
 from .text import fit_lines
 
 if TYPE_CHECKING:
@@ -130,7 +129,7 @@ class Prediction(Result):
 
 
 def predict(
-    model: Spring | ModelFile | str | os.PathLike[str],
+    model: ModelSource,
     data: Source | Sequence[Source] | ArrayLike | None = None,
     force: ArrayLike | str | int | None = None,
     time: ArrayLike | str | int | None = None,
@@ -169,7 +168,7 @@ def predict(
     >>> prediction.to_frame().columns.tolist()
     ['record', 'displacement', 'force', 'predicted', 'lower', 'upper']
     """
-    content = as_spring(model).model
+    content = model_of(model)
     source = source_of(model)
     interval = _interval(source, content)
     records = tuple(given_records(data, force, time, displacement, units, reverse))

@@ -204,23 +204,6 @@ class Spring:
         return export(self, folder, **options)
 
 
-def as_spring(model: Spring | ModelFile | str | os.PathLike[str]) -> Spring:
-    """The spring of a model file, of an FMU that holds one, or of a model in memory.
-
-    Raises
-    ------
-    ModelError   If the file is not a physically possible spring.
-    """
-    if isinstance(model, Spring):
-        return model
-    return Spring.from_model(model) if isinstance(model, ModelFile) else Spring.load(Path(model))
-
-
-def source_of(model: Spring | ModelFile | str | os.PathLike[str]) -> str:
-    """What messages call a model: the path that was given, else its name."""
-    return model.model.name if isinstance(model, Spring) else model.name if isinstance(model, ModelFile) else str(model)
-
-
 def _checked_omega(omega_start: float) -> float:
     value = float(omega_start)
     if not -1.0 <= value <= 1.0:

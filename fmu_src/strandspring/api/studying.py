@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike
 from ..coordinates import counted_from, zero_sentence
 from ..core.parameters import SpringParameters
 from ..errors import ModelError
-from ..isolation.system import Excitation, IsolatedMass, IsolationError, static_equilibrium
+from ..isolation.system import Excitation, IsolatedMass, IsolationError, free_travel, static_equilibrium
 from ..jobs.cluster import Cluster
 from ..jobs.runners import Local
 from ..modelfile import ModelFile
@@ -25,7 +25,7 @@ from ..studies.quantiles import GridPointSummary
 from ..studies.run import run_study
 from ..studies.spread import Spread
 from .caution_text import outside_range
-from .levels import free_travel, given_levels
+from .levels import given_levels
 from .placing import ModelSource, model_of, origin_of, path_of
 from .progress import Progress, unseen
 from .result import Result

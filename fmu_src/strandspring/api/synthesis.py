@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import os
 from collections.abc import Iterable
 from dataclasses import replace
 
@@ -11,17 +10,16 @@ import numpy as np
 
 from ..kernel.arrays import FloatArray
 from ..kernel.path import PathSolver
-from ..modelfile import ModelFile
 from ..peers.ni import PAPER_NI, sine_period, with_noise
 from ..records.record import Record
 from .caution_text import outside_cautions
-from .spring import Spring, as_spring
+from .placing import ModelSource, model_of
 
 _MOST_SAMPLES = 20_000_000
 
 
 def synthesize(
-    model: Spring | ModelFile | str | os.PathLike[str],
+    model: ModelSource,
     amplitudes: Iterable[float] | None = None,
     mean: float | None = None,
     cycles: int = 3,
@@ -64,7 +62,7 @@ def synthesize(
     >>> len(record), record.notes
     (6001, ('noise level 0.01, seed 7',))
     """
-    content = as_spring(model).model
+    content = model_of(model)
     p = content.parameters
     reaches = [0.5 * (p.displacement_max - p.displacement_min)] if amplitudes is None else list(map(float, amplitudes))
     _check("amplitudes", min(reaches, default=0.0), "> 0 [m]", all(reach > 0.0 for reach in reaches) and bool(reaches))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Any
 
 import click
@@ -11,13 +10,13 @@ from ..api.alignment import Align
 from ..api.comparison import DRAWS
 from ..api.comparison import compare as compare_springs
 from ..api.comparison_words import figure_table, parameter_table
-from ..api.plotting import SUFFIXES, new_figure, save_figure
 from ..modelfile import load_model
+from ..plotfile import SUFFIXES
 from .cautions import note_assumptions, note_cautions
 from .mount import positive
 from .options import FiniteRange, read_records, record_files, record_options
 from .output import result, result_json, result_table, working
-from .paths import refuse_overwriting
+from .paths import refuse_other_plots, refuse_overwriting
 from .usage import values_as_usage
 
 
@@ -85,8 +84,7 @@ def compare(
       strandspring compare new.json worn.json --align middle --json
     """
     refuse_overwriting([a, b, *record_files(records)], {"--plot": plot})
-    if plot is not None and Path(plot).suffix.lower() not in SUFFIXES:
-        raise click.UsageError(f"--plot must end in {', '.join(SUFFIXES)}, got {plot!r}.")
+    refuse_other_plots(plot)
     for path in (a, b):
         load_model(path)  # a bad model is refused before long records are read
     group = read_records(records, columns)
@@ -103,9 +101,7 @@ def compare(
             seed=seed,
         )
         if plot is not None:
-            figure = new_figure((13.0, 8.0))
-            comparison.plot(list(figure.subplots(2, 3).flat))
-            save_figure(Path(plot), figure)
+            comparison.save_plot(plot)
     note_cautions(comparison.cautions)
     if as_json:
         result_json({**comparison.as_json(), "plot": plot})

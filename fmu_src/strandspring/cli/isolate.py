@@ -4,17 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import asdict, fields
-from pathlib import Path
 from typing import Any
 
 import click
 
 from ..api.isolation import CheckedMotion, IsolatedModel, Isolation, verification_lines
 from ..api.isolation import isolate as isolated
-from ..files import refuse_unwritable
 from .mount import EXCITATIONS, chosen_levels, curve_options, level_options, mount_options, positive
 from .output import reporting, result, result_json, terminal_width
-from .paths import refuse_overwriting
+from .paths import refuse_other_plots, refuse_overwriting
 from .zero import zero_option
 
 
@@ -64,15 +62,8 @@ def isolate(
       strandspring isolate spring.json --mass 5 --verify
     """
     levels = {kind: options.pop(kind) for kind in EXCITATIONS}
-    if plot is not None:
-        from ..isolation.curves_plot import SUFFIXES
-
-        if Path(plot).suffix.lower() not in SUFFIXES:
-            raise click.UsageError(f"--plot must end in {', '.join(SUFFIXES)}, got {plot!r}.")
+    refuse_other_plots(plot)
     refuse_overwriting(models, {"--output": output, "--plot": plot})
-    for path in (output, plot):
-        if path is not None:
-            refuse_unwritable(Path(path))
     chosen = chosen_levels(levels)
     given: dict[str, Any] = {} if chosen is None else {chosen[0].value.replace(" ", "_"): chosen[1]}
     with reporting() as progress:

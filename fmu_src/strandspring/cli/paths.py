@@ -9,6 +9,7 @@ from pathlib import Path
 import click
 
 from ..files import refuse_unwritable
+from ..plotfile import SUFFIXES
 
 
 def refuse_overwriting(inputs: Iterable[str | Path], outputs: Mapping[str, str | Path | None]) -> None:
@@ -38,6 +39,12 @@ def refuse_overwriting(inputs: Iterable[str | Path], outputs: Mapping[str, str |
         written[option] = path
     for path in written.values():
         refuse_unwritable(Path(path))
+
+
+def refuse_other_plots(plot: str | None) -> None:
+    """Refuse a --plot in a format that is not drawn; raises click.UsageError."""
+    if plot is not None and Path(plot).suffix.lower() not in SUFFIXES:
+        raise click.UsageError(f"--plot must end in {', '.join(SUFFIXES)}, got {plot!r}.")
 
 
 def _is_same_file(one: str | Path, other: str | Path) -> bool:

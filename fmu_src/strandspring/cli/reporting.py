@@ -10,8 +10,8 @@ import click
 
 from ..api.identification import Identification
 from ..modelfile import ModelFile
+from ..plotfile import SUFFIXES as FIGURE_SUFFIXES
 from ..report.details import ReportDetails
-from ..report.figure import SUFFIXES as FIGURE_SUFFIXES
 from ..report.figure import write_figure
 from ..report.page import SUFFIXES as REPORT_SUFFIXES
 from ..report.page import check_report_path, write_report

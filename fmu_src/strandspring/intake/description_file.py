@@ -94,11 +94,6 @@ def entries(paths: Sequence[str | os.PathLike[str]], given: Wanted | None = None
     return found
 
 
-def read_records(paths: Sequence[str | os.PathLike[str]], given: Wanted | None = None) -> list[Record]:
-    """Read records and description files; arguments as for `entries`."""
-    return [entry.read() for entry in entries(paths, given)]
-
-
 def read_campaign(path: str | os.PathLike[str], given: Wanted | None = None) -> list[Record]:
     """Read the records of a description file.
 

@@ -9,10 +9,8 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Literal
 
-import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.axis import Axis
@@ -20,11 +18,8 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullFormatter
 from scipy.signal import find_peaks
 
-from ..files import replacing
 from .response import FrequencyResponse
 from .system import Excitation
-
-SUFFIXES = (".png", ".svg", ".pdf")
 
 Quantity = Literal["transmissibility", "amplitude"]
 
@@ -104,17 +99,6 @@ def fill(figure: Figure, models: Mapping[str, Sequence[FrequencyResponse]], titl
                            title_fontsize=9, frameon=False, handlelength=HANDLE_LENGTH)  # fmt: skip
     legend.get_title().set_multialignment("center")
     return top, bottom
-
-
-def write_plot(path: Path, models: Mapping[str, Sequence[FrequencyResponse]], title: str) -> None:
-    """Draw the responses; the format is that of the name's ending, one of `SUFFIXES`."""
-    # Without these an SVG or PDF holds a date and random names.
-    with mpl.rc_context({"svg.hashsalt": "strandspring"}):
-        figure = Figure(figsize=(8.0, 8.0), layout="constrained")
-        fill(figure, models, title)
-        with replacing(path) as part:
-            kind = path.suffix.lower().lstrip(".")
-            figure.savefig(part, format=kind, dpi=120, metadata={"Date": None} if kind == "svg" else None)
 
 
 def _draw_curve(axes: Axes, curve: Curve, quantity: Quantity) -> None:

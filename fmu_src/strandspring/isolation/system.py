@@ -19,6 +19,8 @@ from ..errors import StrandspringError
 from ..kernel.path import PathSolver
 
 STANDARD_GRAVITY = 9.80665  # m/s^2
+# Levels of base displacement where none are given, shares of the free travel; help and results of `isolate` name them.
+DEFAULT_SHARES = (0.005, 0.01, 0.02)
 MOST_SPRINGS = 1_000_000  # side by side, and in series
 _GRID = 2001  # displacements over the identified range among which the static equilibrium is looked for
 
@@ -156,6 +158,14 @@ def static_equilibrium(system: IsolatedMass) -> StaticEquilibrium:
         greatest=max(reached),
         stiffness=stiffness,
         frequency=math.sqrt(stiffness / system.mass) / (2.0 * math.pi),
+    )
+
+
+def free_travel(system: IsolatedMass, equilibrium: StaticEquilibrium) -> float:
+    """Distance of the mount from static equilibrium to the nearer end of the identified range [m]."""
+    p = system.spring
+    return system.series * min(
+        equilibrium.displacement - p.displacement_min, p.displacement_max - equilibrium.displacement
     )
 
 

@@ -18,8 +18,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
 from ..errors import StrandspringError
-from ..files import replacing
 from ..identification.identified_model import IdentifiedModel
+from ..plotfile import SUFFIXES, save_figure
 from .chart import Figure
 from .charts import engineering_charts, fit_charts, isolation_charts, model_charts
 from .engineering import EngineeringFigures
@@ -28,7 +28,6 @@ from .evaluation import Evaluation
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-SUFFIXES = (".svg", ".png", ".pdf")
 COLUMN = 88.0  # width of a column of a journal [mm]
 _WIDTHS = (30.0, 400.0)
 _RESOLUTION = 600  # of a PNG [dots per inch]
@@ -73,12 +72,8 @@ def write_figure(path: str | Path, identification: IdentifiedModel, width: float
     if not _WIDTHS[0] <= width <= _WIDTHS[1]:
         raise StrandspringError(f"A figure must be {_WIDTHS[0]:g} to {_WIDTHS[1]:g} mm wide, got {width:g} mm.")
     of = Evaluation(identification)
-    kind = path.suffix.lower().lstrip(".")
-    with rc_context(STYLE), replacing(path) as part:
-        figure = paper_figure(fit_charts.loops(of), width, dict(enumerate(of.names)))
-        # No date and no random names: the same identification gives the same bytes.
-        metadata = {"svg": {"Date": None}, "pdf": {"CreationDate": None}, "png": {}}[kind]
-        figure.savefig(part, format=kind, dpi=_RESOLUTION, metadata=metadata)
+    with rc_context(STYLE):
+        save_figure(path, paper_figure(fit_charts.loops(of), width, dict(enumerate(of.names))), _RESOLUTION)
 
 
 def plot_loops(identification: IdentifiedModel, axes: Axes | None = None) -> Axes:

@@ -10,18 +10,19 @@ from ...core.parameters import SpringParameters
 from ...isolation.band import band_frequencies
 from ...isolation.response import FrequencyResponse, frequency_response
 from ...isolation.system import (
+    DEFAULT_SHARES,
     STANDARD_GRAVITY,
     Excitation,
     IsolatedMass,
     IsolationError,
     StaticEquilibrium,
+    free_travel,
     static_equilibrium,
 )
 from ..chart import Axis, Chart, Form, Role, Trace
 from ..evaluation import Evaluation
 from ..quantities import NUMBER, Unit, number, unit_of
 
-_LEVELS = (0.005, 0.01, 0.02)  # of the base, share of the free travel, as those of `strandspring isolate`
 _POINTS = 150
 _PLACES = (0.5, 0.6, 0.4, 0.7, 0.3, 0.8, 0.2)  # where in the range a mass is tried to rest, by preference
 _ROLES = (Role.FIRST, Role.SECOND, Role.MODEL)
@@ -38,12 +39,11 @@ def transmissibility(of: Evaluation, mass: float | None) -> Chart | str:
                 "mass and a load to `strandspring isolate`."
             )
         equilibrium = static_equilibrium(system)
-        room = min(
-            equilibrium.displacement - spring.displacement_min, spring.displacement_max - equilibrium.displacement
-        )
+        travel = free_travel(system, equilibrium)
         frequencies = band_frequencies(None, _POINTS, equilibrium)
         responses = [
-            frequency_response(system, Excitation.BASE_DISPLACEMENT, share * room, frequencies) for share in _LEVELS
+            frequency_response(system, Excitation.BASE_DISPLACEMENT, share * travel, frequencies)
+            for share in DEFAULT_SHARES
         ]
     except IsolationError as refusal:
         return f"Transmissibility: {refusal}"
