@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from strandspring.api.table import table_lines
+from strandspring.api.text_table import table_lines
 
 from springs import MOUNT
 from strandspring import Spring
