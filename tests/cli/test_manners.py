@@ -17,10 +17,10 @@ from typing import Any
 
 import numpy as np
 import pytest
-from strandspring.api.text_table import table_lines
 
 from springs import MOUNT
 from strandspring import Spring
+from strandspring.api.text_table import table_lines
 from strandspring.cli.main import COMMANDS
 from strandspring.cli.output import advancing, progress
 from strandspring.errors import StrandspringError
