@@ -10,7 +10,8 @@ from typing import Any
 from .core.parameters import N_RANGE, SIGMA_RANGE, SpringParameters
 from .errors import ModelError
 
-LOGARITHMIC = ("kappa_omega", "rho", "sigma", "n")
+# The parameters of the hysteresis with their units; their logarithms have the covariance.
+HYSTERETIC_UNITS = {"kappa_omega": "N", "rho": "1/m", "sigma": "1", "n": "1"}
 _RANGES = {"sigma": SIGMA_RANGE, "n": N_RANGE}
 
 
@@ -65,7 +66,7 @@ class JointCovariance:
         changes = [math.fsum(a * z for a, z in zip(row, direction, strict=False)) for row in self.root]
         of_elastic = getattr(spring, spring.elastic_name)
         elastic, amplifier = len(of_elastic), len(spring.kA) - 1
-        logarithms = dict(zip(LOGARITHMIC, changes[elastic + amplifier :], strict=True))
+        logarithms = dict(zip(HYSTERETIC_UNITS, changes[elastic + amplifier :], strict=True))
         values: dict[str, Any] = {spring.elastic_name: tuple(map(sum, zip(of_elastic, changes[:elastic], strict=True)))}
         for name, change in logarithms.items():
             low, high = _RANGES.get(name, (0.0, math.inf))
@@ -82,7 +83,7 @@ def joint_names(elastic_name: str, elastic: int, amplifier: int) -> list[str]:
     return [
         *(f"{elastic_name}[{i}]" for i in range(elastic)),
         *(f"kA[{i}]" for i in range(1, amplifier + 1)),
-        *(f"ln {name}" for name in LOGARITHMIC),
+        *(f"ln {name}" for name in HYSTERETIC_UNITS),
     ]
 
 

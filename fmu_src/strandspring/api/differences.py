@@ -25,7 +25,7 @@ import numpy as np
 
 from ..core.parameters import SIGMA_RANGE, SpringParameters
 from ..errors import ModelError
-from ..joint import JointCovariance
+from ..joint import HYSTERETIC_UNITS, JointCovariance
 from ..kernel.arrays import FloatArray
 from ..kernel.path import PathSolver
 from ..loops.modelled import steady_loop_figures
@@ -40,7 +40,6 @@ FIGURES = (
     ("loss_factor", "1", "loss factor", True, False),  # follows from the two before
     ("mean_force", "N", "mean force", False, True),
 )
-_UNITS = {"kappa_omega": "N", "rho": "1/m", "sigma": "1", "n": "1"}
 _NORMAL_90 = NormalDist().inv_cdf(0.95)
 # Factor on standard deviations: what the choice of degrees and starts from noisy records adds, measured on pairs of
 # records of one spring, whose z passed 1.96 in 9 instead of 5 of 100 cases without it.
@@ -225,10 +224,8 @@ def parameter_differences(
         rows = [_rows(p, joint, place) for p, joint in zip(springs, joints, strict=True) if joint is not None]
         known = rows[0] @ rows[0].T + rows[1] @ rows[1].T
     found = []
-    for k, name in enumerate(DRAWN):
-        one = Difference(
-            name, _UNITS[name], name, None, float(values[0, k]), float(values[1, k]), True, math.expm1(change[k])
-        )
+    for k, (name, unit) in enumerate(HYSTERETIC_UNITS.items()):
+        one = Difference(name, unit, name, None, float(values[0, k]), float(values[1, k]), True, math.expm1(change[k]))
         reasons = [
             _unbounded(name, label, p, uncertainty)
             for label, p, uncertainty in zip(labels, springs, uncertainties, strict=True)

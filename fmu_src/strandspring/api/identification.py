@@ -15,6 +15,7 @@ from ..identification.known_rig import KnownRig
 from ..identification.method import Method
 from ..identification.notes import notes_on
 from ..identification.outcomes import Outcome
+from ..joint import HYSTERETIC_UNITS
 from .records import Source, given_records
 from .result import Result
 from .spring import Spring
@@ -26,8 +27,6 @@ if TYPE_CHECKING:
 
     from ..peers.rivals.ranking import Ranking
     from ..report.details import ReportDetails
-
-_UNITS = {"kappa_omega": "N", "rho": "1/m", "sigma": "1", "n": "1"}
 
 
 class Identification(IdentifiedModel, Result):
@@ -112,7 +111,7 @@ class Identification(IdentifiedModel, Result):
         interval = known.get("interval_95", {})
         rows: dict[str, list[Any]] = {
             name: [unit, numbers[name], known.get(name), *interval.get(name, (None, None))]
-            for name, unit in _UNITS.items()
+            for name, unit in HYSTERETIC_UNITS.items()
         }
         for name, unit in (("FE_knots", "m"), ("FE_forces", "N"), ("kE", "N/m^{}"), ("kA", "1/m^{}")):
             errors = known.get(name) or [None] * len(numbers.get(name, ()))

@@ -20,6 +20,7 @@ from ..identification.refined import RefinedOptions
 from ..intake.wanted import Wanted
 from ..jobs.cluster import Cluster
 from ..jobs.runners import Local
+from ..joint import HYSTERETIC_UNITS
 from .records import checked_units
 from .result import Result
 from .text import counted
@@ -27,7 +28,7 @@ from .text import counted
 if TYPE_CHECKING:
     import pandas as pd
 
-_UNITS = {**FIGURES, "kappa_omega": "N", "rho": "1/m", "rmse": "N"}
+_UNITS = {**FIGURES, **HYSTERETIC_UNITS, "rmse": "N"}
 
 
 @dataclass(frozen=True, repr=False)

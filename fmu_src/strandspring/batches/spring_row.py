@@ -21,12 +21,11 @@ from ..identification.identify_records import identify_records
 from ..identification.method import Method
 from ..identification.notes import notes_on
 from ..intake.wanted import Wanted
+from ..joint import HYSTERETIC_UNITS
 from ..records.content import MAX_BYTES, readable
 from .sources import SpringFile
 
 IDENTIFIED, REFUSED, UNREADABLE, FAILED = STATUSES = ("identified", "refused", "unreadable", "failed")
-# Parameters with a standard error and a 95 % interval, with their units.
-PARAMETERS = {"kappa_omega": "N", "rho": "1/m", "sigma": "1", "n": "1"}
 _CHUNK = 1024 * 1024
 
 
@@ -48,8 +47,8 @@ class SpringRow:
     rmse, rnl : float or None       [N], [-].
     over_noise, of_hysteresis : float or None   See `LackOfFit.over_noise` and `.beyond_noise`.
     parameters : dict               As in the model file; empty unless identified.
-    uncertainty : dict              Standard error, and low and high 95 % ends, of each of `PARAMETERS`; standard errors
-                                    of kE and kA. None where unknown.
+    uncertainty : dict              Standard error, and low and high 95 % ends, of each of `HYSTERETIC_UNITS`; standard
+                                    errors of kE and kA. None where unknown.
     cautions : tuple of str         Names of outcomes.
     notes : tuple of str            What was assumed, and what is good to know.
     """
@@ -150,7 +149,7 @@ def _figures(identified: IdentifiedModel) -> dict[str, Any]:
     interval = known.get("interval_95", {})
     uncertainty: dict[str, tuple[float | None, ...]] = {
         name: tuple(_finite(value) for value in (known.get(name), *interval.get(name, (None, None))))
-        for name in PARAMETERS
+        for name in HYSTERETIC_UNITS
     }
     for name in ("kE", "kA"):
         uncertainty[name] = tuple(_finite(value) for value in known.get(name) or ())

@@ -9,9 +9,10 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from ..files import replacing, write_csv
+from ..joint import HYSTERETIC_UNITS
 from ..records.content import readable
 from .figures_in_batch import FIGURES
-from .spring_row import PARAMETERS, UNREADABLE, SpringRow
+from .spring_row import UNREADABLE, SpringRow
 
 _ROW_GROUP = 1000  # rows of Parquet that are in memory at a time
 _FORMULA = ("=", "+", "-", "@", "\t", "\r")  # what a spreadsheet takes for the beginning of a formula
@@ -77,7 +78,7 @@ class Layout:
             "amplitude [m]": None if of.figures[0] is None else self.amplitude,
         }
         cells |= {f"{name} [{unit}]": value for (name, unit), value in zip(FIGURES.items(), of.figures, strict=True)}
-        for name, unit in PARAMETERS.items():
+        for name, unit in HYSTERETIC_UNITS.items():
             cells[f"{name} [{unit}]"] = row.number(name)
             known = row.uncertainty.get(name, (None, None, None))
             cells |= dict(zip((f"{name} {what} [{unit}]" for what in _UNCERTAINTY), known, strict=True))

@@ -14,7 +14,15 @@ import click
 from ..api.many import ManyResult
 from ..api.many import identify_many as identify_all
 from ..batches.sources import COLUMNAR_TABLE, JOURNAL
-from .options import FiniteRange, identification_options, method_options, record_options, wanted_of
+from .options import (
+    FiniteRange,
+    identification_options,
+    method_options,
+    record_options,
+    refuse_two_places,
+    wanted_of,
+    worker_options,
+)
 from .output import note, result, result_json
 
 
@@ -28,15 +36,7 @@ from .output import note, result, result_json
     help="Amplitude at which stiffness, energy and loss factor are compared [mm].  [default: the largest that all "
     "springs have in common]",
 )
-@click.option(
-    "--workers",
-    type=click.IntRange(1, 1024),
-    metavar="N",
-    help="Number of processes; 1 for none besides this one.  [default: all cores]",
-)
-@click.option(
-    "--scheduler", metavar="tcp://HOST:PORT", help="Run on the cluster of this dask.distributed scheduler instead."
-)
+@worker_options
 @record_options
 @identification_options
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object instead of text.")
@@ -66,8 +66,7 @@ def identify_many(
       strandspring identify-many monday/ -o models --amplitude 20 --workers 4
     """
     method = method_options(options)
-    if workers is not None and scheduler is not None:
-        raise click.UsageError("--workers and --scheduler exclude each other; give one of them.")
+    refuse_two_places(workers, scheduler)
     finished = total = 0
     try:
         with _bar() as advance:

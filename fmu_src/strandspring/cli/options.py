@@ -197,6 +197,20 @@ identification_options = together(
                  "[default: sought in the records]"),
 )  # fmt: skip
 
+# Options that say where many tasks are executed.
+worker_options = together(
+    click.option("--workers", type=click.IntRange(1, 1024), metavar="N",
+                 help="Number of processes; 1 for none besides this one.  [default: all cores]"),
+    click.option("--scheduler", metavar="tcp://HOST:PORT",
+                 help="Run on the cluster of this dask.distributed scheduler instead."),
+)  # fmt: skip
+
+
+def refuse_two_places(workers: int | None, scheduler: str | None) -> None:
+    """Refuse `worker_options` that are given both; raises click.UsageError."""
+    if workers is not None and scheduler is not None:
+        raise click.UsageError("--workers and --scheduler exclude each other; give one of them.")
+
 
 def method_options(chosen: dict[str, Any]) -> Method:
     """Take the options of identification out of a command's; wrong ones are wrong usage."""

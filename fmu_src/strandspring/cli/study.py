@@ -15,7 +15,7 @@ from ..api.studying import study as studied
 from ..studies.definition import STIFFNESS_FACTORS
 from ..studies.journal import journal_path
 from .mount import EXCITATIONS, chosen_levels, curve_options, level_options, mount_options, positive
-from .options import FiniteRange
+from .options import FiniteRange, refuse_two_places, worker_options
 from .output import note, reporting, result, result_json, terminal_width
 from .paths import refuse_overwriting
 from .zero import zero_option
@@ -72,15 +72,7 @@ _SEVERAL = "repeat, or give LOW:HIGH:COUNT, for more"
 @mount_options
 @zero_option
 @curve_options(points=24)
-@click.option(
-    "--workers",
-    type=click.IntRange(1, 1024),
-    metavar="N",
-    help="Number of processes; 1 for none besides this one.  [default: all cores]",
-)
-@click.option(
-    "--scheduler", metavar="tcp://HOST:PORT", help="Run on the cluster of this dask.distributed scheduler instead."
-)
+@worker_options
 @click.option("-o", "--output", required=True, metavar="RESULTS.csv", help="Write one line for each run to this file.")
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object instead of text.")
 def study(
@@ -108,8 +100,7 @@ def study(
       strandspring study spring.json --mass 5 --scheduler tcp://host:8786 -o s.csv
     """
     chosen = chosen_levels({kind: _flat(options.pop(kind)) for kind in EXCITATIONS})
-    if workers is not None and scheduler is not None:
-        raise click.UsageError("--workers and --scheduler exclude each other; give one of them.")
+    refuse_two_places(workers, scheduler)
     refuse_overwriting([model], {"--output": output, "--output's journal": journal_path(Path(output))})
     given: dict[str, Any] = {} if chosen is None else {chosen[0].value.replace(" ", "_"): chosen[1]}
     kept: tuple[float, int] = (0, 0)

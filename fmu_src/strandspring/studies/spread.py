@@ -25,9 +25,9 @@ import numpy as np
 from ..core.parameters import N_RANGE, SIGMA_RANGE, SpringParameters
 from ..errors import ModelError
 from ..isolation.system import IsolationError
-from ..joint import JointCovariance
+from ..joint import HYSTERETIC_UNITS, JointCovariance
 
-DRAWN = ("kappa_omega", "rho", "sigma", "n")
+DRAWN = tuple(HYSTERETIC_UNITS)
 _RANGES = {"sigma": SIGMA_RANGE, "n": N_RANGE}
 # Standard error over value beyond which a parameter counts as undetermined.
 _LARGEST_RELATIVE = 10.0
