@@ -9,7 +9,6 @@ import pytest
 
 from strandspring import (
     ModelError,
-    Record,
     RecordError,
     RefinedOptions,
     ReportDetails,
@@ -29,9 +28,8 @@ X, F = RECORD.displacement, RECORD.force
 
 
 def test_millimetres_without_a_unit_are_noticed() -> None:
-    for given in ((1e3 * X, F), (Record(1e3 * X, F),)):
-        with pytest.raises(RecordError, match=r"at most 10 m, found .* units=\{\"displacement\": \"mm\"\}"):
-            predict(SPRING, *given)
+    with pytest.raises(RecordError, match=r"at most 10 m, found .* units=\{\"displacement\": \"mm\"\}"):
+        predict(SPRING, 1e3 * X, F)
     assert predict(SPRING, 1e3 * X, F, units={"displacement": "mm"}).rnl == pytest.approx(predict(SPRING, X, F).rnl)
 
 

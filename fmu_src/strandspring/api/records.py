@@ -59,21 +59,15 @@ def record_of_arrays(
     if reverse is not None:
         factors[reverse] *= -1.0
     assumed = [f"{name} in {_SI[name]}" for name in _QUANTITIES if name not in given]
-    return _within_travel(
-        Record(
-            factors["displacement"] * record.displacement,
-            factors["force"] * record.force,
-            None if record.time is None else factors["time"] * record.time,
-            path=record.path,
-            notes=() if given else (f"units assumed: {', '.join(assumed)}",),
-        )
+    record = Record(
+        factors["displacement"] * record.displacement,
+        factors["force"] * record.force,
+        None if record.time is None else factors["time"] * record.time,
+        path=record.path,
+        notes=() if given else (f"units assumed: {', '.join(assumed)}",),
     )
-
-
-def _within_travel(record: Record) -> Record:
-    """The record, unless its displacement ranges further than any rig moves, because its unit is another."""
     travel = float(np.ptp(record.displacement))
-    if travel > MAX_TRAVEL:
+    if "displacement" not in given and travel > MAX_TRAVEL:
         raise RecordError(
             f"{record.path}: the displacement must range over at most {MAX_TRAVEL:g} m, found {travel:.6g} m; arrays "
             'are in m and N, or in the units given with them, such as units={"displacement": "mm"}.'
@@ -217,7 +211,7 @@ def _as_record(source: Any, columns: Mapping[str, Any]) -> Record:
         given = [name for name, value in columns.items() if value is not None]
         if given:
             raise TypeError(f"`{given[0]}` says how a file or a table is read, and {source.path} is a record already.")
-        return _within_travel(source)
+        return source
     if isinstance(source, str | os.PathLike):
         return read_record(source, **columns)
     if hasattr(source, "columns"):
