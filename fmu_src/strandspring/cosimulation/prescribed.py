@@ -69,9 +69,13 @@ def simulate_fmu(
 
     Examples
     --------
-    >>> from strandspring import simulate_fmu                                              # doctest: +SKIP
-    >>> motion = simulate_fmu("dist/rubber_hinge.fmu", [0.0, 0.005, -0.005, 0.005])        # doctest: +SKIP
-    >>> motion.force, motion.absorbed_energy                                               # doctest: +SKIP
+    >>> from tempfile import TemporaryDirectory
+    >>> from strandspring import Spring, SpringParameters, simulate_fmu
+    >>> spring = Spring(SpringParameters((0.0, 2000.0), (1.0,), 10.0, 500.0, 1.0, 1.0, 0.0, -0.02, 0.02))
+    >>> with TemporaryDirectory() as folder:
+    ...     motion = simulate_fmu(spring.build_fmu(folder), [0.0, 0.01, 0.0])
+    >>> motion.force.round(3).tolist() == spring.response([0.0, 0.01, 0.0]).round(3).tolist()
+    True
     """
     path = as_path(displacement).copy()
     times = _rising(_STEP * np.arange(path.size) if time is None else time, path.size)
