@@ -136,3 +136,16 @@ def user_cache() -> Path:
     else:
         base = Path(os.environ.get("XDG_CACHE_HOME") or "~/.cache")
     return base.expanduser() / "strandspring"
+
+
+def bundled_file(name: Path) -> Path:
+    """A file that comes with the program: that of the installed package, or of the folder `models` of a checkout.
+
+    Examples
+    --------
+    >>> bundled_file(Path("records") / "rubber_stretch.csv").is_file()
+    True
+    """
+    package = Path(__file__).resolve().parent
+    installed = package / "examples" / name
+    return installed if installed.is_file() else package.parents[1] / "models" / name

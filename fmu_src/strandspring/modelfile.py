@@ -17,7 +17,7 @@ from typing import Any
 
 from .core.parameters import KNOTS, MAXIMUM_DEGREE, SCALARS, SpringParameters
 from .errors import ModelError
-from .files import read_text, write_text
+from .files import bundled_file, read_text, write_text
 
 MAXIMUM_BYTES = 10_000_000
 MODEL_IN_FMU = "resources/strandspring/model.json"
@@ -146,9 +146,7 @@ def model_schema() -> Json:
     >>> model_schema()["required"]
     ['format', 'format_version', 'name', 'parameters']
     """
-    package = Path(__file__).resolve().parent
-    path = package / "examples" / _SCHEMA
-    schema: Json = json.loads((path if path.is_file() else package.parents[1] / "models" / _SCHEMA).read_bytes())
+    schema: Json = json.loads(bundled_file(Path(_SCHEMA)).read_bytes())
     return schema
 
 

@@ -127,7 +127,7 @@ def _is_named_like_a_record(path: Path) -> bool:
 def _absolute(path: str | Path) -> str:
     try:
         return os.path.realpath(path)
-    except ValueError:  # no possible path, which is found out when it is read
+    except ValueError:  # not a possible path, which is reported when it is read
         return str(path)
 
 
