@@ -71,7 +71,7 @@ def on_terminal(command: list[str], columns: int, **environment: str) -> str:
         ("isolate mount.json", 2, {"type": "UsageError", "message": "Missing option '--mass'."}),
         ("nonsense", 2, {"type": "UsageError", "message": "No such command 'nonsense'."}),
         ("info missing.json", 1,
-         {"type": "ModelError", "message": "missing.json cannot be read: No such file or directory."}),
+         {"type": "ModelError", "message": "missing.json: no such file; check the path."}),
         ("predict mount.json missing.csv", 1,
          {"type": "RecordError", "message": "missing.csv: no such file; check the path."}),
     ],

@@ -12,8 +12,8 @@ from pathlib import Path
 from typing import NamedTuple
 
 from ..errors import ModelError, RecordError, StrandspringError
+from ..files import readable
 from ..modelfile import check_name
-from ..records.content import readable
 
 # What is taken from a folder; any other file is identified if it is named itself.
 RECORD_SUFFIXES = frozenset(
