@@ -128,7 +128,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
             click.echo(f"strandspring: {sentence}", err=True)
             sys.exit(1)
         place = "" if problem.filename is None else f"{readable(str(problem.filename))}: "
-        _refuse(f"{place}{reason_of(problem)}; the system refused this in the middle of the work.", "OSError", as_json)
+        remedy = "check this place, and the room in the folder for temporary files (TMPDIR)"
+        _refuse(f"{place}{reason_of(problem)}; {remedy}.", "OSError", as_json)
     except MemoryError:
         _refuse(
             "There is not enough memory for this; give fewer or shorter records, or fewer runs.", "MemoryError", as_json
