@@ -67,7 +67,7 @@ def identify(
     """
     method = method_options(options)
     reporting = Reporting(options)
-    refuse_overwriting(record_files(records), {"--output": output, **reporting.outputs})
+    refuse_overwriting(record_files(records), {"--output": output, **reporting.outputs}, ".json")
     chosen = name or identifier(output)
     model, identification = identified(records, options, method, chosen, description)
     ranking: Ranking | None = None

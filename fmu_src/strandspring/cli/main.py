@@ -123,7 +123,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         click.echo(f"strandspring: {sentence}", err=True)
         _leave(128 + number, as_json, {"type": "Interrupt", "message": sentence})
     except OSError as problem:
-        if drop_failing_output():
+        if problem.filename is None and drop_failing_output():
             sentence = f"Standard output cannot be written: {reason_of(problem)}; send it elsewhere."
             click.echo(f"strandspring: {sentence}", err=True)
             sys.exit(1)
