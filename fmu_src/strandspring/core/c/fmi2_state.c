@@ -162,6 +162,13 @@ static int is_sound(const SpringMemory *memory, const SpringSensitivity *sensiti
     return is_side(memory->direction) && fabs(memory->start_xi) <= LARGEST_START_XI;
 }
 
+/* Whether a memory is one of the form with states, which has no table to follow a path by. */
+static int has_no_path(const SpringMemory *memory, double displacement)
+{
+    return memory->displacement == displacement && memory->start == displacement && memory->energy_at == displacement &&
+           memory->start_xi == 0.0;
+}
+
 /* The first field that no instance can have, or NULL. */
 static const char *damaged_field(const State *state)
 {
@@ -173,12 +180,14 @@ static const char *damaged_field(const State *state)
         return "time";
     if (!(fabs(state->displacement) <= LARGEST_DISPLACEMENT))
         return "displacement";
-    if (!isfinite(state->velocity) || !isfinite(state->acceleration) || !is_flag(state->interpolated) ||
-        !isfinite(state->rate))
+    if (settings.has_states ? !(fabs(state->velocity) <= LARGEST_VELOCITY) : !isfinite(state->velocity))
+        return "velocity";
+    if (!isfinite(state->acceleration) || !is_flag(state->interpolated) || !isfinite(state->rate))
         return "input derivatives";
     /* Solvers overshoot a state. */
     double largest = state->settings.has_states ? LARGEST_STATE : 1.0;
-    if (!(fabs(memory->omega) <= largest) || !is_sound(memory, &state->sensitivity))
+    if (!(fabs(memory->omega) <= largest) || !is_sound(memory, &state->sensitivity) ||
+        (settings.has_states && !has_no_path(memory, state->displacement)))
         return "memory";
     for (unsigned i = SPRING_FIRST_PARAMETER; i < fmu_first_own(&settings); i++)
         if (!isfinite(*fmu_setting(&settings, i)))
