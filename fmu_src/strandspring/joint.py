@@ -9,6 +9,7 @@ from typing import Any
 
 from .core.parameters import N_RANGE, SIGMA_RANGE, SpringParameters
 from .errors import ModelError
+from .strict_json import is_finite
 
 # The parameters of the hysteresis with their units; their logarithms have the covariance.
 HYSTERETIC_UNITS = {"kappa_omega": "N", "rho": "1/m", "sigma": "1", "n": "1"}
@@ -91,5 +92,4 @@ def _numbers(row: object) -> int:
     """How many finite numbers a row holds; -1 if it is anything else."""
     if not isinstance(row, list):
         return -1
-    good = all(isinstance(v, int | float) and not isinstance(v, bool) and abs(v) < math.inf for v in row)
-    return len(row) if good else -1
+    return len(row) if all(map(is_finite, row)) else -1

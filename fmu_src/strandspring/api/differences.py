@@ -264,9 +264,8 @@ def _rows(p: SpringParameters, joint: JointCovariance, place: float) -> FloatArr
 
 def _unbounded(name: str, label: str, p: SpringParameters, uncertainty: Mapping[str, Any]) -> str:
     """Why a parameter of a model has no two-sided uncertainty, in words; empty if it has."""
-    intervals = uncertainty.get("interval_95")
-    ends = intervals.get(name) if isinstance(intervals, Mapping) else None
-    if not isinstance(ends, list) or len(ends) != 2 or not all(v is None or isinstance(v, int | float) for v in ends):
+    ends = (uncertainty.get("interval_95") or {}).get(name)
+    if ends is None:
         return f"{label} has no 95 % interval of it"
     low, high = ends
     if name == "sigma" and low is not None and low <= SIGMA_RANGE[0] * _AT_BOUND:
