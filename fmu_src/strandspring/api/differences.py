@@ -45,7 +45,7 @@ _NORMAL_90 = NormalDist().inv_cdf(0.95)
 # records of one spring, whose z passed 1.96 in 9 instead of 5 of 100 cases without it.
 _OF_CHOICE = 1.15
 _AT_BOUND = 1.001  # an end of an interval that is less than this times a bound is the bound itself
-_RANK = 1e-9  # least eigenvalue of the correlation of the logarithms that is told from 0
+_RANK = 1e-9  # eigenvalue of the correlation of the logarithms up to which it counts as 0
 
 
 @dataclass(frozen=True)

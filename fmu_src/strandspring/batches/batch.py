@@ -13,12 +13,11 @@ from pathlib import Path
 import numpy as np
 
 from ..errors import StrandspringError
-from ..files import write_text
+from ..files import readable, write_text
 from ..identification.outcomes import Outcome
 from ..jobs.cluster import Cluster
 from ..jobs.runners import JobError, Runner, finished_rows
 from ..kernel.arrays import FloatArray
-from ..records.content import readable
 from .figures_in_batch import FIGURES, JUDGED, common_amplitude, figures_at, outlying
 from .outliers import FEWEST
 from .sources import COLUMNAR_TABLE, TABLE, SpringFile

@@ -12,8 +12,8 @@ from pathlib import Path
 from typing import NamedTuple
 
 from ..errors import ModelError, RecordError, StrandspringError
+from ..files import readable
 from ..modelfile import check_name
-from ..records.content import readable
 
 # What is taken from a folder; any other file is identified if it is named itself.
 RECORD_SUFFIXES = frozenset(
@@ -127,7 +127,7 @@ def _is_named_like_a_record(path: Path) -> bool:
 def _absolute(path: str | Path) -> str:
     try:
         return os.path.realpath(path)
-    except ValueError:  # no possible path, which is found out when it is read
+    except ValueError:  # not a possible path, which is reported when it is read
         return str(path)
 
 

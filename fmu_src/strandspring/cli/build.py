@@ -150,8 +150,6 @@ def build(
             refuse_overwriting(
                 record_files(sources), {"--models": model_path, "--output": fmu_path(output, chosen, one)}
             )
-            refuse_unwritable(fmu_path(output, chosen, one))
-        refuse_unwritable(model_path)
         model, identification = identified(sources, options, method, chosen, description)
         save_model(model_path, model)
     origin = origin_of(sources[0], zero, model.parameters)

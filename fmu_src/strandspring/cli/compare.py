@@ -73,8 +73,8 @@ def compare(
     """Compare two springs, such as two lots, or one before and after fatigue.
 
     Parameters, stiffness, energy, mean force and loss factor of loops, and transmissibility are compared over the
-    range that both share, and judged by the uncertainty in the model files: all judgements together find a difference
-    between equal springs in at most 5 of 100 comparisons. z is the difference over its standard deviation; * marks
+    range that both share, and judged by the uncertainty in the model files, all together at the 5 % level (5 of 150
+    pairs of records of one spring were found to differ). z is the difference over its standard deviation; * marks
     what is beyond the uncertainty. With records: which of both follows each one better.
 
     \b

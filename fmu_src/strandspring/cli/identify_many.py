@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -23,7 +21,7 @@ from .options import (
     wanted_of,
     worker_options,
 )
-from .output import note, result, result_json
+from .output import note, reporting, result, result_json
 
 
 @click.command("identify-many")
@@ -69,12 +67,12 @@ def identify_many(
     refuse_two_places(workers, scheduler)
     finished = total = 0
     try:
-        with _bar() as advance:
+        with reporting("springs/s") as report:
 
             def progress(done: int, files: int) -> None:
                 nonlocal finished, total
                 finished, total = done, files
-                advance(done, files)
+                report("Identifying", done, files)
 
             many = identify_all(
                 sources,
@@ -95,26 +93,6 @@ def identify_many(
     if not many.is_complete:
         note(f"strandspring: {many.problem}")
         sys.exit(1)
-
-
-@contextmanager
-def _bar() -> Iterator[Callable[[int, int], None]]:
-    """A progress bar with rate and remaining time on a terminal."""
-    if sys.stderr is None or not sys.stderr.isatty():
-        yield lambda done, files: None  # noqa: ARG005
-        return
-    from rich.console import Console
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, Task, TextColumn, TimeRemainingColumn
-    from rich.text import Text
-
-    class Rate(TextColumn):
-        def render(self, task: Task) -> Text:
-            return Text("" if task.speed is None else f"{task.speed:.3g} springs/s")
-
-    columns = (BarColumn(), MofNCompleteColumn(), Rate(""), TimeRemainingColumn())
-    with Progress("Identifying", *columns, console=Console(stderr=True), transient=True) as bar:
-        task = bar.add_task("", total=None)
-        yield lambda done, files: bar.update(task, completed=done, total=files)
 
 
 def _print(many: ManyResult, as_json: bool) -> None:

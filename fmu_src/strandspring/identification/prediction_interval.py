@@ -43,6 +43,7 @@ _TOO_LITTLE = 0.9  # share of held-out cycles below which the interval is called
 _LEAST_INDEPENDENT = 6.0  # samples; with fewer the interval was found to hold nearly all
 _SEED = 0  # of the noise that stands for what averaging over cells has removed
 _RANK = 1e-8  # singular value below which half of the cycles leaves a combination of coefficients as it is
+_LEAST_TRIED = 1 / 3  # share of the samples of a half that must count, or nothing is said of held-out cycles
 # Of the differences for the standard error of a prediction, in standard errors of the coefficients; the smaller ones
 # are for a spring whose FA is nearly zero somewhere.
 _STEPS = (0.01, 1e-4, 1e-6)
@@ -156,7 +157,7 @@ def prediction_interval(samples: Samples, linear: Linearised) -> PredictionInter
     if is_tried:
         residuals, counted = _left_out(linear, half, scale)
         # Of few samples in a selected range, those of one half may lie beside those of the other.
-        is_tried = all(counted[half == own].any() for own in (0, 1))
+        is_tried = all(counted[half == own].mean() >= _LEAST_TRIED for own in (0, 1))
     if not is_tried:
         # Akaike's final prediction error: of new samples, from the residuals of those that were fitted.
         size, count = linear.jacobian.shape
@@ -252,11 +253,11 @@ def _left_out(linear: Linearised, half: NDArray[np.intp], scale: FloatArray) -> 
     residuals = linear.misfit.copy()
     counted = np.zeros(half.size, dtype=bool)
     for own in (half == 0, half == 1):
-        residuals[own] -= jacobian[own] @ np.linalg.lstsq(weighted[~own], target[~own], rcond=_RANK)[0]
-        others = loops.displacement[~own]
-        _, singular, directions = np.linalg.svd(weighted[~own], full_matrices=False)
+        basis, singular, directions = np.linalg.svd(weighted[~own], full_matrices=False)
         known = singular > _RANK * singular[0]
         errors = jacobian[own] @ (directions[known].T / singular[known])
+        residuals[own] -= errors @ (basis[:, known].T @ target[~own])
+        others = loops.displacement[~own]
         counted[own] = (
             (loops.displacement[own] >= others.min())
             & (loops.displacement[own] <= others.max())

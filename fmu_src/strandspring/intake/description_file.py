@@ -36,8 +36,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..errors import RecordError
-from ..files import read_text
-from ..records.content import readable
+from ..files import read_text, readable
 from ..records.record import Record
 from .wanted import Wanted
 
