@@ -210,7 +210,7 @@ def _change(
     """Change of the force by one standard deviation in a direction of the covariance, shape (K,) [N]."""
     for step in _STEPS:
         with suppress(ValueError):  # FA not positive: no spring
-            ends = [joint.moved(spring, side * step * unit) for side in (1.0, -1.0)]
+            ends = [joint.moved(spring, (side * step * unit).tolist()) for side in (1.0, -1.0)]
             forces = [PathSolver(end).force(displacement, omega_start) for end in ends]
             return np.asarray((forces[0] - forces[1]) / (2.0 * step))
     raise ModelError(
