@@ -14,9 +14,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ..core.parameters import LARGEST_DISPLACEMENT
 from ..kernel.arrays import FloatArray
 from ..kernel.balance import Balance, MotionSummary
-from ..kernel.path import LARGEST_DISPLACEMENT
 from .harmonic_balance import HarmonicBalance
 from .system import IsolationError, StaticEquilibrium
 

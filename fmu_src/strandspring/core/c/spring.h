@@ -11,13 +11,12 @@
 #ifndef SPRING_H
 #define SPRING_H
 
+#include "limits.h"
 #include "saturation.h"
 #include "spline.h"
 #include "spring_local.h"
 
 #include <stddef.h>
-
-enum { SPRING_COEFFICIENTS = 21 }; /* of a polynomial of degree 20 */
 
 /* One spring in SI units; elastic, amplifier, knots and forces count the values used of the arrays. FE is a table if
  * there are knots: elastic is then 0. Without padding. */
