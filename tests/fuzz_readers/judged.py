@@ -13,7 +13,9 @@ _ADVICE = (
     r"\b(give|choose|correct|identify|remove|add|use|write|record|ask|upgrade|build|check|compare|must|install|see|take|"
     r"negate|exchange|try|sample|delete|leave|smaller|larger|lower|raise|shift|reverse|copy)\b"
 )
-_RAW = re.compile(r"<[a-z_.]+ object|0x[0-9a-f]{6}|\barray\(|\bnp\.|numpy\.|Traceback|\bNone\b|\[[Ee]rrno|dtype")
+_RAW = re.compile(
+    r"<[a-z_.]+ object|0x[0-9a-f]{6}|\barray\(|\bnp\.|numpy\.|Traceback|got None\b|\bNone[,;\])]|\[[Ee]rrno|dtype"
+)
 
 
 def finite(what: str, values: Any) -> None:

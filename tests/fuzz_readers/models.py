@@ -12,7 +12,7 @@ from __future__ import annotations
 import json
 import math
 import random
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -41,8 +41,9 @@ _BUILT = 0.02  # share of the accepted models of which an FMU is built
 _SAMPLES = 41
 
 
-def trial(generator: np.random.Generator, folder: Path) -> tuple[str, str]:
+def trial(generator: np.random.Generator, folder: Path) -> Iterator[str]:
     """One model file given to all of its uses."""
+    yield "models"
     seed = int(generator.integers(2**62))
     path = folder / "model.json"
     path.write_bytes(model_file(seed))
@@ -50,7 +51,8 @@ def trial(generator: np.random.Generator, folder: Path) -> tuple[str, str]:
     try:
         spring = Spring.load(path)
     except StrandspringError as refusal:
-        return "models", f"refused: {kind_of(refusal, path)}"
+        yield f"refused: {kind_of(refusal, path)}"
+        return
     refused = []
     uses = [use for use in _USES if use is not _build or dice.random() < _BUILT]
     for use in uses:
@@ -62,7 +64,7 @@ def trial(generator: np.random.Generator, folder: Path) -> tuple[str, str]:
         except BaseException as fault:
             fault.add_note(f"in {use.__name__[1:]}")
             raise
-    return "models", f"accepted, refused by {', '.join(refused) or 'none'}"
+    yield f"accepted, refused by {', '.join(refused) or 'none'}"
 
 
 def _middle_path(spring: Spring) -> np.ndarray:

@@ -9,6 +9,8 @@ from typing import Any
 
 import numpy as np
 
+from strandspring.core.parameters import FORCE_RANGE, N_RANGE, SATURATION_RANGE, SIGMA_RANGE
+
 HYSTERETIC = ("kappa_omega", "rho", "sigma", "n")
 # Text that stands for itself in the file, since JSON libraries do not write it.
 RAW = "raw:"
@@ -32,7 +34,7 @@ def model_file(seed: int) -> bytes:
     content = sound(dice)
     if dice.random() < 0.3:
         rescale(dice, content)
-    for _ in range(dice.choice((0, 1, 1, 1, 2, 3))):
+    for _ in range(dice.choice((0, 0, 1, 1, 1, 2, 3))):
         dice.choice(_CHANGES)(dice, content)
     text = written(content)
     return dice.choice(_DAMAGES)(dice, text) if dice.random() < 0.15 else text.encode("utf-8", "surrogatepass")
@@ -142,7 +144,8 @@ def _provenance() -> dict[str, Any]:
 
 def rescale(dice: random.Random, content: dict[str, Any]) -> None:
     """The same spring with lengths and forces of absurd size."""
-    length, force = (10.0 ** dice.choice((0.0, dice.uniform(-20, 20), dice.uniform(-320, 300))) for _ in range(2))
+    length = 10.0 ** dice.choice((0.0, dice.uniform(-8, 5), dice.uniform(-8, 5), dice.uniform(-320, 300)))
+    force = 10.0 ** dice.choice((0.0, dice.uniform(-13, 9), dice.uniform(-13, 9), dice.uniform(-320, 300)))
     p = content["parameters"]
     powers = {"rho": (-1, 0), "kappa_omega": (0, 1), "FE_knots": (1, 0), "FE_forces": (0, 1)}
     powers |= dict.fromkeys(("displacement_offset", "displacement_min", "displacement_max"), (1, 0))
@@ -209,6 +212,38 @@ def _other_scalar(dice: random.Random, content: dict[str, Any]) -> None:
     )
 
 
+def _at_limits(dice: random.Random, content: dict[str, Any]) -> None:
+    """Parameters at the ends of what is allowed."""
+    p = content["parameters"]
+    try:
+        width = p["displacement_max"] - p["displacement_min"]
+        reach = max(p["displacement_max"] - p["displacement_offset"], p["displacement_offset"] - p["displacement_min"])
+        ends = {
+            "n": N_RANGE,
+            "sigma": SIGMA_RANGE,
+            "kappa_omega": FORCE_RANGE,
+            "rho": tuple(limit / width for limit in SATURATION_RANGE),
+        }
+    except (KeyError, TypeError, ZeroDivisionError, OverflowError):
+        return
+    for name in dice.sample(sorted(ends), dice.randint(1, 4)):
+        p[name] = dice.choice(ends[name]) * dice.choice((1.0, 1.0, 1.0001, 0.9999))
+    for name in ("kE", "FE_forces"):
+        if isinstance(p.get(name), list) and dice.random() < 0.5:
+            k = dice.randrange(max(len(p[name]), 1))
+            scale = reach**k if name == "kE" else 1.0
+            if k < len(p[name]) and scale:
+                p[name][k] = dice.choice((-1.0, 1.0, 1e-15)) * FORCE_RANGE[1] / scale
+    if dice.random() < 0.3:
+        shift = dice.choice((-1.0, 1.0)) * 10.0 ** dice.uniform(-3, 9)
+        for name in ("displacement_offset", "displacement_min", "displacement_max"):
+            p[name] += shift
+        if isinstance(p.get("FE_knots"), list) and len(p["FE_knots"]) > 1:
+            count = len(p["FE_knots"])
+            p["FE_knots"] = [p["displacement_min"] + width * k / (count - 1) for k in range(count)]
+            p["FE_knots"][-1] = p["displacement_max"]
+
+
 def _other_range(dice: random.Random, content: dict[str, Any]) -> None:
     """A range that is absurdly narrow, wide or far away."""
     p = content["parameters"]
@@ -264,7 +299,8 @@ def _doubtful_joint(dice: random.Random, content: dict[str, Any]) -> None:
 
 
 _CHANGES: tuple[Callable[[random.Random, dict[str, Any]], None], ...] = (
-    _other_number, _other_number, _other_number, _factor, _factor, _factor, _other_scalar, _other_scalar, _other_range,
+    _other_number, _other_number, _other_number, _factor, _factor, _factor, _other_scalar, _other_range,
+    _at_limits, _at_limits, _at_limits, _at_limits,
     _other_kind, _other_kind, _removed, _doubled, _swapped, _doubtful_joint,
 )  # fmt: skip
 
