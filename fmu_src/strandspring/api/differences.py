@@ -45,6 +45,7 @@ _NORMAL_90 = NormalDist().inv_cdf(0.95)
 # records of one spring, whose z passed 1.96 in 9 instead of 5 of 100 cases without it.
 _OF_CHOICE = 1.15
 _AT_BOUND = 1.001  # an end of an interval that is less than this times a bound is the bound itself
+_MOST_LOG = 700.0  # whose exponential is still a number
 _RANK = 1e-9  # eigenvalue of the correlation of the logarithms up to which it counts as 0
 
 
@@ -235,7 +236,7 @@ def parameter_differences(
             found.append(replace(one, reason=reason or "no standard error"))
             continue
         error = math.sqrt(known[k, k])
-        low, high = (math.expm1(change[k] + side * _NORMAL_90 * error) for side in (-1.0, 1.0))
+        low, high = (math.expm1(min(change[k] + side * _NORMAL_90 * error, _MOST_LOG)) for side in (-1.0, 1.0))
         found.append(replace(one, low=low, high=high, z=float(held[k] / (_OF_CHOICE * error))))
     if known is None:
         return found, None
