@@ -19,13 +19,13 @@ from strandspring.files import lock, read_bytes, read_text, replacing, write_tex
 
 def refusal(path: str | Path, maximum: int = 100) -> str:
     with pytest.raises(ModelError) as caught:
-        read_text(path, maximum, "model file", ModelError)
+        read_text(path, maximum, "a model file", ModelError)
     return str(caught.value).removeprefix(str(path))
 
 
 def test_only_regular_files_of_a_bounded_size_are_read(tmp_path: Path) -> None:
     (tmp_path / "text").write_bytes(b"a\r\nb\rc\n")
-    assert read_text(tmp_path / "text", 100, "model file", ModelError) == "a\nb\nc\n"
+    assert read_text(tmp_path / "text", 100, "a model file", ModelError) == "a\nb\nc\n"
     assert refusal(tmp_path) == ": is a folder; give the path of a model file."
     assert refusal(tmp_path / "none") == ": no such file; check the path."
     os.mkfifo(tmp_path / "pipe")
@@ -44,7 +44,7 @@ def test_only_regular_files_of_a_bounded_size_are_read(tmp_path: Path) -> None:
 
 def test_a_file_without_a_size_is_bounded_while_it_is_read() -> None:
     # Files of /proc say that they have no bytes.
-    assert read_bytes("/proc/self/maps", 10_000_000, "model file", ModelError)
+    assert read_bytes("/proc/self/maps", 10_000_000, "a model file", ModelError)
     assert refusal("/proc/self/maps", 10) == ": grows while it is read; give a model file that is complete."
 
 

@@ -41,11 +41,11 @@ def opened(
     ----------
     path : path-like
     maximum_bytes : int
-    file_type : str      Such as "model file", for the sentences.
+    file_type : str      Such as "a model file", for the sentences.
     error : callable     Makes the error of a sentence, which is raised also for what fails while the file is read.
     """
     name = readable(path)
-    is_folder = f"{name}: is a folder; give the path of a {file_type}."
+    is_folder = f"{name}: is a folder; give the path of {file_type}."
     try:
         file = open(path, "rb", opener=_without_waiting)  # noqa: SIM115 (a Path's open has no opener)
     except FileNotFoundError:
@@ -59,10 +59,10 @@ def opened(
     with file:
         status = os.fstat(file.fileno())
         if not stat.S_ISREG(status.st_mode):
-            raise error(f"{name}: is not a regular file; give the path of a {file_type}.")
+            raise error(f"{name}: is not a regular file; give the path of {file_type}.")
         if status.st_size > maximum_bytes:
             raise error(
-                f"{name}: has {status.st_size} bytes, and a {file_type} may have at most {maximum_bytes}; give a "
+                f"{name}: has {status.st_size} bytes, and {file_type} may have at most {maximum_bytes}; give a "
                 "smaller one."
             )
         try:
@@ -83,7 +83,7 @@ def read_bytes(
     with opened(path, maximum_bytes, file_type, error) as file:
         content = file.read(maximum_bytes + 1)
     if len(content) > maximum_bytes:
-        raise error(f"{readable(path)}: grows while it is read; give a {file_type} that is complete.")
+        raise error(f"{readable(path)}: grows while it is read; give {file_type} that is complete.")
     return content
 
 
@@ -95,7 +95,7 @@ def read_text(
     try:
         return content.decode("utf-8").replace("\r\n", "\n").replace("\r", "\n")
     except UnicodeDecodeError:
-        raise error(f"{readable(path)}: is not UTF-8 text; give the path of a {file_type}.") from None
+        raise error(f"{readable(path)}: is not UTF-8 text; give the path of {file_type}.") from None
 
 
 def reason_of(problem: OSError) -> str:

@@ -164,7 +164,7 @@ def load_model(path: str | Path) -> ModelFile:
     text = (
         text_in_fmu(path, MODEL_IN_FMU)
         if is_fmu(path)
-        else read_text(path, MAXIMUM_BYTES, "model file (JSON)", ModelError)
+        else read_text(path, MAXIMUM_BYTES, "a model file (JSON)", ModelError)
     )
     try:
         content = parse(text)
@@ -211,7 +211,7 @@ def text_in_fmu(path: Path, name: str) -> str:
     ------
     ModelError   If it cannot be read, or is absurdly large.
     """
-    packed = io.BytesIO(read_bytes(path, MAXIMUM_FMU_BYTES, "FMU", ModelError))
+    packed = io.BytesIO(read_bytes(path, MAXIMUM_FMU_BYTES, "an FMU", ModelError))
     try:
         with zipfile.ZipFile(packed) as archive, archive.open(name) as file:
             content = file.read(MAXIMUM_BYTES + 1)

@@ -127,6 +127,13 @@ def test_a_signal_gives_the_status_of_shells_and_leaves_nothing(tmp_path: Path, 
     assert list(tmp_path.iterdir()) == []
 
 
+def test_modules_beside_records_are_not_run(tmp_path: Path) -> None:
+    for name in ("numpy", "attrs", "click"):
+        (tmp_path / f"{name}.py").write_text("raise SystemExit('a file beside the records was run')")
+    done = subprocess.run([*PROGRAM, "info", "none.json"], cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert done.stderr == "strandspring: none.json: no such file; check the path.\n"
+
+
 FAILING = """
 import errno, os
 import click

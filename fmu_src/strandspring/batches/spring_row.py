@@ -180,7 +180,7 @@ def digest(path: str) -> tuple[int | None, str | None]:
     value = hashlib.sha256()
     size = 0
     try:
-        with opened(path, MAX_BYTES, "record file", RecordError) as file:
+        with opened(path, MAX_BYTES, "a record file", RecordError) as file:
             while chunk := file.read(_CHUNK):
                 value.update(chunk)
                 size += len(chunk)

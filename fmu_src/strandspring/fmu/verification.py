@@ -65,7 +65,7 @@ class _DamagedError(StrandspringError):
 
 def _contents(path: Path) -> dict[str, bytes]:
     """Every file of the FMU by its name."""
-    packed = io.BytesIO(read_bytes(path, MAXIMUM_FMU_BYTES, "FMU", _DamagedError))
+    packed = io.BytesIO(read_bytes(path, MAXIMUM_FMU_BYTES, "an FMU", _DamagedError))
     try:
         with zipfile.ZipFile(packed) as archive:
             entries = archive.infolist()

@@ -132,7 +132,7 @@ def read_campaign(path: str | os.PathLike[str], given: Wanted | None = None) -> 
 
 def _described(path: Path) -> list[Entry]:
     name = readable(path)
-    text = read_text(path, _MAX_BYTES, "description file", RecordError)
+    text = read_text(path, _MAX_BYTES, "a description file", RecordError)
     try:
         content = tomllib.loads(text)
     except (tomllib.TOMLDecodeError, RecursionError) as problem:

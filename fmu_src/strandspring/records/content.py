@@ -58,7 +58,7 @@ def read_content(path: str | os.PathLike[str]) -> Content:
     """
     name = readable(path)
     file, member = _member_of_archive(Path(path))
-    raw = read_bytes(file, MAX_BYTES, "record file", RecordError)
+    raw = read_bytes(file, MAX_BYTES, "a record file", RecordError)
     content = Content(name, raw, hashlib.sha256(raw).hexdigest())
     for _ in range(_MAX_LAYERS):
         unpacked = _unpacked(content, member)
