@@ -51,6 +51,15 @@ class SpringLog(RowLog[SpringRow]):
         """Path of a spring's model file."""
         return self._folder / f"{row.model}.json"
 
+    @staticmethod
+    def _remove_model(path: Path) -> None:
+        try:
+            path.unlink(missing_ok=True)
+        except OSError as problem:
+            raise JobError(
+                f"{path} belongs to a record that has changed, but cannot be removed: {problem.strerror}; remove it."
+            ) from None
+
     def forget_changed(self, springs: Sequence[SpringFile], settings: str) -> int:
         """Forget rows of files that have changed, of other settings, or whose model file is missing or changed; the
         model files that belong to them are removed. Returns the number of those of other settings.
@@ -67,5 +76,5 @@ class SpringLog(RowLog[SpringRow]):
             of_other_settings += row.settings != settings
             self.forget(place)
             if row.status == IDENTIFIED and is_there:
-                self.model_path(row).unlink(missing_ok=True)
+                self._remove_model(self.model_path(row))
         return of_other_settings
