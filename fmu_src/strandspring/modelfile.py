@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import io
 import json
 import math
 import re
@@ -17,9 +18,10 @@ from typing import Any
 
 from .core.parameters import KNOTS, MAXIMUM_DEGREE, SCALARS, SpringParameters
 from .errors import ModelError
-from .files import bundled_file, read_text, write_text
+from .files import bundled_file, read_bytes, read_text, write_text
 
 MAXIMUM_BYTES = 10_000_000
+MAXIMUM_FMU_BYTES = 200_000_000  # packed, and all its files together unpacked
 MODEL_IN_FMU = "resources/strandspring/model.json"
 _FORMAT = "strandspring-model"
 _SCHEMA = f"{_FORMAT}.schema.json"  # beside the models of a source checkout, below examples in a wheel
@@ -165,7 +167,7 @@ def load_model(path: str | Path) -> ModelFile:
     text = (
         text_in_fmu(path, MODEL_IN_FMU)
         if is_fmu(path)
-        else read_text(path, MAXIMUM_BYTES, "model file (JSON)", ModelError)
+        else read_text(path, MAXIMUM_BYTES, "a model file (JSON)", ModelError)
     )
     try:
         content = json.loads(
@@ -213,15 +215,14 @@ def text_in_fmu(path: Path, name: str) -> str:
     ------
     ModelError   If it cannot be read, or is absurdly large.
     """
+    packed = io.BytesIO(read_bytes(path, MAXIMUM_FMU_BYTES, "an FMU", ModelError))
     try:
-        with zipfile.ZipFile(path) as archive, archive.open(name) as file:
+        with zipfile.ZipFile(packed) as archive, archive.open(name) as file:
             content = file.read(MAXIMUM_BYTES + 1)
             text = content.decode("utf-8")
     except KeyError:
         raise ModelError(f"{path} holds no {name}; give an FMU that strandspring built.") from None
-    except OSError as problem:
-        raise ModelError(f"{path} cannot be read: {problem.strerror}.") from None
-    except (zipfile.BadZipFile, zlib.error, NotImplementedError, RuntimeError, ValueError) as problem:
+    except (OSError, zipfile.BadZipFile, zlib.error, NotImplementedError, RuntimeError, ValueError) as problem:
         raise ModelError(f"{path} cannot be read as an FMU: {problem}.") from None
     if len(content) > MAXIMUM_BYTES:
         raise ModelError(f"{path}: {name} has more than {MAXIMUM_BYTES} bytes, which is too large.")

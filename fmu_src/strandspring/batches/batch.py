@@ -13,12 +13,11 @@ from pathlib import Path
 import numpy as np
 
 from ..errors import StrandspringError
-from ..files import refuse_unwritable, write_text
+from ..files import readable, refuse_unwritable, write_text
 from ..identification.outcomes import Outcome
 from ..jobs.cluster import Cluster
 from ..jobs.runners import JobError, Runner, finished_rows
 from ..kernel.arrays import FloatArray
-from ..records.content import readable
 from .figures_in_batch import FIGURES, JUDGED, common_amplitude, figures_at, outlying
 from .outliers import FEWEST
 from .sources import COLUMNAR_TABLE, TABLE, SpringFile
@@ -104,7 +103,7 @@ def identify_batch(
     log = SpringLog(folder, springs)
     try:
         if log.dropped:
-            notify(f"{log.path}: {log.dropped_sentence}; their files are identified again.")
+            notify(f"{log.name}: {log.dropped_sentence}; their files are identified again.")
         if changed := log.forget_changed(springs, work.settings):
             notify(f"{changed} files were identified with other options or another version; they are identified anew.")
         earlier = log.finished
@@ -120,7 +119,7 @@ def identify_batch(
         if not log.finished:
             raise
         raise JobError(
-            f"{str(problem).rstrip('.')}; {log.finished} of {len(springs)} files are kept in {log.path}, and the same "
+            f"{str(problem).rstrip('.')}; {log.finished} of {len(springs)} files are kept in {log.name}, and the same "
             "command continues from there."
         ) from None
     finally:

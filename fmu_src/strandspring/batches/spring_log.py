@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from ..files import readable, reason_of
 from ..jobs.rowlog import RowLog
 from ..jobs.runners import JobError
 from .sources import JOURNAL, SpringFile
@@ -43,7 +44,7 @@ class SpringLog(RowLog[SpringRow]):
         """Refuse any other file."""
         if found != expected:
             raise JobError(
-                f"{self.path} is not the journal of a batch that this version of strandspring reads; move it away, or "
+                f"{self.name} is not the journal of a batch that this version of strandspring reads; move it away, or "
                 "write to another folder."
             )
 
@@ -57,7 +58,8 @@ class SpringLog(RowLog[SpringRow]):
             path.unlink(missing_ok=True)
         except OSError as problem:
             raise JobError(
-                f"{path} belongs to a record that has changed, but cannot be removed: {problem.strerror}; remove it."
+                f"{readable(path)} belongs to a record that has changed, but cannot be removed: {reason_of(problem)}; "
+                "remove it."
             ) from None
 
     def forget_changed(self, springs: Sequence[SpringFile], settings: str) -> int:

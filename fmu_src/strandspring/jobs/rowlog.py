@@ -32,6 +32,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, TypeAdapter, ValidationError
 
+from ..files import readable, reason_of
 from .runners import JobError
 from .sole_file import open_alone, remove_open
 
@@ -88,6 +89,7 @@ class RowLog(ABC, Generic[Row]):
     Attributes
     ----------
     path : Path
+    name : str         The path as it is shown.
     finished : int     Number of finished rows.
     dropped : int      Number of damaged lines at the end that were dropped.
 
@@ -100,6 +102,7 @@ class RowLog(ABC, Generic[Row]):
         self, path: Path, row_type: type[Row], places: int, manifest: dict[str, Any], indexed: bool = False
     ) -> None:
         self.path = path
+        self.name = readable(path)
         self.finished = self.dropped = 0
         self._row_type = row_type
         self._values = _values_adapter(row_type)
@@ -117,7 +120,7 @@ class RowLog(ABC, Generic[Row]):
             self._read(self._by_index() if indexed else self._begin)
         except OSError as problem:
             self._abandon()
-            raise JobError(f"{path} cannot be read: {problem.strerror}; check the disk that it is on.") from None
+            raise JobError(f"{self.name} cannot be read: {reason_of(problem)}; check the disk that it is on.") from None
         except BaseException:
             self._abandon()
             raise
@@ -141,7 +144,7 @@ class RowLog(ABC, Generic[Row]):
             return open_alone(self.path)
         except OSError as problem:
             self._remove_new_folders()
-            raise JobError(f"{self.path} cannot be written: {problem.strerror}.") from None
+            raise JobError(f"{self.name} cannot be written: {reason_of(problem)}.") from None
         except JobError:
             self._remove_new_folders()
             raise
@@ -228,7 +231,7 @@ class RowLog(ABC, Generic[Row]):
         self._file.seek(0)
         lines = sum(self._file.read(min(_BLOCK, offset - k)).count(b"\n") for k in range(0, offset, _BLOCK))
         return JobError(
-            f"{self.path}, line {lines + 1}: damaged, or not of this job; remove this line to have it done again, or "
+            f"{self.name}, line {lines + 1}: damaged, or not of this job; remove this line to have it done again, or "
             "the file to start again."
         )
 
@@ -256,7 +259,7 @@ class RowLog(ABC, Generic[Row]):
         except LookupError:
             is_it = False
         except OSError as problem:
-            raise JobError(f"{self.path} cannot be read: {problem.strerror}.") from None
+            raise JobError(f"{self.name} cannot be read: {reason_of(problem)}.") from None
         if row is None or not is_it:
             raise self._damaged(offset)
         return row
@@ -306,7 +309,7 @@ class RowLog(ABC, Generic[Row]):
             self._file.write(content)
             self._file.flush()
         except OSError as problem:
-            raise JobError(f"{self.path} cannot be written: {problem.strerror}.") from None
+            raise JobError(f"{self.name} cannot be written: {reason_of(problem)}.") from None
         self._end += len(content)
 
     def close(self, remove: bool) -> None:
@@ -325,7 +328,7 @@ class RowLog(ABC, Generic[Row]):
         except OSError as problem:
             if remove:
                 raise JobError(
-                    f"{self.path} is no longer needed, but cannot be removed: {problem.strerror}; remove it."
+                    f"{self.name} is no longer needed, but cannot be removed: {reason_of(problem)}; remove it."
                 ) from None
         self._remove_new_folders()
 

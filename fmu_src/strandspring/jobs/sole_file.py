@@ -7,28 +7,29 @@ import sys
 from pathlib import Path
 from typing import BinaryIO
 
+from ..files import lock, readable, reason_of
 from .runners import JobError
-
-_LOCKED_BYTE = 1 << 62  # on Windows a locked byte cannot be read, so it is one that is never written
 
 
 def open_alone(path: Path) -> BinaryIO:
     """Open a regular file to read and append, and create it if there is none; it is locked until it is closed.
 
-    A symbolic link is followed. File systems without locks exist, on clusters above all: there the file is opened
-    without one.
+    A symbolic link is followed.
 
     Raises
     ------
     JobError   If it is not a regular file, another program has it open, or it cannot be written.
     """
+    name = readable(path)
+    if "\0" in str(path):
+        raise JobError(f"{name} is not a possible path; write elsewhere.")
     try:
         while True:
             if path.exists() and not path.is_file():
-                raise JobError(f"{path} is a folder or a device; move it away, or write elsewhere.")
+                raise JobError(f"{name} is a folder or a device; move it away, or write elsewhere.")
             file = path.open("a+b")
             try:
-                is_locked = _lock(file)
+                is_locked = lock(file)
                 # It may have been removed between the opening and the lock, by the program that had locked it.
                 is_current = is_locked and path.exists() and os.path.samestat(os.fstat(file.fileno()), path.stat())
             except BaseException:
@@ -39,13 +40,11 @@ def open_alone(path: Path) -> BinaryIO:
             file.close()
             if not is_locked:
                 raise JobError(
-                    f"{path} is in use by another run of the same command; wait until that has ended, or write "
+                    f"{name} is in use by another run of the same command; wait until that has ended, or write "
                     "elsewhere."
                 )
     except OSError as problem:
-        raise JobError(f"{path} cannot be written: {problem.strerror}; check the path and its rights.") from None
-    except ValueError:  # a NUL character
-        raise JobError(f"{str(path)!a} is not a possible path; write elsewhere.") from None
+        raise JobError(f"{name} cannot be written: {reason_of(problem)}; check the path and its rights.") from None
 
 
 def remove_open(file: BinaryIO, path: Path) -> None:
@@ -62,27 +61,3 @@ def remove_open(file: BinaryIO, path: Path) -> None:
         path.unlink(missing_ok=True)  # while it is locked: nobody else has begun to use it
     finally:
         file.close()
-
-
-def _lock(file: BinaryIO) -> bool:
-    """Lock a file; False if another program has done so."""
-    if sys.platform == "win32":
-        import msvcrt
-
-        file.seek(_LOCKED_BYTE)
-        try:
-            msvcrt.locking(file.fileno(), msvcrt.LK_NBLCK, 1)
-        except PermissionError:
-            return False
-        return True
-    import errno
-    import fcntl
-
-    try:
-        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except BlockingIOError:
-        return False
-    except OSError as problem:
-        if problem.errno not in (errno.ENOLCK, errno.ENOSYS, errno.ENOTSUP, errno.EOPNOTSUPP):
-            raise
-    return True

@@ -11,8 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..errors import RecordError
-from ..files import write_csv
-from .content import readable
+from ..files import readable, write_csv
 
 # Beyond what any rig measures [m], [N]; powers of such numbers overflow or vanish.
 _LEAST, _GREATEST = 1e-30, 1e30

@@ -49,7 +49,7 @@ class Journal(RowLog[RunRow]):
     def check(self, found: object, expected: dict[str, Any]) -> None:
         """Refuse the journal of another study, with the differences."""
         if not isinstance(found, dict) or found.get("format") != _FORMAT:
-            raise JobError(f"{self.path} is not the journal of a study; move it away, or write elsewhere.")
+            raise JobError(f"{self.name} is not the journal of a study; move it away, or write elsewhere.")
         if found == expected:
             return
         options = found.get("options")
@@ -62,7 +62,7 @@ class Journal(RowLog[RunRow]):
         ]
         differences += ["another model"] if found.get("model_sha256") != expected["model_sha256"] else []
         raise JobError(
-            f"{self.path} is the journal of another study ({', '.join(differences)}); finish that one with its own "
+            f"{self.name} is the journal of another study ({', '.join(differences)}); finish that one with its own "
             "options, or remove the file to start again."
         )
 

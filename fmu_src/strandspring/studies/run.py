@@ -62,7 +62,7 @@ def run_study(
     is_complete = False
     try:
         if journal.dropped:
-            notify(f"{journal.path}: {journal.dropped_sentence}; their runs are executed again.")
+            notify(f"{journal.name}: {journal.dropped_sentence}; their runs are executed again.")
         progress(journal.finished)
         with closing(finished_rows(study, journal.missing(), _LARGEST_BATCH, runner, notify)) as batches:
             for rows in batches:
@@ -76,7 +76,7 @@ def run_study(
         if not journal.finished:
             raise IsolationError(str(problem)) from None
         raise IsolationError(
-            f"{str(problem).rstrip('.')}; {journal.finished} of {len(study)} runs are kept in {journal.path}, and the "
+            f"{str(problem).rstrip('.')}; {journal.finished} of {len(study)} runs are kept in {journal.name}, and the "
             "same command continues from there."
         ) from None
     finally:
