@@ -30,7 +30,7 @@ from typing import Annotated, Any, BinaryIO, Generic, NamedTuple, TypeVar, get_t
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import Field, TypeAdapter, ValidationError
+from pydantic import ConfigDict, Field, TypeAdapter, ValidationError
 
 from ..files import readable, reason_of
 from .runners import JobError
@@ -144,7 +144,9 @@ class RowLog(ABC, Generic[Row]):
             return open_alone(self.path)
         except OSError as problem:
             self._remove_new_folders()
-            raise JobError(f"{self.name} cannot be written: {reason_of(problem)}.") from None
+            raise JobError(
+                f"{self.name} cannot be written: {reason_of(problem)}; check the path and its rights."
+            ) from None
         except JobError:
             self._remove_new_folders()
             raise
@@ -259,7 +261,7 @@ class RowLog(ABC, Generic[Row]):
         except LookupError:
             is_it = False
         except OSError as problem:
-            raise JobError(f"{self.name} cannot be read: {reason_of(problem)}.") from None
+            raise JobError(f"{self.name} cannot be read: {reason_of(problem)}; check the disk that it is on.") from None
         if row is None or not is_it:
             raise self._damaged(offset)
         return row
@@ -309,7 +311,9 @@ class RowLog(ABC, Generic[Row]):
             self._file.write(content)
             self._file.flush()
         except OSError as problem:
-            raise JobError(f"{self.name} cannot be written: {reason_of(problem)}.") from None
+            raise JobError(
+                f"{self.name} cannot be written: {reason_of(problem)}; make room, or write elsewhere."
+            ) from None
         self._end += len(content)
 
     def close(self, remove: bool) -> None:
@@ -349,7 +353,8 @@ class RowLog(ABC, Generic[Row]):
 
 def _values_adapter(row_type: type[Any]) -> TypeAdapter[tuple[Any, ...]]:
     """The types of a row's values."""
-    return TypeAdapter(tuple[tuple(get_type_hints(row_type).values())])  # type: ignore[misc, arg-type]
+    types = tuple(get_type_hints(row_type).values())
+    return TypeAdapter(tuple[types], config=ConfigDict(allow_inf_nan=False))  # type: ignore[valid-type]
 
 
 def _content(line: bytes) -> object:
