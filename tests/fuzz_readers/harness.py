@@ -136,6 +136,8 @@ def _results(script: Path, seed: int, count: int, folder: Path, keep: Path | Non
 def _do_trials(trial: Trial, seeds: range, folder: Path, keep: Path | None) -> None:
     """Do trials in this process; results go to standard output, one JSON object per line."""
     warnings.simplefilter("error")
+    gc.collect()
+    gc.freeze()  # what has been imported is not searched for garbage after every trial
     results = os.fdopen(os.dup(1), "w")
     with (folder / "printed").open("w+b") as printed:
         for descriptor in (1, 2):
@@ -192,4 +194,4 @@ def _memory(name: str) -> int:
 
 def _open_files() -> set[str]:
     descriptors = [*Path("/proc/self/fd").iterdir()]
-    return {os.readlink(each) for each in descriptors if each.exists()}
+    return {str(each.readlink()) for each in descriptors if each.is_symlink() and each.exists()}

@@ -129,7 +129,7 @@ def choose_columns(
         elif quantity == "time":
             if candidates:
                 notes.append(f"time is left out, since {listed_columns(candidates)} could hold it")
-        elif not has_names and len(columns) == 2 and not candidates:
+        elif not has_names and len(columns) == 2 and free and not candidates:
             chosen[quantity] = free[0]
             notes.append(f"{quantity} is assumed to be {free[0]}, as there is no header")
         else:

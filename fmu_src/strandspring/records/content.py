@@ -28,7 +28,8 @@ _BLOCK = 1024 * 1024
 ZIP = b"PK\x03\x04"
 # Names in an archive that show that it is a format of its own.
 _OF_FORMATS = ("[Content_Types].xml", "mimetype")
-_UNREADABLE = ("Cc", "Cn", "Cs")  # control characters, no characters, bytes that are no UTF-8
+# Control characters, marks that hide or turn what follows, no characters, bytes that are no UTF-8, ends of lines.
+_UNREADABLE = ("Cc", "Cf", "Cn", "Cs", "Zl", "Zp")
 
 
 @dataclass(frozen=True)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import gc
 import logging
+import re
 import sys
 import traceback
 import warnings
@@ -21,6 +22,7 @@ from ..units import quoted
 from .kinds import Kind, kind_of
 
 _MAX_GROUPS = 1000
+_OBJECT = re.compile(r"<[\w.]+ object at 0x[0-9a-fA-F]+>")  # the bytes of the file, as libraries name them
 
 
 def tables_of(content: Content) -> list[Table]:
@@ -98,7 +100,8 @@ def _refusal(problem: BaseException, kind: Kind, where: str) -> BaseException:
         )
     if isinstance(problem, MemoryError):
         return RecordError(f"{where}: is {kind.name} that needs too much memory; thin the record out or split it.")
-    reason = quoted(" ".join(str(problem).split())) if str(problem) else type(problem).__name__
+    text = " ".join(_OBJECT.sub("the file", str(problem)).split())
+    reason = quoted(text) if text else type(problem).__name__
     return RecordError(
         f"{where}: is {kind.name} that is damaged or cut off, or of a kind that cannot be read ({reason}); export the "
         "record again, or as CSV."
