@@ -119,9 +119,8 @@ def hdf5(random: np.random.Generator, path: Path, pieces: Sequence[Piece]) -> No
                                    {"compression": "lzf"}, {"scaleoffset": 3}))  # fmt: skip
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore")
-                if "scaleoffset" in kind and not np.isfinite(piece.values).all():
-                    kind = {}
-                rig.create_dataset(name, data=_typed(random, piece.values), **kind).attrs["units"] = _printable(
+                values = piece.values.astype("i4") if "scaleoffset" in kind else _typed(random, piece.values)
+                rig.create_dataset(name, data=values, **kind).attrs["units"] = _printable(
                     piece.unit
                 )
         if chance(random, 0.4):

@@ -7,6 +7,8 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
+import numpy as np
+
 from ..errors import RecordError
 from .dialect import Dialect
 from .units import Quantity, kind_of_unit, quoted, unit_factor, words
@@ -212,6 +214,11 @@ def _asked_column(columns: Sequence[Column], wanted: int | str, quantity: Quanti
                 f"{where}: {quantity} column {quoted(wanted)} is not in the file, "
                 f"which has {listed_columns(columns)}; give one of these names or numbers."
             )
+    elif not isinstance(wanted, int | np.integer):
+        raise RecordError(
+            f"{where}: {quantity} column must be a name or a number from 1 on, got {type(wanted).__name__}; the file "
+            f"has {listed_columns(columns)}."
+        )
     number = int(wanted)
     if not 1 <= number <= len(columns):
         raise RecordError(
