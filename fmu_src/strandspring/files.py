@@ -23,7 +23,8 @@ else:
     import fcntl
 
 
-_UNREADABLE = ("Cc", "Cn", "Cs")  # control characters, no characters, bytes that are no UTF-8
+# Control characters, marks that hide or turn what follows, no characters, bytes that are no UTF-8, ends of lines.
+_UNREADABLE = ("Cc", "Cf", "Cn", "Cs", "Zl", "Zp")
 _ABANDONED_AFTER = 60.0  # [s], of a file that nobody holds
 _PART = "part"
 _SIZELESS = 2**20  # [B]
