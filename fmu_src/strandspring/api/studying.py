@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import tempfile
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, field, fields
 from html import escape
@@ -20,6 +19,7 @@ from ..isolation.system import Excitation, IsolatedMass, IsolationError, free_tr
 from ..jobs.cluster import Cluster
 from ..jobs.runners import Local
 from ..modelfile import ModelFile
+from ..scratch import TemporaryFolder
 from ..studies.definition import RunRow, Study
 from ..studies.quantiles import GridPointSummary
 from ..studies.run import run_study
@@ -229,8 +229,8 @@ def study(
 
     if output is not None:
         return StudyResult(planned, origin, run(Path(output)), Path(output))
-    with tempfile.TemporaryDirectory(prefix="strandspring-") as folder:
-        results = Path(folder) / "results.csv"
+    with TemporaryFolder() as folder:
+        results = folder / "results.csv"
         return StudyResult(planned, origin, run(results), None, _read(results))
 
 

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import multiprocessing
 import os
-import signal
 import sys
 import threading
 import time
@@ -25,6 +24,7 @@ from typing import Any, NamedTuple, Protocol, TypeVar
 
 from threadpoolctl import threadpool_limits
 
+from ..endings import handled_endings, held_endings, leave_interrupts_to_parent
 from ..errors import StrandspringError
 
 _MOST_WORKERS = 61  # Windows waits for no more processes
@@ -202,15 +202,8 @@ def _interrupts_kept() -> Iterator[list[int]]:
             raise KeyboardInterrupt(number)
         interrupted.append(number)
 
-    if threading.current_thread() is not threading.main_thread():
-        yield interrupted  # signals are handled in the main thread
-        return
-    before = {number: signal.signal(number, keep) for number in (signal.SIGINT, signal.SIGTERM)}
-    try:
+    with handled_endings(keep):
         yield interrupted
-    finally:
-        for number, handler in before.items():
-            signal.signal(number, handler)
 
 
 class _InlineExecutor(Executor):
@@ -230,7 +223,8 @@ class _Processes(ProcessPoolExecutor):
         main = sys.modules["__main__"]
         sys.modules["__main__"] = ModuleType("__main__")
         try:
-            return super().submit(fn, *args, **kwargs)
+            with held_endings():
+                return super().submit(fn, *args, **kwargs)
         finally:
             sys.modules["__main__"] = main
 
@@ -257,7 +251,8 @@ class Local:
         # A fork would inherit locks of other threads, such as that of the progress bar.
         context = multiprocessing.get_context("spawn")
         listening, lifeline = context.Pipe(duplex=False)
-        executor = _Processes(workers, context, initializer=_start_worker, initargs=(listening,))
+        with held_endings():  # starts the process that looks after semaphores, which a closing terminal must not end
+            executor = _Processes(workers, context, initializer=_start_worker, initargs=(listening,))
         obituary = "A worker process died, perhaps for want of memory; use fewer workers."
         try:
             yield Pool(executor, 2 * workers, (BrokenProcessPool,), obituary)
@@ -277,8 +272,8 @@ def _usable_cores() -> int:
 
 
 def _start_worker(listening: Connection) -> None:
-    """Prepare a worker process: the parent handles interrupts, and the worker ends with the parent."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    """Prepare a worker process: the parent handles signals to the group, and the worker ends with the parent."""
+    leave_interrupts_to_parent()
     threadpool_limits(limits=1)
     threading.Thread(target=_leave_with_lifeline, args=(listening,), daemon=True).start()
 
