@@ -95,7 +95,7 @@ def _can_write(folder: str) -> bool:
 
 def _run(folder: Path, target: Target, *arguments: str) -> None:
     # File names are relative to where the compiler runs: no path of this computer reaches the binary.
-    done = subprocess.run(
+    done = subprocess.run(  # noqa: S603 - the compiler of the package, without a shell
         [sys.executable, "-m", "ziglang", "cc", "-target", target.triple, *arguments],
         cwd=folder,
         env=_environment(folder),
