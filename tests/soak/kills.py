@@ -241,7 +241,7 @@ def trial(command: Command, place: Place, undisturbed: Undisturbed, chance: rand
     remains.left += [f"process {_command_line(pid)}" for pid in alive]
     for pid in alive:
         os.kill(pid, signal.SIGKILL)
-    remains.wrong += [f"{name} is neither old nor new" for name in _mixed(place.outputs(command), undisturbed, before)]
+    remains.wrong += [f"{name} is neither old nor new" for name in mixed(place.outputs(command), undisturbed, before)]
     lost = before.keys() - place.outputs(command).keys()
     remains.wrong += [f"{name} was there and is lost" for name in lost]
     remains.left += place.strangers(command) + [f"semaphore {name}" for name in semaphores() - orphaned]
@@ -258,7 +258,8 @@ def trial(command: Command, place: Place, undisturbed: Undisturbed, chance: rand
     return f"{'over old outputs' if before else 'without outputs'}, {moment}", remains
 
 
-def _mixed(found: dict[str, str], undisturbed: Undisturbed, before: dict[str, str]) -> list[str]:
+def mixed(found: dict[str, str], undisturbed: Undisturbed, before: dict[str, str]) -> list[str]:
+    """Outputs that are neither those of an undisturbed run nor those that lay there before."""
     return [name for name, content in found.items() if content not in (undisturbed.new.get(name), before.get(name))]
 
 
