@@ -37,11 +37,10 @@ def test_memory_stays_flat(task: str, count: int) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("command", ["synthesize", "study"])
-def test_a_killed_command_loses_nothing(command: str) -> None:
-    done = run("kills.py", "--only", command, "--count", 4)
+def test_a_killed_study_loses_nothing() -> None:
+    done = run("kills.py", "--only", "study", "--count", 3)
     assert done.returncode == 0, done.stdout + done.stderr
-    assert "tried    4" in done.stdout
+    assert "tried    3" in done.stdout
 
 
 def test_what_is_neither_old_nor_new_is_noticed() -> None:
