@@ -18,6 +18,7 @@ import hashlib
 import json
 import os
 import random
+import re
 import shutil
 import signal
 import subprocess
@@ -26,6 +27,7 @@ import tempfile
 import time
 from collections import Counter
 from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -188,27 +190,28 @@ def descendants(mark: str) -> Iterator[int]:
                 yield int(entry.name)
 
 
-def semaphores() -> set[str]:
-    """Named semaphores and shared memory of Python's processes that no process has open."""
-    names = {path.name for path in Path("/dev/shm").glob("*mp-*")}
-    for maps in Path("/proc").glob("[0-9]*/maps"):
-        try:
-            text = maps.read_text()
-        except OSError:
-            continue
-        names = {name for name in names if name not in text}
+def shared_memory(mark: str) -> set[Path]:
+    """Named semaphores and shared memory that the processes of a trial have open."""
+    names: set[Path] = set()
+    for pid in descendants(mark):
+        with suppress(OSError):
+            names |= set(map(Path, re.findall(r"/dev/shm/\S+", Path(f"/proc/{pid}/maps").read_text())))
     return names
 
 
-def kill_at(place: Place, process: subprocess.Popen[bytes], chance: random.Random, duration: float) -> str:
-    """Kill the main process at a random moment; says which."""
+def kill_at(
+    place: Place, process: subprocess.Popen[bytes], chance: random.Random, duration: float
+) -> tuple[str, set[Path]]:
+    """Kill the main process at a random moment; says which, and what shared memory was open then."""
+    opened: set[Path] = set()
     if chance.random() < 0.5:
         moment = chance.uniform(0.0, 1.1 * duration)
         try:
             process.wait(timeout=moment)
         except subprocess.TimeoutExpired:
+            opened = shared_memory(place.environment[MARK])
             process.kill()
-        return f"after {moment:.3f} s"
+        return f"after {moment:.3f} s", opened
     changes, pause = chance.randint(1, 6), chance.choice([0.0, chance.uniform(0.0, 0.02), chance.uniform(0.0, 0.3)])
     before, remaining = place.signs(), changes
     while process.poll() is None and remaining > 0:
@@ -217,8 +220,9 @@ def kill_at(place: Place, process: subprocess.Popen[bytes], chance: random.Rando
         before = now
     if process.poll() is None:
         time.sleep(pause)
+        opened = shared_memory(place.environment[MARK])
         process.kill()
-    return f"{pause:.3f} s after change {changes} of its folders"
+    return f"{pause:.3f} s after change {changes} of its folders", opened
 
 
 def trial(command: Command, place: Place, undisturbed: Undisturbed, chance: random.Random) -> tuple[str, Remains]:
@@ -229,9 +233,8 @@ def trial(command: Command, place: Place, undisturbed: Undisturbed, chance: rand
     before = undisturbed.old if chance.random() < 0.5 else {}
     if before:
         shutil.copytree(place.folder / "old", place.folder / "out", dirs_exist_ok=True)
-    orphaned = semaphores()
     process = place.start(command, "new")
-    moment = kill_at(place, process, chance, undisturbed.duration)
+    moment, opened = kill_at(place, process, chance, undisturbed.duration)
     process.wait()
     moment += ", killed" if process.returncode == -signal.SIGKILL else ", finished before"
     remains = Remains()
@@ -244,7 +247,7 @@ def trial(command: Command, place: Place, undisturbed: Undisturbed, chance: rand
     remains.wrong += [f"{name} is neither old nor new" for name in mixed(place.outputs(command), undisturbed, before)]
     lost = before.keys() - place.outputs(command).keys()
     remains.wrong += [f"{name} was there and is lost" for name in lost]
-    remains.left += place.strangers(command) + [f"semaphore {name}" for name in semaphores() - orphaned]
+    remains.left += place.strangers(command) + [str(name) for name in sorted(opened) if name.exists()]
     status = place.run(command, "new")
     if status != undisturbed.status:
         remains.wrong.append(f"the next run ended with {status}: {(place.folder / 'stderr.txt').read_text()[-500:]}")
