@@ -33,6 +33,7 @@ _LISTS = {_VERSION: _POLYNOMIALS, _TABLE_VERSION: _TABLES}
 _MAX_DESCRIPTION = 2000
 
 # An identifier of C and Python that is also a safe file name.
+LONGEST_NAME = 64
 NAME_PATTERN = r"^[A-Za-z][A-Za-z0-9_]{0,63}$"
 NAME_RULE = "a letter followed by at most 63 letters, digits or underscores, and not a Windows device such as nul"
 _WINDOWS_DEVICES = {"con", "prn", "aux", "nul"} | {f"{d}{k}" for d in ("com", "lpt") for k in range(1, 10)}
@@ -55,9 +56,12 @@ def check_name(name: str) -> str:
 
 
 def identifier(text: str) -> str:
-    """An identifier derived from the file name `text`."""
-    name = re.sub(r"[^A-Za-z0-9_]+", "_", Path(text).stem).strip("_")
-    return (name if name[:1].isalpha() and name.isascii() else f"spring_{name}").rstrip("_")[:64]
+    """Text, such as a file name without its suffix, as a valid name."""
+    name = re.sub(r"[^A-Za-z0-9_]+", "_", text).strip("_")[:LONGEST_NAME].rstrip("_")
+    try:
+        return check_name(name)
+    except ModelError:  # begins with a digit, say
+        return f"spring_{name}"[:LONGEST_NAME].rstrip("_")
 
 
 @dataclass(frozen=True)

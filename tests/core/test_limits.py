@@ -96,7 +96,7 @@ def by_the_stepper(spring: SpringParameters, path: FloatArray, omega_start: floa
 
 
 def test_both_kernels_have_the_same_limits() -> None:
-    text = (KERNEL / "limits.h").read_text()
+    text = (KERNEL / "spring_limits.h").read_text()
     found = {name: float(value) for name, value in re.findall(r"([A-Z][A-Z_]+) = ([-+.e\d]+)", text)}
     assert found == {
         "SPRING_COEFFICIENTS": limits.MAXIMUM_DEGREE + 1,

@@ -8,8 +8,8 @@ from dataclasses import dataclass, fields
 from itertools import pairwise
 from typing import Any
 
-# The limits of what is a spring, for model files, identification, FMUs and both kernels; c/limits.h repeats them. Real
-# springs lie far inside, and no force, energy or derivative of what lies inside overflows.
+# The limits of what is a spring, for model files, identification, FMUs and both kernels; c/spring_limits.h repeats
+# them. Real springs lie far inside, and no force, energy or derivative of what lies inside overflows.
 #
 # Outside these the closed form's accuracy of 1e-10 has not been shown.
 N_RANGE = (0.01, 100.0)

@@ -4,7 +4,7 @@
 #ifndef SPLINE_H
 #define SPLINE_H
 
-#include "limits.h"
+#include "spring_limits.h"
 #include "spring_local.h"
 
 enum { SPLINE_POWERS = 4 };

@@ -11,7 +11,8 @@
 #ifndef SPRING_H
 #define SPRING_H
 
-#include "limits.h"
+#include "spring_limits.h"
+#include "spring_number.h"
 #include "saturation.h"
 #include "spline.h"
 #include "spring_local.h"
@@ -69,13 +70,6 @@ typedef struct {
 typedef struct {
     double value, by_omega, by_rho, by_sigma, by_n;
 } SpringOmegaSlope;
-
-/* A number as Python's repr writes it, whatever the locale. */
-typedef struct {
-    char text[32];
-} SpringNumber;
-
-SPRING_LOCAL SpringNumber spring_number(double value);
 
 /* The first reason why the parameters are not a physically possible spring, written into text (always terminated), in
  * the words of spring_parameters() in variables.py. Returns 0 if they are possible, else 1. */

@@ -1,6 +1,6 @@
 /* The limits of what is a spring, as parameters.py says them and why; a test compares the two. */
-#ifndef LIMITS_H
-#define LIMITS_H
+#ifndef SPRING_LIMITS_H
+#define SPRING_LIMITS_H
 
 enum { SPRING_COEFFICIENTS = 21 /* of a polynomial of degree 20 */, LEAST_KNOTS = 7, SPRING_KNOTS = 25 };
 
