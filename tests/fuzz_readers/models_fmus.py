@@ -132,16 +132,16 @@ def _strange_json(dice: Dice, files: Files) -> None:
     )[int(dice.integers(11))]  # fmt: skip
 
 
+_NAMES = (
+    "../escaped", "../../../../tmp/strandspring_escaped", "/tmp/strandspring_escaped", "a\\..\\b", "x" * 5000,
+    "C:\\escaped", "\x1b[31m", "ä", "a\x01b", "resources/../../escaped", "con", "a/", "\u202e", "\U0001f600",
+    "binaries/linux64/spring.so", "modeldescription.XML", "resources",
+)  # fmt: skip
+
+
 def _strange_names(dice: Dice, files: Files) -> None:
     for _ in range(int(dice.integers(1, 4))):
-        name = str(
-            dice.choice(
-                ["../escaped", "../../../../tmp/strandspring_escaped", "/tmp/strandspring_escaped", "a\\..\\b", "x" * 5000,
-                 "C:\\escaped", "\x1b[31m", "ä", "a\x01b", "resources/../../escaped", "con", "a/", "\u202e", "\U0001f600",
-                 "binaries/linux64/spring.so", "modeldescription.XML", "resources"]
-            )
-        )  # fmt: skip
-        files[name] = b"content"
+        files[_NAMES[int(dice.integers(len(_NAMES)))]] = b"content"
 
 
 _XML_HEADS = (
@@ -198,11 +198,12 @@ def _bomb(dice: Dice, files: Files) -> None:
     files[_of(dice, files)] = b"\0" * int(dice.choice((20_000_000, 230_000_000)))
 
 
+_ROWS = (b"0,nan,inf,1e999\n", b"0\n", b"a,b,c,d\n", b"\xff\n", b"0,0,0,0\n", b'"', b"0,1e300,0,0\n")
+
+
 def _strange_tables(dice: Dice, files: Files) -> None:
-    files[str(dice.choice((STIMULI, REFERENCE)))] = (
-        b"time,displacement,force,absorbed_energy\n" + bytes(dice.choice((b"0,nan,inf,1e999\n", b"0\n", b"a,b,c,d\n", b"\xff\n",
-                                                                    b"0,0,0,0\n", b'"', b"0,1e300,0,0\n")))
-    )  # fmt: skip
+    row = _ROWS[int(dice.integers(len(_ROWS)))]
+    files[str(dice.choice((STIMULI, REFERENCE)))] = b"time,displacement,force,absorbed_energy\n" + row
 
 
 def _many(_dice: Dice, files: Files) -> None:
