@@ -53,6 +53,7 @@ def run_study(
     ------
     IsolationError           If the journal is that of another study, or the runs cannot be executed; finished ones are
                              kept.
+    StrandspringError        If the journal cannot be removed; the results are written.
     """
     try:
         refuse_unwritable(results)
