@@ -23,9 +23,11 @@ else:
     import fcntl
 
 
-_UNREADABLE = ("Cc", "Cn", "Cs")  # control characters, no characters, bytes that are no UTF-8
+# Control characters, marks that hide or turn what follows, no characters, bytes that are no UTF-8, ends of lines.
+_UNREADABLE = ("Cc", "Cf", "Cn", "Cs", "Zl", "Zp")
 _ABANDONED_AFTER = 60.0  # [s], of a file that nobody holds
 _PART = "part"
+_SIZELESS = 2**20  # [B]
 _LOCKED_BYTE = 1 << 62
 _FORMULA = ("=", "+", "-", "@", "\t", "\r")  # what a spreadsheet takes for the beginning of a formula
 _NO_TEXT = frozenset((float, int, bool, type(None)))
@@ -86,8 +88,10 @@ def read_bytes(
 ) -> bytes:
     """Content of a file from outside; arguments and errors as for `opened`."""
     with opened(path, maximum_bytes, file_type, error) as file:
-        content = file.read(maximum_bytes + 1)
-    if len(content) > maximum_bytes:
+        # A buffer for what is there: files of /proc have no size.
+        expected = min(max(os.fstat(file.fileno()).st_size, _SIZELESS), maximum_bytes)
+        content = file.read(expected + 1)
+    if len(content) > expected:
         raise error(f"{readable(path)}: grows while it is read; give {file_type} that is complete.")
     return content
 

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import io
 import json
-import math
 import re
 import zipfile
 import zlib
@@ -19,6 +18,8 @@ from typing import Any
 from .core.parameters import KNOTS, MAXIMUM_DEGREE, SCALARS, SpringParameters
 from .errors import ModelError
 from .files import bundled_file, read_bytes, read_text, write_text
+from .stated_uncertainty import check_uncertainty
+from .strict_json import is_finite, parse, plain, printable, shown
 
 MAXIMUM_BYTES = 10_000_000
 MAXIMUM_FMU_BYTES = 200_000_000  # packed, and all its files together unpacked
@@ -32,7 +33,6 @@ _POLYNOMIALS = {"kE": (1, MAXIMUM_DEGREE + 1), "kA": (1, MAXIMUM_DEGREE + 1)}
 _TABLES = {"FE_knots": KNOTS, "FE_forces": KNOTS, "kA": (1, MAXIMUM_DEGREE + 1)}
 _LISTS = {_VERSION: _POLYNOMIALS, _TABLE_VERSION: _TABLES}
 _MAX_DESCRIPTION = 2000
-_MAX_NESTING = 200
 
 # An identifier of C and Python that is also a safe file name.
 LONGEST_NAME = 64
@@ -80,7 +80,8 @@ class ModelFile:
 
     Raises
     ------
-    ModelError   If the name or the description is invalid, or a dict contains what JSON cannot represent.
+    ModelError   If the name or the description is invalid, a dict contains what JSON cannot represent, or a field of
+                 the uncertainty is not what this program reads there.
     """
 
     name: str
@@ -101,11 +102,11 @@ class ModelFile:
         for name in ("fit", "uncertainty", "provenance"):
             value = getattr(self, name)
             try:
-                # A round trip, so that loading a saved model gives an equal one.
-                plain = json.loads(json.dumps(value, allow_nan=False))
+                # So that loading a saved model gives an equal one.
+                object.__setattr__(self, name, plain(value))
             except (TypeError, ValueError, RecursionError):
                 raise _wrong(name, "must contain finite numbers, text, lists and objects only", value) from None
-            object.__setattr__(self, name, plain)
+        check_uncertainty(self.parameters, self.uncertainty)
 
     @classmethod
     def from_content(cls, content: Json) -> ModelFile:
@@ -170,18 +171,17 @@ def load_model(path: str | Path) -> ModelFile:
         else read_text(path, MAXIMUM_BYTES, "a model file (JSON)", ModelError)
     )
     try:
-        content = json.loads(
-            text, parse_constant=_refuse_constant, parse_float=_finite, object_pairs_hook=_refuse_duplicates
-        )
-        if _nesting(content) > _MAX_NESTING:
-            raise RecursionError(f"maximum recursion depth of {_MAX_NESTING} exceeded")
+        content = parse(text)
     except json.JSONDecodeError as problem:
         raise ModelError(
             f"{path}, line {problem.lineno}: not valid JSON ({problem.msg}); give a model file written by "
             "`strandspring identify`."
         ) from None
-    except (ValueError, RecursionError) as problem:
-        raise ModelError(f"{path}: not a valid model file ({problem}).") from None
+    except ValueError as problem:
+        raise ModelError(
+            f"{path}: not a valid model file ({problem}); correct it, or give a model file written by "
+            "`strandspring identify`."
+        ) from None
     if not isinstance(content, dict) or content.get("format") != _FORMAT:
         raise ModelError(
             f'{path}: field "format" must be "{_FORMAT}"; give a model file written by `strandspring identify`.'
@@ -239,22 +239,15 @@ def _parameters(values: Json, lists: Mapping[str, tuple[int, int]]) -> SpringPar
     _check_fields(values, (*lists, *SCALARS), (), "parameters.")
     for name, (least, most) in lists.items():
         value = values[name]
-        if not (isinstance(value, list) and least <= len(value) <= most and all(map(_is_number, value))):
+        if not (isinstance(value, list) and least <= len(value) <= most and all(map(is_finite, value))):
             raise _wrong(f"parameters.{name}", f"must be a list of {least} to {most} finite numbers", value)
     for name in SCALARS:
-        if not _is_number(values[name]):
+        if not is_finite(values[name]):
             raise _wrong(f"parameters.{name}", "must be a finite number", values[name])
     try:
         return SpringParameters(**{"kE": (), **values, **{name: float(values[name]) for name in SCALARS}})
     except ValueError as problem:
         raise ModelError(f"{str(problem).rstrip('.')}; correct the parameters or identify again.") from None
-
-
-def _is_number(value: object) -> bool:
-    try:
-        return isinstance(value, (int, float)) and not isinstance(value, bool) and math.isfinite(value)
-    except OverflowError:  # an integer beyond the range of float
-        return False
 
 
 def _check_fields(content: Json, required: Iterable[str], optional: Collection[str], prefix: str = "") -> None:
@@ -263,43 +256,8 @@ def _check_fields(content: Json, required: Iterable[str], optional: Collection[s
             raise ModelError(f'field "{prefix}{name}" is missing; add it or identify the spring again.')
     for name in content:
         if name not in required and name not in optional:
-            raise ModelError(
-                f'field "{prefix}{_printable(name[:40])}" is not known; remove it or correct its spelling.'
-            )
+            raise ModelError(f'field "{prefix}{printable(name[:40])}" is not known; remove it or correct its spelling.')
 
 
 def _wrong(name: str, condition: str, value: object) -> ModelError:
-    text = ascii(value)
-    return ModelError(
-        f'field "{name}": {condition}, got {text if len(text) <= 60 else text[:57] + "..."}; correct this field.'
-    )
-
-
-def _refuse_constant(text: str) -> None:
-    raise ValueError(f"numbers must be finite, got {text}")
-
-
-def _finite(text: str) -> float:
-    if not math.isfinite(float(text)):
-        _refuse_constant(text[:40])
-    return float(text)
-
-
-def _refuse_duplicates(pairs: list[tuple[str, Any]]) -> Json:
-    content = dict(pairs)
-    if len(content) < len(pairs):
-        names = [name for name, _ in pairs]
-        duplicate = next(name for name in names if names.count(name) > 1)
-        raise ValueError(f'field "{_printable(duplicate)}" is given twice')
-    return content
-
-
-def _nesting(content: object) -> int:
-    """Levels of lists and objects."""
-    children = content.values() if isinstance(content, dict) else content if isinstance(content, list) else ()
-    return 1 + max(map(_nesting, children), default=0)
-
-
-def _printable(text: str) -> str:
-    """Text of a file, without control characters for the terminal."""
-    return ascii(text[:200])[1:-1]
+    return ModelError(f'field "{name}": {condition}, got {shown(value)}; correct this field.')

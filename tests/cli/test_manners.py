@@ -235,6 +235,26 @@ def test_outputs_are_checked_before_work_begins(terminal: Terminal, open_folder:
     assert not Path("new").exists()
 
 
+@pytest.mark.parametrize(
+    ("command", "written"),
+    [
+        ("show loop.csv -o page.csv", ".html"),
+        ("docs -o page.json", ".html"),
+        ("identify loop.csv -o model.xlsx", ".json"),
+        ("info mount.json --save mount.fmu", ".json"),
+        ("predict mount.json loop.csv -o out.xlsx", ".csv"),
+        ("isolate mount.json --mass 5 -o out.json", ".csv"),
+        ("study mount.json --mass 5 -o out.PARQUET", ".csv"),
+        ("synthesize spring mount.json -o record.mat", ".csv"),
+        ("synthesize ni -o record.h5", ".csv"),
+    ],
+)
+def test_a_name_that_promises_another_format_is_refused(terminal: Terminal, command: str, written: str) -> None:
+    terminal(*command.split(), status=2)
+    assert f"is written as {written}; end the name so." in terminal.err
+    assert [path.name for path in Path().iterdir()] == ["mount.json"]
+
+
 def test_files_are_written_as_by_other_programs(open_folder: Path) -> None:
     with umask(0o027):
         write_text(open_folder / "new", "a")

@@ -435,7 +435,9 @@ def test_a_record_is_a_read_only_copy() -> None:
         (([[1.0, 2.0]], [1.0, 2.0]), "one dimension, got the shape (1, 2)"),
         ((["a", "b"], [1.0, 2.0]), "real numbers"),
         (([1j, 2.0], [1.0, 2.0]), "real numbers"),
-        (([[1], [1, 2]], [1.0, 2.0]), "real numbers"),
+        (([[1], [1, 2]], [1.0, 2.0]), "one dimension, got sequences of several lengths"),
+        (([1, 10**400], [1.0, 2.0]), "real numbers, got Python objects, or integers too large for a double"),
+        (([1.0, 2.0], np.ma.array([1.0, 2.0], mask=[True, False])), "`force` must have no masked samples"),
     ],
 )
 def test_impossible_arrays_are_refused(arguments: tuple[object, ...], part: str) -> None:

@@ -68,7 +68,7 @@ def identify(
     """
     method = method_options(options)
     reporting = Reporting(options)
-    refuse_overwriting(record_files(records), {"--output": output, **reporting.outputs})
+    refuse_overwriting(record_files(records), {"--output": output, **reporting.outputs}, ".json")
     chosen = name or identifier(Path(output).stem)
     model, identification = identified(records, options, method, chosen, description)
     ranking: Ranking | None = None
