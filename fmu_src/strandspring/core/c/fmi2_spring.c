@@ -38,11 +38,12 @@ fmi2Component fmi2Instantiate(fmi2String instanceName, fmi2Type fmuType, fmi2Str
     Allocator allocator = {functions->allocateMemory, functions->freeMemory};
     if (own_memory)
         allocator = (Allocator){calloc, free};
-    Instance *instance = allocator.allocate(1, sizeof *instance + strlen(instanceName) + 1);
+    const size_t name_size = strlen(instanceName) + 1;
+    Instance *instance = allocator.allocate(1, sizeof *instance + name_size);
     if (instance == NULL)
         return FMU_REFUSE_POINTER(&log, "There is not enough memory for an instance.");
     memset(instance, 0, sizeof *instance);
-    strcpy(instance->name, instanceName);
+    memcpy(instance->name, instanceName, name_size);
     log.instance_name = instance->name;
     instance->log = log;
     instance->allocator = allocator;
