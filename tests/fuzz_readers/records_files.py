@@ -23,9 +23,10 @@ import pyarrow as pa
 import pyuff
 import xlwt
 from pyarrow import feather, parquet
-from records_pieces import ABSURD_INTEGERS, Piece, chance, one_of
 from scipy.io import savemat
 from scipy.sparse import csc_array
+
+from records_pieces import ABSURD_INTEGERS, Piece, chance, one_of
 
 Write = Callable[[np.random.Generator, Path, Sequence[Piece]], None]
 
@@ -119,7 +120,9 @@ def hdf5(random: np.random.Generator, path: Path, pieces: Sequence[Piece]) -> No
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore")
                 values = piece.values.astype("i4") if "scaleoffset" in kind else _typed(random, piece.values)
-                rig.create_dataset(name, data=values, **kind).attrs["units"] = _printable(piece.unit)
+                rig.create_dataset(name, data=values, **kind).attrs["units"] = _printable(
+                    piece.unit
+                )
         if chance(random, 0.4):
             rig.create_dataset("serial", data=7)
             rig.create_dataset("text", data=["a", "b"], dtype=h5py.string_dtype())
