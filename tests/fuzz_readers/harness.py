@@ -199,4 +199,6 @@ def _memory(name: str) -> int:
 def _open_files() -> set[str]:
     """What is open besides pipes, by which processes that are kept for the next trial are reached."""
     descriptors = [*Path("/proc/self/fd").iterdir()]
-    return {link for each in descriptors if each.is_symlink() and not (link := str(each.readlink())).startswith("pipe:")}
+    return {
+        link for each in descriptors if each.is_symlink() and not (link := str(each.readlink())).startswith("pipe:")
+    }

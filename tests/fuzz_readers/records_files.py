@@ -120,9 +120,7 @@ def hdf5(random: np.random.Generator, path: Path, pieces: Sequence[Piece]) -> No
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore")
                 values = piece.values.astype("i4") if "scaleoffset" in kind else _typed(random, piece.values)
-                rig.create_dataset(name, data=values, **kind).attrs["units"] = _printable(
-                    piece.unit
-                )
+                rig.create_dataset(name, data=values, **kind).attrs["units"] = _printable(piece.unit)
         if chance(random, 0.4):
             rig.create_dataset("serial", data=7)
             rig.create_dataset("text", data=["a", "b"], dtype=h5py.string_dtype())

@@ -25,7 +25,8 @@ _ENCODINGS = (
     "utf-32", "utf-7", "koi8-r", "cp037",
 )  # fmt: skip
 _PREAMBLES = (
-    "Test of a spring", "# rig 7", "% comment", "Operator;A;;", "Date,2024-01-01,12:00", "---", "====\t====", "", " ", "BZh", "PK", "MATLAB",
+    "Test of a spring", "# rig 7", "% comment", "Operator;A;;", "Date,2024-01-01,12:00", "---", "====\t====", "", " ",
+    "BZh", "PK", "MATLAB",
     "-1", "   58", "<html>", "\x0c", "sep=;", "1;2", "3.5 4.5", "%PDF", "{", "\\documentclass", "'", '"', "1e5",
 )  # fmt: skip
 

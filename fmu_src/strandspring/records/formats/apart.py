@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import atexit
 import contextlib
+import gc
 import json
 import os
 import shutil
@@ -22,6 +23,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
+from types import ModuleType
 from typing import IO, Any
 
 import numpy as np
@@ -32,7 +34,7 @@ from ..content import Content
 from .guarding import damaged, guarded
 
 _MEMORY = 900 * 1024**2  # two channels of the most values that a record may have
-_SECONDS, _BYTES_PER_SECOND = 8.0, 5e6  # of processor time, and more of it for large files
+_SECONDS, _BYTES_PER_SECOND = 6.0, 5e6  # of processor time, and more of it for large files
 _LARGE = 50 * 1024**2  # a process that holds such a file is not kept
 _PROGRAM = "import json, sys; sys.path[:] = json.loads(sys.argv[1]); from {0} import answer; answer()"
 # Threads of libraries would take room of which little is used.
@@ -219,7 +221,7 @@ def answer() -> None:
                 channels = []
                 content = Content(where, requests.read(request["size"]), "")
                 with guarded(kind, where):
-                    module = import_module(f".{request['module']}", __package__)
+                    module = _imported(f"{__package__}.{request['module']}")
                     _limit(request["memory"], request["seconds"])
                     found = module.read_tables(content)
                 if found and isinstance(found[0], Sheet):
@@ -241,6 +243,15 @@ def answer() -> None:
             answers.write(view)
         answers.flush()
     shutil.rmtree(tempfile.gettempdir(), ignore_errors=True)  # where the parent was killed before it could
+
+
+def _imported(name: str) -> ModuleType:
+    """A module of this folder, and with it the library that it uses."""
+    if name not in sys.modules:
+        import_module(name)
+        gc.collect()
+        gc.freeze()  # which makes the collections after damaged files quick
+    return sys.modules[name]
 
 
 def _described(channel: Channel) -> dict[str, Any]:

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pyuff
 
 from ...errors import RecordError
 from ..channels import Channel, FloatArray
@@ -32,8 +33,6 @@ def read_tables(content: Content) -> list[Channel]:
     ------
     RecordError   If there are none, but spectra or shapes.
     """
-    import pyuff
-
     # pyuff reads by file name only, and prints what it thinks of a file.
     with tempfile.TemporaryDirectory() as folder, contextlib.redirect_stdout(io.StringIO()):
         path = Path(folder) / "record.uff"
