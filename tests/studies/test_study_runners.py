@@ -82,7 +82,9 @@ def test_a_cluster_of_another_version_is_refused(
     tmp_path: Path, cluster: LocalCluster, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("strandspring.jobs.cluster.__version__", "0.0.0")
-    with pytest.raises(IsolationError, match=f"has strandspring {__version__}, but the work is given by 0.0.0"):
+    with pytest.raises(
+        IsolationError, match=f"has strandspring {__version__}, but the work is given by strandspring 0.0.0"
+    ):
         run_study(CHEAP, tmp_path / "results.csv", Cluster(cluster.scheduler_address))
     assert not list(tmp_path.iterdir())
 
