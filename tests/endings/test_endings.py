@@ -279,7 +279,8 @@ def test_a_command_that_is_ended_at_a_random_moment_leaves_nothing(
 ) -> None:
     folder = tmp_path_factory.mktemp("kills")
     seed = f"{name} {number}"
-    moment = moment_of(random.Random(seed), COMMANDS[name])
-    print(f"seed {seed!r}: after {moment:.2f} s")
-    assert Kills(folder).case(name, number, moment, "case")[1] == []
+    chance = random.Random(seed)
+    moment, to_all = moment_of(chance, COMMANDS[name]), chance.random() < 0.5
+    print(f"seed {seed!r}: after {moment:.2f} s, to all processes: {to_all}")
+    assert Kills(folder).case(name, number, to_all, moment, "case")[1] == []
     shutil.rmtree(folder)
