@@ -216,4 +216,4 @@ def _model(source: Any, name: str | None) -> ModelFile:
         found = identify_records(as_records(source))
         for sentence in found.cautions:
             warnings.warn(sentence, stacklevel=3)
-    return found.model_file(identifier(found.records[0].path) if name is None else name)
+    return found.model_file(identifier(Path(found.records[0].path).stem) if name is None else name)

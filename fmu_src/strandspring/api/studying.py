@@ -68,7 +68,7 @@ class StudyResult(Result):
         """One row for each run, in SI units; the columns are the attributes of `RunRow`."""
         if self._rows is not None:
             return self._rows.copy()
-        assert self.output is not None
+        assert self.output is not None  # noqa: S101 - rows are kept where there is no file
         return _read(self.output)
 
     def quantiles(self) -> pd.DataFrame:

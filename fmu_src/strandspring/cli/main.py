@@ -17,6 +17,7 @@ from click.shell_completion import CompletionItem
 from .._version import __version__
 from ..endings import handled_endings
 from ..errors import StrandspringError
+from ..files import readable, reason_of
 from ..identification.outcomes import IdentificationError
 from .output import drop_failing_output, result_json
 
@@ -122,14 +123,26 @@ def main(arguments: Sequence[str] | None = None) -> None:
         click.echo(f"strandspring: {sentence}", err=True)
         _leave(128 + number, as_json, {"type": "Interrupt", "message": sentence})
     except OSError as problem:
-        if not drop_failing_output():
-            raise
-        click.echo(f"strandspring: Standard output cannot be written: {problem.strerror}; send it elsewhere.", err=True)
-        sys.exit(1)
+        if problem.filename is None and drop_failing_output():
+            sentence = f"Standard output cannot be written: {reason_of(problem)}; send it elsewhere."
+            click.echo(f"strandspring: {sentence}", err=True)
+            sys.exit(1)
+        place = "" if problem.filename is None else f"{readable(str(problem.filename))}: "
+        remedy = "check this place, and the room in the folder for temporary files (TMPDIR)"
+        _refuse(f"{place}{reason_of(problem)}; {remedy}.", "OSError", as_json)
+    except MemoryError:
+        _refuse(
+            "There is not enough memory for this; give fewer or shorter records, or fewer runs.", "MemoryError", as_json
+        )
     except StrandspringError as refusal:
-        click.echo(f"strandspring: {refusal}", err=True)
         outcome = {"outcome": refusal.outcome.name.lower()} if isinstance(refusal, IdentificationError) else {}
-        _leave(1, as_json, {"type": type(refusal).__name__, **outcome, "message": str(refusal)})
+        _refuse(str(refusal), type(refusal).__name__, as_json, **outcome)
+
+
+def _refuse(sentence: str, kind: str, as_json: bool, **more: str) -> NoReturn:
+    """Leave with status 1 and a sentence on standard error, in which nothing steers a terminal."""
+    click.echo(f"strandspring: {readable(sentence)}", err=True)
+    _leave(1, as_json, {"type": kind, **more, "message": sentence})
 
 
 def _leave(status: int, as_json: bool, error: dict[str, str]) -> NoReturn:

@@ -73,7 +73,13 @@ _SEVERAL = "repeat, or give LOW:HIGH:COUNT, for more"
 @zero_option
 @curve_options(points=24)
 @worker_options
-@click.option("-o", "--output", required=True, metavar="RESULTS.csv", help="Write one line for each run to this file.")
+@click.option(
+    "-o",
+    "--output",
+    required=True,
+    metavar="RESULTS.csv",
+    help="Write one line for each run to this file.",
+)
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object instead of text.")
 def study(
     model: str,
@@ -100,7 +106,7 @@ def study(
     """
     chosen = chosen_levels({kind: _flat(options.pop(kind)) for kind in EXCITATIONS})
     scheduler = cluster_option(workers, options)
-    refuse_overwriting([model], {"--output": output, "--output's journal": journal_path(Path(output))})
+    refuse_overwriting([model], {"--output": output, "--output's journal": journal_path(Path(output))}, ".csv")
     given: dict[str, Any] = {} if chosen is None else {chosen[0].value.replace(" ", "_"): chosen[1]}
     kept: tuple[float, int] = (0, 0)
     try:
