@@ -11,11 +11,9 @@ import atexit
 import contextlib
 import json
 import os
-import shutil
 import signal
 import subprocess
 import sys
-import tempfile
 import time
 import weakref
 from collections.abc import Mapping
@@ -27,6 +25,7 @@ from typing import IO, Any
 import numpy as np
 
 from ...errors import RecordError
+from ...scratch import TemporaryFolder
 from ..channels import Channel, FloatArray
 from ..content import Content
 from .guarding import damaged, guarded
@@ -136,7 +135,7 @@ def _reason(status: int) -> str:
 # ------------------------------------------------------------------------------ processes
 
 _idle: list[subprocess.Popen[bytes]] = []
-_running: dict[subprocess.Popen[bytes], str] = {}  # with the folder of its temporary files
+_running: dict[subprocess.Popen[bytes], TemporaryFolder] = {}  # with that of its temporary files
 _of_parent: list[subprocess.Popen[bytes]] = []  # neither used nor ended here
 
 
@@ -148,13 +147,13 @@ def _process() -> subprocess.Popen[bytes]:
             return process
         _stop(process)
     # Of its own, so that nothing is left behind by a process that crashed.
-    folder = tempfile.mkdtemp(prefix="strandspring-reader-")
+    folder = TemporaryFolder()
     process = subprocess.Popen(
         [sys.executable, "-c", _PROGRAM.format(__name__), json.dumps(sys.path)],
         stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
         stderr=subprocess.DEVNULL,
-        env=os.environ | _ONE_THREAD | dict.fromkeys(("TMPDIR", "TEMP", "TMP"), folder),
+        env=os.environ | _ONE_THREAD | dict.fromkeys(("TMPDIR", "TEMP", "TMP"), str(folder.path)),
     )
     _running[process] = folder
     return process
@@ -176,8 +175,8 @@ def _stop(process: subprocess.Popen[bytes]) -> None:
         with contextlib.suppress(OSError):  # what was not yet written is lost with the process
             stream.close()
     process.wait()
-    if folder := _running.pop(process, ""):
-        shutil.rmtree(folder, ignore_errors=True)
+    if process in _running:
+        _running.pop(process).close()
 
 
 @atexit.register
@@ -240,7 +239,6 @@ def answer() -> None:
         for view in views:
             answers.write(view)
         answers.flush()
-    shutil.rmtree(tempfile.gettempdir(), ignore_errors=True)  # where the parent was killed before it could
 
 
 def _described(channel: Channel) -> dict[str, Any]:
