@@ -42,7 +42,7 @@ def run(command: Sequence[str], folder: Path, environment: Mapping[str, str]) ->
     with _lock:
         _lifelines.add(lifeline)
     try:
-        with subprocess.Popen(
+        with subprocess.Popen(  # noqa: S603 - no shell, and the compiler's own arguments
             [sys.executable, "-I", "-S", "-c", _KEEPER, *command],
             cwd=folder,
             env=environment,

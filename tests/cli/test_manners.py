@@ -113,7 +113,10 @@ program.main(["slow", "--json"])
 """
 
 
-@pytest.mark.parametrize(("number", "word"), [(signal.SIGINT, "interrupted"), (signal.SIGTERM, "terminated")])
+@pytest.mark.parametrize(
+    ("number", "word"),
+    [(signal.SIGINT, "interrupted"), (signal.SIGTERM, "terminated"), (signal.SIGHUP, "terminated")],
+)
 def test_a_signal_gives_the_status_of_shells_and_leaves_nothing(tmp_path: Path, number: int, word: str) -> None:
     command = [sys.executable, "-c", SLOW]
     with subprocess.Popen(command, cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:

@@ -90,6 +90,7 @@ class Place:
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
             text=True,
+            start_new_session=True,
         )
 
     def processes(self) -> list[psutil.Process]:
@@ -126,8 +127,11 @@ class Kills:
             self._expected[name] = place.digest(COMMANDS[name])
         return self._expected[name]
 
-    def case(self, name: str, number: signal.Signals, moment: float, case: str) -> tuple[str, list[str]]:
-        """How a command ended that got a signal at a moment [s], and what was wrong then or with the next run."""
+    def case(self, name: str, number: signal.Signals, to_all: bool, moment: float, case: str) -> tuple[str, list[str]]:
+        """How a command ended that got a signal at a moment [s], and what was wrong then or with the next run.
+
+        The signal goes to the process alone, or to all of its group, as from a terminal or `timeout`.
+        """
         command, expected = COMMANDS[name], self.expected(name)
         place = Place(self._folder / case, None if COMMANDS[name].compiles else self._compiled)
         wrong = []
@@ -135,7 +139,7 @@ class Kills:
         try:
             process.wait(moment)
         except subprocess.TimeoutExpired:
-            process.send_signal(number)
+            os.killpg(process.pid, number) if to_all else process.send_signal(number)
         began = time.monotonic()
         try:
             _, complaints = process.communicate(timeout=_LIMIT)
@@ -193,11 +197,15 @@ def main() -> None:
             chance = random.Random(f"{given.seed} {case}")
             name, number = names[case % len(names)], _SIGNALS[case // len(names) % len(_SIGNALS)]
             moment = moment_of(chance, COMMANDS[name])
-            outcome, wrong = kills.case(name, number, moment, f"case {case}")
+            to_all = chance.random() < 0.5
+            outcome, wrong = kills.case(name, number, to_all, moment, f"case {case}")
             outcomes[outcome] += 1
             failures += bool(wrong)
             for sentence in wrong:
-                print(f"case {case}, {name}, {number.name} after {moment:.2f} s: {sentence}", flush=True)
+                print(
+                    f"case {case}, {name}, {number.name}{' to all' * to_all} after {moment:.2f} s: {sentence}",
+                    flush=True,
+                )
     for outcome, count in sorted(outcomes.items()):
         print(f"{count:5d}  {outcome}")
     print(f"{failures} failures in {sum(outcomes.values())} cases")

@@ -88,7 +88,9 @@ def test_a_cluster_of_another_version_is_refused(
     tmp_path: Path, cluster: LocalCluster, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("strandspring.jobs.cluster.__version__", "0.0.0")
-    with pytest.raises(IsolationError, match=f"has strandspring {__version__}, but the work is given by 0.0.0"):
+    with pytest.raises(
+        IsolationError, match=f"has strandspring {__version__}, but the work is given by strandspring 0.0.0"
+    ):
         run_study(CHEAP, tmp_path / "results.csv", Cluster(cluster.scheduler_address))
     assert not list(tmp_path.iterdir())
 
@@ -98,7 +100,7 @@ def test_a_cluster_that_goes_away_loses_no_finished_run(expected: bytes, tmp_pat
     results = tmp_path / "results.csv"
     with LocalCluster(n_workers=1, threads_per_worker=1, processes=False, dashboard_address=":0") as short_lived:
         address = short_lived.scheduler_address
-        with pytest.raises(IsolationError, match=r"was lost; \d+ of 60 runs are kept in .*part.jsonl, and the same"):
+        with pytest.raises(IsolationError, match=r"was lost; .*; \d+ of 60 runs are kept in .*part.jsonl"):
             run_study(CHEAP, results, Cluster(address), Counter(20, short_lived.close))
     counter = Counter()
     run_study(CHEAP, results, Local(1), counter)

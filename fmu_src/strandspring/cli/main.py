@@ -119,6 +119,9 @@ def main(arguments: Sequence[str] | None = None) -> None:
         _leave(problem.exit_code, as_json, {"type": "UsageError", "message": problem.format_message()})
     except (click.Abort, KeyboardInterrupt) as end:
         number = _signal_of(end)
+        # After an interrupt in the midst of `exec`, which dataclasses use, `python -m` would end by SIGINT whatever the
+        # status, unless other code is executed so.
+        exec("")  # noqa: S102
         sentence = f"{'interrupted' if number == signal.SIGINT else 'terminated'}; no output file is half written."
         click.echo(f"strandspring: {sentence}", err=True)
         _leave(128 + number, as_json, {"type": "Interrupt", "message": sentence})

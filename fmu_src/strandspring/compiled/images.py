@@ -14,7 +14,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Collection, Iterator
-from concurrent.futures import ThreadPoolExecutor, wait
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import cache
@@ -135,8 +135,9 @@ def contents(unit: Unit, targets: Collection[Target]) -> dict[Target, bytes]:
         except BaseException:
             pool.shutdown(wait=False, cancel_futures=True)
             # A thread may be about to start the compiler once more.
-            while wait(futures.values(), 0.1).not_done:
+            while not all(future.done() for future in futures.values()):
                 kill_all()
+                time.sleep(0.05)
             raise
 
 

@@ -180,7 +180,7 @@ class Cluster:
             try:
                 return thread.submit(asyncio.run, exchange_in_time()).result()
             except Exception as problem:  # also of addresses that are none
-                raise OSError(str(problem) or type(problem).__name__) from None
+                raise OSError(str(problem) or f"no answer within {2.0 * _CONNECTING:g} s") from None
 
     def _scheduler_versions(self, security: Security) -> dict[str, str]:
         """Versions of what the scheduler needs to understand this computer; refuses an address where there is none."""

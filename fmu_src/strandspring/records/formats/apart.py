@@ -12,11 +12,9 @@ import contextlib
 import gc
 import json
 import os
-import shutil
 import signal
 import subprocess
 import sys
-import tempfile
 import time
 import weakref
 from collections.abc import Mapping
@@ -29,6 +27,7 @@ from typing import IO, Any
 import numpy as np
 
 from ...errors import RecordError
+from ...scratch import TemporaryFolder
 from ..channels import Channel, FloatArray
 from ..content import Content
 from .guarding import damaged, guarded
@@ -36,7 +35,7 @@ from .guarding import damaged, guarded
 _MEMORY = 900 * 1024**2  # two channels of the most values that a record may have
 _SECONDS, _BYTES_PER_SECOND = 6.0, 5e6  # of processor time, and more of it for large files
 _LARGE = 50 * 1024**2  # a process that holds such a file is not kept
-_PROGRAM = "import json, sys; sys.path[:] = json.loads(sys.argv[1]); from {0} import answer; answer(sys.argv[2])"
+_PROGRAM = "import json, sys; sys.path[:] = json.loads(sys.argv[1]); from {0} import answer; answer()"
 # Threads of libraries would take room of which little is used.
 _ONE_THREAD = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "ARROW_IO_THREADS": "1", "MALLOC_ARENA_MAX": "2"}
 
@@ -138,7 +137,7 @@ def _reason(status: int) -> str:
 # ------------------------------------------------------------------------------ processes
 
 _idle: list[subprocess.Popen[bytes]] = []
-_running: dict[subprocess.Popen[bytes], str] = {}  # with the folder of its temporary files
+_running: dict[subprocess.Popen[bytes], TemporaryFolder] = {}  # with that of its temporary files
 _of_parent: list[subprocess.Popen[bytes]] = []  # neither used nor ended here
 
 
@@ -150,14 +149,14 @@ def _process() -> subprocess.Popen[bytes]:
             return process
         _stop(process)
     # Of its own, so that nothing is left behind by a process that crashed.
-    folder = tempfile.mkdtemp(prefix="strandspring-reader-")
+    folder = TemporaryFolder()
     process = subprocess.Popen(
-        [sys.executable, "-c", _PROGRAM.format(__name__), json.dumps(sys.path), folder],
+        [sys.executable, "-c", _PROGRAM.format(__name__), json.dumps(sys.path)],
         stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
         stderr=subprocess.DEVNULL,
         creationflags=getattr(subprocess, "CREATE_NO_WINDOW", 0),
-        env=os.environ | _ONE_THREAD | dict.fromkeys(("TMPDIR", "TEMP", "TMP"), folder),
+        env=os.environ | _ONE_THREAD | dict.fromkeys(("TMPDIR", "TEMP", "TMP"), str(folder.path)),
     )
     _running[process] = folder
     return process
@@ -179,8 +178,8 @@ def _stop(process: subprocess.Popen[bytes]) -> None:
         with contextlib.suppress(OSError):  # what was not yet written is lost with the process
             stream.close()
     process.wait()
-    if folder := _running.pop(process, ""):
-        shutil.rmtree(folder, ignore_errors=True)
+    if process in _running:
+        _running.pop(process).close()
 
 
 @atexit.register
@@ -204,8 +203,8 @@ if hasattr(os, "register_at_fork"):
 # ------------------------------------------------------------------------------ the other side
 
 
-def answer(folder: str) -> None:
-    """Answer requests until there are no more; then delete the folder of this process's temporary files."""
+def answer() -> None:
+    """Answer requests until there are no more."""
     requests, answers = os.fdopen(os.dup(0), "rb"), os.fdopen(os.dup(1), "wb")
     nothing = os.open(os.devnull, os.O_RDWR)
     for descriptor in (0, 1):  # libraries print from C too
@@ -243,7 +242,6 @@ def answer(folder: str) -> None:
         for view in views:
             answers.write(view)
         answers.flush()
-    shutil.rmtree(folder, ignore_errors=True)  # where the parent was killed before it could
 
 
 def _imported(name: str) -> ModuleType:
