@@ -207,7 +207,8 @@ def test_a_damaged_end_of_the_journal_is_dropped_and_reported(few: Path, end: by
     said: list[str] = []
     again = identify_many(few, models, workers=1, options=FAST, notify=said.append)
     assert again.batch.earlier == (2 if end is None else 3)
-    assert "at the end were dropped" in said[0]
+    what = "1 damaged line at the end was" if end is None or end.startswith(b"\0") else "damaged lines at the end were"
+    assert f"{what} dropped; their files are identified again." in said[0]
     assert content(models) == before
 
 
@@ -217,7 +218,7 @@ def test_a_damaged_middle_of_the_journal_and_other_files_are_refused(few: Path) 
     journal = models / sources.JOURNAL
     lines = journal.read_text().splitlines(keepends=True)
     journal.write_text("".join([lines[0], lines[1].replace("spring", "Spring", 1), *lines[2:]]))
-    with pytest.raises(JobError, match=r"springs.journal.jsonl, line 2: damaged, .*; remove the file to start again"):
+    with pytest.raises(JobError, match=r"springs.journal.jsonl, line 2: damaged, .*; remove this line"):
         identify_many(few, models, workers=1, options=FAST)
     journal.write_text("my notes\n")
     with pytest.raises(JobError, match="is not the journal of a batch"):
@@ -258,8 +259,8 @@ def test_a_run_that_is_ended_goes_on(end: signal.Signals, tmp_path: Path, monkey
     assert 5 <= kept < many
     assert (said, "Traceback" in complained) == ("", False)
     if end is not signal.SIGKILL:
-        assert program.returncode == 130
-        assert f"{kept} of {many} files are kept in models/springs.journal.jsonl, and the same command" in complained
+        assert program.returncode == 128 + end
+        assert f"{kept} of {many} files are kept in models/springs.journal.jsonl; the same command" in complained
     monkeypatch.chdir(tmp_path)  # the same paths as before
     again = identify_many("springs", "models", workers=1, options=FAST)
     identify_many("springs", "whole", workers=1, options=FAST)
@@ -453,7 +454,7 @@ def test_a_missing_package_is_reported_in_one_sentence(terminal: Terminal, monke
     ("arguments", "status", "told"),
     [
         ("nowhere -o models --workers 2 --scheduler tcp://a:1", 2, "exclude each other"),
-        ("few -o few/spring_0000.csv", 1, "few/spring_0000.csv/springs.journal.jsonl cannot be written"),
+        ("few -o few/spring_0000.csv", 1, "few/spring_0000.csv/springs.csv cannot be written"),
         ("empty -o few", 1, "There is no record to identify"),
         ("few few/x.json -o few", 1, "The record few/x.json would be overwritten; write to another folder."),
         ("few -o models --amplitude 0", 2, "--amplitude"),

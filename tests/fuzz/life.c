@@ -24,7 +24,7 @@ int instantiate(Slot *slot)
     static const char *const places[] = {NULL, "", "file:///tmp/%s", "\xff", "../.."};
     char *name = copy_of(name_of_instance()), *guid = copy_of(guid_of_instance());
     char *place = copy_of(places[below(5)]);
-    int type = careless() ? (int[]){-1, 2, INT_MAX, INT_MIN}[below(4)] : below(2);
+    int type = careless() ? (int[]){-1, 2, INT_MAX, INT_MIN}[below(4)] : MODEL_STATES ? fmi2ModelExchange : below(2);
     int counting = chance(80), logging = chance(90), half = careless();
     fmi2CallbackFunctions given = host_callbacks(slot, logging, counting);
     if (half)
@@ -32,7 +32,7 @@ int instantiate(Slot *slot)
     /* The host may do with its copy what it likes afterwards. */
     fmi2CallbackFunctions *functions = careless() && chance(20) ? NULL : exactly(&given, sizeof given);
     starving = counting && careless();
-    int refused = functions == NULL || name == NULL || *name == '\0' || type < 0 || type > 1 || guid == NULL ||
+    int refused = functions == NULL || name == NULL || *name == '\0' || type < 0 || type > (MODEL_STATES ? 0 : 1) || guid == NULL ||
                   strcmp(guid, MODEL_GUID) != 0 || (half && counting) || starving;
     long before = blocks;
     trace("%ld: fmi2Instantiate, type %d", (long)(slot - slots), type);

@@ -5,7 +5,11 @@
  */
 #include "fuzz.h"
 
+#ifdef __SANITIZE_ADDRESS__
 #include <sanitizer/common_interface_defs.h>
+#else
+#define __sanitizer_set_death_callback(callback) (void)(callback)
+#endif
 #include <signal.h>
 #include <stdarg.h>
 #include <stdio.h>

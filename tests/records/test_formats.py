@@ -38,7 +38,7 @@ from scipy.io import savemat
 
 from strandspring.errors import RecordError
 from strandspring.records import content
-from strandspring.records.formats import matlab
+from strandspring.records.formats import apart, matlab
 from strandspring.records.reading import read_record
 from strandspring.records.record import Record
 
@@ -387,15 +387,21 @@ def test_matlab_objects_are_not_read(tmp_path: Path) -> None:
     assert "is a MATLAB file without columns of numbers" in refusal(tmp_path / "cells.mat")
 
 
-def test_a_missing_library_is_named(made: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    for name in ("h5py", "python_calamine", "xlrd", "nptdms", "asammdf", "pyuff", "pyarrow"):
-        monkeypatch.setitem(sys.modules, name, None)
+def test_a_missing_library_is_named(made: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    libraries = ("h5py", "python_calamine", "xlrd", "nptdms", "asammdf", "pyuff", "pyarrow")
+    apart._stop_all()  # a process that has imported them already
+    (tmp_path / "missing").mkdir()
+    for name in libraries:
+        monkeypatch.delitem(sys.modules, name, raising=False)
+        (tmp_path / "missing" / f"{name}.py").write_text(f"raise ModuleNotFoundError(name={name!r})")
+    monkeypatch.syspath_prepend(tmp_path / "missing")
     needed = {"mat_73", "hdf5", "hdf5_compound", "xlsx", "xls", "ods", "tdms", "mdf_3", "mdf_4", "uff", "uff_binary",
               "parquet_file", "feather_file"}  # fmt: skip
     if made.name in needed:
         assert refusal(made).endswith('install it with pip install "strandspring[formats]".')
     else:
         assert len(read_record(made)) == T.size
+    apart._stop_all()
 
 
 # ------------------------------------------------------------------------------ sheets, groups, rates
@@ -572,11 +578,23 @@ def test_a_file_in_an_archive_is_named(tmp_path: Path) -> None:
 
 
 def test_what_unpacks_to_too_much_is_refused(made: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    compressed = {"mat", "xlsx", "ods", "npz", "gz", "bzip2", "xz", "zipped"}
+    compressed = {"mat", "npz", "gz", "bzip2", "xz", "zipped"}
     monkeypatch.setattr(content, "MAX_UNPACKED_BYTES", 2000)
     monkeypatch.setattr(matlab, "MAX_UNPACKED_BYTES", 2000)
     if made.name in compressed:
         assert "must unpack to at most 2000 bytes, and holds more" in refusal(made)
+
+
+@pytest.mark.parametrize("name", ["xlsx", "ods"])
+def test_a_workbook_that_unpacks_to_too_much_is_refused(tmp_path: Path, name: str) -> None:
+    path = tmp_path / name
+    path.write_bytes(content_of(name))
+    blanks = bytes(1024 * 1024)
+    with zipfile.ZipFile(path, "a", zipfile.ZIP_DEFLATED, compresslevel=1) as archive:
+        with archive.open("xl/sharedStrings.bin", "w") as member:
+            for _ in range(content.MAX_UNPACKED_BYTES // len(blanks)):
+                member.write(blanks)
+    assert "must unpack to at most 536870912 bytes, and holds more" in refusal(path)
 
 
 def test_a_declared_size_costs_nothing(tmp_path: Path) -> None:

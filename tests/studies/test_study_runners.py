@@ -249,7 +249,7 @@ ROW = list(astuple(CHEAP.rows([5])[0]))
 def test_a_damaged_line_is_refused(half_done: Path, line: str) -> None:
     lines = journal_path(half_done).read_text().splitlines()
     journal_path(half_done).write_text("\n".join([*lines[:5], line, *lines[5:], ""]))
-    with pytest.raises(IsolationError, match=r"part.jsonl, line 6: damaged, or not of this job; remove the file"):
+    with pytest.raises(IsolationError, match=r"part.jsonl, line 6: damaged, or not of this job; remove this line"):
         run_study(CHEAP, half_done, Local(1))
 
 
@@ -327,7 +327,7 @@ def test_a_journal_cut_off_in_its_first_line_is_begun_anew(half_done: Path) -> N
 
 
 def test_a_folder_cannot_be_the_results(tmp_path: Path) -> None:
-    with pytest.raises(IsolationError, match="is a directory"):
+    with pytest.raises(IsolationError, match="it is a folder or a device; give the path of a file"):
         run_study(CHEAP, tmp_path, Local(1))
     (tmp_path / "file").touch()
     with pytest.raises(IsolationError, match="cannot be written"):

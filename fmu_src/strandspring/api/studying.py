@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import tempfile
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, field, fields
 from html import escape
@@ -17,9 +16,10 @@ from ..coordinates import counted_from, zero_sentence
 from ..core.parameters import SpringParameters
 from ..errors import ModelError
 from ..isolation.system import Excitation, IsolatedMass, IsolationError, free_travel, static_equilibrium
-from ..jobs.cluster import Cluster
+from ..jobs.cluster import Cluster, cluster_of
 from ..jobs.runners import Local
 from ..modelfile import ModelFile
+from ..scratch import TemporaryFolder
 from ..studies.definition import RunRow, Study
 from ..studies.quantiles import GridPointSummary
 from ..studies.run import run_study
@@ -139,7 +139,7 @@ def study(
     extrapolate: bool = False,
     zero: str | float | None = None,
     workers: int | None = 1,
-    scheduler: str | None = None,
+    scheduler: str | Cluster | None = None,
     output: str | os.PathLike[str] | None = None,
     progress: Progress = unseen,
     notify: Callable[[str], None] = lambda _: None,
@@ -162,7 +162,8 @@ def study(
     load, parallel, series, damping, band, points, extrapolate, zero   As for `isolate`.
     workers : int or None          Number of processes; as many as cores if None. A script that asks for more than one
                                    must call this below ``if __name__ == "__main__":``.
-    scheduler : str or None        Address of a dask.distributed scheduler, instead of workers.
+    scheduler : str, Cluster or None
+        Address of a dask.distributed scheduler, instead of workers, or a `Cluster` with certificates.
     output : path or None          File with one line for each run. Finished runs are kept beside it until all are done,
                                    and the same call continues from there.
     progress : callable            Is called with what is being done, the number of finished runs, and how many there
@@ -222,15 +223,15 @@ def study(
         points=points,
         extrapolate=extrapolate,
     )
-    runner = Local(workers) if scheduler is None else Cluster(scheduler, notify)
+    runner = Local(workers) if scheduler is None else cluster_of(scheduler, notify)
 
     def run(results: Path) -> list[GridPointSummary]:
         return run_study(planned, results, runner, lambda runs: progress("Running", runs, len(planned)), notify)
 
     if output is not None:
         return StudyResult(planned, origin, run(Path(output)), Path(output))
-    with tempfile.TemporaryDirectory(prefix="strandspring-") as folder:
-        results = Path(folder) / "results.csv"
+    with TemporaryFolder() as folder:
+        results = folder / "results.csv"
         return StudyResult(planned, origin, run(results), None, _read(results))
 
 

@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from ..files import readable, reason_of
 from ..jobs.rowlog import RowLog
 from ..jobs.runners import JobError
 from .sources import JOURNAL, SpringFile
@@ -43,13 +44,23 @@ class SpringLog(RowLog[SpringRow]):
         """Refuse any other file."""
         if found != expected:
             raise JobError(
-                f"{self.path} is not the journal of a batch that this version of strandspring reads; move it away, or "
+                f"{self.name} is not the journal of a batch that this version of strandspring reads; move it away, or "
                 "write to another folder."
             )
 
     def model_path(self, row: SpringRow) -> Path:
         """Path of a spring's model file."""
         return self._folder / f"{row.model}.json"
+
+    @staticmethod
+    def _remove_model(path: Path) -> None:
+        try:
+            path.unlink(missing_ok=True)
+        except OSError as problem:
+            raise JobError(
+                f"{readable(path)} belongs to a record that has changed, but cannot be removed: {reason_of(problem)}; "
+                "remove it."
+            ) from None
 
     def forget_changed(self, springs: Sequence[SpringFile], settings: str) -> int:
         """Forget rows of files that have changed, of other settings, or whose model file is missing or changed; the
@@ -67,5 +78,5 @@ class SpringLog(RowLog[SpringRow]):
             of_other_settings += row.settings != settings
             self.forget(place)
             if row.status == IDENTIFIED and is_there:
-                self.model_path(row).unlink(missing_ok=True)
+                self._remove_model(self.model_path(row))
         return of_other_settings

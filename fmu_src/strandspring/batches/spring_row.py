@@ -5,24 +5,23 @@ from __future__ import annotations
 import hashlib
 import json
 import math
-import stat
 import warnings
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field, replace
-from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from .._version import __version__
-from ..errors import StrandspringError
+from ..errors import RecordError, StrandspringError
+from ..files import opened, readable
 from ..identification.identified_model import IdentifiedModel
 from ..identification.identify_records import identify_records
 from ..identification.method import Method
 from ..identification.notes import notes_on
 from ..intake.wanted import Wanted
 from ..joint import HYSTERETIC_UNITS
-from ..records.content import MAX_BYTES, readable
+from ..records.content import MAX_BYTES
 from .sources import SpringFile
 
 IDENTIFIED, REFUSED, UNREADABLE, FAILED = STATUSES = ("identified", "refused", "unreadable", "failed")
@@ -178,16 +177,13 @@ def _without_path(text: str, path: str) -> str:
 
 def digest(path: str) -> tuple[int | None, str | None]:
     """Size and SHA-256 (hexadecimal) of a file; None for what is not a regular file that can be read."""
+    value = hashlib.sha256()
+    size = 0
     try:
-        status = Path(path).stat()
-        if not stat.S_ISREG(status.st_mode) or status.st_size > MAX_BYTES:
-            return None, None
-        value = hashlib.sha256()
-        size = 0
-        with Path(path).open("rb") as file:
+        with opened(path, MAX_BYTES, "a record file", RecordError) as file:
             while chunk := file.read(_CHUNK):
                 value.update(chunk)
                 size += len(chunk)
-    except (OSError, ValueError):
+    except RecordError:
         return None, None
     return size, value.hexdigest()

@@ -15,11 +15,13 @@ from pathlib import Path
 import numpy as np
 from fmpy.validation import validate_fmu
 
+from ..errors import StrandspringError
+from ..files import read_bytes
 from ..kernel.arrays import FloatArray
+from ..modelfile import MAXIMUM_FMU_BYTES
 from .check import OUTPUTS, compare_run
 from .papers import HASHES, REFERENCE, STIMULI
 
-_MOST_BYTES = 200_000_000  # of all files together
 _MOST_FILES = 10_000
 
 
@@ -57,25 +59,26 @@ def verify_fmu(path: Path) -> list[Finding]:
     return [*found, *_against_reference(path, contents)]
 
 
-class _DamagedError(Exception):
+class _DamagedError(StrandspringError):
     """A file that cannot be looked into; its text is a sentence."""
 
 
 def _contents(path: Path) -> dict[str, bytes]:
     """Every file of the FMU by its name."""
+    packed = io.BytesIO(read_bytes(path, MAXIMUM_FMU_BYTES, "an FMU", _DamagedError))
     try:
-        with zipfile.ZipFile(path) as archive:
+        with zipfile.ZipFile(packed) as archive:
             entries = archive.infolist()
-            if len(entries) > _MOST_FILES or sum(entry.file_size for entry in entries) > _MOST_BYTES:
-                raise _DamagedError(f"It has more than {_MOST_FILES} files or {_MOST_BYTES:.0e} bytes, far too many.")
+            if len(entries) > _MOST_FILES or sum(entry.file_size for entry in entries) > MAXIMUM_FMU_BYTES:
+                raise _DamagedError(
+                    f"It has more than {_MOST_FILES} files or {MAXIMUM_FMU_BYTES:.0e} bytes, far too many."
+                )
             names = [entry.filename for entry in entries]
             if len(set(names)) < len(names):
                 raise _DamagedError("It holds two files of one name.")
             # Reading stops at the size that an entry gives, and checks its checksum.
             return {entry.filename: archive.read(entry) for entry in entries if not entry.is_dir()}
-    except OSError as problem:
-        raise _DamagedError(f"It cannot be read: {problem.strerror or problem}.") from None
-    except (zipfile.BadZipFile, zlib.error, NotImplementedError, RuntimeError, ValueError) as problem:
+    except (OSError, zipfile.BadZipFile, zlib.error, NotImplementedError, RuntimeError, ValueError) as problem:
         raise _DamagedError(f"It cannot be unpacked: {problem}.") from None
 
 

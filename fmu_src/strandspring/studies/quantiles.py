@@ -60,9 +60,10 @@ class Rows(Protocol):
 
 def summarize(study: Study, rows: Rows) -> list[GridPointSummary]:
     """Summaries of all grid points from the rows of a whole study."""
-    grid = study.grid
+    size = study.grid_size
     return [
-        _summary(point, (rows[run] for run in range(index, len(study), len(grid)))) for index, point in enumerate(grid)
+        _summary(study.grid_point(index), (rows[run] for run in range(index, len(study), size)))
+        for index in range(size)
     ]
 
 

@@ -4,14 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from contextlib import closing
-from dataclasses import astuple
+from dataclasses import fields
+from operator import attrgetter
 from pathlib import Path
 
 from ..errors import StrandspringError
-from ..files import write_csv
+from ..files import refuse_unwritable, write_csv
 from ..isolation.system import IsolationError
-from ..jobs.runners import JobError, Runner, finished_rows
-from .definition import Study
+from ..jobs.runners import Runner, finished_rows
+from .definition import RunRow, Study
 from .journal import Journal
 from .quantiles import GridPointSummary, summarize
 
@@ -24,6 +25,7 @@ _HEADINGS = (
     "stiffness [N/m]", "loss factor [1]", "isolation frequency [Hz]", "resonance inside the band",
     "beyond the identified range", "outcome",
 )  # fmt: skip
+_cells = attrgetter(*(field.name for field in fields(RunRow)))
 
 
 def run_study(
@@ -52,29 +54,29 @@ def run_study(
     IsolationError           If the journal is that of another study, or the runs cannot be executed; finished ones are
                              kept.
     """
-    if results.is_dir():
-        raise IsolationError(f"{results} is a directory; give the path of a CSV file.")
     try:
+        refuse_unwritable(results)
         journal = Journal(results, study)
-    except JobError as problem:
+    except StrandspringError as problem:
         raise IsolationError(str(problem)) from None
     is_complete = False
     try:
+        if journal.dropped:
+            notify(f"{journal.name}: {journal.dropped_sentence}; their runs are executed again.")
         progress(journal.finished)
-        remaining = [run for run in range(len(study)) if run not in journal]
-        with closing(finished_rows(study, remaining, _LARGEST_BATCH, runner, notify)) as batches:
+        with closing(finished_rows(study, journal.missing(), _LARGEST_BATCH, runner, notify)) as batches:
             for rows in batches:
                 journal.add(rows)
                 progress(journal.finished)
         summaries = summarize(study, journal)
         header = [heading.format(study.excitation.unit) for heading in _HEADINGS]
-        write_csv(results, header, (astuple(journal[run]) for run in range(len(study))))
+        write_csv(results, header, (_cells(journal[run]) for run in range(len(study))))
         is_complete = True
     except StrandspringError as problem:
         if not journal.finished:
             raise IsolationError(str(problem)) from None
         raise IsolationError(
-            f"{str(problem).rstrip('.')}; {journal.finished} of {len(study)} runs are kept in {journal.path}, and the "
+            f"{str(problem).rstrip('.')}; {journal.finished} of {len(study)} runs are kept in {journal.name}, and the "
             "same command continues from there."
         ) from None
     finally:

@@ -69,7 +69,7 @@ SPRING_LOCAL fmi2Status fmu_end_initialization(Instance *instance);
  * at an event. */
 SPRING_LOCAL fmi2Status fmu_accept(Instance *instance, int jumped);
 
-/* Commits the path through a step of co-simulation. */
+/* Commits the path through a step of co-simulation, whose time and size are sound. */
 SPRING_LOCAL fmi2Status fmu_step(Instance *instance, double time, double size);
 
 /* Takes the instance to a state of this FMU. */

@@ -60,22 +60,6 @@ void fmi2FreeInstance(fmi2Component c)
     instance->allocator.free(instance);
 }
 
-fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean toleranceDefined, fmi2Real tolerance, fmi2Real startTime,
-                               fmi2Boolean stopTimeDefined, fmi2Real stopTime)
-{
-    (void)toleranceDefined;
-    (void)tolerance; /* the response is exact */
-    FMU_REQUIRE(c, SetupExperiment);
-    if (!isfinite(startTime))
-        return FMU_REFUSE(&instance->log, "The start time must be finite [s], got %s.", spring_number(startTime).text);
-    if (stopTimeDefined && !(stopTime >= startTime))
-        return FMU_REFUSE(&instance->log, "The stop time must not be before the start time %s s, got %s.",
-                          spring_number(startTime).text, spring_number(stopTime).text);
-    instance->state.time = startTime;
-    instance->state.stop_time = stopTimeDefined ? stopTime : INFINITY;
-    return fmi2OK;
-}
-
 fmi2Status fmi2EnterInitializationMode(fmi2Component c)
 {
     FMU_REQUIRE(c, EnterInitializationMode);
@@ -140,15 +124,18 @@ static fmi2Status require_settable(const Instance *instance, fmi2ValueReference 
     return fmi2OK;
 }
 
-/* Refuses what no input or state may be. */
+/* Refuses what no input, state or parameter may be. */
 static fmi2Status require_value(const Instance *instance, fmi2ValueReference reference, double value)
 {
     const Settings *settings = &instance->state.settings;
     VariableCausality causality = fmu_causality(settings, reference);
     int is_displacement = reference == SPRING_DISPLACEMENT, is_input = causality == VARIABLE_INPUT;
     double largest = is_displacement ? LARGEST_DISPLACEMENT : is_input ? LARGEST_VELOCITY : LARGEST_STATE;
-    if (causality == VARIABLE_PARAMETER || fabs(value) <= largest)
+    if (causality == VARIABLE_PARAMETER ? isfinite(value) : fabs(value) <= largest)
         return fmi2OK;
+    if (causality == VARIABLE_PARAMETER)
+        return FMU_REFUSE(&instance->log, "`%s` must be finite, got %s; the previous value is kept.",
+                          fmu_name(settings, reference).text, spring_number(value).text);
     return FMU_REFUSE(&instance->log, "`%s` must be within +-%g%s, got %s; the previous value is kept.",
                       fmu_name(settings, reference).text, largest, is_displacement ? " m" : is_input ? " m/s" : "",
                       spring_number(value).text);

@@ -3,7 +3,7 @@
 typedef struct {
     struct {
         int mode;
-        double time; /* where the last step ended [s] */
+        double time, stop_time; /* where the last step ended, and infinite if there is none [s] */
     } state;
     Log log;
     PyObject *component;

@@ -8,12 +8,14 @@ from __future__ import annotations
 import io
 import re
 import zipfile
+from collections.abc import Sequence
 from typing import Any
 
 from ...errors import RecordError
 from ..content import ZIP, Content, check_members
 from ..source import Source
 from ..tables import TextTable
+from .apart import Sheet
 
 _MOST_CELLS = 50_000_000
 _REFERENCE = re.compile(rb'<c r="([A-Z]{1,3})([0-9]{1,7})"')
@@ -21,21 +23,30 @@ _BREAKS = re.compile(r"[\t\r\n\v\f\x1c-\x1e\x85\u2028\u2029\0]")
 _OVERLAP = 64
 
 
-def read_tables(content: Content) -> list[TextTable]:
+def read_tables(content: Content) -> list[Sheet]:
+    """The sheets that are not empty.
+
+    Raises
+    ------
+    RecordError   If a sheet is too large.
+    """
+    sheets = _zipped_sheets(content) if content.data.startswith(ZIP) else _old_sheets(content)
+    texts = {name: "\n".join("\t".join(map(_cell, row)) for row in rows) for name, rows in sheets.items()}
+    filled = {name: text.rstrip("\t\n") for name, text in texts.items()}
+    return [Sheet(name, f"{text}\n".encode("utf-8", "replace")) for name, text in filled.items() if text]
+
+
+def tables_of_sheets(sheets: Sequence[Sheet], where: str) -> list[TextTable]:
     """The sheets that hold numbers.
 
     Raises
     ------
-    RecordError   If a sheet is too large, or the only sheet holds no table.
+    RecordError   If none does.
     """
-    sheets = _zipped_sheets(content) if content.data.startswith(ZIP) else _old_sheets(content)
     tables, problems = [], []
-    for name, rows in sheets.items():
-        text = "\n".join("\t".join(map(_cell, row)) for row in rows).rstrip("\t\n")
-        if not text:
-            continue
+    for sheet in sheets:
         try:
-            tables.append(TextTable(Source(content.path, f"{text}\n".encode(), "utf-8", (), "row"), name))
+            tables.append(TextTable(Source(where, sheet.data, "utf-8", (), "row"), sheet.name))
         except RecordError as problem:
             problems.append(problem)
     if problems and not tables:
