@@ -343,7 +343,8 @@ def main() -> None:
     sys.path.insert(0, str(PACKAGE))
     names = options.only or list(COMMANDS)
     counts: dict[str, Counter[str]] = {name: Counter() for name in names}
-    with tempfile.TemporaryDirectory(prefix="kills-") as temporary:
+    # Ctrl-C ends the trials, and what was counted is reported.
+    with suppress(KeyboardInterrupt), tempfile.TemporaryDirectory(prefix="kills-") as temporary:
         folder = Path(temporary)
         write_inputs(folder / "inputs")
         places: dict[str, tuple[Place, Undisturbed]] = {}
