@@ -101,8 +101,8 @@ class _Loan:
     def ask(self, request: Mapping[str, Any], data: bytes = b"") -> _Reply:
         """The reply to a request."""
         process = self.process
-        assert process.stdin is not None
-        assert process.stdout is not None
+        assert process.stdin is not None  # noqa: S101 - both are pipes
+        assert process.stdout is not None  # noqa: S101
         try:
             process.stdin.write(json.dumps(request).encode() + b"\n")
             process.stdin.write(data)
@@ -150,7 +150,7 @@ def _process() -> subprocess.Popen[bytes]:
         _stop(process)
     # Of its own, so that nothing is left behind by a process that crashed.
     folder = TemporaryFolder()
-    process = subprocess.Popen(
+    process = subprocess.Popen(  # noqa: S603 - this module, without a shell
         [sys.executable, "-c", _PROGRAM.format(__name__), json.dumps(sys.path)],
         stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
@@ -174,7 +174,7 @@ def _give_back(process: subprocess.Popen[bytes], size: int) -> None:
 def _stop(process: subprocess.Popen[bytes]) -> None:
     process.kill()
     for stream in (process.stdin, process.stdout):
-        assert stream is not None
+        assert stream is not None  # noqa: S101 - both are pipes
         with contextlib.suppress(OSError):  # what was not yet written is lost with the process
             stream.close()
     process.wait()
