@@ -172,8 +172,13 @@ class NiParameters:
         return np.roll(self.hysteretic(rolled, self.z0 * omega)[:-1], top)
 
     def _normalized(self) -> PathSolver:
-        """The spring whose omega is Z/z0, with lengths in mm."""
-        return PathSolver(SpringParameters((0.0,), (1.0,), 1.0, self.rho, self.sigma, self.n, 0.0, -1.0, 1.0))
+        """The spring whose omega is Z/z0, with lengths in mm.
+
+        Beyond these limits of rho, omega stays where it is, or is saturated after any step, within rounding.
+        """
+        rho = min(max(self.rho, 1e-14), 1e11)
+        reach = min(1.0 / rho, 1e5)
+        return PathSolver(SpringParameters((0.0,), (1.0,), 1.0, rho, self.sigma, self.n, 0.0, -reach, reach))
 
     def steady_force(self, period: ArrayLike) -> FloatArray:
         """Restoring force over one period of the steady state [N]; `period` as that of `steady_hysteretic`."""
