@@ -515,7 +515,7 @@ def test_a_write_that_fails_leaves_the_old_file_alone(
     before = path.read_bytes()
     with monkeypatch.context() as broken:
         broken.setattr(Path, step, Failure())
-        with pytest.raises(StrandspringError, match=r"model\.json cannot be written: No space left on device\.$"):
+        with pytest.raises(StrandspringError, match=r"model\.json cannot be written: No space left on device; check "):
             save_model(path, ModelFile("other", EXAMPLES["exponential"]))
     assert path.read_bytes() == before
     assert [p.name for p in tmp_path.iterdir()] == ["model.json"]

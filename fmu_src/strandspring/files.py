@@ -194,7 +194,9 @@ def _told(path: Path) -> Iterator[None]:
     try:
         yield
     except OSError as problem:
-        raise StrandspringError(f"{readable(path)} cannot be written: {reason_of(problem)}.") from None
+        raise StrandspringError(
+            f"{readable(path)} cannot be written: {reason_of(problem)}; check the path, the rights and the room there."
+        ) from None
     except ValueError as problem:
         if isinstance(problem, StrandspringError) or "\0" not in os.fspath(path):
             raise
@@ -235,6 +237,8 @@ def lock(file: IO[bytes]) -> bool:
             msvcrt.locking(file.fileno(), msvcrt.LK_NBLCK, 1)
         except PermissionError:
             return False
+        except OSError:
+            pass
         finally:
             file.seek(position)
         return True

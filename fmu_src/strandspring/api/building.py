@@ -11,7 +11,7 @@ from typing import Any, Literal, NamedTuple, TypeAlias, get_args
 
 from ..coordinates import checked_zero
 from ..errors import BuildError, StrandspringError
-from ..files import existing_folder, refuse_unwritable
+from ..files import existing_folder, reason_of, refuse_unwritable
 from ..fmu.archive import fmu_path
 from ..fmu.check import CheckReport, examine_fmu
 from ..fmu.native.native_fmu import build_native_fmu
@@ -94,7 +94,7 @@ def build_all(
             for fmu, one in built:
                 fmu.replace(one.path)
         except OSError as problem:
-            raise StrandspringError(f"{folder} cannot be written: {problem.strerror}.") from None
+            raise StrandspringError(f"{folder} cannot be written: {reason_of(problem)}; check the rights there.") from None
     return [one for _, one in built]
 
 

@@ -114,7 +114,7 @@ def _output_path(output: str, name: str) -> Path:
         if path.is_dir() or not (path.suffix or path.exists()):
             return path / name
     except OSError as problem:
-        raise StrandspringError(f"{path} cannot be written: {problem.strerror}.") from None
+        raise StrandspringError(f"{path} cannot be written: {reason_of(problem)}; check the rights there.") from None
     if path.suffix != suffix:
         raise click.UsageError(f"-o must be a folder, or a file name ending in {suffix}, got {output}.")
     return path

@@ -19,7 +19,7 @@ from ..coordinates import zero_sentence
 from ..core.parameters import SCALARS, SpringParameters
 from ..core.spline import Elastic
 from ..errors import StrandspringError
-from ..files import read_text, write_text
+from ..files import read_text, reason_of, write_text
 from ..modelfile import ModelFile
 
 if TYPE_CHECKING:
@@ -133,7 +133,7 @@ def _check_library(library: Path) -> None:
     try:
         is_new = not library.exists() or (library.is_dir() and not any(library.iterdir()))
     except OSError as problem:
-        raise StrandspringError(f"{library} cannot be written: {problem.strerror}.") from None
+        raise StrandspringError(f"{library} cannot be written: {reason_of(problem)}; check the rights there.") from None
     if is_new:
         return
     if not package.is_file() or not read_text(
