@@ -42,7 +42,7 @@ def run(command: Sequence[str], folder: Path, environment: Mapping[str, str]) ->
     with _lock:
         _lifelines.add(lifeline)
     try:
-        with subprocess.Popen(  # noqa: S603 - no shell, and the compiler's own arguments
+        with subprocess.Popen(  # noqa: S603 - commands of the package, without a shell
             [sys.executable, "-I", "-S", "-c", _KEEPER, *command],
             cwd=folder,
             env=environment,

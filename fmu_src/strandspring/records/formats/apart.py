@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import atexit
 import contextlib
+import gc
 import json
 import os
 import signal
@@ -20,6 +21,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
+from types import ModuleType
 from typing import IO, Any
 
 import numpy as np
@@ -31,7 +33,7 @@ from ..content import Content
 from .guarding import damaged, guarded
 
 _MEMORY = 900 * 1024**2  # two channels of the most values that a record may have
-_SECONDS, _BYTES_PER_SECOND = 8.0, 5e6  # of processor time, and more of it for large files
+_SECONDS, _BYTES_PER_SECOND = 6.0, 5e6  # of processor time, and more of it for large files
 _LARGE = 50 * 1024**2  # a process that holds such a file is not kept
 _PROGRAM = "import json, sys; sys.path[:] = json.loads(sys.argv[1]); from {0} import answer; answer()"
 # Threads of libraries would take room of which little is used.
@@ -99,8 +101,8 @@ class _Loan:
     def ask(self, request: Mapping[str, Any], data: bytes = b"") -> _Reply:
         """The reply to a request."""
         process = self.process
-        assert process.stdin is not None
-        assert process.stdout is not None
+        assert process.stdin is not None  # noqa: S101 - both are pipes
+        assert process.stdout is not None  # noqa: S101
         try:
             process.stdin.write(json.dumps(request).encode() + b"\n")
             process.stdin.write(data)
@@ -148,11 +150,12 @@ def _process() -> subprocess.Popen[bytes]:
         _stop(process)
     # Of its own, so that nothing is left behind by a process that crashed.
     folder = TemporaryFolder()
-    process = subprocess.Popen(
+    process = subprocess.Popen(  # noqa: S603 - this module, without a shell
         [sys.executable, "-c", _PROGRAM.format(__name__), json.dumps(sys.path)],
         stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
         stderr=subprocess.DEVNULL,
+        creationflags=getattr(subprocess, "CREATE_NO_WINDOW", 0),
         env=os.environ | _ONE_THREAD | dict.fromkeys(("TMPDIR", "TEMP", "TMP"), str(folder.path)),
     )
     _running[process] = folder
@@ -171,7 +174,7 @@ def _give_back(process: subprocess.Popen[bytes], size: int) -> None:
 def _stop(process: subprocess.Popen[bytes]) -> None:
     process.kill()
     for stream in (process.stdin, process.stdout):
-        assert stream is not None
+        assert stream is not None  # noqa: S101 - both are pipes
         with contextlib.suppress(OSError):  # what was not yet written is lost with the process
             stream.close()
     process.wait()
@@ -218,7 +221,7 @@ def answer() -> None:
                 channels = []
                 content = Content(where, requests.read(request["size"]), "")
                 with guarded(kind, where):
-                    module = import_module(f".{request['module']}", __package__)
+                    module = _imported(f"{__package__}.{request['module']}")
                     _limit(request["memory"], request["seconds"])
                     found = module.read_tables(content)
                 if found and isinstance(found[0], Sheet):
@@ -241,24 +244,33 @@ def answer() -> None:
         answers.flush()
 
 
+def _imported(name: str) -> ModuleType:
+    """A module of this folder, and with it the library that it uses."""
+    if name not in sys.modules:
+        _limit(None, None)  # those of the file before
+        import_module(name)
+        gc.collect()
+        gc.freeze()  # which makes the collections after damaged files quick
+    return sys.modules[name]
+
+
 def _described(channel: Channel) -> dict[str, Any]:
     return {name: getattr(channel, name) for name in ("group", "name", "unit", "size", "timed")}
 
 
-def _limit(memory: int, seconds: float) -> None:
-    """Limit what may be taken from now on of memory [B] and processor time [s]."""
+def _limit(memory: int | None, seconds: float | None) -> None:
+    """Limit what may be taken from now on of memory [B] and processor time [s]; None for no limit."""
     if not sys.platform.startswith("linux"):
         return
     import resource
 
     pages = int(Path("/proc/self/statm").read_text().split()[0])
-    bytes_until = pages * resource.getpagesize() + memory
-    seconds_until = int(time.process_time() + seconds) + 1
     limits = (
-        (resource.RLIMIT_AS, bytes_until),
-        (resource.RLIMIT_CPU, seconds_until),
+        (resource.RLIMIT_AS, None if memory is None else pages * resource.getpagesize() + memory),
+        (resource.RLIMIT_CPU, None if seconds is None else int(time.process_time() + seconds) + 1),
         (resource.RLIMIT_CORE, 0),
     )
     for limit, most in limits:
         _, hard = resource.getrlimit(limit)
-        resource.setrlimit(limit, (most if hard == resource.RLIM_INFINITY else min(most, hard), hard))
+        soft = hard if most is None or (hard != resource.RLIM_INFINITY and most > hard) else most
+        resource.setrlimit(limit, (soft, hard))
