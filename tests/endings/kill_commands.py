@@ -191,7 +191,7 @@ def main() -> None:
     print(f"seed {given.seed}, {given.count} cases")
     outcomes: Counter[str] = Counter()
     failures = 0
-    with tempfile.TemporaryDirectory(prefix="kills-") as folder:
+    with tempfile.TemporaryDirectory(prefix="endings-") as folder:
         kills = Kills(Path(folder))
         for case in range(given.count) if given.only is None else [given.only]:
             chance = random.Random(f"{given.seed} {case}")
