@@ -9,6 +9,7 @@ from collections.abc import Collection
 
 _MOST_FILES = 10_000
 _METHODS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)  # those of FMI; others may ask for any amount of memory
+_MOST_SHOWN = 80  # characters from an archive in a message
 _ENCRYPTED = 0x1  # bit of an entry's flags
 
 
@@ -35,7 +36,9 @@ def unpacked(archive: bytes, maximum_bytes: int, names: Collection[str] | None =
             # Reading stops at the size that an entry gives, and checks its checksum.
             return {entry.filename: opened.read(entry) for entry in wanted}
     except (zipfile.BadZipFile, zlib.error, EOFError, OSError, NotImplementedError) as problem:
-        raise ValueError(f"its archive is damaged: {str(problem).rstrip('.') or 'it ends too early'}") from None
+        # Which may hold names of files, and more of the damaged archive.
+        reason = ascii(str(problem).rstrip(".")[:_MOST_SHOWN])[1:-1]
+        raise ValueError(f"its archive is damaged: {reason or 'it ends too early'}") from None
 
 
 def _check(entries: list[zipfile.ZipInfo], maximum_bytes: int) -> None:
@@ -46,6 +49,6 @@ def _check(entries: list[zipfile.ZipInfo], maximum_bytes: int) -> None:
         raise ValueError("it holds two files of one name")
     for entry in entries:
         if entry.flag_bits & _ENCRYPTED:
-            raise ValueError(f"{entry.filename[:80]!a} is encrypted")
+            raise ValueError(f"{entry.filename[:_MOST_SHOWN]!a} is encrypted")
         if entry.compress_type not in _METHODS:
-            raise ValueError(f"{entry.filename[:80]!a} is packed by another method than deflate")
+            raise ValueError(f"{entry.filename[:_MOST_SHOWN]!a} is packed by another method than deflate")

@@ -211,6 +211,16 @@ def test_errors_of_nothing_and_a_falling_force() -> None:
     assert "nan" not in comparison.summary()
 
 
+def test_a_constant_elastic_force_is_compared() -> None:
+    pair = [by_hand(replace(TRUE, kE=(5.0,), kappa_omega=kappa), 0.01) for kappa in (25.0, 20.0)]
+    assert compare(*pair, draws=20).verdict is Verdict.DIFFERENT
+
+
+def test_springs_of_quite_other_stiffness_are_not_swept_in_one_band() -> None:
+    stiff = replace(TRUE, kE=tuple(1e6 * c for c in TRUE.kE), kappa_omega=1e6 * TRUE.kappa_omega)
+    assert "too far apart for one band" in compare(Spring(TRUE), Spring(stiff)).summary()
+
+
 def test_a_model_is_the_same_as_itself() -> None:
     comparison = compare(identified(25.0, 1), identified(25.0, 1), draws=DRAWS)
     assert comparison.verdict is Verdict.IDENTICAL

@@ -34,7 +34,8 @@ def common_form(a: SpringParameters, b: SpringParameters) -> tuple[int | None, i
     if forms[0] == forms[1]:
         return forms[0]
     degrees = [degree for degree, _ in forms if degree is not None]
-    return min(degrees, default=_OF_TABLES), min(degree for _, degree in forms)
+    # The identification takes no FE of degree 0, which a model file may have.
+    return max(min(degrees, default=_OF_TABLES), 1), min(degree for _, degree in forms)
 
 
 def in_form(p: SpringParameters, form: tuple[int | None, int]) -> SpringParameters:

@@ -117,10 +117,12 @@ def _is_plain(content: bytes) -> bool:
 
 def _against_reference(path: Path, contents: dict[str, bytes]) -> list[Finding]:
     try:
-        displacement = _columns(contents[STIMULI], "displacement")[:, 0]
-        expected = _columns(contents[REFERENCE], *OUTPUTS)
-    except (KeyError, TypeError, ValueError) as problem:
-        return [Finding("run", f"{REFERENCE} or {STIMULI} cannot be read: {problem}.")]
+        stimuli, expected = _columns(contents[STIMULI], "displacement"), _columns(contents[REFERENCE], *OUTPUTS)
+    except (KeyError, TypeError, ValueError, csv.Error):
+        stimuli = expected = np.empty((0, 1))
+    displacement = stimuli[:, 0]
+    if not (1 < displacement.size == len(expected) and np.isfinite(stimuli).all() and np.isfinite(expected).all()):
+        return [Finding("run", f"{REFERENCE} or {STIMULI} is no table of finite numbers; build the FMU again.")]
     report = compare_run(path, displacement, expected)
     if report.problems:
         return [Finding("run", text) for text in report.problems]
@@ -136,4 +138,4 @@ def _against_reference(path: Path, contents: dict[str, bytes]) -> list[Finding]:
 def _columns(table: bytes, *names: str) -> FloatArray:
     """Columns of a table, shape (K, len(names))."""
     rows = list(csv.DictReader(io.StringIO(table.decode("ascii"))))
-    return np.array([[float(row[name]) for name in names] for row in rows], dtype=np.float64)
+    return np.array([[float(row[name]) for name in names] for row in rows], dtype=np.float64).reshape(-1, len(names))

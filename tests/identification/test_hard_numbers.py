@@ -1,0 +1,112 @@
+"""Records of hard numbers that once ended in a traceback or a warning; `fuzz_readers/identify.py` makes more."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from strandspring import IdentificationError, Outcome, Record, RecordError, RefinedOptions, identify
+from strandspring.errors import ModelError
+from strandspring.identification.direction import correlation
+from strandspring.identification.prediction_interval import prediction_error
+from strandspring.joint import JointCovariance, joint_names
+from synthetic import record_of, sine, spring_of
+
+
+def refused(record: Record, options: Any = None) -> IdentificationError:
+    with pytest.raises(IdentificationError) as refusal:
+        identify(record, options=options)
+    return refusal.value
+
+
+@pytest.mark.parametrize(
+    "path",
+    [
+        np.tile([-1.0, -1 / 3, 1 / 3, 1.0, 1 / 3, -1 / 3], 4),
+        np.tile([-1.0, -1.0, 0.0, 0.0, 1.0, 1.0, 0.0, 0.0], 2),
+        np.tile([-1.0, 1.0], 20),
+        np.ones(30),
+    ],
+    ids=["six samples a cycle", "each sample twice", "turning points", "constant"],
+)
+def test_a_path_that_is_taken_for_noise_is_refused(path: np.ndarray) -> None:
+    assert refused(Record(path, 2.0 * path)).outcome in (Outcome.TOO_FEW_STROKES, Outcome.TOO_LITTLE_LEFT)
+
+
+@pytest.mark.parametrize(
+    ("length", "force", "shift", "names"),
+    [
+        (1e-14, 1.0, 0.0, "displacement_min"),
+        (1.0, 1e-20, 0.0, "kappa_omega"),
+        (1.0, 1e20, 0.0, "kappa_omega"),
+        (1.0, 1.0, 1e14, "displacement_offset"),
+    ],
+)
+def test_a_spring_beyond_the_limits_is_refused_in_words(length: float, force: float, shift: float, names: str) -> None:
+    record = record_of(spring_of(1.0, 1.0), sine())
+    refusal = refused(
+        Record(length * record.displacement + shift * np.ptp(record.displacement), force * record.force),
+        RefinedOptions(degrees=(1, 0)),
+    )
+    assert refusal.outcome is Outcome.BEYOND_LIMITS
+    assert names in str(refusal)
+    assert "check the units of displacement and force" in str(refusal)
+
+
+@pytest.mark.parametrize("unit", [1e300, 1e-300])
+def test_times_that_no_clock_gives_are_refused(unit: float) -> None:
+    record = record_of(spring_of(1.0, 1.0), sine())
+    with pytest.raises(RecordError, match="`time` must be within"):
+        replace(record, time=unit * np.arange(len(record)))
+
+
+def test_times_that_are_nearly_equal_do_not_rise() -> None:
+    times = np.array([0.0, 1e-20, 1.0, 2.0])
+    assert Record(times, times, times).rising_time is None
+    assert Record(times, times, np.arange(4.0)).rising_time is not None
+
+
+def test_acceleration_takes_three_times_in_each_window() -> None:
+    record = record_of(spring_of(1.0, 1.0), sine())
+    times = np.floor(np.arange(len(record)) / 4.0)
+    with pytest.raises(RecordError, match="does not rise over 5 samples"):
+        identify(replace(record, time=times), options=RefinedOptions(moving_mass=1.0))
+
+
+def test_a_constant_force_has_no_correlation() -> None:
+    assert correlation(Record([0.0, 1.0, 2.0], [3.0, 3.0, 3.0])) == 0.0
+
+
+def joint_of(p: Any, deviations: list[float]) -> dict[str, Any]:
+    names = joint_names(p.elastic_name, len(p.kE), len(p.kA) - 1)
+    return {"joint": {"parameters": names, "root": [[0.0] * k + [deviations[k]] for k in range(len(names))]}}
+
+
+def test_the_interval_of_an_amplifier_near_zero_takes_smaller_steps() -> None:
+    p = replace(
+        spring_of(1.0, 1.0), kE=(0.0, 1000.0), kA=(1.0, -99.99), displacement_offset=0.0, displacement_min=-0.01,
+        displacement_max=0.01,
+    )  # fmt: skip
+    path = np.linspace(-0.01, 0.01, 9)
+    small, large = (
+        prediction_error(p, JointCovariance.of(p, joint_of(p, [0.0, 0.0, error, 0.0, 0.0, 0.0, 0.0])), path, 0.0)
+        for error in (0.1, 5.0)
+    )
+    assert large == pytest.approx(50.0 * small, rel=1e-6)  # linear, whatever the step
+    with pytest.raises(ModelError, match="is not possible: at 1e-06 standard deviations"):
+        prediction_error(p, JointCovariance.of(p, joint_of(p, [0.0, 0.0, 1e9, 0.0, 0.0, 0.0, 0.0])), path, 0.0)
+
+
+@pytest.mark.parametrize("place", [0, 2, 3])
+def test_absurd_standard_deviations_are_refused(place: int) -> None:
+    p = replace(spring_of(1.0, 1.0), kE=(0.0, 1000.0), kA=(1.0, 0.0))
+    deviations = [0.1] * 7
+    deviations[place] = 1e200
+    with pytest.raises(ModelError, match="standard deviations of at most 1e"):
+        JointCovariance.of(p, joint_of(p, deviations))
+    deviations[place] = 10**400
+    with pytest.raises(ModelError, match="rows of a lower triangular matrix"):
+        JointCovariance.of(p, joint_of(p, deviations))
