@@ -94,7 +94,9 @@ def build_all(
             for fmu, one in built:
                 fmu.replace(one.path)
         except OSError as problem:
-            raise StrandspringError(f"{folder} cannot be written: {reason_of(problem)}; check the rights there.") from None
+            raise StrandspringError(
+                f"{folder} cannot be written: {reason_of(problem)}; check the rights there."
+            ) from None
     return [one for _, one in built]
 
 

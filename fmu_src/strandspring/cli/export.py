@@ -9,6 +9,7 @@ import click
 from ..api.exporting import Exports, refuse_package
 from ..coordinates import zero_sentence
 from ..errors import StrandspringError
+from ..files import reason_of
 from ..exchange.modelica import LIBRARY, record_name
 from ..modelfile import load_model
 from .options import FiniteRange
