@@ -274,7 +274,8 @@ def write_text(path: Path, text: str) -> None:
 def write_csv(path: Path, header: Iterable[str], rows: Iterable[Iterable[object]]) -> None:
     """Write a table, every number with all its digits and None as an empty cell.
 
-    Text that a spreadsheet would take for a formula is preceded by an apostrophe, also in the header.
+    Text that a spreadsheet would take for a formula is preceded by an apostrophe, also in the header, and a carriage
+    return, which some readers take for the end of a row, becomes a blank.
     """
     with replacing(path) as part, part.open("w", encoding="utf-8", newline="") as file:
         writer = csv.writer(file, lineterminator="\n")
@@ -285,7 +286,10 @@ def write_csv(path: Path, header: Iterable[str], rows: Iterable[Iterable[object]
 
 
 def _harmless(cell: object) -> object:
-    return f"'{cell}" if isinstance(cell, str) and cell.startswith(_FORMULA) else cell
+    if not isinstance(cell, str):
+        return cell
+    text = cell.replace("\r", " ")
+    return f"'{text}" if cell.startswith(_FORMULA) else text
 
 
 def user_cache() -> Path:

@@ -5,11 +5,8 @@
 
 from __future__ import annotations
 
-import io
 import json
 import re
-import zipfile
-import zlib
 from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, field, fields
 from pathlib import Path
@@ -17,9 +14,10 @@ from typing import Any
 
 from .core.parameters import KNOTS, MAXIMUM_DEGREE, SCALARS, SpringParameters
 from .errors import ModelError
-from .files import bundled_file, read_bytes, read_text, write_text
+from .files import bundled_file, read_bytes, read_text, readable, write_text
 from .stated_uncertainty import check_uncertainty
 from .strict_json import is_finite, parse, plain, printable, shown
+from .unpacking import unpacked
 
 MAXIMUM_BYTES = 10_000_000
 MAXIMUM_FMU_BYTES = 200_000_000  # packed, and all its files together unpacked
@@ -215,18 +213,24 @@ def text_in_fmu(path: Path, name: str) -> str:
     ------
     ModelError   If it cannot be read, or is absurdly large.
     """
-    packed = io.BytesIO(read_bytes(path, MAXIMUM_FMU_BYTES, "an FMU", ModelError))
+    packed = read_bytes(path, MAXIMUM_FMU_BYTES, "an FMU", ModelError)
     try:
-        with zipfile.ZipFile(packed) as archive, archive.open(name) as file:
-            content = file.read(MAXIMUM_BYTES + 1)
-            text = content.decode("utf-8")
-    except KeyError:
-        raise ModelError(f"{path} holds no {name}; give an FMU that strandspring built.") from None
-    except (OSError, zipfile.BadZipFile, zlib.error, NotImplementedError, RuntimeError, ValueError) as problem:
-        raise ModelError(f"{path} cannot be read as an FMU: {problem}.") from None
-    if len(content) > MAXIMUM_BYTES:
-        raise ModelError(f"{path}: {name} has more than {MAXIMUM_BYTES} bytes, which is too large.")
+        content = unpacked(packed, MAXIMUM_BYTES, (name,)).get(name)
+        text = None if content is None else _decoded(content, name)
+    except ValueError as problem:
+        raise ModelError(
+            f"{readable(path)} cannot be read as an FMU ({problem}); copy it again, or build it again."
+        ) from None
+    if text is None:
+        raise ModelError(f"{readable(path)} holds no {name}; give an FMU that strandspring built.")
     return text
+
+
+def _decoded(content: bytes, name: str) -> str:
+    try:
+        return content.decode("utf-8")
+    except UnicodeDecodeError:
+        raise ValueError(f"{name} is not UTF-8 text") from None
 
 
 def save_model(path: str | Path, model: ModelFile) -> None:

@@ -9,6 +9,7 @@ import signal
 import subprocess
 import sys
 import time
+import zlib
 from pathlib import Path
 
 import numpy as np
@@ -22,6 +23,7 @@ from strandspring import (
     ManyResult,
     RecordError,
     Spring,
+    StrandspringError,
     TwoStageOptions,
     identify_many,
     read_record,
@@ -224,6 +226,44 @@ def test_a_damaged_middle_of_the_journal_and_other_files_are_refused(few: Path) 
     with pytest.raises(JobError, match="is not the journal of a batch"):
         identify_many(few, models, workers=1, options=FAST)
     assert journal.read_text() == "my notes\n"
+
+
+def test_an_impossible_row_is_identified_again(few: Path) -> None:
+    models = few / "models"
+    identify_many(few, models, workers=1, options=FAST)
+    before = content(models)
+    journal = models / sources.JOURNAL
+    lines = journal.read_bytes().splitlines(keepends=True)
+    job = zlib.crc32(lines[0])
+    for k, (name, other) in enumerate(
+        ((b'"spring_0000"', b'"../spring_0000"'), (b'"identified"', b'"indented"'), (b'"kappa_omega": ', b'"kappa": ')),
+        1,
+    ):
+        values = lines[k][13:-2].replace(name, other, 1)
+        lines[k] = b'["%08x", %s]\n' % (zlib.crc32(values, job), values)
+    journal.write_bytes(b"".join(lines))
+    assert identify_many(few, models, workers=1, options=FAST).batch.earlier == 0
+    assert content(models) == before
+
+
+def test_two_runs_into_one_folder_are_refused(few: Path) -> None:
+    def begin_again(done: int, files: int) -> None:
+        if done == 1:
+            with pytest.raises(JobError, match=r"springs.journal.jsonl is in use by another run of the same command"):
+                identify_many(few, few / "models", workers=1, options=FAST)
+            assert files == 3
+
+    identify_many(few, few / "models", workers=1, options=FAST, progress=begin_again)
+
+
+def test_a_run_that_cannot_begin_leaves_no_folder(few: Path) -> None:
+    with pytest.raises(JobError, match="No scheduler answers"):
+        identify_many(few, few / "new" / "nested", scheduler="nowhere")
+    assert not (few / "new").exists()
+    (few / "models" / sources.TABLE).mkdir(parents=True)
+    with pytest.raises(StrandspringError, match="it is a folder or a device"):
+        identify_many(few, few / "models", workers=1, options=FAST)
+    assert not (few / "models" / sources.JOURNAL).exists()
 
 
 @pytest.mark.parametrize(

@@ -32,7 +32,7 @@ FAULTS = {
         "0",
     ),
     "a sensitivity is not serialized": ("fmi2_state.c", "double_field(cursor, &sensitivity->by_n);", ""),
-    "a state is not freed": ("fmi2_fmustate.c", "snapshot->free(snapshot);", ""),
+    "a state is not freed": ("fmi2_fmustate.c", "free(snapshot);", ""),
     "a table is not released": ("fmi2_spring.c", "fmu_release(instance->shared);", ""),
     "a reference too many": ("fmi2_arguments.h", "< instance->variables", "<= instance->variables"),
     "text of the host as a format": ("fmi2_log.c", '"%s", text);', "text);"),

@@ -19,6 +19,7 @@ import os
 import resource
 import select
 import shutil
+import signal
 import subprocess
 import sys
 import tempfile
@@ -83,16 +84,28 @@ def main(script: str, trial: Trial, count: int) -> None:
     if given.child:
         _do_trials(trial, range(given.seed, given.seed + given.count), given.child, given.keep)
         return
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
     report = run(Path(script), given.seed, given.count, given.keep)
     print(report)
     sys.exit(bool(report.failures))
 
 
 def run(script: Path, seed: int, count: int, keep: Path | None = None) -> Report:
-    """Do the trials of a script in a child process, a new one after a trial that ended it; failures are printed."""
+    """Do the trials of a script in a child process, a new one after a trial that ended it; failures are printed.
+
+    An interrupt ends it with the report of the trials until then.
+    """
     print(f"seed {seed}, {count} trials", flush=True)
     report = Report()
-    end = seed + count
+    try:
+        _run(report, script, range(seed, seed + count), keep)
+    except KeyboardInterrupt:
+        print("interrupted")
+    return report
+
+
+def _run(report: Report, script: Path, seeds: range, keep: Path | None) -> None:
+    seed, end = seeds.start, seeds.stop
     while seed < end:
         with tempfile.TemporaryDirectory() as folder:
             for result in _results(script, seed, end - seed, Path(folder), keep):
@@ -105,7 +118,6 @@ def run(script: Path, seed: int, count: int, keep: Path | None = None) -> Report
             if left := [path.name for path in (Path(folder) / "tmp").iterdir()]:
                 report.failures.append({"seed": str(seed), "group": "end", "failure": f"left {left}"})
                 print(f"FAILURE at the end of the process, before the seed {seed}: left {left}\n", flush=True)
-    return report
 
 
 def _results(script: Path, seed: int, count: int, folder: Path, keep: Path | None) -> Iterator[Result]:
@@ -199,4 +211,6 @@ def _memory(name: str) -> int:
 def _open_files() -> set[str]:
     """What is open besides pipes, by which processes that are kept for the next trial are reached."""
     descriptors = [*Path("/proc/self/fd").iterdir()]
-    return {link for each in descriptors if each.is_symlink() and not (link := str(each.readlink())).startswith("pipe:")}
+    return {
+        link for each in descriptors if each.is_symlink() and not (link := str(each.readlink())).startswith("pipe:")
+    }

@@ -47,6 +47,7 @@ _ABSURD = (
     b"1e400", b"-0", b"1e-400", b"9223372036854775808", b"99999999999999999999999999", b"NaN", b"null", b"true",
     b'"=1+1"',     b"[]", b"{}", b"0x10", b"1_0", b"", b"-1", b"0.1",
 )  # fmt: skip
+_OFFSETS = (-1, 0, 1, 7, 300, 1000, 2**62, 2**63, 10**30)
 _NUMBER = re.compile(rb"-?\d+(\.\d+)?(e[+-]?\d+)?")
 _DAMAGED_LINE = re.compile(r", line (\d+): damaged")
 
@@ -151,8 +152,8 @@ def _undisturbed(group: str, place: str) -> tuple[dict[str, bytes], bytes]:
     return results, _interrupted(other, 8, folder / "other", journal)
 
 
-def _checksummed(content: bytes) -> bytes:
-    return b'["%08x", %s]\n' % (zlib.crc32(content), content)
+def _checksummed(content: bytes, manifest: bytes) -> bytes:
+    return b'["%08x", %s]\n' % (zlib.crc32(content, zlib.crc32(manifest)), content)
 
 
 def _with_absurd_number(line: bytes, generator: np.random.Generator) -> bytes:
@@ -163,26 +164,31 @@ def _with_absurd_number(line: bytes, generator: np.random.Generator) -> bytes:
     return line[: one.start()] + _ABSURD[generator.integers(len(_ABSURD))] + line[one.end() :]
 
 
-def _forged(line: bytes, generator: np.random.Generator) -> bytes:
-    """A line with a correct checksum and another content, whose numbers are possible only in index lines."""
+def _forged(line: bytes, manifest: bytes, generator: np.random.Generator) -> bytes:
+    """A line with a correct checksum and another content, whose numbers are possible only in index lines.
+
+    Raises ValueError for a line that is none.
+    """
     content = line[13:-2]
+    if not line.startswith(b'["'):
+        raise ValueError
     if content.startswith(b"{"):
         index = json.loads(content)
         name = str(generator.choice(["before", "at", "places", "offsets"]))
-        value = generator.choice([-1, 0, 1, 7, 300, 1000, 2**62, 2**63, 10**30]).item()
+        value = _OFFSETS[generator.integers(len(_OFFSETS))]
         if isinstance(index[name], list) and index[name]:
             index[name][generator.integers(len(index[name]))] = value
             index[name] = index[name][: generator.integers(1, 1 + len(index[name]))] if value == 7 else index[name]
         else:
             index[name] = value
-        return _checksummed(json.dumps(index).encode())
+        return _checksummed(json.dumps(index).encode(), manifest)
     values = json.loads(content)
-    wrong = [["x"], {"a": 1}, 10**30, float("inf"), float("nan"), [[]]]
+    wrong = (["x"], {"a": 1}, float("inf"), float("nan"), [[]])
     if generator.random() < 0.3:
         values.append(1)
     else:
         values[generator.integers(len(values))] = wrong[generator.integers(len(wrong))]
-    return _checksummed(json.dumps(values).encode())
+    return _checksummed(json.dumps(values).encode(), manifest)
 
 
 def _lines_changed(lines: list[bytes], other: list[bytes], generator: np.random.Generator) -> list[bytes]:
@@ -200,7 +206,8 @@ def _lines_changed(lines: list[bytes], other: list[bytes], generator: np.random.
         case 4:
             lines[at] = _with_absurd_number(lines[at], generator)
         case 5:
-            lines[at] = _forged(lines[at], generator) if at and lines[at].endswith(b"]\n") else lines[at]
+            with suppress(ValueError):  # damaged before
+                lines[at] = _forged(lines[at], lines[0], generator)
         case 6:
             junk = (b"", b"\0" * 4096, b"[" * 50_000, b'{"a":' * 20_000, b"x" * 1_000_000)
             lines.insert(to, junk[generator.integers(len(junk))] + b"\n")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import random
 from collections.abc import Callable
 from typing import Any
@@ -231,8 +232,8 @@ def _at_limits(dice: random.Random, content: dict[str, Any]) -> None:
     for name in ("kE", "FE_forces"):
         if isinstance(p.get(name), list) and dice.random() < 0.5:
             k = dice.randrange(max(len(p[name]), 1))
-            scale = reach**k if name == "kE" else 1.0
-            if k < len(p[name]) and scale:
+            scale = float(np.float_power(min(reach, 1e6), k)) if name == "kE" else 1.0
+            if k < len(p[name]) and 0.0 < scale < math.inf:
                 p[name][k] = dice.choice((-1.0, 1.0, 1e-15)) * FORCE_RANGE[1] / scale
     if dice.random() < 0.3:
         shift = dice.choice((-1.0, 1.0)) * 10.0 ** dice.uniform(-3, 9)

@@ -38,8 +38,10 @@ _APART = ("hdf5", "mat_73", "mdf_3", "mdf_4", "parquet_file", "feather_file", "t
 _ZIP = b"PK\x03\x04"
 _XML_VALUE = re.compile(rb'(?<=[">])[^"<>]*(?=["<])')
 _XML_PIECES = (
-    b"<!DOCTYPE a [<!ENTITY b 'cccccccccc'>]>", b"&b;", b"&#0;", b"<c", b"</row>", b"<row r='1048576'>", b"<c r='XFD1048576'><v>1</v></c>",
-    b"<table:table-row table:number-rows-repeated='1048576'>", b"\xff\xfe", b"]]>", b"<![CDATA[", b"<!--", b"<f>1/0</f>", b"<is><t>x</t></is>",
+    b"<!DOCTYPE a [<!ENTITY b 'cccccccccc'>]>", b"&b;", b"&#0;", b"<c", b"</row>", b"<row r='1048576'>",
+    b"<c r='XFD1048576'><v>1</v></c>",
+    b"<table:table-row table:number-rows-repeated='1048576'>", b"\xff\xfe", b"]]>", b"<![CDATA[", b"<!--",
+    b"<f>1/0</f>", b"<is><t>x</t></is>",
 )  # fmt: skip
 
 

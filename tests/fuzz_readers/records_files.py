@@ -115,14 +115,22 @@ def hdf5(random: np.random.Generator, path: Path, pieces: Sequence[Piece]) -> No
             return
         rig = file.create_group(one_of(random, ("rig", "run 1/rig", "/".join("abcdefgh"))))
         for name, piece in zip(names, pieces, strict=True):
-            kind = one_of(random, ({}, {}, {"compression": "gzip"}, {"chunks": (2,)}, {"shuffle": True, "fletcher32": True, "chunks": (1,)},
-                                   {"compression": "lzf"}, {"scaleoffset": 3}))  # fmt: skip
+            kind = one_of(
+                random,
+                (
+                    {},
+                    {},
+                    {"compression": "gzip"},
+                    {"chunks": (2,)},
+                    {"shuffle": True, "fletcher32": True, "chunks": (1,)},
+                    {"compression": "lzf"},
+                    {"scaleoffset": 3},
+                ),
+            )
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore")
                 values = piece.values.astype("i4") if "scaleoffset" in kind else _typed(random, piece.values)
-                rig.create_dataset(name, data=values, **kind).attrs["units"] = _printable(
-                    piece.unit
-                )
+                rig.create_dataset(name, data=values, **kind).attrs["units"] = _printable(piece.unit)
         if chance(random, 0.4):
             rig.create_dataset("serial", data=7)
             rig.create_dataset("text", data=["a", "b"], dtype=h5py.string_dtype())
@@ -174,10 +182,14 @@ def xls(random: np.random.Generator, path: Path, pieces: Sequence[Piece]) -> Non
 def tdms(random: np.random.Generator, path: Path, pieces: Sequence[Piece]) -> None:
     wave = {"wf_increment": 0.0125, "wf_start_offset": 0.0} if chance(random, 0.6) else {}
     channels = [
-        nptdms.ChannelObject(one_of(random, ("rig", "rig", "two")), _printable(p.name) or f"c{k}", _typed(random, p.values).astype("=f8"),
-                             {"unit_string": _printable(p.unit), **wave})
+        nptdms.ChannelObject(
+            one_of(random, ("rig", "rig", "two")),
+            _printable(p.name) or f"c{k}",
+            _typed(random, p.values).astype("=f8"),
+            {"unit_string": _printable(p.unit), **wave},
+        )
         for k, p in enumerate(pieces)
-    ]  # fmt: skip
+    ]
     if chance(random, 0.3):
         channels.append(nptdms.ChannelObject("remarks", "text", ["a", "b"]))
         channels.append(nptdms.ChannelObject("remarks", "moments", np.array(["2024-01-01", "2024-01-02"], "M8[us]")))
@@ -232,10 +244,20 @@ def uff(random: np.random.Generator, path: Path, pieces: Sequence[Piece]) -> Non
         for piece in pieces:
             kind = {"displacement": 8, "force": 9}.get(piece.quantity, 0)
             time = 0.0125 * np.arange(piece.values.size)
-            own = {"id1": _printable(piece.name)[:40] or "NONE", "data": piece.values, "x": time, "ordinate_spec_data_type": kind,
-                   "ordinate_axis_units_lab": _printable(piece.unit)[:18] or "NONE"}  # fmt: skip
-            base = {"type": 58, "func_type": 1, "ord_data_type": int(one_of(random, (2, 4, 4))), "abscissa_spacing": even,
-                    "abscissa_spec_data_type": 17}  # fmt: skip
+            own = {
+                "id1": _printable(piece.name)[:40] or "NONE",
+                "data": piece.values,
+                "x": time,
+                "ordinate_spec_data_type": kind,
+                "ordinate_axis_units_lab": _printable(piece.unit)[:18] or "NONE",
+            }
+            base = {
+                "type": 58,
+                "func_type": 1,
+                "ord_data_type": int(one_of(random, (2, 4, 4))),
+                "abscissa_spacing": even,
+                "abscissa_spec_data_type": 17,
+            }
             file = pyuff.UFF(str(made))
             file.write_sets({**none, **zeros, **nodes, **base, **own, "binary": int(chance(random, 0.5))}, "add")
         gc.collect()
@@ -260,7 +282,16 @@ def _arrow(random: np.random.Generator, pieces: Sequence[Piece]) -> pa.Table:
 
 def parquet_file(random: np.random.Generator, path: Path, pieces: Sequence[Piece]) -> None:
     compression = one_of(random, ("none", "snappy", "gzip", "zstd", "brotli", "lz4"))
-    extra = one_of(random, ({}, {"use_dictionary": False}, {"data_page_version": "2.0"}, {"row_group_size": 7}, {"write_statistics": False}))  # fmt: skip
+    extra = one_of(
+        random,
+        (
+            {},
+            {"use_dictionary": False},
+            {"data_page_version": "2.0"},
+            {"row_group_size": 7},
+            {"write_statistics": False},
+        ),
+    )
     parquet.write_table(_arrow(random, pieces), path, compression=compression, **extra)
 
 
@@ -293,8 +324,10 @@ def ods(random: np.random.Generator, path: Path, pieces: Sequence[Piece]) -> Non
             f' table:number-columns-repeated="{one_of(random, ABSURD_INTEGERS)}"' if chance(random, 0.0005) else ""
         )
         if isinstance(value, str):
-            return f'<table:table-cell{repeated} office:value-type="string"><text:p>{escape(value)}</text:p></table:table-cell>'
-        return f'<table:table-cell{repeated} office:value-type="float" office:value="{value!r}"><text:p>{value}</text:p></table:table-cell>'
+            text = f"<text:p>{escape(value)}</text:p>"
+            return f'<table:table-cell{repeated} office:value-type="string">{text}</table:table-cell>'
+        value_type = f'office:value-type="float" office:value="{value!r}"'
+        return f"<table:table-cell{repeated} {value_type}><text:p>{value}</text:p></table:table-cell>"
 
     lines: list[list[str | float]] = [[_printable(f"{p.name} [{p.unit}]", 200) for p in pieces]]
     lines += np.column_stack([p.values for p in pieces]).tolist()
@@ -307,9 +340,11 @@ def ods(random: np.random.Generator, path: Path, pieces: Sequence[Piece]) -> Non
         for name in ("office", "table", "text", "style")
     )
     content = (
-        f'<?xml version="1.0" encoding="UTF-8"?><office:document-content {namespaces} office:version="1.2"><office:body>'
+        f'<?xml version="1.0" encoding="UTF-8"?><office:document-content {namespaces} office:version="1.2">'
+        "<office:body>"
         f"<office:spreadsheet><table:table table:name={quoteattr('rig')}>{''.join(rows)}"
-        '<table:table-row table:number-rows-repeated="1048000"><table:table-cell table:number-columns-repeated="16384"/></table:table-row>'
+        '<table:table-row table:number-rows-repeated="1048000">'
+        '<table:table-cell table:number-columns-repeated="16384"/></table:table-row>'
         "</table:table></office:spreadsheet></office:body></office:document-content>"
     )
     with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
@@ -317,9 +352,9 @@ def ods(random: np.random.Generator, path: Path, pieces: Sequence[Piece]) -> Non
         archive.writestr("content.xml", content)
         archive.writestr(
             "META-INF/manifest.xml",
-            '<?xml version="1.0"?><manifest:manifest xmlns:manifest="urn:oasis:names:tc:opendocument:xmlns:manifest:1.0">'
-            '<manifest:file-entry manifest:full-path="/" manifest:media-type="application/vnd.oasis.opendocument.spreadsheet"/>'
-            '<manifest:file-entry manifest:full-path="content.xml" manifest:media-type="text/xml"/></manifest:manifest>',
+            '<?xml version="1.0"?><m:manifest xmlns:m="urn:oasis:names:tc:opendocument:xmlns:manifest:1.0">'
+            '<m:file-entry m:full-path="/" m:media-type="application/vnd.oasis.opendocument.spreadsheet"/>'
+            '<m:file-entry m:full-path="content.xml" m:media-type="text/xml"/></m:manifest>',
         )
 
 
@@ -352,5 +387,7 @@ LAYERS: tuple[Callable[[np.random.Generator, bytes], bytes], ...] = (
 )
 FORMATS: dict[str, Write] = {
     each.__name__: each
-    for each in (mat, mat_4, mat_73, hdf5, npz, npy, xls, xlsx, ods, tdms, mdf_3, mdf_4, uff, parquet_file, feather_file, csv)
+    for each in (
+        mat, mat_4, mat_73, hdf5, npz, npy, xls, xlsx, ods, tdms, mdf_3, mdf_4, uff, parquet_file, feather_file, csv,
+    )
 }  # fmt: skip

@@ -36,7 +36,7 @@ def judged(read: Callable[[], Record], path: Path | str = "", is_limited: bool =
         assert message.startswith((str(path), "`")), message
         assert message.isprintable(), message
         assert message.endswith((".", "?")), message
-        assert ";" in message or "?" in message or "must" in message, f"no advice: {message}"
+        assert ";" in message or "?" in message or re.search("must|should", message), f"no advice: {message}"
         assert len(message) <= _LONGEST, f"{len(message)} characters: {message[:300]}"
         assert not _INTERNAL.search(message), message
         assert "more than memory can hold" not in message or is_limited, message
@@ -44,8 +44,6 @@ def judged(read: Callable[[], Record], path: Path | str = "", is_limited: bool =
     for values in (record.displacement, record.force, record.time):
         assert values is None or (values.size >= 2 and np.isfinite(values).all() and not values.flags.writeable)
         assert values is None or values.size == len(record)
-    assert float(np.ptp(record.displacement)) > 0.0
-    assert float(np.ptp(record.force)) > 0.0
     for note in record.notes:
         assert note.isprintable(), note
         assert not _INTERNAL.search(note), note

@@ -25,7 +25,8 @@ _ENCODINGS = (
     "utf-32", "utf-7", "koi8-r", "cp037",
 )  # fmt: skip
 _PREAMBLES = (
-    "Test of a spring", "# rig 7", "% comment", "Operator;A;;", "Date,2024-01-01,12:00", "---", "====\t====", "", " ", "BZh", "PK", "MATLAB",
+    "Test of a spring", "# rig 7", "% comment", "Operator;A;;", "Date,2024-01-01,12:00", "---", "====\t====", "", " ",
+    "BZh", "PK", "MATLAB",
     "-1", "   58", "<html>", "\x0c", "sep=;", "1;2", "3.5 4.5", "%PDF", "{", "\\documentclass", "'", '"', "1e5",
 )  # fmt: skip
 
@@ -129,19 +130,19 @@ def _disturb(random: np.random.Generator, lines: list[str], separator: str) -> N
             case 3:
                 lines[k] = lines[k][: int(random.integers(0, len(lines[k]) + 1))]
             case 4:
-                lines[k] += separator * int(one_of(random, (1, 5, 1000, 200_000)))
+                lines[k] += separator * int(one_of(random, (1, 2, 5, 5, 9, 1000, 1000, 200_000)))
             case 5:
-                lines[k] += separator.join(["1"] * int(one_of(random, (1, 3, 100, 100_000))))
+                lines[k] += separator.join(["1"] * int(one_of(random, (1, 1, 2, 3, 9, 100, 100, 100_000))))
             case 6:
                 lines[k] = one_of(random, ("x", "1", '"', "\0", "(", "[mm] ", "1 ", "_", "/")) * int(
-                    one_of(random, (200, 10**5, 10**6))
+                    one_of(random, (20, 200, 200, 200, 10**4, 10**4, 10**5, 10**6))
                 )
             case 7:
                 lines[k] = lines[k].replace(separator, one_of(random, _SEPARATORS))
             case 8:
                 lines[k] = one_of(random, ABSURD_NAMES) + separator + one_of(random, ABSURD_CELLS)
             case 9:
-                lines[k:] = [""] * int(one_of(random, (1, 5, 30_000)))
+                lines[k:] = [""] * int(one_of(random, (1, 2, 3, 5, 9, 30_000)))
             case 10:
                 place = int(random.integers(0, len(lines[k]) + 1))
                 lines[k] = (

@@ -1,10 +1,11 @@
 """Random sequences of FMI calls against the C sources of the native FMU, under sanitizers (tests/fuzz/fuzz.h).
 
-    python tests/helpers/fuzzing.py [SEQUENCES] [--form native|table|states] [--plain] [--seed N] [--jobs N] [--trace]
+    python tests/helpers/fuzzing.py [SEQUENCES] [--form FORM] [--plain] [--seed SEED] [--jobs N] [--trace]
 
 A sequence is the life of one instance. The test does a share of the million that this does by default; a seed that
-fails is repeated by `--seed SEED 1`, and `--trace` prints its calls. `--plain` does without the sanitizers, which take
-four fifths of the time.
+fails is repeated by `--seed SEED 1`, and `--trace` prints its calls. FORM is native, table (FE by forces at knots),
+states (omega and absorbed_energy are continuous states) or python (the Python-backed FMU). `--plain` does without the
+sanitizers, which take four fifths of the time, and which the Python-backed FMU never has.
 """
 
 from __future__ import annotations
@@ -24,15 +25,19 @@ from typing import Any
 
 import fmpy
 
+import strandspring
 from fmu_tools import OTHER, SPRING
 from kernel_tools import compiled
 from native_tools import library
 from springs import TABLE
 from strandspring import SpringParameters
+from strandspring.compiled.images import FMI_HEADERS, fmi_header
 from strandspring.fmu.native.native_fmu import native_contents
+from strandspring.fmu.python_backed import fmu_contents
 from strandspring.modelfile import ModelFile
 
 FUZZER = Path(__file__).parents[1] / "fuzz"
+BRIDGE = Path(strandspring.__file__).parent / "fmu" / "bridge" / "bridge.c"
 # Variables that are not initialized get a value of their own, so that whoever uses them is noticed.
 SANITIZED = (
     "-O1", "-g", "-fno-omit-frame-pointer", "-ftrivial-auto-var-init=pattern",
@@ -64,7 +69,20 @@ def write_sources(folder: Path, parameters: SpringParameters = SPRING, with_stat
     return folder
 
 
-def _description(folder: Path) -> str:
+def write_python_sources(folder: Path, parameters: SpringParameters = SPRING) -> Path:
+    """The same for the Python-backed FMU, whose resources lie in the folder."""
+    for name, content in fmu_contents(ModelFile("spring", parameters), (), zero=0.0).items():
+        if name == "modelDescription.xml" or name.startswith("resources/"):
+            path = folder / name
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.write_bytes(content)
+    for name in FMI_HEADERS:
+        (folder / name).write_bytes(fmi_header(name))
+    (folder / "fuzz_model.h").write_text(_description(folder, f'"{folder / "resources"}"'))
+    return folder
+
+
+def _description(folder: Path, resources: str = "NULL") -> str:
     description = fmpy.read_model_description(str(folder), validate=False)
     variables = sorted(description.modelVariables, key=lambda variable: int(variable.valueReference))
     starts = [float(v.start or 0.0) if v.type == "Real" else 0.0 for v in variables]
@@ -86,10 +104,12 @@ def _description(folder: Path) -> str:
             for name, array in (("ELASTIC", "kE_"), ("AMPLIFIER", "kA_"), ("KNOTS", "FE_knots_"))
         },
         "STATES": len(states),
+        "PYTHON": int(resources != "NULL"),
     }
     return "\n".join(
         [
             f"#define MODEL_GUID {json.dumps(str(description.guid))}",
+            f"#define MODEL_RESOURCES {resources}",
             f"enum {{ {', '.join(f'MODEL_{name} = {count}' for name, count in counts.items())} }};",
             "#define MODEL_TABLE(V) \\\n    " + " \\\n    ".join(entries),
             "",
@@ -110,6 +130,28 @@ def build(sources: Path, folder: Path, flags: tuple[str, ...] = SANITIZED) -> Pa
     with ThreadPoolExecutor(os.cpu_count()) as pool:
         objects = list(pool.map(compile_unit, [sources / "all.c", *FUZZER.glob("*.c")]))
     return link(objects, folder / "fuzz", flags)
+
+
+def build_python(sources: Path, folder: Path) -> Path:
+    """The fuzzer with the binary of Python-backed FMUs; without sanitizers, which take Python's memory for lost."""
+    folder.mkdir()
+    units = [*(unit for unit in FUZZER.glob("*.c") if unit.stem != "bytes"), *FUZZER.glob("python/*.c"), BRIDGE]
+    objects = [
+        compiled(
+            folder / f"{unit.stem}-{k}.o",
+            *PLAIN,
+            "-D_POSIX_C_SOURCE=200809L",
+            f"-I{sources}",
+            f"-I{FUZZER}",
+            "-c",
+            unit,
+        )
+        for k, unit in enumerate(units)
+    ]
+    # Which tests/fuzz/python/layer.c wraps.
+    wrapped = [f"--redefine-sym=fmi2{name}=python_{name}" for name in ("SerializedFMUstateSize", "SerializeFMUstate")]
+    subprocess.run(["objcopy", *wrapped, str(objects[-1])], check=True)
+    return link(objects, folder / "fuzz", PLAIN)
 
 
 def link(objects: list[Path], program: Path, flags: tuple[str, ...] = SANITIZED) -> Path:
@@ -150,7 +192,7 @@ def add_up(outcomes: Sequence[Outcome]) -> Statistics:
 def main() -> int:
     parser = argparse.ArgumentParser(description="Random sequences of FMI calls against the native FMU.")
     parser.add_argument("sequences", nargs="?", type=int, default=1_000_000)
-    parser.add_argument("--form", choices=FORMS, default="native")
+    parser.add_argument("--form", choices=(*FORMS, "python"), default="native")
     parser.add_argument("--plain", action="store_true")
     parser.add_argument("--seed", type=int, default=1_000_000)
     parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1)
@@ -158,8 +200,11 @@ def main() -> int:
     given = parser.parse_args()
     with tempfile.TemporaryDirectory(prefix="strandspring-fuzz-") as temporary:
         folder = Path(temporary)
-        sources = write_sources(folder / "sources", *FORMS[given.form])
-        program = build(sources, folder / "objects", PLAIN if given.plain else SANITIZED)
+        if given.form == "python":
+            program = build_python(write_python_sources(folder / "sources"), folder / "objects")
+        else:
+            sources = write_sources(folder / "sources", *FORMS[given.form])
+            program = build(sources, folder / "objects", PLAIN if given.plain else SANITIZED)
         if given.trace:
             print(run(program, given.seed, given.sequences, "trace").found)
             return 0

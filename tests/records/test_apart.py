@@ -97,7 +97,8 @@ def test_one_process_reads_file_after_file() -> None:
     assert list(apart._running) == apart._idle, "one of them waits for the next file"
 
 
-def test_the_process_ends_with_its_parent(tmp_path: Path) -> None:
+def test_the_process_ends_with_its_parent(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("TMPDIR", str(tmp_path / "temporary"))
     with h5py.File(tmp_path / "a.h5", "w") as file:
         file["x"], file["F"] = X, X
     program = (

@@ -590,10 +590,12 @@ def test_a_workbook_that_unpacks_to_too_much_is_refused(tmp_path: Path, name: st
     path = tmp_path / name
     path.write_bytes(content_of(name))
     blanks = bytes(1024 * 1024)
-    with zipfile.ZipFile(path, "a", zipfile.ZIP_DEFLATED, compresslevel=1) as archive:
-        with archive.open("xl/sharedStrings.bin", "w") as member:
-            for _ in range(content.MAX_UNPACKED_BYTES // len(blanks)):
-                member.write(blanks)
+    with (
+        zipfile.ZipFile(path, "a", zipfile.ZIP_DEFLATED, compresslevel=1) as archive,
+        archive.open("xl/sharedStrings.bin", "w") as member,
+    ):
+        for _ in range(content.MAX_UNPACKED_BYTES // len(blanks)):
+            member.write(blanks)
     assert "must unpack to at most 536870912 bytes, and holds more" in refusal(path)
 
 
@@ -624,3 +626,56 @@ def test_text_is_read_without_the_libraries_of_other_formats(tmp_path: Path) -> 
     )
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"
+
+
+# ------------------------------------------------------------------------------ what random files have found
+
+
+def test_the_time_base_is_a_column_only_where_there_are_times(tmp_path: Path) -> None:
+    path = tmp_path / "mixed.tdms"
+    wave = {"wf_increment": 1.0 / RATE, "wf_start_offset": 0.0}
+    with nptdms.TdmsWriter(path) as writer:
+        channels = (("displacement", X, {}), ("force", R, {}), ("other", T, wave))
+        writer.write_segment([nptdms.ChannelObject("rig", *channel) for channel in channels])
+    assert "time is left out: the channels chosen have none" in read_record(path).notes
+    message = refusal(path, displacement=4, force=2)
+    assert message.endswith("column 4 'time': the channels chosen have no times; name another column.")
+
+
+def test_names_that_turn_or_hide_what_follows_are_not_shown(tmp_path: Path) -> None:
+    path = tmp_path / "turned.zip"
+    with zipfile.ZipFile(path, "w") as archive:
+        archive.writestr("a\u202evsc.exe", text())
+        archive.writestr("b\u2028\u200b.csv", text())
+    assert refusal(path).endswith("name one of them as in turned.zip/a\ufffdvsc.exe.")
+
+
+def test_a_refusal_shows_no_objects_of_the_program(tmp_path: Path) -> None:
+    path = tmp_path / "a.mf4"
+    mdf(path)
+    path.write_bytes(path.read_bytes()[:8] + bytes(300))
+    message = refusal(path)
+    assert "object at 0x" not in message
+    assert "is an MDF file that is damaged or cut off" in message
+
+
+def test_a_sheet_that_repeats_cells_without_end_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "repeated.ods"
+    ods(path)
+    with zipfile.ZipFile(path) as archive:
+        members = {name: archive.read(name) for name in archive.namelist()}
+    for what in (b"rows", b"columns"):
+        repeated = b"table:number-" + what + b'-repeated="1000000000"'
+        element = b"<table:table-row" if what == b"rows" else b"<table:table-cell"
+        with zipfile.ZipFile(path, "w") as archive:
+            for name, data in members.items():
+                archive.writestr(
+                    name, data.replace(element, element + b" " + repeated) if name == "content.xml" else data
+                )
+        message = refusal(path)
+        assert f"must repeat at most 100000 filled {what.decode().replace('columns', 'cells')}, found" in message
+
+
+def test_complex_numbers_are_no_channel(tmp_path: Path) -> None:
+    savemat(tmp_path / "complex.mat", {"displacement_mm": X, "force_N": R + 1j})
+    assert "no column is named like a force" in refusal(tmp_path / "complex.mat")

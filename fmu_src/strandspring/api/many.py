@@ -126,7 +126,10 @@ class ManyResult(Result):
         return "\n".join([*self.lines(), *cautions, *(f"Note: {sentence}" for sentence in self.notes)])
 
     def to_frame(self) -> pd.DataFrame:
-        """The table, one file in each row."""
+        """The table, one file in each row.
+
+        Text that a spreadsheet would take for a formula is preceded by an apostrophe, as in the CSV file.
+        """
         import pandas as pd
 
         # Only empty cells are unknown: a file may be called NA.csv.

@@ -15,7 +15,7 @@ from ..jobs.runners import JobError
 from .sources import JOURNAL, SpringFile
 from .spring_row import IDENTIFIED, SpringRow, digest
 
-_MANIFEST = {"format": "strandspring-batch", "format_version": 1}
+_MANIFEST = {"format": "strandspring-batch", "format_version": 2}
 
 
 class SpringLog(RowLog[SpringRow]):
@@ -63,14 +63,17 @@ class SpringLog(RowLog[SpringRow]):
             ) from None
 
     def forget_changed(self, springs: Sequence[SpringFile], settings: str) -> int:
-        """Forget rows of files that have changed, of other settings, or whose model file is missing or changed; the
-        model files that belong to them are removed. Returns the number of those of other settings.
+        """Forget rows that cannot be, of files that have changed, of other settings, or whose model file is missing or
+        changed; the model files that belong to them are removed. Returns the number of those of other settings.
         """
         of_other_settings = 0
         for place, spring in enumerate(springs):
             if place not in self:
                 continue
             row = self[place]
+            if not row.is_possible:
+                self.forget(place)
+                continue
             is_there = row.status != IDENTIFIED or digest(str(self.model_path(row)))[1] == row.model_sha256
             is_known = row.sha256 is not None and digest(spring.path) == (row.size, row.sha256)
             if is_there and is_known and (row.settings, row.model) == (settings, spring.name):

@@ -102,5 +102,6 @@ class Component:
 
 
 def _line(status: int, text: str) -> bytes:
-    """A message as the binary takes it; FMI takes # as the mark of a value reference."""
-    return f"{int(status)}{' '.join(text.split())}\n".replace("#", "?").encode("ascii", "replace")
+    """A message as the binary takes it, in printable ASCII; FMI takes # as the mark of a value reference."""
+    printable = "".join(c if " " <= c <= "~" and c != "#" else "?" for c in " ".join(text.split()))
+    return f"{int(status)}{printable}\n".encode("ascii")

@@ -77,9 +77,10 @@ def find_steady_part(record: Record, delay: float = 0.0) -> SteadyRecord:
     ------
     IdentificationError   With the outcome that names the reason.
     """
-    if not np.ptp(record.displacement):
-        raise IdentificationError(Outcome.TOO_FEW_STROKES, record.path)
     strokes = find_strokes(record.displacement)
+    # Constant, or so coarse that all of it is taken for noise.
+    if not strokes.length.max():
+        raise IdentificationError(Outcome.TOO_FEW_STROKES, record.path)
     used, cautions = usable_samples(record, strokes)
     noise = path_noise(record.displacement) / max(float(np.ptp(record.displacement)), 1e-300)
     if noise > _NOISY:

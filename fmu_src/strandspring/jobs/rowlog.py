@@ -1,7 +1,8 @@
 """Finished rows on disk, so that an interrupted job goes on where it ended.
 
 A file of JSON lines: a manifest, then one line for each row in the order in which they finished, [checksum, [values of
-the row]]. A damaged end, as a killed program or machine leaves it, is dropped. Rows stay on disk; in memory there are 8
+the row]]; the checksum is that of the manifest continued by the values, so that no row of another job fits. A damaged
+end, as a killed program or machine leaves it, is dropped. Rows stay on disk; in memory there are 8
 bytes for each place.
 
 A job whose places are the same each time may have an index line after every megabyte of rows,
@@ -109,6 +110,7 @@ class RowLog(ABC, Generic[Row]):
         self._values_of = attrgetter(*(field.name for field in fields(row_type)))  # type: ignore[arg-type]
         self._offsets = np.full(places, _NOT_FINISHED, np.int64)
         self._begin = self._end = 0  # of the rows
+        self._job = zlib.crc32(_line(manifest))  # begins every checksum
         self._indexed = indexed
         self._index_before: int | None = None
         self._not_indexed = array("q")  # places of rows since the last index line
@@ -177,7 +179,7 @@ class RowLog(ABC, Generic[Row]):
         at: int | None = begin + last
         while at is not None:
             self._file.seek(at)
-            index = _index(self._file.readline(_LONGEST_LINE))
+            index = self._index(self._file.readline(_LONGEST_LINE))
             rows = None if index is None else self._indexed_rows(index)
             if index is None or rows is None or index.at != at:
                 return self._begin
@@ -208,7 +210,7 @@ class RowLog(ABC, Generic[Row]):
         offset = begin
         while line := self._file.readline(_LONGEST_LINE):
             row = place = None
-            index = _index(line)
+            index = self._index(line)
             if index is None:
                 try:
                     row = self._row(line)
@@ -237,9 +239,30 @@ class RowLog(ABC, Generic[Row]):
             "the file to start again."
         )
 
+    def _checksummed(self, content: str) -> bytes:
+        """A line of the file."""
+        encoded = content.encode(errors="replace")  # names of files need not be text
+        return b'["%08x", %s]\n' % (zlib.crc32(encoded, self._job), encoded)
+
+    def _checked(self, line: bytes) -> bytes | None:
+        """The content of a line; None if it is damaged."""
+        content = line.rstrip(b"\n")[_CONTENT]
+        is_whole = line.endswith(b"]\n") and line[_CHECKSUM] == b"%08x" % zlib.crc32(content, self._job)
+        return content if is_whole else None
+
+    def _index(self, line: bytes) -> _Index | None:
+        """An index line; None if it is another, or damaged."""
+        if not line.startswith(_INDEX_BEGIN, 10):
+            return None
+        content = self._checked(line)
+        try:
+            return None if content is None else _INDEX.validate_json(content, strict=True)
+        except ValidationError:
+            return None
+
     def _row(self, line: bytes) -> Row | None:
         """The row of a complete line; None if it is damaged."""
-        values = _checked(line)
+        values = self._checked(line)
         if values is None:
             return None
         try:
@@ -273,7 +296,7 @@ class RowLog(ABC, Generic[Row]):
     def add(self, rows: Iterable[Row]) -> None:
         """Keep finished rows."""
         rows = list(rows)
-        lines = [_checksummed(_encoded(self._values_of(row))) for row in rows]
+        lines = [self._checksummed(_encoded(self._values_of(row))) for row in rows]
         offset = self._end
         self._write(b"".join(lines))
         for row, line in zip(rows, lines, strict=True):
@@ -302,7 +325,7 @@ class RowLog(ABC, Generic[Row]):
             places = self._not_indexed[first : first + _MOST_INDEXED]
             at = self._end
             index = _Index(self._index_before, at, places.tolist(), self._offsets[places].tolist())
-            self._write(_checksummed(_encoded(vars(index))))
+            self._write(self._checksummed(_encoded(vars(index))))
             self._index_before = at
         self._not_indexed = array("q")
 
@@ -366,26 +389,3 @@ def _content(line: bytes) -> object:
 
 def _line(content: Any) -> bytes:
     return f"{_encoded(content)}\n".encode()
-
-
-def _checksummed(content: str) -> bytes:
-    """A line of the file."""
-    encoded = content.encode()
-    return b'["%08x", %s]\n' % (zlib.crc32(encoded), encoded)
-
-
-def _checked(line: bytes) -> bytes | None:
-    """The content of a line; None if it is damaged."""
-    content = line.rstrip(b"\n")[_CONTENT]
-    return content if line.endswith(b"]\n") and line[_CHECKSUM] == b"%08x" % zlib.crc32(content) else None
-
-
-def _index(line: bytes) -> _Index | None:
-    """An index line; None if it is another, or damaged."""
-    if not line.startswith(_INDEX_BEGIN, 10):
-        return None
-    content = _checked(line)
-    try:
-        return None if content is None else _INDEX.validate_json(content, strict=True)
-    except ValidationError:
-        return None

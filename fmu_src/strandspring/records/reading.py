@@ -179,10 +179,11 @@ def record_of_tables(
 def _refuse_useless(adjustments: Mapping[Quantity, tuple[float, float]]) -> None:
     for quantity, (offset, scale) in adjustments.items():
         if not is_finite(offset):
-            raise RecordError(f"`{quantity}_offset` must be a finite number, got {offset!s:.40}.")
+            raise RecordError(f"`{quantity}_offset` must be a finite number, got {quoted(str(offset))}.")
         if not (is_finite(scale) and scale > 0.0):
             raise RecordError(
-                f"`{quantity}_scale` must be a finite number > 0, got {scale!s:.40}; negate a column with `reverse`."
+                f"`{quantity}_scale` must be a finite number > 0, got {quoted(str(scale))}; negate a column with "
+                "`reverse`."
             )
 
 

@@ -14,9 +14,9 @@ from ..isolation.system import IsolationError
 from ..jobs.runners import Runner, finished_rows
 from .definition import RunRow, Study
 from .journal import Journal
-from .quantiles import GridPointSummary, summarize
+from .quantiles import Summaries
 
-_LARGEST_BATCH = 8  # runs
+_LARGEST_BATCH = 32  # runs; the parent needs some 25 us for a run, of batches of 8 twice as much
 
 # Of the fields of a row, with the unit of the level to be filled in.
 _HEADINGS = (
@@ -34,7 +34,7 @@ def run_study(
     runner: Runner,
     progress: Callable[[int], None] = lambda _: None,
     notify: Callable[[str], None] = lambda _: None,
-) -> list[GridPointSummary]:
+) -> Summaries:
     """Execute the runs that are not yet in the journal beside the results, write the results and remove the journal.
 
     Parameters
@@ -47,12 +47,13 @@ def run_study(
 
     Returns
     -------
-    list of GridPointSummary
+    Summaries
 
     Raises
     ------
     IsolationError           If the journal is that of another study, or the runs cannot be executed; finished ones are
                              kept.
+    StrandspringError        If the journal cannot be removed; the results are written.
     """
     try:
         refuse_unwritable(results)
@@ -68,7 +69,7 @@ def run_study(
             for rows in batches:
                 journal.add(rows)
                 progress(journal.finished)
-        summaries = summarize(study, journal)
+        summaries = Summaries(study, journal)
         header = [heading.format(study.excitation.unit) for heading in _HEADINGS]
         write_csv(results, header, (_cells(journal[run]) for run in range(len(study))))
         is_complete = True

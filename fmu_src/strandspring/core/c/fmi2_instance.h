@@ -16,12 +16,6 @@
 #include "fmi2_velocity.h"
 #include "spring.h"
 
-/* The host's functions for memory, or the C library's. */
-typedef struct {
-    fmi2CallbackAllocateMemory allocate;
-    fmi2CallbackFreeMemory free;
-} Allocator;
-
 typedef struct {
     /* What a step needs comes first. */
     unsigned variables; /* their number */
@@ -34,7 +28,7 @@ typedef struct {
     const SharedSpring *shared; /* acquired for the law made last; may be NULL */
     VelocityWatch velocity_watch; /* of the form with states */
     Log log;
-    Allocator allocator;
+    fmi2CallbackFreeMemory free; /* the instance's own memory */
     char name[];
 } Instance;
 

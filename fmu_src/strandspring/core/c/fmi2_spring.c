@@ -7,7 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Memory comes from the host, or from the C library if the host gives no functions for it. */
+/* Memory of instances comes from the host, or from the C library if the host gives no functions for it. */
 fmi2Component fmi2Instantiate(fmi2String instanceName, fmi2Type fmuType, fmi2String fmuGUID,
                               fmi2String fmuResourceLocation, const fmi2CallbackFunctions *functions,
                               fmi2Boolean visible, fmi2Boolean loggingOn)
@@ -35,18 +35,15 @@ fmi2Component fmi2Instantiate(fmi2String instanceName, fmi2Type fmuType, fmi2Str
                                   fmuGUID == NULL ? "none" : fmu_printable(fmuGUID).text);
     if (!own_memory && (functions->allocateMemory == NULL || functions->freeMemory == NULL))
         return FMU_REFUSE_POINTER(&log, "The callbacks allocateMemory and freeMemory must both be given or both be NULL.");
-    Allocator allocator = {functions->allocateMemory, functions->freeMemory};
-    if (own_memory)
-        allocator = (Allocator){calloc, free};
-    const size_t name_size = strlen(instanceName) + 1;
-    Instance *instance = allocator.allocate(1, sizeof *instance + name_size);
+    const size_t name_size = strlen(instanceName) + 1, size = sizeof(Instance) + name_size;
+    Instance *instance = own_memory ? calloc(1, size) : functions->allocateMemory(1, size);
     if (instance == NULL)
         return FMU_REFUSE_POINTER(&log, "There is not enough memory for an instance.");
     memset(instance, 0, sizeof *instance);
     memcpy(instance->name, instanceName, name_size);
     log.instance_name = instance->name;
     instance->log = log;
-    instance->allocator = allocator;
+    instance->free = own_memory ? free : functions->freeMemory;
     fmu_begin(instance, fmuType == fmi2ModelExchange ? ME_INSTANTIATED : CS_INSTANTIATED);
     return instance;
 }
@@ -57,7 +54,7 @@ void fmi2FreeInstance(fmi2Component c)
     if (instance == NULL)
         return;
     fmu_release(instance->shared);
-    instance->allocator.free(instance);
+    instance->free(instance);
 }
 
 fmi2Status fmi2EnterInitializationMode(fmi2Component c)

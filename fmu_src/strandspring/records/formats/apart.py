@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import atexit
 import contextlib
+import gc
 import json
 import os
 import shutil
@@ -22,6 +23,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
+from types import ModuleType
 from typing import IO, Any
 
 import numpy as np
@@ -32,9 +34,9 @@ from ..content import Content
 from .guarding import damaged, guarded
 
 _MEMORY = 900 * 1024**2  # two channels of the most values that a record may have
-_SECONDS, _BYTES_PER_SECOND = 8.0, 5e6  # of processor time, and more of it for large files
+_SECONDS, _BYTES_PER_SECOND = 6.0, 5e6  # of processor time, and more of it for large files
 _LARGE = 50 * 1024**2  # a process that holds such a file is not kept
-_PROGRAM = "import json, sys; sys.path[:] = json.loads(sys.argv[1]); from {0} import answer; answer()"
+_PROGRAM = "import json, sys; sys.path[:] = json.loads(sys.argv[1]); from {0} import answer; answer(sys.argv[2])"
 # Threads of libraries would take room of which little is used.
 _ONE_THREAD = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "ARROW_IO_THREADS": "1", "MALLOC_ARENA_MAX": "2"}
 
@@ -150,10 +152,11 @@ def _process() -> subprocess.Popen[bytes]:
     # Of its own, so that nothing is left behind by a process that crashed.
     folder = tempfile.mkdtemp(prefix="strandspring-reader-")
     process = subprocess.Popen(  # noqa: S603 - this module, without a shell
-        [sys.executable, "-c", _PROGRAM.format(__name__), json.dumps(sys.path)],
+        [sys.executable, "-c", _PROGRAM.format(__name__), json.dumps(sys.path), folder],
         stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
         stderr=subprocess.DEVNULL,
+        creationflags=getattr(subprocess, "CREATE_NO_WINDOW", 0),
         env=os.environ | _ONE_THREAD | dict.fromkeys(("TMPDIR", "TEMP", "TMP"), folder),
     )
     _running[process] = folder
@@ -201,8 +204,8 @@ if hasattr(os, "register_at_fork"):
 # ------------------------------------------------------------------------------ the other side
 
 
-def answer() -> None:
-    """Answer requests until there are no more."""
+def answer(folder: str) -> None:
+    """Answer requests until there are no more; then delete the folder of this process's temporary files."""
     requests, answers = os.fdopen(os.dup(0), "rb"), os.fdopen(os.dup(1), "wb")
     nothing = os.open(os.devnull, os.O_RDWR)
     for descriptor in (0, 1):  # libraries print from C too
@@ -219,7 +222,7 @@ def answer() -> None:
                 channels = []
                 content = Content(where, requests.read(request["size"]), "")
                 with guarded(kind, where):
-                    module = import_module(f".{request['module']}", __package__)
+                    module = _imported(f"{__package__}.{request['module']}")
                     _limit(request["memory"], request["seconds"])
                     found = module.read_tables(content)
                 if found and isinstance(found[0], Sheet):
@@ -240,27 +243,36 @@ def answer() -> None:
         for view in views:
             answers.write(view)
         answers.flush()
-    shutil.rmtree(tempfile.gettempdir(), ignore_errors=True)  # where the parent was killed before it could
+    shutil.rmtree(folder, ignore_errors=True)  # where the parent was killed before it could
+
+
+def _imported(name: str) -> ModuleType:
+    """A module of this folder, and with it the library that it uses."""
+    if name not in sys.modules:
+        _limit(None, None)  # those of the file before
+        import_module(name)
+        gc.collect()
+        gc.freeze()  # which makes the collections after damaged files quick
+    return sys.modules[name]
 
 
 def _described(channel: Channel) -> dict[str, Any]:
     return {name: getattr(channel, name) for name in ("group", "name", "unit", "size", "timed")}
 
 
-def _limit(memory: int, seconds: float) -> None:
-    """Limit what may be taken from now on of memory [B] and processor time [s]."""
+def _limit(memory: int | None, seconds: float | None) -> None:
+    """Limit what may be taken from now on of memory [B] and processor time [s]; None for no limit."""
     if not sys.platform.startswith("linux"):
         return
     import resource
 
     pages = int(Path("/proc/self/statm").read_text().split()[0])
-    bytes_until = pages * resource.getpagesize() + memory
-    seconds_until = int(time.process_time() + seconds) + 1
     limits = (
-        (resource.RLIMIT_AS, bytes_until),
-        (resource.RLIMIT_CPU, seconds_until),
+        (resource.RLIMIT_AS, None if memory is None else pages * resource.getpagesize() + memory),
+        (resource.RLIMIT_CPU, None if seconds is None else int(time.process_time() + seconds) + 1),
         (resource.RLIMIT_CORE, 0),
     )
     for limit, most in limits:
         _, hard = resource.getrlimit(limit)
-        resource.setrlimit(limit, (most if hard == resource.RLIM_INFINITY else min(most, hard), hard))
+        soft = hard if most is None or (hard != resource.RLIM_INFINITY and most > hard) else most
+        resource.setrlimit(limit, (soft, hard))

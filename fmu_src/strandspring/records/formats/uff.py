@@ -8,6 +8,7 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
+import pyuff
 
 from ...errors import RecordError
 from ...scratch import TemporaryFolder
@@ -31,8 +32,6 @@ def read_tables(content: Content) -> list[Channel]:
     ------
     RecordError   If there are none, but spectra or shapes.
     """
-    import pyuff
-
     # pyuff reads by file name only, and prints what it thinks of a file.
     with TemporaryFolder() as folder, contextlib.redirect_stdout(io.StringIO()):
         path = folder / "record.uff"

@@ -8,17 +8,21 @@ from __future__ import annotations
 import io
 import re
 import zipfile
-from collections.abc import Sequence
 from typing import Any
+
+import xlrd
+from python_calamine import CalamineWorkbook
 
 from ...errors import RecordError
 from ..content import ZIP, Content, check_members
-from ..source import Source
-from ..tables import TextTable
 from .apart import Sheet
 
 _MOST_CELLS = 50_000_000
 _REFERENCE = re.compile(rb'<c r="([A-Z]{1,3})([0-9]{1,7})"')
+_MOST_REPEATS = 100_000  # of rows or cells, which LibreOffice writes once where neighbours are equal
+_REPEATED_ROW = re.compile(rb'<table:table-row\b[^>]*number-rows-repeated=["\']([0-9]{1,20})["\']')
+_REPEATED_CELL = re.compile(rb'<table:table-cell\b[^>]*number-columns-repeated=["\']([0-9]{1,20})["\'][^>]*(?<!/)>')
+_FILLED = (b"<text:p", b"office:value")
 _BREAKS = re.compile(r"[\t\r\n\v\f\x1c-\x1e\x85\u2028\u2029\0]")
 _OVERLAP = 64
 
@@ -36,40 +40,20 @@ def read_tables(content: Content) -> list[Sheet]:
     return [Sheet(name, f"{text}\n".encode("utf-8", "replace")) for name, text in filled.items() if text]
 
 
-def tables_of_sheets(sheets: Sequence[Sheet], where: str) -> list[TextTable]:
-    """The sheets that hold numbers.
-
-    Raises
-    ------
-    RecordError   If none does.
-    """
-    tables, problems = [], []
-    for sheet in sheets:
-        try:
-            tables.append(TextTable(Source(where, sheet.data, "utf-8", (), "row"), sheet.name))
-        except RecordError as problem:
-            problems.append(problem)
-    if problems and not tables:
-        raise problems[0]
-    return tables
-
-
 def _zipped_sheets(content: Content) -> dict[str, list[list[Any]]]:
-    from python_calamine import CalamineWorkbook
-
     with zipfile.ZipFile(io.BytesIO(content.data)) as archive:
         check_members(archive, content.path)
         for name in archive.namelist():
             if name.startswith("xl/worksheets/") and name.endswith(".xml"):
                 _check_extent(archive, name, content.path)
+            elif name == "content.xml":
+                _check_repeats(archive.read(name), content.path)
     with CalamineWorkbook.from_filelike(io.BytesIO(content.data)) as workbook:
         names = workbook.sheet_names
         return {name: workbook.get_sheet_by_name(name).to_python(skip_empty_area=False) for name in names}
 
 
 def _old_sheets(content: Content) -> dict[str, list[list[Any]]]:
-    import xlrd
-
     workbook = xlrd.open_workbook(file_contents=content.data, logfile=io.StringIO())
 
     def value(cell: Any) -> Any:
@@ -100,4 +84,19 @@ def _check_extent(archive: zipfile.ZipFile, name: str, where: str) -> None:
         raise RecordError(
             f"{where}: a sheet must have at most {_MOST_CELLS} cells, found {rows} rows of {columns} columns; delete "
             "the cells far from the table, or export it as CSV."
+        )
+
+
+def _check_repeats(sheets: bytes, where: str) -> None:
+    """Refuse an OpenDocument spreadsheet in which a few bytes stand for rows or cells without end."""
+    rows = 0
+    for match in _REPEATED_ROW.finditer(sheets):
+        row = sheets[match.end() : sheets.find(b"</table:table-row>", match.end())]
+        rows += int(match[1]) if any(mark in row for mark in _FILLED) else 0
+    cells = sum(int(match[1]) for match in _REPEATED_CELL.finditer(sheets))
+    if max(rows, cells) > _MOST_REPEATS:
+        what, count = ("rows", rows) if rows > cells else ("cells", cells)
+        raise RecordError(
+            f"{where}: a spreadsheet must repeat at most {_MOST_REPEATS} filled {what}, found {count}; export it as "
+            "CSV."
         )
