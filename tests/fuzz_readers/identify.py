@@ -18,11 +18,11 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
-import harness
 import numpy as np
-from judged import finite, kind_of
 from numpy.typing import NDArray
 
+import harness
+from judged import finite, kind_of
 from strandspring import (
     Identification,
     IdentificationError,

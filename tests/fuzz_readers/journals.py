@@ -25,7 +25,6 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "helpers"))
 
 import harness
-
 from many_springs import one_of
 from strandspring import TwoStageOptions
 from strandspring.batches.batch import identify_batch

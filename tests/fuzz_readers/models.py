@@ -16,11 +16,11 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
-import harness
 import numpy as np
+
+import harness
 from judged import finite, kind_of
 from models_made import model_file, sound, written
-
 from strandspring import (
     BuildError,
     Spring,

@@ -17,11 +17,11 @@ from collections.abc import Callable, Iterator
 from functools import cache
 from pathlib import Path
 
-import harness
 import numpy as np
+
+import harness
 from judged import kind_of
 from models_made import model_file
-
 from strandspring import SpringParameters, StrandspringError, info, verify
 from strandspring.fmu.papers import BUILD, HASHES, REFERENCE, STIMULI
 from strandspring.fmu.python_backed import fmu_contents

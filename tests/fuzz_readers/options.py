@@ -21,9 +21,9 @@ from pathlib import Path
 from typing import NoReturn
 
 import click
-import harness
 import numpy as np
 
+import harness
 from strandspring.cli.main import COMMANDS, main, strandspring
 
 _ROOT = Path(__file__).resolve().parents[2]

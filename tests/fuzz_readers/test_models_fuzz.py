@@ -5,8 +5,9 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
-import harness
 import pytest
+
+import harness
 
 
 @pytest.mark.skipif(not sys.platform.startswith("linux"), reason="the harness measures with /proc")
