@@ -189,7 +189,7 @@ def test_files_are_written_as_the_command_does(tmp_path: Path) -> None:
     first = (tmp_path / "curves.svg").read_bytes()
     result.save_plot(tmp_path / "curves.svg")
     assert (tmp_path / "curves.svg").read_bytes() == first
-    with pytest.raises(IsolationError, match=r"must end in \.png, \.svg, \.pdf"):
+    with pytest.raises(StrandspringError, match=r"must end in \.png, \.svg, \.pdf"):
         result.save_plot(tmp_path / "curves.txt")
 
 

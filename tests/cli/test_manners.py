@@ -71,7 +71,7 @@ def on_terminal(command: list[str], columns: int, **environment: str) -> str:
         ("isolate mount.json", 2, {"type": "UsageError", "message": "Missing option '--mass'."}),
         ("nonsense", 2, {"type": "UsageError", "message": "No such command 'nonsense'."}),
         ("info missing.json", 1,
-         {"type": "ModelError", "message": "missing.json cannot be read: No such file or directory."}),
+         {"type": "ModelError", "message": "missing.json: no such file; check the path."}),
         ("predict mount.json missing.csv", 1,
          {"type": "RecordError", "message": "missing.csv: no such file; check the path."}),
     ],
@@ -125,6 +125,49 @@ def test_a_signal_gives_the_status_of_shells_and_leaves_nothing(tmp_path: Path, 
     assert err.strip() == f"strandspring: {word}; no output file is half written."
     assert json.loads(out)["error"] == {"type": "Interrupt", "message": f"{word}; no output file is half written."}
     assert list(tmp_path.iterdir()) == []
+
+
+def test_modules_beside_records_are_not_run(tmp_path: Path) -> None:
+    for name in ("numpy", "attrs", "click"):
+        (tmp_path / f"{name}.py").write_text("raise SystemExit('a file beside the records was run')")
+    done = subprocess.run([*PROGRAM, "info", "none.json"], cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert done.stderr == "strandspring: none.json: no such file; check the path.\n"
+
+
+FAILING = """
+import errno, os
+import click
+from strandspring.cli import main as program
+
+@click.command()
+@click.option("--json", is_flag=True)
+def failing(json):
+    raise {fault}
+
+program.LazyGroup.get_command = lambda *_: failing
+program.main(["failing", "--json"])
+"""
+
+
+@pytest.mark.parametrize(
+    ("fault", "kind", "sentence"),
+    [
+        ("OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))", "OSError", "No space left on device; check this place"),
+        ("OSError(errno.EIO, os.strerror(errno.EIO), 'a\\x1b[2Jb')", "OSError", "a\ufffd[2Jb: Input/output error; "),
+        ("OSError()", "OSError", "OSError; check this place"),
+        ("MemoryError()", "MemoryError", "There is not enough memory for this; "),
+    ],
+)
+def test_whatever_the_system_refuses_is_a_sentence(fault: str, kind: str, sentence: str) -> None:
+    done = subprocess.run(
+        [sys.executable, "-c", FAILING.format(fault=fault)], capture_output=True, encoding="utf-8", check=False
+    )
+    assert done.returncode == 1
+    assert done.stderr.startswith(f"strandspring: {sentence}")
+    assert done.stderr.count("\n") == 1
+    error = json.loads(done.stdout)["error"]
+    assert error["type"] == kind
+    assert error["message"].startswith(sentence)
 
 
 def test_a_closed_standard_output_is_refused_before_work_begins(tmp_path: Path) -> None:
@@ -190,6 +233,26 @@ def test_outputs_are_checked_before_work_begins(terminal: Terminal, open_folder:
     assert sorted(path.name for path in Path().iterdir()) == ["file", "mount.json"]
     refuse_unwritable(Path("new/folder/m.json"))
     assert not Path("new").exists()
+
+
+@pytest.mark.parametrize(
+    ("command", "written"),
+    [
+        ("show loop.csv -o page.csv", ".html"),
+        ("docs -o page.json", ".html"),
+        ("identify loop.csv -o model.xlsx", ".json"),
+        ("info mount.json --save mount.fmu", ".json"),
+        ("predict mount.json loop.csv -o out.xlsx", ".csv"),
+        ("isolate mount.json --mass 5 -o out.json", ".csv"),
+        ("study mount.json --mass 5 -o out.PARQUET", ".csv"),
+        ("synthesize spring mount.json -o record.mat", ".csv"),
+        ("synthesize ni -o record.h5", ".csv"),
+    ],
+)
+def test_a_name_that_promises_another_format_is_refused(terminal: Terminal, command: str, written: str) -> None:
+    terminal(*command.split(), status=2)
+    assert f"is written as {written}; end the name so." in terminal.err
+    assert [path.name for path in Path().iterdir()] == ["mount.json"]
 
 
 def test_files_are_written_as_by_other_programs(open_folder: Path) -> None:

@@ -65,6 +65,16 @@ BAD = {
     "FA inside": {"kA": (1.0, -300.0, 1.5e4)},
     "FA zero": {"kA": (1.0, 0.0, -1.0 / SPRING.x_max**2)},
     "FA overflows": {"kA": (1.0, 1e308, -1e308), "displacement_max": 10.0},
+    "narrow": {"displacement_min": 0.0, "displacement_max": 5e-324, "displacement_offset": 0.0},
+    "wide": {"displacement_max": 1.1e6},
+    "far": {"displacement_max": 1.1e9},
+    **{
+        f"{name} {value}": {name: value}
+        for name in ("kappa_omega", "rho")
+        for value in (5e-324, 1e-309, 1e-20, 1e19, 1e154, 1.7976931348623157e308)
+    },
+    **{f"kE[{i}]": {"kE": (*(0.0,) * i, -1e308)} for i in (0, 1, 7, 20)},
+    **{f"kA[{i}]": {"kA": (1.0, *(0.0,) * (i - 1), 1e154)} for i in (1, 7, 20)},
     "FA of degree 20": {"kA": (1.0, *(0.0,) * 18, -1e30, 1e28)},
 }
 
@@ -85,6 +95,7 @@ BAD_TABLES = {
     "close": {"FE_knots": (*KNOTS[:3], KNOTS[2] + 3.9e-5, *KNOTS[4:])},
     "no amplifier": {"kA": ()},
     "amplifier": {"kA": (1.0, 90.0)},
+    "huge force": {"FE_forces": (*FORCES[:2], -1e16, *FORCES[3:])},
 }
 CASES = [*((SPRING, changes) for changes in BAD.values()), *((TABLE, changes) for changes in BAD_TABLES.values())]
 

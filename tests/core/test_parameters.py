@@ -73,6 +73,40 @@ GOOD = SpringParameters(
             "`displacement_offset` must lie between `displacement_min` and `displacement_max` [m], got -0.3.",
         ),
         (
+            {"displacement_min": -1e308, "displacement_max": 1e308},
+            "`displacement_min` must be within +-1e+09 m, got -1e+308.",
+        ),
+        (
+            {"displacement_min": 0.0, "displacement_max": 1e-323},
+            "`displacement_min` must be below `displacement_max` by 1e-12 m to 1e+06 m, got 0.0 and 1e-323.",
+        ),
+        ({"kappa_omega": 1e-309}, "`kappa_omega` must be within [1e-15, 1e+15] N, got 1e-309."),
+        ({"kappa_omega": 1e308}, "`kappa_omega` must be within [1e-15, 1e+15] N, got 1e+308."),
+        (
+            {"rho": 1e-309},
+            "`rho` must be within [2e-09, 2e+12] 1/m, 1e-09 to 1e+12 over the identified range, got 1e-309.",
+        ),
+        (
+            {"rho": 1e300},
+            "`rho` must be within [2e-09, 2e+12] 1/m, 1e-09 to 1e+12 over the identified range, got 1e+300.",
+        ),
+        (
+            {"kE": (1.0, 2000.0, -1e17)},
+            "`kE[2]` must be within +-1.6e+16, 1e+15 N over the identified range, got -1e+17.",
+        ),
+        (
+            {"kA": (1.0, 2.0, 0.0, 1e154)},
+            "`kA[3]` must be within +-6.4e+10, 1e+09 over the identified range, got 1e+154.",
+        ),
+        (
+            {
+                "kE": (),
+                "FE_knots": (-0.25, -0.2, -0.1, 0.0, 0.1, 0.2, 0.25),
+                "FE_forces": (0.0, 1.0, 2.0, 1e154, 4.0, 5.0, 6.0),
+            },
+            "`FE_forces[3]` must be within +-1e+15 N, got 1e+154.",
+        ),
+        (
             {"kA": (1.0, -8.0)},
             "the amplifier FA (coefficients `kA`) must be > 0 over the identified range, "
             "got -1 at displacement 0.25 m.",
@@ -156,9 +190,16 @@ def test_the_least_value_is_a_value_and_none_is_lower(values: tuple[float, ...],
     grid = np.linspace(low, high, 2001)
     # 21 terms of up to 100*|x|^20 are summed with rounding 1e-16 each.
     rounding = 1e-14 * float(np.sum(np.abs(values) * max(abs(low), abs(high), 1.0) ** np.arange(len(values))))
-    rounding += 1e-150  # products of smaller values, whose signs bisection compares, underflow
+    rounding += 1e-300
     assert least == pytest.approx(float(polyval(where, values)), rel=0.0, abs=rounding)
     assert least <= float(np.min(polyval(grid, values))) + rounding
+
+
+def test_the_least_value_of_tiny_polynomials() -> None:
+    # Of (1 - x)^2 - 1/4, times a factor with which products of two values underflow.
+    for factor in (1e-160, 1e-200, 1e-300):
+        least, where = least_value((0.75 * factor, -2.0 * factor, factor), 0.0, 3.0)
+        assert (least / factor, where) == (pytest.approx(-0.25), pytest.approx(1.0))
 
 
 def test_the_least_value_of_a_chebyshev_polynomial() -> None:

@@ -51,10 +51,10 @@ def test_an_impossible_displacement(spring, bad):
 @pytest.mark.parametrize(
     ("name", "value"),
     [
-        ("rho", -1.0), ("rho", 0.0), ("rho", math.nan), ("kappa_omega", 0.0), ("kappa_omega", math.inf),
-        ("sigma", 0.4), ("sigma", -math.inf), ("n", 0.0), ("n", 1e3), ("kA_0", 2.0), ("kA_1", -1e3),
-        ("kE_2", math.nan), ("displacement_min", 0.06), ("displacement_max", 0.0),
-        ("displacement_offset", 1.0), ("omega_start", 1.0000001), ("omega_start", math.nan),
+        ("rho", -1.0), ("rho", 0.0), ("rho", 1e-309), ("rho", 1e154), ("kappa_omega", 0.0), ("kappa_omega", 1e154),
+        ("sigma", 0.4), ("sigma", -1e308), ("n", 0.0), ("n", 1e3), ("kA_0", 2.0), ("kA_1", -1e3), ("kA_2", 1e300),
+        ("kE_2", 1e308), ("displacement_min", 0.06), ("displacement_min", -1e154), ("displacement_max", 0.0),
+        ("displacement_offset", 1.0), ("omega_start", 1.0000001), ("omega_start", 1e308),
     ],
 )  # fmt: skip
 def test_parameters_that_are_not_possible(spring, name, value):
@@ -74,6 +74,17 @@ def test_parameters_that_are_not_possible(spring, name, value):
     assert spring.step(0.03, "force") == [
         pytest.approx(PathSolver(SPRING).force(np.array([0.02, 0.03]))[-1], rel=1e-12)
     ]
+
+
+@pytest.mark.parametrize("bad", NOT_FINITE)
+@pytest.mark.parametrize("name", ["rho", "kE_2", "omega_start", "displacement_max"])
+def test_parameters_that_are_not_finite(spring, name, bad):
+    spring.slave.setupExperiment(startTime=0.0)
+    spring.slave.enterInitializationMode()
+    good = spring.get(name)
+    assert status_of(spring.set, name, bad) == ERROR
+    assert spring.logged(ERROR) == [f"`{name}` must be finite, got {bad!r}; the previous value is kept."]
+    assert spring.get(name) == good
 
 
 def test_a_fixed_parameter_after_initialization(spring):

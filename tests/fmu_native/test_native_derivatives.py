@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from fmu_tools import OTHER, SPRING, wandering_path
-from native_tools import ERROR, MODEL_EXCHANGE, OK, Native, close, doubles, library
+from native_tools import DISCARD, ERROR, MODEL_EXCHANGE, OK, Native, close, doubles, library
 from strandspring.core.variables import start_values
 
 UNKNOWNS = ("force", "stiffness")
@@ -34,6 +34,25 @@ def along(parameters, path, *names: str, **changed: float) -> list[float]:
         for displacement in path[1:]:
             one.step(displacement)
         return one.get(*names)
+
+
+@pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf])
+def test_seeds_that_are_not_finite_are_refused(spring, bad):
+    spring.initialize()
+    assert directional(spring, "force", "rho", bad) == ERROR
+    assert spring.said == f"The seed of `rho` must be finite, got {bad!r}."
+
+
+def test_a_derivative_that_overflows_is_discarded(spring):
+    spring.initialize()
+    assert directional(spring, "force", "displacement", 1e308) == DISCARD
+    assert spring.said == "The directional derivative of `force` overflows; use smaller seeds."
+
+
+def directional(one: Native, unknown: str, known: str, seed: float) -> int:
+    return one.GetDirectionalDerivative(
+        one.references(unknown), c_size_t(1), one.references(known), c_size_t(1), doubles([seed]), doubles([0.0])
+    )
 
 
 def difference(function, at: float, scale: float) -> np.ndarray:

@@ -18,7 +18,11 @@ SEQUENCES = 4000
 FIRST_SEED = 1
 # No step is ever pending: nothing can be cancelled, and nothing is known of it.
 NEVER_DONE = {"CancelStep", "GetStatus", "GetIntegerStatus", "GetStringStatus"}
-DISCARDED = {"GetStatus", "GetRealStatus", "GetIntegerStatus", "GetBooleanStatus", "GetStringStatus"}
+# Derivatives are discarded where they overflow, or after a jump.
+DISCARDED = {
+    *("GetStatus", "GetRealStatus", "GetIntegerStatus", "GetBooleanStatus", "GetStringStatus"),
+    *("GetDirectionalDerivative", "GetRealOutputDerivatives"),
+}
 
 # What the fuzzer must find: the file, what stands there, and what is put in its place.
 FAULTS = {
@@ -28,10 +32,15 @@ FAULTS = {
         "0",
     ),
     "a sensitivity is not serialized": ("fmi2_state.c", "double_field(cursor, &sensitivity->by_n);", ""),
-    "a state is not freed": ("fmi2_fmustate.c", "snapshot->free(snapshot);", ""),
+    "a state is not freed": ("fmi2_fmustate.c", "free(snapshot);", ""),
     "a table is not released": ("fmi2_spring.c", "fmu_release(instance->shared);", ""),
     "a reference too many": ("fmi2_arguments.h", "< instance->variables", "<= instance->variables"),
     "text of the host as a format": ("fmi2_log.c", '"%s", text);', "text);"),
+    "absurd parameters": ("spring.c", "|| size_problem(p, text, size)", "|| (0 && size_problem(p, text, size))"),
+    "an absurd displacement": ("spring_limits.h", "LARGEST_DISPLACEMENT = 1e9", "LARGEST_DISPLACEMENT = 1e200"),
+    "a rate that is not finite": ("fmi2_derivatives.c", "fabs(state->rate) > LARGEST_VELOCITY", "0"),
+    "a derivative that is not finite": ("fmi2_derivatives.c", "!isfinite(dvUnknown[i])", "0"),
+    "a state that makes an energy overflow": ("fmi2_state.c", "fabs(memory->start_xi) <= LARGEST_START_XI", "1"),
     "a trial is not forgotten": ("fmi2_instance.c", "instance->has_trial = 0;", ""),
     "a step before initialization": ("fmi2_states.h", "(DoStep, CS_STEP)", "(DoStep, CS_STEP | CS_INITIALIZATION)"),
 }
@@ -73,6 +82,18 @@ def test_random_sequences_of_calls_of_a_table(tmp_path: Path) -> None:
     outcome = run(build(write_sources(tmp_path / "sources", TABLE), tmp_path / "objects"), FIRST_SEED, SEQUENCES // 4)
     assert outcome.found == "", outcome.found
     assert add_up([outcome])["sequences"] == SEQUENCES // 4
+
+
+@pytest.mark.slow
+def test_random_sequences_of_calls_of_the_form_with_states(tmp_path: Path) -> None:
+    sources = write_sources(tmp_path / "sources", with_states=True)
+    outcome = run(build(sources, tmp_path / "objects"), FIRST_SEED, SEQUENCES // 4)
+    assert outcome.found == "", outcome.found
+    total = add_up([outcome])
+    assert total["sequences"] == SEQUENCES // 4
+    of_states = ("SetContinuousStates", "GetContinuousStates", "GetDerivatives", "GetNominalsOfContinuousStates")
+    assert all(total["done"][call] > 0 and total["refused"][call] > 0 for call in of_states)
+    assert min(total["crafted_taken"], total["crafted_refused"]) > 100
 
 
 @pytest.mark.slow

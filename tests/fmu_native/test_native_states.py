@@ -244,6 +244,32 @@ def test_start_and_stop_times(either):
         assert either.serialized() == before
 
 
+@pytest.mark.parametrize(
+    ("time", "size", "text"),
+    [
+        (1.0, -1e-3, "-0.001"), (1.0, math.nan, "nan"), (1.0, math.inf, "inf"), (1.0, -math.inf, "-inf"),
+        (math.nan, 1.0, "The time of a step must be finite [s], got nan"), (-math.inf, 1.0, "got -inf"),
+        (1.7e308, 1.7e308, "1.7e+308"),
+    ],
+)  # fmt: skip
+def test_steps_backward_and_of_no_finite_size_or_time(either, time, size, text):
+    either.initialize()
+    either.step(0.03)
+    either.set(displacement=0.01)
+    before = either.serialized()
+    assert either.DoStep(c_double(time), c_double(size), 1) == ERROR
+    assert text in either.said
+    assert either.serialized() == before
+
+
+def test_a_step_beyond_the_stop_time(either):
+    either.enter_initialization(0.0, 0.3)
+    either.ExitInitializationMode()
+    either.step(0.03, time=0.2, size=0.1)  # 0.30000000000000004 s is the stop time rounded
+    assert either.DoStep(c_double(0.3), c_double(1e-3), 1) == ERROR
+    assert either.said == "The step of 0.001 s at time 0.3 s must not go beyond the stop time 0.3 s."
+
+
 # Values
 
 
@@ -261,10 +287,10 @@ def test_an_impossible_displacement(spring, bad):
 @pytest.mark.parametrize(
     ("name", "value"),
     [
-        ("rho", -1.0), ("rho", 0.0), ("rho", math.nan), ("kappa_omega", 0.0), ("kappa_omega", math.inf),
-        ("sigma", 0.4), ("sigma", -math.inf), ("n", 0.0), ("n", 1e3), ("kA_0", 2.0), ("kA_1", -1e3),
-        ("kE_2", math.nan), ("displacement_min", 0.06), ("displacement_max", 0.0),
-        ("displacement_offset", 1.0), ("omega_start", 1.0000001), ("omega_start", math.nan),
+        ("rho", -1.0), ("rho", 0.0), ("rho", 1e-309), ("rho", 1e154), ("kappa_omega", 0.0), ("kappa_omega", 1e154),
+        ("sigma", 0.4), ("sigma", -1e308), ("n", 0.0), ("n", 1e3), ("kA_0", 2.0), ("kA_1", -1e3), ("kA_2", 1e300),
+        ("kE_2", 1e308), ("displacement_min", 0.06), ("displacement_min", -1e154), ("displacement_max", 0.0),
+        ("displacement_offset", 1.0), ("omega_start", 1.0000001), ("omega_start", 1e308),
     ],
 )  # fmt: skip
 def test_parameters_that_are_not_possible(spring, name, value):
@@ -285,6 +311,16 @@ def test_parameters_that_are_not_possible(spring, name, value):
     spring.set(**{name: good})
     assert spring.ExitInitializationMode() == OK
     close(spring.step(0.03, "force"), PathSolver(SPRING).force(np.array([0.02, 0.03]))[-1:])
+
+
+@pytest.mark.parametrize("bad", NOT_FINITE)
+@pytest.mark.parametrize("name", ["rho", "kE_2", "omega_start", "displacement_max"])
+def test_parameters_that_are_not_finite(spring, name, bad):
+    spring.enter_initialization()
+    before = spring.serialized()
+    assert spring.set(**{name: bad}) == ERROR
+    assert spring.said == f"`{name}` must be finite, got {bad!r}; the previous value is kept."
+    assert spring.serialized() == before
 
 
 def test_a_fixed_parameter_after_initialization(either):

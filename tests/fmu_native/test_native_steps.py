@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from ctypes import byref, c_double, c_int
+from ctypes import byref, c_double, c_int, c_size_t
 
 import numpy as np
 import pytest
 
 from fmu_tools import SPRING
-from native_tools import DISCARD, ERROR, OK, Native, close
+from native_tools import DISCARD, ERROR, OK, Native, close, doubles
 from strandspring.kernel.path import PathSolver
 
 OUTPUTS = ("force", "stiffness", "absorbed_energy", "omega")
@@ -139,30 +139,30 @@ def test_derivatives_that_leave_the_numbers_are_refused(spring):
     assert spring.serialized() == before
 
 
-@pytest.mark.parametrize(
-    ("time", "size", "text"),
-    [
-        (1.0, -1e-3, "-0.001"), (1.0, np.nan, "nan"), (1.0, np.inf, "inf"), (1.0, -np.inf, "-inf"),
-        (np.nan, 1.0, "The time of a step must be finite [s], got nan"), (-np.inf, 1.0, "got -inf"),
-        (1.7e308, 1.7e308, "1.7e+308"),
-    ],
-)  # fmt: skip
-def test_steps_backward_and_of_no_finite_size_or_time(spring, time, size, text):
+def test_a_rate_at_the_end_of_a_step_that_none_can_have_is_refused(spring):
+    # 0.5 m in 1e-300 s.
     spring.initialize()
-    spring.step(0.03)
-    spring.set(displacement=0.01)
+    spring.set_derivatives(0.0, 1e300)
     before = spring.serialized()
-    assert spring.DoStep(c_double(time), c_double(size), 1) == ERROR
-    assert text in spring.said
+    assert spring.DoStep(c_double(0.0), c_double(1e-150), 1) == ERROR
+    assert spring.said == (
+        "The derivatives 0.0 m/s and 1e+300 m/s^2 of `displacement` must keep it within +-1e+09 m, and its rate within "
+        "+-1e+09 m/s, in the step at time 0.0 s."
+    )
     assert spring.serialized() == before
 
 
-def test_a_step_beyond_the_stop_time(spring):
-    spring.enter_initialization(0.0, 0.3)
-    spring.ExitInitializationMode()
-    spring.step(0.03, time=0.2, size=0.1)  # 0.30000000000000004 s is the stop time rounded
-    assert spring.DoStep(c_double(0.3), c_double(1e-3), 1) == ERROR
-    assert spring.said == "The step of 0.001 s at time 0.3 s must not go beyond the stop time 0.3 s."
+def test_outputs_have_no_derivatives_after_a_jump(spring):
+    spring.initialize()
+    spring.step(0.03, size=5e-324)
+    found = doubles([7.0])
+    assert spring.GetRealOutputDerivatives(spring.references("force"), c_size_t(1), (c_int * 1)(1), found) == DISCARD
+    assert spring.said.startswith(
+        "The outputs have no derivatives, for `displacement` moved at 1.7976931348623157e+308 m/s"
+    )
+    assert found[0] == 7.0
+    spring.step(0.02)
+    assert np.all(np.isfinite(spring.output_derivatives("force", "stiffness")))
 
 
 def test_status_of_steps(spring):

@@ -1,5 +1,6 @@
 #include "fuzz.h"
 
+#include <float.h>
 #include <limits.h>
 #include <math.h>
 #include <stdlib.h>
@@ -31,7 +32,7 @@ References references(char type, const char *causalities)
         if (!exists(type) || careless())
             list[i] = chance(30) ? strange[below(5)] : (fmi2ValueReference)below(MODEL_VARIABLES);
         else
-            list[i] = any_of(type, careless() ? "iolp" : causalities);
+            list[i] = any_of(type, careless() ? READABLE : causalities);
         made.sound = made.sound && list[i] < MODEL_VARIABLES && described[list[i]].type == type;
         trace("    [%zu] %u", i, list[i]);
     }
@@ -76,12 +77,47 @@ double usual_displacement(void)
     return low + (high - low) * (chance(90) ? uniform(0.0, 1.0) : uniform(-1.0, 2.0));
 }
 
+double largest_given(fmi2ValueReference reference)
+{
+    char causality = described[reference].causality;
+    return causality == 'p' ? DBL_MAX : causality == 'i' ? 1e9 : 1e100;
+}
+
+/* As far as a spring or its motion can go, where nothing may overflow. */
+static double extreme_value(fmi2ValueReference reference)
+{
+    double low = described[variable("displacement_min")].start, high = described[variable("displacement_max")].start;
+    double offset = described[variable("displacement_offset")].start, width = high - low;
+    double reach = 1.01 * fmax(high - offset, offset - low), sign = chance(50) ? 1.0 : -1.0;
+    const char *name = described[reference].name;
+    if (described[reference].causality != 'p')
+        return sign * largest_given(reference);
+    if (strcmp(name, "rho") == 0)
+        return sign > 0.0 ? 0.99e12 / width : 1.01e-9 / width;
+    if (strcmp(name, "kappa_omega") == 0)
+        return sign > 0.0 ? 1e15 : 1e-15;
+    if (strcmp(name, "sigma") == 0)
+        return sign > 0.0 ? 1000.0 : 0.5;
+    if (strcmp(name, "n") == 0)
+        return sign > 0.0 ? 100.0 : 0.01;
+    if (strncmp(name, "FE_forces", 9) == 0)
+        return sign * 1e15;
+    if (strncmp(name, "kE_", 3) == 0)
+        return sign * 0.99e15 / pow(reach, atoi(name + 3));
+    return strncmp(name, "kA_", 3) == 0 && atoi(name + 3) > 0 ? sign * 0.99e9 / pow(reach, atoi(name + 3))
+                                                              : described[reference].start;
+}
+
 static double usual_value(fmi2ValueReference reference)
 {
     if (careless())
         return awkward();
-    if (described[reference].causality == 'i')
+    if (chance(2))
+        return extreme_value(reference);
+    if (reference == (fmi2ValueReference)variable("displacement"))
         return usual_displacement();
+    if (described[reference].causality != 'p')
+        return uniform(-1.0, 1.0);
     double start = described[reference].start;
     const char *name = described[reference].name;
     /* Other values would hardly ever be possible: knots go from one end of the range to the other. */
@@ -89,6 +125,9 @@ static double usual_value(fmi2ValueReference reference)
                 (MODEL_KNOTS && strncmp(name, "displacement_m", 14) == 0);
     if (chance(50) || fixed)
         return start;
+    /* Python takes long to make another table of n and sigma. */
+    if (MODEL_PYTHON && (strcmp(name, "n") == 0 || strcmp(name, "sigma") == 0))
+        return start * (chance(50) ? 0.9 : 1.1);
     if (start == 0.0)
         return chance(20) ? copysign(1.0, uniform(-1.0, 1.0)) : uniform(-1.0, 1.0);
     return start * (chance(80) ? uniform(0.9, 1.1) : pow(10.0, uniform(-1.9, 1.9)));

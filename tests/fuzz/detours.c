@@ -31,10 +31,14 @@ static void read_all(fmi2Component component, Answers *answers)
         double value = 0.0, slope = 0.0, rate = 0.0;
         fmi2Status status = fmi2GetReal(component, &i, 1, &value);
         note(answers, status, &value);
-        if (status == fmi2OK && strcmp(described[i].name, "omega") == 0)
+        if (status == fmi2OK && strcmp(described[i].name, "omega") == 0 && !MODEL_STATES)
             CHECK(fabs(value) <= 1.0, "omega is %g", value);
-        note(answers, fmi2GetDirectionalDerivative(component, &force, 1, &i, 1, &seed, &slope), &slope);
-        note(answers, fmi2GetRealOutputDerivatives(component, &i, 1, &first, &rate), &rate);
+        status = fmi2GetDirectionalDerivative(component, &force, 1, &i, 1, &seed, &slope);
+        note(answers, status, &slope);
+        status = fmi2GetRealOutputDerivatives(component, &i, 1, &first, &rate);
+        note(answers, status, &rate);
+        CHECK(isfinite(value) && isfinite(slope) && isfinite(rate), "%s, its rate or a derivative by it is not finite",
+              described[i].name);
     }
 }
 
@@ -49,7 +53,9 @@ static Answers answers_of(Slot *slot, double displacement)
     read_all(component, &answers);
     for (int k = 0; k < 2; k++) {
         note(&answers, fmi2SetReal(component, &input, 1, &displacement), NULL);
-        note(&answers, fmi2GetEventIndicators(component, &indicator, 1), &indicator);
+        fmi2Status status = fmi2GetEventIndicators(component, &indicator, 1);
+        note(&answers, status, &indicator);
+        CHECK(isfinite(indicator), "the event indicator is %g", indicator);
         note(&answers, fmi2DoStep(component, 0.0, 0.25, 0), NULL);
         note(&answers, fmi2ExitInitializationMode(component), NULL);
         note(&answers, fmi2EnterContinuousTimeMode(component), NULL);
@@ -84,7 +90,7 @@ void live_through_a_made_up_state(Slot *slot)
     ++*(status == fmi2OK ? &statistics.crafted_taken : &statistics.crafted_refused);
     if (status == fmi2OK && fmi2SetFMUstate(slot->component, strange) == fmi2OK) {
         look(slot);
-        CHECK(memcmp(slot->bytes, made.bytes, made.size) == 0, "a state is not that of its bytes");
+        CHECK(MODEL_PYTHON || memcmp(slot->bytes, made.bytes, made.size) == 0, "a state is not that of its bytes");
         answers_of(slot, usual_displacement());
         go_back(slot, home, start);
     }
@@ -106,7 +112,7 @@ void compare_with_a_copy(Slot *slot)
     statistics.copies++;
     unsigned char *start = exactly(slot->bytes, state_size());
     host_listen(&copy, copy.name);
-    copy.component = fmi2Instantiate(copy.name, slot->twin.type, MODEL_GUID, NULL, &functions, 0, 0);
+    copy.component = fmi2Instantiate(copy.name, slot->twin.type, MODEL_GUID, MODEL_RESOURCES, &functions, 0, 0);
     CHECK(copy.component != NULL, "an instance is refused");
     CHECK(fmi2DeSerializeFMUstate(copy.component, (fmi2Byte *)start, state_size(), &state) == fmi2OK &&
               fmi2SetFMUstate(copy.component, state) == fmi2OK,

@@ -75,11 +75,16 @@ typedef enum { NO, YES, UNSURE } Answer;
 typedef struct {
     const char *name;
     char type;      /* R, I, B or S */
-    char causality; /* i(nput), o(utput), l(ocal) or p(arameter) */
+    char causality; /* i(nput), o(utput), l(ocal) or p(arameter); of the form with states omega is a s(tate), absorbed_energy
+                     * one that is an O(utput), too, and their derivatives are r(ates) */
     int tunable;
     double start;
 } Described;
 extern const Described described[MODEL_VARIABLES];
+#define READABLE "iolpsOr"
+#define SETTABLE "ipsO"
+#define OUTPUTS "oO"
+#define UNKNOWNS "oOr"
 
 /* What is known of an instance; UNKNOWN after it took a state whose numbers were made up. */
 typedef struct {
@@ -93,7 +98,9 @@ typedef struct {
     Answer possible; /* whether the parameters are a possible spring, once asked */
     int asked;
     int moved;       /* the displacement follows from input derivatives: known but for rounding */
-    int tame, tame_rate; /* no number was so large or small that outputs, or their derivatives, may overflow */
+    double doubt;    /* by how much */
+    double committed, committed_doubt; /* where the path ends */
+    double rate, rate_doubt;           /* of the displacement at the end of the last step */
 } Twin;
 
 int variable(const char *name); /* its value reference */
@@ -104,6 +111,8 @@ int side_of(const Twin *twin);
 void twin_set(Twin *twin, fmi2ValueReference reference, double value);
 /* Whether a step may be done; and what a step that was done changes. */
 Answer step_possible(const Twin *twin, double time, double size);
+/* Whether outputs have derivatives after the last step, in which the displacement may have jumped. */
+Answer rate_possible(const Twin *twin);
 void twin_step(Twin *twin, double time, double size);
 /* What committing the path to the displacement that holds changes: 1 if it must give a warning. */
 int twin_commit(Twin *twin);
@@ -139,6 +148,8 @@ typedef struct {
 Trial trial_of(Slot *slot, Call call);
 /* Without the condition the call is an error. */
 void must(Trial *trial, Answer condition);
+/* Without the condition the call is discarded, if nothing else is wrong. */
+void or_discard(Trial *trial, Answer condition);
 enum { LOOKS, CHANGES }; /* what a call does to the state, at most */
 /* Compares what was predicted with what came; whether the call was done. */
 int judged(Trial *trial, fmi2Status status, int effect);
@@ -164,6 +175,8 @@ int any_is(const References *of, const char *name);
 void *elements(size_t count, size_t size);
 double *usual_values(const References *of);
 double usual_displacement(void);
+/* The largest size of an input or a state that an instance takes. */
+double largest_given(fmi2ValueReference reference);
 void must_be_given(Trial *trial, const void *array, size_t count);
 void must_be_references(Trial *trial, const References *of);
 

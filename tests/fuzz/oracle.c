@@ -78,7 +78,7 @@ Answer may_call(const Twin *twin, Call call)
 
 Twin twin_of(fmi2Type type)
 {
-    Twin twin = {.type = type, .mode = INSTANTIATED, .stop_time = INFINITY, .tame = 1, .tame_rate = 1};
+    Twin twin = {.type = type, .mode = INSTANTIATED, .stop_time = INFINITY};
     for (int i = 0; i < MODEL_VARIABLES; i++)
         twin.value[i] = described[i].start;
     return twin;
@@ -129,6 +129,44 @@ static Answer knots_rise(const Twin *twin, double low, double high)
     return least > 1.001e-3 ? YES : UNSURE;
 }
 
+/* Whether a size is within limits, but for rounding. */
+static Answer within(double low, double value, double high)
+{
+    static const double ROUNDING = 1e-9;
+    if (value >= low * (1.0 + ROUNDING) && value <= high * (1.0 - ROUNDING))
+        return YES;
+    return value < low * (1.0 - ROUNDING) || value > high * (1.0 + ROUNDING) ? NO : UNSURE;
+}
+
+static Answer both(Answer first, Answer second)
+{
+    return first == NO || second == NO ? NO : first == YES && second == YES ? YES : UNSURE;
+}
+
+/* Whether terms of FE or FA, or the forces of a table, are as large over the range as they may be. */
+static Answer terms_possible(const Twin *twin, const char *first, int count, double reach, double largest)
+{
+    Answer answer = YES;
+    double power = 1.0;
+    for (int i = 0; i < count; i++, power *= reach)
+        answer = both(answer, within(-1.0, fabs(twin->value[variable(first) + i]) * power, largest));
+    return answer;
+}
+
+/* Whether all is of a size that a spring can have. */
+static Answer size_possible(const Twin *twin, double low, double high, double offset)
+{
+    double width = high - low, reach = fmax(high - offset, offset - low), kappa = named(twin, "kappa_omega");
+    if (fabs(low) > 1e9 || fabs(high) > 1e9 || fabs(offset) > 1e9 || width < 1e-12 || width > 1e6 || kappa < 1e-15 ||
+        kappa > 1e15)
+        return NO;
+    Answer answer = within(1e-9, named(twin, "rho") * width, 1e12);
+    answer = both(answer, terms_possible(twin, "kA_0", MODEL_AMPLIFIER, reach, 1e9));
+    if (MODEL_KNOTS)
+        return both(answer, terms_possible(twin, "FE_forces_0", MODEL_KNOTS, 1.0, 1e15));
+    return both(answer, terms_possible(twin, "kE_0", MODEL_ELASTIC, reach, 1e15));
+}
+
 static Answer asked(const Twin *twin)
 {
     for (int i = 0; i < MODEL_VARIABLES; i++)
@@ -136,13 +174,14 @@ static Answer asked(const Twin *twin)
             return NO;
     double low = named(twin, "displacement_min"), high = named(twin, "displacement_max");
     double offset = named(twin, "displacement_offset"), sigma = named(twin, "sigma"), n = named(twin, "n");
-    if (fabs(named(twin, "omega_start")) > 1.0 || named(twin, "kA_0") != 1.0 || named(twin, "kappa_omega") <= 0.0 ||
-        named(twin, "rho") <= 0.0 || sigma < 0.5 || sigma > 1000.0 || n < 0.01 || n > 100.0)
+    if ((!MODEL_STATES && fabs(named(twin, "omega_start")) > 1.0) || named(twin, "kA_0") != 1.0 ||
+        named(twin, "kappa_omega") <= 0.0 || named(twin, "rho") <= 0.0 || sigma < 0.5 || sigma > 1000.0 || n < 0.01 ||
+        n > 100.0)
         return NO;
-    if (low >= high || !isfinite(high - low) || offset < low || offset > high)
+    if (low >= high || offset < low || offset > high)
         return NO;
-    Answer rise = knots_rise(twin, low, high);
-    return rise == YES ? amplifier_positive(twin, low - offset, high - offset) : rise;
+    Answer answer = both(size_possible(twin, low, high, offset), knots_rise(twin, low, high));
+    return answer == NO ? NO : both(answer, amplifier_positive(twin, low - offset, high - offset));
 }
 
 Answer possible(Twin *twin)
@@ -165,17 +204,12 @@ int side_of(const Twin *twin)
 
 void twin_set(Twin *twin, fmi2ValueReference reference, double value)
 {
-    double usual = fabs(described[reference].start);
     twin->value[reference] = value;
     if (described[reference].causality == 'p') {
         twin->asked = 0;
-        /* A coefficient of zero may take any size that is not absurd; others a hundredth to a hundred times theirs. */
-        if (!(fabs(value) <= fmax(100.0 * usual, 1.0)) || (usual != 0.0 && fabs(value) < 0.01 * usual && value != 0.0))
-            twin->tame = 0;
-    } else {
+    } else if (strcmp(described[reference].name, "displacement") == 0) {
         twin->moved = 0;
-        if (!(fabs(value) <= 1e6))
-            twin->tame = 0;
+        twin->doubt = 0.0;
     }
 }
 
@@ -183,6 +217,8 @@ int twin_commit(Twin *twin)
 {
     int before = twin->side;
     twin->side = side_of(twin);
+    twin->committed = named(twin, "displacement");
+    twin->committed_doubt = twin->doubt;
     return twin->side != 0 && twin->side != before;
 }
 
@@ -191,13 +227,14 @@ static double end_of_step(const Twin *twin, double size)
     return named(twin, "displacement") + size * (twin->velocity + 0.5 * twin->acceleration * size);
 }
 
-/* Whether a path through a step stays where displacements may be; unsure where rounding has a say. */
+/* Whether a path through a step stays where displacements may be, and no faster than they may; unsure where rounding has a
+ * say. */
 static Answer path_possible(const Twin *twin, double size)
 {
     long double x = named(twin, "displacement"), v = twin->velocity, a = twin->acceleration, turn = -v / a;
     long double end = fabsl(x + size * (v + 0.5L * a * size));
     long double tip = 0.0L < turn && turn < size ? fabsl(x + 0.5L * v * turn) : 0.0L;
-    long double farthest = fmaxl(end, tip);
+    long double farthest = fmaxl(fmaxl(end, tip), fabsl(v + a * size));
     return farthest < 0.999e9L ? YES : farthest > 1.001e9L ? NO : UNSURE;
 }
 
@@ -213,20 +250,27 @@ Answer step_possible(const Twin *twin, double time, double size)
     return end > twin->stop_time ? UNSURE : YES; /* times that a host adds up are never exact */
 }
 
+Answer rate_possible(const Twin *twin)
+{
+    double rate = fabs(twin->rate), doubt = twin->rate_doubt + 1e-3 * rate;
+    return rate + doubt <= 1e9 ? YES : rate - doubt > 1e9 ? NO : UNSURE;
+}
+
 void twin_step(Twin *twin, double time, double size)
 {
+    static const double ROUNDING = 1e-9;
+    double x = named(twin, "displacement"), v = twin->velocity, a = twin->acceleration;
     twin->time = time + size;
     if (twin->interpolated) {
-        int displacement = variable("displacement");
-        twin->value[displacement] = end_of_step(twin, size);
+        twin->rate = v + a * size;
+        twin->rate_doubt = ROUNDING * (fabs(v) + fabs(a) * size);
+        twin->value[variable("displacement")] = end_of_step(twin, size);
+        twin->doubt += ROUNDING * (1.0 + fabs(x) + size * (fabs(v) + fabs(a) * size));
         twin->moved = 1;
-        if (!(fabs(twin->velocity) <= 1e6 && fabs(twin->acceleration) <= 1e6 && size <= 1e3))
-            twin->tame = 0;
+    } else if (size > 0.0) {
+        twin->rate = (x - twin->committed) / size;
+        twin->rate_doubt = (twin->doubt + twin->committed_doubt) / size;
     }
-    if (!twin->interpolated && size > 0.0)
-        twin->tame_rate = size >= 1e-9;
-    else if (twin->interpolated)
-        twin->tame_rate = 1;
     twin->interpolated = 0;
     twin->velocity = twin->acceleration = 0.0;
 }

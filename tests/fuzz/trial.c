@@ -62,6 +62,14 @@ void must(Trial *trial, Answer condition)
         trial->may |= MAY_ERROR;
 }
 
+void or_discard(Trial *trial, Answer condition)
+{
+    if (condition != YES && trial->may & MAY_OK)
+        trial->may |= MAY_DISCARD;
+    if (condition == NO)
+        trial->may &= ~MAY_OK;
+}
+
 static void check_messages(const Trial *trial, fmi2Status status)
 {
     const Slot *slot = trial->slot;

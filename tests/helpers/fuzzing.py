@@ -1,9 +1,11 @@
 """Random sequences of FMI calls against the C sources of the native FMU, under sanitizers (tests/fuzz/fuzz.h).
 
-    python tests/helpers/fuzzing.py [SEQUENCES] [--seed SEED] [--jobs N] [--trace]
+    python tests/helpers/fuzzing.py [SEQUENCES] [--form FORM] [--plain] [--seed SEED] [--jobs N] [--trace]
 
 A sequence is the life of one instance. The test does a share of the million that this does by default; a seed that
-fails is repeated by `--seed SEED 1`, and `--trace` prints its calls.
+fails is repeated by `--seed SEED 1`, and `--trace` prints its calls. FORM is native, table (FE by forces at knots),
+states (omega and absorbed_energy are continuous states) or python (the Python-backed FMU). `--plain` does without the
+sanitizers, which take four fifths of the time, and which the Python-backed FMU never has.
 """
 
 from __future__ import annotations
@@ -23,19 +25,25 @@ from typing import Any
 
 import fmpy
 
+import strandspring
 from fmu_tools import OTHER, SPRING
 from kernel_tools import compiled
 from native_tools import library
+from springs import TABLE
 from strandspring import SpringParameters
+from strandspring.compiled.images import FMI_HEADERS, fmi_header
 from strandspring.fmu.native.native_fmu import native_contents
+from strandspring.fmu.python_backed import fmu_contents
 from strandspring.modelfile import ModelFile
 
 FUZZER = Path(__file__).parents[1] / "fuzz"
+BRIDGE = Path(strandspring.__file__).parent / "fmu" / "bridge" / "bridge.c"
 # Variables that are not initialized get a value of their own, so that whoever uses them is noticed.
 SANITIZED = (
     "-O1", "-g", "-fno-omit-frame-pointer", "-ftrivial-auto-var-init=pattern",
     "-fsanitize=address,undefined", "-fsanitize=float-cast-overflow", "-fno-sanitize-recover=all",
 )  # fmt: skip
+PLAIN = ("-O2", "-g", "-ftrivial-auto-var-init=pattern")
 # What the FMU takes from the C library is counted like what it takes from its host.
 COUNTED = ("-Dcalloc=library_calloc", "-Dfree=library_free")
 # Freed memory is kept to find who uses it: 32 MB instead of 256, which is still that of a hundred instances.
@@ -43,56 +51,111 @@ OPTIONS = {"ASAN_OPTIONS": "detect_leaks=1:quarantine_size_mb=32", "UBSAN_OPTION
 # Sequences that share a seed (RUN in main.c).
 RUN = 50
 
+# FMUs by name: the spring, and whether omega and absorbed_energy are continuous states.
+FORMS = {"native": (SPRING, False), "table": (TABLE, False), "states": (SPRING, True)}
+
 # How often each call was done, discarded and refused, and other counts.
 Statistics = dict[str, Any]
 
 
-def write_sources(folder: Path, parameters: SpringParameters = SPRING) -> Path:
+def write_sources(folder: Path, parameters: SpringParameters = SPRING, with_states: bool = False) -> Path:
     """The C sources of the native FMU of a spring, and what its model description says of it for the fuzzer."""
     folder.mkdir()
-    for name, content in native_contents(ModelFile("spring", parameters), (), zero=0.0).items():
+    model = ModelFile("spring", parameters)
+    for name, content in native_contents(model, (), zero=0.0, with_states=with_states).items():
         if name == "modelDescription.xml" or name.startswith("sources/"):
             (folder / Path(name).name).write_bytes(content)
     (folder / "fuzz_model.h").write_text(_description(folder))
     return folder
 
 
-def _description(folder: Path) -> str:
+def write_python_sources(folder: Path, parameters: SpringParameters = SPRING) -> Path:
+    """The same for the Python-backed FMU, whose resources lie in the folder."""
+    for name, content in fmu_contents(ModelFile("spring", parameters), (), zero=0.0).items():
+        if name == "modelDescription.xml" or name.startswith("resources/"):
+            path = folder / name
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.write_bytes(content)
+    for name in FMI_HEADERS:
+        (folder / name).write_bytes(fmi_header(name))
+    (folder / "fuzz_model.h").write_text(_description(folder, f'"{folder / "resources"}"'))
+    return folder
+
+
+def _description(folder: Path, resources: str = "NULL") -> str:
     description = fmpy.read_model_description(str(folder), validate=False)
     variables = sorted(description.modelVariables, key=lambda variable: int(variable.valueReference))
     starts = [float(v.start or 0.0) if v.type == "Real" else 0.0 for v in variables]
+    states = {v.derivative.name for v in variables if v.derivative is not None}
+
+    def causality(v: fmpy.model_description.ScalarVariable) -> str:
+        if v.name in states:
+            return "O" if v.causality == "output" else "s"
+        return "r" if v.derivative is not None else str(v.causality)[0]
+
     entries = [
-        f"V({json.dumps(v.name)}, '{v.type[0]}', '{v.causality[0]}', {int(v.variability == 'tunable')}, {start!r})"
+        f"V({json.dumps(v.name)}, '{v.type[0]}', '{causality(v)}', {int(v.variability == 'tunable')}, {start!r})"
         for v, start in zip(variables, starts, strict=True)
     ]
-    amplifier, knots = (sum(v.name.startswith(array) for v in variables) for array in ("kA_", "FE_knots_"))
+    counts = {
+        "VARIABLES": len(variables),
+        **{
+            name: sum(v.name.startswith(array) for v in variables)
+            for name, array in (("ELASTIC", "kE_"), ("AMPLIFIER", "kA_"), ("KNOTS", "FE_knots_"))
+        },
+        "STATES": len(states),
+        "PYTHON": int(resources != "NULL"),
+    }
     return "\n".join(
         [
             f"#define MODEL_GUID {json.dumps(str(description.guid))}",
-            f"enum {{ MODEL_VARIABLES = {len(variables)}, MODEL_AMPLIFIER = {amplifier}, MODEL_KNOTS = {knots} }};",
+            f"#define MODEL_RESOURCES {resources}",
+            f"enum {{ {', '.join(f'MODEL_{name} = {count}' for name, count in counts.items())} }};",
             "#define MODEL_TABLE(V) \\\n    " + " \\\n    ".join(entries),
             "",
         ]
     )
 
 
-def build(sources: Path, folder: Path) -> Path:
+def build(sources: Path, folder: Path, flags: tuple[str, ...] = SANITIZED) -> Path:
     """The fuzzer with the FMU that the sources make."""
     folder.mkdir()
 
     def compile_unit(unit: Path) -> Path:
         counted = COUNTED if unit.parent == sources else ()
         return compiled(
-            folder / f"{unit.stem}.o", *SANITIZED, *counted, "-D_POSIX_C_SOURCE=200809L", f"-I{sources}", "-c", unit
+            folder / f"{unit.stem}.o", *flags, *counted, "-D_POSIX_C_SOURCE=200809L", f"-I{sources}", "-c", unit
         )  # fmt: skip
 
     with ThreadPoolExecutor(os.cpu_count()) as pool:
         objects = list(pool.map(compile_unit, [sources / "all.c", *FUZZER.glob("*.c")]))
-    return link(objects, folder / "fuzz")
+    return link(objects, folder / "fuzz", flags)
 
 
-def link(objects: list[Path], program: Path) -> Path:
-    return compiled(program, *SANITIZED, *objects, "-lm", "-ldl")
+def build_python(sources: Path, folder: Path) -> Path:
+    """The fuzzer with the binary of Python-backed FMUs; without sanitizers, which take Python's memory for lost."""
+    folder.mkdir()
+    units = [*(unit for unit in FUZZER.glob("*.c") if unit.stem != "bytes"), *FUZZER.glob("python/*.c"), BRIDGE]
+    objects = [
+        compiled(
+            folder / f"{unit.stem}-{k}.o",
+            *PLAIN,
+            "-D_POSIX_C_SOURCE=200809L",
+            f"-I{sources}",
+            f"-I{FUZZER}",
+            "-c",
+            unit,
+        )
+        for k, unit in enumerate(units)
+    ]
+    # Which tests/fuzz/python/layer.c wraps.
+    wrapped = [f"--redefine-sym=fmi2{name}=python_{name}" for name in ("SerializedFMUstateSize", "SerializeFMUstate")]
+    subprocess.run(["objcopy", *wrapped, str(objects[-1])], check=True)
+    return link(objects, folder / "fuzz", PLAIN)
+
+
+def link(objects: list[Path], program: Path, flags: tuple[str, ...] = SANITIZED) -> Path:
+    return compiled(program, *flags, *objects, "-lm", "-ldl")
 
 
 @dataclass(frozen=True)
@@ -129,13 +192,19 @@ def add_up(outcomes: Sequence[Outcome]) -> Statistics:
 def main() -> int:
     parser = argparse.ArgumentParser(description="Random sequences of FMI calls against the native FMU.")
     parser.add_argument("sequences", nargs="?", type=int, default=1_000_000)
+    parser.add_argument("--form", choices=(*FORMS, "python"), default="native")
+    parser.add_argument("--plain", action="store_true")
     parser.add_argument("--seed", type=int, default=1_000_000)
     parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1)
     parser.add_argument("--trace", action="store_true")
     given = parser.parse_args()
     with tempfile.TemporaryDirectory(prefix="strandspring-fuzz-") as temporary:
         folder = Path(temporary)
-        program = build(write_sources(folder / "sources"), folder / "objects")
+        if given.form == "python":
+            program = build_python(write_python_sources(folder / "sources"), folder / "objects")
+        else:
+            sources = write_sources(folder / "sources", *FORMS[given.form])
+            program = build(sources, folder / "objects", PLAIN if given.plain else SANITIZED)
         if given.trace:
             print(run(program, given.seed, given.sequences, "trace").found)
             return 0

@@ -354,7 +354,7 @@ def test_paths_that_are_no_file(tmp_path: Path) -> None:
     assert "no such file" in refusal(tmp_path / "missing.csv")
     assert "is a folder" in refusal(tmp_path)
     assert "cannot be read" in refusal(tmp_path / ("x" * 300))
-    with pytest.raises(RecordError, match="no possible path"):
+    with pytest.raises(RecordError, match="not a possible path"):
         read_record("a\0b")
 
 
@@ -363,7 +363,7 @@ def test_sizes_are_limited(write: Write, monkeypatch: pytest.MonkeyPatch) -> Non
     monkeypatch.setattr(source, "MAX_ROWS", 2)
     assert "must have at most 2 lines, found 3" in refusal(path)
     monkeypatch.setattr(content, "MAX_BYTES", 10)
-    assert "must have at most 10 bytes, found 19" in refusal(path)
+    assert "has 19 bytes, and a record file may have at most 10" in refusal(path)
 
 
 def test_an_unknown_reversal_is_refused() -> None:

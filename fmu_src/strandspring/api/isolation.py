@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import os
-import tempfile
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -31,10 +30,11 @@ from ..isolation.system import (
     static_equilibrium,
 )
 from ..modelfile import ModelFile
-from ..plotfile import SUFFIXES, save_figure
+from ..scratch import TemporaryFolder
 from .caution_text import outside_range
 from .levels import given_levels
 from .placing import ModelSource, model_of, origin_of, path_of
+from .plotting import save_plot
 from .progress import Progress, unseen
 from .result import Result
 from .text_table import table_lines
@@ -299,15 +299,9 @@ class Isolation(Result):
         ------
         StrandspringError   If the name ends in something else, or the file cannot be written.
         """
-        from matplotlib.figure import Figure
-
         from ..isolation.curves_plot import fill
 
-        if Path(path).suffix.lower() not in SUFFIXES:
-            raise IsolationError(f"The plot's name must end in {', '.join(SUFFIXES)}, got {os.fspath(path)!r}.")
-        figure = Figure(figsize=_SIZE, layout="constrained")
-        fill(figure, self.curves, self.title)
-        save_figure(Path(path), figure)
+        save_plot(path, _SIZE, lambda figure: fill(figure, self.curves, self.title))
 
     def verify(self, progress: Progress = unseen) -> tuple[CheckedMotion, ...]:
         """Build the FMUs and co-simulate stable motions of each level: at both ends of the band and at the peak.
@@ -333,11 +327,11 @@ class Isolation(Result):
         ]
         total = len(runs) + len(self.models)
         checked: list[CheckedMotion] = []
-        with tempfile.TemporaryDirectory(prefix="strandspring-", ignore_cleanup_errors=True) as folder:
+        with TemporaryFolder() as folder:
             fmus = {}
             for built, one in enumerate(self.models):
                 progress(f"Building the FMU of {one.label}", built, total)
-                fmus[one] = build_native_fmu(one.model, Path(folder) / str(built), zero=one.zero)
+                fmus[one] = build_native_fmu(one.model, folder / str(built), zero=one.zero)
             for one, response, point in runs:
                 task = f"Simulating {one.label}, {response.level_text}, {point.frequency:.4g} Hz"
                 progress(task, len(fmus) + len(checked), total)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping, Sequence
-from importlib.resources import files
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 
@@ -12,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..errors import RecordError
+from ..files import bundled_file
 from ..records.channels import Channel, ChannelTable
 from ..records.reading import MAX_TRAVEL, check_reverse, read_record, record_of_tables
 from ..records.record import Record
@@ -58,13 +58,14 @@ def record_of_arrays(
     factors = {name: unit_factor(given.get(name, _SI[name]), name) for name in _QUANTITIES}
     if reverse is not None:
         factors[reverse] *= -1.0
-    assumed = [f"{name} in {_SI[name]}" for name in _QUANTITIES if name not in given]
+    needed = _QUANTITIES if not given or time is not None else _QUANTITIES[:2]
+    assumed = [f"{name} in {_SI[name]}" for name in needed if name not in given]
     record = Record(
         factors["displacement"] * record.displacement,
         factors["force"] * record.force,
         None if record.time is None else factors["time"] * record.time,
         path=record.path,
-        notes=() if given else (f"units assumed: {', '.join(assumed)}",),
+        notes=(f"units assumed: {', '.join(assumed)}",) if assumed else (),
     )
     travel = float(np.ptp(record.displacement))
     if "displacement" not in given and travel > MAX_TRAVEL:
@@ -240,8 +241,7 @@ def bundled_record(models: Path | None = None) -> Path:
     ------
     RecordError             If it is missing.
     """
-    package = Path(str(files("strandspring")))
-    for folder in (*([] if models is None else [models]), package / "examples", package.parents[1] / "models"):
-        if (folder / _BUNDLED).is_file():
-            return folder / _BUNDLED
+    for path in (*([] if models is None else [models / _BUNDLED]), bundled_file(_BUNDLED)):
+        if path.is_file():
+            return path
     raise RecordError(f"{_BUNDLED}: the bundled record is missing; install strandspring again.")

@@ -5,28 +5,31 @@ from __future__ import annotations
 import hashlib
 import json
 import math
-import stat
 import warnings
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field, replace
-from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from .._version import __version__
-from ..errors import StrandspringError
+from ..core.parameters import SpringParameters
+from ..errors import RecordError, StrandspringError
+from ..files import opened, readable
 from ..identification.identified_model import IdentifiedModel
 from ..identification.identify_records import identify_records
 from ..identification.method import Method
 from ..identification.notes import notes_on
+from ..identification.outcomes import Outcome
 from ..intake.wanted import Wanted
 from ..joint import HYSTERETIC_UNITS
-from ..records.content import MAX_BYTES, readable
+from ..modelfile import check_name
+from ..records.content import MAX_BYTES
 from .sources import SpringFile
 
 IDENTIFIED, REFUSED, UNREADABLE, FAILED = STATUSES = ("identified", "refused", "unreadable", "failed")
 _CHUNK = 1024 * 1024
+_UNKNOWN = (None, None, None)  # standard error and ends of the interval
 
 
 @dataclass(frozen=True)
@@ -76,6 +79,26 @@ class SpringRow:
         """A parameter that is one number; None unless identified."""
         value = self.parameters.get(name)
         return value if isinstance(value, float) else None
+
+    @property
+    def spring(self) -> SpringParameters:
+        """The identified spring."""
+        return SpringParameters(**{"kE": (), **self.parameters})  # type: ignore[arg-type]
+
+    @property
+    def is_possible(self) -> bool:
+        """Whether this program can have written the row, as far as the types of its values do not tell."""
+        try:
+            check_name(self.model)
+            if self.status == IDENTIFIED:
+                _ = self.spring
+        except (TypeError, ValueError):
+            return False
+        return (
+            self.status in STATUSES
+            and all(name.upper() in Outcome.__members__ for name in self.cautions)
+            and all(len(self.uncertainty.get(name, _UNKNOWN)) == len(_UNKNOWN) for name in HYSTERETIC_UNITS)
+        )
 
     def numbers(self, name: str) -> tuple[float, ...]:
         """A parameter that is a list; empty where this spring has none."""
@@ -178,16 +201,13 @@ def _without_path(text: str, path: str) -> str:
 
 def digest(path: str) -> tuple[int | None, str | None]:
     """Size and SHA-256 (hexadecimal) of a file; None for what is not a regular file that can be read."""
+    value = hashlib.sha256()
+    size = 0
     try:
-        status = Path(path).stat()
-        if not stat.S_ISREG(status.st_mode) or status.st_size > MAX_BYTES:
-            return None, None
-        value = hashlib.sha256()
-        size = 0
-        with Path(path).open("rb") as file:
+        with opened(path, MAX_BYTES, "a record file", RecordError) as file:
             while chunk := file.read(_CHUNK):
                 value.update(chunk)
                 size += len(chunk)
-    except (OSError, ValueError):
+    except RecordError:
         return None, None
     return size, value.hexdigest()

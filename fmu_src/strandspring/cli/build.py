@@ -143,15 +143,13 @@ def build(
         if not sources:
             sources, name = (str(bundled_record(Path(models))),), EXAMPLE_NAME if name is None else name
             options = {**options, **{key: options[key] or value for key, value in EXAMPLE_COLUMNS.items()}}
-        chosen = name or identifier(sources[0])
+        chosen = name or identifier(Path(sources[0]).stem)
         refuse_unwritable(Path(models), is_folder=True)
         model_path = Path(models) / f"{chosen}.json"
         for one in kinds:
             refuse_overwriting(
                 record_files(sources), {"--models": model_path, "--output": fmu_path(output, chosen, one)}
             )
-            refuse_unwritable(fmu_path(output, chosen, one))
-        refuse_unwritable(model_path)
         model, identification = identified(sources, options, method, chosen, description)
         save_model(model_path, model)
     origin = origin_of(sources[0], zero, model.parameters)

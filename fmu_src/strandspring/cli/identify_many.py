@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -16,14 +14,14 @@ from ..api.many import identify_many as identify_all
 from ..batches.sources import COLUMNAR_TABLE, JOURNAL
 from .options import (
     FiniteRange,
+    cluster_option,
     identification_options,
     method_options,
     record_options,
-    refuse_two_places,
     wanted_of,
     worker_options,
 )
-from .output import note, result, result_json
+from .output import note, reporting, result, result_json
 
 
 @click.command("identify-many")
@@ -45,7 +43,6 @@ def identify_many(
     output: str,
     amplitude: float | None,
     workers: int | None,
-    scheduler: str | None,
     as_json: bool,
     **options: Any,
 ) -> None:
@@ -66,15 +63,15 @@ def identify_many(
       strandspring identify-many monday/ -o models --amplitude 20 --workers 4
     """
     method = method_options(options)
-    refuse_two_places(workers, scheduler)
+    scheduler = cluster_option(workers, options)
     finished = total = 0
     try:
-        with _bar() as advance:
+        with reporting("springs/s") as report:
 
             def progress(done: int, files: int) -> None:
                 nonlocal finished, total
                 finished, total = done, files
-                advance(done, files)
+                report("Identifying", done, files)
 
             many = identify_all(
                 sources,
@@ -88,33 +85,16 @@ def identify_many(
                 **asdict(wanted_of(options)),
             )
     except KeyboardInterrupt:
-        kept = f"{finished} of {total} files are kept in {Path(output) / JOURNAL}, and the same command continues"
-        note(f"strandspring: interrupted{f'; {kept} from there' if finished else ''}.")
-        sys.exit(130)
+        if finished:
+            note(
+                f"{finished} of {total} files are kept in {Path(output) / JOURNAL}; the same command continues from "
+                "there."
+            )
+        raise
     _print(many, as_json)
     if not many.is_complete:
         note(f"strandspring: {many.problem}")
         sys.exit(1)
-
-
-@contextmanager
-def _bar() -> Iterator[Callable[[int, int], None]]:
-    """A progress bar with rate and remaining time on a terminal."""
-    if sys.stderr is None or not sys.stderr.isatty():
-        yield lambda done, files: None  # noqa: ARG005
-        return
-    from rich.console import Console
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, Task, TextColumn, TimeRemainingColumn
-    from rich.text import Text
-
-    class Rate(TextColumn):
-        def render(self, task: Task) -> Text:
-            return Text("" if task.speed is None else f"{task.speed:.3g} springs/s")
-
-    columns = (BarColumn(), MofNCompleteColumn(), Rate(""), TimeRemainingColumn())
-    with Progress("Identifying", *columns, console=Console(stderr=True), transient=True) as bar:
-        task = bar.add_task("", total=None)
-        yield lambda done, files: bar.update(task, completed=done, total=files)
 
 
 def _print(many: ManyResult, as_json: bool) -> None:

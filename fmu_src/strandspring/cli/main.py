@@ -5,9 +5,7 @@ from __future__ import annotations
 import os
 import signal
 import sys
-import threading
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from importlib import import_module
 from io import TextIOWrapper
 from types import FrameType
@@ -17,7 +15,9 @@ import click
 from click.shell_completion import CompletionItem
 
 from .._version import __version__
+from ..endings import handled_endings
 from ..errors import StrandspringError
+from ..files import readable, reason_of
 from ..identification.outcomes import IdentificationError
 from .output import drop_failing_output, result_json
 
@@ -81,7 +81,8 @@ def strandspring() -> None:
       strandspring synthesize spring spring.json --amplitude 20 -o synthetic.csv
 
     Exit status: 0 done; 1 the data or the model is refused, with one sentence that says why; 2 wrong usage or a
-    wrong value of an option; 130 interrupted (Ctrl-C); 143 terminated. With --json a refusal is a JSON object, too.
+    wrong value of an option; 130 interrupted (Ctrl-C); 143 terminated; 129 terminal closed. With --json a refusal is
+    a JSON object, too.
 
     \b
     Completion of commands, options and files, for the start-up file of the shell:
@@ -108,7 +109,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
 
         offer_files()
     try:
-        with _termination_interrupts():
+        with handled_endings(_interrupt):
             # Of sys.argv, click expands patterns of files on Windows.
             strandspring.main(None if arguments is None else given, "strandspring", standalone_mode=False)
     except click.exceptions.Exit as leaving:
@@ -118,18 +119,30 @@ def main(arguments: Sequence[str] | None = None) -> None:
         _leave(problem.exit_code, as_json, {"type": "UsageError", "message": problem.format_message()})
     except (click.Abort, KeyboardInterrupt) as end:
         number = _signal_of(end)
-        sentence = f"{'terminated' if number == signal.SIGTERM else 'interrupted'}; no output file is half written."
+        sentence = f"{'interrupted' if number == signal.SIGINT else 'terminated'}; no output file is half written."
         click.echo(f"strandspring: {sentence}", err=True)
         _leave(128 + number, as_json, {"type": "Interrupt", "message": sentence})
     except OSError as problem:
-        if not drop_failing_output():
-            raise
-        click.echo(f"strandspring: Standard output cannot be written: {problem.strerror}; send it elsewhere.", err=True)
-        sys.exit(1)
+        if problem.filename is None and drop_failing_output():
+            sentence = f"Standard output cannot be written: {reason_of(problem)}; send it elsewhere."
+            click.echo(f"strandspring: {sentence}", err=True)
+            sys.exit(1)
+        place = "" if problem.filename is None else f"{readable(str(problem.filename))}: "
+        remedy = "check this place, and the room in the folder for temporary files (TMPDIR)"
+        _refuse(f"{place}{reason_of(problem)}; {remedy}.", "OSError", as_json)
+    except MemoryError:
+        _refuse(
+            "There is not enough memory for this; give fewer or shorter records, or fewer runs.", "MemoryError", as_json
+        )
     except StrandspringError as refusal:
-        click.echo(f"strandspring: {refusal}", err=True)
         outcome = {"outcome": refusal.outcome.name.lower()} if isinstance(refusal, IdentificationError) else {}
-        _leave(1, as_json, {"type": type(refusal).__name__, **outcome, "message": str(refusal)})
+        _refuse(str(refusal), type(refusal).__name__, as_json, **outcome)
+
+
+def _refuse(sentence: str, kind: str, as_json: bool, **more: str) -> NoReturn:
+    """Leave with status 1 and a sentence on standard error, in which nothing steers a terminal."""
+    click.echo(f"strandspring: {readable(sentence)}", err=True)
+    _leave(1, as_json, {"type": kind, **more, "message": sentence})
 
 
 def _leave(status: int, as_json: bool, error: dict[str, str]) -> NoReturn:
@@ -142,21 +155,9 @@ def _leave(status: int, as_json: bool, error: dict[str, str]) -> NoReturn:
     sys.exit(status)
 
 
-@contextmanager
-def _termination_interrupts() -> Iterator[None]:
-    """Let SIGTERM end the command as an interrupt does, so that nothing is left behind."""
-    if threading.current_thread() is not threading.main_thread():
-        yield  # signals are handled in the main thread
-        return
-
-    def interrupt(number: int, frame: FrameType | None) -> NoReturn:  # noqa: ARG001
-        raise KeyboardInterrupt(number)
-
-    before = signal.signal(signal.SIGTERM, interrupt)
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGTERM, before)
+def _interrupt(number: int, frame: FrameType | None) -> NoReturn:  # noqa: ARG001
+    """Let SIGTERM and SIGHUP end the command as Ctrl-C does, so that nothing is left behind."""
+    raise KeyboardInterrupt(number)
 
 
 def _signal_of(end: BaseException) -> int:

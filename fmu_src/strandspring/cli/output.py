@@ -62,26 +62,35 @@ def advancing(description: str, total: int) -> Iterator[Callable[[int], None]]:
 
 
 @contextmanager
-def reporting() -> Iterator[Callable[[str, float, int], None]]:
-    """A progress bar on a terminal, and a function that takes what is being done, the parts done, and their number."""
+def reporting(rate: str = "") -> Iterator[Callable[[str, float, int], None]]:
+    """A progress bar on a terminal, and a function that takes what is being done, the parts done, and their number.
+
+    With a unit such as "springs/s" the bar shows the rate, too.
+    """
     if not _is_watched():
         yield lambda *_: None
         return
-    with _bar() as bar:
+    with _bar(rate) as bar:
         task = bar.add_task("", total=None)
         yield lambda what, done, total: bar.update(task, description=what, completed=done, total=total)
 
 
-def _bar() -> Progress:
+def _bar(rate: str = "") -> Progress:
     """A bar of which spinner and time passed move while one part takes long."""
     from rich import progress as rich
     from rich.console import Console
+    from rich.text import Text
+
+    class Rate(rich.ProgressColumn):
+        def render(self, task: rich.Task) -> Text:
+            return Text("" if task.speed is None else f"{task.speed:.3g} {rate}")
 
     columns = (
         rich.SpinnerColumn(),
         rich.TextColumn("{task.description}"),
         rich.BarColumn(20),
         rich.MofNCompleteColumn(),
+        *((Rate(),) if rate else ()),
     )
     times = (rich.TimeElapsedColumn(), rich.TextColumn("left"), rich.TimeRemainingColumn())
     return rich.Progress(*columns, *times, console=Console(stderr=True), transient=True)

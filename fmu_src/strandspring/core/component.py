@@ -86,13 +86,13 @@ class Component:
         getattr(self._slave, f"set_{kind}")(array("I", references).tolist(), array(_CODES[kind], values).tolist())
         return b""
 
-    def get_state(self, phase_and_time: bytes) -> State:
-        phase, time = array("d", phase_and_time)
-        return self._slave._get_fmu_state()._replace(phase=int(phase), time=time)
+    def get_state(self, phase_and_times: bytes) -> State:
+        phase, time, stop_time = array("d", phase_and_times)
+        return self._slave._get_fmu_state()._replace(phase=int(phase), time=time, stop_time=stop_time)
 
     def set_state(self, state: State) -> bytes:
         self._slave._set_fmu_state(state)
-        return array("d", (state.phase, state.time)).tobytes()
+        return array("d", (state.phase, state.time, state.stop_time)).tobytes()
 
     def to_bytes(self, state: State) -> bytes:
         return self._slave._fmu_state_to_bytes(state)
@@ -102,5 +102,6 @@ class Component:
 
 
 def _line(status: int, text: str) -> bytes:
-    """A message as the binary takes it; FMI takes # as the mark of a value reference."""
-    return f"{int(status)}{' '.join(text.split())}\n".replace("#", "?").encode("ascii", "replace")
+    """A message as the binary takes it, in printable ASCII; FMI takes # as the mark of a value reference."""
+    printable = "".join(c if " " <= c <= "~" and c != "#" else "?" for c in " ".join(text.split()))
+    return f"{int(status)}{printable}\n".encode("ascii")

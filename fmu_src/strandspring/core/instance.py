@@ -97,7 +97,10 @@ class SpringInstance:
         state = self._state
         for reference, value in zip(references, values, strict=True):
             if reference != self._input:
-                place = self._place[self._table[reference].name]
+                name = self._table[reference].name
+                if not math.isfinite(value):
+                    raise RefusedCallError(f"`{name}` must be finite, got {value!r}; the previous value is kept.")
+                place = self._place[name]
                 settings = (*state.settings[:place], value, *state.settings[place + 1 :])
                 state = state._replace(settings=settings)
             elif abs(value) <= LARGEST_DISPLACEMENT:

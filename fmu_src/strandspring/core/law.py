@@ -9,8 +9,11 @@ from .pieces import Pieces, falling_pieces, missing_pieces, rising_pieces
 from .saturation import Saturation
 from .spline import Elastic
 
-# They take some 15 ms to build.
+# They take some 15 ms to build, and the pieces as long again.
 _table_of = lru_cache(maxsize=16)(Saturation)
+_rising_of = lru_cache(maxsize=16)(rising_pieces)
+_missing_of = lru_cache(maxsize=16)(missing_pieces)
+_falling_of = lru_cache(maxsize=16)(falling_pieces)
 
 
 class SpringLaw:
@@ -50,14 +53,14 @@ class SpringLaw:
     @cached_property
     def rising(self) -> Pieces:
         """The branch W >= 0 for integrals of W; made where energy is first asked for."""
-        return rising_pieces(self.table, len(self.FA))
+        return _rising_of(self.table, len(self.FA))
 
     @cached_property
     def missing(self) -> Pieces:
         """The same branch for integrals of 1 - W."""
-        return missing_pieces(self.table, len(self.FA))
+        return _missing_of(self.table, len(self.FA))
 
     @cached_property
     def falling(self) -> Pieces:
         """The branch W < 0 for integrals of |W|."""
-        return falling_pieces(self.table, len(self.FA))
+        return _falling_of(self.table, len(self.FA))

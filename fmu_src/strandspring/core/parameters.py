@@ -8,7 +8,10 @@ from dataclasses import dataclass, fields
 from itertools import pairwise
 from typing import Any
 
-# Outside these the closed form's accuracy of 1e-10 has not been shown; real springs lie far inside.
+# The limits of what is a spring, for model files, identification, FMUs and both kernels; c/spring_limits.h repeats
+# them. Real springs lie far inside, and no force, energy or derivative of what lies inside overflows.
+#
+# Outside these the closed form's accuracy of 1e-10 has not been shown.
 N_RANGE = (0.01, 100.0)
 SIGMA_RANGE = (0.5, 1000.0)
 MAXIMUM_DEGREE = 20
@@ -16,8 +19,16 @@ MAXIMUM_DEGREE = 20
 KNOTS = (7, 25)
 # Between knots, as a share of the range.
 LEAST_SPACING = 1e-3
-# Of a displacement that an FMU takes [m].
+# Of any displacement [m].
 LARGEST_DISPLACEMENT = 1e9
+# Of displacement_max - displacement_min [m].
+WIDTH_RANGE = (1e-12, 1e6)
+# Of kappa_omega, and of each term of FE over the range [N].
+FORCE_RANGE = (1e-15, 1e15)
+# Of rho times the identified range: below, energies drown in the rounding of xi, and omega stays where it is.
+SATURATION_RANGE = (1e-9, 1e12)
+# Of each term of FA over the range.
+LARGEST_AMPLIFIER = 1e9
 # FA is 1 at the offset: below this it is zero within rounding.
 LEAST_AMPLIFIER = 1e-12
 
@@ -116,7 +127,8 @@ def problems(p: SpringParameters) -> list[str]:
     """Why these parameters are not a physically possible spring, one sentence each; empty if they are.
 
     Physically possible (paper eqs. 6-7): rho > 0, kappa_omega > 0, n > 0, sigma >= 1/2 and FA > 0 over the
-    range, which together make every closed loop absorb energy.
+    range, which together make every closed loop absorb energy; and of a size that a spring can have, so that
+    whatever is computed at displacements up to LARGEST_DISPLACEMENT is finite.
     """
     found = _count_problems(p)
     if found:
@@ -138,18 +150,9 @@ def problems(p: SpringParameters) -> list[str]:
         for name, value, (low, high) in (("sigma", p.sigma, SIGMA_RANGE), ("n", p.n, N_RANGE))
         if not low <= value <= high
     ]
-    if not (p.displacement_min < p.displacement_max and math.isfinite(p.displacement_max - p.displacement_min)):
-        found.append(
-            f"`displacement_min` must be below `displacement_max` [m], "
-            f"got {p.displacement_min!r} and {p.displacement_max!r}."
-        )
-    elif not p.displacement_min <= p.displacement_offset <= p.displacement_max:
-        found.append(
-            f"`displacement_offset` must lie between `displacement_min` and `displacement_max` [m], "
-            f"got {p.displacement_offset!r}."
-        )
-    elif p.FE_knots:
-        found += _knot_problems(p)
+    found += _range_problems(p)
+    if not found:
+        found = [*_knot_problems(p), *_size_problems(p)]
     if not found:
         least, where = least_value(p.kA, p.x_min, p.x_max)
         if not least > LEAST_AMPLIFIER:
@@ -178,8 +181,63 @@ def _count_problems(p: SpringParameters) -> list[str]:
     ]
 
 
+def _range_problems(p: SpringParameters) -> list[str]:
+    """What is wrong with the identified range."""
+    found = [
+        f"`{name}` must be within +-{LARGEST_DISPLACEMENT:g} m, got {getattr(p, name)!r}."
+        for name in ("displacement_offset", "displacement_min", "displacement_max")
+        if not abs(getattr(p, name)) <= LARGEST_DISPLACEMENT
+    ]
+    if found:
+        return found
+    ends = f"got {p.displacement_min!r} and {p.displacement_max!r}."
+    if not p.displacement_min < p.displacement_max:
+        return [f"`displacement_min` must be below `displacement_max` [m], {ends}"]
+    least, largest = WIDTH_RANGE
+    if not least <= p.displacement_max - p.displacement_min <= largest:
+        return [f"`displacement_min` must be below `displacement_max` by {least:g} m to {largest:g} m, {ends}"]
+    if not p.displacement_min <= p.displacement_offset <= p.displacement_max:
+        return [
+            f"`displacement_offset` must lie between `displacement_min` and `displacement_max` [m], "
+            f"got {p.displacement_offset!r}."
+        ]
+    return []
+
+
+def _size_problems(p: SpringParameters) -> list[str]:
+    """Which parameters are too small or too large over a range that is one."""
+    width, reach = p.displacement_max - p.displacement_min, max(-p.x_min, p.x_max)
+    least_force, largest_force = FORCE_RANGE
+    found = []
+    if not least_force <= p.kappa_omega <= largest_force:
+        found.append(f"`kappa_omega` must be within [{least_force:g}, {largest_force:g}] N, got {p.kappa_omega!r}.")
+    low, high = (limit / width for limit in SATURATION_RANGE)
+    if not low <= p.rho <= high:
+        least, largest = SATURATION_RANGE
+        found.append(
+            f"`rho` must be within [{low:.6g}, {high:.6g}] 1/m, {least:g} to {largest:g} over the identified range, "
+            f"got {p.rho!r}."
+        )
+    for name, largest, unit in (("kE", largest_force, " N"), ("kA", LARGEST_AMPLIFIER, "")):
+        power = 1.0
+        for i, value in enumerate(getattr(p, name)):
+            if not abs(value) <= largest / power:
+                found.append(
+                    f"`{name}[{i}]` must be within +-{largest / power:.6g}, {largest:g}{unit} over the identified "
+                    f"range, got {value!r}."
+                )
+            power *= reach
+    return found + [
+        f"`FE_forces[{i}]` must be within +-{largest_force:g} N, got {force!r}."
+        for i, force in enumerate(p.FE_forces)
+        if not abs(force) <= largest_force
+    ]
+
+
 def _knot_problems(p: SpringParameters) -> list[str]:
-    """What is wrong with the places of the knots within a range that is one."""
+    """What is wrong with the places of the knots, if there are any, within a range that is one."""
+    if not p.FE_knots:
+        return []
     least = LEAST_SPACING * (p.displacement_max - p.displacement_min)
     ends = ((0, "displacement_min"), (len(p.FE_knots) - 1, "displacement_max"))
     found = [
@@ -196,7 +254,7 @@ def _knot_problems(p: SpringParameters) -> list[str]:
 
 
 def least_value(coefficients: tuple[float, ...], low: float, high: float) -> tuple[float, float]:
-    """Least value of a polynomial on [low, high] and where it is taken.
+    """Least value of a polynomial on [low, high] and where it is taken; NaN if a coefficient is.
 
     Exact up to rounding: the interval is cut at the real roots of the derivative, found by bisection between
     the roots of the next derivative, where each derivative is monotone.
@@ -212,15 +270,17 @@ def _roots(coefficients: tuple[float, ...], low: float, high: float) -> list[flo
     corners = [low, *_roots(derivative(coefficients), low, high), high]
     roots = []
     for left, right in pairwise(corners):
-        at_left = polynomial(coefficients, left)
-        if at_left * polynomial(coefficients, right) >= 0.0:
+        at_left, at_right = polynomial(coefficients, left), polynomial(coefficients, right)
+        # Not the sign of the product, which may underflow.
+        if at_left == 0.0 or at_right == 0.0 or (at_left > 0.0) == (at_right > 0.0):
             continue
         a, b = left, right
         while True:
             middle = 0.5 * (a + b)
             if not a < middle < b:
                 break
-            if at_left * polynomial(coefficients, middle) > 0.0:
+            value = polynomial(coefficients, middle)
+            if value != 0.0 and (value > 0.0) == (at_left > 0.0):
                 a = middle
             else:
                 b = middle

@@ -11,9 +11,12 @@ from .parameters import LARGEST_DISPLACEMENT
 from .stepper import Memory
 
 _FORMAT = "strandspring-state"
-_FORMAT_VERSION = 2
+_FORMAT_VERSION = 3
 # The first phase with a committed path.
 _INITIALIZED = 2
+# Where a stroke begins: beyond 5e3, omega is 1 within rounding for any n.
+_LARGEST_START_XI = 1e6
+_LARGEST_ENERGY = 1e100  # [J]
 
 
 class State(NamedTuple):
@@ -28,7 +31,8 @@ class State(NamedTuple):
     side : int                  Where the path ended: -1 below the identified range, +1 above it, 0 inside.
     phase : int                 Instantiated, in initialization mode, in step mode or terminated: 0 to 3, kept by the
                                 binary.
-    time : float                Where the last step ended [s], kept by the binary.
+    time, stop_time : float     Where the last step ended [s], and where the last one must end, infinite if there is no
+                                such time; kept by the binary.
     """
 
     settings: tuple[float, ...]
@@ -38,6 +42,7 @@ class State(NamedTuple):
     side: int = 0
     phase: int = 0
     time: float = 0.0
+    stop_time: float = math.inf
 
 
 def to_bytes(state: State, guid: str) -> bytes:
@@ -78,29 +83,33 @@ def from_bytes(data: bytes, guid: str) -> State:
     return State(**content)
 
 
-def _is_float(value: Any) -> bool:
-    return type(value) is float
+def _is_finite(value: Any) -> bool:
+    return type(value) is float and math.isfinite(value)
 
 
 def _is_memory(value: Any) -> bool:
     if value is None:
         return True
     types = [float, float, int, float, float, float, float]
+    if not (isinstance(value, list) and [type(part) for part in value] == types):
+        return False
+    displacement, omega, direction, start, start_xi, energy_at, energy = value
     return (
-        isinstance(value, list)
-        and [type(part) for part in value] == types
-        and all(map(math.isfinite, value[:6]))  # the energy of an absurd displacement may overflow
-        and -1.0 <= value[1] <= 1.0
-        and value[2] in (-1, 0, 1)
+        all(abs(place) <= LARGEST_DISPLACEMENT for place in (displacement, start, energy_at))
+        and abs(omega) <= 1.0
+        and direction in (-1, 0, 1)
+        and abs(start_xi) <= _LARGEST_START_XI
+        and abs(energy) <= _LARGEST_ENERGY
     )
 
 
 _FIELDS: dict[str, Callable[[Any], bool]] = {
-    "settings": lambda value: isinstance(value, list) and all(map(_is_float, value)),
-    "displacement": lambda value: _is_float(value) and abs(value) <= LARGEST_DISPLACEMENT,
+    "settings": lambda value: isinstance(value, list) and all(map(_is_finite, value)),
+    "displacement": lambda value: _is_finite(value) and abs(value) <= LARGEST_DISPLACEMENT,
     "memory": _is_memory,
     "energy_wanted": lambda value: type(value) is bool,
     "side": lambda value: type(value) is int and value in (-1, 0, 1),
     "phase": lambda value: type(value) is int and 0 <= value <= 3,
-    "time": _is_float,
+    "time": _is_finite,
+    "stop_time": lambda value: type(value) is float and not math.isnan(value),
 }

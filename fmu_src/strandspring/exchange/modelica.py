@@ -137,7 +137,7 @@ def _check_library(library: Path) -> None:
     if is_new:
         return
     if not package.is_file() or not read_text(
-        package, _MAXIMUM_BYTES, "Modelica package", StrandspringError
+        package, _MAXIMUM_BYTES, "a Modelica package", StrandspringError
     ).startswith(_HEADER):
         raise StrandspringError(
             f"{library} exists and is not a library that strandspring has written; export to another folder."

@@ -37,8 +37,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..errors import RecordError
-from ..files import read_text
-from ..records.content import readable
+from ..files import read_text, readable
 from ..records.record import Record
 from .wanted import Wanted
 
@@ -134,7 +133,7 @@ def read_campaign(path: str | os.PathLike[str], given: Wanted | None = None) -> 
 
 def _described(path: Path) -> list[Entry]:
     name = readable(path)
-    text = read_text(path, _MAX_BYTES, "description file", RecordError)
+    text = read_text(path, _MAX_BYTES, "a description file", RecordError)
     try:
         content = tomllib.loads(text)
     except (tomllib.TOMLDecodeError, RecursionError) as problem:

@@ -30,7 +30,7 @@ _STYLES: tuple[str | tuple[int, tuple[float, ...]], ...] = ("-", (0, (7.0, 2.0))
 _UNSTABLE = (0, (1.0, 1.6))
 _FACTORS: Mapping[Quantity, float] = {"transmissibility": 1.0, "amplitude": 1e3}  # to the unit of the axis
 _LEGEND_COLUMNS = 4
-HANDLE_LENGTH = 3.6  # of a legend, so that its dashes can be told apart
+HANDLE_LENGTH = 3.6  # of a legend, so that its dashes can be distinguished
 # A superharmonic peak: its prominence in ln(amplitude), and how near its multiple lies to the natural frequency.
 _PROMINENT = 0.02
 _ORDERS = range(2, 12)
@@ -104,9 +104,7 @@ def fill(figure: Figure, models: Mapping[str, Sequence[FrequencyResponse]], titl
 def _draw_curve(axes: Axes, curve: Curve, quantity: Quantity) -> None:
     response = curve.response
     frequency, values = response.column("frequency"), _FACTORS[quantity] * response.column(quantity)
-    unstable = response.column("stable") == 0.0
-    # The dotted part reaches to its stable neighbours, so that the curve has no gaps.
-    dotted = unstable | np.append(unstable[1:], False) | np.insert(unstable[:-1], 0, False)
+    unstable, dotted = response.unstable, response.dotted
     axes.plot(frequency, np.where(unstable, np.nan, values), color=curve.color, ls=curve.style, lw=1.5,
               label=curve.label)  # fmt: skip
     if unstable.any():

@@ -84,6 +84,17 @@ class FrequencyResponse:
         """One attribute of all points, shape (P,)."""
         return self.columns[name].astype(np.float64)
 
+    @property
+    def unstable(self) -> NDArray[np.bool_]:
+        """Points between two folds, shape (P,)."""
+        return ~self.columns["stable"].astype(bool)
+
+    @property
+    def dotted(self) -> NDArray[np.bool_]:
+        """Unstable points with their stable neighbours, shape (P,): drawn so, the curve has no gaps."""
+        unstable = self.unstable
+        return np.asarray(unstable | np.append(unstable[1:], False) | np.insert(unstable[:-1], 0, False))
+
 
 def frequency_response(
     system: IsolatedMass,

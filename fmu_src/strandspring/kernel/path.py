@@ -7,13 +7,10 @@ import struct
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..core.parameters import KNOTS, MAXIMUM_DEGREE, SCALARS, SpringParameters
+from ..core.parameters import KNOTS, LARGEST_DISPLACEMENT, MAXIMUM_DEGREE, SCALARS, SpringParameters
 from .arrays import FloatArray, address, floats
 from .library import library
 from .saturation_table import table
-
-# Beyond this the work of the linear continuation may overflow; no spring goes there.
-LARGEST_DISPLACEMENT = 1e9
 
 
 def as_path(displacement: ArrayLike) -> FloatArray:

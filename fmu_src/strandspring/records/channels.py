@@ -147,9 +147,8 @@ class ChannelTable:
         if finest.size < 2:
             raise RecordError(f"{apart}, and never at the same time; name channels of one measurement.")
         notes = []
-        for column in own:
-            base, series = times[column.number], values[column.number]
-            assert base is not None
+        for column, base in zip(own, bases, strict=True):
+            series = values[column.number]
             if base.size >= finest.size and np.isin(finest, base).all():
                 values[column.number] = series[np.isin(base, finest)]
                 continue

@@ -8,8 +8,6 @@ import hashlib
 import io
 import lzma
 import os
-import stat
-import unicodedata
 import zipfile
 import zlib
 from collections.abc import Callable, Mapping
@@ -18,6 +16,7 @@ from pathlib import Path
 from typing import IO, Any
 
 from ..errors import RecordError
+from ..files import read_bytes, readable
 from .units import quoted
 
 MAX_BYTES = 2 * 1024**3
@@ -28,8 +27,6 @@ _BLOCK = 1024 * 1024
 ZIP = b"PK\x03\x04"
 # Names in an archive that show that it is a format of its own.
 _OF_FORMATS = ("[Content_Types].xml", "mimetype")
-# Control characters, marks that hide or turn what follows, no characters, bytes that are no UTF-8, ends of lines.
-_UNREADABLE = ("Cc", "Cf", "Cn", "Cs", "Zl", "Zp")
 
 
 @dataclass(frozen=True)
@@ -50,11 +47,6 @@ class Content:
     notes: tuple[str, ...] = ()
 
 
-def readable(name: str | os.PathLike[str]) -> str:
-    """A file name with all characters replaced that a terminal or UTF-8 cannot show."""
-    return "".join("\ufffd" if unicodedata.category(c) in _UNREADABLE else c for c in os.fspath(name))
-
-
 def read_content(path: str | os.PathLike[str]) -> Content:
     """Read a file, and unpack it if it is compressed (gzip, bzip2, xz) or a zip archive of records.
 
@@ -66,7 +58,7 @@ def read_content(path: str | os.PathLike[str]) -> Content:
     """
     name = readable(path)
     file, member = _member_of_archive(Path(path))
-    raw = _read(file, name)
+    raw = read_bytes(file, MAX_BYTES, "a record file", RecordError)
     content = Content(name, raw, hashlib.sha256(raw).hexdigest())
     for _ in range(_MAX_LAYERS):
         unpacked = _unpacked(content, member)
@@ -193,25 +185,3 @@ def _chosen(records: list[str], member: str | None, where: str) -> str:
             f"{readable(Path(where).name)}/{readable(records[0])}."
         )
     return records[0]
-
-
-def _read(path: Path, name: str) -> bytes:
-    try:
-        status = path.stat()
-        if stat.S_ISDIR(status.st_mode):
-            raise RecordError(f"{name}: is a folder; give the path of one record file.")
-        if not stat.S_ISREG(status.st_mode):
-            raise RecordError(f"{name}: is not a regular file; give the path of a record file.")
-        if status.st_size > MAX_BYTES:
-            raise RecordError(
-                f"{name}: must have at most {MAX_BYTES} bytes, found {status.st_size}; thin the record out or split it."
-            )
-        return path.read_bytes()
-    except FileNotFoundError:
-        raise RecordError(f"{name}: no such file; check the path.") from None
-    except OSError as error:
-        raise RecordError(f"{name}: cannot be read ({error.strerror}); check the path and rights.") from None
-    except ValueError as error:
-        if isinstance(error, RecordError):
-            raise
-        raise RecordError(f"{name!r}: is no possible path ({error}); check the path.") from None

@@ -12,11 +12,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..errors import RecordError
-from ..files import write_csv
-from .content import readable
+from ..files import readable, write_csv
 
-# Beyond what any rig measures [m], [N]; powers of such numbers overflow or vanish.
+# Beyond what any rig measures [m], [N], [s]; powers of such numbers overflow or vanish.
 _LEAST, _GREATEST = 1e-30, 1e30
+_SAME_TIME = 1e-9  # share of the mean step up to which two samples are of one time
 # What arrays of no real numbers hold, by NumPy's letter of their kind.
 _OTHER_KINDS = {
     "c": "complex numbers",
@@ -72,7 +72,9 @@ class Record:
             _refuse_absurd(values, name, self.path)
             object.__setattr__(self, name, values)
         if self.time is not None:
-            object.__setattr__(self, "time", _checked(self.time, "time", self.path))
+            times = _checked(self.time, "time", self.path)
+            _refuse_absurd(times, "time", self.path)
+            object.__setattr__(self, "time", times)
         object.__setattr__(self, "notes", tuple(self.notes))
         if self.compared is not None:
             compared = np.array(self.compared)
@@ -163,7 +165,10 @@ class Record:
     @property
     def rising_time(self) -> NDArray[np.float64] | None:
         """Times [s], shape (K,); None without a time column or where it does not rise from sample to sample."""
-        return None if self.time is None or bool(np.any(np.diff(self.time) <= 0.0)) else self.time
+        if self.time is None:
+            return None
+        steps = np.diff(self.time)
+        return self.time if steps.min() > _SAME_TIME * np.mean(steps) >= 0.0 else None
 
 
 def _millimetres(metres: NDArray[np.float64]) -> NDArray[np.float64]:

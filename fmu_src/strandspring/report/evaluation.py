@@ -64,7 +64,7 @@ class RecordView:
     @property
     def compared(self) -> FloatArray:
         """The residuals of the samples compared [N]."""
-        return self.of_compared(self.record.force - self.fit.predicted)
+        return self.of_compared(self.residuals)
 
     def of_compared(self, values: FloatArray) -> FloatArray:
         """Values at the samples compared."""

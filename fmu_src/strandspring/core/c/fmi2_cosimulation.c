@@ -39,5 +39,7 @@ fmi2Status fmi2DoStep(fmi2Component c, fmi2Real currentCommunicationPoint, fmi2R
 {
     (void)noSetFMUStatePriorToCurrentPoint;
     FMU_REQUIRE(c, DoStep);
+    if (require_step(instance, currentCommunicationPoint, communicationStepSize) != fmi2OK)
+        return fmi2Error;
     return fmu_step(instance, currentCommunicationPoint, communicationStepSize);
 }

@@ -2,6 +2,8 @@
 #include "fmi2_arguments.h"
 #include "fmi2_instance.h"
 
+#include <math.h>
+
 /* What derivatives are made of where the path to the displacement set last ends, or where the states are. */
 typedef struct {
     SpringGradient of_force, of_stiffness;
@@ -89,6 +91,10 @@ fmi2Status fmi2GetDirectionalDerivative(
     FMU_REQUIRE_VARIABLES(instance, GetDirectionalDerivative, vKnown_ref, nKnown, dvKnown, VARIABLE_REAL);
     const State *state = &instance->state;
     int at_start = state->mode & INITIALIZATION;
+    for (size_t k = 0; k < nKnown; k++)
+        if (!isfinite(dvKnown[k]))
+            return FMU_REFUSE(&instance->log, "The seed of `%s` must be finite, got %s.",
+                              fmu_name(&state->settings, vKnown_ref[k]).text, spring_number(dvKnown[k]).text);
     for (size_t i = 0; i < nUnknown; i++)
         if (fmu_causality(&state->settings, vUnknown_ref[i]) != VARIABLE_OUTPUT &&
             !fmu_is_rate(&state->settings, vUnknown_ref[i]))
@@ -107,6 +113,9 @@ fmi2Status fmi2GetDirectionalDerivative(
                             (state->settings.has_states
                                  ? partial_of_states_form(&at, vUnknown_ref[i], vKnown_ref[k], state)
                                  : partial(&at, vUnknown_ref[i], vKnown_ref[k], &state->settings, at_start));
+        if (!isfinite(dvUnknown[i]))
+            return fmu_report(&instance->log, fmi2Discard, "The directional derivative of `%s` overflows; use smaller seeds.",
+                              fmu_name(&state->settings, vUnknown_ref[i]).text);
     }
     return fmi2OK;
 }
@@ -128,6 +137,11 @@ fmi2Status fmi2GetRealOutputDerivatives(fmi2Component c, const fmi2ValueReferenc
     if (fmu_reach(instance) == NULL) /* makes the law */
         return fmi2Error;
     const State *state = &instance->state;
+    if (nvr > 0 && fabs(state->rate) > LARGEST_VELOCITY)
+        return fmu_report(&instance->log, fmi2Discard,
+                          "The outputs have no derivatives, for `displacement` moved at %s m/s in the last step; take steps "
+                          "in which it moves at %g m/s or less.",
+                          spring_number(state->rate).text, LARGEST_VELOCITY);
     SpringGradient of_force, of_stiffness;
     spring_gradient(instance->law, &state->memory, &state->sensitivity, &of_force, &of_stiffness);
     for (size_t i = 0; i < nvr; i++) {

@@ -3,10 +3,12 @@
 #include "fmi2_block.h"
 #include "fmi2_instance.h"
 
-/* A state that the host holds. */
+#include <stdlib.h>
+
+/* A state that the host holds. Its memory is the C library's: the host of the instance that made it, with its functions for
+ * memory, may be gone when another instance frees it. */
 typedef struct {
     const void *of; /* the FMU that made it */
-    fmi2CallbackFreeMemory free;
     State state;
 } Snapshot;
 
@@ -21,11 +23,10 @@ typedef struct {
 
 static Snapshot *new_snapshot(const Instance *instance)
 {
-    Snapshot *snapshot = instance->allocator.allocate(1, sizeof *snapshot);
+    Snapshot *snapshot = calloc(1, sizeof *snapshot);
     if (snapshot == NULL)
         return FMU_REFUSE_POINTER(&instance->log, "There is not enough memory for a state.");
     snapshot->of = fmu_identity();
-    snapshot->free = instance->allocator.free;
     return snapshot;
 }
 
@@ -65,7 +66,7 @@ fmi2Status fmi2FreeFMUstate(fmi2Component c, fmi2FMUstate *FMUstate)
     Snapshot *snapshot = *FMUstate;
     REQUIRE_SNAPSHOT(instance, FreeFMUstate, snapshot);
     snapshot->of = NULL;
-    snapshot->free(snapshot);
+    free(snapshot);
     *FMUstate = NULL;
     return fmi2OK;
 }

@@ -16,12 +16,6 @@
 #include "fmi2_velocity.h"
 #include "spring.h"
 
-/* The host's functions for memory, or the C library's. */
-typedef struct {
-    fmi2CallbackAllocateMemory allocate;
-    fmi2CallbackFreeMemory free;
-} Allocator;
-
 typedef struct {
     /* What a step needs comes first. */
     unsigned variables; /* their number */
@@ -34,7 +28,7 @@ typedef struct {
     const SharedSpring *shared; /* acquired for the law made last; may be NULL */
     VelocityWatch velocity_watch; /* of the form with states */
     Log log;
-    Allocator allocator;
+    fmi2CallbackFreeMemory free; /* the instance's own memory */
     char name[];
 } Instance;
 
@@ -69,7 +63,7 @@ SPRING_LOCAL fmi2Status fmu_end_initialization(Instance *instance);
  * at an event. */
 SPRING_LOCAL fmi2Status fmu_accept(Instance *instance, int jumped);
 
-/* Commits the path through a step of co-simulation. */
+/* Commits the path through a step of co-simulation, whose time and size are sound. */
 SPRING_LOCAL fmi2Status fmu_step(Instance *instance, double time, double size);
 
 /* Takes the instance to a state of this FMU. */

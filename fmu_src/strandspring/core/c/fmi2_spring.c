@@ -7,7 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Memory comes from the host, or from the C library if the host gives no functions for it. */
+/* Memory of instances comes from the host, or from the C library if the host gives no functions for it. */
 fmi2Component fmi2Instantiate(fmi2String instanceName, fmi2Type fmuType, fmi2String fmuGUID,
                               fmi2String fmuResourceLocation, const fmi2CallbackFunctions *functions,
                               fmi2Boolean visible, fmi2Boolean loggingOn)
@@ -35,17 +35,15 @@ fmi2Component fmi2Instantiate(fmi2String instanceName, fmi2Type fmuType, fmi2Str
                                   fmuGUID == NULL ? "none" : fmu_printable(fmuGUID).text);
     if (!own_memory && (functions->allocateMemory == NULL || functions->freeMemory == NULL))
         return FMU_REFUSE_POINTER(&log, "The callbacks allocateMemory and freeMemory must both be given or both be NULL.");
-    Allocator allocator = {functions->allocateMemory, functions->freeMemory};
-    if (own_memory)
-        allocator = (Allocator){calloc, free};
-    Instance *instance = allocator.allocate(1, sizeof *instance + strlen(instanceName) + 1);
+    const size_t name_size = strlen(instanceName) + 1, size = sizeof(Instance) + name_size;
+    Instance *instance = own_memory ? calloc(1, size) : functions->allocateMemory(1, size);
     if (instance == NULL)
         return FMU_REFUSE_POINTER(&log, "There is not enough memory for an instance.");
     memset(instance, 0, sizeof *instance);
-    strcpy(instance->name, instanceName);
+    memcpy(instance->name, instanceName, name_size);
     log.instance_name = instance->name;
     instance->log = log;
-    instance->allocator = allocator;
+    instance->free = own_memory ? free : functions->freeMemory;
     fmu_begin(instance, fmuType == fmi2ModelExchange ? ME_INSTANTIATED : CS_INSTANTIATED);
     return instance;
 }
@@ -56,23 +54,7 @@ void fmi2FreeInstance(fmi2Component c)
     if (instance == NULL)
         return;
     fmu_release(instance->shared);
-    instance->allocator.free(instance);
-}
-
-fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean toleranceDefined, fmi2Real tolerance, fmi2Real startTime,
-                               fmi2Boolean stopTimeDefined, fmi2Real stopTime)
-{
-    (void)toleranceDefined;
-    (void)tolerance; /* the response is exact */
-    FMU_REQUIRE(c, SetupExperiment);
-    if (!isfinite(startTime))
-        return FMU_REFUSE(&instance->log, "The start time must be finite [s], got %s.", spring_number(startTime).text);
-    if (stopTimeDefined && !(stopTime >= startTime))
-        return FMU_REFUSE(&instance->log, "The stop time must not be before the start time %s s, got %s.",
-                          spring_number(startTime).text, spring_number(stopTime).text);
-    instance->state.time = startTime;
-    instance->state.stop_time = stopTimeDefined ? stopTime : INFINITY;
-    return fmi2OK;
+    instance->free(instance);
 }
 
 fmi2Status fmi2EnterInitializationMode(fmi2Component c)
@@ -139,15 +121,18 @@ static fmi2Status require_settable(const Instance *instance, fmi2ValueReference 
     return fmi2OK;
 }
 
-/* Refuses what no input or state may be. */
+/* Refuses what no input, state or parameter may be. */
 static fmi2Status require_value(const Instance *instance, fmi2ValueReference reference, double value)
 {
     const Settings *settings = &instance->state.settings;
     VariableCausality causality = fmu_causality(settings, reference);
     int is_displacement = reference == SPRING_DISPLACEMENT, is_input = causality == VARIABLE_INPUT;
     double largest = is_displacement ? LARGEST_DISPLACEMENT : is_input ? LARGEST_VELOCITY : LARGEST_STATE;
-    if (causality == VARIABLE_PARAMETER || fabs(value) <= largest)
+    if (causality == VARIABLE_PARAMETER ? isfinite(value) : fabs(value) <= largest)
         return fmi2OK;
+    if (causality == VARIABLE_PARAMETER)
+        return FMU_REFUSE(&instance->log, "`%s` must be finite, got %s; the previous value is kept.",
+                          fmu_name(settings, reference).text, spring_number(value).text);
     return FMU_REFUSE(&instance->log, "`%s` must be within +-%g%s, got %s; the previous value is kept.",
                       fmu_name(settings, reference).text, largest, is_displacement ? " m" : is_input ? " m/s" : "",
                       spring_number(value).text);

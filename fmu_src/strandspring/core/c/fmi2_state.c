@@ -147,24 +147,53 @@ static int is_side(int value)
     return value >= -1 && value <= 1;
 }
 
-/* The first field that no instance can have, or NULL. The energy, the rate and the sensitivity, which an absurd
- * displacement makes overflow, and settings before the end of initialization may be any numbers. */
+/* Whether the path and what it inherits are such that nothing made of them overflows. */
+static int is_sound(const SpringMemory *memory, const SpringSensitivity *sensitivity)
+{
+    const double places[] = {memory->displacement, memory->start, memory->energy_at};
+    const double sums[] = {memory->energy, sensitivity->by_rho, sensitivity->by_sigma, sensitivity->by_n,
+                           sensitivity->by_omega_start};
+    for (size_t i = 0; i < sizeof places / sizeof *places; i++)
+        if (!(fabs(places[i]) <= LARGEST_DISPLACEMENT))
+            return 0;
+    for (size_t i = 0; i < sizeof sums / sizeof *sums; i++)
+        if (!(fabs(sums[i]) <= LARGEST_STATE))
+            return 0;
+    return is_side(memory->direction) && fabs(memory->start_xi) <= LARGEST_START_XI;
+}
+
+/* Whether a memory is one of the form with states, which has no table to follow a path by. */
+static int has_no_path(const SpringMemory *memory, double displacement)
+{
+    return memory->displacement == displacement && memory->start == displacement && memory->energy_at == displacement &&
+           memory->start_xi == 0.0;
+}
+
+/* The first field that no instance can have, or NULL. */
 static const char *damaged_field(const State *state)
 {
     const SpringMemory *memory = &state->memory;
+    Settings settings = state->settings;
     if ((state->mode & ANY_MODE) != state->mode || state->mode == 0 || (state->mode & (state->mode - 1)) != 0)
         return "mode";
     if (!isfinite(state->time) || isnan(state->stop_time))
         return "time";
     if (!(fabs(state->displacement) <= LARGEST_DISPLACEMENT))
         return "displacement";
-    if (!isfinite(state->velocity) || !isfinite(state->acceleration) || !is_flag(state->interpolated))
+    if (settings.has_states ? !(fabs(state->velocity) <= LARGEST_VELOCITY) : !isfinite(state->velocity))
+        return "velocity";
+    if (!isfinite(state->acceleration) || !is_flag(state->interpolated) || !isfinite(state->rate))
         return "input derivatives";
     /* Solvers overshoot a state. */
     double largest = state->settings.has_states ? LARGEST_STATE : 1.0;
-    if (!isfinite(memory->displacement) || !(fabs(memory->omega) <= largest) || !is_side(memory->direction) ||
-        !isfinite(memory->start) || !isfinite(memory->start_xi) || !isfinite(memory->energy_at))
+    if (!(fabs(memory->omega) <= largest) || !is_sound(memory, &state->sensitivity) ||
+        (settings.has_states && !has_no_path(memory, state->displacement)))
         return "memory";
+    for (unsigned i = SPRING_FIRST_PARAMETER; i < fmu_first_own(&settings); i++)
+        if (!isfinite(*fmu_setting(&settings, i)))
+            return "settings";
+    if (!isfinite(settings.omega_start))
+        return "settings";
     if (!is_flag(state->energy_wanted) || !is_side(state->side) || !is_flag(state->extrapolating))
         return "flags";
     if (!fmu_watch_is_sound(&state->watch))

@@ -4,9 +4,10 @@
 #ifndef SPLINE_H
 #define SPLINE_H
 
+#include "spring_limits.h"
 #include "spring_local.h"
 
-enum { SPRING_KNOTS = 25, SPLINE_POWERS = 4 };
+enum { SPLINE_POWERS = 4 };
 
 /* Between neighbouring knots FE is a polynomial of x - knots[i], with coefficients cubic[i]; work[i] is its work from the
  * offset (x = 0) to the knot. */

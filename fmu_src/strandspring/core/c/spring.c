@@ -6,16 +6,9 @@
 #include <math.h>
 #include <stdint.h>
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 
 /* ---- parameters.py ---------------------------------------------------------------------------------------------- */
-
-static const double SIGMA_LOW = 0.5, SIGMA_HIGH = 1000.0;
-static const double N_LOW = 0.01, N_HIGH = 100.0;
-static const double LEAST_AMPLIFIER = 1e-12;
-static const double LEAST_SPACING = 1e-3;
-enum { LEAST_KNOTS = 7 };
 
 /* Returns the number of coefficients of the derivative. */
 static int derivative(const double *coefficients, int count, double *of)
@@ -46,11 +39,13 @@ static int roots(const double *coefficients, int count, double low, double high,
     int total = 0;
     for (int i = 0; i < last; i++) {
         double a = corners[i], b = corners[i + 1];
-        double at_left = polynomial(coefficients, count, a);
-        if (at_left * polynomial(coefficients, count, b) >= 0.0)
+        double at_left = polynomial(coefficients, count, a), at_right = polynomial(coefficients, count, b);
+        /* Not the sign of the product, which may underflow. */
+        if (at_left == 0.0 || at_right == 0.0 || (at_left > 0.0) == (at_right > 0.0))
             continue;
         for (double middle = 0.5 * (a + b); a < middle && middle < b; middle = 0.5 * (a + b)) {
-            if (at_left * polynomial(coefficients, count, middle) > 0.0)
+            double value = polynomial(coefficients, count, middle);
+            if (value != 0.0 && (value > 0.0) == (at_left > 0.0))
                 a = middle;
             else
                 b = middle;
@@ -79,28 +74,6 @@ static double least_value(const double *coefficients, int count, double low, dou
     return least;
 }
 
-SpringNumber spring_number(double value)
-{
-    SpringNumber number;
-    if (isnan(value)) {
-        strcpy(number.text, "nan");
-        return number;
-    }
-    /* repr writes 1e15, but not 1e16, without an exponent. */
-    int least = fabs(value) >= 1e15 && fabs(value) < 1e16 ? 16 : 15;
-    for (int digits = least; digits <= 17; digits++) {
-        snprintf(number.text, sizeof number.text, "%.*g", digits, value);
-        if (strtod(number.text, NULL) == value)
-            break;
-    }
-    for (char *c = number.text; *c != '\0'; c++)
-        if (*c == ',')
-            *c = '.';
-    if (strpbrk(number.text, ".en") == NULL)
-        strcat(number.text, ".0");
-    return number;
-}
-
 /* Writes a reason into `text`; its value is 1. */
 #define GIVE_REASON(...) (snprintf(text, size, __VA_ARGS__), 1)
 
@@ -121,6 +94,64 @@ static int count_problem(const SpringParameters *p, char *text, size_t size)
         if (polynomials[i].count < 1 || polynomials[i].count > SPRING_COEFFICIENTS)
             return GIVE_REASON("`%s` must have between 1 and %d coefficients, got %d.", polynomials[i].name,
                                SPRING_COEFFICIENTS, polynomials[i].count);
+    return 0;
+}
+
+static int range_problem(const SpringParameters *p, char *text, size_t size)
+{
+    const struct {
+        const char *name;
+        double value;
+    } places[] = {{"displacement_offset", p->displacement_offset},
+                  {"displacement_min", p->displacement_min},
+                  {"displacement_max", p->displacement_max}};
+    for (int i = 0; i < 3; i++)
+        if (!(fabs(places[i].value) <= LARGEST_DISPLACEMENT))
+            return GIVE_REASON("`%s` must be within +-%g m, got %s.", places[i].name, LARGEST_DISPLACEMENT,
+                               spring_number(places[i].value).text);
+    SpringNumber low = spring_number(p->displacement_min), high = spring_number(p->displacement_max);
+    if (!(p->displacement_min < p->displacement_max))
+        return GIVE_REASON("`displacement_min` must be below `displacement_max` [m], got %s and %s.", low.text, high.text);
+    double width = p->displacement_max - p->displacement_min;
+    if (!(LEAST_WIDTH <= width && width <= LARGEST_WIDTH))
+        return GIVE_REASON("`displacement_min` must be below `displacement_max` by %g m to %g m, got %s and %s.",
+                           LEAST_WIDTH, LARGEST_WIDTH, low.text, high.text);
+    if (!(p->displacement_min <= p->displacement_offset && p->displacement_offset <= p->displacement_max))
+        return GIVE_REASON("`displacement_offset` must lie between `displacement_min` and `displacement_max` [m], got %s.",
+                           spring_number(p->displacement_offset).text);
+    return 0;
+}
+
+/* Of parameters over a range that is one. */
+static int size_problem(const SpringParameters *p, char *text, size_t size)
+{
+    const struct {
+        const char *name, *unit;
+        int count;
+        const double *values;
+        double largest;
+    } polynomials[] = {{"kE", " N", p->elastic, p->kE, LARGEST_FORCE}, {"kA", "", p->amplifier, p->kA, LARGEST_AMPLIFIER}};
+    double x_min = p->displacement_min - p->displacement_offset, x_max = p->displacement_max - p->displacement_offset;
+    double reach = -x_min > x_max ? -x_min : x_max, width = p->displacement_max - p->displacement_min;
+    double low = LEAST_SATURATION / width, high = LARGEST_SATURATION / width;
+    if (!(LEAST_FORCE <= p->kappa_omega && p->kappa_omega <= LARGEST_FORCE))
+        return GIVE_REASON("`kappa_omega` must be within [%g, %g] N, got %s.", LEAST_FORCE, LARGEST_FORCE,
+                           spring_number(p->kappa_omega).text);
+    if (!(low <= p->rho && p->rho <= high))
+        return GIVE_REASON("`rho` must be within [%.6g, %.6g] 1/m, %g to %g over the identified range, got %s.", low, high,
+                           LEAST_SATURATION, LARGEST_SATURATION, spring_number(p->rho).text);
+    for (int i = 0; i < 2; i++) {
+        double power = 1.0;
+        for (int k = 0; k < polynomials[i].count; k++, power *= reach)
+            if (!(fabs(polynomials[i].values[k]) <= polynomials[i].largest / power))
+                return GIVE_REASON("`%s_%d` must be within +-%.6g, %g%s over the identified range, got %s.",
+                                   polynomials[i].name, k, polynomials[i].largest / power, polynomials[i].largest,
+                                   polynomials[i].unit, spring_number(polynomials[i].values[k]).text);
+    }
+    for (int k = 0; k < p->forces; k++)
+        if (!(fabs(p->FE_forces[k]) <= LARGEST_FORCE))
+            return GIVE_REASON("`FE_forces_%d` must be within +-%g N, got %s.", k, LARGEST_FORCE,
+                               spring_number(p->FE_forces[k]).text);
     return 0;
 }
 
@@ -193,13 +224,7 @@ int spring_problem(const SpringParameters *parameters, char *text, size_t size)
                            spring_number(p->sigma).text);
     if (!(N_LOW <= p->n && p->n <= N_HIGH))
         return GIVE_REASON("`n` must be within [%g, %g], got %s.", N_LOW, N_HIGH, spring_number(p->n).text);
-    if (!(p->displacement_min < p->displacement_max && isfinite(p->displacement_max - p->displacement_min)))
-        return GIVE_REASON("`displacement_min` must be below `displacement_max` [m], got %s and %s.",
-                           spring_number(p->displacement_min).text, spring_number(p->displacement_max).text);
-    if (!(p->displacement_min <= p->displacement_offset && p->displacement_offset <= p->displacement_max))
-        return GIVE_REASON("`displacement_offset` must lie between `displacement_min` and `displacement_max` [m], got %s.",
-                           spring_number(p->displacement_offset).text);
-    if (p->knots && knot_problem(p, text, size))
+    if (range_problem(p, text, size) || (p->knots && knot_problem(p, text, size)) || size_problem(p, text, size))
         return 1;
     double where;
     double least = least_value(p->kA, p->amplifier, p->displacement_min - p->displacement_offset,

@@ -11,13 +11,13 @@
 #ifndef SPRING_H
 #define SPRING_H
 
+#include "spring_limits.h"
+#include "spring_number.h"
 #include "saturation.h"
 #include "spline.h"
 #include "spring_local.h"
 
 #include <stddef.h>
-
-enum { SPRING_COEFFICIENTS = 21 }; /* of a polynomial of degree 20 */
 
 /* One spring in SI units; elastic, amplifier, knots and forces count the values used of the arrays. FE is a table if
  * there are knots: elastic is then 0. Without padding. */
@@ -70,13 +70,6 @@ typedef struct {
 typedef struct {
     double value, by_omega, by_rho, by_sigma, by_n;
 } SpringOmegaSlope;
-
-/* A number as Python's repr writes it, whatever the locale. */
-typedef struct {
-    char text[32];
-} SpringNumber;
-
-SPRING_LOCAL SpringNumber spring_number(double value);
 
 /* The first reason why the parameters are not a physically possible spring, written into text (always terminated), in
  * the words of spring_parameters() in variables.py. Returns 0 if they are possible, else 1. */

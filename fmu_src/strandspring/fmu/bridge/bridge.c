@@ -57,13 +57,15 @@ fmi2Component fmi2Instantiate(fmi2String instanceName, fmi2Type fmuType, fmi2Str
         return FMU_REFUSE_POINTER(&log, "The GUID and the location of the resources must not be NULL.");
     if (!python_ready(problem, sizeof problem))
         return FMU_REFUSE_POINTER(&log, "%s", problem);
-    Instance *instance = calloc(1, sizeof *instance + strlen(instanceName) + 1);
+    const size_t name_size = strlen(instanceName) + 1;
+    Instance *instance = calloc(1, sizeof *instance + name_size);
     if (instance == NULL)
         return FMU_REFUSE_POINTER(&log, "There is not enough memory for an instance.");
-    strcpy(instance->name, instanceName);
+    memcpy(instance->name, instanceName, name_size);
     log.instance_name = instance->name;
     instance->log = log;
     instance->state.mode = CS_INSTANTIATED;
+    instance->state.stop_time = INFINITY;
     instance->component = started(&log, fmuGUID, fmuResourceLocation);
     if (instance->component != NULL)
         return instance;
@@ -78,21 +80,6 @@ void fmi2FreeInstance(fmi2Component c)
         return;
     released(instance, instance->component);
     free(instance);
-}
-
-fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean toleranceDefined, fmi2Real tolerance, fmi2Real startTime,
-                               fmi2Boolean stopTimeDefined, fmi2Real stopTime)
-{
-    (void)toleranceDefined;
-    (void)tolerance; /* the response is exact */
-    FMU_REQUIRE(c, SetupExperiment);
-    if (!isfinite(startTime))
-        return FMU_REFUSE(&instance->log, "The start time must be finite [s], got %.17g.", startTime);
-    if (stopTimeDefined && !(stopTime >= startTime))
-        return FMU_REFUSE(&instance->log, "The stop time must not be before the start time %.17g s, got %.17g.",
-                          startTime, stopTime);
-    instance->state.time = startTime;
-    return fmi2OK;
 }
 
 fmi2Status fmi2EnterInitializationMode(fmi2Component c)
@@ -126,7 +113,12 @@ fmi2Status fmi2Terminate(fmi2Component c)
 fmi2Status fmi2Reset(fmi2Component c)
 {
     FMU_REQUIRE(c, Reset);
-    return ask_for_mode(instance, "reset", CS_INSTANTIATED);
+    fmi2Status status = ask_for_mode(instance, "reset", CS_INSTANTIATED);
+    if (status == fmi2OK) {
+        instance->state.time = 0.0;
+        instance->state.stop_time = INFINITY;
+    }
+    return status;
 }
 
 #define GET(call, Type, of_kind, value_size) \
@@ -165,6 +157,8 @@ fmi2Status fmi2DoStep(fmi2Component c, fmi2Real currentCommunicationPoint, fmi2R
 {
     (void)noSetFMUStatePriorToCurrentPoint;
     FMU_REQUIRE(c, DoStep);
+    if (require_step(instance, currentCommunicationPoint, communicationStepSize) != fmi2OK)
+        return fmi2Error;
     const double step[] = {currentCommunicationPoint, communicationStepSize};
     fmi2Status status =
         ask(instance, &(Question){.method = "do_step", .arrays = 1, .first = step, .first_size = sizeof step});
@@ -242,7 +236,7 @@ fmi2Status fmi2GetFMUstate(fmi2Component c, fmi2FMUstate *FMUstate)
     const Snapshot *held = *FMUstate;
     if (held != NULL)
         REQUIRE_SNAPSHOT(instance, GetFMUstate, held);
-    double where[] = {0.0, instance->state.time};
+    double where[] = {0.0, instance->state.time, instance->state.stop_time};
     while (mode_of_phase(where[0]) != instance->state.mode)
         where[0] += 1.0;
     return keep(instance, (Question){.method = "get_state", .arrays = 1, .first = where, .first_size = sizeof where},
@@ -252,7 +246,7 @@ fmi2Status fmi2GetFMUstate(fmi2Component c, fmi2FMUstate *FMUstate)
 fmi2Status fmi2SetFMUstate(fmi2Component c, fmi2FMUstate FMUstate)
 {
     const Snapshot *snapshot = FMUstate;
-    double where[2];
+    double where[3] = {0.0, 0.0, 0.0};
     FMU_REQUIRE(c, SetFMUstate);
     REQUIRE_SNAPSHOT(instance, SetFMUstate, snapshot);
     fmi2Status status = ask(instance, &(Question){.method = "set_state", .state = snapshot->state, .answer = where,
@@ -260,6 +254,7 @@ fmi2Status fmi2SetFMUstate(fmi2Component c, fmi2FMUstate FMUstate)
     if (status == fmi2OK) {
         instance->state.mode = mode_of_phase(where[0]);
         instance->state.time = where[1];
+        instance->state.stop_time = where[2];
     }
     return status;
 }

@@ -3,7 +3,7 @@
 typedef struct {
     struct {
         int mode;
-        double time; /* where the last step ended [s] */
+        double time, stop_time; /* where the last step ended, and infinite if there is none [s] */
     } state;
     Log log;
     PyObject *component;
@@ -51,7 +51,8 @@ static const char START[] =
     "    answer = importlib.import_module(module).start(folder, name, guid)\n"
     "except BaseException as problem:\n"
     "    text = f'The FMU cannot be loaded from {os.fsdecode(uri)}: {type(problem).__name__}: {problem}'\n"
-    "    answer = 3, None, b'3' + text.encode('ascii', 'replace').replace(b'\\n', b' ').replace(b'#', b'?') + b'\\n'\n";
+    "    text = ''.join(c if ' ' <= c <= '~' and c != '#' else '?' for c in ' '.join(text.split()))\n"
+    "    answer = 3, None, f'3{text}\\n'.encode('ascii')\n";
 
 /* Takes the lock of Python; an instance must not outlive it. */
 static int enter(const Log *log, int *lock)

@@ -68,7 +68,13 @@ def read_apart(module: str, kind: str, content: Content) -> list[Channel] | list
     ------
     RecordError   As the module raises it, or if the library crashes, or needs too much memory or time.
     """
-    loan = _Loan(kind, content)
+    try:
+        loan = _Loan(kind, content)
+    except OSError as problem:
+        raise RecordError(
+            f"{content.path}: is {kind}, and the process that reads such files cannot be started ({problem.strerror}); "
+            "make room for it, or export the record as CSV."
+        ) from None
     size = len(content.data)
     limits = {"memory": _MEMORY + 4 * size, "seconds": _SECONDS + size / _BYTES_PER_SECOND}
     reply = loan.ask({"module": module, "kind": kind, "path": content.path, "size": size, **limits}, content.data)
@@ -102,8 +108,8 @@ class _Loan:
     def ask(self, request: Mapping[str, Any], data: bytes = b"") -> _Reply:
         """The reply to a request."""
         process = self.process
-        assert process.stdin is not None
-        assert process.stdout is not None
+        assert process.stdin is not None  # noqa: S101 - both are pipes
+        assert process.stdout is not None  # noqa: S101
         try:
             process.stdin.write(json.dumps(request).encode() + b"\n")
             process.stdin.write(data)
@@ -151,14 +157,18 @@ def _process() -> subprocess.Popen[bytes]:
         _stop(process)
     # Of its own, so that nothing is left behind by a process that crashed.
     folder = tempfile.mkdtemp(prefix="strandspring-reader-")
-    process = subprocess.Popen(
-        [sys.executable, "-c", _PROGRAM.format(__name__), json.dumps(sys.path), folder],
-        stdin=subprocess.PIPE,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.DEVNULL,
-        creationflags=getattr(subprocess, "CREATE_NO_WINDOW", 0),
-        env=os.environ | _ONE_THREAD | dict.fromkeys(("TMPDIR", "TEMP", "TMP"), folder),
-    )
+    try:
+        process = subprocess.Popen(  # noqa: S603 - this Python
+            [sys.executable, "-c", _PROGRAM.format(__name__), json.dumps(sys.path), folder],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.DEVNULL,
+            creationflags=getattr(subprocess, "CREATE_NO_WINDOW", 0),
+            env=os.environ | _ONE_THREAD | dict.fromkeys(("TMPDIR", "TEMP", "TMP"), folder),
+        )
+    except OSError:
+        shutil.rmtree(folder, ignore_errors=True)
+        raise
     _running[process] = folder
     return process
 
@@ -175,7 +185,7 @@ def _give_back(process: subprocess.Popen[bytes], size: int) -> None:
 def _stop(process: subprocess.Popen[bytes]) -> None:
     process.kill()
     for stream in (process.stdin, process.stdout):
-        assert stream is not None
+        assert stream is not None  # noqa: S101
         with contextlib.suppress(OSError):  # what was not yet written is lost with the process
             stream.close()
     process.wait()

@@ -79,13 +79,12 @@ def _chart(
     traces = []
     for response, role in zip(responses, _ROLES, strict=True):
         frequency, values = response.column("frequency"), response.column("transmissibility")
-        unstable = response.column("stable") == 0.0
+        unstable, dotted = response.unstable, response.dotted
         travel = unit_of("length", response.level)
         name = f"base ±{number(response.level * travel.factor, 2)} {travel.name}"
         traces.append(Trace(name, frequency, np.where(unstable, np.nan, values), role))
         if unstable.any():
-            reached = unstable | np.roll(unstable, 1) | np.roll(unstable, -1)
-            traces.append(Trace("unstable", frequency, np.where(reached, values, np.nan), role, Form.DOTTED))
+            traces.append(Trace("unstable", frequency, np.where(dotted, values, np.nan), role, Form.DOTTED))
     mass = unit_of("mass", system.mass)
     peaks = [response.resonance for response in responses]
     isolates = peaks[-1].isolation_frequency
