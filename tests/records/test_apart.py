@@ -131,3 +131,9 @@ def test_a_channel_beyond_its_row_is_a_damaged_mdf_file(tmp_path: Path) -> None:
     path.write_bytes(data.replace(offset, (2**31).to_bytes(4, "little") + offset[4:]))
     with pytest.raises(RecordError, match="is an MDF file that is damaged or cut off"):
         read_record(path)
+
+
+def test_a_process_that_cannot_be_started_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("sys.executable", "/nonexistent/python")
+    with pytest.raises(RecordError, match=r"a\.dat: is a file, and the process .* cannot be started .*; make room"):
+        read_apart("hostile", "a file", content(""))

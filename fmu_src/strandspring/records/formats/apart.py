@@ -67,7 +67,13 @@ def read_apart(module: str, kind: str, content: Content) -> list[Channel] | list
     ------
     RecordError   As the module raises it, or if the library crashes, or needs too much memory or time.
     """
-    loan = _Loan(kind, content)
+    try:
+        loan = _Loan(kind, content)
+    except OSError as problem:
+        raise RecordError(
+            f"{content.path}: is {kind}, and the process that reads such files cannot be started ({problem.strerror}); "
+            "make room for it, or export the record as CSV."
+        ) from None
     size = len(content.data)
     limits = {"memory": _MEMORY + 4 * size, "seconds": _SECONDS + size / _BYTES_PER_SECOND}
     reply = loan.ask({"module": module, "kind": kind, "path": content.path, "size": size, **limits}, content.data)
@@ -150,14 +156,18 @@ def _process() -> subprocess.Popen[bytes]:
         _stop(process)
     # Of its own, so that nothing is left behind by a process that crashed.
     folder = TemporaryFolder()
-    process = subprocess.Popen(  # noqa: S603 - this module, without a shell
-        [sys.executable, "-c", _PROGRAM.format(__name__), json.dumps(sys.path)],
-        stdin=subprocess.PIPE,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.DEVNULL,
-        creationflags=getattr(subprocess, "CREATE_NO_WINDOW", 0),
-        env=os.environ | _ONE_THREAD | dict.fromkeys(("TMPDIR", "TEMP", "TMP"), str(folder.path)),
-    )
+    try:
+        process = subprocess.Popen(  # noqa: S603 - this module, without a shell
+            [sys.executable, "-c", _PROGRAM.format(__name__), json.dumps(sys.path)],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.DEVNULL,
+            creationflags=getattr(subprocess, "CREATE_NO_WINDOW", 0),
+            env=os.environ | _ONE_THREAD | dict.fromkeys(("TMPDIR", "TEMP", "TMP"), str(folder.path)),
+        )
+    except OSError:
+        folder.close()
+        raise
     _running[process] = folder
     return process
 
