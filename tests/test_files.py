@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import os
 import re
 import resource
@@ -11,10 +12,11 @@ import time
 from collections.abc import Iterator
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from strandspring.errors import ModelError, StrandspringError
-from strandspring.files import lock, read_bytes, read_text, replacing, write_text
+from strandspring.files import lock, read_bytes, read_text, replacing, write_csv, write_text
 
 
 def refusal(path: str | Path, maximum: int = 100) -> str:
@@ -127,3 +129,15 @@ def test_a_file_can_be_written_by_two_at_a_time(tmp_path: Path) -> None:
         other.write_text("other")
     assert file.read_text() == "one"
     assert list(tmp_path.iterdir()) == [file]
+
+
+def test_text_in_a_table_is_never_a_formula(tmp_path: Path) -> None:
+    texts = ["=1+1", "+1", "-1", "@SUM(A1)", "\t=1", "\r=1", "a=1", "", "'", "1"]
+    numbers = [-1.5, 2, None, True, np.float64(-0.1), np.int64(-3)]
+    write_csv(tmp_path / "table.csv", ["=head", "b"], [*((text, -1.0) for text in texts), numbers, iter(["-", -1])])
+    with (tmp_path / "table.csv").open(newline="", encoding="utf-8") as file:
+        header, *rows = csv.reader(file)
+    assert header == ["'=head", "b"]
+    assert [row[0] for row in rows[:-2]] == [*(f"'{text}" for text in texts[:5]), "' =1", *texts[6:]]
+    assert {row[1] for row in rows[:-2]} == {"-1.0"}
+    assert rows[-2:] == [["-1.5", "2", "", "True", "-0.1", "-3"], ["'-", "-1"]]

@@ -53,6 +53,7 @@ if TYPE_CHECKING:
     from .identification.refined import RefinedOptions as RefinedOptions
     from .identification.scan import ScanOptions as ScanOptions
     from .intake.description_file import read_campaign as read_campaign
+    from .jobs.cluster import Cluster as Cluster
     from .loops.selection import select as select
     from .modelfile import model_schema as model_schema
     from .peers.limit_cycle import limit_cycle as limit_cycle
@@ -66,6 +67,7 @@ if TYPE_CHECKING:
 _MODULES = {
     "BuildError": "errors",
     "ClassicBoucWen": "conversions",
+    "Cluster": "jobs.cluster",
     "Comparison": "api.comparison",
     "Identification": "api.identification",
     "IdentificationError": "identification.outcomes",

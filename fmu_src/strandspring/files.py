@@ -17,13 +17,20 @@ from typing import IO
 
 from .errors import StrandspringError
 
-if sys.platform != "win32":
+if sys.platform == "win32":
+    import msvcrt
+else:
     import fcntl
 
 
-_UNREADABLE = ("Cc", "Cn", "Cs")  # control characters, no characters, bytes that are no UTF-8
+# Control characters, marks that hide or turn what follows, no characters, bytes that are no UTF-8, ends of lines.
+_UNREADABLE = ("Cc", "Cf", "Cn", "Cs", "Zl", "Zp")
 _ABANDONED_AFTER = 60.0  # [s], of a file that nobody holds
 _PART = "part"
+_SIZELESS = 2**20  # [B]
+_LOCKED_BYTE = 1 << 62
+_FORMULA = ("=", "+", "-", "@", "\t", "\r")  # what a spreadsheet takes for the beginning of a formula
+_NO_TEXT = frozenset((float, int, bool, type(None)))
 
 
 def readable(name: str | os.PathLike[str]) -> str:
@@ -81,8 +88,10 @@ def read_bytes(
 ) -> bytes:
     """Content of a file from outside; arguments and errors as for `opened`."""
     with opened(path, maximum_bytes, file_type, error) as file:
-        content = file.read(maximum_bytes + 1)
-    if len(content) > maximum_bytes:
+        # A buffer for what is there: files of /proc have no size.
+        expected = min(max(os.fstat(file.fileno()).st_size, _SIZELESS), maximum_bytes)
+        content = file.read(expected + 1)
+    if len(content) > expected:
         raise error(f"{readable(path)}: grows while it is read; give {file_type} that is complete.")
     return content
 
@@ -216,9 +225,18 @@ def _sync_folder(folder: Path) -> None:
 def lock(file: IO[bytes]) -> bool:
     """Lock a file until it is closed, also by the end of the process; False if another holds it.
 
-    True, too, where there are no such locks: on Windows and on some network drives.
+    True, too, where there are no such locks, as on some network drives.
     """
     if sys.platform == "win32":
+        # What is locked cannot be read, so it is a byte that is never written.
+        position = file.tell()
+        file.seek(_LOCKED_BYTE)
+        try:
+            msvcrt.locking(file.fileno(), msvcrt.LK_NBLCK, 1)
+        except PermissionError:
+            return False
+        finally:
+            file.seek(position)
         return True
     try:
         fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
@@ -254,11 +272,24 @@ def write_text(path: Path, text: str) -> None:
 
 
 def write_csv(path: Path, header: Iterable[str], rows: Iterable[Iterable[object]]) -> None:
-    """Write a table, every number with all its digits and None as an empty cell."""
+    """Write a table, every number with all its digits and None as an empty cell.
+
+    Text that a spreadsheet would take for a formula is preceded by an apostrophe, also in the header, and a carriage
+    return, which some readers take for the end of a row, becomes a blank.
+    """
     with replacing(path) as part, part.open("w", encoding="utf-8", newline="") as file:
         writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(header)
-        writer.writerows(rows)
+        writer.writerow(map(_harmless, header))
+        writer.writerows(
+            row if _NO_TEXT.issuperset(map(type, row)) else list(map(_harmless, row)) for row in map(tuple, rows)
+        )
+
+
+def _harmless(cell: object) -> object:
+    if not isinstance(cell, str):
+        return cell
+    text = cell.replace("\r", " ")
+    return f"'{text}" if cell.startswith(_FORMULA) else text
 
 
 def user_cache() -> Path:

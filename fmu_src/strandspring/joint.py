@@ -9,9 +9,13 @@ from typing import Any
 
 from .core.parameters import N_RANGE, SIGMA_RANGE, SpringParameters
 from .errors import ModelError
+from .strict_json import is_finite
 
 # The parameters of the hysteresis with their units; their logarithms have the covariance.
 HYSTERETIC_UNITS = {"kappa_omega": "N", "rho": "1/m", "sigma": "1", "n": "1"}
+# Of a standard deviation, times the power of the displacement that the coefficient belongs to: its square is a number,
+# and no record leaves so much open.
+_LARGEST = 1e30
 _RANGES = {"sigma": SIGMA_RANGE, "n": N_RANGE}
 
 
@@ -49,6 +53,16 @@ class JointCovariance:
                 'field "uncertainty.joint.root" must hold the rows of a lower triangular matrix: lists of 1 to '
                 f'{len(names)} numbers; identify the spring again, or remove the field "uncertainty.joint".'
             )
+        reach = max(-spring.x_min, spring.x_max)
+        powers = [*(range(len(spring.kE)) or [0] * len(spring.FE_forces)), *range(1, len(spring.kA)), *[0] * 4]
+        for name, power, row in zip(names, powers, rows, strict=True):
+            largest = max(map(abs, row))
+            if not largest * reach**power <= _LARGEST:
+                raise ModelError(
+                    f'field "uncertainty.joint.root" must hold standard deviations of at most {_LARGEST:g} over the '
+                    f"identified range, got {largest:g} for {name}; identify the spring again, or remove the field "
+                    '"uncertainty.joint".'
+                )
         return cls(tuple(tuple(float(value) for value in row) for row in rows))
 
     def moved(self, spring: SpringParameters, direction: Sequence[float]) -> SpringParameters:
@@ -91,5 +105,4 @@ def _numbers(row: object) -> int:
     """How many finite numbers a row holds; -1 if it is anything else."""
     if not isinstance(row, list):
         return -1
-    good = all(isinstance(v, int | float) and not isinstance(v, bool) and abs(v) < math.inf for v in row)
-    return len(row) if good else -1
+    return len(row) if all(map(is_finite, row)) else -1

@@ -5,12 +5,8 @@
 
 from __future__ import annotations
 
-import io
 import json
-import math
 import re
-import zipfile
-import zlib
 from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, field, fields
 from pathlib import Path
@@ -18,7 +14,10 @@ from typing import Any
 
 from .core.parameters import KNOTS, MAXIMUM_DEGREE, SCALARS, SpringParameters
 from .errors import ModelError
-from .files import bundled_file, read_bytes, read_text, write_text
+from .files import bundled_file, read_bytes, read_text, readable, write_text
+from .stated_uncertainty import check_uncertainty
+from .strict_json import is_finite, parse, plain, printable, shown
+from .unpacking import unpacked
 
 MAXIMUM_BYTES = 10_000_000
 MAXIMUM_FMU_BYTES = 200_000_000  # packed, and all its files together unpacked
@@ -32,9 +31,9 @@ _POLYNOMIALS = {"kE": (1, MAXIMUM_DEGREE + 1), "kA": (1, MAXIMUM_DEGREE + 1)}
 _TABLES = {"FE_knots": KNOTS, "FE_forces": KNOTS, "kA": (1, MAXIMUM_DEGREE + 1)}
 _LISTS = {_VERSION: _POLYNOMIALS, _TABLE_VERSION: _TABLES}
 _MAX_DESCRIPTION = 2000
-_MAX_NESTING = 200
 
 # An identifier of C and Python that is also a safe file name.
+LONGEST_NAME = 64
 NAME_PATTERN = r"^[A-Za-z][A-Za-z0-9_]{0,63}$"
 NAME_RULE = "a letter followed by at most 63 letters, digits or underscores, and not a Windows device such as nul"
 _WINDOWS_DEVICES = {"con", "prn", "aux", "nul"} | {f"{d}{k}" for d in ("com", "lpt") for k in range(1, 10)}
@@ -57,9 +56,12 @@ def check_name(name: str) -> str:
 
 
 def identifier(text: str) -> str:
-    """An identifier derived from the file name `text`."""
-    name = re.sub(r"[^A-Za-z0-9_]+", "_", Path(text).stem).strip("_")
-    return (name if name[:1].isalpha() and name.isascii() else f"spring_{name}").rstrip("_")[:64]
+    """Text, such as a file name without its suffix, as a valid name."""
+    name = re.sub(r"[^A-Za-z0-9_]+", "_", text).strip("_")[:LONGEST_NAME].rstrip("_")
+    try:
+        return check_name(name)
+    except ModelError:  # begins with a digit, say
+        return f"spring_{name}"[:LONGEST_NAME].rstrip("_")
 
 
 @dataclass(frozen=True)
@@ -76,7 +78,8 @@ class ModelFile:
 
     Raises
     ------
-    ModelError   If the name or the description is invalid, or a dict contains what JSON cannot represent.
+    ModelError   If the name or the description is invalid, a dict contains what JSON cannot represent, or a field of
+                 the uncertainty is not what this program reads there.
     """
 
     name: str
@@ -97,11 +100,11 @@ class ModelFile:
         for name in ("fit", "uncertainty", "provenance"):
             value = getattr(self, name)
             try:
-                # A round trip, so that loading a saved model gives an equal one.
-                plain = json.loads(json.dumps(value, allow_nan=False))
+                # So that loading a saved model gives an equal one.
+                object.__setattr__(self, name, plain(value))
             except (TypeError, ValueError, RecursionError):
                 raise _wrong(name, "must contain finite numbers, text, lists and objects only", value) from None
-            object.__setattr__(self, name, plain)
+        check_uncertainty(self.parameters, self.uncertainty)
 
     @classmethod
     def from_content(cls, content: Json) -> ModelFile:
@@ -166,18 +169,17 @@ def load_model(path: str | Path) -> ModelFile:
         else read_text(path, MAXIMUM_BYTES, "a model file (JSON)", ModelError)
     )
     try:
-        content = json.loads(
-            text, parse_constant=_refuse_constant, parse_float=_finite, object_pairs_hook=_refuse_duplicates
-        )
-        if _nesting(content) > _MAX_NESTING:
-            raise RecursionError(f"maximum recursion depth of {_MAX_NESTING} exceeded")
+        content = parse(text)
     except json.JSONDecodeError as problem:
         raise ModelError(
             f"{path}, line {problem.lineno}: not valid JSON ({problem.msg}); give a model file written by "
             "`strandspring identify`."
         ) from None
-    except (ValueError, RecursionError) as problem:
-        raise ModelError(f"{path}: not a valid model file ({problem}).") from None
+    except ValueError as problem:
+        raise ModelError(
+            f"{path}: not a valid model file ({problem}); correct it, or give a model file written by "
+            "`strandspring identify`."
+        ) from None
     if not isinstance(content, dict) or content.get("format") != _FORMAT:
         raise ModelError(
             f'{path}: field "format" must be "{_FORMAT}"; give a model file written by `strandspring identify`.'
@@ -211,18 +213,24 @@ def text_in_fmu(path: Path, name: str) -> str:
     ------
     ModelError   If it cannot be read, or is absurdly large.
     """
-    packed = io.BytesIO(read_bytes(path, MAXIMUM_FMU_BYTES, "an FMU", ModelError))
+    packed = read_bytes(path, MAXIMUM_FMU_BYTES, "an FMU", ModelError)
     try:
-        with zipfile.ZipFile(packed) as archive, archive.open(name) as file:
-            content = file.read(MAXIMUM_BYTES + 1)
-            text = content.decode("utf-8")
-    except KeyError:
-        raise ModelError(f"{path} holds no {name}; give an FMU that strandspring built.") from None
-    except (OSError, zipfile.BadZipFile, zlib.error, NotImplementedError, RuntimeError, ValueError) as problem:
-        raise ModelError(f"{path} cannot be read as an FMU: {problem}.") from None
-    if len(content) > MAXIMUM_BYTES:
-        raise ModelError(f"{path}: {name} has more than {MAXIMUM_BYTES} bytes, which is too large.")
+        content = unpacked(packed, MAXIMUM_BYTES, (name,)).get(name)
+        text = None if content is None else _decoded(content, name)
+    except ValueError as problem:
+        raise ModelError(
+            f"{readable(path)} cannot be read as an FMU ({problem}); copy it again, or build it again."
+        ) from None
+    if text is None:
+        raise ModelError(f"{readable(path)} holds no {name}; give an FMU that strandspring built.")
     return text
+
+
+def _decoded(content: bytes, name: str) -> str:
+    try:
+        return content.decode("utf-8")
+    except UnicodeDecodeError:
+        raise ValueError(f"{name} is not UTF-8 text") from None
 
 
 def save_model(path: str | Path, model: ModelFile) -> None:
@@ -235,22 +243,15 @@ def _parameters(values: Json, lists: Mapping[str, tuple[int, int]]) -> SpringPar
     _check_fields(values, (*lists, *SCALARS), (), "parameters.")
     for name, (least, most) in lists.items():
         value = values[name]
-        if not (isinstance(value, list) and least <= len(value) <= most and all(map(_is_number, value))):
+        if not (isinstance(value, list) and least <= len(value) <= most and all(map(is_finite, value))):
             raise _wrong(f"parameters.{name}", f"must be a list of {least} to {most} finite numbers", value)
     for name in SCALARS:
-        if not _is_number(values[name]):
+        if not is_finite(values[name]):
             raise _wrong(f"parameters.{name}", "must be a finite number", values[name])
     try:
         return SpringParameters(**{"kE": (), **values, **{name: float(values[name]) for name in SCALARS}})
     except ValueError as problem:
         raise ModelError(f"{str(problem).rstrip('.')}; correct the parameters or identify again.") from None
-
-
-def _is_number(value: object) -> bool:
-    try:
-        return isinstance(value, (int, float)) and not isinstance(value, bool) and math.isfinite(value)
-    except OverflowError:  # an integer beyond the range of float
-        return False
 
 
 def _check_fields(content: Json, required: Iterable[str], optional: Collection[str], prefix: str = "") -> None:
@@ -259,43 +260,8 @@ def _check_fields(content: Json, required: Iterable[str], optional: Collection[s
             raise ModelError(f'field "{prefix}{name}" is missing; add it or identify the spring again.')
     for name in content:
         if name not in required and name not in optional:
-            raise ModelError(
-                f'field "{prefix}{_printable(name[:40])}" is not known; remove it or correct its spelling.'
-            )
+            raise ModelError(f'field "{prefix}{printable(name[:40])}" is not known; remove it or correct its spelling.')
 
 
 def _wrong(name: str, condition: str, value: object) -> ModelError:
-    text = ascii(value)
-    return ModelError(
-        f'field "{name}": {condition}, got {text if len(text) <= 60 else text[:57] + "..."}; correct this field.'
-    )
-
-
-def _refuse_constant(text: str) -> None:
-    raise ValueError(f"numbers must be finite, got {text}")
-
-
-def _finite(text: str) -> float:
-    if not math.isfinite(float(text)):
-        _refuse_constant(text[:40])
-    return float(text)
-
-
-def _refuse_duplicates(pairs: list[tuple[str, Any]]) -> Json:
-    content = dict(pairs)
-    if len(content) < len(pairs):
-        names = [name for name, _ in pairs]
-        duplicate = next(name for name in names if names.count(name) > 1)
-        raise ValueError(f'field "{_printable(duplicate)}" is given twice')
-    return content
-
-
-def _nesting(content: object) -> int:
-    """Levels of lists and objects."""
-    children = content.values() if isinstance(content, dict) else content if isinstance(content, list) else ()
-    return 1 + max(map(_nesting, children), default=0)
-
-
-def _printable(text: str) -> str:
-    """Text of a file, without control characters for the terminal."""
-    return ascii(text[:200])[1:-1]
+    return ModelError(f'field "{name}": {condition}, got {shown(value)}; correct this field.')

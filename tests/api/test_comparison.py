@@ -167,7 +167,7 @@ def test_the_joint_test_is_the_quadratic_form() -> None:
         ({"interval_95": {"rho": [100.0, None]}}, "> 100 in B (95 %), not bounded from above"),
         ({"interval_95": {"sigma": [0.5, 1.4]}}, "< 1.4 in B (95 %), not bounded from below"),
         ({"interval_95": {"n": [None, None]}}, "not bounded by the records of B"),
-        ({"interval_95": 3}, "B has no 95 % interval of it"),
+        ({"interval_95": None}, "B has no 95 % interval of it"),
     ],
 )
 def test_a_parameter_without_two_sided_error_is_left_out_and_named(uncertainty: dict[str, Any], reason: str) -> None:
@@ -189,7 +189,7 @@ def test_without_uncertainty_nothing_is_judged() -> None:
     for spring, reason in (
         (Spring(TRUE), "B holds no uncertainty; identify it with the refined method"),
         (by_hand(TRUE, 0.01, joint=None), "B holds no joint covariance"),
-        (by_hand(TRUE, 0.01, kappa_omega="x"), "B: field"),
+        (by_hand(TRUE, 0.01, correlation={"rho,n": 7.0}), "B: field"),
     ):
         comparison = compare(identified(22.5, 2), spring, draws=DRAWS)
         assert comparison.verdict is Verdict.UNKNOWN

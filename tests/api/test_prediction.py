@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from strandspring import ModelError, Record, Spring, bundled_record, predict, synthesize
+from strandspring import Record, Spring, bundled_record, predict, synthesize
 from synthetic import record_of, sine, spring_of
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -76,9 +76,3 @@ def test_what_asks_for_caution_is_said() -> None:
     assert "outside the identified range 30 to 70 mm" in sentence
     backwards = Record(record.displacement[::-1], record.force[::-1])
     assert len(predict(SPRING, backwards).cautions) == 2
-
-
-def test_a_damaged_interval_names_the_model() -> None:
-    model = SPRING.model.__class__("odd", SPRING.parameters, uncertainty={"prediction_interval": 7})
-    with pytest.raises(ModelError, match=r"odd: .*prediction_interval"):
-        predict(model, synthesize(SPRING))

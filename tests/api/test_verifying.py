@@ -29,4 +29,4 @@ def test_a_good_fmu_and_a_changed_one(tmp_path: Path) -> None:
 def test_a_missing_file_is_a_finding(tmp_path: Path) -> None:
     missing = verify(tmp_path / "missing.fmu")
     assert not missing.ok
-    assert "No such file" in missing.summary()
+    assert "no such file" in missing.summary()

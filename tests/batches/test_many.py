@@ -9,6 +9,7 @@ import signal
 import subprocess
 import sys
 import time
+import zlib
 from pathlib import Path
 
 import numpy as np
@@ -22,6 +23,7 @@ from strandspring import (
     ManyResult,
     RecordError,
     Spring,
+    StrandspringError,
     TwoStageOptions,
     identify_many,
     read_record,
@@ -207,7 +209,8 @@ def test_a_damaged_end_of_the_journal_is_dropped_and_reported(few: Path, end: by
     said: list[str] = []
     again = identify_many(few, models, workers=1, options=FAST, notify=said.append)
     assert again.batch.earlier == (2 if end is None else 3)
-    assert "at the end were dropped" in said[0]
+    what = "1 damaged line at the end was" if end is None or end.startswith(b"\0") else "damaged lines at the end were"
+    assert f"{what} dropped; their files are identified again." in said[0]
     assert content(models) == before
 
 
@@ -217,12 +220,50 @@ def test_a_damaged_middle_of_the_journal_and_other_files_are_refused(few: Path) 
     journal = models / sources.JOURNAL
     lines = journal.read_text().splitlines(keepends=True)
     journal.write_text("".join([lines[0], lines[1].replace("spring", "Spring", 1), *lines[2:]]))
-    with pytest.raises(JobError, match=r"springs.journal.jsonl, line 2: damaged, .*; remove the file to start again"):
+    with pytest.raises(JobError, match=r"springs.journal.jsonl, line 2: damaged, .*; remove this line"):
         identify_many(few, models, workers=1, options=FAST)
     journal.write_text("my notes\n")
     with pytest.raises(JobError, match="is not the journal of a batch"):
         identify_many(few, models, workers=1, options=FAST)
     assert journal.read_text() == "my notes\n"
+
+
+def test_an_impossible_row_is_identified_again(few: Path) -> None:
+    models = few / "models"
+    identify_many(few, models, workers=1, options=FAST)
+    before = content(models)
+    journal = models / sources.JOURNAL
+    lines = journal.read_bytes().splitlines(keepends=True)
+    job = zlib.crc32(lines[0])
+    for k, (name, other) in enumerate(
+        ((b'"spring_0000"', b'"../spring_0000"'), (b'"identified"', b'"indented"'), (b'"kappa_omega": ', b'"kappa": ')),
+        1,
+    ):
+        values = lines[k][13:-2].replace(name, other, 1)
+        lines[k] = b'["%08x", %s]\n' % (zlib.crc32(values, job), values)
+    journal.write_bytes(b"".join(lines))
+    assert identify_many(few, models, workers=1, options=FAST).batch.earlier == 0
+    assert content(models) == before
+
+
+def test_two_runs_into_one_folder_are_refused(few: Path) -> None:
+    def begin_again(done: int, files: int) -> None:
+        if done == 1:
+            with pytest.raises(JobError, match=r"springs.journal.jsonl is in use by another run of the same command"):
+                identify_many(few, few / "models", workers=1, options=FAST)
+            assert files == 3
+
+    identify_many(few, few / "models", workers=1, options=FAST, progress=begin_again)
+
+
+def test_a_run_that_cannot_begin_leaves_no_folder(few: Path) -> None:
+    with pytest.raises(JobError, match="No scheduler answers"):
+        identify_many(few, few / "new" / "nested", scheduler="nowhere")
+    assert not (few / "new").exists()
+    (few / "models" / sources.TABLE).mkdir(parents=True)
+    with pytest.raises(StrandspringError, match="it is a folder or a device"):
+        identify_many(few, few / "models", workers=1, options=FAST)
+    assert not (few / "models" / sources.JOURNAL).exists()
 
 
 @pytest.mark.parametrize(
@@ -258,8 +299,8 @@ def test_a_run_that_is_ended_goes_on(end: signal.Signals, tmp_path: Path, monkey
     assert 5 <= kept < many
     assert (said, "Traceback" in complained) == ("", False)
     if end is not signal.SIGKILL:
-        assert program.returncode == 130
-        assert f"{kept} of {many} files are kept in models/springs.journal.jsonl, and the same command" in complained
+        assert program.returncode == 128 + end
+        assert f"{kept} of {many} files are kept in models/springs.journal.jsonl; the same command" in complained
     monkeypatch.chdir(tmp_path)  # the same paths as before
     again = identify_many("springs", "models", workers=1, options=FAST)
     identify_many("springs", "whole", workers=1, options=FAST)
@@ -453,7 +494,7 @@ def test_a_missing_package_is_reported_in_one_sentence(terminal: Terminal, monke
     ("arguments", "status", "told"),
     [
         ("nowhere -o models --workers 2 --scheduler tcp://a:1", 2, "exclude each other"),
-        ("few -o few/spring_0000.csv", 1, "few/spring_0000.csv/springs.journal.jsonl cannot be written"),
+        ("few -o few/spring_0000.csv", 1, "few/spring_0000.csv/springs.csv cannot be written"),
         ("empty -o few", 1, "There is no record to identify"),
         ("few few/x.json -o few", 1, "The record few/x.json would be overwritten; write to another folder."),
         ("few -o models --amplitude 0", 2, "--amplitude"),

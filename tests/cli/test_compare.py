@@ -51,9 +51,10 @@ def test_refusals(terminal: Terminal) -> None:
     assert "share less than half of the narrower range" in terminal.err
     terminal("compare", "new.json", "missing.json", status=1)
     assert "missing.json" in terminal.err
+    Path("link.png").symlink_to("new.json")
     for arguments, expected in (
-        (["--plot", "x.txt"], "--plot must end in"),
-        (["--plot", "new.json"], "would overwrite the input"),
+        (["--plot", "x.txt"], "'--plot': must end in"),
+        (["--plot", "link.png"], "would overwrite the input"),
         (["--draws", "3"], "at least 20"),
         (["--amplitude", "25"], "at most 20 mm"),
         (["--align", "left"], "left"),

@@ -198,7 +198,7 @@ def test_impossible_systems_get_one_sentence(terminal: Terminal, arguments: tupl
     [
         ((), "Missing option '--mass'"),
         (("--mass", "5", "--force", "1", "--base-displacement", "1"), "exclude each other"),
-        (("--mass", "5", "--plot", "out.txt"), "--plot must end in .png, .svg, .pdf"),
+        (("--mass", "5", "--plot", "out.txt"), "'--plot': must end in .png, .svg, .pdf"),
     ],
 )
 def test_wrong_usage(terminal: Terminal, arguments: tuple[str, ...], told: str) -> None:

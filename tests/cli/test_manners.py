@@ -113,7 +113,10 @@ program.main(["slow", "--json"])
 """
 
 
-@pytest.mark.parametrize(("number", "word"), [(signal.SIGINT, "interrupted"), (signal.SIGTERM, "terminated")])
+@pytest.mark.parametrize(
+    ("number", "word"),
+    [(signal.SIGINT, "interrupted"), (signal.SIGTERM, "terminated"), (signal.SIGHUP, "terminated")],
+)
 def test_a_signal_gives_the_status_of_shells_and_leaves_nothing(tmp_path: Path, number: int, word: str) -> None:
     command = [sys.executable, "-c", SLOW]
     with subprocess.Popen(command, cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
@@ -233,6 +236,26 @@ def test_outputs_are_checked_before_work_begins(terminal: Terminal, open_folder:
     assert sorted(path.name for path in Path().iterdir()) == ["file", "mount.json"]
     refuse_unwritable(Path("new/folder/m.json"))
     assert not Path("new").exists()
+
+
+@pytest.mark.parametrize(
+    ("command", "written"),
+    [
+        ("show loop.csv -o page.csv", ".html"),
+        ("docs -o page.json", ".html"),
+        ("identify loop.csv -o model.xlsx", ".json"),
+        ("info mount.json --save mount.fmu", ".json"),
+        ("predict mount.json loop.csv -o out.xlsx", ".csv"),
+        ("isolate mount.json --mass 5 -o out.json", ".csv"),
+        ("study mount.json --mass 5 -o out.PARQUET", ".csv"),
+        ("synthesize spring mount.json -o record.mat", ".csv"),
+        ("synthesize ni -o record.h5", ".csv"),
+    ],
+)
+def test_a_name_that_promises_another_format_is_refused(terminal: Terminal, command: str, written: str) -> None:
+    terminal(*command.split(), status=2)
+    assert f"is written as {written}; end the name so." in terminal.err
+    assert [path.name for path in Path().iterdir()] == ["mount.json"]
 
 
 def test_files_are_written_as_by_other_programs(open_folder: Path) -> None:

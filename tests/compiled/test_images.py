@@ -26,6 +26,8 @@ def cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     """The user's cache, empty, where the package carries no image."""
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
     monkeypatch.setattr(images, "PACKAGED", tmp_path / "package")
+    (tmp_path / "temporary").mkdir()
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path / "temporary"))
     image.cache_clear()
     yield tmp_path / "strandspring"
     image.cache_clear()
@@ -93,14 +95,42 @@ def test_without_a_compiler_one_sentence_says_what_to_do(cache: Path, monkeypatc
     assert not cache.exists()
 
 
-def test_a_cache_that_cannot_be_written_is_done_without(
-    cache: Path, compiler: list[Target], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+@pytest.fixture
+def no_cache(cache: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """The folder among temporary files that replaces a cache that cannot be written."""
+    place = cache.parent
+    (place / "file").touch()
+    monkeypatch.setenv("XDG_CACHE_HOME", str(place / "file"))
+    return place / "temporary" / f"strandspring-cache-{os.geteuid()}"
+
+
+def test_without_a_cache_an_image_is_compiled_once_too(
+    no_cache: Path, compiler: list[Target], capsys: pytest.CaptureFixture[str]
 ) -> None:
-    (tmp_path / "file").touch()
-    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "file"))
-    assert image(KERNEL, LINUX_X86).read_bytes() == b"an image"
+    for _ in range(3):
+        assert image(KERNEL, LINUX_X86).read_bytes() == b"an image"
+        assert image(KERNEL, LINUX_X86).parent == no_cache
+        image.cache_clear()
     assert compiler == [LINUX_X86]
-    assert not cache.exists()
+    assert no_cache.stat().st_mode & 0o777 == 0o700
+    said = capsys.readouterr().err
+    assert said.count(f"It is kept in {no_cache}; set XDG_CACHE_HOME to a better place.") == 1
+
+
+@pytest.mark.parametrize("attack", ["open to others", "link"])
+def test_an_image_that_others_may_have_written_is_not_loaded(
+    attack: str, no_cache: Path, compiler: list[Target], tmp_path: Path
+) -> None:
+    if attack == "link":
+        (tmp_path / "elsewhere").mkdir(mode=0o700)
+        no_cache.symlink_to(tmp_path / "elsewhere")
+    else:
+        no_cache.mkdir(mode=0o700)
+        no_cache.chmod(0o770)
+    (no_cache / KERNEL.file_name(LINUX_X86)).write_bytes(b"an attack")
+    with pytest.raises(BuildError, match="Set XDG_CACHE_HOME to a folder that can be written"):
+        image(KERNEL, LINUX_X86)
+    assert compiler == [LINUX_X86]
 
 
 def test_images_of_old_sources_are_discarded_after_a_month(cache: Path, compiler: list[Target]) -> None:

@@ -19,6 +19,7 @@ import os
 import resource
 import select
 import shutil
+import signal
 import subprocess
 import sys
 import tempfile
@@ -37,6 +38,7 @@ Result = dict[str, str]
 
 MAX_SECONDS = 10.0  # of processor time; three times as many by the clock, since other programs run too
 MAX_BYTES = 1024**3
+_OF_PROCESSES = "strandspring-reader-"  # folders of processes that are kept for the next trial
 _ENVIRONMENT = {"OPENBLAS_NUM_THREADS": "1", "MALLOC_ARENA_MAX": "2", "ARROW_DEFAULT_MEMORY_POOL": "system"}
 
 
@@ -82,16 +84,28 @@ def main(script: str, trial: Trial, count: int) -> None:
     if given.child:
         _do_trials(trial, range(given.seed, given.seed + given.count), given.child, given.keep)
         return
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
     report = run(Path(script), given.seed, given.count, given.keep)
     print(report)
     sys.exit(bool(report.failures))
 
 
 def run(script: Path, seed: int, count: int, keep: Path | None = None) -> Report:
-    """Do the trials of a script in a child process, a new one after a trial that ended it; failures are printed."""
+    """Do the trials of a script in a child process, a new one after a trial that ended it; failures are printed.
+
+    An interrupt ends it with the report of the trials until then.
+    """
     print(f"seed {seed}, {count} trials", flush=True)
     report = Report()
-    end = seed + count
+    try:
+        _run(report, script, range(seed, seed + count), keep)
+    except KeyboardInterrupt:
+        print("interrupted")
+    return report
+
+
+def _run(report: Report, script: Path, seeds: range, keep: Path | None) -> None:
+    seed, end = seeds.start, seeds.stop
     while seed < end:
         with tempfile.TemporaryDirectory() as folder:
             for result in _results(script, seed, end - seed, Path(folder), keep):
@@ -101,7 +115,9 @@ def run(script: Path, seed: int, count: int, keep: Path | None = None) -> Report
                     print(f"FAILURE in {group}: python {script} --seed {seed} --count 1\n{failure}\n", flush=True)
                 report.outcomes[group, outcome] += 1
                 seed += 1
-    return report
+            if left := [path.name for path in (Path(folder) / "tmp").iterdir()]:
+                report.failures.append({"seed": str(seed), "group": "end", "failure": f"left {left}"})
+                print(f"FAILURE at the end of the process, before the seed {seed}: left {left}\n", flush=True)
 
 
 def _results(script: Path, seed: int, count: int, folder: Path, keep: Path | None) -> Iterator[Result]:
@@ -136,6 +152,8 @@ def _results(script: Path, seed: int, count: int, folder: Path, keep: Path | Non
 def _do_trials(trial: Trial, seeds: range, folder: Path, keep: Path | None) -> None:
     """Do trials in this process; results go to standard output, one JSON object per line."""
     warnings.simplefilter("error")
+    gc.collect()
+    gc.freeze()  # what has been imported is not searched for garbage after every trial
     results = os.fdopen(os.dup(1), "w")
     with (folder / "printed").open("w+b") as printed:
         for descriptor in (1, 2):
@@ -175,10 +193,10 @@ def _judged(trial: Iterator[str], printed: int) -> Iterator[Result]:
         failures.append(f"took {seconds:.1f} s")
     if peak > MAX_BYTES:
         failures.append(f"took {peak / 1e6:.0f} MB")
-    if left := [*Path(tempfile.gettempdir()).iterdir()]:
-        failures.append(f"left {[path.name for path in left]}")
-        for path in left:
-            shutil.rmtree(path) if path.is_dir() else path.unlink()
+    left = [path for path in Path(tempfile.gettempdir()).iterdir() if not path.name.startswith(_OF_PROCESSES)]
+    for path in left:
+        failures.append(f"left {path.name}")
+        shutil.rmtree(path) if path.is_dir() else path.unlink()
     if left_open := _open_files() - files:
         failures.append(f"left open {sorted(left_open)}")
     yield {"outcome": "FAILED", "failure": "\n".join(failures)} if failures else {"outcome": outcome}
@@ -191,5 +209,8 @@ def _memory(name: str) -> int:
 
 
 def _open_files() -> set[str]:
+    """What is open besides pipes, by which processes that are kept for the next trial are reached."""
     descriptors = [*Path("/proc/self/fd").iterdir()]
-    return {os.readlink(each) for each in descriptors if each.exists()}
+    return {
+        link for each in descriptors if each.is_symlink() and not (link := str(each.readlink())).startswith("pipe:")
+    }

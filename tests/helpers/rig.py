@@ -110,7 +110,7 @@ class Truth:
         """Elastic and hysteretic force along a path in the spring's own coordinates [N]."""
         p = self.spring
         x = path - p.displacement_offset
-        FE = Spring(replace(p, kappa_omega=1e-300)).response(path)
+        FE = Spring(replace(p, kappa_omega=1e-15)).response(path)
         elastic = FE if self.backbone is None else self.backbone(x / amplitude_of(p))
         return elastic + self.stiffness * x, Spring(p).response(path) - FE
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -148,7 +149,22 @@ def test_windows_as_users_write_them() -> None:
 
 
 def test_numbers_of_an_adjustment_are_checked(folder: Path) -> None:
-    with pytest.raises(RecordError, match="`force_scale` must be finite and > 0"):
+    with pytest.raises(RecordError, match="`force_scale` must be a finite number > 0"):
         read_record(folder / "other.csv", force_scale=-1.0)
-    with pytest.raises(RecordError, match="`displacement_offset` must be finite"):
+    with pytest.raises(RecordError, match="`displacement_offset` must be a finite number"):
         read_record(folder / "other.csv", displacement_offset=float("inf"))
+
+
+@pytest.mark.parametrize(
+    ("file", "part"), [("**a", "is not a usable pattern"), ("~nobody-of-this-name/a.csv", "names no user's folder")]
+)
+def test_patterns_that_the_system_refuses_are_refused_in_words(folder: Path, file: str, part: str) -> None:
+    with pytest.raises(RecordError, match=part):
+        read_campaign(described(folder, f'[[record]]\nfile = "{file}"\n'))
+
+
+@pytest.mark.parametrize("parse", [window, cycle_range])
+@pytest.mark.parametrize("value", [True, {}, [1], None])
+def test_windows_of_other_types_are_refused(parse: Callable[[object], object], value: object) -> None:
+    with pytest.raises(RecordError, match=r"must be .*such as"):
+        parse(value)

@@ -184,3 +184,42 @@ def test_an_overview_tells_dwells_clipping_and_selection() -> None:
     np.testing.assert_array_equal(reasons["clipped"], np.flatnonzero(force == 700.0))
     assert time[reasons["dwells"][0]] == pytest.approx(4.25, abs=0.1)
     np.testing.assert_array_equal(reasons["not selected"], np.flatnonzero(path > 0.07))
+
+
+def test_parts_of_one_record_must_not_overlap() -> None:
+    record = made()
+    first, second, last = (select(record, cycles=cycles) for cycles in ((1, 3), (3, 5), (4, 6)))
+    shared = find_cycles(record)[2]
+    count = shared.last_sample + 1 - shared.first_sample
+    with pytest.raises(
+        RecordError, match=rf"rig.csv: shares {count} samples with the part of rig.csv that is given too"
+    ):
+        identify([first, second], TwoStageOptions())
+    # Cycles that follow each other share the turning point between them.
+    assert identify([first, last], TwoStageOptions()).spring()
+    # So do ranges of displacement, whose samples to fit are compared only.
+    ranges = [select(record, displacement=ends) for ends in ((None, 0.05), (0.045, None))]
+    with pytest.raises(RecordError, match="select parts that do not overlap"):
+        identify(ranges, TwoStageOptions())
+
+
+@pytest.mark.parametrize(
+    ("given", "part"),
+    [
+        ({"time": (10**400, None)}, "`time` must be two finite numbers"),
+        ({"time": ("a", None)}, "`time` must be two finite numbers"),
+        ({"cycles": (1j, None)}, "`cycles` must be two finite numbers"),
+        ({"displacement": (np.array([1.0, 2.0]), None)}, "`displacement` must be two finite numbers"),
+    ],
+)
+def test_ends_that_are_no_numbers_are_refused(given: dict[str, tuple[object, object]], part: str) -> None:
+    with pytest.raises(RecordError) as caught:
+        select(made(), **given)
+    assert part in str(caught.value)
+    assert len(str(caught.value)) < 200
+
+
+def test_whole_numbers_of_any_type_count_cycles() -> None:
+    expected = select(made(), cycles=(2, 3))
+    for kind in (float, np.int64):
+        np.testing.assert_array_equal(select(made(), cycles=(kind(2), kind(3))).force, expected.force)

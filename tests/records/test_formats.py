@@ -38,7 +38,7 @@ from scipy.io import savemat
 
 from strandspring.errors import RecordError
 from strandspring.records import content
-from strandspring.records.formats import matlab
+from strandspring.records.formats import apart, matlab
 from strandspring.records.reading import read_record
 from strandspring.records.record import Record
 
@@ -387,15 +387,21 @@ def test_matlab_objects_are_not_read(tmp_path: Path) -> None:
     assert "is a MATLAB file without columns of numbers" in refusal(tmp_path / "cells.mat")
 
 
-def test_a_missing_library_is_named(made: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    for name in ("h5py", "python_calamine", "xlrd", "nptdms", "asammdf", "pyuff", "pyarrow"):
-        monkeypatch.setitem(sys.modules, name, None)
+def test_a_missing_library_is_named(made: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    libraries = ("h5py", "python_calamine", "xlrd", "nptdms", "asammdf", "pyuff", "pyarrow")
+    apart._stop_all()  # a process that has imported them already
+    (tmp_path / "missing").mkdir()
+    for name in libraries:
+        monkeypatch.delitem(sys.modules, name, raising=False)
+        (tmp_path / "missing" / f"{name}.py").write_text(f"raise ModuleNotFoundError(name={name!r})")
+    monkeypatch.syspath_prepend(tmp_path / "missing")
     needed = {"mat_73", "hdf5", "hdf5_compound", "xlsx", "xls", "ods", "tdms", "mdf_3", "mdf_4", "uff", "uff_binary",
               "parquet_file", "feather_file"}  # fmt: skip
     if made.name in needed:
         assert refusal(made).endswith('install it with pip install "strandspring[formats]".')
     else:
         assert len(read_record(made)) == T.size
+    apart._stop_all()
 
 
 # ------------------------------------------------------------------------------ sheets, groups, rates
@@ -572,11 +578,25 @@ def test_a_file_in_an_archive_is_named(tmp_path: Path) -> None:
 
 
 def test_what_unpacks_to_too_much_is_refused(made: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    compressed = {"mat", "xlsx", "ods", "npz", "gz", "bzip2", "xz", "zipped"}
+    compressed = {"mat", "npz", "gz", "bzip2", "xz", "zipped"}
     monkeypatch.setattr(content, "MAX_UNPACKED_BYTES", 2000)
     monkeypatch.setattr(matlab, "MAX_UNPACKED_BYTES", 2000)
     if made.name in compressed:
         assert "must unpack to at most 2000 bytes, and holds more" in refusal(made)
+
+
+@pytest.mark.parametrize("name", ["xlsx", "ods"])
+def test_a_workbook_that_unpacks_to_too_much_is_refused(tmp_path: Path, name: str) -> None:
+    path = tmp_path / name
+    path.write_bytes(content_of(name))
+    blanks = bytes(1024 * 1024)
+    with (
+        zipfile.ZipFile(path, "a", zipfile.ZIP_DEFLATED, compresslevel=1) as archive,
+        archive.open("xl/sharedStrings.bin", "w") as member,
+    ):
+        for _ in range(content.MAX_UNPACKED_BYTES // len(blanks)):
+            member.write(blanks)
+    assert "must unpack to at most 536870912 bytes, and holds more" in refusal(path)
 
 
 def test_a_declared_size_costs_nothing(tmp_path: Path) -> None:
@@ -606,3 +626,56 @@ def test_text_is_read_without_the_libraries_of_other_formats(tmp_path: Path) -> 
     )
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"
+
+
+# ------------------------------------------------------------------------------ what random files have found
+
+
+def test_the_time_base_is_a_column_only_where_there_are_times(tmp_path: Path) -> None:
+    path = tmp_path / "mixed.tdms"
+    wave = {"wf_increment": 1.0 / RATE, "wf_start_offset": 0.0}
+    with nptdms.TdmsWriter(path) as writer:
+        channels = (("displacement", X, {}), ("force", R, {}), ("other", T, wave))
+        writer.write_segment([nptdms.ChannelObject("rig", *channel) for channel in channels])
+    assert "time is left out: the channels chosen have none" in read_record(path).notes
+    message = refusal(path, displacement=4, force=2)
+    assert message.endswith("column 4 'time': the channels chosen have no times; name another column.")
+
+
+def test_names_that_turn_or_hide_what_follows_are_not_shown(tmp_path: Path) -> None:
+    path = tmp_path / "turned.zip"
+    with zipfile.ZipFile(path, "w") as archive:
+        archive.writestr("a\u202evsc.exe", text())
+        archive.writestr("b\u2028\u200b.csv", text())
+    assert refusal(path).endswith("name one of them as in turned.zip/a\ufffdvsc.exe.")
+
+
+def test_a_refusal_shows_no_objects_of_the_program(tmp_path: Path) -> None:
+    path = tmp_path / "a.mf4"
+    mdf(path)
+    path.write_bytes(path.read_bytes()[:8] + bytes(300))
+    message = refusal(path)
+    assert "object at 0x" not in message
+    assert "is an MDF file that is damaged or cut off" in message
+
+
+def test_a_sheet_that_repeats_cells_without_end_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "repeated.ods"
+    ods(path)
+    with zipfile.ZipFile(path) as archive:
+        members = {name: archive.read(name) for name in archive.namelist()}
+    for what in (b"rows", b"columns"):
+        repeated = b"table:number-" + what + b'-repeated="1000000000"'
+        element = b"<table:table-row" if what == b"rows" else b"<table:table-cell"
+        with zipfile.ZipFile(path, "w") as archive:
+            for name, data in members.items():
+                archive.writestr(
+                    name, data.replace(element, element + b" " + repeated) if name == "content.xml" else data
+                )
+        message = refusal(path)
+        assert f"must repeat at most 100000 filled {what.decode().replace('columns', 'cells')}, found" in message
+
+
+def test_complex_numbers_are_no_channel(tmp_path: Path) -> None:
+    savemat(tmp_path / "complex.mat", {"displacement_mm": X, "force_N": R + 1j})
+    assert "no column is named like a force" in refusal(tmp_path / "complex.mat")

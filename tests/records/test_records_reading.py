@@ -435,7 +435,9 @@ def test_a_record_is_a_read_only_copy() -> None:
         (([[1.0, 2.0]], [1.0, 2.0]), "one dimension, got the shape (1, 2)"),
         ((["a", "b"], [1.0, 2.0]), "real numbers"),
         (([1j, 2.0], [1.0, 2.0]), "real numbers"),
-        (([[1], [1, 2]], [1.0, 2.0]), "real numbers"),
+        (([[1], [1, 2]], [1.0, 2.0]), "one dimension, got sequences of several lengths"),
+        (([1, 10**400], [1.0, 2.0]), "real numbers, got Python objects, or integers too large for a double"),
+        (([1.0, 2.0], np.ma.array([1.0, 2.0], mask=[True, False])), "`force` must have no masked samples"),
     ],
 )
 def test_impossible_arrays_are_refused(arguments: tuple[object, ...], part: str) -> None:
@@ -554,3 +556,25 @@ def test_a_name_that_is_not_utf_8_is_made_printable(tmp_path: Path) -> None:
     assert record.path.isprintable()
     assert "\ufffd" in record.path
     assert Record.from_arrays([0.0, 1.0], [0.0, 1.0], path="m\udcfc.csv").path == "m\ufffd.csv"
+
+
+def test_without_a_header_named_columns_may_leave_none(write: Write) -> None:
+    path = write("1,2\n2,3\n4,9\n")
+    message = refusal(path, time=1, force=2)
+    assert "there is no header to find the displacement by" in message
+
+
+@pytest.mark.parametrize(
+    ("options", "part"),
+    [
+        ({"displacement": 1.0}, "must be a name or a number from 1 on, got float"),
+        ({"displacement_offset": 10**400}, "`displacement_offset` must be a finite number, got '1000"),
+        ({"force_scale": "2"}, "`force_scale` must be a finite number > 0, got '2'"),
+        ({"displacement_unit": 3}, "unit of the displacement must be text, such as 'mm', got 3"),
+    ],
+)
+def test_options_of_other_types_are_refused(write: Write, options: dict[str, object], part: str) -> None:
+    path = write("x,F\n1,2\n2,3\n4,9\n")
+    with pytest.raises(RecordError) as caught:
+        read_record(path, **options)
+    assert part in str(caught.value)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import tracemalloc
 from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
@@ -17,8 +18,8 @@ from strandspring.isolation.response import frequency_response
 from strandspring.isolation.system import Excitation, IsolatedMass, IsolationError, static_equilibrium
 from strandspring.joint import joint_names
 from strandspring.modelfile import ModelFile, save_model
-from strandspring.studies.definition import DONE, Study, scaled
-from strandspring.studies.quantiles import summarize
+from strandspring.studies.definition import DONE, RunRow, Study, scaled
+from strandspring.studies.quantiles import FIGURES, Summaries
 from strandspring.studies.spread import DRAWN, Spread
 from studies import CHEAP, COMMAND, CORRELATION, ERRORS, SPREAD, SPRING, UNCERTAINTY
 from terminal import Terminal
@@ -276,8 +277,45 @@ def test_the_most_frequent_reason_is_reported_whatever_its_numbers() -> None:
             study.rows(range(3)), ("Stuck at 3 Hz.", "Left at 1.5 mm.", "Left at -2e-05 mm."), strict=True
         )
     ]
-    (summary,) = summarize(study, rows)
+    (summary,) = Summaries(study, rows)
     assert (summary.refused, summary.reason) == (3, "Left at 1.5 mm.")
+
+
+def test_quantiles_are_those_of_numpy_over_the_runs_that_have_a_figure() -> None:
+    study = replace(CHEAP, masses=(4.0, 5.0), levels=(1e-4, 2e-4), draws=37)
+    generator = np.random.default_rng(5)
+    rows = []
+    for run in range(len(study)):
+        values = generator.standard_normal(len(FIGURES)).tolist()
+        known = {name: value for name, value in zip(FIGURES, values, strict=True) if generator.random() < 0.7}
+        outcome = DONE if generator.random() < 0.8 else "No."
+        rows.append(RunRow(run, 0, 4.0, 1e-4, 1.0, 1.0, 1.0, 1.0, 1.0, **known, outcome=outcome))
+    summaries = Summaries(study, rows)
+    assert (len(summaries), summaries[-1]) == (4, summaries[3])
+    assert summaries.refused == sum(row.outcome != DONE for row in rows)
+    for index, summary in enumerate(summaries):
+        assert summary.point == study.grid_point(index)
+        own = [row for row in rows[index::4] if row.outcome == DONE]
+        assert (summary.runs, summary.refused) == (37, 37 - len(own))
+        for name, quantiles in summary.figures.items():
+            values = [value for row in own if (value := getattr(row, name)) is not None]
+            assert quantiles is not None
+            assert list(asdict(quantiles).values()) == pytest.approx(np.quantile(values, [0.05, 0.5, 0.95]), rel=1e-12)
+
+
+def test_memory_does_not_grow_with_the_grid_by_more_than_its_arrays() -> None:
+    study = replace(
+        CHEAP, masses=tuple(np.linspace(4.0, 5.0, 200)), levels=tuple(np.linspace(1e-4, 2e-4, 100)), draws=1
+    )
+    (row,) = study.rows([0])
+    refused = [replace(row, outcome=f"Refused at {run} Hz.") for run in range(len(study))]
+    tracemalloc.start()
+    summaries = Summaries(study, refused)
+    held = tracemalloc.get_traced_memory()[0]
+    tracemalloc.stop()
+    assert (summaries[0].reason, summaries[-1].reason) == ("Refused at 0 Hz.", "Refused at # Hz.")
+    # 8 figures and 3 counts, and a place in a table of reasons; and 10 000 sentences.
+    assert held < len(study) * 200 + 10_000 * 200
 
 
 def test_grids_are_given_by_numbers_or_ranges(terminal: Terminal) -> None:

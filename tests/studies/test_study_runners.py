@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import gc
 import json
+import math
 import multiprocessing
 import os
+import re
+import resource
 import signal
 import subprocess
 import sys
@@ -15,15 +18,18 @@ import zlib
 from collections.abc import Iterator
 from dataclasses import astuple, replace
 from pathlib import Path
+from typing import BinaryIO
 
 import psutil
 import pytest
 from distributed import LocalCluster
 
-from strandspring import __version__
+from strandspring import StrandspringError, __version__
+from strandspring.files import lock
 from strandspring.isolation.system import Excitation, IsolationError
 from strandspring.jobs.cluster import Cluster
 from strandspring.jobs.runners import Local
+from strandspring.jobs.sole_file import open_alone
 from strandspring.modelfile import ModelFile, save_model
 from strandspring.studies.definition import Study
 from strandspring.studies.journal import Journal, journal_path
@@ -82,7 +88,9 @@ def test_a_cluster_of_another_version_is_refused(
     tmp_path: Path, cluster: LocalCluster, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("strandspring.jobs.cluster.__version__", "0.0.0")
-    with pytest.raises(IsolationError, match=f"has strandspring {__version__}, but the work is given by 0.0.0"):
+    with pytest.raises(
+        IsolationError, match=f"has strandspring {__version__}, but the work is given by strandspring 0.0.0"
+    ):
         run_study(CHEAP, tmp_path / "results.csv", Cluster(cluster.scheduler_address))
     assert not list(tmp_path.iterdir())
 
@@ -92,7 +100,7 @@ def test_a_cluster_that_goes_away_loses_no_finished_run(expected: bytes, tmp_pat
     results = tmp_path / "results.csv"
     with LocalCluster(n_workers=1, threads_per_worker=1, processes=False, dashboard_address=":0") as short_lived:
         address = short_lived.scheduler_address
-        with pytest.raises(IsolationError, match=r"was lost; \d+ of 60 runs are kept in .*part.jsonl, and the same"):
+        with pytest.raises(IsolationError, match=r"was lost; .*; \d+ of 60 runs are kept in .*part.jsonl"):
             run_study(CHEAP, results, Cluster(address), Counter(20, short_lived.close))
     counter = Counter()
     run_study(CHEAP, results, Local(1), counter)
@@ -224,32 +232,34 @@ def test_the_journal_of_another_version_is_refused(half_done: Path, monkeypatch:
         run_study(CHEAP, half_done, Local(1))
 
 
-def checksummed(values: object) -> str:
+def checksummed(values: object, manifest: bytes) -> str:
     """A line of the journal, written by somebody who knows how."""
     text = json.dumps(values)
-    return f'["{zlib.crc32(text.encode()):08x}", {text}]'
+    return f'["{zlib.crc32(text.encode(), zlib.crc32(manifest)):08x}", {text}]'
 
 
 ROW = list(astuple(CHEAP.rows([5])[0]))
 
 
 @pytest.mark.parametrize(
-    "line",
+    "content",
     [
         "nothing",
         "[1, 2]",
         "{}",
         f'["{0:08x}", {json.dumps(ROW)}]',
-        checksummed([*ROW, 1]),
-        checksummed([60, *ROW[1:]]),
-        checksummed([*ROW[:5], "=1+1", *ROW[6:]]),
+        [*ROW, 1],
+        [60, *ROW[1:]],
+        [*ROW[:5], "=1+1", *ROW[6:]],
+        [*ROW[:5], math.nan, *ROW[6:]],
     ],
-    ids=["text", "short", "object", "wrong checksum", "too long", "unknown run", "wrong type"],
+    ids=["text", "short", "object", "wrong checksum", "too long", "unknown run", "wrong type", "no number"],
 )
-def test_a_damaged_line_is_refused(half_done: Path, line: str) -> None:
+def test_a_damaged_line_is_refused(half_done: Path, content: str | list[object]) -> None:
     lines = journal_path(half_done).read_text().splitlines()
+    line = content if isinstance(content, str) else checksummed(content, f"{lines[0]}\n".encode())
     journal_path(half_done).write_text("\n".join([*lines[:5], line, *lines[5:], ""]))
-    with pytest.raises(IsolationError, match=r"part.jsonl, line 6: damaged, or not of this job; remove the file"):
+    with pytest.raises(IsolationError, match=r"part.jsonl, line 6: damaged, or not of this job; remove this line"):
         run_study(CHEAP, half_done, Local(1))
 
 
@@ -262,13 +272,184 @@ def test_a_changed_digit_is_noticed(half_done: Path) -> None:
 
 
 @pytest.mark.parametrize("end", [b"\0" * 300 + b"\n", b"[12\n\xff\xfe\n\n", b'["00000000", []]\n["'])
-def test_a_damaged_end_is_dropped(half_done: Path, expected: bytes, end: bytes) -> None:
+def test_a_damaged_end_is_dropped_and_reported(half_done: Path, expected: bytes, end: bytes) -> None:
     journal = journal_path(half_done)
     journal.write_bytes(journal.read_bytes() + end)
     counter = Counter()
-    run_study(CHEAP, half_done, Local(1), counter)
+    said: list[str] = []
+    run_study(CHEAP, half_done, Local(1), counter, said.append)
     assert counter.first == 20
+    assert re.search(r"damaged lines? at the end w(as|ere) dropped; their runs are executed again", said[0])
     assert half_done.read_bytes() == expected
+
+
+def test_removing_the_named_line_is_enough(half_done: Path, expected: bytes) -> None:
+    lines = journal_path(half_done).read_bytes().splitlines(keepends=True)
+    journal_path(half_done).write_bytes(b"".join([*lines[:3], b"damaged\n", *lines[4:]]))
+    with pytest.raises(IsolationError, match=r"line 4: damaged, .* remove this line to have it done again"):
+        run_study(CHEAP, half_done, Local(1))
+    journal_path(half_done).write_bytes(b"".join([*lines[:3], *lines[4:]]))
+    counter = Counter()
+    run_study(CHEAP, half_done, Local(1), counter)
+    assert counter.first == 19
+    assert half_done.read_bytes() == expected
+
+
+def test_a_row_of_another_study_is_damage(half_done: Path, tmp_path: Path) -> None:
+    other = Journal(tmp_path / "other.csv", replace(CHEAP, seed=8))
+    other.add(replace(CHEAP, seed=8).rows([30]))
+    other.close(remove=False)
+    stolen = other.path.read_bytes().splitlines(keepends=True)[1]
+    lines = journal_path(half_done).read_bytes().splitlines(keepends=True)
+    journal_path(half_done).write_bytes(b"".join([*lines[:3], stolen, *lines[3:]]))
+    with pytest.raises(IsolationError, match="line 4: damaged, or not of this job"):
+        run_study(CHEAP, half_done, Local(1))
+
+
+@pytest.fixture
+def small_index(monkeypatch: pytest.MonkeyPatch) -> None:
+    """An index line after every second row or so."""
+    monkeypatch.setattr("strandspring.jobs.rowlog._INDEX_EVERY", 500)
+
+
+@pytest.fixture
+def indexed(small_index: None, half_done: Path) -> Path:  # noqa: ARG001
+    """A half-finished study whose journal has several index lines."""
+    assert journal_path(half_done).read_bytes().count(b'", {"before": ') >= 5
+    return half_done
+
+
+def test_rows_before_the_last_index_line_are_not_read_to_go_on(indexed: Path, expected: bytes) -> None:
+    content = journal_path(indexed).read_bytes()
+    begin = content.index(b"\n")
+    changed = content[:begin] + content[begin:].replace(b"0.0001", b"0.0002", 1)
+    journal_path(indexed).write_bytes(changed)
+    journal = Journal(indexed, CHEAP)
+    assert journal.finished == 20
+    journal.close(remove=False)
+    assert journal_path(indexed).read_bytes() == changed
+    # It is noticed when the row is used, and leaves the results alone.
+    with pytest.raises(IsolationError, match=r"line 2: damaged, .*; 60 of 60 runs are kept in"):
+        run_study(CHEAP, indexed, Local(1))
+    assert not indexed.exists()
+    lines = journal_path(indexed).read_bytes().splitlines(keepends=True)
+    journal_path(indexed).write_bytes(b"".join([lines[0], *lines[2:]]))
+    counter = Counter()
+    run_study(CHEAP, indexed, Local(1), counter)
+    assert counter.first == 59
+    assert indexed.read_bytes() == expected
+
+
+@pytest.mark.parametrize(
+    "change", ['"before": 1', '"at": 7', '"places": [60, ', '"places": [-1, ', '"offsets": [0, ', '"places": [0.5, ']
+)
+def test_an_index_that_does_not_fit_is_passed_over(indexed: Path, expected: bytes, change: str) -> None:
+    lines = journal_path(indexed).read_text().splitlines(keepends=True)
+    at = max(k for k, line in enumerate(lines) if '{"before": ' in line)
+    name, value = change.split(": ")
+    index = re.sub(rf"({name}: )(\d+|\[\d+(, )?)", rf"\g<1>{value}", lines[at])[13:-2]
+    checksum = zlib.crc32(index.encode(), zlib.crc32(lines[0].encode()))
+    lines[at] = f'["{checksum:08x}", {index}]\n'
+    journal_path(indexed).write_text("".join(lines))
+    counter = Counter()
+    run_study(CHEAP, indexed, Local(1), counter)
+    assert counter.first == 20
+    assert indexed.read_bytes() == expected
+
+
+def test_one_journal_is_used_by_one_program_at_a_time(expected: bytes, tmp_path: Path) -> None:
+    results = tmp_path / "results.csv"
+
+    def begin_again() -> None:
+        with pytest.raises(IsolationError, match="is in use by another run of the same command; wait until"):
+            run_study(CHEAP, results, Local(1))
+
+    run_study(CHEAP, results, Local(1), Counter(20, begin_again))
+    assert results.read_bytes() == expected
+
+
+def test_a_journal_that_is_removed_before_it_is_locked_is_not_used(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "journal"
+    removed: list[bool] = []
+
+    def lock_late(file: BinaryIO) -> bool:
+        if not removed:
+            path.unlink()
+            removed.append(True)
+        return lock(file)
+
+    monkeypatch.setattr("strandspring.jobs.sole_file.lock", lock_late)
+    with open_alone(path) as file:
+        assert os.path.samestat(os.fstat(file.fileno()), path.stat())
+    assert removed
+
+
+@pytest.mark.parametrize("kind", ["fifo", "folder", "device"])
+def test_a_journal_must_be_a_regular_file(kind: str, tmp_path: Path) -> None:
+    results = tmp_path / "results.csv"
+    journal = journal_path(results)
+    {"fifo": os.mkfifo, "folder": Path.mkdir, "device": lambda path: path.symlink_to("/dev/zero")}[kind](journal)
+    with pytest.raises(IsolationError, match="is a folder or a device; move it away, or write elsewhere"):
+        run_study(CHEAP, results, Local(1))
+
+
+def test_a_link_leads_to_the_journal(half_done: Path, expected: bytes, tmp_path: Path) -> None:
+    elsewhere = tmp_path / "elsewhere"
+    journal_path(half_done).rename(elsewhere)
+    journal_path(half_done).symlink_to(elsewhere)
+    counter = Counter()
+    run_study(CHEAP, half_done, Local(1), counter)
+    assert (counter.first, half_done.read_bytes()) == (20, expected)
+    assert not elsewhere.exists()
+
+
+@pytest.mark.parametrize("limit", [100, 2000, 6000, 17000])
+def test_a_full_disk_costs_nothing_that_is_finished(limit: int, expected: bytes, tmp_path: Path) -> None:
+    results = tmp_path / "new" / "results.csv"
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (limit, before[1]))
+    try:
+        with pytest.raises(IsolationError, match=r"cannot be written: File too large; "):
+            run_study(CHEAP, results, Local(1))
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+    kept = 0 if not results.parent.exists() else journal_path(results).read_bytes().count(b"\n") - 1
+    assert [path.name for path in tmp_path.rglob("*")] == (["new", journal_path(results).name] if kept else [])
+    counter = Counter()
+    run_study(CHEAP, results, Local(1), counter)
+    assert counter.first == kept
+    assert results.read_bytes() == expected
+
+
+def test_a_journal_that_cannot_be_removed_is_reported(
+    expected: bytes, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    unlink = Path.unlink
+
+    def refuse(path: Path, missing_ok: bool = False) -> None:
+        if path.suffix == ".jsonl":
+            raise PermissionError(13, "Permission denied")
+        unlink(path, missing_ok)
+
+    monkeypatch.setattr(Path, "unlink", refuse)
+    results = tmp_path / "results.csv"
+    with pytest.raises(StrandspringError, match="no longer needed, but cannot be removed: Permission denied; remove"):
+        run_study(CHEAP, results, Local(1))
+    assert results.read_bytes() == expected
+    monkeypatch.undo()
+    counter = Counter()
+    run_study(CHEAP, results, Local(1), counter)
+    assert counter.first == len(CHEAP)
+    assert list(tmp_path.iterdir()) == [results]
+
+
+def test_results_that_cannot_be_written_are_refused_before_the_runs(tmp_path: Path) -> None:
+    (tmp_path / "results.csv").symlink_to(tmp_path / "results.csv")
+    with pytest.raises(IsolationError, match="cannot be written: it is a link that leads to itself"):
+        run_study(CHEAP, tmp_path / "results.csv", Local(1), Counter(0, lambda: pytest.fail("runs have begun")))
+    assert len(list(tmp_path.iterdir())) == 1
 
 
 def test_a_row_is_read_back_as_it_was_written(tmp_path: Path) -> None:
@@ -309,7 +490,7 @@ def test_memory_does_not_grow_with_the_rows(tmp_path: Path) -> None:
     assert growth < 50_000  # 2500 rows in memory take some 1.7 MB
 
 
-@pytest.mark.parametrize("notes", ["my notes\n", "my notes", '{"format": "notes"}'])
+@pytest.mark.parametrize("notes", ["my notes\n", "my notes", '{"format": "notes"}', "[" * 100_000, "\0" * 1000])
 def test_a_file_that_is_no_journal_is_left_alone(notes: str, tmp_path: Path) -> None:
     results = tmp_path / "results.csv"
     journal_path(results).write_text(notes)
@@ -327,7 +508,7 @@ def test_a_journal_cut_off_in_its_first_line_is_begun_anew(half_done: Path) -> N
 
 
 def test_a_folder_cannot_be_the_results(tmp_path: Path) -> None:
-    with pytest.raises(IsolationError, match="is a directory"):
+    with pytest.raises(IsolationError, match="it is a folder or a device; give the path of a file"):
         run_study(CHEAP, tmp_path, Local(1))
     (tmp_path / "file").touch()
     with pytest.raises(IsolationError, match="cannot be written"):
@@ -337,13 +518,14 @@ def test_a_folder_cannot_be_the_results(tmp_path: Path) -> None:
 @pytest.mark.slow
 def test_a_scheduler_that_does_not_answer_is_reported_within_seconds(terminal: Terminal) -> None:
     begin = time.monotonic()
-    terminal(*COMMAND, "--scheduler", "tcp://127.0.0.1:1", "-o", "results.csv", status=1)
+    terminal(*COMMAND, "--scheduler", "tcp://127.0.0.1:1", "-o", "new/nested/results.csv", status=1)
     assert time.monotonic() - begin < 15.0  # it gives up after 5; a busy machine may take its time
     assert "No scheduler answers at 'tcp://127.0.0.1:1'" in terminal.err
-    assert not [path for path in Path().iterdir() if "results" in path.name]
+    assert not Path("new").exists()
 
 
 def test_a_missing_package_is_reported_with_the_command(terminal: Terminal, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "distributed", None)
-    terminal(*COMMAND, "--scheduler", "tcp://127.0.0.1:1", "-o", "results.csv", status=1)
+    terminal(*COMMAND, "--scheduler", "tcp://127.0.0.1:1", "-o", "new/nested/results.csv", status=1)
+    assert not Path("new").exists()
     assert "install it with: pip install distributed" in terminal.err

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import tempfile
 import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -22,6 +21,7 @@ from ..fmu.python_backed import build_python_fmu
 from ..identification.identified_model import IdentifiedModel
 from ..identification.identify_records import identify_records
 from ..modelfile import ModelFile, check_name, identifier, is_fmu, is_model_path
+from ..scratch import TemporaryFolder
 from .placing import ModelSource, model_of, origin_of, path_of
 from .progress import Progress, unseen
 from .records import Source, as_records
@@ -80,12 +80,10 @@ def build_all(
         refuse_unwritable(target)
     built = []
     # In the same file system as its place, so that it is moved at once or not at all.
-    with tempfile.TemporaryDirectory(
-        prefix=".strandspring-", dir=existing_folder(folder), ignore_cleanup_errors=True
-    ) as beside:
+    with TemporaryFolder(existing_folder(folder)) as beside:
         for count, (kind, target) in enumerate(targets.items()):
             progress(f"Building {target.name}", 2 * count, 2 * len(targets))
-            fmu = _build(model, Path(beside), kind, options)
+            fmu = _build(model, beside, kind, options)
             progress(f"Validating and running {target.name}", 2 * count + 1, 2 * len(targets))
             report = examine_fmu(fmu)
             if report.problems:
@@ -218,4 +216,4 @@ def _model(source: Any, name: str | None) -> ModelFile:
         found = identify_records(as_records(source))
         for sentence in found.cautions:
             warnings.warn(sentence, stacklevel=3)
-    return found.model_file(identifier(found.records[0].path) if name is None else name)
+    return found.model_file(identifier(Path(found.records[0].path).stem) if name is None else name)

@@ -45,6 +45,7 @@ _NORMAL_90 = NormalDist().inv_cdf(0.95)
 # records of one spring, whose z passed 1.96 in 9 instead of 5 of 100 cases without it.
 _OF_CHOICE = 1.15
 _AT_BOUND = 1.001  # an end of an interval that is less than this times a bound is the bound itself
+_MOST_LOG = 700.0  # whose exponential is still a number
 _RANK = 1e-9  # eigenvalue of the correlation of the logarithms up to which it counts as 0
 
 
@@ -235,7 +236,7 @@ def parameter_differences(
             found.append(replace(one, reason=reason or "no standard error"))
             continue
         error = math.sqrt(known[k, k])
-        low, high = (math.expm1(change[k] + side * _NORMAL_90 * error) for side in (-1.0, 1.0))
+        low, high = (math.expm1(min(change[k] + side * _NORMAL_90 * error, _MOST_LOG)) for side in (-1.0, 1.0))
         found.append(replace(one, low=low, high=high, z=float(held[k] / (_OF_CHOICE * error))))
     if known is None:
         return found, None
@@ -264,9 +265,8 @@ def _rows(p: SpringParameters, joint: JointCovariance, place: float) -> FloatArr
 
 def _unbounded(name: str, label: str, p: SpringParameters, uncertainty: Mapping[str, Any]) -> str:
     """Why a parameter of a model has no two-sided uncertainty, in words; empty if it has."""
-    intervals = uncertainty.get("interval_95")
-    ends = intervals.get(name) if isinstance(intervals, Mapping) else None
-    if not isinstance(ends, list) or len(ends) != 2 or not all(v is None or isinstance(v, int | float) for v in ends):
+    ends = (uncertainty.get("interval_95") or {}).get(name)
+    if ends is None:
         return f"{label} has no 95 % interval of it"
     low, high = ends
     if name == "sigma" and low is not None and low <= SIGMA_RANGE[0] * _AT_BOUND:

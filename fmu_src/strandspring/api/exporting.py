@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import os
-import tempfile
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -14,6 +13,7 @@ from ..exchange.modelica import LIBRARY, record_path, write_library
 from ..files import refuse_unwritable, write_text
 from ..fmu.ssv import parameter_values
 from ..modelfile import ModelFile
+from ..scratch import TemporaryFolder
 from .placing import ModelSource, model_of, origin_of
 from .progress import Progress, unseen
 
@@ -71,8 +71,8 @@ class Exports:
             from ..fmu.native.native_fmu import build_native_fmu
 
             progress("Building the FMU of the system", 0, 1)
-            with tempfile.TemporaryDirectory() as folder:
-                fmu = build_native_fmu(self.model, Path(folder), zero=self.zero)
+            with TemporaryFolder() as folder:
+                fmu = build_native_fmu(self.model, folder, zero=self.zero)
                 write_system(self.ssp, fmu, content, ShakenMass.suited(content.parameters, self.ssp_mass))
             written.append(self.ssp)
         return written if self.record is None else [*written, self.record]

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import os
-import tempfile
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -31,6 +30,7 @@ from ..isolation.system import (
     static_equilibrium,
 )
 from ..modelfile import ModelFile
+from ..scratch import TemporaryFolder
 from .caution_text import outside_range
 from .levels import given_levels
 from .placing import ModelSource, model_of, origin_of, path_of
@@ -327,11 +327,11 @@ class Isolation(Result):
         ]
         total = len(runs) + len(self.models)
         checked: list[CheckedMotion] = []
-        with tempfile.TemporaryDirectory(prefix="strandspring-", ignore_cleanup_errors=True) as folder:
+        with TemporaryFolder() as folder:
             fmus = {}
             for built, one in enumerate(self.models):
                 progress(f"Building the FMU of {one.label}", built, total)
-                fmus[one] = build_native_fmu(one.model, Path(folder) / str(built), zero=one.zero)
+                fmus[one] = build_native_fmu(one.model, folder / str(built), zero=one.zero)
             for one, response, point in runs:
                 task = f"Simulating {one.label}, {response.level_text}, {point.frequency:.4g} Hz"
                 progress(task, len(fmus) + len(checked), total)

@@ -18,7 +18,7 @@ from ..errors import RecordError
 from ..identification.method import Method, checked_method
 from ..identification.refined import RefinedOptions
 from ..intake.wanted import Wanted
-from ..jobs.cluster import Cluster
+from ..jobs.cluster import Cluster, cluster_of
 from ..jobs.runners import Local
 from ..joint import HYSTERETIC_UNITS
 from .records import checked_units
@@ -126,7 +126,10 @@ class ManyResult(Result):
         return "\n".join([*self.lines(), *cautions, *(f"Note: {sentence}" for sentence in self.notes)])
 
     def to_frame(self) -> pd.DataFrame:
-        """The table, one file in each row."""
+        """The table, one file in each row.
+
+        Text that a spreadsheet would take for a formula is preceded by an apostrophe, as in the CSV file.
+        """
         import pandas as pd
 
         # Only empty cells are unknown: a file may be called NA.csv.
@@ -164,7 +167,7 @@ def identify_many(
     units: Mapping[str, str] | None = None,
     amplitude: float | None = None,
     workers: int | None = None,
-    scheduler: str | None = None,
+    scheduler: str | Cluster | None = None,
     progress: Callable[[int, int], None] | None = None,
     notify: Callable[[str], None] | None = None,
     **columns: Any,
@@ -188,7 +191,8 @@ def identify_many(
     amplitude : float or None   Of the loops whose figures are compared [m]; the largest that all springs have in common
                                 if None.
     workers : int or None       Number of processes; 1 for this one alone, as many as cores if None.
-    scheduler : str or None     Address of a dask.distributed scheduler whose workers are used instead.
+    scheduler : str, Cluster or None
+        Address of a dask.distributed scheduler whose workers are used instead, or a `Cluster` with certificates.
     progress : callable or None Called with the numbers of finished files and of all files.
     notify : callable or None   Called with sentences while the files are identified.
     **columns                   Fields of `strandspring.intake.wanted.Wanted`, for all files.
@@ -243,7 +247,7 @@ def identify_many(
         found.springs,
         target,
         BatchWork(RefinedOptions() if options is None else checked_method(options), Wanted(**given)),
-        Local(workers) if scheduler is None else Cluster(scheduler, say),
+        Local(workers) if scheduler is None else cluster_of(scheduler, say),
         amplitude,
         lambda done: advance(done, total),
         say,

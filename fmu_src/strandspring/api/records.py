@@ -161,11 +161,12 @@ def record_of_frame(
     import pandas as pd
 
     numeric = [pd.api.types.is_numeric_dtype(dtype) and dtype.kind in "fiu" for dtype in frame.dtypes]
-    channels = [
-        Channel.of("", str(name), np.asarray(frame.iloc[:, k], dtype=np.float64))
-        for k, (name, is_number) in enumerate(zip(frame.columns, numeric, strict=True))
-        if is_number
-    ]
+    with np.errstate(over="ignore"):  # infinity is refused where it is read
+        channels = [
+            Channel.of("", str(name), np.asarray(frame.iloc[:, k], dtype=np.float64))
+            for k, (name, is_number) in enumerate(zip(frame.columns, numeric, strict=True))
+            if is_number
+        ]
     return record_of_tables(
         [ChannelTable(channels, "<DataFrame>")],
         "<DataFrame>",

@@ -13,6 +13,7 @@ from ..isolation.response import FrequencyResponse, frequency_response
 from ..isolation.system import STANDARD_GRAVITY, Excitation, IsolatedMass, IsolationError, static_equilibrium
 from ..kernel.path import PathSolver
 
+_APART = 100.0  # natural frequencies that differ by more are not swept through in one band
 _LEVEL = 0.01  # amplitude of the base, share of the free travel of the spring that has less
 _POINTS = 200
 _FREQUENCY = 10.0  # Hz, where no mass rests in the middle of the range by its weight
@@ -76,6 +77,11 @@ def shared_mass(
                 f"{1e3 * rest[1].displacement:.4g} mm on B, outside the range that both share; use another mass."
             )
         frequencies = [each.frequency for each in rest]
+        if not max(frequencies) <= _APART * min(frequencies) < np.inf:
+            raise IsolationError(
+                f"The natural frequencies of {frequencies[0]:.4g} Hz on A and {frequencies[1]:.4g} Hz on B are too far "
+                "apart for one band; look at each spring with isolate."
+            )
         band = np.geomspace(DEFAULT_BAND[0] * min(frequencies), DEFAULT_BAND[1] * max(frequencies), _POINTS)
         responses = tuple(frequency_response(system, Excitation.BASE_DISPLACEMENT, level, band) for system in systems)
     except IsolationError as refusal:

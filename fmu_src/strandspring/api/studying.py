@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import tempfile
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, field, fields
 from html import escape
@@ -17,11 +16,12 @@ from ..coordinates import counted_from, zero_sentence
 from ..core.parameters import SpringParameters
 from ..errors import ModelError
 from ..isolation.system import Excitation, IsolatedMass, IsolationError, free_travel, static_equilibrium
-from ..jobs.cluster import Cluster
+from ..jobs.cluster import Cluster, cluster_of
 from ..jobs.runners import Local
 from ..modelfile import ModelFile
+from ..scratch import TemporaryFolder
 from ..studies.definition import RunRow, Study
-from ..studies.quantiles import GridPointSummary
+from ..studies.quantiles import GridPointSummary, Summaries
 from ..studies.run import run_study
 from ..studies.spread import Spread
 from .caution_text import outside_range
@@ -34,6 +34,7 @@ from .text_table import table_lines
 if TYPE_CHECKING:
     import pandas as pd
 
+_MOST_SHOWN = 1000  # grid points in words
 _DEFAULT_SHARE = 0.01  # of the free travel
 # Heading: figure, factor from SI to the unit of the heading.
 _COLUMNS = {
@@ -54,13 +55,13 @@ class StudyResult(Result):
     ----------
     study : Study
     zero : float                            Where displacement is counted from [m].
-    summaries : list of GridPointSummary    Quantiles and refusals at each grid point.
+    summaries : sequence of GridPointSummary   Quantiles and refusals at each grid point.
     output : Path or None                   File with one line for each run, if one was asked for.
     """
 
     study: Study
     zero: float
-    summaries: list[GridPointSummary]
+    summaries: Summaries
     output: Path | None
     _rows: pd.DataFrame | None = field(default=None)
 
@@ -68,7 +69,7 @@ class StudyResult(Result):
         """One row for each run, in SI units; the columns are the attributes of `RunRow`."""
         if self._rows is not None:
             return self._rows.copy()
-        assert self.output is not None
+        assert self.output is not None  # noqa: S101 - rows are kept where there is no file
         return _read(self.output)
 
     def quantiles(self) -> pd.DataFrame:
@@ -88,16 +89,16 @@ class StudyResult(Result):
         """Quantiles, refusals and cautions in words, in tables of at most a width."""
         planned, summaries = self.study, self.summaries
         springs = f"{planned.draws} draws (seed {planned.seed})" if planned.draws else "the identified spring"
-        refused = sum(summary.refused for summary in summaries)
-        lines = [f"{len(planned)} runs: {springs} at each of {len(summaries)} grid points, {refused} refused"]
+        lines = [f"{len(planned)} runs: {springs} at each of {len(summaries)} grid points, {summaries.refused} refused"]
         rows = []
-        for summary in summaries:
+        shown = summaries[:_MOST_SHOWN]
+        for summary in shown:
             point = [*_point(planned.excitation, summary), str(summary.refused)]
             for title, quantile in (_QUANTILES if planned.draws else {"": "median"}).items():
                 figures = [_cell(summary, name, scale, quantile) for name, scale in _COLUMNS.values()]
                 rows.append([*(point if quantile == "median" else [""] * len(point)), title, *figures])
         lines += table_lines(["mass kg", "level", "stiffness", "refused", "", *_COLUMNS], rows, width=width)
-        for summary in summaries:
+        for summary in shown:
             mass, level, stiffness = _point(planned.excitation, summary)
             where = f"{mass} kg, {level}, stiffness x {stiffness}"
             if summary.refused:
@@ -109,6 +110,8 @@ class StudyResult(Result):
                     f"  Caution: {where}: in {summary.extrapolating} of {summary.runs} the spring moves "
                     f"{outside_range(planned.spring)}"
                 )
+        if len(summaries) > len(shown):
+            lines.append(f"  and {len(summaries) - len(shown)} more grid points, which the file of results has, too")
         counted = zero_sentence(self.zero)
         return [*lines, *([counted] if counted else [])]
 
@@ -139,7 +142,7 @@ def study(
     extrapolate: bool = False,
     zero: str | float | None = None,
     workers: int | None = 1,
-    scheduler: str | None = None,
+    scheduler: str | Cluster | None = None,
     output: str | os.PathLike[str] | None = None,
     progress: Progress = unseen,
     notify: Callable[[str], None] = lambda _: None,
@@ -162,7 +165,8 @@ def study(
     load, parallel, series, damping, band, points, extrapolate, zero   As for `isolate`.
     workers : int or None          Number of processes; as many as cores if None. A script that asks for more than one
                                    must call this below ``if __name__ == "__main__":``.
-    scheduler : str or None        Address of a dask.distributed scheduler, instead of workers.
+    scheduler : str, Cluster or None
+        Address of a dask.distributed scheduler, instead of workers, or a `Cluster` with certificates.
     output : path or None          File with one line for each run. Finished runs are kept beside it until all are done,
                                    and the same call continues from there.
     progress : callable            Is called with what is being done, the number of finished runs, and how many there
@@ -222,15 +226,15 @@ def study(
         points=points,
         extrapolate=extrapolate,
     )
-    runner = Local(workers) if scheduler is None else Cluster(scheduler, notify)
+    runner = Local(workers) if scheduler is None else cluster_of(scheduler, notify)
 
-    def run(results: Path) -> list[GridPointSummary]:
+    def run(results: Path) -> Summaries:
         return run_study(planned, results, runner, lambda runs: progress("Running", runs, len(planned)), notify)
 
     if output is not None:
         return StudyResult(planned, origin, run(Path(output)), Path(output))
-    with tempfile.TemporaryDirectory(prefix="strandspring-") as folder:
-        results = Path(folder) / "results.csv"
+    with TemporaryFolder() as folder:
+        results = folder / "results.csv"
         return StudyResult(planned, origin, run(results), None, _read(results))
 
 

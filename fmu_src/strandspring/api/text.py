@@ -9,6 +9,7 @@ from ..core.parameters import SIGMA_RANGE, SpringParameters
 from ..identification.campaign import Overlap, RateIndependence
 from ..identification.figures import RecordFit
 from ..identification.prediction_interval import PredictionInterval
+from .caution_text import printable
 
 _AT_BOUND = 1.001  # an end of an interval that is less than this times a bound is the bound itself
 
@@ -52,7 +53,7 @@ def fit_lines(fits: tuple[RecordFit, ...]) -> list[str]:
 
 
 def parameter_lines(p: SpringParameters, uncertainty: dict[str, Any]) -> list[str]:
-    """The parameters, with their standard errors where known."""
+    """The parameters, with their standard errors where known, from a model file's `uncertainty`."""
     numbers = asdict(p)
     errors = {name: _error(name, uncertainty) for name in ("kappa_omega", "rho", "sigma", "n")}
     lines = [
@@ -69,16 +70,15 @@ def parameter_lines(p: SpringParameters, uncertainty: dict[str, Any]) -> list[st
     lines.append(
         f"  identified from {low:.6g} to {high:.6g} mm, {'FA' if p.FE_knots else 'polynomials'} about {middle:.6g} mm"
     )
-    if "bootstrap" in uncertainty:
-        bootstrap = uncertainty["bootstrap"]
+    if bootstrap := uncertainty.get("bootstrap"):
         spread = ", ".join(f"{name} +- {bootstrap[name]:.2g}" for name in ("kappa_omega", "rho", "sigma", "n"))
         lines.append(f"  bootstrap of {bootstrap['repetitions']} (seed {bootstrap['seed']}): {spread}")
-    if "posterior" in uncertainty:
-        lines += _posterior_lines(uncertainty["posterior"])
+    if posterior := uncertainty.get("posterior"):
+        lines += _posterior_lines(posterior)
     interval = PredictionInterval.of(uncertainty)
     if interval is not None:
         lines.append(f"  {interval.sentence}")
-    lines += [f"  {sentence}" for sentence in uncertainty.get("indistinct", [])]
+    lines += [f"  {printable(sentence)}" for sentence in uncertainty.get("indistinct") or ()]
     return [line.rstrip() for line in lines]
 
 
@@ -96,8 +96,9 @@ def _posterior_lines(posterior: dict[str, Any]) -> list[str]:
 
 def _error(name: str, uncertainty: dict[str, Any]) -> str:
     """The standard error; the end of the interval instead, or nothing, where the records bound one side or none."""
-    if name in uncertainty.get("interval_95", {}):
-        low, high = uncertainty["interval_95"][name]
+    intervals = uncertainty.get("interval_95") or {}
+    if name in intervals:
+        low, high = intervals[name]
         if name == "sigma" and low is not None and low <= SIGMA_RANGE[0] * _AT_BOUND:
             low = None  # no spring has less
         if low is None and high is None:

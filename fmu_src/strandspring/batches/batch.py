@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from ..errors import StrandspringError
-from ..files import readable, write_text
+from ..files import readable, refuse_unwritable, write_text
 from ..identification.outcomes import Outcome
 from ..jobs.cluster import Cluster
 from ..jobs.runners import JobError, Runner, finished_rows
@@ -98,13 +98,12 @@ def identify_batch(
     ------
     StrandspringError          If the work cannot be done, or its results cannot be written; what is finished is kept.
     """
-    was_there = folder.exists()
+    for table in (TABLE, COLUMNAR_TABLE):
+        refuse_unwritable(folder / table)
     log = SpringLog(folder, springs)
     try:
         if log.dropped:
-            notify(
-                f"{log.path}: {log.dropped} damaged lines at the end were dropped; their files are identified again."
-            )
+            notify(f"{log.name}: {log.dropped_sentence}; their files are identified again.")
         if changed := log.forget_changed(springs, work.settings):
             notify(f"{changed} files were identified with other options or another version; they are identified anew.")
         earlier = log.finished
@@ -120,13 +119,11 @@ def identify_batch(
         if not log.finished:
             raise
         raise JobError(
-            f"{str(problem).rstrip('.')}; {log.finished} of {len(springs)} files are kept in {log.path}, and the same "
+            f"{str(problem).rstrip('.')}; {log.finished} of {len(springs)} files are kept in {log.name}, and the same "
             "command continues from there."
         ) from None
     finally:
         log.close(remove=False)
-        if not was_there and not any(folder.iterdir()):
-            folder.rmdir()
 
 
 def _kept(finished: Finished, log: SpringLog, is_far: bool) -> SpringRow:

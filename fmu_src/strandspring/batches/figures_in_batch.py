@@ -7,7 +7,6 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from ..core.parameters import SpringParameters
 from ..kernel.arrays import FloatArray
 from ..kernel.path import PathSolver
 from ..loops.modelled import steady_loop_figures
@@ -48,20 +47,15 @@ def common_amplitude(rows: Iterable[SpringRow]) -> float | None:
 
 
 def _half_range(row: SpringRow) -> float:
-    p = spring_of(row)
+    p = row.spring
     return 0.5 * (p.displacement_max - p.displacement_min)
-
-
-def spring_of(row: SpringRow) -> SpringParameters:
-    """The identified spring of a row."""
-    return SpringParameters(**{"kE": (), **row.parameters})  # type: ignore[arg-type]
 
 
 def figures_at(row: SpringRow, amplitude: float) -> list[float]:
     """The `FIGURES` of an identified spring; NaN where the loop leaves its range, or a loss factor is undefined."""
     if amplitude > (1.0 + _SLACK) * _half_range(row):
         return [math.nan] * len(FIGURES)
-    p = spring_of(row)
+    p = row.spring
     solver = PathSolver(p)
     values = []
     for reach in (amplitude, 0.5 * amplitude):

@@ -4,16 +4,15 @@ from __future__ import annotations
 
 import hashlib
 import os
-import re
 from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
 
-from ..errors import ModelError, RecordError, StrandspringError
+from ..errors import RecordError, StrandspringError
 from ..files import readable
-from ..modelfile import check_name
+from ..modelfile import LONGEST_NAME, identifier
 
 # What is taken from a folder; any other file is identified if it is named itself.
 RECORD_SUFFIXES = frozenset(
@@ -24,7 +23,6 @@ RECORD_SUFFIXES = frozenset(
     )
 )  # fmt: skip
 TABLE, COLUMNAR_TABLE, JOURNAL = "springs.csv", "springs.parquet", "springs.journal.jsonl"
-_LONGEST_NAME = 64
 
 
 class SpringFile(NamedTuple):
@@ -146,7 +144,7 @@ def _model_names(paths: Sequence[str]) -> list[str]:
 
     A name depends on the others only where they clash, and not on their order.
     """
-    spelled = [_identifier(Path(path).stem) for path in paths]
+    spelled = [identifier(Path(path).stem) for path in paths]
     for extend in (_with_folder, _with_digest):
         count = Counter(name.lower() for name in spelled)
         spelled = [
@@ -155,22 +153,13 @@ def _model_names(paths: Sequence[str]) -> list[str]:
     return spelled
 
 
-def _identifier(text: str) -> str:
-    """Text as a valid name of a model."""
-    name = re.sub(r"[^A-Za-z0-9_]+", "_", text).strip("_")[:_LONGEST_NAME].rstrip("_")
-    try:
-        return check_name(name)
-    except ModelError:  # begins with a digit, say
-        return f"spring_{name}"[:_LONGEST_NAME].rstrip("_")
-
-
 def _with_folder(name: str, path: str) -> str:
-    return _identifier(f"{Path(path).parent.name}_{name}")
+    return identifier(f"{Path(path).parent.name}_{name}")
 
 
 def _with_digest(name: str, path: str) -> str:
     digest = hashlib.sha256(os.fsencode(path)).hexdigest()[:12]
-    return f"{name[: _LONGEST_NAME - 13]}_{digest}"
+    return f"{name[: LONGEST_NAME - 13]}_{digest}"
 
 
 def _refuse_overwriting(springs: Sequence[SpringFile], folder: Path, outputs: set[str]) -> None:

@@ -13,19 +13,23 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from .._version import __version__
+from ..core.parameters import SpringParameters
 from ..errors import RecordError, StrandspringError
 from ..files import opened, readable
 from ..identification.identified_model import IdentifiedModel
 from ..identification.identify_records import identify_records
 from ..identification.method import Method
 from ..identification.notes import notes_on
+from ..identification.outcomes import Outcome
 from ..intake.wanted import Wanted
 from ..joint import HYSTERETIC_UNITS
+from ..modelfile import check_name
 from ..records.content import MAX_BYTES
 from .sources import SpringFile
 
 IDENTIFIED, REFUSED, UNREADABLE, FAILED = STATUSES = ("identified", "refused", "unreadable", "failed")
 _CHUNK = 1024 * 1024
+_UNKNOWN = (None, None, None)  # standard error and ends of the interval
 
 
 @dataclass(frozen=True)
@@ -75,6 +79,26 @@ class SpringRow:
         """A parameter that is one number; None unless identified."""
         value = self.parameters.get(name)
         return value if isinstance(value, float) else None
+
+    @property
+    def spring(self) -> SpringParameters:
+        """The identified spring."""
+        return SpringParameters(**{"kE": (), **self.parameters})  # type: ignore[arg-type]
+
+    @property
+    def is_possible(self) -> bool:
+        """Whether this program can have written the row, as far as the types of its values do not tell."""
+        try:
+            check_name(self.model)
+            if self.status == IDENTIFIED:
+                _ = self.spring
+        except (TypeError, ValueError):
+            return False
+        return (
+            self.status in STATUSES
+            and all(name.upper() in Outcome.__members__ for name in self.cautions)
+            and all(len(self.uncertainty.get(name, _UNKNOWN)) == len(_UNKNOWN) for name in HYSTERETIC_UNITS)
+        )
 
     def numbers(self, name: str) -> tuple[float, ...]:
         """A parameter that is a list; empty where this spring has none."""

@@ -14,7 +14,6 @@ from .figures_in_batch import FIGURES
 from .spring_row import UNREADABLE, SpringRow
 
 _ROW_GROUP = 1000  # rows of Parquet that are in memory at a time
-_FORMULA = ("=", "+", "-", "@", "\t", "\r")  # what a spreadsheet takes for the beginning of a formula
 # Columns that are not numbers with a fraction.
 _TEXTS = {"file", "sha256", "status", "reason", "outlier", "cautions", "model"}
 _COUNTS = {"samples", "knots of FE"}
@@ -93,12 +92,8 @@ class Layout:
 
 
 def write_table(path: Path, layout: Layout, rows: Iterable[TableRow]) -> None:
-    """Write the table as CSV; text that a spreadsheet would take for a formula is preceded by an apostrophe."""
-    write_csv(path, layout.headings, (map(_harmless, layout.cells(row).values()) for row in rows))
-
-
-def _harmless(value: Any) -> Any:
-    return f"'{value}" if isinstance(value, str) and value.startswith(_FORMULA) else value
+    """Write the table as CSV."""
+    write_csv(path, layout.headings, (list(layout.cells(row).values()) for row in rows))
 
 
 def write_columnar_table(path: Path, layout: Layout, rows: Iterator[TableRow]) -> bool:

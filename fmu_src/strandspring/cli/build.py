@@ -143,7 +143,7 @@ def build(
         if not sources:
             sources, name = (str(bundled_record(Path(models))),), EXAMPLE_NAME if name is None else name
             options = {**options, **{key: options[key] or value for key, value in EXAMPLE_COLUMNS.items()}}
-        chosen = name or identifier(sources[0])
+        chosen = name or identifier(Path(sources[0]).stem)
         refuse_unwritable(Path(models), is_folder=True)
         model_path = Path(models) / f"{chosen}.json"
         for one in kinds:

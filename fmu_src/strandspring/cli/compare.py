@@ -16,7 +16,7 @@ from .cautions import note_assumptions, note_cautions
 from .mount import positive
 from .options import FiniteRange, read_records, record_files, record_options
 from .output import result, result_json, result_table, working
-from .paths import refuse_other_plots, refuse_overwriting
+from .paths import PLOT_FILE, refuse_overwriting
 from .usage import values_as_usage
 
 
@@ -54,7 +54,12 @@ from .usage import values_as_usage
     help="Springs drawn from the uncertainty of each model, at least 20; 0 for no verdict.",
 )
 @click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Seed of the draws.")
-@click.option("--plot", metavar="FILE.png", help=f"Plot loops, figures and transmissibility ({', '.join(SUFFIXES)}).")
+@click.option(
+    "--plot",
+    type=PLOT_FILE,
+    metavar="FILE.png",
+    help=f"Plot loops, figures and transmissibility ({', '.join(SUFFIXES)}).",
+)
 @record_options
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object instead of text.")
 def compare(
@@ -84,7 +89,6 @@ def compare(
       strandspring compare new.json worn.json --align middle --json
     """
     refuse_overwriting([a, b, *record_files(records)], {"--plot": plot})
-    refuse_other_plots(plot)
     for path in (a, b):
         load_model(path)  # a bad model is refused before long records are read
     group = read_records(records, columns)

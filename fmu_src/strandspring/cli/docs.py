@@ -11,11 +11,17 @@ from .._version import __version__
 from ..docs.site import PAGES, page_text, write_site
 from ..files import user_cache
 from .output import result
+from .paths import refuse_overwriting
 
 
 @click.command()
 @click.argument("page", required=False, type=click.Choice(PAGES), metavar="[PAGE]")
-@click.option("-o", "--output", metavar="FILE.html", help="Write the documentation to this file, and open nothing.")
+@click.option(
+    "-o",
+    "--output",
+    metavar="FILE.html",
+    help="Write the documentation to this file, and open nothing.",
+)
 @click.option("--text", is_flag=True, help="Print the page in the terminal.")
 def docs(page: str | None, output: str | None, text: bool) -> None:
     """Open the documentation, which needs no network.
@@ -36,6 +42,7 @@ def docs(page: str | None, output: str | None, text: bool) -> None:
 
         Console().print(Markdown(page_text(page or "overview")))
         return
+    refuse_overwriting((), {"--output": output}, ".html")
     path = user_cache() / f"strandspring-{__version__}.html" if output is None else Path(output)
     write_site(path)
     result(f"Documentation: {path}")

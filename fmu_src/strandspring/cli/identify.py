@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import click
@@ -67,8 +68,8 @@ def identify(
     """
     method = method_options(options)
     reporting = Reporting(options)
-    refuse_overwriting(record_files(records), {"--output": output, **reporting.outputs})
-    chosen = name or identifier(output)
+    refuse_overwriting(record_files(records), {"--output": output, **reporting.outputs}, ".json")
+    chosen = name or identifier(Path(output).stem)
     model, identification = identified(records, options, method, chosen, description)
     ranking: Ranking | None = None
     if rivals:

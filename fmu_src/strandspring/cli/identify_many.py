@@ -14,10 +14,10 @@ from ..api.many import identify_many as identify_all
 from ..batches.sources import COLUMNAR_TABLE, JOURNAL
 from .options import (
     FiniteRange,
+    cluster_option,
     identification_options,
     method_options,
     record_options,
-    refuse_two_places,
     wanted_of,
     worker_options,
 )
@@ -43,7 +43,6 @@ def identify_many(
     output: str,
     amplitude: float | None,
     workers: int | None,
-    scheduler: str | None,
     as_json: bool,
     **options: Any,
 ) -> None:
@@ -64,7 +63,7 @@ def identify_many(
       strandspring identify-many monday/ -o models --amplitude 20 --workers 4
     """
     method = method_options(options)
-    refuse_two_places(workers, scheduler)
+    scheduler = cluster_option(workers, options)
     finished = total = 0
     try:
         with reporting("springs/s") as report:
@@ -86,9 +85,12 @@ def identify_many(
                 **asdict(wanted_of(options)),
             )
     except KeyboardInterrupt:
-        kept = f"{finished} of {total} files are kept in {Path(output) / JOURNAL}, and the same command continues"
-        note(f"strandspring: interrupted{f'; {kept} from there' if finished else ''}.")
-        sys.exit(130)
+        if finished:
+            note(
+                f"{finished} of {total} files are kept in {Path(output) / JOURNAL}; the same command continues from "
+                "there."
+            )
+        raise
     _print(many, as_json)
     if not many.is_complete:
         note(f"strandspring: {many.problem}")

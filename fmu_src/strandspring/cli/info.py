@@ -75,7 +75,7 @@ def info(
       strandspring info spring.json --amplitude 13 --amplitude 46
       strandspring info spring.json a13.csv a46.csv --json
     """
-    refuse_overwriting([model, *record_files(records)], {"--save": save})
+    refuse_overwriting([model, *record_files(records)], {"--save": save}, ".json")
     content = load_model(model)
     if save is not None:
         save_model(save, content)

@@ -12,7 +12,7 @@ from ..api.isolation import CheckedMotion, IsolatedModel, Isolation, verificatio
 from ..api.isolation import isolate as isolated
 from .mount import EXCITATIONS, chosen_levels, curve_options, level_options, mount_options, positive
 from .output import reporting, result, result_json, terminal_width
-from .paths import refuse_other_plots, refuse_overwriting
+from .paths import PLOT_FILE, refuse_overwriting
 from .zero import zero_option
 
 
@@ -28,7 +28,7 @@ from .zero import zero_option
 )
 @curve_options(points=200)
 @click.option("-o", "--output", metavar="OUT.csv", help="Write all points of the curves to this file.")
-@click.option("--plot", metavar="FILE.png", help="Plot the curves of all models (.png, .svg or .pdf).")
+@click.option("--plot", type=PLOT_FILE, metavar="FILE.png", help="Plot the curves of all models (.png, .svg or .pdf).")
 @click.option(
     "--verify",
     is_flag=True,
@@ -62,8 +62,7 @@ def isolate(
       strandspring isolate spring.json --mass 5 --verify
     """
     levels = {kind: options.pop(kind) for kind in EXCITATIONS}
-    refuse_other_plots(plot)
-    refuse_overwriting(models, {"--output": output, "--plot": plot})
+    refuse_overwriting(models, {"--output": output, "--plot": plot}, ".csv")
     chosen = chosen_levels(levels)
     given: dict[str, Any] = {} if chosen is None else {chosen[0].value.replace(" ", "_"): chosen[1]}
     with reporting() as progress:

@@ -5,9 +5,7 @@ from __future__ import annotations
 import os
 import signal
 import sys
-import threading
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from importlib import import_module
 from io import TextIOWrapper
 from types import FrameType
@@ -17,6 +15,7 @@ import click
 from click.shell_completion import CompletionItem
 
 from .._version import __version__
+from ..endings import handled_endings
 from ..errors import StrandspringError
 from ..files import readable, reason_of
 from ..identification.outcomes import IdentificationError
@@ -82,7 +81,8 @@ def strandspring() -> None:
       strandspring synthesize spring spring.json --amplitude 20 -o synthetic.csv
 
     Exit status: 0 done; 1 the data or the model is refused, with one sentence that says why; 2 wrong usage or a
-    wrong value of an option; 130 interrupted (Ctrl-C); 143 terminated. With --json a refusal is a JSON object, too.
+    wrong value of an option; 130 interrupted (Ctrl-C); 143 terminated; 129 terminal closed. With --json a refusal is
+    a JSON object, too.
 
     \b
     Completion of commands, options and files, for the start-up file of the shell:
@@ -109,7 +109,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
 
         offer_files()
     try:
-        with _termination_interrupts():
+        with handled_endings(_interrupt):
             # Of sys.argv, click expands patterns of files on Windows.
             strandspring.main(None if arguments is None else given, "strandspring", standalone_mode=False)
     except click.exceptions.Exit as leaving:
@@ -119,11 +119,14 @@ def main(arguments: Sequence[str] | None = None) -> None:
         _leave(problem.exit_code, as_json, {"type": "UsageError", "message": problem.format_message()})
     except (click.Abort, KeyboardInterrupt) as end:
         number = _signal_of(end)
-        sentence = f"{'terminated' if number == signal.SIGTERM else 'interrupted'}; no output file is half written."
+        # After an interrupt in the midst of `exec`, which dataclasses use, `python -m` would end by SIGINT whatever the
+        # status, unless other code is executed so.
+        exec("")  # noqa: S102
+        sentence = f"{'interrupted' if number == signal.SIGINT else 'terminated'}; no output file is half written."
         click.echo(f"strandspring: {sentence}", err=True)
         _leave(128 + number, as_json, {"type": "Interrupt", "message": sentence})
     except OSError as problem:
-        if drop_failing_output():
+        if problem.filename is None and drop_failing_output():
             sentence = f"Standard output cannot be written: {reason_of(problem)}; send it elsewhere."
             click.echo(f"strandspring: {sentence}", err=True)
             sys.exit(1)
@@ -155,21 +158,9 @@ def _leave(status: int, as_json: bool, error: dict[str, str]) -> NoReturn:
     sys.exit(status)
 
 
-@contextmanager
-def _termination_interrupts() -> Iterator[None]:
-    """Let SIGTERM end the command as an interrupt does, so that nothing is left behind."""
-    if threading.current_thread() is not threading.main_thread():
-        yield  # signals are handled in the main thread
-        return
-
-    def interrupt(number: int, frame: FrameType | None) -> NoReturn:  # noqa: ARG001
-        raise KeyboardInterrupt(number)
-
-    before = signal.signal(signal.SIGTERM, interrupt)
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGTERM, before)
+def _interrupt(number: int, frame: FrameType | None) -> NoReturn:  # noqa: ARG001
+    """Let SIGTERM and SIGHUP end the command as Ctrl-C does, so that nothing is left behind."""
+    raise KeyboardInterrupt(number)
 
 
 def _signal_of(end: BaseException) -> int:

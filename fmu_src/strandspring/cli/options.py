@@ -17,6 +17,8 @@ from ..identification.scan import ScanOptions
 from ..intake.description_file import entries
 from ..intake.wanted import Wanted
 from ..intake.windows import is_window
+from ..jobs.cluster import PATIENCE, Cluster
+from ..jobs.runners import JobError
 from ..modelfile import check_name
 from ..modelfile import identifier as identifier
 from ..peers.ni_spring import NiOptions
@@ -201,15 +203,32 @@ identification_options = together(
 worker_options = together(
     click.option("--workers", type=click.IntRange(1, 1024), metavar="N",
                  help="Number of processes; 1 for none besides this one.  [default: all cores]"),
-    click.option("--scheduler", metavar="tcp://HOST:PORT",
-                 help="Run on the cluster of this dask.distributed scheduler instead."),
+    click.option("--scheduler", metavar="tls://HOST:PORT",
+                 help="Run on the cluster of this dask.distributed scheduler instead. A scheduler without TLS (tcp://) "
+                 "executes the pickles of whoever reaches it: use it on a trusted network only."),
+    click.option("--tls-ca-file", metavar="FILE",
+                 help="Certificate of the authority of the scheduler's, PEM.  [default: of dask's configuration]"),
+    click.option("--tls-cert", metavar="FILE", help="Certificate of this client, likewise."),
+    click.option("--tls-key", metavar="FILE", help="Key of this client without passphrase, likewise."),
+    click.option("--patience", type=FiniteRange(1.0, 1e6, unit="s"), default=PATIENCE, show_default=True, metavar="S",
+                 help="Give up if the scheduler does not answer, has no workers, or suspended ones, so long [s]."),
 )  # fmt: skip
 
 
-def refuse_two_places(workers: int | None, scheduler: str | None) -> None:
-    """Refuse `worker_options` that are given both; raises click.UsageError."""
+def cluster_option(workers: int | None, options: dict[str, Any]) -> Cluster | None:
+    """Take what `worker_options` say of a cluster out of a command's options; raises click.UsageError."""
+    scheduler, patience = options.pop("scheduler"), options.pop("patience")
+    certificates = {name: options.pop(name) for name in ("tls_ca_file", "tls_cert", "tls_key")}
     if workers is not None and scheduler is not None:
         raise click.UsageError("--workers and --scheduler exclude each other; give one of them.")
+    if scheduler is not None:
+        try:
+            return Cluster(scheduler, **certificates, patience=patience)
+        except JobError as problem:
+            raise click.UsageError(str(problem)) from None
+    if any(certificates.values()):
+        raise click.UsageError("Certificates are those of a scheduler; give --scheduler tls://HOST:PORT, too.")
+    return None
 
 
 def method_options(chosen: dict[str, Any]) -> Method:

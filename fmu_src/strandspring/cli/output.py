@@ -133,7 +133,7 @@ def _without_nan(content: Any) -> Any:
 def drop_failing_output() -> bool:
     """Whether standard output cannot be written; if so, what it holds is dropped, or Python would try it on leaving."""
     try:
-        sys.stdout.flush()
+        click.echo()
     except OSError:
         with Path(os.devnull).open("w") as nowhere:
             os.dup2(nowhere.fileno(), sys.stdout.fileno())

@@ -5,20 +5,55 @@ from __future__ import annotations
 import os
 from collections.abc import Iterable, Mapping
 from pathlib import Path
+from typing import Any
 
 import click
 
 from ..files import refuse_unwritable
 from ..plotfile import SUFFIXES
 
+# Endings that promise a format.
+_PROMISES = frozenset(
+    (
+        ".csv", ".feather", ".fmu", ".gz", ".h5", ".hdf5", ".html", ".json", ".mat", ".mdf", ".mf4", ".mo",
+        ".npy", ".npz", ".ods", ".parquet", ".pdf", ".png", ".ssp", ".ssv", ".svg", ".tdms", ".toml", ".uff", ".xls",
+        ".xlsx", ".xml", ".zip",
+    )
+)  # fmt: skip
 
-def refuse_overwriting(inputs: Iterable[str | Path], outputs: Mapping[str, str | Path | None]) -> None:
+
+class FileOfFormat(click.types.StringParamType):
+    """A file to write, whose ending chooses the format.
+
+    Parameters
+    ----------
+    endings : str      With the dot.
+    """
+
+    def __init__(self, *endings: str) -> None:
+        self._endings = endings
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> str:
+        if Path(value).suffix.lower() not in self._endings:
+            self.fail(f"must end in {', '.join(self._endings)}, got {str(value)!r}.", param, ctx)
+        return str(value)
+
+
+PLOT_FILE = FileOfFormat(*SUFFIXES)
+
+
+def refuse_overwriting(
+    inputs: Iterable[str | Path], outputs: Mapping[str, str | Path | None], ending: str | None = None
+) -> None:
     """Refuse an output that cannot be written, or is an input or another output of the same command, by whatever path.
+
+    So is one whose name promises another format than is written.
 
     Parameters
     ----------
     inputs : iterable of paths
     outputs : mapping            Path of each option; None where nothing is written.
+    ending : str or None         With the dot, of what is written as the first output; None if it may be anything.
 
     Raises
     ------
@@ -39,12 +74,9 @@ def refuse_overwriting(inputs: Iterable[str | Path], outputs: Mapping[str, str |
         written[option] = path
     for path in written.values():
         refuse_unwritable(Path(path))
-
-
-def refuse_other_plots(plot: str | None) -> None:
-    """Refuse a --plot in a format that is not drawn; raises click.UsageError."""
-    if plot is not None and Path(plot).suffix.lower() not in SUFFIXES:
-        raise click.UsageError(f"--plot must end in {', '.join(SUFFIXES)}, got {plot!r}.")
+    option, path = next(iter(outputs.items()))
+    if None not in (ending, path) and Path(str(path)).suffix.lower() in _PROMISES - {ending}:
+        raise click.UsageError(f"{option} {path} is written as {ending}; end the name so.")
 
 
 def _is_same_file(one: str | Path, other: str | Path) -> bool:

@@ -46,7 +46,7 @@ def predict(model: str, records: tuple[str, ...], output: str | None, as_json: b
       strandspring predict spring.json other.csv
       strandspring predict spring.json a13.csv a46.csv -o predicted.csv --json
     """
-    refuse_overwriting((model, *record_files(records)), {"--output": output})
+    refuse_overwriting((model, *record_files(records)), {"--output": output}, ".csv")
     load_model(model)  # a bad model is refused before long records are read
     group = read_records(records, columns)
     note_assumptions(group)

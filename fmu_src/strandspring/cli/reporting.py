@@ -3,20 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from pathlib import Path
 from typing import Any
 
 import click
 
 from ..api.identification import Identification
 from ..modelfile import ModelFile
-from ..plotfile import SUFFIXES as FIGURE_SUFFIXES
 from ..report.details import ReportDetails
 from ..report.figure import write_figure
 from ..report.page import SUFFIXES as REPORT_SUFFIXES
 from ..report.page import check_report_path, write_report
 from .options import FiniteRange, together
 from .output import working
+from .paths import PLOT_FILE, FileOfFormat
 
 
 def _fields(_context: click.Context, _option: click.Parameter, texts: tuple[str, ...]) -> tuple[tuple[str, str], ...]:
@@ -28,8 +27,8 @@ def _fields(_context: click.Context, _option: click.Parameter, texts: tuple[str,
 
 
 report_options = together(
-    click.option("--report", metavar="FILE.html|pdf", help="Also write a report: a page with all figures to zoom into, "
-                 "or a document."),
+    click.option("--report", type=FileOfFormat(*REPORT_SUFFIXES), metavar="FILE.html|pdf",
+                 help="Also write a report: a page with all figures to zoom into, or a document."),
     click.option("--date", default="", metavar="TEXT", help="Date in the report.  [default: a line to fill in]"),
     click.option("--operator", default="", metavar="TEXT", help="Who ran the test, likewise."),
     click.option("--specimen", default="", metavar="TEXT", help="Which spring was tested, likewise."),
@@ -37,7 +36,8 @@ report_options = together(
                  help="A further line of the report; repeat for more."),
     click.option("--report-mass", type=FiniteRange(min=0.0, min_open=True, unit="kg"), metavar="KG",
                  help="Mass of the report's transmissibility [kg].  [default: one that suits the spring]"),
-    click.option("--figure", metavar="FILE.svg|png|pdf", help="Also draw the loops as a figure for a paper."),
+    click.option("--figure", type=PLOT_FILE, metavar="FILE.svg|png|pdf",
+                 help="Also draw the loops as a figure for a paper."),
 )  # fmt: skip
 
 
@@ -46,7 +46,7 @@ class Reporting:
 
     Raises
     ------
-    click.UsageError      If details are given without --report, or a file name has another ending than those.
+    click.UsageError      If details are given without --report.
     StrandspringError     If a PDF cannot be made here.
     """
 
@@ -60,10 +60,6 @@ class Reporting:
         self.details = ReportDetails(
             given["date"], given["operator"], given["specimen"], given["report_fields"], given["report_mass"]
         )
-        kinds = {"--report": (self.report, REPORT_SUFFIXES), "--figure": (self.figure, FIGURE_SUFFIXES)}
-        for option, (path, suffixes) in kinds.items():
-            if path is not None and Path(path).suffix.lower() not in suffixes:
-                raise click.UsageError(f"{option} must end in {', '.join(suffixes)}, got {path!r}.")
         if self.report is not None:
             check_report_path(self.report)
 

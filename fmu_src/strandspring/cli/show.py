@@ -35,7 +35,7 @@ def show(records: tuple[str, ...], output: str | None, as_json: bool, **options:
       strandspring show rig.xlsx --force "Sheet 2/Load" -o rig.html
       strandspring show campaign.toml -o campaign.html
     """
-    refuse_overwriting(record_files(records), {"--output": output})
+    refuse_overwriting(record_files(records), {"--output": output}, ".html")
     group = read_records(records, options)
     note_assumptions(group)
     page = user_cache() / "record.html" if output is None else Path(output)

@@ -15,7 +15,7 @@ from ..api.studying import study as studied
 from ..studies.definition import STIFFNESS_FACTORS
 from ..studies.journal import journal_path
 from .mount import EXCITATIONS, chosen_levels, curve_options, level_options, mount_options, positive
-from .options import FiniteRange, refuse_two_places, worker_options
+from .options import FiniteRange, cluster_option, worker_options
 from .output import note, reporting, result, result_json, terminal_width
 from .paths import refuse_overwriting
 from .zero import zero_option
@@ -73,14 +73,19 @@ _SEVERAL = "repeat, or give LOW:HIGH:COUNT, for more"
 @zero_option
 @curve_options(points=24)
 @worker_options
-@click.option("-o", "--output", required=True, metavar="RESULTS.csv", help="Write one line for each run to this file.")
+@click.option(
+    "-o",
+    "--output",
+    required=True,
+    metavar="RESULTS.csv",
+    help="Write one line for each run to this file.",
+)
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object instead of text.")
 def study(
     model: str,
     mass: tuple[tuple[float, ...], ...],
     stiffness: tuple[tuple[float, ...], ...],
     workers: int | None,
-    scheduler: str | None,
     output: str,
     as_json: bool,
     **options: Any,
@@ -97,11 +102,11 @@ def study(
       strandspring study spring.json --mass 5 --base-displacement 0.5 -o study.csv
       strandspring study spring.json --mass 4:8:5 --draws 0 -o grid.csv
       strandspring study spring.json --mass 5 --stiffness 0.9:1.1:3 -o s.csv
-      strandspring study spring.json --mass 5 --scheduler tcp://host:8786 -o s.csv
+      strandspring study spring.json --mass 5 --scheduler tls://host:8786 -o s.csv
     """
     chosen = chosen_levels({kind: _flat(options.pop(kind)) for kind in EXCITATIONS})
-    refuse_two_places(workers, scheduler)
-    refuse_overwriting([model], {"--output": output, "--output's journal": journal_path(Path(output))})
+    scheduler = cluster_option(workers, options)
+    refuse_overwriting([model], {"--output": output, "--output's journal": journal_path(Path(output))}, ".csv")
     given: dict[str, Any] = {} if chosen is None else {chosen[0].value.replace(" ", "_"): chosen[1]}
     kept: tuple[float, int] = (0, 0)
     try:

@@ -102,7 +102,7 @@ def spring(
       strandspring synthesize spring spring.json -o loop.csv
       strandspring synthesize spring spring.json --noise 0.03 -o campaign.csv
     """
-    refuse_overwriting([model], {"--output": output})
+    refuse_overwriting([model], {"--output": output}, ".csv")
     content = load_model(model)
     with values_as_usage():
         record = synthesize_spring(
@@ -171,7 +171,7 @@ def ni(
       strandspring synthesize ni -o table1.csv --clean true.csv
       strandspring synthesize ni --amplitude 5.45 --exponent 1 -o drowned.csv
     """
-    refuse_overwriting((), {"--output": output, "--clean": clean})
+    refuse_overwriting((), {"--output": output, "--clean": clean}, ".csv")
     with values_as_usage():
         record = synthesize_ni(1e-3 * amplitude, exponent, cycles, samples, noise, seed)
     _write(output, record, noise, seed)

@@ -2,23 +2,26 @@
 
 An image's file name holds a digest of all it is compiled from, so that a changed source never meets an old image. A
 wheel carries images in the folder ``images``; those that are not there, as in a source checkout, are compiled once and
-kept in the user's cache.
+kept in the user's cache or, if that cannot be written, in a folder of the user among the temporary files.
 """
 
 from __future__ import annotations
 
-import atexit
 import hashlib
-import shutil
+import os
+import stat
 import sys
 import tempfile
 import time
+from collections.abc import Collection, Iterator
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import cache
 from importlib.util import find_spec
 from pathlib import Path
 
+from ..children import kill_all
 from ..errors import BuildError, StrandspringError
 from ..files import replacing, user_cache
 from . import zig
@@ -90,9 +93,10 @@ def image(unit: Unit, target: Target) -> Path:
 
     Raises
     ------
-    BuildError   If it would have to be compiled and ziglang is not installed, or fails.
+    BuildError   If it would have to be compiled and ziglang is not installed, or fails; or it cannot be kept.
     """
-    found = _found(unit, target)
+    name = unit.file_name(target)
+    found = next((folder / name for folder in (PACKAGED, *_caches()) if (folder / name).is_file()), None)
     if found is not None:
         return found
     if not zig.is_installed():
@@ -102,17 +106,39 @@ def image(unit: Unit, target: Target) -> Path:
         )
     print(f"Compiling the {unit.name} for {target.triple}, once for these C sources.", file=sys.stderr)
     content = compiled(unit, target)
-    name = unit.file_name(target)
-    try:
-        with replacing(user_cache() / name) as part:
-            part.write_bytes(content)
-        _discard_old(user_cache())
-        return user_cache() / name
-    except (StrandspringError, RuntimeError):  # RuntimeError: the user has no home
-        folder = Path(tempfile.mkdtemp(prefix="strandspring-"))
-        atexit.register(shutil.rmtree, folder, ignore_errors=True)
-        (folder / name).write_bytes(content)
-        return folder / name
+    problem = ""
+    for folder in _caches(create=True):
+        try:
+            with replacing(folder / name) as part:
+                part.write_bytes(content)
+        except StrandspringError as refusal:
+            problem = f"{refusal} "
+        else:
+            if problem:
+                print(f"{problem}It is kept in {folder}; set XDG_CACHE_HOME to a better place.", file=sys.stderr)
+            _discard_old(folder)
+            return folder / name
+    raise BuildError(f"{problem}Set XDG_CACHE_HOME to a folder that can be written, for what is compiled.")
+
+
+def contents(unit: Unit, targets: Collection[Target]) -> dict[Target, bytes]:
+    """The images of a unit for several targets; those that must be compiled are compiled at once.
+
+    Raises
+    ------
+    BuildError   As for `image`.
+    """
+    with ThreadPoolExecutor() as pool:
+        futures = {target: pool.submit(lambda one: image(unit, one).read_bytes(), target) for target in targets}
+        try:
+            return {target: future.result() for target, future in futures.items()}
+        except BaseException:
+            pool.shutdown(wait=False, cancel_futures=True)
+            # A thread may be about to start the compiler once more.
+            while not all(future.done() for future in futures.values()):
+                kill_all()
+                time.sleep(0.05)
+            raise
 
 
 def compiled(unit: Unit, target: Target) -> bytes:
@@ -140,12 +166,19 @@ def fmi_header(name: str) -> bytes:
         raise BuildError(f"The header {name} is missing; install fmpy 0.3.20 or newer.") from None
 
 
-def _found(unit: Unit, target: Target) -> Path | None:
-    name = unit.file_name(target)
-    folders = [PACKAGED]
-    with suppress(RuntimeError):
-        folders.append(user_cache())
-    return next((folder / name for folder in folders if (folder / name).is_file()), None)
+def _caches(create: bool = False) -> Iterator[Path]:
+    """Where images are kept, in this order; the second folder must exist, or be created."""
+    with suppress(RuntimeError):  # the user has no home
+        yield user_cache()
+    if sys.platform != "win32":  # where everybody has one
+        folder = Path(tempfile.gettempdir(), f"strandspring-cache-{os.geteuid()}")
+        with suppress(OSError):
+            if create:
+                folder.mkdir(mode=0o700, exist_ok=True)
+            status = folder.lstat()
+            # What is in there is executed: it must not be anybody else's.
+            if stat.S_ISDIR(status.st_mode) and status.st_uid == os.geteuid() and not status.st_mode & 0o077:
+                yield folder
 
 
 def _discard_old(folder: Path) -> None:

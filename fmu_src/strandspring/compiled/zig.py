@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 import os
-import subprocess
 import sys
-import tempfile
 from collections.abc import Mapping
 from contextlib import suppress
 from importlib import metadata
 from importlib.util import find_spec
 from pathlib import Path
 
+from ..children import run
 from ..errors import BuildError
+from ..scratch import TemporaryFolder
 from .targets import FLAGS, Target
 
 # Variables that say where the compiler has its cache, the first that is set.
@@ -54,8 +54,7 @@ def shared_library(
     system = target.system
     library = f"{name}{system.suffix}"
     output = (*system.linking, *libraries, "-shared", "-s", "-o", library)
-    with tempfile.TemporaryDirectory(prefix="strandspring-", ignore_cleanup_errors=True) as temporary:
-        folder = Path(temporary)
+    with TemporaryFolder() as folder:
         for path, content in sources.items():
             (folder / path).parent.mkdir(parents=True, exist_ok=True)
             (folder / path).write_bytes(content)
@@ -95,16 +94,8 @@ def _can_write(folder: str) -> bool:
 
 def _run(folder: Path, target: Target, *arguments: str) -> None:
     # File names are relative to where the compiler runs: no path of this computer reaches the binary.
-    done = subprocess.run(
-        [sys.executable, "-m", "ziglang", "cc", "-target", target.triple, *arguments],
-        cwd=folder,
-        env=_environment(folder),
-        stdin=subprocess.DEVNULL,
-        capture_output=True,
-        text=True,
-        errors="replace",
-        check=False,
-    )
+    command = [sys.executable, "-m", "ziglang", "cc", "-target", target.triple, *arguments]
+    done = run(command, folder, _environment(folder))
     if done.returncode != 0:
         message = next((line for line in done.stderr.splitlines() if "error" in line), done.stderr.strip()[:200])
         raise BuildError(

@@ -7,7 +7,6 @@ Works with either back end. The FMU's force is a direct feed-through of its disp
 from __future__ import annotations
 
 import math
-import tempfile
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from ctypes import c_double, c_uint
@@ -22,6 +21,7 @@ from fmpy.model_description import ModelDescription
 from ..core.parameters import LARGEST_DISPLACEMENT
 from ..errors import StrandspringError
 from ..fmu.fmpy_host import library_path
+from ..scratch import TemporaryFolder
 from .messages import Messages
 
 _MODEL_VALUES: Mapping[str, float] = {}
@@ -93,19 +93,20 @@ class FmuSpring:
         self._input, self._input_value = (c_uint * 1)(self._displacement), (c_double * 1)()
         self._outputs = (c_uint * 3)(*(references[output] for output in Response._fields))
         self._output_values = (c_double * 3)()
-        self._folder = tempfile.TemporaryDirectory(prefix="strandspring-", ignore_cleanup_errors=True)
+        self._folder = TemporaryFolder()
+        unzipped = str(self._folder.path)
         try:
-            fmpy.extract(str(fmu), unzipdir=self._folder.name)
+            fmpy.extract(str(fmu), unzipdir=unzipped)
             self._slave = FMU2Slave(
                 guid=description.guid,
-                unzipDirectory=self._folder.name,
+                unzipDirectory=unzipped,
                 modelIdentifier=interface.modelIdentifier,
                 instanceName=name,
-                libraryPath=library_path(self._folder.name, interface.modelIdentifier),
+                libraryPath=library_path(unzipped, interface.modelIdentifier),
             )
             self._slave.instantiate(callbacks=self.messages.callbacks)
         except Exception as problem:  # FMPy raises plain exceptions
-            self._folder.cleanup()
+            self._folder.close()
             raise CosimulationError(f"{name}: {fmu} cannot be run here: {problem}") from None
 
     def __enter__(self) -> FmuSpring:
@@ -119,7 +120,7 @@ class FmuSpring:
         if self.started:
             self._slave.terminate()
         self._slave.freeInstance()
-        self._folder.cleanup()
+        self._folder.close()
 
     @property
     def started(self) -> bool:

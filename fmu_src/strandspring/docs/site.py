@@ -8,6 +8,7 @@ from pathlib import Path
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markdown_it import MarkdownIt
+from markupsafe import Markup
 
 from .._version import __version__
 from ..errors import StrandspringError
@@ -49,10 +50,11 @@ def write_site(path: Path) -> None:
     write_text(path, environment.get_template("site.html.j2").render(pages=pages, version=__version__))
 
 
-def _rendered(name: str) -> tuple[str, str]:
+def _rendered(name: str) -> tuple[str, Markup]:
     """Title and HTML of a page, with links to other pages as links within the file."""
     text = page_text(name)
     title = text.splitlines()[0].removeprefix("# ").split(":")[0]
     linked = re.sub(r"\]\(([a-z-]+)\.md\)", r"](#\1)", text)
     html = MarkdownIt("commonmark", {"html": False}).enable("table").render(linked)
-    return title, html.replace("<table>", '<div class="wide"><table>').replace("</table>", "</table></div>")
+    html = html.replace("<table>", '<div class="wide"><table>').replace("</table>", "</table></div>")
+    return title, Markup(html)  # noqa: S704 - raw HTML is off

@@ -6,7 +6,6 @@ The parameter values are bound to the components, so that a tool applies them; e
 from __future__ import annotations
 
 import math
-import tempfile
 from dataclasses import asdict, dataclass
 from importlib.resources import files
 from pathlib import Path
@@ -20,6 +19,7 @@ from ..fmu.python_backed import slave_contents
 from ..fmu.ssv import parameter_set, parameter_values
 from ..kernel.path import PathSolver, as_path
 from ..modelfile import ModelFile
+from ..scratch import TemporaryFolder
 
 _UNITS = (Unit("kg", kg=1), Unit("m", m=1), Unit("N", kg=1, m=1, s=-2), Unit("Hz", s=-1))
 _PERIODS = 10
@@ -142,8 +142,8 @@ def write_system(path: Path, spring: Path, model: ModelFile, plant: ShakenMass) 
         "resources/spring.ssv": parameter_values(model).encode("utf-8"),
         "resources/plant.ssv": plant.parameter_values().encode("utf-8"),
     }
-    with tempfile.TemporaryDirectory() as folder:
-        contents["resources/plant.fmu"] = _plant_fmu(Path(folder) / "plant.fmu").read_bytes()
+    with TemporaryFolder() as folder:
+        contents["resources/plant.fmu"] = _plant_fmu(folder / "plant.fmu").read_bytes()
     return write_archive(path, contents)
 
 

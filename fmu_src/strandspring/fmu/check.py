@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import ctypes
 import platform
-import tempfile
 import time
 import zipfile
 from collections.abc import Iterator
@@ -24,6 +23,7 @@ from ..core.variables import spring_parameters
 from ..errors import BuildError
 from ..kernel.arrays import FloatArray
 from ..kernel.path import PathSolver
+from ..scratch import TemporaryFolder
 from .archive import binary_sizes
 from .fmpy_host import library_path
 from .native.platforms import host_folder
@@ -156,7 +156,8 @@ def running(path: Path, kind: type = FMU2Slave) -> Iterator[Any]:
     """An instance of the FMU, before its initialization, as FMPy's FMU2Slave or FMU2Model."""
     description = fmpy.read_model_description(str(path))
     interface = description.modelExchange if kind is FMU2Model else description.coSimulation
-    with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder:
+    with TemporaryFolder() as place:
+        folder = str(place)
         fmpy.extract(str(path), unzipdir=folder)
         one = kind(
             guid=description.guid,

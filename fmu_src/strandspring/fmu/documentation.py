@@ -35,7 +35,7 @@ def documentation_page(
         platforms=platforms,
         variables=[(v, start.get(v.name)) for v in variables(*spring.counts, with_states=with_states)],
         # The SVG is made by ElementTree from numbers and fixed text.
-        plot=Markup(loops_svg(spring)),
+        plot=Markup(loops_svg(spring)),  # noqa: S704
         facts={
             "Fit": flat(model.fit),
             "Uncertainty": flat({name: value for name, value in model.uncertainty.items() if name != "joint"}),

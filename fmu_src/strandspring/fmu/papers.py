@@ -171,9 +171,10 @@ def _related(of_record: ModelFile, zero: float, with_states: bool) -> Iterator[t
 def _variants(spring: SpringParameters, uncertainty: Mapping[str, Any]) -> dict[str, tuple[SpringParameters, str]]:
     """Nominal, lower, upper and drawn springs with a description each, by name."""
     found = {"nominal": (spring, "Nominal values")}
-    intervals = uncertainty.get("interval_95")
+    intervals = uncertainty.get("interval_95") or {}
     for end, name in enumerate(("lower", "upper")):
-        values: dict[str, Any] = {key: value for key in _VARIED if (value := _end(intervals, key, end)) is not None}
+        ends = {key: intervals[key][end] for key in _VARIED if key in intervals}
+        values: dict[str, Any] = {key: float(value) for key, value in ends.items() if value is not None}
         if values:
             about = f"{', '.join(values)} at the {name} ends of their 95 % intervals"
             try:
@@ -195,15 +196,6 @@ def _draws(joint: JointCovariance, spring: SpringParameters) -> Iterator[SpringP
     for _ in range(_TRIES):
         with suppress(ValueError):  # FA not positive: no spring
             yield joint.moved(spring, generator.standard_normal(len(joint.root)).tolist())
-
-
-def _end(intervals: Any, name: str, end: int) -> float | None:
-    """An end of an interval, if it is closed there; a model file may hold any JSON."""
-    try:
-        value = intervals[name][end]
-    except (KeyError, IndexError, TypeError):
-        return None
-    return float(value) if isinstance(value, int | float) and not isinstance(value, bool) else None
 
 
 def _table(header: tuple[str, ...], *columns: FloatArray) -> bytes:

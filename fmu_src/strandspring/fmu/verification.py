@@ -6,8 +6,7 @@ import csv
 import hashlib
 import io
 import json
-import zipfile
-import zlib
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -19,10 +18,12 @@ from ..errors import StrandspringError
 from ..files import read_bytes
 from ..kernel.arrays import FloatArray
 from ..modelfile import MAXIMUM_FMU_BYTES
+from ..unpacking import unpacked
 from .check import OUTPUTS, compare_run
 from .papers import HASHES, REFERENCE, STIMULI
 
-_MOST_FILES = 10_000
+_DESCRIPTION = "modelDescription.xml"
+_ENCODING = re.compile(r"""\A\s*<\?xml[^>]*?encoding\s*=\s*["']([^"']*)""")
 
 
 @dataclass(frozen=True)
@@ -53,7 +54,7 @@ def verify_fmu(path: Path) -> list[Finding]:
         return [Finding("files", str(problem))]
     if not found:
         found.append(Finding("files", f"All {len(contents)} files are as they were built.", is_problem=False))
-    found += _against_rules(path)
+    found += _against_rules(path, contents)
     if any(finding.is_problem for finding in found):
         return [*found, Finding("run", "It was not run.", is_problem=False)]
     return [*found, *_against_reference(path, contents)]
@@ -65,21 +66,11 @@ class _DamagedError(StrandspringError):
 
 def _contents(path: Path) -> dict[str, bytes]:
     """Every file of the FMU by its name."""
-    packed = io.BytesIO(read_bytes(path, MAXIMUM_FMU_BYTES, "an FMU", _DamagedError))
+    packed = read_bytes(path, MAXIMUM_FMU_BYTES, "an FMU", _DamagedError)
     try:
-        with zipfile.ZipFile(packed) as archive:
-            entries = archive.infolist()
-            if len(entries) > _MOST_FILES or sum(entry.file_size for entry in entries) > MAXIMUM_FMU_BYTES:
-                raise _DamagedError(
-                    f"It has more than {_MOST_FILES} files or {MAXIMUM_FMU_BYTES:.0e} bytes, far too many."
-                )
-            names = [entry.filename for entry in entries]
-            if len(set(names)) < len(names):
-                raise _DamagedError("It holds two files of one name.")
-            # Reading stops at the size that an entry gives, and checks its checksum.
-            return {entry.filename: archive.read(entry) for entry in entries if not entry.is_dir()}
-    except (OSError, zipfile.BadZipFile, zlib.error, NotImplementedError, RuntimeError, ValueError) as problem:
-        raise _DamagedError(f"It cannot be unpacked: {problem}.") from None
+        return unpacked(packed, MAXIMUM_FMU_BYTES)
+    except ValueError as problem:
+        raise _DamagedError(f"It cannot be unpacked: {problem}; copy it again, or build it again.") from None
 
 
 def _changed(contents: dict[str, bytes]) -> Iterator[Finding]:
@@ -101,7 +92,10 @@ def _changed(contents: dict[str, bytes]) -> Iterator[Finding]:
             yield Finding("files", f"{name!a} has been changed, or its hash in {HASHES}.")
 
 
-def _against_rules(path: Path) -> list[Finding]:
+def _against_rules(path: Path, contents: dict[str, bytes]) -> list[Finding]:
+    if not _is_plain(contents.get(_DESCRIPTION, b"")):
+        # Entities may name files of this computer, and grow without bound.
+        return [Finding("rules", f"{_DESCRIPTION} must be UTF-8 text without a document type; build the FMU again.")]
     try:
         problems = validate_fmu(str(path))
     except Exception as problem:  # FMPy raises plain exceptions
@@ -109,6 +103,16 @@ def _against_rules(path: Path) -> list[Finding]:
     if problems:
         return [Finding("rules", " ".join(str(problem).split())) for problem in problems]
     return [Finding("rules", "The model description follows FMI's rules.", is_problem=False)]
+
+
+def _is_plain(content: bytes) -> bool:
+    """Whether an XML file is in UTF-8 and declares no entities."""
+    try:
+        text = content.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        return False
+    declared = _ENCODING.match(text)
+    return "\0" not in text and "<!DOCTYPE" not in text and (declared is None or declared[1].lower() == "utf-8")
 
 
 def _against_reference(path: Path, contents: dict[str, bytes]) -> list[Finding]:

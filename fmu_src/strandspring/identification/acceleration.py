@@ -22,6 +22,7 @@ _LEAST = 2  # half width of the smallest window, samples
 _GROWTH = 1.4  # from one window tried to the next
 _LARGEST = 0.25  # largest window, share of the usual stroke
 _CELLS = 200  # samples of a stroke are averaged down to about this many
+_SAME_TIME = 1e-6  # share of the mean step up to which two samples are of one time
 _BETTER = 4.0  # times smaller the mean square must be for a window beside the sample
 
 
@@ -38,7 +39,10 @@ def acceleration(record: Record) -> FloatArray:
             "go without --moving-mass."
         )
     time = record.time
-    if np.any(np.diff(time) < 0.0) or time.size <= 2 * _LEAST or np.any(time[2 * _LEAST :] <= time[: -2 * _LEAST]):
+    steps = np.diff(time)
+    # Of the samples of each window, three times at least must differ.
+    rises = np.cumsum([0, *(steps > _SAME_TIME * np.mean(steps))])
+    if np.any(steps < 0.0) or time.size <= 2 * _LEAST or np.any(rises[2 * _LEAST :] < rises[: -2 * _LEAST] + 2):
         raise RecordError(
             f"{record.path}: a moving mass needs the acceleration, and the time column does not rise over "
             f"{2 * _LEAST + 1} samples throughout; check it with --time."

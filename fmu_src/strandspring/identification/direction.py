@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..kernel.arrays import FloatArray
 from ..loops.cycles import find_cycles
 from ..loops.strokes import noise_level
 from ..records.record import Record
@@ -69,8 +70,13 @@ def correlation(record: Record) -> float:
 
     In a narrow range the hysteresis decides on it, and outside the range the force may snap through.
     """
-    whole = float(np.corrcoef(record.displacement, record.force)[0, 1])
-    if record.compared is None:
-        return whole
-    x, r = record.displacement[record.compared], record.force[record.compared]
-    return max(whole, float(np.corrcoef(x, r)[0, 1])) if np.ptp(x) and np.ptp(r) else whole
+    x, r = record.displacement, record.force
+    whole = _correlation(x, r)
+    return whole if record.compared is None else max(whole, _correlation(x[record.compared], r[record.compared]))
+
+
+def _correlation(x: FloatArray, r: FloatArray) -> float:
+    """Correlation of two series; 0 where one is constant, or there is none."""
+    if x.size == 0 or not (np.ptp(x) and np.ptp(r)):
+        return 0.0
+    return float(np.corrcoef(x, r)[0, 1])

@@ -27,6 +27,7 @@ from .small_loops import extrapolated_energy
 from .steady_part import SteadyRecord, find_steady_part
 
 _POOR_RNL = 0.9
+_MANY_COMMON = 16  # samples; parts one after the other share one
 
 
 def identify_records(records: Record | Sequence[Record], options: Method | None = None) -> IdentifiedModel:
@@ -78,9 +79,35 @@ def _linear_algebra() -> ThreadpoolController:
 def _refuse_twins(group: Sequence[Record]) -> None:
     """Refuse the same samples twice: their noise would count as if it had been measured twice."""
     for first, second in combinations(group, 2):
-        columns = ((first.displacement, second.displacement), (first.force, second.force), (first.time, second.time))
-        if all(a is b or (a is not None and b is not None and np.array_equal(a, b)) for a, b in columns):
+        common = _common_samples(first, second)
+        if common == len(first) == len(second):
             raise RecordError(f"{second.path}: holds the same samples as {first.path}; give each record once.")
+        if common >= _MANY_COMMON:
+            raise RecordError(
+                f"{second.path}: shares {common} samples with the part of {first.path} that is given too; select parts "
+                "that do not overlap."
+            )
+
+
+def _common_samples(first: Record, second: Record) -> int:
+    """Number of samples to fit that two records have in common; 0 if they differ wherever they overlap."""
+    begin = max(first.first_sample, second.first_sample)
+    end = min(first.first_sample + len(first), second.first_sample + len(second))
+    if begin >= end:
+        return 0
+    one, other = (slice(begin - record.first_sample, end - record.first_sample) for record in (first, second))
+    columns = [(first.displacement, second.displacement), (first.force, second.force)]
+    if (first.time is None) != (second.time is None):
+        return 0
+    if first.time is not None and second.time is not None:
+        columns.append((first.time, second.time))
+    if not all(np.array_equal(a[one], b[other]) for a, b in columns):
+        return 0
+    compared = np.ones(end - begin, dtype=bool)
+    for record, part in ((first, one), (second, other)):
+        if record.compared is not None:
+            compared &= record.compared[part]
+    return int(compared.sum())
 
 
 def _spikes(record: Record) -> str:

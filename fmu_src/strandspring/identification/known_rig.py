@@ -159,11 +159,12 @@ def _percent(share: float) -> str:
 
 def _inertia_share(record: Record) -> tuple[float, float]:
     """Dynamic stiffness of the mass over that of the spring, and the frequency of the strokes [Hz]."""
+    if record.time is None:
+        return 0.0, 0.0
     try:
         inertia = replace(record, force=_MASS * acceleration(record))
     except RecordError:
         return 0.0, 0.0
-    assert record.time is not None
     stroke = float(np.median(np.diff(record.time[find_strokes(record.displacement).turning])))
     stiffness = _stiffness(record)
     return (-_stiffness(inertia) / stiffness if stiffness > 0.0 else 0.0), 0.5 / stroke

@@ -167,7 +167,7 @@ def gather(
 
 def averaged(loops: Loops, points: int) -> Loops:
     """The points of one record, averaged over so many cells of travel where a stroke has more of them."""
-    if np.bincount(loops.stroke).max() <= points:
+    if np.bincount(loops.stroke).max(initial=0) <= points:
         return loops
     share = np.sqrt(np.minimum(loops.travel / loops.length[loops.stroke], 1.0))
     cells = loops.stroke * points + np.minimum((share * points).astype(np.intp), points - 1)

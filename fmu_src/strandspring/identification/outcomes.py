@@ -47,6 +47,10 @@ class Outcome(Enum):
         "The loop is no higher than the noise, so the hysteresis cannot be identified; use a plain nonlinear spring or "
         "record larger strokes."
     )
+    BEYOND_LIMITS = (
+        "The spring that fits best is beyond the limits of what a spring can be; check the units of displacement and "
+        "force, or give lower --degrees."
+    )
 
     SPIKES_DECIDE = (
         "Isolated outliers lie far outside all other samples, and no spring can be identified with them; correct or "

@@ -21,6 +21,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any
 
@@ -32,19 +33,20 @@ from ..errors import ModelError
 from ..joint import JointCovariance
 from ..kernel.arrays import FloatArray
 from ..kernel.path import PathSolver
+from ..stated_uncertainty import INTERVAL_NUMBERS, LEVEL
 from .intervals import NORMAL_95, student_95
 from .linearised import Linearised
 from .loops import Loops
 from .refinement import Samples
 
-LEVEL = 0.95
 _TOO_LITTLE = 0.9  # share of held-out cycles below which the interval is called too narrow
 _LEAST_INDEPENDENT = 6.0  # samples; with fewer the interval was found to hold nearly all
 _SEED = 0  # of the noise that stands for what averaging over cells has removed
 _RANK = 1e-8  # singular value below which half of the cycles leaves a combination of coefficients as it is
 _LEAST_TRIED = 1 / 3  # share of the samples of a half that must count, or nothing is said of held-out cycles
-_STEP = 0.01  # of the differences for the standard error of a prediction, in standard errors of the coefficients
-_FIELD = 'field "uncertainty.prediction_interval"'
+# Of the differences for the standard error of a prediction, in standard errors of the coefficients; the smaller ones
+# are for a spring whose FA is nearly zero somewhere.
+_STEPS = (0.01, 1e-4, 1e-6)
 
 
 @dataclass(frozen=True)
@@ -105,22 +107,12 @@ class PredictionInterval:
 
     @classmethod
     def of(cls, uncertainty: Mapping[str, Any]) -> PredictionInterval | None:
-        """The interval in a model file's `uncertainty`; None if it holds none, as older files do.
-
-        Raises
-        ------
-        ModelError   If it holds anything else.
-        """
+        """The interval in a checked `uncertainty` of a model file; None if it holds none, as in older files."""
         given = uncertainty.get("prediction_interval")
         if given is None:
             return None
-        if not isinstance(given, Mapping) or given.get("level") != LEVEL:
-            raise ModelError(f"{_FIELD} must be an object with the level {LEVEL}; identify the spring again.")
-        names = ("factor", "additive", "relative", "error", "half_width")
-        factor, additive, relative, error, half_width = (_non_negative(given, name) for name in names)
-        coverage = None if given.get("held_out_coverage") is None else _non_negative(given, "held_out_coverage")
-        cycles = int(_non_negative(given, "held_out_cycles"))
-        return cls(factor, additive, relative, error, half_width, coverage, cycles)
+        numbers = {name: float(given[name]) for name in INTERVAL_NUMBERS}
+        return cls(**numbers, coverage=given["held_out_coverage"], cycles=int(given["held_out_cycles"]))
 
 
 @dataclass(frozen=True, eq=False)
@@ -203,22 +195,28 @@ def prediction_error(
     joint : JointCovariance
     displacement : ndarray, shape (K,)   [m]
     omega_start : float
+
+    Raises
+    ------
+    ModelError   If the covariance is so large that no neighbour of the spring is physically possible.
     """
-    size = len(joint.root)
-    variance = np.zeros(displacement.size)
-    for unit in np.eye(size) * _STEP:
-        ends = [PathSolver(joint.moved(spring, side * unit)).force(displacement, omega_start) for side in (1.0, -1.0)]
-        variance += ((ends[0] - ends[1]) / (2.0 * _STEP)) ** 2
-    return np.asarray(np.sqrt(variance))
+    changes = [_change(spring, joint, unit, displacement, omega_start) for unit in np.eye(len(joint.root))]
+    return np.asarray(np.linalg.norm(changes, axis=0))
 
 
-def _non_negative(content: Mapping[str, Any], name: str) -> float:
-    value = content.get(name)
-    if not isinstance(value, int | float) or isinstance(value, bool) or not 0.0 <= value < math.inf:
-        raise ModelError(
-            f"{_FIELD}: {name} must be a finite number >= 0, got {value!r:.60}; identify the spring again."
-        )
-    return float(value)
+def _change(
+    spring: SpringParameters, joint: JointCovariance, unit: FloatArray, displacement: FloatArray, omega_start: float
+) -> FloatArray:
+    """Change of the force by one standard deviation in a direction of the covariance, shape (K,) [N]."""
+    for step in _STEPS:
+        with suppress(ValueError):  # FA not positive: no spring
+            ends = [joint.moved(spring, (side * step * unit).tolist()) for side in (1.0, -1.0)]
+            forces = [PathSolver(end).force(displacement, omega_start) for end in ends]
+            return np.asarray((forces[0] - forces[1]) / (2.0 * step))
+    raise ModelError(
+        f'field "uncertainty.joint" is not possible: at {_STEPS[-1]:g} standard deviations from the spring there is no '
+        'other; identify the spring again, or remove the field "uncertainty.joint".'
+    )
 
 
 def _halves(loops: Loops) -> tuple[NDArray[np.intp], int]:

@@ -170,7 +170,7 @@ class RefinedOptions(Method):
         alternatives = [[replace(state.fit, criterion=found[0].better_by(state)) for state in found]]
         if self.degrees is None:
             alternatives.append(bending_more(found[0].loops, found[0].fit))
-        spring = spring_of(basis, refinement.backbone, refinement.hysteresis)
+        spring = spring_of(basis, refinement.backbone, refinement.hysteresis, where)
         findings = {outcome: detail(outcome, effects) for outcome in cautions}
         lack = LackOfFit.of(loops, refinement, samples.noise_rms)
         hysteretic = loops.rms(refinement.omega * refinement.backbone.G)

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 from typing import Any
 
 import numpy as np
@@ -13,6 +14,7 @@ from ..kernel.arrays import FloatArray
 from ..kernel.points import omega_with_derivatives
 from .intervals import NORMAL_95
 from .loops import ONE_AMPLITUDE
+from .outcomes import IdentificationError
 from .search import CLOSE, Candidate
 from .solution import spring_of
 
@@ -106,7 +108,7 @@ def undecided_energy(
         for other in others
         if other.criterion < best.criterion + CLOSE and other.misfit < _AS_GOOD * best.misfit
     ]
-    springs = [spring_of(other.basis, other.refinement.backbone, other.refinement.hysteresis) for other in rivals]
+    springs = list(_springs(rivals))
     energies = [loop_energy(other) for other in springs]
     if any(abs(other / energy - 1.0) > _APART for other in energies):
         next_best = springs[0]
@@ -126,6 +128,13 @@ def extrapolated_energy(spring: SpringParameters, uncertainty: Mapping[str, Any]
         return known
     error, share = 100.0 * _relative_error(spring, joint), 100.0 * AMPLITUDE
     return f"{known}; if the model holds there, to +- {error:.2g} % at {share:.0f} % of that amplitude"
+
+
+def _springs(fits: Sequence[Candidate]) -> Iterator[SpringParameters]:
+    """The springs of fits, without those beyond the limits of a spring."""
+    for fit in fits:
+        with suppress(IdentificationError):
+            yield spring_of(fit.basis, fit.refinement.backbone, fit.refinement.hysteresis, "")
 
 
 def _advice(spring: SpringParameters, smallest: float) -> str:

@@ -98,7 +98,7 @@ def fitted(loops: Loops, solution: Solution | None, where: str, cautions: Sequen
     refinement = Problem(loops, basis, hysteresis).linearised(hysteresis, backbone)
     if is_sigma_uncertain(loops, basis, refinement):
         all_cautions.append(Outcome.SIGMA_AT_BOUND)
-    return Fitted(spring_of(basis, backbone, hysteresis), dict.fromkeys(all_cautions, ""), solution.steady_share)
+    return Fitted(spring_of(basis, backbone, hysteresis, where), dict.fromkeys(all_cautions, ""), solution.steady_share)
 
 
 def drifts(loops: Loops) -> bool:
@@ -143,17 +143,30 @@ def cautions_of(loops: Loops, hysteresis: Hysteresis, omega: FloatArray) -> list
     return cautions
 
 
-def spring_of(basis: Basis, backbone: Backbone, hysteresis: Hysteresis) -> SpringParameters:
-    """The spring of a fit whose FA is positive, normalised to FA(x0) = 1 (paper eq. 19)."""
+def spring_of(basis: Basis, backbone: Backbone, hysteresis: Hysteresis, where: str) -> SpringParameters:
+    """The spring of a fit whose FA is positive, normalised to FA(x0) = 1 (paper eq. 19).
+
+    Parameters
+    ----------
+    basis, backbone, hysteresis : Basis, Backbone, Hysteresis   The fit.
+    where : str          Names of the records, for messages.
+
+    Raises
+    ------
+    IdentificationError  If its parameters are beyond the limits of a spring.
+    """
     amplified = basis.powers(backbone.amplified)
-    return SpringParameters(
-        **basis.elastic_parameters(backbone.elastic),
-        kA=(1.0, *(amplified[1:] / amplified[0]).tolist()),
-        kappa_omega=float(amplified[0]),
-        rho=hysteresis.rho,
-        sigma=hysteresis.sigma,
-        n=hysteresis.n,
-        displacement_offset=basis.offset,
-        displacement_min=basis.low,
-        displacement_max=basis.high,
-    )
+    try:
+        return SpringParameters(
+            **basis.elastic_parameters(backbone.elastic),
+            kA=(1.0, *(amplified[1:] / amplified[0]).tolist()),
+            kappa_omega=float(amplified[0]),
+            rho=hysteresis.rho,
+            sigma=hysteresis.sigma,
+            n=hysteresis.n,
+            displacement_offset=basis.offset,
+            displacement_min=basis.low,
+            displacement_max=basis.high,
+        )
+    except ValueError as problem:
+        raise IdentificationError(Outcome.BEYOND_LIMITS, where, f" ({str(problem).rstrip('.')})") from None

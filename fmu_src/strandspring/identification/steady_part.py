@@ -77,9 +77,10 @@ def find_steady_part(record: Record, delay: float = 0.0) -> SteadyRecord:
     ------
     IdentificationError   With the outcome that names the reason.
     """
-    if not np.ptp(record.displacement):
-        raise IdentificationError(Outcome.TOO_FEW_STROKES, record.path)
     strokes = find_strokes(record.displacement)
+    # Constant, or so coarse that all of it is taken for noise.
+    if not strokes.length.max():
+        raise IdentificationError(Outcome.TOO_FEW_STROKES, record.path)
     used, cautions = usable_samples(record, strokes)
     noise = path_noise(record.displacement) / max(float(np.ptp(record.displacement)), 1e-300)
     if noise > _NOISY:
@@ -92,9 +93,11 @@ def find_steady_part(record: Record, delay: float = 0.0) -> SteadyRecord:
     periodic = strokes.count in (2, 3) and _is_closed(in_step, strokes)
     first_used = 0 if periodic else _first_steady_stroke(strokes, in_step, cautions)
     left = strokes.direction[strokes.of_sample[used & (strokes.of_sample >= first_used)]]
-    if min(np.count_nonzero(left == side) for side in (1, -1)) < _LEAST_LEFT:
-        raise IdentificationError(Outcome.TOO_LITTLE_LEFT, record.path)
     loops = _points_of(in_step, strokes, first_used, periodic, POINTS_PER_STROKE, used)
+    # A period that is followed by itself may have fewer reversals than alone.
+    for directions, least in ((left, _LEAST_LEFT), (loops.direction[loops.stroke], 1)):
+        if min(np.count_nonzero(directions == side) for side in (1, -1)) < least:
+            raise IdentificationError(Outcome.TOO_LITTLE_LEFT, record.path)
     _refuse_impossible(in_step, mean_loop(loops))
     return SteadyRecord(record, strokes, first_used, loops, periodic, cautions, used)
 

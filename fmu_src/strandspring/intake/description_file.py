@@ -32,6 +32,7 @@ import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
 from functools import cache
+from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -183,7 +184,10 @@ def _validator() -> TypeAdapter[Wanted]:
 def _files(description: Path, file: str, where: str) -> list[Path]:
     """The files of one entry, in the order of their names."""
     folder = description.parent
-    path = Path(file).expanduser()
+    try:
+        path = Path(file).expanduser()
+    except RuntimeError as problem:
+        raise RecordError(f"{where}, file: {file[:60]!r} names no user's folder ({problem}); give its path.") from None
     if not _PATTERN & set(file) or (folder / path).exists():
         return [folder / path]
     if path.is_absolute() or ".." in path.parts:
@@ -191,7 +195,11 @@ def _files(description: Path, file: str, where: str) -> list[Path]:
             f"{where}, file: a pattern must stay in the folder of the description, got {file[:60]!r}; name the files, "
             "or move the description."
         )
-    found = sorted(each for each in folder.glob(file) if each.is_file() and each != description)
+    try:
+        fitting = (each for each in folder.glob(file) if each.is_file() and each != description)
+        found = sorted(islice(fitting, _MAX_FILES + 1))
+    except (ValueError, OSError) as problem:
+        raise RecordError(f"{where}, file: {file[:60]!r} is not a usable pattern ({problem}); correct it.") from None
     if not found:
         raise RecordError(
             f"{where}, file: no file fits {file[:60]!r} in the folder {readable(folder.resolve())}; correct the "

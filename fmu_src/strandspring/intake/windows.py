@@ -37,12 +37,12 @@ def window(text: str) -> tuple[float | None, float | None]:
     >>> window("-5:2.5"), window("3:")
     ((-5.0, 2.5), (3.0, None))
     """
-    match = _WINDOW.fullmatch(text)
+    match = _WINDOW.fullmatch(text) if isinstance(text, str) else None
     if match is None or not any(match.groups()):
-        raise RecordError(f"must be FROM:TO, such as 2.5:10, 2.5: or :10, got {text[:60]!r}.")
+        raise RecordError(f"must be FROM:TO, such as 2.5:10, 2.5: or :10, got {text!r:.60}.")
     low, high = (None if end is None else float(end) for end in match.groups())
     if low is not None and high is not None and low > high:
-        raise RecordError(f"must be FROM:TO of which the first is not above the second, got {text[:60]!r}.")
+        raise RecordError(f"must be FROM:TO of which the first is not above the second, got {text!r:.60}.")
     return low, high
 
 
@@ -59,12 +59,12 @@ def cycle_range(text: str) -> tuple[int | None, int | None]:
     >>> cycle_range("2:5"), cycle_range(":5"), cycle_range("3")
     ((2, 5), (None, 5), (3, 3))
     """
-    match = _CYCLES.fullmatch(text)
+    match = _CYCLES.fullmatch(text) if isinstance(text, str) else None
     if match is None or not (match[1] or match[3]):
-        raise RecordError(f"must be a cycle or FIRST:LAST, such as 3, 2:5, 2: or :5, got {text[:60]!r}.")
+        raise RecordError(f"must be a cycle or FIRST:LAST, such as 3, 2:5, 2: or :5, got {text!r:.60}.")
     if match[2] is None:
         return int(text), int(text)
     first, last = (int(number) if number else None for number in (match[1], match[3]))
     if first is not None and last is not None and first > last:
-        raise RecordError(f"must be FIRST:LAST of which the first is not above the second, got {text[:60]!r}.")
+        raise RecordError(f"must be FIRST:LAST of which the first is not above the second, got {text!r:.60}.")
     return first, last

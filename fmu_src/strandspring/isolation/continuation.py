@@ -233,7 +233,7 @@ def _along(
 ) -> Iterator[SteadyMotion]:
     """Motions along the curve until it has risen past the target, those at wanted frequencies among them."""
     place = _Place.of(here, balance.at(here.z, here.omega))
-    places = [place]
+    track = _Track(place)
     step = _FIRST
     passed = int(np.searchsorted(logs, here.log, "right"))
     for count in range(_MOST_STEPS):
@@ -244,7 +244,7 @@ def _along(
             if step < _SHORTEST:
                 break
             continue
-        if after.is_near(places[:-_RECENT], step):
+        if track.is_closed_by(after, step):
             break
         yield from _passed(balance, place.motion, after.motion, logs)
         yield after.motion
@@ -253,7 +253,7 @@ def _along(
                 f"The steady motion turns back at {_described(balance, float(logs[0]))}; begin the band lower."
             )
         place = after
-        places.append(place)
+        track.append(place)
         passed = max(passed, int(np.searchsorted(logs, place.motion.log, "right")))
         if place.motion.log >= target and place.motion.rising:
             return
@@ -262,7 +262,7 @@ def _along(
     raise _LostError(
         f"The steady motion could not be followed beyond {_described(balance, place.motion.log)}; use a lower level or "
         "a narrower band.",
-        max(one.motion.log for one in places),
+        track.highest,
     )
 
 
@@ -281,17 +281,43 @@ class _Place:
         tangent = np.linalg.solve(matrix, np.append(np.zeros(motion.z.size), 1.0))
         return cls(replace(motion, rising=bool(tangent[-1] > 0.0)), tangent / np.linalg.norm(tangent * metric))
 
-    def is_near(self, others: list[_Place], distance: float) -> bool:
-        """Whether the curve runs here the way it has run before: it is closed."""
-        if not others:
-            return False
-        metric = _metric(self.motion)
-        gaps = np.array([other.motion.z for other in others]) - self.motion.z
-        logs = np.array([other.motion.log for other in others]) - self.motion.log
-        near = np.linalg.norm(np.column_stack([gaps, logs]) * metric, axis=1) < 0.5 * distance
-        return any(
-            float(np.sum(others[k].tangent * self.tangent * metric**2)) > _BEND for k in np.flatnonzero(near).tolist()
-        )
+    @property
+    def coordinates(self) -> FloatArray:
+        """(z, ln Omega)."""
+        return np.append(self.motion.z, self.motion.log)
+
+
+class _Track:
+    """The places passed so far, in arrays, since each new one is compared with all of them.
+
+    Parameters
+    ----------
+    first : _Place
+    """
+
+    def __init__(self, first: _Place) -> None:
+        self._coordinates = np.empty((_MOST_STEPS + 1, first.tangent.size))
+        self._tangents = np.empty_like(self._coordinates)
+        self._count = 0
+        self.append(first)
+
+    def append(self, place: _Place) -> None:
+        """Add the place that comes next."""
+        self._coordinates[self._count], self._tangents[self._count] = place.coordinates, place.tangent
+        self._count += 1
+
+    @property
+    def highest(self) -> float:
+        """The highest ln(Omega)."""
+        return float(self._coordinates[: self._count, -1].max())
+
+    def is_closed_by(self, place: _Place, distance: float) -> bool:
+        """Whether the curve runs at a place the way it has run before: it is closed."""
+        before = max(self._count - _RECENT, 0)
+        metric = _metric(place.motion)
+        gaps = (self._coordinates[:before] - place.coordinates) * metric
+        near = np.linalg.norm(gaps, axis=1) < 0.5 * distance
+        return bool(np.any((self._tangents[:before][near] * place.tangent * metric**2).sum(axis=1) > _BEND))
 
 
 def _metric(motion: SteadyMotion) -> FloatArray:

@@ -7,9 +7,9 @@ several may round differently.
 
 from __future__ import annotations
 
+import math
 import multiprocessing
 import os
-import signal
 import sys
 import threading
 import time
@@ -25,12 +25,14 @@ from typing import Any, NamedTuple, Protocol, TypeVar
 
 from threadpoolctl import threadpool_limits
 
+from ..endings import handled_endings, held_endings, leave_interrupts_to_parent
 from ..errors import StrandspringError
 
 _MOST_WORKERS = 61  # Windows waits for no more processes
 _FEWEST_BATCHES = 64  # with fewer, workers wait for each other at the end
 _PATIENCE = 60.0  # seconds without a finished task until this is reported
 _MOST_DEATHS = 20  # where so many tasks end their process and none does not, it is not the tasks' fault
+_LOOK = 10.0  # seconds between two looks at executors while nothing is finished
 _GLANCE = 0.1  # seconds between two looks whether the program was interrupted
 
 Task = TypeVar("Task")
@@ -65,6 +67,8 @@ class Pool(NamedTuple):
     death : tuple of exceptions     What a batch ends with whose worker process died.
     obituary : str                  What to tell the user then.
     run : callable                  Executes tasks of a work in the worker.
+    trouble : callable              Why no batch may ever finish, as a sentence without full stop; empty if all is well.
+    patience : float                Time after which the work is given up for such trouble [s].
     """
 
     executor: Executor
@@ -72,6 +76,8 @@ class Pool(NamedTuple):
     death: tuple[type[BaseException], ...] = ()
     obituary: str = ""
     run: Callable[[Any, Sequence[Any]], Sequence[Any]] = _rows
+    trouble: Callable[[], str] = str
+    patience: float = math.inf
 
 
 class Runner(Protocol):
@@ -159,7 +165,7 @@ def _executed(
 ) -> Generator[Sequence[Row], None, None]:
     """Rows of batches until there are none left or a worker process dies, which adds those under way to `lost`."""
     pending: dict[Future[Sequence[Row]], Sequence[Task]] = {}
-    waiting_since = time.monotonic()
+    patience = _Patience(pool, notify)
     while True:
         if interrupted:
             raise KeyboardInterrupt(*interrupted)
@@ -173,11 +179,10 @@ def _executed(
         if not pending:
             return
         done, _ = wait(pending, _GLANCE, FIRST_COMPLETED)
-        if done:
-            waiting_since = time.monotonic()
-        elif time.monotonic() - waiting_since > _PATIENCE:
-            notify(f"Nothing has been finished for {_PATIENCE:g} s; still waiting for the workers.")
-            waiting_since = time.monotonic()
+        if not done:
+            patience.wait()
+        elif any(not future.cancelled() for future in done):
+            patience.begin()
         for future in done:
             batch = pending.pop(future)
             try:
@@ -186,6 +191,37 @@ def _executed(
                 lost.append(batch)
                 continue
             yield rows
+
+
+class _Patience:
+    """Reports while nothing is finished, and ends that if the executor's trouble lasts."""
+
+    def __init__(self, pool: Pool, notify: Callable[[str], None]) -> None:
+        self._pool, self._notify = pool, notify
+        self._looked = -math.inf
+        self.begin()
+
+    def begin(self) -> None:
+        """Something was finished just now."""
+        self._reported = time.monotonic()
+        self._trouble, self._since = "", self._reported
+
+    def wait(self) -> None:
+        """Nothing was finished since; raises JobError if that is hopeless."""
+        now = time.monotonic()
+        if now - self._looked > _LOOK:
+            self._looked = now
+            trouble = self._pool.trouble()
+            if trouble and not self._trouble:
+                self._since = self._reported = now
+                self._notify(f"{trouble}; giving up after {self._pool.patience:g} s.")
+            self._trouble = trouble
+        if self._trouble and now - self._since > self._pool.patience:
+            raise JobError(f"{self._trouble}; given up after {self._pool.patience:g} s.")
+        if now - self._reported > _PATIENCE:
+            self._reported = now
+            reason = f" {self._trouble}." if self._trouble else ""
+            self._notify(f"Nothing has been finished for {_PATIENCE:g} s; still waiting for the workers.{reason}")
 
 
 @contextmanager
@@ -202,15 +238,8 @@ def _interrupts_kept() -> Iterator[list[int]]:
             raise KeyboardInterrupt(number)
         interrupted.append(number)
 
-    if threading.current_thread() is not threading.main_thread():
-        yield interrupted  # signals are handled in the main thread
-        return
-    before = {number: signal.signal(number, keep) for number in (signal.SIGINT, signal.SIGTERM)}
-    try:
+    with handled_endings(keep):
         yield interrupted
-    finally:
-        for number, handler in before.items():
-            signal.signal(number, handler)
 
 
 class _InlineExecutor(Executor):
@@ -230,7 +259,8 @@ class _Processes(ProcessPoolExecutor):
         main = sys.modules["__main__"]
         sys.modules["__main__"] = ModuleType("__main__")
         try:
-            return super().submit(fn, *args, **kwargs)
+            with held_endings():
+                return super().submit(fn, *args, **kwargs)
         finally:
             sys.modules["__main__"] = main
 
@@ -257,7 +287,8 @@ class Local:
         # A fork would inherit locks of other threads, such as that of the progress bar.
         context = multiprocessing.get_context("spawn")
         listening, lifeline = context.Pipe(duplex=False)
-        executor = _Processes(workers, context, initializer=_start_worker, initargs=(listening,))
+        with held_endings():  # starts the process that looks after semaphores, which a closing terminal must not end
+            executor = _Processes(workers, context, initializer=_start_worker, initargs=(listening,))
         obituary = "A worker process died, perhaps for want of memory; use fewer workers."
         try:
             yield Pool(executor, 2 * workers, (BrokenProcessPool,), obituary)
@@ -277,8 +308,8 @@ def _usable_cores() -> int:
 
 
 def _start_worker(listening: Connection) -> None:
-    """Prepare a worker process: the parent handles interrupts, and the worker ends with the parent."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    """Prepare a worker process: the parent handles signals to the group, and the worker ends with the parent."""
+    leave_interrupts_to_parent()
     threadpool_limits(limits=1)
     threading.Thread(target=_leave_with_lifeline, args=(listening,), daemon=True).start()
 

@@ -48,6 +48,8 @@ def dwells(record: Record, strokes: Strokes) -> tuple[BoolArray, float]:
     stride = thinned.step
     x, force = strokes.displacement[thinned], record.force[thinned]
     span = float(np.ptp(x))
+    if not span:  # whatever the displacement does is taken for noise
+        return np.zeros(len(record), dtype=bool), 0.0
     steps = np.abs(np.diff(x))
     rest = max(_REST * span, float(np.min(steps[steps > 0.0], initial=span)))
     first, last = _runs(steps <= max(rest / _RESTS, 4.0 * noise_level(x)))

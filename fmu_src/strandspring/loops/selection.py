@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..errors import RecordError
-from ..records.record import Record
+from ..records.record import Record, is_finite
 from .cycles import find_cycles
 
 Bounds = tuple[float | None, float | None]
@@ -49,17 +49,18 @@ class Selection:
                 continue
             if not (isinstance(bounds, tuple | list) and len(bounds) == 2):
                 raise RecordError(
-                    f"`{name}` must be a pair of first and last{unit}, None for an open end, got {bounds!r}."
+                    f"`{name}` must be a pair of first and last{unit}, None for an open end, got {bounds!s:.60}."
                 )
-            first, last = (-math.inf if bounds[0] is None else bounds[0], math.inf if bounds[1] is None else bounds[1])
             given = [value for value in bounds if value is not None]
-            if not all(math.isfinite(value) for value in given) or not (first <= last):
+            if not all(map(is_finite, given)) or (len(given) == 2 and given[0] > given[1]):
                 raise RecordError(
                     f"`{name}` must be two finite numbers{unit} of which the first is not above the second, got "
-                    f"{bounds}."
+                    f"{bounds!s:.60}."
                 )
-            if name == "cycles" and any(value != int(value) or value < 1 for value in given):
-                raise RecordError(f"`cycles` must be whole numbers from 1 on, got {bounds}.")
+            if name == "cycles":
+                if any(value != int(value) or value < 1 for value in given):
+                    raise RecordError(f"`cycles` must be whole numbers from 1 on, got {bounds}.")
+                object.__setattr__(self, name, tuple(None if value is None else int(value) for value in bounds))
 
 
 def select(
@@ -194,6 +195,7 @@ def _cut(record: Record, keep: slice) -> Record:
         time=None if record.time is None else record.time[keep],
         compared=None if record.compared is None else record.compared[keep],
         is_cut=True,
+        first_sample=record.first_sample + keep.start,
     )
 
 

@@ -91,11 +91,14 @@ class ChannelTable:
         base, base_notes = self._on_one_base(own, values, times)
         notes += base_notes
         read = {column.number: values[column.number] for column in own}
-        if len(self.columns) > len(self.channels) and self.columns[-1] in wanted:
-            if base is None:
+        clock = self.columns[-1]
+        if clock.number > len(self.channels) and clock in wanted:
+            if base is not None:
+                read[clock.number] = base
+            elif clock is optional:
                 notes.append("time is left out: the channels chosen have none")
             else:
-                read[self.columns[-1].number] = base
+                raise RecordError(f"{self.where}, {clock}: the channels chosen have no times; name another column.")
         return self._finite(read, optional, notes)
 
     def places(self, rows: Collection[int]) -> list[int]:
@@ -144,9 +147,8 @@ class ChannelTable:
         if finest.size < 2:
             raise RecordError(f"{apart}, and never at the same time; name channels of one measurement.")
         notes = []
-        for column in own:
-            base, series = times[column.number], values[column.number]
-            assert base is not None
+        for column, base in zip(own, bases, strict=True):
+            series = values[column.number]
             if base.size >= finest.size and np.isin(finest, base).all():
                 values[column.number] = series[np.isin(base, finest)]
                 continue

@@ -7,6 +7,8 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
+import numpy as np
+
 from ..errors import RecordError
 from .dialect import Dialect
 from .units import Quantity, kind_of_unit, quoted, unit_factor, words
@@ -129,7 +131,7 @@ def choose_columns(
         elif quantity == "time":
             if candidates:
                 notes.append(f"time is left out, since {listed_columns(candidates)} could hold it")
-        elif not has_names and len(columns) == 2 and not candidates:
+        elif not has_names and len(columns) == 2 and free and not candidates:
             chosen[quantity] = free[0]
             notes.append(f"{quantity} is assumed to be {free[0]}, as there is no header")
         else:
@@ -212,6 +214,11 @@ def _asked_column(columns: Sequence[Column], wanted: int | str, quantity: Quanti
                 f"{where}: {quantity} column {quoted(wanted)} is not in the file, "
                 f"which has {listed_columns(columns)}; give one of these names or numbers."
             )
+    elif not isinstance(wanted, int | np.integer):
+        raise RecordError(
+            f"{where}: {quantity} column must be a name or a number from 1 on, got {type(wanted).__name__}; the file "
+            f"has {listed_columns(columns)}."
+        )
     number = int(wanted)
     if not 1 <= number <= len(columns):
         raise RecordError(

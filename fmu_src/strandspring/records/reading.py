@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import os
 from collections.abc import Mapping, Sequence
 from typing import Literal
@@ -15,7 +14,7 @@ from .choosing import Asked, choose_table
 from .columns import DEFAULT_UNITS, Column, choose_unit
 from .content import read_content
 from .formats.opening import tables_of
-from .record import Record
+from .record import Record, is_finite
 from .spikes import find_spikes, spikes_of
 from .tables import Table
 from .units import Quantity, quoted, unit_factor
@@ -179,11 +178,12 @@ def record_of_tables(
 
 def _refuse_useless(adjustments: Mapping[Quantity, tuple[float, float]]) -> None:
     for quantity, (offset, scale) in adjustments.items():
-        if not math.isfinite(offset):
-            raise RecordError(f"`{quantity}_offset` must be finite, got {offset}.")
-        if not (math.isfinite(scale) and scale > 0.0):
+        if not is_finite(offset):
+            raise RecordError(f"`{quantity}_offset` must be a finite number, got {quoted(str(offset))}.")
+        if not (is_finite(scale) and scale > 0.0):
             raise RecordError(
-                f"`{quantity}_scale` must be finite and > 0, got {scale}; negate a column with `reverse`."
+                f"`{quantity}_scale` must be a finite number > 0, got {quoted(str(scale))}; negate a column with "
+                "`reverse`."
             )
 
 

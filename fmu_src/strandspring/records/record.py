@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,8 +14,18 @@ from numpy.typing import ArrayLike, NDArray
 from ..errors import RecordError
 from ..files import readable, write_csv
 
-# Beyond what any rig measures [m], [N]; powers of such numbers overflow or vanish.
+# Beyond what any rig measures [m], [N], [s]; powers of such numbers overflow or vanish.
 _LEAST, _GREATEST = 1e-30, 1e30
+_SAME_TIME = 1e-9  # share of the mean step up to which two samples are of one time
+# What arrays of no real numbers hold, by NumPy's letter of their kind.
+_OTHER_KINDS = {
+    "c": "complex numbers",
+    "O": "Python objects, or integers too large for a double",
+    "U": "text",
+    "S": "text",
+    "M": "moments",
+    "m": "durations",
+}
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -36,6 +47,7 @@ class Record:
     label : str                          Name of the specimen or test, "" without.
     is_cut : bool                        Whether it is a part that was cut out by cycles or time: its cycles are not
                                          counted as those of the whole record.
+    first_sample : int                   Index of its first sample in the whole record.
 
     Raises
     ------
@@ -51,6 +63,7 @@ class Record:
     compared: NDArray[np.bool_] | None = None
     label: str = ""
     is_cut: bool = False
+    first_sample: int = 0
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "path", readable(self.path))
@@ -59,10 +72,17 @@ class Record:
             _refuse_absurd(values, name, self.path)
             object.__setattr__(self, name, values)
         if self.time is not None:
-            object.__setattr__(self, "time", _checked(self.time, "time", self.path))
+            times = _checked(self.time, "time", self.path)
+            _refuse_absurd(times, "time", self.path)
+            object.__setattr__(self, "time", times)
         object.__setattr__(self, "notes", tuple(self.notes))
         if self.compared is not None:
-            compared = np.array(self.compared, dtype=np.bool_)
+            compared = np.array(self.compared)
+            if compared.dtype.kind != "b":
+                raise RecordError(
+                    f"{self.path}: `compared` must be an array of booleans, got an array of {compared.dtype}; pass a "
+                    "mask, such as displacement > 0."
+                )
             compared.setflags(write=False)
             object.__setattr__(self, "compared", compared)
         for name, column in (("force", self.force), ("time", self.time), ("compared", self.compared)):
@@ -145,7 +165,10 @@ class Record:
     @property
     def rising_time(self) -> NDArray[np.float64] | None:
         """Times [s], shape (K,); None without a time column or where it does not rise from sample to sample."""
-        return None if self.time is None or bool(np.any(np.diff(self.time) <= 0.0)) else self.time
+        if self.time is None:
+            return None
+        steps = np.diff(self.time)
+        return self.time if steps.min() > _SAME_TIME * np.mean(steps) >= 0.0 else None
 
 
 def _millimetres(metres: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -159,13 +182,19 @@ def _millimetres(metres: NDArray[np.float64]) -> NDArray[np.float64]:
 
 def _checked(values: ArrayLike, name: str, path: str) -> NDArray[np.float64]:
     """Return a read-only copy [SI], or refuse anything but a finite series of at least two numbers."""
+    if np.ma.is_masked(values):
+        raise RecordError(f"{path}: `{name}` must have no masked samples; leave these samples out of all arrays.")
     try:
         raw = np.asarray(values)
-        if raw.dtype.kind not in "fiub":
-            raise TypeError(f"an array of {raw.dtype}")
+    except ValueError:
+        raise RecordError(
+            f"{path}: `{name}` must have one dimension, got sequences of several lengths; pass an array of numbers."
+        ) from None
+    if raw.dtype.kind not in "fiub":
+        kind = _OTHER_KINDS.get(raw.dtype.kind, f"values of type {raw.dtype}")
+        raise RecordError(f"{path}: `{name}` must be an array of real numbers, got {kind}; pass an array of float64.")
+    with np.errstate(over="ignore"):  # what overflows is refused below
         array = np.array(raw, dtype=np.float64, order="C")
-    except (TypeError, ValueError) as error:
-        raise RecordError(f"{path}: `{name}` must be an array of real numbers, got {error}.") from None
     if array.ndim != 1:
         raise RecordError(f"{path}: `{name}` must have one dimension, got the shape {array.shape}.")
     if array.size < 2:
@@ -178,6 +207,14 @@ def _checked(values: ArrayLike, name: str, path: str) -> NDArray[np.float64]:
         raise RecordError(f"{path}: `{name}` must be finite, got {array[index]} at index {index}; remove the sample.")
     array.setflags(write=False)
     return array
+
+
+def is_finite(value: object) -> bool:
+    """Whether a value is a real number that a double can hold."""
+    try:
+        return math.isfinite(value)  # type: ignore[arg-type]
+    except (TypeError, ValueError, OverflowError):
+        return False
 
 
 def _refuse_absurd(values: NDArray[np.float64], name: str, path: str) -> None:

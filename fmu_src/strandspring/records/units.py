@@ -123,6 +123,8 @@ def unit_factor(text: str, quantity: Quantity) -> float:
     ------
     RecordError   If the unit is unknown, ambiguous or of another kind.
     """
+    if not isinstance(text, str):
+        raise RecordError(f"unit of the {quantity} must be text, such as 'mm', got {text!r:.40}.")
     kind = _KINDS[quantity]
     name = _cleaned(text)
     if name in kind.ambiguous:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import tempfile
 from dataclasses import asdict
 from importlib import resources, util
 from pathlib import Path
@@ -11,6 +10,7 @@ from typing import Any
 
 from ..errors import StrandspringError
 from ..files import replacing
+from ..scratch import TemporaryFolder
 from .blocks import Block, Content, Gallery, Notice, Text
 from .chart import Figure
 from .quantities import bound
@@ -47,8 +47,7 @@ def write_document(path: Path, content: Content) -> None:
     check_typst()
     import typst
 
-    with tempfile.TemporaryDirectory(prefix="strandspring-", ignore_cleanup_errors=True) as name:
-        folder = Path(name)
+    with TemporaryFolder() as folder:
         _draw(folder, content)
         form = {
             "title": content.title,
@@ -63,10 +62,12 @@ def write_document(path: Path, content: Content) -> None:
         source = resources.files("strandspring").joinpath("report/assets/report.typ").read_text(encoding="utf-8")
         (folder / "report.typ").write_text(source, encoding="utf-8")
         try:
-            pdf = typst.compile(str(folder / "report.typ"), root=name, font_paths=[_fonts()], format="pdf")
+            pdf = typst.compile(str(folder / "report.typ"), root=str(folder), font_paths=[_fonts()], format="pdf")
         except RuntimeError as problem:
             # What typst says can name the temporary folder.
-            raise StrandspringError(f"typst could not make the PDF: {str(problem).replace(name, '')[:300]}") from None
+            raise StrandspringError(
+                f"typst could not make the PDF: {str(problem).replace(str(folder), '')[:300]}"
+            ) from None
         with replacing(path) as part:
             part.write_bytes(pdf)
 

@@ -112,13 +112,14 @@ def write_page(
         content=content,
         light=LIGHT,
         dark=DARK,
-        style=Markup(_asset("page.css")),
+        # Files of the package, JSON that cannot end its element, and hashes.
+        style=Markup(_asset("page.css")),  # noqa: S704
         data=[
-            {"id": name, "text": Markup(script_json(value))}
+            {"id": name, "text": Markup(script_json(value))}  # noqa: S704
             for name, value in (("figure-data", figures), ("choice-data", choice))
         ],
-        scripts=[Markup(script) for script in scripts],
-        script_hashes=Markup(" ".join(map(_hash, scripts)) or "'none'"),
+        scripts=[Markup(script) for script in scripts],  # noqa: S704
+        script_hashes=Markup(" ".join(map(_hash, scripts)) or "'none'"),  # noqa: S704
     )
     write_text(path, page)
 

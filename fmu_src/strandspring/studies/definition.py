@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 from dataclasses import asdict, dataclass, replace
-from itertools import product
 from typing import Any
 
 import numpy as np
@@ -136,21 +135,28 @@ class Study:
             raise IsolationError(f"A study must have from 1 to {_MOST_RUNS} runs, got {len(self)}.")
 
     @property
-    def grid(self) -> list[GridPoint]:
-        """The grid points: levels and stiffness factors of the first mass, then of the next."""
-        return [GridPoint(*values) for values in product(self.masses, self.levels, self.stiffness_factors)]
+    def grid_size(self) -> int:
+        """Number of grid points."""
+        return len(self.masses) * len(self.levels) * len(self.stiffness_factors)
+
+    def grid_point(self, index: int) -> GridPoint:
+        """A grid point: levels and stiffness factors of the first mass come first, then those of the next."""
+        rest, factor = divmod(index, len(self.stiffness_factors))
+        mass, level = divmod(rest, len(self.levels))
+        return GridPoint(self.masses[mass], self.levels[level], self.stiffness_factors[factor])
 
     def __len__(self) -> int:
-        return len(self.masses) * len(self.levels) * len(self.stiffness_factors) * max(self.draws, 1)
+        return self.grid_size * max(self.draws, 1)
 
     def rows(self, runs: Iterable[int]) -> list[RunRow]:
         """Execute runs."""
-        grid = self.grid
         # Motions that overflow are refused; they need no warning.
         with np.errstate(all="ignore"):
-            return [self._row(run, run // len(grid) if self.draws else None, grid[run % len(grid)]) for run in runs]
+            return [self._row(run) for run in runs]
 
-    def _row(self, run: int, draw: int | None, point: GridPoint) -> RunRow:
+    def _row(self, run: int) -> RunRow:
+        number, index = divmod(run, self.grid_size)
+        draw, point = number if self.draws else None, self.grid_point(index)
         spring = self.spring
         if draw is not None and self.spread is not None:
             spring = self.spread.draw(spring, self.seed, draw)

@@ -14,7 +14,8 @@ from ..jobs.runners import JobError
 from .definition import RunRow, Study
 
 _FORMAT = "strandspring-study"
-_FORMAT_VERSION = 3
+_FORMAT_VERSION = 4
+_LONGEST_VALUE = 60  # characters of a value in a sentence
 
 
 def journal_path(results: Path) -> Path:
@@ -37,7 +38,7 @@ class Journal(RowLog[RunRow]):
 
     def __init__(self, results: Path, study: Study) -> None:
         self._runs = len(study)
-        super().__init__(journal_path(results), RunRow, self._runs, _manifest(study))
+        super().__init__(journal_path(results), RunRow, self._runs, _manifest(study), indexed=True)
 
     def place(self, row: RunRow) -> int:
         """See `RowLog`."""
@@ -48,22 +49,27 @@ class Journal(RowLog[RunRow]):
     def check(self, found: object, expected: dict[str, Any]) -> None:
         """Refuse the journal of another study, with the differences."""
         if not isinstance(found, dict) or found.get("format") != _FORMAT:
-            raise JobError(f"{self.path} is not the journal of a study; move it away, or write elsewhere.")
+            raise JobError(f"{self.name} is not the journal of a study; move it away, or write elsewhere.")
         if found == expected:
             return
         options = found.get("options")
         flat = {**found, **(options if isinstance(options, dict) else {})}
         wanted = {**expected["options"], **{name: expected[name] for name in ("format_version", "version")}}
         differences = [
-            f"{name} {json.dumps(flat.get(name))} instead of {json.dumps(value)}"
+            f"{name} {_brief(flat.get(name))} instead of {_brief(value)}"
             for name, value in wanted.items()
             if flat.get(name) != value
         ]
         differences += ["another model"] if found.get("model_sha256") != expected["model_sha256"] else []
         raise JobError(
-            f"{self.path} is the journal of another study ({', '.join(differences)}); finish that one with its own "
+            f"{self.name} is the journal of another study ({', '.join(differences)}); finish that one with its own "
             "options, or remove the file to start again."
         )
+
+
+def _brief(value: object) -> str:
+    text = json.dumps(value)
+    return text if len(text) <= _LONGEST_VALUE else f"{text[:_LONGEST_VALUE]}..."
 
 
 def _manifest(study: Study) -> dict[str, Any]:

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import re
-from array import array
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import Protocol
+from operator import attrgetter
+from typing import Protocol, overload
 
 import numpy as np
+from numpy.typing import NDArray
 
+from ..kernel.arrays import FloatArray
 from .definition import DONE, GridPoint, RunRow, Study
 
 FIGURES = (
@@ -18,6 +20,10 @@ FIGURES = (
 )  # fmt: skip
 _SHARES = (0.05, 0.5, 0.95)
 _NUMBER = re.compile(r"-?\d+(\.\d+)?(e[+-]?\d+)?")
+_BLOCK = 1 << 16  # runs that are summed up at a time, unless a grid point has more
+_MOST_WORDINGS = 10_000  # reasons that are kept with their numbers
+
+_figures_of = attrgetter(*FIGURES)
 
 
 @dataclass(frozen=True)
@@ -37,7 +43,8 @@ class GridPointSummary:
     ----------
     point : GridPoint
     runs, refused : int
-    reason : str or None     The most frequent reason for a refusal, as worded in its first run.
+    reason : str or None     The most frequent reason for a refusal, as worded in its first run; in studies with very
+                             many different ones with # for each number.
     at_end : int             Runs whose peak transmissibility lies at an end of the band.
     extrapolating : int      Runs in which the spring leaves the identified range.
     figures : dict           Quantiles by figure, over the runs that have it; None if none has.
@@ -58,41 +65,120 @@ class Rows(Protocol):
     def __getitem__(self, run: int, /) -> RunRow: ...
 
 
-def summarize(study: Study, rows: Rows) -> list[GridPointSummary]:
-    """Summaries of all grid points from the rows of a whole study."""
-    grid = study.grid
-    return [
-        _summary(point, (rows[run] for run in range(index, len(study), len(grid)))) for index, point in enumerate(grid)
-    ]
+class Summaries(Sequence[GridPointSummary]):
+    """Summaries of all grid points of a study, held as arrays: a grid may have a million points.
+
+    Parameters
+    ----------
+    study : Study
+    rows : Rows     Of the whole study.
+    """
+
+    def __init__(self, study: Study, rows: Rows) -> None:
+        self._study = study
+        self._reasons = _Reasons()
+        self._draws = max(study.draws, 1)
+        size = study.grid_size
+        # The quantiles of one run are all the same.
+        self._quantiles = np.empty((size, len(FIGURES), 1 if self._draws == 1 else len(_SHARES)))
+        self._counts = np.empty((size, 3), np.int32)  # refused, at an end, extrapolating
+        width = max(1, _BLOCK // self._draws)
+        for first in range(0, size, width):
+            self._sum_up(range(first, min(first + width, size)), rows)
+
+    def _sum_up(self, indices: range, rows: Rows) -> None:
+        """Fill in the summaries of consecutive grid points."""
+        figures = np.full((self._draws, len(indices), len(FIGURES)), np.nan)
+        counts = np.zeros((len(indices), 3), np.int32)
+        reasons: dict[int, list[str]] = {}
+        for draw in range(self._draws):
+            for column, index in enumerate(indices):
+                row = rows[draw * self._study.grid_size + index]
+                counts[column] += (row.outcome != DONE, row.inside is False, row.extrapolating is True)
+                if row.outcome == DONE:
+                    figures[draw, column] = _figures_of(row)  # None becomes NaN
+                else:
+                    reasons.setdefault(index, []).append(row.outcome)
+        self._counts[indices.start : indices.stop] = counts
+        self._quantiles[indices.start : indices.stop] = (
+            figures[0, :, :, None] if self._draws == 1 else _quantiles(figures)
+        )
+        for index, sentences in reasons.items():
+            self._reasons.add(index, sentences)
+
+    def __len__(self) -> int:
+        return self._study.grid_size
+
+    @overload
+    def __getitem__(self, index: int) -> GridPointSummary: ...
+
+    @overload
+    def __getitem__(self, index: slice) -> list[GridPointSummary]: ...
+
+    def __getitem__(self, index: int | slice) -> GridPointSummary | list[GridPointSummary]:
+        """The summary of a grid point, or of several."""
+        if isinstance(index, slice):
+            return [self[k] for k in range(*index.indices(len(self)))]
+        index = range(len(self))[index]
+        refused, at_end, extrapolating = self._counts[index].tolist()
+        return GridPointSummary(
+            point=self._study.grid_point(index),
+            runs=self._draws,
+            refused=refused,
+            reason=self._reasons.most_frequent.get(index),
+            at_end=at_end,
+            extrapolating=extrapolating,
+            figures={
+                name: None if np.isnan(values[0]) else Quantiles(*np.broadcast_to(values, len(_SHARES)).tolist())
+                for name, values in zip(FIGURES, self._quantiles[index], strict=True)
+            },
+        )
+
+    def __iter__(self) -> Iterator[GridPointSummary]:
+        return (self[index] for index in range(len(self)))
+
+    @property
+    def refused(self) -> int:
+        """Number of refused runs of the study."""
+        return int(self._counts[:, 0].sum())
 
 
-def _summary(point: GridPoint, rows: Iterable[RunRow]) -> GridPointSummary:
-    runs = at_end = extrapolating = 0
-    reasons: Counter[str] = Counter()
-    wordings: dict[str, str] = {}
-    figures = {name: array("d") for name in FIGURES}
-    for row in rows:
-        runs += 1
-        at_end += row.inside is False
-        extrapolating += row.extrapolating is True
-        if row.outcome != DONE:
-            # Sentences that differ only in their numbers give the same reason.
-            reason = _NUMBER.sub("#", row.outcome)
-            reasons[reason] += 1
-            wordings.setdefault(reason, row.outcome)
-            continue
-        for name, values in figures.items():
-            if (value := getattr(row, name)) is not None:
-                values.append(value)
-    return GridPointSummary(
-        point=point,
-        runs=runs,
-        refused=reasons.total(),
-        reason=wordings[reasons.most_common(1)[0][0]] if reasons else None,
-        at_end=at_end,
-        extrapolating=extrapolating,
-        figures={
-            name: Quantiles(*np.quantile(values, _SHARES).tolist()) if values else None
-            for name, values in figures.items()
-        },
-    )
+class _Reasons:
+    """The most frequent reasons at grid points."""
+
+    def __init__(self) -> None:
+        self.most_frequent: dict[int, str] = {}
+        self._texts: dict[str, str] = {}  # each is held once
+
+    def add(self, index: int, sentences: list[str]) -> None:
+        """Note the most frequent one of all sentences at a grid point; those that differ in numbers only are one."""
+        kinds: Counter[str] = Counter()
+        wordings: dict[str, str] = {}
+        for sentence in sentences:
+            kind = _NUMBER.sub("#", sentence)
+            kinds[kind] += 1
+            wordings.setdefault(kind, sentence)
+        kind = kinds.most_common(1)[0][0]
+        text = wordings[kind]
+        if text not in self._texts and len(self._texts) >= _MOST_WORDINGS:
+            text = kind
+        self.most_frequent[index] = self._texts.setdefault(text, text)
+
+
+def _quantiles(figures: FloatArray) -> FloatArray:
+    """Quantiles over the first axis, linear between the sorted values, shape (P, figures, 3).
+
+    Parameters
+    ----------
+    figures : ndarray, shape (K, P, figures)   NaN where unknown; overwritten.
+    """
+    figures.sort(axis=0)  # NaN last
+    last = np.maximum(np.sum(np.isfinite(figures), axis=0) - 1, 0)
+    result = np.empty((*figures.shape[1:], len(_SHARES)))
+    for k, share in enumerate(_SHARES):
+        position = share * last
+        below: NDArray[np.intp] = np.floor(position).astype(np.intp)
+        low = np.take_along_axis(figures, below[None], axis=0)[0]
+        high = np.take_along_axis(figures, np.minimum(below + 1, last)[None], axis=0)[0]
+        result[..., k] = low + (position - below) * (high - low)
+    return result

@@ -4,18 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from contextlib import closing
-from dataclasses import astuple
+from dataclasses import fields
+from operator import attrgetter
 from pathlib import Path
 
 from ..errors import StrandspringError
-from ..files import write_csv
+from ..files import refuse_unwritable, write_csv
 from ..isolation.system import IsolationError
-from ..jobs.runners import JobError, Runner, finished_rows
-from .definition import Study
+from ..jobs.runners import Runner, finished_rows
+from .definition import RunRow, Study
 from .journal import Journal
-from .quantiles import GridPointSummary, summarize
+from .quantiles import Summaries
 
-_LARGEST_BATCH = 8  # runs
+_LARGEST_BATCH = 32  # runs; the parent needs some 25 us for a run, of batches of 8 twice as much
 
 # Of the fields of a row, with the unit of the level to be filled in.
 _HEADINGS = (
@@ -24,6 +25,7 @@ _HEADINGS = (
     "stiffness [N/m]", "loss factor [1]", "isolation frequency [Hz]", "resonance inside the band",
     "beyond the identified range", "outcome",
 )  # fmt: skip
+_cells = attrgetter(*(field.name for field in fields(RunRow)))
 
 
 def run_study(
@@ -32,7 +34,7 @@ def run_study(
     runner: Runner,
     progress: Callable[[int], None] = lambda _: None,
     notify: Callable[[str], None] = lambda _: None,
-) -> list[GridPointSummary]:
+) -> Summaries:
     """Execute the runs that are not yet in the journal beside the results, write the results and remove the journal.
 
     Parameters
@@ -45,36 +47,37 @@ def run_study(
 
     Returns
     -------
-    list of GridPointSummary
+    Summaries
 
     Raises
     ------
     IsolationError           If the journal is that of another study, or the runs cannot be executed; finished ones are
                              kept.
+    StrandspringError        If the journal cannot be removed; the results are written.
     """
-    if results.is_dir():
-        raise IsolationError(f"{results} is a directory; give the path of a CSV file.")
     try:
+        refuse_unwritable(results)
         journal = Journal(results, study)
-    except JobError as problem:
+    except StrandspringError as problem:
         raise IsolationError(str(problem)) from None
     is_complete = False
     try:
+        if journal.dropped:
+            notify(f"{journal.name}: {journal.dropped_sentence}; their runs are executed again.")
         progress(journal.finished)
-        remaining = [run for run in range(len(study)) if run not in journal]
-        with closing(finished_rows(study, remaining, _LARGEST_BATCH, runner, notify)) as batches:
+        with closing(finished_rows(study, journal.missing(), _LARGEST_BATCH, runner, notify)) as batches:
             for rows in batches:
                 journal.add(rows)
                 progress(journal.finished)
-        summaries = summarize(study, journal)
+        summaries = Summaries(study, journal)
         header = [heading.format(study.excitation.unit) for heading in _HEADINGS]
-        write_csv(results, header, (astuple(journal[run]) for run in range(len(study))))
+        write_csv(results, header, (_cells(journal[run]) for run in range(len(study))))
         is_complete = True
     except StrandspringError as problem:
         if not journal.finished:
             raise IsolationError(str(problem)) from None
         raise IsolationError(
-            f"{str(problem).rstrip('.')}; {journal.finished} of {len(study)} runs are kept in {journal.path}, and the "
+            f"{str(problem).rstrip('.')}; {journal.finished} of {len(study)} runs are kept in {journal.name}, and the "
             "same command continues from there."
         ) from None
     finally:

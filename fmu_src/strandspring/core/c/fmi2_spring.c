@@ -35,12 +35,12 @@ fmi2Component fmi2Instantiate(fmi2String instanceName, fmi2Type fmuType, fmi2Str
                                   fmuGUID == NULL ? "none" : fmu_printable(fmuGUID).text);
     if (!own_memory && (functions->allocateMemory == NULL || functions->freeMemory == NULL))
         return FMU_REFUSE_POINTER(&log, "The callbacks allocateMemory and freeMemory must both be given or both be NULL.");
-    size_t size = sizeof(Instance) + strlen(instanceName) + 1;
+    const size_t name_size = strlen(instanceName) + 1, size = sizeof(Instance) + name_size;
     Instance *instance = own_memory ? calloc(1, size) : functions->allocateMemory(1, size);
     if (instance == NULL)
         return FMU_REFUSE_POINTER(&log, "There is not enough memory for an instance.");
     memset(instance, 0, sizeof *instance);
-    strcpy(instance->name, instanceName);
+    memcpy(instance->name, instanceName, name_size);
     log.instance_name = instance->name;
     instance->log = log;
     instance->free = own_memory ? free : functions->freeMemory;

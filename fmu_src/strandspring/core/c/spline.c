@@ -15,6 +15,7 @@ static void make_equations(BendEquations *equations, int count, const double *kn
     int size = equations->size = count - 2;
     for (int k = 0; k < count - 1; k++)
         h[k] = knots[k + 1] - knots[k];
+    /* NOLINTBEGIN(clang-analyzer-core.UndefinedBinaryOperatorResult): a table that has been checked has 7 knots or more. */
     for (int k = 0; k < size; k++) {
         equations->lower[k] = h[k] / 6.0;
         equations->diagonal[k] = (h[k] + h[k + 1]) / 3.0;
@@ -22,6 +23,7 @@ static void make_equations(BendEquations *equations, int count, const double *kn
     }
     equations->first = h[0] / h[1];
     equations->last = h[size] / h[size - 1];
+    /* NOLINTEND(clang-analyzer-core.UndefinedBinaryOperatorResult) */
     equations->diagonal[0] += (1.0 + equations->first) * h[0] / 6.0;
     equations->upper[0] -= equations->first * h[0] / 6.0;
     equations->diagonal[size - 1] += (1.0 + equations->last) * h[size] / 6.0;

@@ -31,7 +31,7 @@ static inline SpringNumber spring_number(double value)
         if (*c == ',')
             *c = '.';
     if (strpbrk(number.text, ".en") == NULL)
-        strcat(number.text, ".0");
+        memcpy(number.text + strlen(number.text), ".0", sizeof ".0");
     return number;
 }
 

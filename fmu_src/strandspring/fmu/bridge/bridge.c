@@ -57,10 +57,11 @@ fmi2Component fmi2Instantiate(fmi2String instanceName, fmi2Type fmuType, fmi2Str
         return FMU_REFUSE_POINTER(&log, "The GUID and the location of the resources must not be NULL.");
     if (!python_ready(problem, sizeof problem))
         return FMU_REFUSE_POINTER(&log, "%s", problem);
-    Instance *instance = calloc(1, sizeof *instance + strlen(instanceName) + 1);
+    const size_t name_size = strlen(instanceName) + 1;
+    Instance *instance = calloc(1, sizeof *instance + name_size);
     if (instance == NULL)
         return FMU_REFUSE_POINTER(&log, "There is not enough memory for an instance.");
-    strcpy(instance->name, instanceName);
+    memcpy(instance->name, instanceName, name_size);
     log.instance_name = instance->name;
     instance->log = log;
     instance->state.mode = CS_INSTANTIATED;
@@ -245,7 +246,7 @@ fmi2Status fmi2GetFMUstate(fmi2Component c, fmi2FMUstate *FMUstate)
 fmi2Status fmi2SetFMUstate(fmi2Component c, fmi2FMUstate FMUstate)
 {
     const Snapshot *snapshot = FMUstate;
-    double where[3];
+    double where[3] = {0.0, 0.0, 0.0};
     FMU_REQUIRE(c, SetFMUstate);
     REQUIRE_SNAPSHOT(instance, SetFMUstate, snapshot);
     fmi2Status status = ask(instance, &(Question){.method = "set_state", .state = snapshot->state, .answer = where,

@@ -67,7 +67,7 @@ static void unlock_process(void *lock);
 static int minor_version(void)
 {
     const char *version = python.Py_GetVersion();
-    return strncmp(version, "3.", 2) == 0 ? atoi(version + 2) : -1;
+    return strncmp(version, "3.", 2) == 0 ? (int)strtol(version + 2, NULL, 10) : -1;
 }
 
 /* Takes the functions of a library, and starts its Python if nobody has; 0 with the reason if it cannot serve. */

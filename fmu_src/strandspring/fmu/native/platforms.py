@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
-from ...compiled.images import BRIDGE, FMU, PACKAGED, Unit, image
+from ...compiled.images import BRIDGE, FMU, PACKAGED, Unit, contents
 from ...compiled.targets import LINUX_ARM, LINUX_X86, MACOS_ARM, MACOS_X86, WINDOWS_X86, Target, host_target
 from ...errors import BuildError
 from .macho import universal
@@ -101,14 +100,9 @@ def binaries(
     ------
     BuildError   If an image would have to be compiled and ziglang is not installed, or fails.
     """
-    # At once, for images that must be compiled first.
-    targets = {target for platform in platforms for target in platform.targets}
-    with ThreadPoolExecutor() as pool:
-        images = dict(zip(targets, pool.map(lambda target: image(unit, target).read_bytes(), targets), strict=True))
-    contents = {}
+    images = contents(unit, {target for platform in platforms for target in platform.targets})
+    members = {}
     for platform in platforms:
         parts = [finished(images[target]) for target in platform.targets]
-        contents[f"binaries/{platform.name}/{name}{platform.suffix}"] = (
-            parts[0] if len(parts) == 1 else universal(parts)
-        )
-    return contents
+        members[f"binaries/{platform.name}/{name}{platform.suffix}"] = parts[0] if len(parts) == 1 else universal(parts)
+    return members

@@ -251,7 +251,7 @@ static void begin_strokes(const SpringTable *table, double rho, double omega_sta
     for (size_t k = 0; k < strokes; k++) {
         Beginning *here = &begin[k];
         if (k == 0) {
-            u = direction[0] * omega_start;
+            u = (double)direction[0] * omega_start;
             change[3] = (double)direction[0];
         }
         here->xi = spring_inverse(table, u);

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
+import pyarrow as pa
+from pyarrow import feather, parquet
+
 from ..channels import Channel, FloatArray
 from ..content import Content
 from .named_arrays import seconds
@@ -13,12 +16,8 @@ _UNITS = (b"unit", b"units")
 
 def read_tables(content: Content) -> list[Channel]:
     """Channels of the numeric columns, with the units that the metadata of a field gives."""
-    import pyarrow as pa
-
     source = pa.BufferReader(content.data)
     if content.data.startswith(b"PAR1"):
-        from pyarrow import parquet
-
         file = parquet.ParquetFile(source)
         schema, size = file.schema_arrow, file.metadata.num_rows
 
@@ -26,8 +25,6 @@ def read_tables(content: Content) -> list[Channel]:
             return file.read(columns=[name]).column(0)
 
     else:
-        from pyarrow import feather
-
         table = feather.read_table(source)
         schema, size = table.schema, table.num_rows
         column = table.column

@@ -4,16 +4,14 @@ from __future__ import annotations
 
 import io
 from collections.abc import Iterator, Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+import h5py
 import numpy as np
 
 from ..channels import Channel
 from ..content import Content
 from .named_arrays import Variable, array_channels, channels_of
-
-if TYPE_CHECKING:
-    import h5py
 
 _MOST = 10_000  # datasets
 _DEEPEST = 32
@@ -22,8 +20,6 @@ _UNITS = ("unit", "units")
 
 def read_tables(content: Content) -> list[Channel]:
     """Channels of the datasets, with the units that their attributes give."""
-    import h5py
-
     file = h5py.File(io.BytesIO(content.data), "r")
     if content.data.startswith(b"MATLAB"):
         return list(channels_of(_matlab_group(file, file)))
@@ -41,8 +37,6 @@ def _channels(group: h5py.Group, path: str = "", depth: int = 0) -> Iterator[Cha
 
 def _members(group: h5py.Group) -> Iterator[tuple[str, Any]]:
     """Datasets and groups of a group that lie in this file."""
-    import h5py
-
     for count, name in enumerate(group):
         if count >= _MOST:
             return
@@ -54,8 +48,6 @@ def _members(group: h5py.Group) -> Iterator[tuple[str, Any]]:
 
 
 def _is_group(member: Any) -> bool:
-    import h5py
-
     return isinstance(member, h5py.Group)
 
 

@@ -28,6 +28,7 @@ _TEXTS = {1: "latin-1", 2: "utf-8", 4: "utf-16-?", 16: "utf-8", 17: "utf-16-?", 
 # Classes of arrays.
 _STRUCT, _CHAR, _NUMBERS = 2, 4, range(6, 16)
 _OBJECTS = (3, 16, 17)
+_IS_COMPLEX = 0x0800  # attribute of an array
 _DEEPEST = 32
 
 Order: TypeAlias = Literal["little", "big"]
@@ -100,7 +101,8 @@ def _matrix(data: bytes, order: Order, depth: int = 0) -> tuple[str, Variable | 
     """Name and content of an array: numbers, text, struct or structs; "" for cells and the like, None for objects."""
     parts = _elements(data, order)
     flags = next(parts, (0, b""))[1]
-    kind = int.from_bytes(flags[:4], order) & 0xFF
+    attributes = int.from_bytes(flags[:4], order)
+    kind = attributes & 0xFF
     if not flags or depth > _DEEPEST:
         return "", ""
     if kind == _OBJECTS[-1]:
@@ -114,7 +116,7 @@ def _matrix(data: bytes, order: Order, depth: int = 0) -> tuple[str, Variable | 
     if kind == _CHAR:
         stored, text = next(parts, (1, b""))
         return name, text.decode(_TEXTS.get(stored, "latin-1").replace("-?", f"-{order[0]}e"), "replace")
-    if kind in _NUMBERS:
+    if kind in _NUMBERS and not attributes & _IS_COMPLEX:
         return name, _numbers(*next(parts), order).reshape(shape, order="F")
     return name, ""
 

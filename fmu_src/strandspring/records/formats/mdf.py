@@ -6,6 +6,7 @@ import io
 from typing import Any
 
 import numpy as np
+from asammdf import MDF
 
 from ..channels import Channel, FloatArray
 from ..content import Content
@@ -16,8 +17,6 @@ _TIME = 1  # type of synchronisation in version 4
 
 def read_tables(content: Content) -> list[Channel]:
     """Channels of all groups with more than one sample, with their units and times."""
-    from asammdf import MDF
-
     file: Any = MDF(io.BytesIO(content.data))
     version = int(str(file.version)[0])
     channels: list[Channel] = []

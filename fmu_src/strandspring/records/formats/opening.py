@@ -2,25 +2,21 @@
 
 from __future__ import annotations
 
-import gc
-import logging
-import sys
-import traceback
-import warnings
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from dataclasses import replace
 from importlib import import_module
 
 from ...errors import RecordError
 from ..channels import Channel, ChannelTable, FloatArray
 from ..content import Content
-from ..source import text_source
+from ..source import Source, text_source
 from ..tables import Table, TextTable
-from ..units import quoted
+from .apart import Sheet, read_apart
+from .guarding import guarded
 from .kinds import Kind, kind_of
 
 _MAX_GROUPS = 1000
+_APART = ("arrow", "hdf5", "mdf", "tdms", "uff", "workbook")  # which damaged bytes make crash, hang or take all memory
 
 
 def tables_of(content: Content) -> list[Table]:
@@ -36,13 +32,30 @@ def tables_of(content: Content) -> list[Table]:
         return [TextTable(text_source(content))]
     if not kind.module:
         raise RecordError(f"{where}: is {kind.name}; {kind.advice}.")
-    with _guarded(kind, where):
-        read = import_module(f".{kind.module}", __package__).read_tables(content)
+    if kind.module in _APART:
+        read = read_apart(kind.module, kind.name, content)
+    else:
+        with guarded(kind.name, where):
+            read = import_module(f".{kind.module}", __package__).read_tables(content)
     if not read:
         raise RecordError(f"{where}: is {kind.name} without columns of numbers; give one with displacement and force.")
-    if isinstance(read[0], Channel):
-        return _groups(kind, read, where)
-    return list(read)
+    if sheets := [sheet for sheet in read if isinstance(sheet, Sheet)]:
+        return _sheets(sheets, where)
+    return _groups(kind, [channel for channel in read if isinstance(channel, Channel)], where)
+
+
+def _sheets(sheets: Sequence[Sheet], where: str) -> list[Table]:
+    """The sheets that hold numbers; raises RecordError if none does."""
+    tables: list[Table] = []
+    problems = []
+    for sheet in sheets:
+        try:
+            tables.append(TextTable(Source(where, sheet.data, "utf-8", (), "row"), sheet.name))
+        except RecordError as problem:
+            problems.append(problem)
+    if problems and not tables:
+        raise problems[0]
+    return tables
 
 
 def _groups(kind: Kind, channels: Sequence[Channel], where: str) -> list[Table]:
@@ -60,54 +73,7 @@ def _groups(kind: Kind, channels: Sequence[Channel], where: str) -> list[Table]:
 
 def _guarded_channel(kind: Kind, channel: Channel, where: str) -> Channel:
     def load() -> tuple[FloatArray, FloatArray | None]:
-        with _guarded(kind, where):
+        with guarded(kind.name, where):
             return channel.load()
 
     return replace(channel, load=load)
-
-
-@contextmanager
-def _guarded(kind: Kind, where: str) -> Iterator[None]:
-    """Turn whatever a library reports about a damaged file into one sentence, and let it print nothing."""
-    logged, hook = logging.root.manager.disable, sys.unraisablehook
-    logging.disable(logging.CRITICAL)
-    sys.unraisablehook = lambda _: None
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")
-            try:
-                yield
-            except BaseException as problem:
-                _close_files(problem)
-                raise _refusal(problem, kind, where) from None
-    finally:
-        logging.disable(logged)
-        sys.unraisablehook = hook
-
-
-def _refusal(problem: BaseException, kind: Kind, where: str) -> BaseException:
-    # Libraries report damaged files by exceptions of every kind, those in Rust by a BaseException.
-    if isinstance(problem, RecordError) or not (
-        isinstance(problem, Exception) or type(problem).__name__ == "PanicException"
-    ):
-        return problem
-    if isinstance(problem, ImportError):
-        return RecordError(
-            f"{where}: is {kind.name}, which needs {problem.name or 'a library'} to be read; "
-            'install it with pip install "strandspring[formats]".'
-        )
-    if isinstance(problem, MemoryError):
-        return RecordError(f"{where}: is {kind.name} that needs too much memory; thin the record out or split it.")
-    reason = quoted(" ".join(str(problem).split())) if str(problem) else type(problem).__name__
-    return RecordError(
-        f"{where}: is {kind.name} that is damaged or cut off, or of a kind that cannot be read ({reason}); export the "
-        "record again, or as CSV."
-    )
-
-
-def _close_files(problem: BaseException | None) -> None:
-    """Let go of what libraries leave open, which complains when it is collected later."""
-    while problem is not None:
-        traceback.clear_frames(problem.__traceback__)
-        problem = problem.__context__
-    gc.collect()

@@ -3,22 +3,17 @@
 from __future__ import annotations
 
 import io
-from typing import TYPE_CHECKING
 
+import nptdms
 import numpy as np
 
 from ..channels import Channel, FloatArray
 from ..content import Content
 from .named_arrays import seconds
 
-if TYPE_CHECKING:
-    import nptdms
-
 
 def read_tables(content: Content) -> list[Channel]:
     """Channels of all groups, with unit and, of waveforms, the times of the samples."""
-    import nptdms
-
     file = nptdms.TdmsFile.open(io.BytesIO(content.data))
     return [_channel(channel) for group in file.groups() for channel in group.channels() if _is_numeric(channel)]
 

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import contextlib
 import io
-import tempfile
 from collections.abc import Mapping
-from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pyuff
 
 from ...errors import RecordError
+from ...scratch import TemporaryFolder
 from ..channels import Channel, FloatArray
 from ..content import Content
 
@@ -32,11 +32,9 @@ def read_tables(content: Content) -> list[Channel]:
     ------
     RecordError   If there are none, but spectra or shapes.
     """
-    import pyuff
-
     # pyuff reads by file name only, and prints what it thinks of a file.
-    with tempfile.TemporaryDirectory() as folder, contextlib.redirect_stdout(io.StringIO()):
-        path = Path(folder) / "record.uff"
+    with TemporaryFolder() as folder, contextlib.redirect_stdout(io.StringIO()):
+        path = folder / "record.uff"
         path.write_bytes(content.data)
         file = pyuff.UFF(str(path))
         kinds = file.get_set_types()

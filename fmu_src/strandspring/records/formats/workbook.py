@@ -10,55 +10,50 @@ import re
 import zipfile
 from typing import Any
 
+import xlrd
+from python_calamine import CalamineWorkbook
+
 from ...errors import RecordError
 from ..content import ZIP, Content, check_members
-from ..source import Source
-from ..tables import TextTable
+from .apart import Sheet
 
 _MOST_CELLS = 50_000_000
 _REFERENCE = re.compile(rb'<c r="([A-Z]{1,3})([0-9]{1,7})"')
+_MOST_REPEATS = 100_000  # of rows or cells, which LibreOffice writes once where neighbours are equal
+_REPEATED_ROW = re.compile(rb'<table:table-row\b[^>]*number-rows-repeated=["\']([0-9]{1,20})["\']')
+_REPEATED_CELL = re.compile(rb'<table:table-cell\b[^>]*number-columns-repeated=["\']([0-9]{1,20})["\'][^>]*(?<!/)>')
+_FILLED = (b"<text:p", b"office:value")
 _BREAKS = re.compile(r"[\t\r\n\v\f\x1c-\x1e\x85\u2028\u2029\0]")
 _OVERLAP = 64
 
 
-def read_tables(content: Content) -> list[TextTable]:
-    """The sheets that hold numbers.
+def read_tables(content: Content) -> list[Sheet]:
+    """The sheets that are not empty.
 
     Raises
     ------
-    RecordError   If a sheet is too large, or the only sheet holds no table.
+    RecordError   If a sheet is too large.
     """
     sheets = _zipped_sheets(content) if content.data.startswith(ZIP) else _old_sheets(content)
-    tables, problems = [], []
-    for name, rows in sheets.items():
-        text = "\n".join("\t".join(map(_cell, row)) for row in rows).rstrip("\t\n")
-        if not text:
-            continue
-        try:
-            tables.append(TextTable(Source(content.path, f"{text}\n".encode(), "utf-8", (), "row"), name))
-        except RecordError as problem:
-            problems.append(problem)
-    if problems and not tables:
-        raise problems[0]
-    return tables
+    texts = {name: "\n".join("\t".join(map(_cell, row)) for row in rows) for name, rows in sheets.items()}
+    filled = {name: text.rstrip("\t\n") for name, text in texts.items()}
+    return [Sheet(name, f"{text}\n".encode("utf-8", "replace")) for name, text in filled.items() if text]
 
 
 def _zipped_sheets(content: Content) -> dict[str, list[list[Any]]]:
-    from python_calamine import CalamineWorkbook
-
     with zipfile.ZipFile(io.BytesIO(content.data)) as archive:
         check_members(archive, content.path)
         for name in archive.namelist():
             if name.startswith("xl/worksheets/") and name.endswith(".xml"):
                 _check_extent(archive, name, content.path)
+            elif name == "content.xml":
+                _check_repeats(archive.read(name), content.path)
     with CalamineWorkbook.from_filelike(io.BytesIO(content.data)) as workbook:
         names = workbook.sheet_names
         return {name: workbook.get_sheet_by_name(name).to_python(skip_empty_area=False) for name in names}
 
 
 def _old_sheets(content: Content) -> dict[str, list[list[Any]]]:
-    import xlrd
-
     workbook = xlrd.open_workbook(file_contents=content.data, logfile=io.StringIO())
 
     def value(cell: Any) -> Any:
@@ -89,4 +84,19 @@ def _check_extent(archive: zipfile.ZipFile, name: str, where: str) -> None:
         raise RecordError(
             f"{where}: a sheet must have at most {_MOST_CELLS} cells, found {rows} rows of {columns} columns; delete "
             "the cells far from the table, or export it as CSV."
+        )
+
+
+def _check_repeats(sheets: bytes, where: str) -> None:
+    """Refuse an OpenDocument spreadsheet in which a few bytes stand for rows or cells without end."""
+    rows = 0
+    for match in _REPEATED_ROW.finditer(sheets):
+        row = sheets[match.end() : sheets.find(b"</table:table-row>", match.end())]
+        rows += int(match[1]) if any(mark in row for mark in _FILLED) else 0
+    cells = sum(int(match[1]) for match in _REPEATED_CELL.finditer(sheets))
+    if max(rows, cells) > _MOST_REPEATS:
+        what, count = ("rows", rows) if rows > cells else ("cells", cells)
+        raise RecordError(
+            f"{where}: a spreadsheet must repeat at most {_MOST_REPEATS} filled {what}, found {count}; export it as "
+            "CSV."
         )

@@ -153,16 +153,14 @@ def _misfit(of: Evaluation) -> str:
 
 def residuals_over_velocity(of: Evaluation) -> Chart | None:
     """Residuals over velocity; None without times."""
-    views = [view for view in of.shown if view.velocity is not None]
+    views = [(view, view.of_compared(view.velocity)) for view in of.shown if view.velocity is not None]
     if not views:
         return None
-    speeds = [np.abs(view.of_compared(view.velocity)) for view in views if view.velocity is not None]
-    fastest = max(float(speed.max()) for speed in speeds)
+    fastest = max(float(np.abs(velocity).max()) for _, velocity in views)
     unit = unit_of("velocity", fastest)
     traces, slopes = [], []
-    for view in views:
-        assert view.velocity is not None
-        velocity, residual = view.of_compared(view.velocity), view.compared
+    for view, velocity in views:
+        residual = view.compared
         at = visible(residual, min(view.points, _DOTS))
         traces.append(
             Trace("residual", velocity[at] * unit.factor, residual[at] * of.residual.factor, Role.FIRST, Form.DOTS,

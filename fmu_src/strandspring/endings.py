@@ -1,0 +1,72 @@
+"""Signals that end a program: what they are here, and how a block handles them or holds them back."""
+
+from __future__ import annotations
+
+import math
+import os
+import signal
+import sys
+import threading
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from types import FrameType
+
+# SIGHUP, which Windows lacks, comes when a terminal is closed.
+_ENDINGS = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)]
+_BURST = 0.5  # [s]
+_burst = [-math.inf]  # when the last signal came
+
+
+@contextmanager
+def handled_endings(handler: Callable[[int, FrameType | None], None]) -> Iterator[None]:
+    """Call a handler for signals that end the program, but for those it was told to ignore, as by `nohup`.
+
+    Signals that follow each other at once count as one: `timeout` sends two, and so do shells whose terminal is closed.
+    Nothing happens outside the main thread, which alone handles signals.
+    """
+
+    def handle_burst(number: int, frame: FrameType | None) -> None:
+        now = time.monotonic()
+        is_first, _burst[:] = now - _burst[0] > _BURST, [now]
+        if is_first:
+            handler(number, frame)
+
+    before = {}
+    if threading.current_thread() is threading.main_thread():
+        before = {number: signal.getsignal(number) for number in _ENDINGS}
+    before = {number: old for number, old in before.items() if old not in (signal.SIG_IGN, None)}
+    for number in before:
+        signal.signal(number, handle_burst)
+    try:
+        yield
+    finally:
+        for number, old in before.items():
+            signal.signal(number, old)
+
+
+@contextmanager
+def held_endings() -> Iterator[None]:
+    """Hold back signals that end the program; processes that are started meanwhile never get them unless they ask to.
+
+    Nothing is held back on Windows.
+    """
+    if sys.platform == "win32":
+        yield
+        return
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, _ENDINGS)
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+def leave_interrupts_to_parent() -> None:
+    """In a process that was started with endings held back: get them, but for those that its parent answers.
+
+    These go to all processes of a group, such as Ctrl-C, and this one becomes a group of its own.
+    """
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    if sys.platform != "win32":
+        os.setpgrp()
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, _ENDINGS)

@@ -1,0 +1,293 @@
+"""Whatever ends a program: its children and temporary folders end with it, and the next run is right."""
+
+from __future__ import annotations
+
+import os
+import random
+import shutil
+import signal
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import ExitStack
+from pathlib import Path
+
+import psutil
+import pytest
+from kill_commands import COMMANDS, Kills, moment_of
+
+from strandspring import scratch
+from strandspring.children import kill_all, run
+from strandspring.compiled import images
+from strandspring.compiled.targets import FMU_TARGETS
+from strandspring.errors import BuildError, StrandspringError
+from strandspring.scratch import TemporaryFolder
+
+PATIENCE = 30.0  # seconds, for a busy machine
+
+
+def wait_for(condition: Callable[[], object]) -> None:
+    deadline = time.monotonic() + PATIENCE
+    while not condition():
+        assert time.monotonic() < deadline
+        time.sleep(0.02)
+
+
+Start = Callable[..., "subprocess.Popen[str]"]
+
+
+@pytest.fixture
+def start() -> Iterator[Start]:
+    """Starts a Python process, and returns when it has printed a line."""
+    with ExitStack() as stack:
+
+        def started(program: str, *arguments: str) -> subprocess.Popen[str]:
+            command = [sys.executable, "-c", program, *arguments]
+            process = stack.enter_context(subprocess.Popen(command, stdout=subprocess.PIPE, text=True))
+            stack.callback(process.kill)
+            assert process.stdout is not None
+            assert process.stdout.readline() == "ready\n"
+            return process
+
+        yield started
+
+
+# Temporary folders
+
+
+@pytest.fixture
+def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Where the system has temporary files, for this process and those that it starts."""
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
+    monkeypatch.setenv("TMPDIR", str(tmp_path))
+    scratch._remove_abandoned.cache_clear()
+    return tmp_path
+
+
+HOLDER = """
+import sys, time
+from strandspring.scratch import TemporaryFolder
+folder = TemporaryFolder()
+(folder.path / "file").touch()
+print("ready", flush=True)
+sys.stdin.readline() if len(sys.argv) > 1 else time.sleep(600)
+"""
+
+
+def test_a_folder_ends_with_its_block_its_object_and_its_process(place: Path) -> None:
+    with TemporaryFolder() as folder:
+        (folder / "file").touch()
+        assert folder.parent == place
+        assert folder.stat().st_mode & 0o777 == 0o700
+    held = TemporaryFolder()
+    assert held.path.is_dir()
+    del held
+    assert list(place.iterdir()) == []
+    subprocess.run([sys.executable, "-c", HOLDER, "and leave"], input="\n", text=True, check=True, capture_output=True)
+    assert list(place.iterdir()) == []
+
+
+def test_folders_of_killed_processes_are_removed_and_those_of_others_are_not(place: Path, start: Start) -> None:
+    killed, living = start(HOLDER), start(HOLDER)
+    killed.kill()
+    killed.wait()
+    (abandoned,) = place.glob(f"strandspring-{killed.pid}-*")
+    elsewhere = place / "precious"
+    elsewhere.mkdir()
+    (elsewhere / "file").touch()
+    (place / "strandspring-1-abcdefgh").symlink_to(elsewhere)
+    (abandoned / "link").symlink_to(elsewhere)
+    (place / "strandspring-results").mkdir()
+    (place / "strandspring-2-abcdefgh").touch()
+    with TemporaryFolder() as folder:
+        left = {path.name for path in place.iterdir()}
+        (held,) = place.glob(f"strandspring-{living.pid}-*")
+        kept = {"precious", "strandspring-1-abcdefgh", "strandspring-2-abcdefgh", "strandspring-results"}
+        assert left == {held.name, folder.name, *kept}
+    assert (elsewhere / "file").exists()
+    assert (held / "file").exists()
+    living.kill()
+    living.wait()
+
+
+@pytest.mark.skipif(os.geteuid() != 0, reason="only root can give files away")
+def test_folders_of_other_users_are_left_alone(place: Path) -> None:
+    theirs = place / "strandspring-1-abcdefgh"
+    theirs.mkdir()
+    os.chown(theirs, 12345, 12345)
+    with TemporaryFolder():
+        assert theirs.is_dir()
+
+
+CROWD = """
+import sys
+from strandspring import scratch
+print("ready", flush=True)
+for _ in range(300):
+    scratch._remove_abandoned.cache_clear()
+    with scratch.TemporaryFolder() as folder:
+        (folder / "file").touch()
+        scratch._remove_abandoned.cache_clear()
+        with scratch.TemporaryFolder():
+            assert (folder / "file").exists()
+"""
+
+
+def test_processes_that_tidy_up_at_once_never_remove_what_is_in_use(place: Path, start: Start) -> None:
+    crowd = [start(CROWD) for _ in range(3)]
+    assert [process.wait(PATIENCE) for process in crowd] == [0, 0, 0]
+    assert list(place.iterdir()) == []
+
+
+def test_a_fork_leaves_the_folder_of_its_parent(place: Path) -> None:
+    program = """
+import os
+from strandspring.scratch import TemporaryFolder
+with TemporaryFolder() as folder:
+    if os.fork() == 0:
+        raise SystemExit
+    os.wait()
+    assert folder.is_dir()
+"""
+    subprocess.run([sys.executable, "-c", program], check=True)
+    assert list(place.iterdir()) == []
+
+
+def test_without_a_place_for_temporary_files_a_sentence_says_so(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path / "none"))
+    with pytest.raises(StrandspringError, match=r"No temporary folder can be made in .*; set TMPDIR to a folder that"):
+        TemporaryFolder()
+
+
+# Programs that are started
+
+SLEEPER = "import subprocess; subprocess.run(['sleep', '600'])"
+PARENT = f"""
+import os, sys, threading
+from pathlib import Path
+from strandspring.children import run
+command = [sys.executable, "-c", {SLEEPER!r}]
+threading.Thread(target=run, args=(command, Path(), os.environ), daemon=True).start()
+print("ready", flush=True)
+threading.Event().wait()
+"""
+
+
+def descendants(process: int) -> list[psutil.Process]:
+    """The keeper, the program, and what that has started."""
+    return psutil.Process(process).children(recursive=True)
+
+
+@pytest.mark.parametrize("end", [signal.SIGKILL, signal.SIGTERM, signal.SIGHUP])
+def test_a_program_ends_with_the_process_that_started_it(end: signal.Signals, start: Start) -> None:
+    parent = start(PARENT)
+    wait_for(lambda: len(descendants(parent.pid)) == 3)
+    left = descendants(parent.pid)
+    parent.send_signal(end)
+    parent.wait(PATIENCE)
+    assert not psutil.wait_procs(left, PATIENCE)[1]
+
+
+def test_programs_of_threads_are_killed_on_request(tmp_path: Path) -> None:
+    others = {process.pid for process in descendants(os.getpid())}
+
+    def mine() -> list[psutil.Process]:
+        return [process for process in descendants(os.getpid()) if process.pid not in others]
+
+    with ThreadPoolExecutor() as pool:
+        futures = [pool.submit(run, [sys.executable, "-c", SLEEPER], tmp_path, os.environ) for _ in range(2)]
+        wait_for(lambda: len(mine()) == 6)
+        left = mine()
+        kill_all()
+        assert all(future.result(PATIENCE).returncode != 0 for future in futures)
+    assert not psutil.wait_procs(left, PATIENCE)[1]
+
+
+def test_a_program_that_ends_by_itself_is_as_without_a_keeper(tmp_path: Path) -> None:
+    program = "import os, sys; print(os.getcwd()); print(os.environ['MINE'], file=sys.stderr); sys.exit(3)"
+    done = run([sys.executable, "-c", program], tmp_path, {**os.environ, "MINE": "yours"})
+    assert (done.returncode, done.stdout, done.stderr) == (3, f"{tmp_path}\n", "yours\n")
+
+
+def test_an_image_that_cannot_be_compiled_ends_the_other_compilers(monkeypatch: pytest.MonkeyPatch) -> None:
+    begun, ended = threading.Event(), threading.Event()
+
+    def compiled(_: images.Unit, target: object) -> Path:
+        if target is FMU_TARGETS[0]:
+            begun.wait(PATIENCE)
+            raise BuildError("It cannot be compiled.")
+        begun.set()
+        assert run([sys.executable, "-c", SLEEPER], Path(), os.environ).returncode != 0
+        ended.set()
+        raise BuildError("It was ended.")
+
+    monkeypatch.setattr(images, "image", compiled)
+    with pytest.raises(BuildError, match="It cannot be compiled"):
+        images.contents(images.FMU, FMU_TARGETS[:2])
+    assert ended.is_set()
+
+
+# Signals
+
+BUSY = """
+import sys, time
+from strandspring.cli import main as program
+import click
+
+@click.command()
+def busy():
+    try:
+        print("ready", flush=True)
+        time.sleep(60)
+    finally:
+        time.sleep(0.3)
+        print("tidied up", flush=True)
+
+program.LazyGroup.get_command = lambda *_: busy
+program.main(["busy"])
+"""
+
+
+def test_signals_that_follow_each_other_at_once_do_not_disturb_the_ending(start: Start) -> None:
+    process = start(BUSY)
+    for number in (signal.SIGTERM, signal.SIGTERM, signal.SIGHUP, signal.SIGINT):
+        process.send_signal(number)
+        time.sleep(0.05)
+    assert process.communicate(timeout=PATIENCE)[0] == "tidied up\n"
+    assert process.returncode in (128 + signal.SIGTERM, 128 + signal.SIGHUP)
+
+
+def test_an_interrupt_while_code_is_made_gives_the_status_of_shells(start: Start, tmp_path: Path) -> None:
+    (tmp_path / "busy.py").write_text(BUSY.replace("time.sleep(60)", "exec('time.sleep(60)')"))
+    process = start("import os, sys; os.chdir(sys.argv[1]); os.execl(sys.executable, 'p', '-m', 'busy')", str(tmp_path))
+    process.terminate()
+    assert process.wait(PATIENCE) == 128 + signal.SIGTERM
+
+
+def test_what_nohup_ignores_stays_ignored(start: Start) -> None:
+    process = start(f"import signal; signal.signal(signal.SIGHUP, signal.SIG_IGN)\n{BUSY}")
+    process.send_signal(signal.SIGHUP)
+    time.sleep(0.3)
+    assert process.poll() is None
+    process.terminate()
+    assert process.wait(PATIENCE) == 128 + signal.SIGTERM
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT, signal.SIGHUP, signal.SIGKILL])
+@pytest.mark.parametrize("name", ["study", "identify"])
+def test_a_command_that_is_ended_at_a_random_moment_leaves_nothing(
+    name: str, number: signal.Signals, tmp_path_factory: pytest.TempPathFactory
+) -> None:
+    folder = tmp_path_factory.mktemp("kills")
+    seed = f"{name} {number}"
+    chance = random.Random(seed)
+    moment, to_all = moment_of(chance, COMMANDS[name]), chance.random() < 0.5
+    print(f"seed {seed!r}: after {moment:.2f} s, to all processes: {to_all}")
+    assert Kills(folder).case(name, number, to_all, moment, "case")[1] == []
+    shutil.rmtree(folder)

@@ -1,0 +1,304 @@
+"""Identification from records of hard numbers: coarse, constant, tiny, huge and degenerate ones.
+
+    python tests/fuzz_readers/identify.py [--seed SEED] [--count COUNT]
+
+A trial makes one to three records from a path of the displacement, a law of the force and a disturbance of both, and
+identifies a spring by one of the methods, in Python or on the command line. See `harness` for what counts as a failure;
+here so do results that are not finite or cannot be saved and read again, and refusals that do not say what to do.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import json
+import math
+import re
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+import harness
+from judged import finite, kind_of
+from strandspring import (
+    Identification,
+    IdentificationError,
+    NiOptions,
+    Record,
+    RefinedOptions,
+    ScanOptions,
+    Spring,
+    SpringParameters,
+    StrandspringError,
+    TwoStageOptions,
+    identify,
+)
+from strandspring.cli.main import main as command_line
+
+Numbers = NDArray[np.float64]
+Dice = np.random.Generator
+
+_BY_COMMAND = 0.1  # share of the trials on the command line
+_REPORTED = 0.02  # share of the results of which a report is written
+_SPRING = Spring(SpringParameters((0.0, 1.0, 0.3), (1.0, 0.2), 0.5, 8.0, 1.2, 0.7, 0.0, -1.0, 1.0))
+
+
+def trial(dice: Dice, folder: Path) -> Iterator[str]:
+    """Records and a method."""
+    path_name, law_name = _one(dice, sorted(_PATHS)), _one(dice, sorted(_LAWS))
+    yield path_name
+    count = int(_one(dice, (1, 1, 1, 1, 2, 3)))
+    try:
+        records = [_record(dice, _PATHS[path_name], _LAWS[law_name], f"record {k}") for k in range(count)]
+        if dice.random() < _BY_COMMAND:
+            yield _by_command(dice, folder, records)
+            return
+        result = identify(records, options=_method(dice))
+    except IdentificationError as refusal:
+        kind_of(refusal, folder)
+        yield f"refused: {refusal.outcome.name}"
+    except StrandspringError as refusal:
+        yield f"refused: {kind_of(refusal, folder)}"
+    else:
+        _judge(dice, folder, result)
+        yield "accepted"
+
+
+def _judge(dice: Dice, folder: Path, result: Identification) -> None:
+    finite("figures", [result.rmse, result.rnl])
+    for fit in result.fits:
+        finite("prediction", fit.predicted)
+    assert not re.search(r"\b(nan|inf)\b", result.summary()), result.summary()
+    repr(result)
+    frame = result.to_frame()
+    finite("parameters", frame["value"])
+    for name in frame.columns[2:]:
+        assert not np.isinf(frame[name]).any(), frame
+    spring = result.spring("spring")
+    spring.save(folder / "model.json")
+    assert Spring.load(folder / "model.json") == spring
+    if dice.random() < _REPORTED:
+        result.report(folder / "report.html")
+
+
+def _by_command(dice: Dice, folder: Path, records: list[Record]) -> str:
+    """The same by the command, whose output is JSON without NaN."""
+    files = []
+    for k, record in enumerate(records):
+        files.append(str(folder / f"record_{k}.csv"))
+        record.save(files[-1])
+    extra = _one(dice, ([], ["--degrees", "3,2"], ["--robust"], ["--method", "two-stage"], ["--method", "scan"]))
+    printed, said = io.StringIO(), io.StringIO()
+    with contextlib.redirect_stdout(printed), contextlib.redirect_stderr(said):
+        try:
+            command_line(["identify", *files, "-o", str(folder / "model.json"), "--json", *extra])
+            status: Any = 0
+        except SystemExit as leaving:
+            status = leaving.code or 0
+    assert status in (0, 1), (status, said.getvalue())
+    content = json.loads(printed.getvalue(), parse_constant=_refuse)
+    assert ("error" in content) == (status == 1)
+    assert (folder / "model.json").exists() == (status == 0)
+    if status == 1:
+        return f"command refused: {content['error'].get('outcome', content['error']['type'])}"
+    return "accepted by the command"
+
+
+def _refuse(text: str) -> float:
+    raise AssertionError(f"{text} in JSON")
+
+
+def _one(dice: Dice, items: Any) -> Any:
+    return items[int(dice.integers(len(items)))]
+
+
+def _method(dice: Dice) -> Any:
+    degrees = _one(dice, (None, None, (1, 0), (2, 1), (3, 2), (8, 6), (20, 20)))
+    kind = int(dice.integers(10))
+    if kind < 5:
+        return RefinedOptions()
+    if kind < 7:
+        return RefinedOptions(
+            degrees=degrees,
+            robust=bool(dice.random() < 0.5),
+            bootstrap=int(_one(dice, (0, 0, 5))),
+            moving_mass=float(_one(dice, (0.0, 0.0, 1.0, 1e12))),
+            fixture_stiffness=float(_one(dice, (math.inf, math.inf, 1e3, 1e-9))),
+            delay=_one(dice, (None, None, 0.0, 1e-3, -1e9)),
+        )
+    if kind == 7:
+        return ScanOptions(degrees=degrees)
+    if kind == 8:
+        return TwoStageOptions(
+            degrees=degrees,
+            formulas=_one(dice, ("whole-branch", "three-point")),
+            filter=_one(dice, ("moving-average", "low-pass", "fourier")),
+        )
+    return NiOptions(degrees=degrees)
+
+
+def _record(dice: Dice, path: Callable[..., Numbers], law: Callable[..., Numbers], name: str) -> Record:
+    x = path(dice, int(_one(dice, (2, 3, 5, 8, 13, 30, 60, 120, 300))))
+    force = law(dice, x)
+    x, force = (_disturbed(dice, values) for values in (x, force))
+    return Record(x, force, _time(dice, x.size), path=name)
+
+
+def _time(dice: Dice, size: int) -> Numbers | None:
+    k = np.arange(size, dtype=np.float64)
+    return _one(
+        dice,
+        (None, None, 0.01 * k, 0.01 * k, k, 1e-300 * k, 1e300 * k, -k, 0.0 * k, np.floor(k / 3.0),
+         np.cumsum(dice.exponential(1.0, size)), np.where(k > size / 2, k + 1e3, k), dice.permutation(k)),
+    )  # fmt: skip
+
+
+# Paths of the displacement with about so many samples, of the order of 1.
+
+
+def _sine(dice: Dice, size: int) -> Numbers:
+    phase = np.linspace(0.0, 2.0 * np.pi * float(_one(dice, (0.25, 0.5, 1.0, 1.5, 2.0, 3.0, 7.3))), size)
+    return np.sin(phase + float(_one(dice, (0.0, 1.0))))
+
+
+def _growing(_dice: Dice, size: int) -> Numbers:
+    phase = np.linspace(0.0, 8.0 * np.pi, 4 * size)
+    return np.sin(phase) * phase / phase[-1]
+
+
+def _triangle(dice: Dice, size: int) -> Numbers:
+    legs = int(_one(dice, (1, 2, 3, 4, 8)))
+    corners = np.resize([-1.0, 1.0], legs + 1)
+    return np.interp(np.linspace(0.0, legs, legs * size + 1), np.arange(legs + 1), corners)
+
+
+def _grid(dice: Dice, size: int) -> Numbers:
+    return dice.integers(-1, 2, size).astype(np.float64)
+
+
+def _alternating(_dice: Dice, size: int) -> Numbers:
+    return np.resize([-1.0, 1.0], size)
+
+
+def _few_values(dice: Dice, size: int) -> Numbers:
+    return dice.choice(dice.normal(size=int(dice.integers(1, 5))), size)
+
+
+def _walk(dice: Dice, size: int) -> Numbers:
+    return np.cumsum(dice.integers(-1, 2, size)).astype(np.float64)
+
+
+def _monotone(dice: Dice, size: int) -> Numbers:
+    return np.sort(dice.normal(size=size))[:: int(_one(dice, (1, -1)))].copy()
+
+
+def _constant(_dice: Dice, size: int) -> Numbers:
+    return np.ones(size)
+
+
+def _random(dice: Dice, size: int) -> Numbers:
+    return dice.normal(size=size)
+
+
+def _two_points(dice: Dice, _size: int) -> Numbers:
+    return dice.normal(size=2)
+
+
+def _with_dwells(dice: Dice, size: int) -> Numbers:
+    return np.repeat(_triangle(dice, size), dice.integers(1, 6))
+
+
+def _corners(_dice: Dice, size: int) -> Numbers:
+    """Turning points only, at integers."""
+    return np.resize([0.0, 3.0, -2.0, 2.0, -3.0], size)
+
+
+_PATHS: dict[str, Callable[[Dice, int], Numbers]] = {
+    path.__name__[1:]: path
+    for path in (_sine, _sine, _growing, _triangle, _grid, _alternating, _few_values, _walk, _monotone, _constant,
+                 _random, _two_points, _with_dwells, _corners)
+}  # fmt: skip
+
+
+# Laws of the force along a path.
+
+
+def _of_spring(dice: Dice, x: Numbers) -> Numbers:
+    scale = float(np.abs(x).max()) or 1.0
+    return _SPRING.response(x / scale) + dice.normal(size=x.size) * float(_one(dice, (0.0, 0.0, 0.01, 0.3)))
+
+
+def _equal(_dice: Dice, x: Numbers) -> Numbers:
+    return x.copy()
+
+
+def _reversed(_dice: Dice, x: Numbers) -> Numbers:
+    return -x
+
+
+def _friction(dice: Dice, x: Numbers) -> Numbers:
+    return np.sign(np.gradient(x) if x.size > 1 else x) + x * float(_one(dice, (0.0, 0.1, 1.0)))
+
+
+def _lagging(dice: Dice, x: Numbers) -> Numbers:
+    return np.roll(x, int(dice.integers(-3, 4)))
+
+
+def _no_force(_dice: Dice, x: Numbers) -> Numbers:
+    return np.zeros_like(x)
+
+
+def _constant_force(_dice: Dice, x: Numbers) -> Numbers:
+    return np.ones_like(x)
+
+
+def _any_force(dice: Dice, x: Numbers) -> Numbers:
+    return dice.normal(size=x.size)
+
+
+def _few_forces(dice: Dice, x: Numbers) -> Numbers:
+    return dice.integers(-1, 2, x.size).astype(np.float64)
+
+
+def _cubic(_dice: Dice, x: Numbers) -> Numbers:
+    return x**3
+
+
+def _flawed(dice: Dice, x: Numbers) -> Numbers:
+    force = _of_spring(dice, x)
+    force[int(dice.integers(x.size))] += 10.0 ** dice.uniform(0.0, 12.0)
+    return force
+
+
+_LAWS: dict[str, Callable[[Dice, Numbers], Numbers]] = {
+    law.__name__[1:]: law
+    for law in (_of_spring, _equal, _reversed, _friction, _lagging, _no_force, _constant_force, _any_force, _few_forces,
+                _cubic, _flawed)
+}  # fmt: skip
+# Most records are of springs.
+_LAWS |= {f"of_spring_{k}": _of_spring for k in range(6)}
+_PATHS |= {"sine again": _sine, "triangle again": _triangle, "growing again": _growing}
+
+
+def _disturbed(dice: Dice, values: Numbers) -> Numbers:
+    """Values scaled, shifted, quantised or cut off."""
+    largest = float(np.abs(values).max()) or 1.0
+    exponent = _one(dice, (*[0.0] * 8, *dice.uniform(-6, 6, 4), *dice.uniform(-32, 32, 2), dice.uniform(-320, 305)))
+    values = values * 10.0**exponent
+    largest *= 10.0**exponent
+    change = int(dice.integers(8))
+    if change == 0:
+        step = largest * float(_one(dice, (1e-3, 0.1, 0.5, 1.0)))
+        values = np.round(values / step) * step if step > 0.0 else values
+    elif change == 1:
+        values = values + largest * float(_one(dice, (1.0, -5.0, 1e6, 1e14)))
+    elif change == 2:
+        values = np.clip(values, -0.5 * largest, 0.7 * largest)
+    return np.asarray(np.nan_to_num(values, nan=0.0, posinf=1e308, neginf=-1e308), dtype=np.float64)
+
+
+if __name__ == "__main__":
+    harness.main(__file__, trial, 3000)

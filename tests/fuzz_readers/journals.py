@@ -1,0 +1,306 @@
+"""Journals of interrupted studies and batches, damaged at random: python tests/fuzz_readers/journals.py
+
+A journal is cut into its lines, and manifest, rows and index lines are changed, repeated, moved, mixed with those of
+another job, or replaced; bytes are flipped, cut off and added. The job is then continued. It must end with the bytes
+of the undisturbed one, or be refused in words; following the advice (removing the line that is named, or the file)
+must lead to these bytes. What is refused must not be changed.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+import shutil
+import sys
+import zlib
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import suppress
+from dataclasses import replace
+from functools import cache
+from hashlib import sha256
+from pathlib import Path
+
+import numpy as np
+
+sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "helpers"))
+
+import harness
+from many_springs import one_of
+from strandspring import TwoStageOptions
+from strandspring.batches.batch import identify_batch
+from strandspring.batches.sources import JOURNAL, SpringFile, find_springs
+from strandspring.batches.spring_row import IDENTIFIED, REFUSED, BatchWork, Finished, SpringRow, digest
+from strandspring.errors import StrandspringError
+from strandspring.intake.wanted import Wanted
+from strandspring.jobs import rowlog
+from strandspring.jobs.runners import Local
+from strandspring.modelfile import ModelFile
+from strandspring.studies.definition import RunRow, Study
+from strandspring.studies.journal import journal_path
+from strandspring.studies.run import run_study
+from studies import CHEAP
+
+Job = Callable[[Path, Callable[[int], None]], dict[str, bytes]]
+_INDEX_EVERY = 1500  # bytes, so that small journals have several index lines
+_ABSURD = (
+    b"1e400", b"-0", b"1e-400", b"9223372036854775808", b"99999999999999999999999999", b"NaN", b"null", b"true",
+    b'"=1+1"',     b"[]", b"{}", b"0x10", b"1_0", b"", b"-1", b"0.1",
+)  # fmt: skip
+_OFFSETS = (-1, 0, 1, 7, 300, 1000, 2**62, 2**63, 10**30)
+_NUMBER = re.compile(rb"-?\d+(\.\d+)?(e[+-]?\d+)?")
+_DAMAGED_LINE = re.compile(r", line (\d+): damaged")
+
+
+class QuickStudy(Study):
+    """Runs whose results are numbers at random."""
+
+    def rows(self, runs: Iterable[int]) -> list[RunRow]:
+        return [self._quick(run) for run in runs]
+
+    def _quick(self, run: int) -> RunRow:
+        number, index = divmod(run, self.grid_size)
+        point = self.grid_point(index)
+        values = np.random.default_rng((self.seed, run)).standard_normal(12).tolist()
+        row = RunRow(run, number, point.mass, point.level, point.stiffness_factor, *values[:4])
+        if run % 7 == 3:
+            return replace(row, outcome=f'=The load of {values[4]} N, "{{[\\", must lie within\n0 and 1 N; µ.')
+        return replace(row, rest=values[4], frequency=values[5], transmissibility=values[6], inside=run % 2 == 0)
+
+
+class QuickWork(BatchWork):
+    """Springs that are known before."""
+
+    def rows(self, tasks: Sequence[SpringFile]) -> list[Finished]:
+        return [self._quick(spring, int(re.sub(r"\D", "", spring.name))) for spring in tasks]
+
+    def _quick(self, spring: SpringFile, seed: int) -> Finished:
+        row = SpringRow(spring.file, *digest(spring.path), self.settings, spring.name, REFUSED, '=It is ["{no}.')
+        if seed % 3 == 2:
+            return Finished(row, None)
+        text = ModelFile(spring.name, one_of(seed)).to_json()
+        known = {"rho": (0.1, None, 0.2)}
+        row = replace(row, status=IDENTIFIED, reason="", model_sha256=sha256(text.encode()).hexdigest())
+        parameters = one_of(seed).as_dict()
+        return Finished(
+            replace(row, parameters=parameters, uncertainty=known, rmse=0.1 * seed, notes=("=a", "µ")), text
+        )
+
+
+def _study(seed: int, draws: int) -> Job:
+    named = {name: getattr(CHEAP, name) for name in CHEAP.__dataclass_fields__}
+    study = QuickStudy(**{**named, "seed": seed, "draws": draws})
+
+    def job(folder: Path, progress: Callable[[int], None]) -> dict[str, bytes]:
+        run_study(study, folder / "results.csv", Local(1), progress)
+        return {path.name: path.read_bytes() for path in folder.iterdir()}
+
+    return job
+
+
+def _batch(seed: int) -> Job:
+    def job(folder: Path, progress: Callable[[int], None]) -> dict[str, bytes]:
+        source = folder.parent / "records"
+        source.mkdir(exist_ok=True)
+        for number in range(seed, seed + 9):
+            (source / f"s{number}.csv").write_text(f"{number}")
+        found = find_springs([source / f"s{number}.csv" for number in range(seed, seed + 9)], folder)
+        springs = [spring._replace(file=Path(spring.file).name) for spring in found.springs]
+        identify_batch(springs, folder, QuickWork(TwoStageOptions(), Wanted()), Local(1), progress=progress)
+        return {path.name: path.read_bytes() for path in folder.iterdir() if path.name != JOURNAL}
+
+    return job
+
+
+# Of each group the job, another one of the same kind, and where the journal is.
+_JOBS: dict[str, tuple[Job, Job, Callable[[Path], Path]]] = {
+    "study": (_study(7, 14), _study(8, 14), lambda folder: journal_path(folder / "results.csv")),
+    "batch": (_batch(0), _batch(20), lambda folder: folder / JOURNAL),
+}
+
+
+def _unseen(finished: int) -> None:
+    """Progress that nobody looks at."""
+
+
+class _EnoughError(StrandspringError):
+    pass
+
+
+def _interrupted(job: Job, after: int, folder: Path, journal: Callable[[Path], Path]) -> bytes:
+    """The journal of a job that was interrupted."""
+
+    def stop(finished: int) -> None:
+        if finished >= after:
+            raise _EnoughError("Enough.")
+
+    folder.mkdir(parents=True, exist_ok=True)
+    with suppress(StrandspringError):
+        job(folder, stop)
+    return journal(folder).read_bytes()
+
+
+@cache
+def _undisturbed(group: str, place: str) -> tuple[dict[str, bytes], bytes]:
+    """The results of a job, and the whole journal of the other one."""
+    rowlog._INDEX_EVERY = _INDEX_EVERY
+    job, other, journal = _JOBS[group]
+    folder = Path(place) / "undisturbed"
+    shutil.rmtree(folder, ignore_errors=True)
+    (folder / "results").mkdir(parents=True)
+    results = job(folder / "results", _unseen)
+    return results, _interrupted(other, 8, folder / "other", journal)
+
+
+def _checksummed(content: bytes, manifest: bytes) -> bytes:
+    return b'["%08x", %s]\n' % (zlib.crc32(content, zlib.crc32(manifest)), content)
+
+
+def _with_absurd_number(line: bytes, generator: np.random.Generator) -> bytes:
+    numbers = list(_NUMBER.finditer(line))
+    if not numbers:
+        return line
+    one = numbers[generator.integers(len(numbers))]
+    return line[: one.start()] + _ABSURD[generator.integers(len(_ABSURD))] + line[one.end() :]
+
+
+def _forged(line: bytes, manifest: bytes, generator: np.random.Generator) -> bytes:
+    """A line with a correct checksum and another content, whose numbers are possible only in index lines.
+
+    Raises ValueError for a line that is none.
+    """
+    content = line[13:-2]
+    if not line.startswith(b'["'):
+        raise ValueError
+    if content.startswith(b"{"):
+        index = json.loads(content)
+        name = str(generator.choice(["before", "at", "places", "offsets"]))
+        value = _OFFSETS[generator.integers(len(_OFFSETS))]
+        if isinstance(index[name], list) and index[name]:
+            index[name][generator.integers(len(index[name]))] = value
+            index[name] = index[name][: generator.integers(1, 1 + len(index[name]))] if value == 7 else index[name]
+        else:
+            index[name] = value
+        return _checksummed(json.dumps(index).encode(), manifest)
+    values = json.loads(content)
+    wrong = (["x"], {"a": 1}, float("inf"), float("nan"), [[]])
+    if generator.random() < 0.3:
+        values.append(1)
+    else:
+        values[generator.integers(len(values))] = wrong[generator.integers(len(wrong))]
+    return _checksummed(json.dumps(values).encode(), manifest)
+
+
+def _lines_changed(lines: list[bytes], other: list[bytes], generator: np.random.Generator) -> list[bytes]:
+    """Lines of a journal with one thing changed."""
+    at, to = (int(k) for k in generator.integers(len(lines), size=2))
+    match generator.integers(11):
+        case 0:
+            del lines[at]
+        case 1:
+            lines.insert(to, lines[at])
+        case 2:
+            lines[at], lines[to] = lines[to], lines[at]
+        case 3:
+            lines.insert(to, other[generator.integers(len(other))])
+        case 4:
+            lines[at] = _with_absurd_number(lines[at], generator)
+        case 5:
+            with suppress(ValueError):  # damaged before
+                lines[at] = _forged(lines[at], lines[0], generator)
+        case 6:
+            junk = (b"", b"\0" * 4096, b"[" * 50_000, b'{"a":' * 20_000, b"x" * 1_000_000)
+            lines.insert(to, junk[generator.integers(len(junk))] + b"\n")
+        case 7:
+            lines[at:] = []
+        case 8:
+            lines[at] = lines[at][: generator.integers(1 + len(lines[at]))]
+        case 9:
+            lines += lines[at:to]
+        case 10:
+            lines[at] = lines[at].replace(b"\n", b"\r\n") if generator.random() < 0.5 else lines[at].replace(b" ", b"")
+    return lines or [b""]
+
+
+def _bytes_changed(content: bytes, generator: np.random.Generator) -> bytes:
+    """A journal with one thing changed, whatever its lines."""
+    at = int(generator.integers(1 + len(content)))
+    match generator.integers(8):
+        case 0 | 1:
+            flipped = bytearray(content)
+            for k in generator.integers(max(1, len(content)), size=generator.integers(1, 4)) if content else ():
+                flipped[k] ^= 1 << int(generator.integers(8))
+            return bytes(flipped)
+        case 2:
+            return content[:at]
+        case 3:
+            return content + generator.bytes(int(generator.integers(2000)))
+        case 4:
+            return content[:at] + b"\0" * int(generator.integers(5000)) + content[at:]
+        case 5:
+            return content[:at] + generator.bytes(20) + content[at + 20 :]
+        case 6:
+            end = at + int(generator.integers(500))
+            return content[:at] + content[end:]
+        case _:
+            encoding = ["utf-16", "utf-8-sig", "utf-32"][generator.integers(3)]
+            return content.decode("latin-1").encode(encoding) if generator.random() < 0.2 else content + content[:at]
+
+
+def _continued(job: Job, folder: Path, journal: Path) -> tuple[dict[str, bytes] | None, str]:
+    """Results of a job that is continued, None if it is refused, with the sentence."""
+    before = journal.read_bytes() if journal.is_file() else None
+    try:
+        return job(folder, _unseen), "accepted"
+    except StrandspringError as refusal:
+        after = journal.read_bytes() if journal.is_file() else None
+        if before is not None and not (after or b"").startswith(before.rstrip(b"\0")[:1]):
+            raise AssertionError("the refused journal was changed") from refusal
+        sentence = str(refusal)
+        if "is not the journal" in sentence or "of another study" in sentence:
+            assert after == before, "the refused journal was changed"
+        assert "; " in sentence, f"no advice: {sentence}"
+        assert len(sentence) < 1500, f"long: {sentence}"
+        return None, sentence
+
+
+def trial(generator: np.random.Generator, folder: Path) -> Iterator[str]:
+    """Damage a journal and continue the job."""
+    group = str(generator.choice(list(_JOBS)))
+    job, _, journal_of = _JOBS[group]
+    expected, other = _undisturbed(group, str(folder.parent))
+    (folder / "results").mkdir()
+    journal = journal_of(folder / "results")
+    content = _interrupted(
+        job, int(generator.integers(1, 40 if group == "study" else 9)), folder / "results", journal_of
+    )
+    index_lines = content.count(rowlog._INDEX_BEGIN)
+    yield f"{group}, {'no' if not index_lines else 'one' if index_lines == 1 else 'several'} index lines"
+    for _ in range(generator.integers(1, 4)):
+        if generator.random() < 0.6:
+            lines = _lines_changed(content.splitlines(True) or [b""], other.splitlines(True), generator)
+            content = b"".join(lines)
+        else:
+            content = _bytes_changed(content, generator)
+    journal.write_bytes(content)
+    results, sentence = _continued(job, folder / "results", journal)
+    outcome = "accepted"
+    if results is None:
+        kind = re.sub(r"\(.*?\)|\d+", "#", sentence.replace(str(folder), ""))
+        outcome = f"refused: {kind[:150]}"
+    # The advice is followed.
+    for _ in range(100):
+        if results is not None:
+            break
+        if damaged := _DAMAGED_LINE.search(sentence):
+            lines = journal.read_bytes().split(b"\n")
+            del lines[int(damaged[1]) - 1]
+            journal.write_bytes(b"\n".join(lines))
+        else:
+            journal.unlink()
+        results, sentence = _continued(job, folder / "results", journal)
+    assert results == expected, f"other results, or never an end: {sentence}"
+    yield outcome
+
+
+if __name__ == "__main__":
+    harness.main(__file__, trial, 1000)
