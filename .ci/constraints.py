@@ -1,4 +1,4 @@
-"""Write constraints.txt: the exact version of every dependency, extras and tools of the tests included.
+"""Write .ci/constraints.txt: the exact version of every dependency, extras and tools of the tests included.
 
 usage: python .ci/constraints.py, at a release and when pyproject.toml asks for something else; uv must be on the path
 
@@ -16,7 +16,7 @@ ROOT = Path(__file__).parents[1]
 
 HEADER = """\
 # Exact versions with which this release is tested, for every supported Python and system:
-#     pip install -c constraints.txt strandspring[formats,cluster]
+#     pip install -c .ci/constraints.txt strandspring[formats,cluster]
 # Written by .ci/constraints.py.
 """
 
@@ -29,7 +29,7 @@ def main() -> None:
          "--no-header", "--annotation-style", "line", "--no-emit-index-url", "--no-emit-find-links", "pyproject.toml"],
         cwd=ROOT, capture_output=True, text=True, check=True,
     ).stdout  # fmt: skip
-    (ROOT / "constraints.txt").write_text(HEADER + resolved, encoding="utf-8")
+    (ROOT / ".ci" / "constraints.txt").write_text(HEADER + resolved, encoding="utf-8")
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""Write THIRD_PARTY.md: the licences of all dependencies, from the metadata of what is installed.
+"""Write fmu_src/THIRD_PARTY.md: the licences of all dependencies, from the metadata of what is installed.
 
 usage: python .ci/licences.py, after .ci/constraints.py, where strandspring[test] is installed by constraints.txt
 """
@@ -65,7 +65,7 @@ COFMUPY = (
 def constrained() -> dict[str, set[str]]:
     """Names in constraints.txt, and the distributions that need each."""
     needed: dict[str, set[str]] = {}
-    for line in (ROOT / "constraints.txt").read_text(encoding="utf-8").splitlines():
+    for line in (ROOT / ".ci" / "constraints.txt").read_text(encoding="utf-8").splitlines():
         if not line.startswith("#"):
             pin, _, via = line.partition("# via")
             needed.setdefault(pin.partition("==")[0], set()).update(re.findall(r"[\w.-]+", via))
@@ -129,4 +129,4 @@ def page() -> str:
 
 
 if __name__ == "__main__":
-    (ROOT / "THIRD_PARTY.md").write_text(page(), encoding="utf-8")
+    (ROOT / "fmu_src" / "THIRD_PARTY.md").write_text(page(), encoding="utf-8")

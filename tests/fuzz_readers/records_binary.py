@@ -15,6 +15,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import numpy as np
+
 from harness import main
 from records_files import FORMATS, LAYERS
 from records_judge import judged
@@ -29,7 +30,6 @@ from records_pieces import (
     options,
     size_of_table,
 )
-
 from strandspring.records.reading import read_record
 
 _VARIANTS = 150  # sound files of each format

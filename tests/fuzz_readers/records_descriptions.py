@@ -14,10 +14,10 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
+
 from harness import main
 from records_judge import judged
 from records_pieces import ABSURD_COLUMNS, ABSURD_NAMES, ABSURD_NUMBERS, ABSURD_UNITS, chance, mutated, one_of
-
 from strandspring.api.records import given_records
 from strandspring.intake.description_file import entries, read_campaign
 from strandspring.intake.wanted import Wanted

@@ -23,9 +23,10 @@ import pyarrow as pa
 import pyuff
 import xlwt
 from pyarrow import feather, parquet
-from records_pieces import ABSURD_INTEGERS, Piece, chance, one_of
 from scipy.io import savemat
 from scipy.sparse import csc_array
+
+from records_pieces import ABSURD_INTEGERS, Piece, chance, one_of
 
 Write = Callable[[np.random.Generator, Path, Sequence[Piece]], None]
 

@@ -10,10 +10,10 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
+
 from harness import main
 from records_judge import judged
 from records_pieces import ABSURD_CELLS, ABSURD_NAMES, Piece, chance, columns, mutated, one_of, options, size_of_table
-
 from strandspring.records.reading import read_record
 from strandspring.records.record import Record
 

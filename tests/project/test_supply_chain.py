@@ -29,7 +29,7 @@ REQUIREMENTS = [
     for text in texts
     if not text.startswith("strandspring[")
 ]
-LINES = (ROOT / "constraints.txt").read_text(encoding="utf-8").splitlines()
+LINES = (ROOT / ".ci" / "constraints.txt").read_text(encoding="utf-8").splitlines()
 PINS = [Requirement(line.partition("#")[0]) for line in LINES if not line.startswith("#")]
 
 # Distributions whose modules are not called like them.
@@ -91,7 +91,7 @@ def test_every_module_that_the_package_imports_is_required() -> None:
 @pytest.fixture(scope="module")
 def listed() -> dict[str, tuple[str, str]]:
     """Licence and use by distribution, in THIRD_PARTY.md."""
-    table = (ROOT / "THIRD_PARTY.md").read_text(encoding="utf-8").partition("## All dependencies")[2]
+    table = (ROOT / "fmu_src" / "THIRD_PARTY.md").read_text(encoding="utf-8").partition("## All dependencies")[2]
     rows = [[cell.strip() for cell in line.strip("|").split("|")] for line in table.splitlines() if "|" in line]
     return {name: (licence, use) for name, licence, use in rows[2:]}
 
@@ -120,7 +120,7 @@ def test_listed_licences_are_those_of_what_is_installed(listed: dict[str, tuple[
 
 
 def test_every_upper_bound_has_its_reason() -> None:
-    text = (ROOT / "THIRD_PARTY.md").read_text(encoding="utf-8")
+    text = (ROOT / "fmu_src" / "THIRD_PARTY.md").read_text(encoding="utf-8")
     bounded = [requirement for requirement in REQUIREMENTS if "<" in str(requirement.specifier)]
     assert len(bounded) >= 3
     for requirement in bounded:

@@ -9,8 +9,8 @@ import click
 from ..api.exporting import Exports, refuse_package
 from ..coordinates import zero_sentence
 from ..errors import StrandspringError
-from ..files import reason_of
 from ..exchange.modelica import LIBRARY, record_name
+from ..files import reason_of
 from ..modelfile import load_model
 from .options import FiniteRange
 from .output import note, reporting, result, result_json
