@@ -45,7 +45,7 @@ Dice = np.random.Generator
 
 _BY_COMMAND = 0.1  # share of the trials on the command line
 _MILD = 0.6  # share of mild trials
-_REPORTED = 0.02  # share of the results of which a report is written
+_REPORTED = 0.1  # share of the results of which a report is written
 _SPRING = Spring(SpringParameters((0.0, 1.0, 0.3), (1.0, 0.2), 0.5, 8.0, 1.2, 0.7, 0.0, -1.0, 1.0))
 
 
