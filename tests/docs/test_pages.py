@@ -23,7 +23,7 @@ from strandspring.core.variables import variables
 from strandspring.docs.site import PAGES, write_site
 from strandspring.intake import description_file
 from strandspring.records import content
-from strandspring.records.formats import apart
+from strandspring.records.formats import reader_process
 from strandspring.records.source import MAX_ROWS
 
 
@@ -195,8 +195,9 @@ def test_the_bounds_of_files_are_those_of_the_program() -> None:
     bounds = (
         f"{content.MAX_BYTES // 2**30} GiB, {content.MAX_UNPACKED_BYTES // 2**20} MiB unpacked, "
         f"{MAX_ROWS // 10**6} million rows",
-        f"{apart._MEMORY // 2**20} MiB of memory",
-        f"{apart._SECONDS:g} s of processor time plus 1 s for each {apart._BYTES_PER_SECOND / 1e6:g} MB",
+        f"{reader_process._MEMORY // 2**20} MiB of memory",
+        f"{reader_process._SECONDS:g} s of processor time plus 1 s for each "
+        f"{reader_process._BYTES_PER_SECOND / 1e6:g} MB",
         f"at most {strict_json._MAX_NESTING} levels",
         f"| {modelfile.MAXIMUM_BYTES // 10**6} MB |",
         f"{modelfile.MAXIMUM_FMU_BYTES // 10**6} MB packed or unpacked, {unpacking._MOST_FILES:_} files",
