@@ -20,6 +20,7 @@ from strandspring import (
 )
 from strandspring.errors import ModelError
 from strandspring.identification.direction import correlation
+from strandspring.identification.intervals import around
 from strandspring.identification.prediction_interval import prediction_error
 from strandspring.identification.rig import Effect, Rig
 from strandspring.identification.steady_part import find_steady_part
@@ -176,3 +177,8 @@ def test_no_correlation_is_beyond_1() -> None:
         correlation = identify(record_of(spring_of(n, 1.0, 200.0), path, 0.01)).uncertainty["correlation"]
         assert max(map(abs, correlation.values())) == pytest.approx(1.0, abs=1e-9)
         assert max(map(abs, correlation.values())) <= 1.0
+
+
+def test_an_interval_of_absurd_reach_is_open() -> None:
+    assert around(2.0, 0.5) == pytest.approx((2.0 * np.exp(-0.5), 2.0 * np.exp(0.5)))
+    assert around(2.0, 1000.0) == (None, None)

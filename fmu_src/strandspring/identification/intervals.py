@@ -27,6 +27,7 @@ _EVALUATIONS = 8  # points of a profile on either side
 _ACCURACY = 0.03  # to which the end of an interval is found, share of its length
 _TOLERANCE = 1e-5  # relative change of the squared misfit at which a fit of the profile ends
 _FIT_EVALUATIONS = 20  # points at which a fit of the profile ends in any case
+_UNKNOWN = 50.0  # reach of a logarithm from which nothing is known of its parameter
 _AT_BOUND = 1e-3  # distance of a logarithm from the bound of the search that counts as none
 _FIXED = 2e-6  # half of the room in which a fixed logarithm is held
 NORMAL_95 = 1.959964  # 97.5 % quantile
@@ -55,11 +56,11 @@ def intervals_95(linear: Linearised, change: FloatArray, errors: FloatArray) -> 
     fit, loops = linear.refinement, linear.loops
     reach = quantile_95(linear.estimate.degrees_of_freedom(change)) * errors
     kappa_omega = float(linear.basis.powers(fit.backbone.amplified)[0])
-    found: dict[str, Interval] = {"kappa_omega": _around(kappa_omega, float(reach[0]))}
+    found: dict[str, Interval] = {"kappa_omega": around(kappa_omega, float(reach[0]))}
     for k, name in enumerate(NONLINEAR):
         value = getattr(fit.hysteresis, name)
         if linear.free[k] and errors[1 + k] <= _CURVED:
-            found[name] = _around(value, float(reach[1 + k]))
+            found[name] = around(value, float(reach[1 + k]))
             continue
         freed = linear if linear.free[k] else linear.freed(k)
         profile = _Profile(freed, k, Problem(loops, linear.basis, fit.hysteresis, coarse=True))
@@ -70,7 +71,10 @@ def intervals_95(linear: Linearised, change: FloatArray, errors: FloatArray) -> 
     return found
 
 
-def _around(value: float, reach: float) -> Interval:
+def around(value: float, reach: float) -> Interval:
+    """The interval of a logarithm known to so much; open where that is nothing."""
+    if reach > _UNKNOWN:
+        return None, None
     return value * math.exp(-reach), value * math.exp(reach)
 
 
@@ -95,7 +99,7 @@ class _Profile:
             return None, None
         center = math.log(value)
         if self.error <= _CURVED:
-            low, high = _around(value, self.reach)
+            low, high = around(value, self.reach)
         else:
             least = self._squares(self.fit.hysteresis, self.fit.omega_start, None)[0]
             low, high = (self._end(center, side, least) for side in (-1, 1))
