@@ -89,7 +89,7 @@ def test_a_cluster_of_another_version_is_refused(
 ) -> None:
     monkeypatch.setattr("strandspring.jobs.cluster.__version__", "0.0.0")
     with pytest.raises(
-        IsolationError, match=f"has strandspring {__version__}, but the work is given by strandspring 0.0.0"
+        IsolationError, match=f"has strandspring {__version__}, but this computer has strandspring 0.0.0"
     ):
         run_study(CHEAP, tmp_path / "results.csv", Cluster(cluster.scheduler_address))
     assert not list(tmp_path.iterdir())
@@ -170,7 +170,7 @@ def test_a_study_that_is_ended_goes_on(end: signal.Signals, terminal: Terminal) 
 
 
 def test_a_wait_is_reported(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("strandspring.jobs.runners._PATIENCE", 1e-3)
+    monkeypatch.setattr("strandspring.jobs.runners._REPORT_EVERY", 1e-3)
     messages: list[str] = []
     run_study(CHEAP, tmp_path / "results.csv", Local(2), notify=messages.append)
     assert "Nothing has been finished for 0.001 s; still waiting for the workers." in messages
