@@ -1,10 +1,8 @@
-"""Whatever ends a program: its children and temporary folders end with it, and the next run is right."""
+"""Whatever ends a program: its children and temporary folders end with it; tests/soak ends whole commands."""
 
 from __future__ import annotations
 
 import os
-import random
-import shutil
 import signal
 import subprocess
 import sys
@@ -17,7 +15,6 @@ from pathlib import Path
 
 import psutil
 import pytest
-from kill_commands import COMMANDS, Kills, moment_of
 
 from strandspring import scratch
 from strandspring.children import kill_all, run
@@ -276,18 +273,3 @@ def test_what_nohup_ignores_stays_ignored(start: Start) -> None:
     assert process.poll() is None
     process.terminate()
     assert process.wait(PATIENCE) == 128 + signal.SIGTERM
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT, signal.SIGHUP, signal.SIGKILL])
-@pytest.mark.parametrize("name", ["study", "identify"])
-def test_a_command_that_is_ended_at_a_random_moment_leaves_nothing(
-    name: str, number: signal.Signals, tmp_path_factory: pytest.TempPathFactory
-) -> None:
-    folder = tmp_path_factory.mktemp("kills")
-    seed = f"{name} {number}"
-    chance = random.Random(seed)
-    moment, to_all = moment_of(chance, COMMANDS[name]), chance.random() < 0.5
-    print(f"seed {seed!r}: after {moment:.2f} s, to all processes: {to_all}")
-    assert Kills(folder).case(name, number, to_all, moment, "case")[1] == []
-    shutil.rmtree(folder)
