@@ -17,6 +17,7 @@ from functools import cache
 from pathlib import Path
 
 from .errors import StrandspringError
+from .locks import lock
 
 _NAME = "strandspring-"
 # With the process in its name, so that folders of users are not meant, such as strandspring-results.
@@ -45,13 +46,13 @@ class TemporaryFolder:
             # Absolute, since the program may go to another folder.
             place = Path(tempfile.gettempdir() if beside is None else beside).absolute()
             _remove_abandoned(place)
-            self.path, lock = _locked_folder(place, "" if beside is None else ".")
+            self.path, held = _locked_folder(place, "" if beside is None else ".")
         except OSError as problem:
             remedy = "set TMPDIR to a folder that can be written" if beside is None else "choose another folder"
             raise StrandspringError(
                 f"No temporary folder can be made in {beside or 'the system'} ({problem.strerror}); {remedy}."
             ) from None
-        self._end = weakref.finalize(self, _discard, self.path, lock, os.getpid())
+        self._end = weakref.finalize(self, _discard, self.path, held, os.getpid())
 
     def __enter__(self) -> Path:
         return self.path
@@ -64,12 +65,12 @@ class TemporaryFolder:
         self._end()
 
 
-def _discard(path: Path, lock: int | None, process: int) -> None:
+def _discard(path: Path, held: int | None, process: int) -> None:
     """Remove a folder; a fork of the process that made it leaves it."""
     if os.getpid() == process:
         shutil.rmtree(path, ignore_errors=True)
-    if lock is not None:
-        os.close(lock)
+    if held is not None:
+        os.close(held)
 
 
 def _locked_folder(place: Path, prefix: str) -> tuple[Path, int | None]:
@@ -79,10 +80,10 @@ def _locked_folder(place: Path, prefix: str) -> tuple[Path, int | None]:
         if sys.platform == "win32":
             return path, None
         with suppress(FileNotFoundError, BlockingIOError):  # another process took it for abandoned before it was locked
-            lock = _lock(path)
-            if lock is None or path.exists():
-                return path, lock
-            os.close(lock)
+            held = _lock(path)
+            if held is None or path.exists():
+                return path, held
+            os.close(held)
 
 
 def _lock(path: Path) -> int | None:
@@ -94,18 +95,14 @@ def _lock(path: Path) -> int | None:
     """
     if sys.platform == "win32":
         return None
-    import fcntl
-
     folder = os.open(path, os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW)
-    try:
-        fcntl.flock(folder, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except BlockingIOError:
-        os.close(folder)
-        raise
-    except OSError:
-        os.close(folder)
+    is_ours = lock(folder)
+    if is_ours:
+        return folder
+    os.close(folder)
+    if is_ours is None:
         return None
-    return folder
+    raise BlockingIOError(str(path))
 
 
 @cache
@@ -117,8 +114,8 @@ def _remove_abandoned(place: Path) -> None:
         for path in [Path(entry) for entry in entries if _ABANDONED.fullmatch(entry.name)]:
             # Another process may be removing it.
             with suppress(OSError):
-                lock = _lock(path)
-                if lock is not None:
-                    if os.fstat(lock).st_uid == os.geteuid():
+                held = _lock(path)
+                if held is not None:
+                    if os.fstat(held).st_uid == os.geteuid():
                         shutil.rmtree(path, ignore_errors=True)
-                    os.close(lock)
+                    os.close(held)
