@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from itertools import combinations
 from typing import Any
 
 from .core.parameters import SpringParameters
@@ -12,6 +13,7 @@ from .strict_json import is_finite, shown
 
 LEVEL = 0.95  # of the prediction interval
 INTERVAL_NUMBERS = ("factor", "additive", "relative", "error", "half_width")
+PAIRS = tuple(",".join(pair) for pair in combinations(HYSTERETIC_UNITS, 2))  # of a correlation
 _QUANTILES = 3  # of a posterior at least: its ends and its median
 
 Condition = tuple[str, Callable[[Any], bool]]
@@ -34,7 +36,7 @@ def check_uncertainty(spring: SpringParameters, uncertainty: Mapping[str, Any]) 
     for name in (spring.elastic_name, "kA"):
         count = len(getattr(spring, name))
         _check(uncertainty, name, (f"must be a list of {count} finite numbers >= 0 or null", _all(_is_error, count)))
-    _check(uncertainty, "correlation", _OBJECT)
+    _check_members(uncertainty, "correlation", dict.fromkeys(PAIRS, _CORRELATION), is_whole=False)
     _check(uncertainty, "indistinct", ("must be a list of text", _all(lambda value: isinstance(value, str))))
     _check_members(uncertainty, "interval_95", dict.fromkeys(HYSTERETIC_UNITS, _INTERVAL), is_whole=False)
     sizes = dict.fromkeys((*HYSTERETIC_UNITS, "repetitions", "seed"), _SIZE)
@@ -85,6 +87,10 @@ def _all(holds: Callable[[Any], bool], count: int | None = None) -> Callable[[An
 _OBJECT: Condition = "must be an object", lambda value: isinstance(value, Mapping)
 _SIZE: Condition = "must be a finite number >= 0", _is_size
 _ERROR: Condition = "must be a finite number >= 0 or null", _is_error
+_CORRELATION: Condition = (
+    "must be a number within [-1, 1] or null",
+    lambda value: value is None or (is_finite(value) and abs(value) <= 1.0),
+)
 _INTERVAL: Condition = "must be a list of a lower and an upper end, finite numbers or null", _is_interval
 _POSTERIOR: Condition = (
     f"must be a list of at least {_QUANTILES} finite numbers",

@@ -15,12 +15,16 @@ from scipy.io import savemat
 import pictures
 import strandspring
 from pages import README, ROOT, TEXTS, blocks, program_with
-from strandspring import Spring, read_record
+from strandspring import Spring, modelfile, read_record, strict_json, unpacking
 from strandspring.cli.main import COMMANDS
 from strandspring.cli.main import strandspring as program
 from strandspring.core.parameters import SCALARS, SpringParameters
 from strandspring.core.variables import variables
 from strandspring.docs.site import PAGES, write_site
+from strandspring.intake import description_file
+from strandspring.records import content
+from strandspring.records.formats import reader_process
+from strandspring.records.source import MAX_ROWS
 
 
 @pytest.fixture(scope="module")
@@ -185,6 +189,22 @@ def test_the_table_of_symbols_is_the_fmus_table() -> None:
     for name, unit in listed.items():
         expected = units[name] or ""
         assert unit == (f"{expected}/m^i" if name == "kE_0" else "1/m^i" if name == "kA_0" else expected), name
+
+
+def test_the_bounds_of_files_are_those_of_the_program() -> None:
+    bounds = (
+        f"{content.MAX_BYTES // 2**30} GiB, {content.MAX_UNPACKED_BYTES // 2**20} MiB unpacked, "
+        f"{MAX_ROWS // 10**6} million rows",
+        f"{reader_process._MEMORY // 2**20} MiB of memory",
+        f"{reader_process._SECONDS:g} s of processor time plus 1 s for each "
+        f"{reader_process._BYTES_PER_SECOND / 1e6:g} MB",
+        f"at most {strict_json._MAX_NESTING} levels",
+        f"| {modelfile.MAXIMUM_BYTES // 10**6} MB |",
+        f"{modelfile.MAXIMUM_FMU_BYTES // 10**6} MB packed or unpacked, {unpacking._MOST_FILES:_} files",
+        f"| {description_file._MAX_BYTES // 10**6} MB, {description_file._MAX_FILES:_} files |",
+    )
+    for bound in bounds:
+        assert bound.replace("_", " ") in TEXTS["security"], bound
 
 
 def test_the_readme_is_short() -> None:

@@ -33,12 +33,13 @@ from pathlib import Path
 
 import numpy as np
 
+from strandspring.records.formats import reader_process
+
 Trial = Callable[[np.random.Generator, Path], Iterator[str]]
 Result = dict[str, str]
 
 MAX_SECONDS = 10.0  # of processor time; three times as many by the clock, since other programs run too
 MAX_BYTES = 1024**3
-_OF_PROCESSES = "strandspring-reader-"  # folders of processes that are kept for the next trial
 _ENVIRONMENT = {"OPENBLAS_NUM_THREADS": "1", "MALLOC_ARENA_MAX": "2", "ARROW_DEFAULT_MEMORY_POOL": "system"}
 
 
@@ -193,8 +194,7 @@ def _judged(trial: Iterator[str], printed: int) -> Iterator[Result]:
         failures.append(f"took {seconds:.1f} s")
     if peak > MAX_BYTES:
         failures.append(f"took {peak / 1e6:.0f} MB")
-    left = [path for path in Path(tempfile.gettempdir()).iterdir() if not path.name.startswith(_OF_PROCESSES)]
-    for path in left:
+    for path in set(Path(tempfile.gettempdir()).iterdir()) - _folders_of_readers():
         failures.append(f"left {path.name}")
         shutil.rmtree(path) if path.is_dir() else path.unlink()
     if left_open := _open_files() - files:
@@ -209,8 +209,11 @@ def _memory(name: str) -> int:
 
 
 def _open_files() -> set[str]:
-    """What is open besides pipes, by which processes that are kept for the next trial are reached."""
-    descriptors = [*Path("/proc/self/fd").iterdir()]
-    return {
-        link for each in descriptors if each.is_symlink() and not (link := str(each.readlink())).startswith("pipe:")
-    }
+    """What is open besides pipes and folders of processes that are kept for the next trial."""
+    links = {str(each.readlink()) for each in [*Path("/proc/self/fd").iterdir()] if each.is_symlink()}
+    return {link for link in links if not link.startswith("pipe:")} - set(map(str, _folders_of_readers()))
+
+
+def _folders_of_readers() -> set[Path]:
+    """Temporary folders of the processes that are kept for the next trial."""
+    return {folder.path for folder in reader_process._running.values()}

@@ -32,7 +32,7 @@ from strandspring.batches.sources import JOURNAL, SpringFile, find_springs
 from strandspring.batches.spring_row import IDENTIFIED, REFUSED, BatchWork, Finished, SpringRow, digest
 from strandspring.errors import StrandspringError
 from strandspring.intake.wanted import Wanted
-from strandspring.jobs import rowlog
+from strandspring.jobs import row_index
 from strandspring.jobs.runners import Local
 from strandspring.modelfile import ModelFile
 from strandspring.studies.definition import RunRow, Study
@@ -142,7 +142,7 @@ def _interrupted(job: Job, after: int, folder: Path, journal: Callable[[Path], P
 @cache
 def _undisturbed(group: str, place: str) -> tuple[dict[str, bytes], bytes]:
     """The results of a job, and the whole journal of the other one."""
-    rowlog._INDEX_EVERY = _INDEX_EVERY
+    row_index._EVERY = _INDEX_EVERY
     job, other, journal = _JOBS[group]
     folder = Path(place) / "undisturbed"
     shutil.rmtree(folder, ignore_errors=True)
@@ -273,7 +273,7 @@ def trial(generator: np.random.Generator, folder: Path) -> Iterator[str]:
     content = _interrupted(
         job, int(generator.integers(1, 40 if group == "study" else 9)), folder / "results", journal_of
     )
-    index_lines = content.count(rowlog._INDEX_BEGIN)
+    index_lines = content.count(row_index._BEGIN)
     yield f"{group}, {'no' if not index_lines else 'one' if index_lines == 1 else 'several'} index lines"
     for _ in range(generator.integers(1, 4)):
         if generator.random() < 0.6:

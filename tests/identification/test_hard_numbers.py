@@ -8,12 +8,23 @@ from typing import Any
 import numpy as np
 import pytest
 
-from strandspring import IdentificationError, Outcome, Record, RecordError, RefinedOptions, identify
+from strandspring import (
+    IdentificationError,
+    Outcome,
+    Record,
+    RecordError,
+    RefinedOptions,
+    ScanOptions,
+    TwoStageOptions,
+    identify,
+)
 from strandspring.errors import ModelError
 from strandspring.identification.direction import correlation
 from strandspring.identification.prediction_interval import prediction_error
+from strandspring.identification.rig import Effect, Rig
+from strandspring.identification.steady_part import find_steady_part
 from strandspring.joint import JointCovariance, joint_names
-from synthetic import record_of, sine, spring_of
+from synthetic import AMPLITUDE, MEAN, record_of, sine, spring_of
 
 
 def refused(record: Record, options: Any = None) -> IdentificationError:
@@ -28,12 +39,58 @@ def refused(record: Record, options: Any = None) -> IdentificationError:
         np.tile([-1.0, -1 / 3, 1 / 3, 1.0, 1 / 3, -1 / 3], 4),
         np.tile([-1.0, -1.0, 0.0, 0.0, 1.0, 1.0, 0.0, 0.0], 2),
         np.tile([-1.0, 1.0], 20),
-        np.ones(30),
+        np.random.default_rng(0).normal(size=100),
     ],
-    ids=["six samples a cycle", "each sample twice", "turning points", "constant"],
+    ids=["six samples a cycle", "each sample twice", "turning points", "noise"],
 )
 def test_a_path_that_is_taken_for_noise_is_refused(path: np.ndarray) -> None:
-    assert refused(Record(path, 2.0 * path)).outcome in (Outcome.TOO_FEW_STROKES, Outcome.TOO_LITTLE_LEFT)
+    refusal = refused(Record(path, 2.0 * path))
+    assert refusal.outcome is Outcome.UNDERSAMPLED
+    assert "sample at least 12 times per cycle" in str(refusal)
+
+
+@pytest.mark.parametrize("path", [np.ones(30), np.linspace(0.0, 1.0, 30)], ids=["constant", "monotone"])
+def test_a_path_without_a_cycle_is_refused(path: np.ndarray) -> None:
+    assert refused(Record(path, 2.0 * path)).outcome is Outcome.TOO_FEW_STROKES
+
+
+def coarse_record(strokes: int, samples: int) -> Record:
+    """A triangle of so many strokes and samples in each."""
+    corners = np.resize([-1.0, 1.0], strokes + 1)
+    path = MEAN + AMPLITUDE * np.interp(
+        np.linspace(0.0, strokes, strokes * samples + 1), np.arange(strokes + 1), corners
+    )
+    return record_of(spring_of(1.0, 1.0), path, 0.01)
+
+
+@pytest.mark.parametrize(("strokes", "samples"), [(3, 7), (3, 8), (4, 5)])
+def test_degrees_are_chosen_among_those_that_the_points_decide(strokes: int, samples: int) -> None:
+    result = identify(coarse_record(strokes, samples))
+    assert result.rnl > 0.9
+
+
+@pytest.mark.parametrize("method", [ScanOptions(), ScanOptions(degrees=(1, 0)), TwoStageOptions(degrees=(1, 0))])
+def test_as_many_parameters_as_points_are_refused(method: Any) -> None:
+    path = MEAN + AMPLITUDE / 3.0 * np.array([0.0, 3.0, -2.0, 2.0, -3.0, 0.0, 3.0, -2.0])
+    refusal = refused(record_of(spring_of(1.0, 1.0), path), method)
+    assert refusal.outcome is Outcome.TOO_FEW_SAMPLES
+    assert "Found 6 samples after the first stroke; 8 are needed at least" in str(refusal)
+
+
+def test_the_zero_of_the_displacement_shifts_within_the_displacements() -> None:
+    record = record_of(spring_of(1.0, 1.0), sine())
+    rig = Rig.from_parts([find_steady_part(record)] * 2, 100)
+    shifts = [rig.is_possible({Effect.DISPLACEMENT_ZERO: np.array([shift * AMPLITUDE])}) for shift in (-1.9, 1.9, 2.1)]
+    assert shifts == [True, True, False]
+
+
+def test_records_of_very_different_forces_do_not_drive_a_size_to_absurdity() -> None:
+    spring = spring_of(1.0, 1.0)
+    path = MEAN + AMPLITUDE * np.interp(np.linspace(0, 4, 241), np.arange(5), [-1.0, 1.0, -1.0, 1.0, -1.0])
+    weak = record_of(spring, path, 0.01)
+    strong = coarse_record(3, 13)
+    shifted = replace(strong, displacement=1e-5 * strong.displacement)
+    assert identify([replace(shifted, path="a"), replace(weak, force=0.01 * weak.force, path="b")]).rmse < 100.0
 
 
 @pytest.mark.parametrize(

@@ -305,7 +305,7 @@ def test_absurd_sizes_are_refused(scale: float) -> None:
         identify(Record(scale * record.displacement, scale * record.force))
 
 
-@pytest.mark.parametrize("scale", [1e-25, 1e25])
+@pytest.mark.parametrize("scale", [1e-10, 1e7])
 def test_sizes_far_from_any_rig_are_identified_all_the_same(scale: float) -> None:
     record = record_of(spring_of(1.0, 1.0), sine())
     assert identify(Record(scale * record.displacement, scale * record.force)).rnl > 0.999

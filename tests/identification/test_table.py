@@ -49,7 +49,7 @@ def test_a_table_is_recovered_from_its_own_record(intervals: int) -> None:
     basis = TableBasis(*(float(end) for end in (record.displacement.min(), record.displacement.max())), intervals, 2)
     start = Hysteresis(1.3 * true.rho, 1.2, 0.8)
     _, refinement = fitted(record, basis, start)
-    found = spring_of(basis, refinement.backbone, refinement.hysteresis)
+    found = spring_of(basis, refinement.backbone, refinement.hysteresis, "record")
     assert is_positive(basis, refinement.backbone)
     assert found.FE_knots == pytest.approx(true.FE_knots, abs=1e-15)
     assert found.FE_forces == pytest.approx(true.FE_forces, abs=1e-6 * np.ptp(true.FE_forces))

@@ -38,7 +38,7 @@ from scipy.io import savemat
 
 from strandspring.errors import RecordError
 from strandspring.records import content
-from strandspring.records.formats import apart, matlab
+from strandspring.records.formats import matlab, reader_process
 from strandspring.records.reading import read_record
 from strandspring.records.record import Record
 
@@ -389,7 +389,7 @@ def test_matlab_objects_are_not_read(tmp_path: Path) -> None:
 
 def test_a_missing_library_is_named(made: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     libraries = ("h5py", "python_calamine", "xlrd", "nptdms", "asammdf", "pyuff", "pyarrow")
-    apart._stop_all()  # a process that has imported them already
+    reader_process._stop_all()  # a process that has imported them already
     (tmp_path / "missing").mkdir()
     for name in libraries:
         monkeypatch.delitem(sys.modules, name, raising=False)
@@ -401,7 +401,7 @@ def test_a_missing_library_is_named(made: Path, tmp_path: Path, monkeypatch: pyt
         assert refusal(made).endswith('install it with pip install "strandspring[formats]".')
     else:
         assert len(read_record(made)) == T.size
-    apart._stop_all()
+    reader_process._stop_all()
 
 
 # ------------------------------------------------------------------------------ sheets, groups, rates

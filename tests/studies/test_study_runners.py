@@ -308,7 +308,7 @@ def test_a_row_of_another_study_is_damage(half_done: Path, tmp_path: Path) -> No
 @pytest.fixture
 def small_index(monkeypatch: pytest.MonkeyPatch) -> None:
     """An index line after every second row or so."""
-    monkeypatch.setattr("strandspring.jobs.rowlog._INDEX_EVERY", 500)
+    monkeypatch.setattr("strandspring.jobs.row_index._EVERY", 500)
 
 
 @pytest.fixture

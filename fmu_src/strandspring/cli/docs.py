@@ -28,7 +28,7 @@ def docs(page: str | None, output: str | None, text: bool) -> None:
 
     \b
     Pages: overview, test-engineer, simulation-engineer, designer, python, limits,
-      troubleshooting, method, figures
+      troubleshooting, security, method, figures
 
     \b
     Examples:

@@ -14,6 +14,10 @@ class Outcome(Enum):
     TOO_FEW_STROKES = (
         "The displacement does not go back and forth over one full range; record at least one whole cycle."
     )
+    UNDERSAMPLED = (
+        "The displacement changes from sample to sample as much as noise would, so its strokes cannot be told from "
+        "noise; sample at least 12 times per cycle, or, if it is noise, check the column and the sensor."
+    )
     TOO_LITTLE_LEFT = (
         "Too few samples of the loading or the unloading branch are left to fit; choose a larger --displacement-range, "
         "more --cycles or a longer --time, or record without dwells and within the force sensor's range."

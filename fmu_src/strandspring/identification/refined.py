@@ -30,9 +30,9 @@ from .projection import Refinement
 from .refinement import Samples, refine
 from .rig import Rig, Sizes
 from .rig_effects import CAUTIONS, described, detail
-from .search import PILOT, Candidate, bending_more, least_points, search
+from .search import PILOT, Candidate, bending_more, search
 from .small_loops import undecided_energy
-from .solution import cautions_of, is_positive, saturation_share, spring_of
+from .solution import cautions_of, is_positive, refuse_too_few, saturation_share, spring_of
 from .spring_alone import spring_alone
 from .steady_part import SteadyRecord
 from .uncertainty import is_sigma_uncertain, uncertainty
@@ -129,10 +129,7 @@ class RefinedOptions(Method):
         rig = Rig.from_parts(parts, max(_LEAST_POINTS, _SEARCHED // strokes), self.delay)
         noise = tuple(force_noise(part.record.force) for part in parts)
         noise_rms = Samples(rig.loops, noise).noise_rms
-        least = least_points(Basis(*rig.loops.reach, *(self.degrees or PILOT)), len(parts))
-        if rig.loops.force.size < least:
-            found_points = f" Found {rig.loops.force.size} samples after the first stroke; {least} are needed at least."
-            raise IdentificationError(Outcome.TOO_FEW_SAMPLES, where, found_points)
+        refuse_too_few(rig.loops, Basis(*rig.loops.reach, *(self.degrees or PILOT)), where)
         candidates = search(rig.loops, self.degrees)
         if not candidates:
             raise IdentificationError(Outcome.BRANCHES_CROSS, where)

@@ -246,9 +246,15 @@ class Rig:
         return force
 
     def is_possible(self, sizes: Sizes) -> bool:
-        """Whether a delay is below a quarter of a cycle and a play below half of the longest stroke."""
+        """Whether the sizes of effects that move the points are within what a rig can do.
+
+        A delay is below a quarter of a cycle, a play below half of the longest stroke, and a shift of the zero between
+        records within the displacements of all of them.
+        """
         delay, play = (float(sizes.get(effect, [0.0])[0]) for effect in (Effect.DELAY, Effect.PLAY))
-        return abs(delay) < 0.25 * self.period and play < 0.5 * self.loops.longest
+        shift = float(np.max(np.abs(sizes.get(Effect.DISPLACEMENT_ZERO, [0.0]))))
+        low, high = self.loops.reach
+        return abs(delay) < 0.25 * self.period and play < 0.5 * self.loops.longest and shift <= high - low
 
     def corrected(self, sizes: Sizes, fit: Candidate | None) -> Loops:
         """The points as a rig without these effects would have measured them.

@@ -28,7 +28,7 @@ from .polynomials import Basis
 from .projection import Problem, Refinement, triangle_of
 from .repetition import repeated_share
 from .scan import scan_minima
-from .solution import cautions_of, is_positive
+from .solution import cautions_of, is_positive, least_points
 from .stages import Hysteresis
 from .table import TableBasis
 from .two_stage import two_stage
@@ -192,9 +192,10 @@ def _choose(loops: Loops, candidate: Candidate, independent: float, floor: float
     yielding = (fit.derivatives * fit.backbone.G).T
     whole = np.hstack([columns.elastic, fit.omega[:, None] * columns.amplifier, yielding, loops.force[:, None]])
     triangle = triangle_of(whole * np.sqrt(loops.weight)[:, None])
-    size = triangle.shape[1]
+    points, size = loops.force.size, triangle.shape[1]
     n_E, n_A = basis.elastic + 1, basis.amplifier + 1
-    pairs = [(elastic, amplifier) for elastic in range(1, n_E) for amplifier in range(n_A)]
+    freed = size - 1 - n_E - n_A
+    pairs = [(N, M) for N in range(1, n_E) for M in range(n_A) if N + M + 2 + freed < points]
     # The columns of each pair first, then the force: what is left of it is an element of R.
     order = np.array(
         [
@@ -209,7 +210,7 @@ def _choose(loops: Loops, candidate: Candidate, independent: float, floor: float
         ]
     )
     R = np.asarray(np.linalg.qr(triangle[:, order].transpose(1, 0, 2), mode="r"))
-    freed, total = size - 1 - n_E - n_A, loops.weight.sum()
+    total = loops.weight.sum()
     left = [float(one[N + M + 2 + freed, N + M + 2 + freed]) for one, (N, M) in zip(R, pairs, strict=True)]
     criteria = [
         information(value**2 / total, N + M + 2, independent, floor) for value, (N, M) in zip(left, pairs, strict=True)
@@ -293,11 +294,6 @@ def bending_more(loops: Loops, candidate: Candidate) -> list[Candidate]:
     other = refined(loops, basis, candidate.refinement.hysteresis)
     independent, floor = loops.force.size / candidate.autocorrelation_time, force_floor(loops)
     return [_ranked(each, independent, floor) for each in (candidate, other) if each is not None]
-
-
-def least_points(basis: Basis, records: int) -> int:
-    """Number of points without which a fit leaves nothing to judge it by: one more than it has parameters."""
-    return basis.elastic + basis.amplifier + 2 + 3 + records + 1
 
 
 def is_explained(candidate: Candidate, noise: float) -> bool:

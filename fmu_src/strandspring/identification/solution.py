@@ -78,11 +78,13 @@ def fitted(loops: Loops, solution: Solution | None, where: str, cautions: Sequen
 
     Raises
     ------
-    IdentificationError   If there is no solution, or even a constant FA is not positive.
+    IdentificationError   If there is no solution, it has as many parameters as there are points, or even a constant FA
+                          is not positive.
     """
     if solution is None:
         raise IdentificationError(Outcome.NO_STEADY_SECTION, where)
     basis, backbone, hysteresis = solution.basis, solution.backbone, solution.hysteresis
+    refuse_too_few(loops, basis, where)
     reduced = []
     while not is_positive(basis, backbone):
         again = None
@@ -99,6 +101,19 @@ def fitted(loops: Loops, solution: Solution | None, where: str, cautions: Sequen
     if is_sigma_uncertain(loops, basis, refinement):
         all_cautions.append(Outcome.SIGMA_AT_BOUND)
     return Fitted(spring_of(basis, backbone, hysteresis, where), dict.fromkeys(all_cautions, ""), solution.steady_share)
+
+
+def least_points(basis: Basis, records: int) -> int:
+    """Number of points without which a fit leaves nothing to judge it by: one more than it has parameters."""
+    return basis.elastic + basis.amplifier + 2 + 3 + records + 1
+
+
+def refuse_too_few(loops: Loops, basis: Basis, where: str) -> None:
+    """Raise IdentificationError if there are no more points than parameters."""
+    least = least_points(basis, int(loops.record[-1]) + 1)
+    if loops.force.size < least:
+        detail = f" Found {loops.force.size} samples after the first stroke; {least} are needed at least."
+        raise IdentificationError(Outcome.TOO_FEW_SAMPLES, where, detail)
 
 
 def drifts(loops: Loops) -> bool:

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..kernel.arrays import FloatArray
-from ..loops.strokes import Strokes, find_strokes, noise_level, path_noise
+from ..loops.strokes import Strokes, find_strokes, least_reversal, noise_level, path_noise
 from ..loops.turning import turning_points
 from ..records.record import Record
 from .direction import correlation, least_lag, wrong_way
@@ -80,7 +80,7 @@ def find_steady_part(record: Record, delay: float = 0.0) -> SteadyRecord:
     strokes = find_strokes(record.displacement)
     # Constant, or so coarse that all of it is taken for noise.
     if not strokes.length.max():
-        raise IdentificationError(Outcome.TOO_FEW_STROKES, record.path)
+        raise _no_cycle(record)
     used, cautions = usable_samples(record, strokes)
     noise = path_noise(record.displacement) / max(float(np.ptp(record.displacement)), 1e-300)
     if noise > _NOISY:
@@ -197,7 +197,14 @@ def _first_steady_stroke(strokes: Strokes, record: Record, cautions: dict[Outcom
     for first in (2, 1, 0) if differs[1] else (1, 0):
         if _goes_forth_and_back(strokes, first):
             return first
-    raise IdentificationError(Outcome.TOO_FEW_STROKES, record.path)
+    raise _no_cycle(record)
+
+
+def _no_cycle(record: Record) -> IdentificationError:
+    """The refusal of a path without a cycle, or with one that is taken for noise."""
+    strokes = find_strokes(record.displacement, least_reversal(record.displacement))
+    is_cycle = strokes.length.max() > 0.0 and _goes_forth_and_back(strokes, 0)
+    return IdentificationError(Outcome.UNDERSAMPLED if is_cycle else Outcome.TOO_FEW_STROKES, record.path)
 
 
 def _goes_forth_and_back(strokes: Strokes, first: int) -> bool:

@@ -1,79 +1,35 @@
 """Finished rows on disk, so that an interrupted job goes on where it ended.
 
 A file of JSON lines: a manifest, then one line for each row in the order in which they finished, [checksum, [values of
-the row]]; the checksum is that of the manifest continued by the values, so that no row of another job fits. A damaged
-end, as a killed program or machine leaves it, is dropped. Rows stay on disk; in memory there are 8
-bytes for each place.
-
-A job whose places are the same each time may have an index line after every megabyte of rows,
-
-    [checksum, {"before": offset of the previous index line or null, "at": its own offset,
-                "places": [...], "offsets": [...]}]
-
-with the rows since the previous one. Then only these lines and the rows after the last one are read to go on. Rows are
-checked again whenever they are read, so that no damaged row is ever used. Where the index does not fit, because lines
-were damaged or removed, all rows are read.
+the row]]. A damaged end, as a killed program or machine leaves it, is dropped. Rows stay on disk; in memory there are 8
+bytes for each place. They are checked whenever they are read, so that no damaged row is ever used.
 """
 
 from __future__ import annotations
 
 import json
 import os
-import zlib
 from abc import ABC, abstractmethod
 from array import array
 from collections.abc import Iterable
 from contextlib import suppress
-from dataclasses import dataclass, fields
+from dataclasses import fields
 from operator import attrgetter
 from pathlib import Path
-from typing import Annotated, Any, BinaryIO, Generic, NamedTuple, TypeVar, get_type_hints
+from typing import Any, BinaryIO, Generic, TypeVar, get_type_hints
 
 import numpy as np
-from numpy.typing import NDArray
-from pydantic import ConfigDict, Field, TypeAdapter, ValidationError
+from pydantic import ConfigDict, TypeAdapter, ValidationError
 
 from ..files import readable, reason_of
+from .checked_lines import CheckedLines, json_line
+from .row_index import LONGEST_LINE, NOT_FINISHED, RowIndex
 from .runners import JobError
 from .sole_file import open_alone, remove_open
 
-_CHECKSUM = slice(2, 10)
-_CONTENT = slice(13, -1)
-_NOT_FINISHED = -1
-_GREATEST = (1 << 63) - 1
-_INDEX_EVERY = 1 << 20  # bytes of rows
-_MOST_INDEXED = 1 << 14  # rows in one index line
-_TAIL = 4 * _INDEX_EVERY  # bytes at the end that are searched for an index line
-_LONGEST_LINE = 1 << 26  # bytes; the manifest of a million masses has 20 MB
 _BLOCK = 1 << 20  # bytes of a file that are counted at a time
 
-_encoded = json.JSONEncoder(ensure_ascii=False, allow_nan=False).encode
-
 Row = TypeVar("Row")
-
-
-_Natural = Annotated[int, Field(ge=0, le=_GREATEST)]
-
-
-@dataclass(frozen=True)
-class _Index:
-    """Content of an index line, see above."""
-
-    before: _Natural | None
-    at: _Natural
-    places: list[_Natural]
-    offsets: list[_Natural]
-
-
-class _IndexedRows(NamedTuple):
-    """Rows of an index line, ndarrays of shape (K,)."""
-
-    places: NDArray[np.int64]
-    offsets: NDArray[np.int64]
-
-
-_INDEX = TypeAdapter(_Index)
-_INDEX_BEGIN = b'", {"before": '  # not within a row: its quotation marks are escaped
 
 
 class RowLog(ABC, Generic[Row]):
@@ -85,7 +41,7 @@ class RowLog(ABC, Generic[Row]):
     row_type : type    Dataclass of a row.
     places : int       Number of rows that there can be.
     manifest : dict    First line of the file: what makes it the log of this job.
-    indexed : bool     Write index lines; the places of rows must depend on the manifest alone.
+    indexed : bool     Write index lines, see `row_index`; the places of rows must depend on the manifest alone.
 
     Attributes
     ----------
@@ -108,18 +64,18 @@ class RowLog(ABC, Generic[Row]):
         self._row_type = row_type
         self._values = _values_adapter(row_type)
         self._values_of = attrgetter(*(field.name for field in fields(row_type)))  # type: ignore[arg-type]
-        self._offsets = np.full(places, _NOT_FINISHED, np.int64)
+        self._offsets = np.full(places, NOT_FINISHED, np.int64)
         self._begin = self._end = 0  # of the rows
-        self._job = zlib.crc32(_line(manifest))  # begins every checksum
-        self._indexed = indexed
-        self._index_before: int | None = None
-        self._not_indexed = array("q")  # places of rows since the last index line
+        self._lines = CheckedLines(json_line(manifest))
+        self._index = RowIndex(self._lines, self._offsets) if indexed else None
         self._new_folders = [folder for folder in (path.parent, *path.parent.parents) if not os.path.lexists(folder)]
         self._is_new = False
         self._file = self._opened()
         try:
             self._check_manifest(json.loads(json.dumps(manifest)))  # as it is read back: tuples are lists
-            self._read(self._by_index() if indexed else self._begin)
+            begin = self._begin if self._index is None else self._index.load(self._file, self._begin)
+            self.finished = int(np.count_nonzero(self._offsets != NOT_FINISHED))
+            self._read(begin)
         except OSError as problem:
             self._abandon()
             raise JobError(f"{self.name} cannot be read: {reason_of(problem)}; check the disk that it is on.") from None
@@ -155,9 +111,9 @@ class RowLog(ABC, Generic[Row]):
 
     def _check_manifest(self, manifest: dict[str, Any]) -> None:
         """Check the manifest, or write it if there is none."""
-        line = _line(manifest)
+        line = json_line(manifest)
         self._file.seek(0)
-        first = self._file.readline(_LONGEST_LINE)
+        first = self._file.readline(LONGEST_LINE)
         if first.endswith(b"\n") or not line.startswith(first):
             self.check(_content(first), manifest)
             self._begin = self._end = len(first)
@@ -167,68 +123,32 @@ class RowLog(ABC, Generic[Row]):
         self._begin = len(line)
         self._write(line)
 
-    def _by_index(self) -> int:
-        """Mark the rows of all index lines; returns the offset of the first line after them."""
-        size = self._file.seek(0, os.SEEK_END)
-        begin = max(self._begin, size - _TAIL)
-        self._file.seek(begin)
-        tail = self._file.read(size - begin)
-        last = tail.rfind(b"\n", 0, max(tail.rfind(_INDEX_BEGIN), 0)) + 1
-        end = begin + tail.find(b"\n", last) + 1
-        chain: list[_IndexedRows] = []
-        at: int | None = begin + last
-        while at is not None:
-            self._file.seek(at)
-            index = self._index(self._file.readline(_LONGEST_LINE))
-            rows = None if index is None else self._indexed_rows(index)
-            if index is None or rows is None or index.at != at:
-                return self._begin
-            chain.append(rows)
-            at = index.before
-        for places, offsets in reversed(chain):
-            self._offsets[places] = offsets
-        self.finished = int(np.count_nonzero(self._offsets != _NOT_FINISHED))
-        self._index_before = begin + last
-        return end
-
-    def _indexed_rows(self, index: _Index) -> _IndexedRows | None:
-        """The rows of an index line; None if it cannot be one of this file."""
-        places, offsets = np.array(index.places, np.int64), np.array(index.offsets, np.int64)
-        is_possible = (
-            places.size == offsets.size
-            and np.all(places < self._offsets.size)
-            and np.all((offsets >= self._begin) & (offsets < index.at))
-            and (index.before is None or index.before < index.at)
-        )
-        return _IndexedRows(places, offsets) if is_possible else None
-
     def _read(self, begin: int) -> None:
         """Mark the rows from an offset on, and drop a damaged end."""
         self._file.seek(begin)
-        self._end = begin
-        damaged: int | None = None
-        offset = begin
-        while line := self._file.readline(_LONGEST_LINE):
-            row = place = None
-            index = self._index(line)
-            if index is None:
-                try:
-                    row = self._row(line)
-                    place = None if row is None else self.place(row)
-                except LookupError:
-                    row = None
-            if index is None and row is None:
-                damaged = offset if damaged is None else damaged
+        offset = self._end = begin
+        first_damaged: int | None = None
+        while line := self._file.readline(LONGEST_LINE):
+            if not self._take(line, offset):
+                first_damaged = offset if first_damaged is None else first_damaged
                 self.dropped += 1
-            elif damaged is not None:
-                raise self._damaged(damaged)
+            elif first_damaged is not None:
+                raise self._damaged(first_damaged)
             else:
-                if index is None:
-                    self._mark(place, offset)
                 self._end = offset + len(line)
             offset += len(line)
         if self.dropped:
             self._file.truncate(self._end)
+
+    def _take(self, line: bytes, offset: int) -> bool:
+        """Mark the row in a line at an offset; False if the line is damaged."""
+        if self._index is not None and self._index.is_index(line):
+            return True
+        placed = self._row_and_place(line)
+        if placed is None:
+            return False
+        self._mark(placed[1], offset)
+        return True
 
     def _damaged(self, offset: int) -> JobError:
         """The error for a line at an offset."""
@@ -239,95 +159,62 @@ class RowLog(ABC, Generic[Row]):
             "the file to start again."
         )
 
-    def _checksummed(self, content: str) -> bytes:
-        """A line of the file."""
-        encoded = content.encode(errors="replace")  # names of files need not be text
-        return b'["%08x", %s]\n' % (zlib.crc32(encoded, self._job), encoded)
-
-    def _checked(self, line: bytes) -> bytes | None:
-        """The content of a line; None if it is damaged."""
-        content = line.rstrip(b"\n")[_CONTENT]
-        is_whole = line.endswith(b"]\n") and line[_CHECKSUM] == b"%08x" % zlib.crc32(content, self._job)
-        return content if is_whole else None
-
-    def _index(self, line: bytes) -> _Index | None:
-        """An index line; None if it is another, or damaged."""
-        if not line.startswith(_INDEX_BEGIN, 10):
-            return None
-        content = self._checked(line)
-        try:
-            return None if content is None else _INDEX.validate_json(content, strict=True)
-        except ValidationError:
-            return None
-
-    def _row(self, line: bytes) -> Row | None:
-        """The row of a complete line; None if it is damaged."""
-        values = self._checked(line)
+    def _row_and_place(self, line: bytes) -> tuple[Row, int | None] | None:
+        """The row in a line and its place; None if the line is damaged, or cannot be of this job."""
+        values = self._lines.content(line)
         if values is None:
             return None
         try:
-            return self._row_type(*self._values.validate_json(values, strict=True))
-        except ValidationError:
+            row = self._row_type(*self._values.validate_json(values, strict=True))
+            return row, self.place(row)
+        except (ValidationError, LookupError):
             return None
 
     def __contains__(self, place: int) -> bool:
         """Whether a row is finished."""
-        return bool(self._offsets[place] != _NOT_FINISHED)
+        return bool(self._offsets[place] != NOT_FINISHED)
 
     def __getitem__(self, place: int) -> Row:
         """A finished row; raises JobError if it has become damaged."""
         offset = int(self._offsets[place])
         try:
             self._file.seek(offset)
-            row = self._row(self._file.readline(_LONGEST_LINE))
-            is_it = row is not None and self.place(row) == place
-        except LookupError:
-            is_it = False
+            placed = self._row_and_place(self._file.readline(LONGEST_LINE))
         except OSError as problem:
             raise JobError(f"{self.name} cannot be read: {reason_of(problem)}; check the disk that it is on.") from None
-        if row is None or not is_it:
+        if placed is None or placed[1] != place:
             raise self._damaged(offset)
-        return row
+        return placed[0]
 
     def missing(self) -> array[int]:
         """Places of the rows that are not finished."""
-        return array("q", np.flatnonzero(self._offsets == _NOT_FINISHED).astype(np.int64).tobytes())
+        return array("q", np.flatnonzero(self._offsets == NOT_FINISHED).astype(np.int64).tobytes())
 
     def add(self, rows: Iterable[Row]) -> None:
         """Keep finished rows."""
         rows = list(rows)
-        lines = [self._checksummed(_encoded(self._values_of(row))) for row in rows]
+        lines = [self._lines.line(self._values_of(row)) for row in rows]
         offset = self._end
         self._write(b"".join(lines))
         for row, line in zip(rows, lines, strict=True):
             self._mark(self.place(row), offset)
             offset += len(line)
-        if self._indexed and self._end - self._first_not_indexed() > _INDEX_EVERY:
-            self._write_index()
+        if self._index is not None and self._index.is_due(self._end):
+            for line in self._index.new_lines(self._end):
+                self._write(line)
 
     def forget(self, place: int) -> None:
         """Take a row as not finished; the next one that is added takes its place."""
         self.finished -= place in self
-        self._offsets[place] = _NOT_FINISHED
+        self._offsets[place] = NOT_FINISHED
 
     def _mark(self, place: int | None, offset: int) -> None:
+        """Take a row at an offset as finished, if it is wanted now."""
         if place is not None:
             self.finished += place not in self
             self._offsets[place] = offset
-            if self._indexed:
-                self._not_indexed.append(place)
-
-    def _first_not_indexed(self) -> int:
-        return int(self._offsets[self._not_indexed[0]]) if self._not_indexed else self._end
-
-    def _write_index(self) -> None:
-        for first in range(0, len(self._not_indexed), _MOST_INDEXED):
-            places = self._not_indexed[first : first + _MOST_INDEXED]
-            at = self._end
-            index = _Index(self._index_before, at, places.tolist(), self._offsets[places].tolist())
-            self._write(self._checksummed(_encoded(vars(index))))
-            self._index_before = at
-        self._not_indexed = array("q")
+            if self._index is not None:
+                self._index.add(place)
 
     def _write(self, content: bytes) -> None:
         try:
@@ -381,11 +268,8 @@ def _values_adapter(row_type: type[Any]) -> TypeAdapter[tuple[Any, ...]]:
 
 
 def _content(line: bytes) -> object:
+    """The JSON in a line of the file; None if it is none."""
     try:
         return json.loads(line)
     except (ValueError, RecursionError):
         return None
-
-
-def _line(content: Any) -> bytes:
-    return f"{_encoded(content)}\n".encode()

@@ -92,7 +92,12 @@ class Strokes:
 
 def reversal_threshold(displacement: FloatArray) -> float:
     """Smallest change of displacement that counts as a stroke [m]."""
-    return max(_NOISE_FACTOR * noise_level(displacement), _RANGE_FACTOR * float(np.ptp(displacement)))
+    return max(_NOISE_FACTOR * noise_level(displacement), least_reversal(displacement))
+
+
+def least_reversal(displacement: FloatArray) -> float:
+    """The same of a path without noise [m]."""
+    return _RANGE_FACTOR * float(np.ptp(displacement))
 
 
 def find_strokes(displacement: FloatArray, threshold: float | None = None) -> Strokes:

@@ -26,6 +26,7 @@ from ..core.parameters import N_RANGE, SIGMA_RANGE, SpringParameters
 from ..errors import ModelError
 from ..isolation.system import IsolationError
 from ..joint import HYSTERETIC_UNITS, JointCovariance
+from ..stated_uncertainty import PAIRS
 
 DRAWN = tuple(HYSTERETIC_UNITS)
 _RANGES = {"sigma": SIGMA_RANGE, "n": N_RANGE}
@@ -52,19 +53,16 @@ class Spread:
 
     @classmethod
     def of(cls, spring: SpringParameters, uncertainty: Mapping[str, Any]) -> Spread:
-        """The spread in a model file's `uncertainty`.
+        """The spread in a model file's `uncertainty`, which has been checked when that was loaded.
 
         A parameter whose standard error is null was at its bound and is taken as known; a correlation that is not
         given, or null, is 0.
 
         Raises
         ------
-        ModelError   If no standard error is given, or the numbers are not possible.
+        ModelError   If no standard error is given, one is too large, or the correlations contradict each other.
         """
-        errors = {name: _number(uncertainty, name, "standard error") for name in DRAWN}
-        for name, error in errors.items():
-            if error < 0.0:
-                raise ModelError(f'field "uncertainty.{name}" must be >= 0, got {error!r}; correct this field.')
+        errors = {name: float(uncertainty.get(name) or 0.0) for name in DRAWN}
         if not any(errors.values()):
             raise ModelError(
                 'field "uncertainty" holds no standard errors of kappa_omega, rho, sigma or n to draw from; identify '
@@ -128,27 +126,9 @@ def _possible(joint: JointCovariance, spring: SpringParameters, generator: np.ra
     )
 
 
-def _correlation(given: Any) -> np.ndarray:
+def _correlation(given: Mapping[str, float | None]) -> np.ndarray:
     """Correlation matrix of the drawn parameters, shape (4, 4)."""
-    if not isinstance(given, Mapping):
-        raise ModelError('field "uncertainty.correlation" must be an object; correct this field.')
     matrix = np.eye(len(DRAWN))
-    for i, j in combinations(range(len(DRAWN)), 2):
-        pair = f"{DRAWN[i]},{DRAWN[j]}"
-        value = _number(given, pair, "correlation")
-        if abs(value) > 1.0 + 1e-9:
-            raise ModelError(
-                f'field "uncertainty.correlation.{pair}" must be within [-1, 1], got {value!r}; correct this field.'
-            )
-        matrix[i, j] = matrix[j, i] = value
+    for (i, j), pair in zip(combinations(range(len(DRAWN)), 2), PAIRS, strict=True):
+        matrix[i, j] = matrix[j, i] = given.get(pair) or 0.0
     return matrix
-
-
-def _number(content: Mapping[str, Any], name: str, meaning: str) -> float:
-    """A number of the model file; 0 where it is null or missing."""
-    value = content.get(name)
-    if value is None:
-        return 0.0
-    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
-        raise ModelError(f'field "uncertainty": the {meaning} {name} must be a number, got {value!r:.60}.')
-    return float(value)

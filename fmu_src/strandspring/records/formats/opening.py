@@ -9,14 +9,22 @@ from importlib import import_module
 from ...errors import RecordError
 from ..channels import Channel, ChannelTable, FloatArray
 from ..content import Content
-from ..source import Source, text_source
+from ..source import text_source
 from ..tables import Table, TextTable
-from .apart import Sheet, read_apart
 from .guarding import guarded
 from .kinds import Kind, kind_of
+from .reader_process import read_in_process
+from .sheets import Sheet, sheet_tables
 
 _MAX_GROUPS = 1000
-_APART = ("arrow", "hdf5", "mdf", "tdms", "uff", "workbook")  # which damaged bytes make crash, hang or take all memory
+_IN_PROCESS = (
+    "arrow",
+    "hdf5",
+    "mdf",
+    "tdms",
+    "uff",
+    "workbook",
+)  # which damaged bytes make crash, hang or take all memory
 
 
 def tables_of(content: Content) -> list[Table]:
@@ -32,30 +40,16 @@ def tables_of(content: Content) -> list[Table]:
         return [TextTable(text_source(content))]
     if not kind.module:
         raise RecordError(f"{where}: is {kind.name}; {kind.advice}.")
-    if kind.module in _APART:
-        read = read_apart(kind.module, kind.name, content)
+    if kind.module in _IN_PROCESS:
+        read = read_in_process(kind.module, kind.name, content)
     else:
         with guarded(kind.name, where):
             read = import_module(f".{kind.module}", __package__).read_tables(content)
     if not read:
         raise RecordError(f"{where}: is {kind.name} without columns of numbers; give one with displacement and force.")
     if sheets := [sheet for sheet in read if isinstance(sheet, Sheet)]:
-        return _sheets(sheets, where)
+        return sheet_tables(sheets, where)
     return _groups(kind, [channel for channel in read if isinstance(channel, Channel)], where)
-
-
-def _sheets(sheets: Sequence[Sheet], where: str) -> list[Table]:
-    """The sheets that hold numbers; raises RecordError if none does."""
-    tables: list[Table] = []
-    problems = []
-    for sheet in sheets:
-        try:
-            tables.append(TextTable(Source(where, sheet.data, "utf-8", (), "row"), sheet.name))
-        except RecordError as problem:
-            problems.append(problem)
-    if problems and not tables:
-        raise problems[0]
-    return tables
 
 
 def _groups(kind: Kind, channels: Sequence[Channel], where: str) -> list[Table]:

@@ -1,7 +1,4 @@
-"""Excel workbooks and OpenDocument spreadsheets, read by python-calamine; .xls by xlrd, which endures damaged ones.
-
-Every sheet becomes a text with a row per line, so that headers, units and damaged cells are treated as in text files.
-"""
+"""Excel workbooks and OpenDocument spreadsheets, read by python-calamine; .xls by xlrd, which endures damaged ones."""
 
 from __future__ import annotations
 
@@ -15,7 +12,7 @@ from python_calamine import CalamineWorkbook
 
 from ...errors import RecordError
 from ..content import ZIP, Content, check_members
-from .apart import Sheet
+from .sheets import Sheet
 
 _MOST_CELLS = 50_000_000
 _REFERENCE = re.compile(rb'<c r="([A-Z]{1,3})([0-9]{1,7})"')

@@ -17,8 +17,8 @@ import pytest
 
 from strandspring.errors import RecordError
 from strandspring.records.content import Content
-from strandspring.records.formats import apart
-from strandspring.records.formats.apart import read_apart
+from strandspring.records.formats import reader_process
+from strandspring.records.formats.reader_process import read_in_process
 from strandspring.records.reading import read_record
 
 X = np.linspace(0.0, 1.0, 50)
@@ -55,9 +55,9 @@ def hostile(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     )
     (tmp_path / "hostile.py").write_text(HOSTILE)
     monkeypatch.setenv("PYTHONPATH", os.pathsep.join([str(tmp_path), *sys.path]))
-    apart._stop_all()
+    reader_process._stop_all()
     yield
-    apart._stop_all()
+    reader_process._stop_all()
     assert not list((tmp_path / "temporary").iterdir())
 
 
@@ -66,7 +66,7 @@ def content(text: str) -> Content:
 
 
 def test_values_come_from_the_other_process() -> None:
-    (channel,) = read_apart("hostile", "a file", content("print"))
+    (channel,) = read_in_process("hostile", "a file", content("print"))
     assert (channel.group, channel.name, channel.unit, channel.size, channel.timed) == ("g", "x", "mm", 3, False)
     values, times = channel.load()
     assert values.tolist() == [0.0, 1.0, 2.0]
@@ -76,37 +76,39 @@ def test_values_come_from_the_other_process() -> None:
 @pytest.mark.parametrize(("what", "reason"), [("crash", "its library stops working"), ("memory", "more than memory")])
 def test_a_crash_or_all_memory_is_a_damaged_file(what: str, reason: str) -> None:
     with pytest.raises(RecordError, match=f"a.dat: is a file that is damaged or cut off, .*{reason}.*; export"):
-        read_apart("hostile", "a file", content(what))
+        read_in_process("hostile", "a file", content(what))
     # The next file is read as ever.
-    assert len(read_apart("hostile", "a file", content(""))) == 1
+    assert len(read_in_process("hostile", "a file", content(""))) == 1
 
 
 @pytest.mark.skipif(not sys.platform.startswith("linux"), reason="limits of processor time are those of Linux")
 def test_what_takes_too_long_is_ended(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(apart, "_SECONDS", 0.5)
+    monkeypatch.setattr(reader_process, "_SECONDS", 0.5)
     with pytest.raises(RecordError, match="reading it takes too long"):
-        read_apart("hostile", "a file", content("hang"))
+        read_in_process("hostile", "a file", content("hang"))
 
 
 def test_one_process_reads_file_after_file() -> None:
-    first = read_apart("hostile", "a file", content(""))
-    second = read_apart("hostile", "a file", content(""))
-    assert len(apart._running) == 2, "the channels of the first file are still wanted"
+    first = read_in_process("hostile", "a file", content(""))
+    second = read_in_process("hostile", "a file", content(""))
+    assert len(reader_process._running) == 2, "the channels of the first file are still wanted"
     del first, second
     gc.collect()
-    assert list(apart._running) == apart._idle, "one of them waits for the next file"
+    assert list(reader_process._running) == reader_process._idle, "one of them waits for the next file"
 
 
 def test_the_process_ends_with_its_parent(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("TMPDIR", str(tmp_path / "temporary"))
     with h5py.File(tmp_path / "a.h5", "w") as file:
         file["x"], file["F"] = X, X
-    program = (
-        "import os, sys; from strandspring.records.reading import read_record; from strandspring.records.formats import"
-        f" apart; read_record({str(tmp_path / 'a.h5')!r}); print(*(p.pid for p in apart._running), flush=True);"
-        "os.kill(os.getpid(), 9)"
+    reading = (
+        "import os\n"
+        "from strandspring.records.formats import reader_process\n"
+        "from strandspring.records.reading import read_record\n"
+        f"read_record({str(tmp_path / 'a.h5')!r})\n"
     )
-    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=False)
+    killed = f"{reading}print(*(p.pid for p in reader_process._running), flush=True)\nos.kill(os.getpid(), 9)\n"
+    done = subprocess.run([sys.executable, "-c", killed], capture_output=True, text=True, check=False)
     process = int(done.stdout)
     assert done.stderr == ""
     for _ in range(100):
@@ -116,6 +118,8 @@ def test_the_process_ends_with_its_parent(tmp_path: Path, monkeypatch: pytest.Mo
         time.sleep(0.1)
     else:
         pytest.fail(f"process {process} has not ended")
+    # The next program removes the folder that is left.
+    subprocess.run([sys.executable, "-c", reading], check=True)
 
 
 def test_a_channel_beyond_its_row_is_a_damaged_mdf_file(tmp_path: Path) -> None:
@@ -133,7 +137,7 @@ def test_a_channel_beyond_its_row_is_a_damaged_mdf_file(tmp_path: Path) -> None:
         read_record(path)
 
 
-def test_a_process_that_cannot_be_started_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_process_that_cannot_be_started_is_refused_in_words(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("sys.executable", "/nonexistent/python")
     with pytest.raises(RecordError, match=r"a\.dat: is a file, and the process .* cannot be started .*; make room"):
-        read_apart("hostile", "a file", content(""))
+        read_in_process("hostile", "a file", content(""))
