@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import gc
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -12,6 +14,7 @@ from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack
 from pathlib import Path
+from types import ModuleType
 
 import psutil
 import pytest
@@ -84,6 +87,30 @@ def test_a_folder_ends_with_its_block_its_object_and_its_process(place: Path) ->
     del held
     assert list(place.iterdir()) == []
     subprocess.run([sys.executable, "-c", HOLDER, "and leave"], input="\n", text=True, check=True, capture_output=True)
+    assert list(place.iterdir()) == []
+
+
+@pytest.mark.parametrize(("module", "function"), [(os, "mkdir"), (shutil, "rmtree"), (os, "rmdir")])
+def test_an_interrupt_while_a_folder_is_made_or_removed_does_not_leave_it(
+    module: ModuleType, function: str, place: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    interrupted = False
+    usual = getattr(module, function)
+
+    def interrupt(*arguments: object, **options: object) -> object:
+        nonlocal interrupted
+        if not interrupted:
+            interrupted = True
+            if function == "mkdir":
+                usual(*arguments, **options)
+            raise KeyboardInterrupt
+        return usual(*arguments, **options)
+
+    monkeypatch.setattr(module, function, interrupt)
+    with pytest.raises(KeyboardInterrupt), TemporaryFolder() as folder:
+        (folder / "file").touch()
+    assert interrupted
+    gc.collect()
     assert list(place.iterdir()) == []
 
 
