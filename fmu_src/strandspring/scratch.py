@@ -90,7 +90,13 @@ class TemporaryFolder:
 def _discard(path: Path, held: list[int], process: int) -> None:
     """Remove a folder and close the descriptors that lock it; a fork of the process that made it leaves it."""
     if os.getpid() == process:
-        shutil.rmtree(path, ignore_errors=True)
+        try:
+            shutil.rmtree(path, ignore_errors=True)
+        except OSError as problem:
+            # An interrupt as rmtree closes a descriptor makes it close that twice, and fail of this.
+            if isinstance(problem.__context__, KeyboardInterrupt):
+                raise problem.__context__ from None
+            raise
     while held:
         os.close(held.pop())
 

@@ -114,6 +114,26 @@ def test_an_interrupt_while_a_folder_is_made_or_removed_does_not_leave_it(
     assert list(place.iterdir()) == []
 
 
+def test_an_interrupt_that_makes_the_removal_fail_stays_an_interrupt(
+    place: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    usual = os.close
+
+    def interrupted(descriptor: int) -> None:
+        usual(descriptor)
+        monkeypatch.setattr(os, "close", usual)
+        raise KeyboardInterrupt
+
+    folder = TemporaryFolder()
+    (folder.path / "inner").mkdir()
+    monkeypatch.setattr(os, "close", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        folder.close()
+    del folder
+    gc.collect()
+    assert list(place.iterdir()) == []
+
+
 def test_folders_of_killed_processes_are_removed_and_those_of_others_are_not(place: Path, start: Start) -> None:
     killed, living = start(HOLDER), start(HOLDER)
     killed.kill()
