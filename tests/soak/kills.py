@@ -384,6 +384,9 @@ def main() -> None:
     print(f"seed {options.seed}, trials {options.first} to {options.first + options.count - 1}", flush=True)
     sys.path.insert(0, str(PACKAGE))
     names = options.only or list(COMMANDS)
+    # In the background and below nohup some are ignored, and what this starts would ignore them, too.
+    for ignored in (number for number in SIGNALS.values() if signal.getsignal(number) == signal.SIG_IGN):
+        signal.signal(ignored, signal.SIG_DFL)
     signals = [SIGNALS[name] for name in options.signal or ["KILL"]]
     counts: dict[str, Counter[str]] = {name: Counter() for name in names}
     # Ctrl-C ends the trials, and what was counted is reported.
