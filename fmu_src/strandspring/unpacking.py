@@ -44,11 +44,11 @@ def unpacked(archive: bytes, maximum_bytes: int, names: Collection[str] | None =
 def _check(entries: list[zipfile.ZipInfo], maximum_bytes: int) -> None:
     """Refuse entries that are not for reading."""
     if sum(entry.file_size for entry in entries) > maximum_bytes:
-        raise ValueError(f"what is in it has more than {maximum_bytes} bytes")
+        raise ValueError(f"its files have more than {maximum_bytes} bytes together")
     if len({entry.filename for entry in entries}) < len(entries):
-        raise ValueError("it holds two files of one name")
+        raise ValueError("it holds two files of the same name")
     for entry in entries:
         if entry.flag_bits & _ENCRYPTED:
             raise ValueError(f"{entry.filename[:_MOST_SHOWN]!a} is encrypted")
         if entry.compress_type not in _METHODS:
-            raise ValueError(f"{entry.filename[:_MOST_SHOWN]!a} is packed by another method than deflate")
+            raise ValueError(f"{entry.filename[:_MOST_SHOWN]!a} is compressed by a method other than deflate")

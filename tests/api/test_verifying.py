@@ -55,8 +55,8 @@ def written(path: Path, files: dict[str, bytes], method: int = zipfile.ZIP_DEFLA
 @pytest.mark.parametrize("method", [zipfile.ZIP_LZMA, zipfile.ZIP_BZIP2])
 def test_other_methods_of_packing_are_refused(tmp_path: Path, method: int) -> None:
     fmu = written(tmp_path / "mount.fmu", contents(), method)
-    assert "is packed by another method than deflate; copy it again" in verify(fmu).summary()
-    with pytest.raises(ModelError, match="is packed by another method than deflate"):
+    assert "is compressed by a method other than deflate; copy it again" in verify(fmu).summary()
+    with pytest.raises(ModelError, match="is compressed by a method other than deflate"):
         info(fmu)
     # Once the damage inside another method was a traceback.
     damaged = bytearray(fmu.read_bytes())
@@ -83,7 +83,7 @@ def test_entities_in_a_description_are_not_read(tmp_path: Path, head: str, encod
 def test_a_reference_that_is_no_table_is_a_finding(tmp_path: Path, name: str, rows: bytes) -> None:
     table = b"time,displacement,force,absorbed_energy\n" + rows
     (finding,) = verify(written(tmp_path / "mount.fmu", contents() | {name: table})).problems
-    assert "is no table of finite numbers; build the FMU again" in finding.text
+    assert "is not a table of finite numbers; build the FMU again" in finding.text
 
 
 def test_what_an_archive_holds_does_not_reach_the_terminal(tmp_path: Path) -> None:

@@ -320,7 +320,7 @@ def test_a_worker_that_dies_costs_its_file_only(few: Path) -> None:
     assert dict(summary.statuses) == {"identified": 9, "failed": 1}
     ((file, status, reason),) = summary.problems
     assert (Path(file).name, status) == ("deadly.csv", "failed")
-    assert reason.startswith("The process that worked at it died")
+    assert reason.startswith("The process that identified it died")
 
 
 def test_a_worker_that_dies_once_costs_nothing(few: Path) -> None:

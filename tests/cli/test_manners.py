@@ -155,9 +155,9 @@ program.main(["failing", "--json"])
 @pytest.mark.parametrize(
     ("fault", "kind", "sentence"),
     [
-        ("OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))", "OSError", "No space left on device; check this place"),
+        ("OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))", "OSError", "No space left on device; check the path"),
         ("OSError(errno.EIO, os.strerror(errno.EIO), 'a\\x1b[2Jb')", "OSError", "a\ufffd[2Jb: Input/output error; "),
-        ("OSError()", "OSError", "OSError; check this place"),
+        ("OSError()", "OSError", "OSError; check the path"),
         ("MemoryError()", "MemoryError", "There is not enough memory for this; "),
     ],
 )
@@ -254,7 +254,7 @@ def test_outputs_are_checked_before_work_begins(terminal: Terminal, open_folder:
 )
 def test_a_name_that_promises_another_format_is_refused(terminal: Terminal, command: str, written: str) -> None:
     terminal(*command.split(), status=2)
-    assert f"is written as {written}; end the name so." in terminal.err
+    assert f"would be written as {written}; give a name that ends in {written}." in terminal.err
     assert [path.name for path in Path().iterdir()] == ["mount.json"]
 
 

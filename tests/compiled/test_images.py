@@ -114,7 +114,7 @@ def test_without_a_cache_an_image_is_compiled_once_too(
     assert compiler == [LINUX_X86]
     assert no_cache.stat().st_mode & 0o777 == 0o700
     said = capsys.readouterr().err
-    assert said.count(f"It is kept in {no_cache}; set XDG_CACHE_HOME to a better place.") == 1
+    assert said.count(f"It is kept in {no_cache}; set XDG_CACHE_HOME to a folder that can be written.") == 1
 
 
 @pytest.mark.parametrize("attack", ["open to others", "link"])

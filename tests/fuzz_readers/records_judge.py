@@ -39,7 +39,7 @@ def judged(read: Callable[[], Record], path: Path | str = "", is_limited: bool =
         assert ";" in message or "?" in message or re.search("must|should", message), f"no advice: {message}"
         assert len(message) <= _LONGEST, f"{len(message)} characters: {message[:300]}"
         assert not _INTERNAL.search(message), message
-        assert "more than memory can hold" not in message or is_limited, message
+        assert "more data than fits into memory" not in message or is_limited, message
         return f"refused: {_kind(message.removeprefix(str(path)))}", None
     for values in (record.displacement, record.force, record.time):
         assert values is None or (values.size >= 2 and np.isfinite(values).all() and not values.flags.writeable)

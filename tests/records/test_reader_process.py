@@ -73,7 +73,9 @@ def test_values_come_from_the_other_process() -> None:
     assert times is None
 
 
-@pytest.mark.parametrize(("what", "reason"), [("crash", "its library stops working"), ("memory", "more than memory")])
+@pytest.mark.parametrize(
+    ("what", "reason"), [("crash", "the library that reads it crashed"), ("memory", "more data than fits")]
+)
 def test_a_crash_or_all_memory_is_a_damaged_file(what: str, reason: str) -> None:
     with pytest.raises(RecordError, match=f"a.dat: is a file that is damaged or cut off, .*{reason}.*; export"):
         read_in_process("hostile", "a file", content(what))
@@ -139,5 +141,5 @@ def test_a_channel_beyond_its_row_is_a_damaged_mdf_file(tmp_path: Path) -> None:
 
 def test_a_process_that_cannot_be_started_is_refused_in_words(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("sys.executable", "/nonexistent/python")
-    with pytest.raises(RecordError, match=r"a\.dat: is a file, and the process .* cannot be started .*; make room"):
+    with pytest.raises(RecordError, match=r"a\.dat: is a file, and the process .* cannot be started .*; free some"):
         read_in_process("hostile", "a file", content(""))

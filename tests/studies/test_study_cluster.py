@@ -90,7 +90,7 @@ def expected(tmp_path_factory: pytest.TempPathFactory) -> bytes:
 @pytest.fixture
 def hasty(monkeypatch: pytest.MonkeyPatch) -> None:
     """What takes a minute in the field takes seconds."""
-    monkeypatch.setattr(runners, "_LOOK", 0.3)
+    monkeypatch.setattr(runners, "_CHECK_EVERY", 0.3)
     monkeypatch.setattr(cluster_module, "_CONNECTING", 1.0)
     monkeypatch.setattr(cluster_module, "_SILENCE", 2.0)
 
@@ -293,7 +293,7 @@ def test_certificates_that_cannot_be_used_are_refused(certificates: Path, tmp_pa
         with pytest.raises(IsolationError, match=words):
             run_study(CHEAP, tmp_path / "r.csv", Cluster("tls://127.0.0.1:1", *files))
     for address in ("tcp://127.0.0.1:1", "127.0.0.1:1"):
-        with pytest.raises(JobError, match=r"Certificates are for schedulers with TLS, .*begin with tls://"):
+        with pytest.raises(JobError, match=r"Certificates need a scheduler with TLS, .*begins with tls://"):
             Cluster(address, ca)
 
 
@@ -308,7 +308,7 @@ def test_an_address_without_encryption_is_cautioned_of(
     monkeypatch.setattr(cluster_module, "_CONNECTING", 0.2)
     with pytest.raises(IsolationError, match="No scheduler answers at"):
         run_study(CHEAP, tmp_path / "r.csv", Cluster(address, notify=notes.append))
-    assert [f"{address} has no TLS, and whoever reaches that scheduler can" in note for note in notes] == [
+    assert [f"{address} has no TLS, and anyone who can reach that scheduler can" in note for note in notes] == [
         True
     ] * cautions
 

@@ -18,18 +18,17 @@ import zlib
 from collections.abc import Iterator
 from dataclasses import astuple, replace
 from pathlib import Path
-from typing import BinaryIO
 
 import psutil
 import pytest
 from distributed import LocalCluster
 
 from strandspring import StrandspringError, __version__
-from strandspring.files import lock
 from strandspring.isolation.system import Excitation, IsolationError
 from strandspring.jobs.cluster import Cluster
 from strandspring.jobs.runners import Local
 from strandspring.jobs.sole_file import open_alone
+from strandspring.locks import lock
 from strandspring.modelfile import ModelFile, save_model
 from strandspring.studies.definition import Study
 from strandspring.studies.journal import Journal, journal_path
@@ -89,7 +88,7 @@ def test_a_cluster_of_another_version_is_refused(
 ) -> None:
     monkeypatch.setattr("strandspring.jobs.cluster.__version__", "0.0.0")
     with pytest.raises(
-        IsolationError, match=f"has strandspring {__version__}, but the work is given by strandspring 0.0.0"
+        IsolationError, match=f"has strandspring {__version__}, but this computer has strandspring 0.0.0"
     ):
         run_study(CHEAP, tmp_path / "results.csv", Cluster(cluster.scheduler_address))
     assert not list(tmp_path.iterdir())
@@ -170,7 +169,7 @@ def test_a_study_that_is_ended_goes_on(end: signal.Signals, terminal: Terminal) 
 
 
 def test_a_wait_is_reported(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("strandspring.jobs.runners._PATIENCE", 1e-3)
+    monkeypatch.setattr("strandspring.jobs.runners._REPORT_EVERY", 1e-3)
     messages: list[str] = []
     run_study(CHEAP, tmp_path / "results.csv", Local(2), notify=messages.append)
     assert "Nothing has been finished for 0.001 s; still waiting for the workers." in messages
@@ -374,11 +373,11 @@ def test_a_journal_that_is_removed_before_it_is_locked_is_not_used(
     path = tmp_path / "journal"
     removed: list[bool] = []
 
-    def lock_late(file: BinaryIO) -> bool:
+    def lock_late(descriptor: int) -> bool | None:
         if not removed:
             path.unlink()
             removed.append(True)
-        return lock(file)
+        return lock(descriptor)
 
     monkeypatch.setattr("strandspring.jobs.sole_file.lock", lock_late)
     with open_alone(path) as file:

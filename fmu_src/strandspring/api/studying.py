@@ -111,7 +111,7 @@ class StudyResult(Result):
                     f"{outside_range(planned.spring)}"
                 )
         if len(summaries) > len(shown):
-            lines.append(f"  and {len(summaries) - len(shown)} more grid points, which the file of results has, too")
+            lines.append(f"  and {len(summaries) - len(shown)} more grid points, all of them in the results file")
         counted = zero_sentence(self.zero)
         return [*lines, *([counted] if counted else [])]
 

@@ -141,7 +141,7 @@ class BatchWork:
 
     def fatal(self, spring: SpringFile) -> Finished:
         """The row of a file that ended its worker process twice."""
-        reason = "The process that worked at it died, perhaps for want of memory; please report this with the file."
+        reason = "The process that identified it died, perhaps for lack of memory; please report this with the file."
         return Finished(replace(self._blank(spring), status=FAILED, reason=reason), None)
 
     def _blank(self, spring: SpringFile) -> SpringRow:

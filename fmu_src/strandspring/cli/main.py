@@ -131,7 +131,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
             click.echo(f"strandspring: {sentence}", err=True)
             sys.exit(1)
         place = "" if problem.filename is None else f"{readable(str(problem.filename))}: "
-        remedy = "check this place, and the room in the folder for temporary files (TMPDIR)"
+        remedy = "check the path, and the free space in the folder for temporary files (TMPDIR)"
         _refuse(f"{place}{reason_of(problem)}; {remedy}.", "OSError", as_json)
     except MemoryError:
         _refuse(

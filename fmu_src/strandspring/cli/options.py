@@ -205,13 +205,15 @@ worker_options = together(
                  help="Number of processes; 1 for none besides this one.  [default: all cores]"),
     click.option("--scheduler", metavar="tls://HOST:PORT",
                  help="Run on the cluster of this dask.distributed scheduler instead. A scheduler without TLS (tcp://) "
-                 "executes the pickles of whoever reaches it: use it on a trusted network only."),
+                 "executes code from anyone who can reach it: use it on a trusted network only."),
     click.option("--tls-ca-file", metavar="FILE",
-                 help="Certificate of the authority of the scheduler's, PEM.  [default: of dask's configuration]"),
-    click.option("--tls-cert", metavar="FILE", help="Certificate of this client, likewise."),
-    click.option("--tls-key", metavar="FILE", help="Key of this client without passphrase, likewise."),
+                 help="Certificate of the authority that signed the scheduler's, in PEM format.  "
+                 "[default: from dask's configuration]"),
+    click.option("--tls-cert", metavar="FILE", help="Certificate of this client, in PEM format."),
+    click.option("--tls-key", metavar="FILE", help="Key of this client, in PEM format, without passphrase."),
     click.option("--patience", type=FiniteRange(1.0, 1e6, unit="s"), default=PATIENCE, show_default=True, metavar="S",
-                 help="Give up if the scheduler does not answer, has no workers, or suspended ones, so long [s]."),
+                 help="Give up after this time [s] without an answer from the scheduler, without workers, or waiting "
+                 "for silent ones."),
 )  # fmt: skip
 
 
@@ -227,7 +229,7 @@ def cluster_option(workers: int | None, options: dict[str, Any]) -> Cluster | No
         except JobError as problem:
             raise click.UsageError(str(problem)) from None
     if any(certificates.values()):
-        raise click.UsageError("Certificates are those of a scheduler; give --scheduler tls://HOST:PORT, too.")
+        raise click.UsageError("Certificates are for a scheduler; add --scheduler tls://HOST:PORT.")
     return None
 
 

@@ -76,7 +76,7 @@ def refuse_overwriting(
         refuse_unwritable(Path(path))
     option, path = next(iter(outputs.items()))
     if None not in (ending, path) and Path(str(path)).suffix.lower() in _PROMISES - {ending}:
-        raise click.UsageError(f"{option} {path} is written as {ending}; end the name so.")
+        raise click.UsageError(f"{option} {path} would be written as {ending}; give a name that ends in {ending}.")
 
 
 def _is_same_file(one: str | Path, other: str | Path) -> bool:

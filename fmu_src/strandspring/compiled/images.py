@@ -115,7 +115,8 @@ def image(unit: Unit, target: Target) -> Path:
             problem = f"{refusal} "
         else:
             if problem:
-                print(f"{problem}It is kept in {folder}; set XDG_CACHE_HOME to a better place.", file=sys.stderr)
+                remedy = "set XDG_CACHE_HOME to a folder that can be written"
+                print(f"{problem}It is kept in {folder}; {remedy}.", file=sys.stderr)
             _discard_old(folder)
             return folder / name
     raise BuildError(f"{problem}Set XDG_CACHE_HOME to a folder that can be written, for what is compiled.")

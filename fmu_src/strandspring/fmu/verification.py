@@ -122,7 +122,7 @@ def _against_reference(path: Path, contents: dict[str, bytes]) -> list[Finding]:
         stimuli = expected = np.empty((0, 1))
     displacement = stimuli[:, 0]
     if not (1 < displacement.size == len(expected) and np.isfinite(stimuli).all() and np.isfinite(expected).all()):
-        return [Finding("run", f"{REFERENCE} or {STIMULI} is no table of finite numbers; build the FMU again.")]
+        return [Finding("run", f"{REFERENCE} or {STIMULI} is not a table of finite numbers; build the FMU again.")]
     report = compare_run(path, displacement, expected)
     if report.problems:
         return [Finding("run", text) for text in report.problems]

@@ -42,8 +42,8 @@ _ENCRYPTED = ("tls", "wss", "inproc")
 class Cluster:
     """Workers of a dask.distributed scheduler, which must have this version of strandspring.
 
-    A scheduler without TLS executes what whoever reaches it sends. Certificates that are not given here are those of
-    dask's own configuration.
+    A scheduler without TLS executes code from anyone who can reach it. Certificates that are not given here are taken
+    from dask's own configuration.
 
     Parameters
     ----------
@@ -70,7 +70,7 @@ class Cluster:
     def __post_init__(self) -> None:
         if self._certificates() and self._protocol != "tls":
             raise JobError(
-                f"Certificates are for schedulers with TLS, but the address is {self.address}; let it begin with tls://."
+                f"Certificates need a scheduler with TLS, but the address is {self.address}; give one that begins with tls://."
             )
 
     @property
@@ -95,10 +95,13 @@ class Cluster:
         ) as client:  # fmt: skip
             try:
                 executor = client.get_executor(pure=False, retries=_RETRIES)
-                obituary = f"Several workers of {self.address} died of the same tasks, perhaps for want of memory."
+                message = (
+                    f"Several workers of {self.address} died of the same tasks, perhaps for lack of memory; give them "
+                    "more."
+                )
                 run = partial(_rows, versions=_versions())
                 watch = _Watch(self, security)
-                yield Pool(executor, _WINDOW, (KilledWorker,), obituary, run, watch.trouble, self.patience)
+                yield Pool(executor, _WINDOW, (KilledWorker,), message, run, watch.trouble, self.patience)
             except JobError:
                 raise
             except CancelledError:
@@ -124,8 +127,8 @@ class Cluster:
         if self._protocol != "tls":
             if self._protocol not in _ENCRYPTED and not _is_local(self.address):
                 self.notify(
-                    f"Caution: {self.address} has no TLS, and whoever reaches that scheduler can execute programs "
-                    "there and here; use tls:// unless everybody on the network may."
+                    f"Caution: {self.address} has no TLS, and anyone who can reach that scheduler can execute code "
+                    "there and here; use tls:// unless you trust everybody on the network."
                 )
             return security
         role = security.get_tls_config_for_role("client")
@@ -296,8 +299,8 @@ def _rows(work: Any, tasks: Sequence[Any], versions: dict[str, str]) -> Sequence
     different = [name for name in versions if versions[name] != here[name]]
     if different:
         raise JobError(
-            f"A worker of the cluster has {_in_words({name: here[name] for name in different})}, but the work is given "
-            f"by {_in_words({name: versions[name] for name in different})}; install the same on all."
+            f"A worker of the cluster has {_in_words({name: here[name] for name in different})}, but this computer "
+            f"has {_in_words({name: versions[name] for name in different})}; install the same versions on all."
         )
     _use_one_thread()
     rows: Sequence[Any] = work.rows(tasks)

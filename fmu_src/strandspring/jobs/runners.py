@@ -30,10 +30,10 @@ from ..errors import StrandspringError
 
 _MOST_WORKERS = 61  # Windows waits for no more processes
 _FEWEST_BATCHES = 64  # with fewer, workers wait for each other at the end
-_PATIENCE = 60.0  # seconds without a finished task until this is reported
-_MOST_DEATHS = 20  # where so many tasks end their process and none does not, it is not the tasks' fault
-_LOOK = 10.0  # seconds between two looks at executors while nothing is finished
-_GLANCE = 0.1  # seconds between two looks whether the program was interrupted
+_REPORT_EVERY = 60.0  # seconds without a finished task until this is reported
+_MOST_CRASHES = 20  # where so many tasks end their process and none does not, it is not the tasks' fault
+_CHECK_EVERY = 10.0  # seconds between two looks at executors while nothing is finished
+_POLL_EVERY = 0.1  # seconds between two looks whether the program was interrupted
 
 Task = TypeVar("Task")
 Row = TypeVar("Row")
@@ -64,8 +64,8 @@ class Pool(NamedTuple):
     ----------
     executor : Executor
     window : int                    Batches it should have at a time.
-    death : tuple of exceptions     What a batch ends with whose worker process died.
-    obituary : str                  What to tell the user then.
+    broken : tuple of exceptions    What a batch ends with whose worker process died.
+    broken_message : str            What to tell the user then.
     run : callable                  Executes tasks of a work in the worker.
     trouble : callable              Why no batch may ever finish, as a sentence without full stop; empty if all is well.
     patience : float                Time after which the work is given up for such trouble [s].
@@ -73,8 +73,8 @@ class Pool(NamedTuple):
 
     executor: Executor
     window: int
-    death: tuple[type[BaseException], ...] = ()
-    obituary: str = ""
+    broken: tuple[type[BaseException], ...] = ()
+    broken_message: str = ""
     run: Callable[[Any, Sequence[Any]], Sequence[Any]] = _rows
     trouble: Callable[[], str] = str
     patience: float = math.inf
@@ -134,7 +134,7 @@ def finished_rows(
             with runner.pool(count) as pool:
                 yield from _executed(work, batches, pool, notify, interrupted, lost)
                 if lost and fatal is None:
-                    raise JobError(pool.obituary)
+                    raise JobError(pool.broken_message)
             if not lost:
                 break
             suspects += [task for batch in lost for task in batch]
@@ -147,8 +147,8 @@ def finished_rows(
                     survivors += 1
                     yield rows
                 deaths += len(lost)
-                if deaths >= _MOST_DEATHS and not survivors:
-                    raise JobError(pool.obituary)
+                if deaths >= _MOST_CRASHES and not survivors:
+                    raise JobError(pool.broken_message)
             if not lost:
                 break
             if fatal is not None:
@@ -173,12 +173,12 @@ def _executed(
             for batch in islice(batches, pool.window - len(pending)):
                 try:
                     pending[pool.executor.submit(pool.run, work, batch)] = batch
-                except pool.death:
+                except pool.broken:
                     lost.append(batch)
                     break
         if not pending:
             return
-        done, _ = wait(pending, _GLANCE, FIRST_COMPLETED)
+        done, _ = wait(pending, _POLL_EVERY, FIRST_COMPLETED)
         if not done:
             patience.wait()
         elif any(not future.cancelled() for future in done):
@@ -187,7 +187,7 @@ def _executed(
             batch = pending.pop(future)
             try:
                 rows = future.result()
-            except pool.death:
+            except pool.broken:
                 lost.append(batch)
                 continue
             yield rows
@@ -209,7 +209,7 @@ class _Patience:
     def wait(self) -> None:
         """Nothing was finished since; raises JobError if that is hopeless."""
         now = time.monotonic()
-        if now - self._looked > _LOOK:
+        if now - self._looked > _CHECK_EVERY:
             self._looked = now
             trouble = self._pool.trouble()
             if trouble and not self._trouble:
@@ -218,10 +218,10 @@ class _Patience:
             self._trouble = trouble
         if self._trouble and now - self._since > self._pool.patience:
             raise JobError(f"{self._trouble}; given up after {self._pool.patience:g} s.")
-        if now - self._reported > _PATIENCE:
+        if now - self._reported > _REPORT_EVERY:
             self._reported = now
             reason = f" {self._trouble}." if self._trouble else ""
-            self._notify(f"Nothing has been finished for {_PATIENCE:g} s; still waiting for the workers.{reason}")
+            self._notify(f"Nothing has been finished for {_REPORT_EVERY:g} s; still waiting for the workers.{reason}")
 
 
 @contextmanager
@@ -289,9 +289,9 @@ class Local:
         listening, lifeline = context.Pipe(duplex=False)
         with held_endings():  # starts the process that looks after semaphores, which a closing terminal must not end
             executor = _Processes(workers, context, initializer=_start_worker, initargs=(listening,))
-        obituary = "A worker process died, perhaps for want of memory; use fewer workers."
+        message = "A worker process died, perhaps for lack of memory; use fewer workers."
         try:
-            yield Pool(executor, 2 * workers, (BrokenProcessPool,), obituary)
+            yield Pool(executor, 2 * workers, (BrokenProcessPool,), message)
         except BaseException:
             lifeline.close()  # the workers leave without finishing their batches
             raise

@@ -64,7 +64,7 @@ def _refusal(problem: BaseException, kind: str, where: str) -> BaseException:
             'install it with pip install "strandspring[formats]".'
         )
     if isinstance(problem, MemoryError):
-        return damaged(kind, where, "it declares more than memory can hold")
+        return damaged(kind, where, "it declares more data than fits into memory")
     text = " ".join(_OBJECT.sub("the file", str(problem)).split())
     return damaged(kind, where, quoted(text) if text else type(problem).__name__)
 

@@ -144,6 +144,7 @@ def _of_zip(data: bytes) -> Kind | None:
         with zipfile.ZipFile(io.BytesIO(data)) as archive:
             names = archive.namelist()
             mimetype = archive.open("mimetype").read(200) if "mimetype" in names else b""
+    # zipfile raises various errors for damaged archives, struct.error among them.
     except Exception:
         return Kind("a zip archive that is damaged", advice="export the record again")
     for folder, kind in _OF_ZIP:

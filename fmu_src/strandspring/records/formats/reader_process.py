@@ -63,7 +63,7 @@ def read_in_process(module: str, kind: str, content: Content) -> list[Channel] |
     except OSError as problem:
         raise RecordError(
             f"{content.path}: is {kind}, and the process that reads such files cannot be started "
-            f"({reason_of(problem)}); make room for it, or export the record as CSV."
+            f"({reason_of(problem)}); free some memory, or export the record as CSV."
         ) from None
     size = len(content.data)
     limits = {"memory": _MEMORY + 4 * size, "seconds": _SECONDS + size / _BYTES_PER_SECOND}
@@ -135,7 +135,7 @@ def _received(stream: IO[bytes], size: int) -> bytearray:
 
 def _reason(status: int) -> str:
     limits = {-getattr(signal, "SIGXCPU", 0): "reading it takes too long"}
-    return limits.get(status, "its library stops working")
+    return limits.get(status, "the library that reads it crashed")
 
 
 _idle: list[subprocess.Popen[bytes]] = []
