@@ -6,6 +6,7 @@ import copy
 import json
 import os
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -404,6 +405,8 @@ def test_the_schema_accepts_saved_files(tmp_path: Path) -> None:
         Spring(parameters, name).save(tmp_path / "model.json")
         checker().validate(json.loads((tmp_path / "model.json").read_text(encoding="utf-8")))
     checker().validate(json.loads(MODEL.to_json()))
+    rounded = replace(MODEL, uncertainty={"correlation": {"rho,n": 1.0 + 1e-15, "sigma,n": None}})
+    checker().validate(json.loads(rounded.to_json()))
     checker().validate(json.loads((SCHEMA.parent / "rubber_hinge.json").read_text(encoding="utf-8")))
 
 

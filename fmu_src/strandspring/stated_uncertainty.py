@@ -14,6 +14,7 @@ from .strict_json import is_finite, shown
 LEVEL = 0.95  # of the prediction interval
 INTERVAL_NUMBERS = ("factor", "additive", "relative", "error", "half_width")
 PAIRS = tuple(",".join(pair) for pair in combinations(HYSTERETIC_UNITS, 2))  # of a correlation
+_ONE = 1.0 + 1e-9  # earlier versions wrote correlations that rounding had made larger than 1
 _QUANTILES = 3  # of a posterior at least: its ends and its median
 
 Condition = tuple[str, Callable[[Any], bool]]
@@ -89,7 +90,7 @@ _SIZE: Condition = "must be a finite number >= 0", _is_size
 _ERROR: Condition = "must be a finite number >= 0 or null", _is_error
 _CORRELATION: Condition = (
     "must be a number within [-1, 1] or null",
-    lambda value: value is None or (is_finite(value) and abs(value) <= 1.0),
+    lambda value: value is None or (is_finite(value) and abs(value) <= _ONE),
 )
 _INTERVAL: Condition = "must be a list of a lower and an upper end, finite numbers or null", _is_interval
 _POSTERIOR: Condition = (

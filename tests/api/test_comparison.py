@@ -221,6 +221,14 @@ def test_springs_of_quite_other_stiffness_are_not_swept_in_one_band() -> None:
     assert "too far apart for one band" in compare(Spring(TRUE), Spring(stiff)).summary()
 
 
+def test_no_mass_is_chosen_for_a_spring_whose_force_falls() -> None:
+    slack = replace(TRUE, kE=(0.0, -2.0 * TRUE.kappa_omega * TRUE.rho))
+    assert (
+        "stiffness of A in the middle of the range that both share must be > 0"
+        in compare(Spring(slack), Spring(TRUE)).summary()
+    )
+
+
 def test_a_model_is_the_same_as_itself() -> None:
     comparison = compare(identified(25.0, 1), identified(25.0, 1), draws=DRAWS)
     assert comparison.verdict is Verdict.IDENTICAL

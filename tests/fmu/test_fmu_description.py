@@ -17,6 +17,7 @@ from fmu_tools import OTHER, SPRING, built, instance, run_python
 from strandspring.core.parameters import SCALARS, SpringParameters
 from strandspring.core.variables import spring_parameters, start_values, units, variables
 from strandspring.errors import StrandspringError
+from strandspring.fmu.check_plot import loops_svg
 from strandspring.fmu.documentation import flat
 from strandspring.fmu.native.platforms import PLATFORMS, host_folder
 from strandspring.fmu.python_backed import build_python_fmu, fmu_contents
@@ -231,6 +232,13 @@ def test_documentation_tells_the_model():
     assert "Provenance" not in page
     svg = ElementTree.fromstring(page[page.index("<svg") : page.index("</svg>") + 6])
     assert len(svg.findall("polyline")) == 3
+
+
+@pytest.mark.parametrize("force", [0.0, 1e12, -1e-300])
+def test_loops_of_no_height_are_drawn(force: float) -> None:
+    svg = ElementTree.fromstring(loops_svg(replace(SPRING, kE=(force,), kappa_omega=1e-15)))
+    assert len(svg.findall("polyline")) == 3
+    assert "nan" not in ElementTree.tostring(svg, encoding="unicode")
 
 
 def test_flat_rows():

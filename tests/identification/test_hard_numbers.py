@@ -167,3 +167,12 @@ def test_absurd_standard_deviations_are_refused(place: int) -> None:
     deviations[place] = 10**400
     with pytest.raises(ModelError, match="rows of a lower triangular matrix"):
         JointCovariance.of(p, joint_of(p, deviations))
+
+
+def test_no_correlation_is_beyond_1() -> None:
+    phase = np.linspace(0.0, 8.0 * np.pi, 32)
+    path = MEAN + AMPLITUDE * np.sin(phase) * phase / phase[-1]
+    for n in (1.0, 3.0, 8.0):
+        correlation = identify(record_of(spring_of(n, 1.0, 200.0), path, 0.01)).uncertainty["correlation"]
+        assert max(map(abs, correlation.values())) == pytest.approx(1.0, abs=1e-9)
+        assert max(map(abs, correlation.values())) <= 1.0

@@ -252,6 +252,9 @@ def test_one_cycle_leaves_the_coverage_open() -> None:
     assert interval is not None
     assert interval.coverage is None
     assert "there is one cycle only" in interval.sentence
+    # A file may leave it out.
+    content = {name: value for name, value in interval.as_json().items() if name != "held_out_coverage"}
+    assert PredictionInterval.of({"prediction_interval": content}) == interval
 
 
 def test_a_posterior_needs_emcee(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -192,6 +192,8 @@ def test_the_rest_carries_the_load() -> None:
         ({"mass": 0.0}, r"`mass` must be finite and > 0 \[kg\], got 0.0"),
         ({"mass": -1.0}, r"`mass` must be finite and > 0 \[kg\], got -1.0"),
         ({"mass": float("nan")}, "`mass` must be finite"),
+        ({"mass": 1e-200}, r"`mass` must be within \[1e-20, 1e\+20\] kg, got 1e-200; check its unit"),
+        ({"mass": 1e200}, r"`mass` must be within \[1e-20, 1e\+20\] kg"),
         ({"load": float("inf")}, "`load` must be finite"),
         ({"parallel": 0}, "`parallel` must be a number of springs"),
         ({"series": 0}, "`series` must be a number of springs"),

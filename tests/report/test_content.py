@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import doctest
 from dataclasses import replace
-from types import ModuleType
+from types import ModuleType, SimpleNamespace
 
 import numpy as np
 import pytest
@@ -16,8 +16,9 @@ from strandspring.modelfile import ModelFile
 from strandspring.report import details, drawing, evaluation, figure, page, quantities, thinning
 from strandspring.report.blocks import Content, Gallery, Level, Notice, Table
 from strandspring.report.chart import Chart
-from strandspring.report.charts import fit_charts
+from strandspring.report.charts import engineering_charts, fit_charts
 from strandspring.report.details import ReportDetails
+from strandspring.report.engineering import EngineeringFigures
 from strandspring.report.evaluation import SHOWN_CYCLES, SHOWN_RECORDS, Evaluation
 from strandspring.report.page import check_report_path, script_json
 from strandspring.report.report_content import report_content
@@ -154,3 +155,14 @@ def test_details_are_checked() -> None:
         ReportDetails(specimen="x" * 501)
     with pytest.raises(StrandspringError, match="mass"):
         ReportDetails(mass=-3.0)
+
+
+def test_loops_whose_force_does_not_rise_have_no_loss_factor() -> None:
+    of = Evaluation(reports.hinge())
+    curve = EngineeringFigures(of).curve
+    falling = [replace(row, force_high=row.force_low - 1.0) for row in curve]
+    for rows, count in (([*falling[:5], *curve[5:]], 3), (falling, 2)):
+        figures = SimpleNamespace(curve=rows, curve_reach=None, measured=(), smallest_measured=0.0)
+        charts = engineering_charts.over_amplitude(of, figures)  # type: ignore[arg-type]
+        assert len(charts) == count
+        assert not any("nan" in chart.sentence for chart in charts)

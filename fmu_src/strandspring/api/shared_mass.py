@@ -90,11 +90,21 @@ def shared_mass(
 
 
 def _default(spring: SpringParameters, low: float, high: float) -> tuple[float, float]:
-    """Mass [kg] and static load [N] that let a spring rest in the middle of a range."""
+    """Mass [kg] and static load [N] that let a spring rest in the middle of a range.
+
+    Raises
+    ------
+    IsolationError   If its force does not rise there.
+    """
     solver = PathSolver(spring)
     places = np.linspace(low, high, 101)
     force, by_displacement, by_omega = solver.force_with_partials(places, np.zeros(places.size))
     load, stiffness = float(force[50]), float(by_displacement[50] + spring.rho * by_omega[50])
     if load > _LEAST_WEIGHT * float(np.ptp(force)):
         return load / STANDARD_GRAVITY, load
-    return max(stiffness, 1e-300) / (2.0 * np.pi * _FREQUENCY) ** 2, load
+    if not stiffness > 0.0:
+        raise IsolationError(
+            f"The stiffness of A in the middle of the range that both share must be > 0 for a mass to rest there, got "
+            f"{stiffness:.4g} N/m; give a mass that rests elsewhere with --mass."
+        )
+    return stiffness / (2.0 * np.pi * _FREQUENCY) ** 2, load

@@ -16,6 +16,7 @@ _SHARES = (1.0, 2.0 / 3.0, 1.0 / 3.0)  # amplitudes, as shares of half the ident
 _COLOURS = ("#1f5fa8", "#c8601a", "#3d8b46")
 _WIDTH, _HEIGHT = 640.0, 420.0
 _LEFT, _RIGHT, _TOP, _BOTTOM = 76.0, 624.0, 14.0, 366.0
+_ROUNDING = 1e-12  # span that is drawn as none, share of the larger end
 _SAMPLES = 160  # per half cycle, a multiple of 2
 
 
@@ -65,11 +66,12 @@ def _span(curves: list[FloatArray]) -> tuple[float, float]:
 
 
 def _ticks(low: float, high: float) -> FloatArray:
-    """Some five round values that enclose the span."""
-    rough = (high - low) / 5.0
+    """Some five round values that enclose the span, or two where it is nothing but rounding."""
+    rough = max(high - low, _ROUNDING * max(abs(low), abs(high), 1e-300)) / 5.0
     decade = 10.0 ** math.floor(math.log10(rough))
     step = next(factor * decade for factor in (1.0, 2.0, 2.5, 5.0, 10.0) if factor * decade >= rough)
-    first, last = math.floor(low / step), math.ceil(high / step)
+    first = math.floor(low / step)
+    last = max(math.ceil(high / step), first + 1)
     return np.array([k * step for k in range(first, last + 1)])
 
 

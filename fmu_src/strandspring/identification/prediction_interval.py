@@ -112,7 +112,7 @@ class PredictionInterval:
         if given is None:
             return None
         numbers = {name: float(given[name]) for name in INTERVAL_NUMBERS}
-        return cls(**numbers, coverage=given["held_out_coverage"], cycles=int(given["held_out_cycles"]))
+        return cls(**numbers, coverage=given.get("held_out_coverage"), cycles=int(given["held_out_cycles"]))
 
 
 @dataclass(frozen=True, eq=False)

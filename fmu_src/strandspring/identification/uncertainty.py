@@ -129,7 +129,7 @@ def uncertainty(linear: Linearised) -> Uncertainty:
     n_E, n_A = basis.elastic + 1, basis.amplifier + 1
     logarithms = errors[-4:]
     scale = np.where(logarithms > 0.0, logarithms, np.nan)
-    correlation = natural[-4:] @ natural[-4:].T / np.outer(scale, scale)
+    correlation = np.clip(natural[-4:] @ natural[-4:].T / np.outer(scale, scale), -1.0, 1.0)  # but for rounding
     h = refinement.hysteresis
     values = (float(basis.powers(refinement.backbone.amplified)[0]), h.rho, h.sigma, h.n)
     own = {name: float(value * share) for name, value, share in zip(_NAMES, values, scale, strict=True)}

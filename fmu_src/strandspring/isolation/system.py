@@ -21,6 +21,8 @@ from ..kernel.path import PathSolver
 STANDARD_GRAVITY = 9.80665  # m/s^2
 # Levels of base displacement where none are given, shares of the free travel; help and results of `isolate` name them.
 DEFAULT_SHARES = (0.005, 0.01, 0.02)
+# Far beyond what any spring of this program carries; squares of its frequencies are numbers all the same.
+MASS_RANGE = (1e-20, 1e20)
 MOST_SPRINGS = 1_000_000  # side by side, and in series
 _GRID = 2001  # displacements over the identified range among which the static equilibrium is looked for
 
@@ -53,7 +55,7 @@ class IsolatedMass:
     Parameters
     ----------
     spring : SpringParameters
-    mass : float          [kg], > 0.
+    mass : float          [kg], > 0, within MASS_RANGE.
     load : float or None  Static load along the mount's axis, positive as the force [N]; the weight if None.
     parallel : int        Rows of springs side by side.
     series : int          Springs in series in each row.
@@ -74,6 +76,10 @@ class IsolatedMass:
     def __post_init__(self) -> None:
         if not (math.isfinite(self.mass) and self.mass > 0.0):
             raise IsolationError(f"`mass` must be finite and > 0 [kg], got {self.mass!r}.")
+        if not MASS_RANGE[0] <= self.mass <= MASS_RANGE[1]:
+            raise IsolationError(
+                f"`mass` must be within [{MASS_RANGE[0]:g}, {MASS_RANGE[1]:g}] kg, got {self.mass!r}; check its unit."
+            )
         if self.load is not None and not math.isfinite(self.load):
             raise IsolationError(f"`load` must be finite [N], got {self.load!r}.")
         for name, count in (("parallel", self.parallel), ("series", self.series)):

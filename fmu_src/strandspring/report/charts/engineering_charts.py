@@ -20,17 +20,24 @@ _TRENDS = (FIGURES[0], FIGURES[1], ("mean_force", "mean force", "force"))
 
 
 def over_amplitude(of: Evaluation, figures: EngineeringFigures) -> tuple[Chart, ...]:
-    """Stiffness, energy and loss factor over the amplitude, measured and modelled."""
+    """Stiffness, energy and loss factor over the amplitude, measured and modelled, without those that have no value.
+
+    A loop whose force does not rise on the whole has no loss factor.
+    """
     charts = []
     for place, (name, text, kind) in enumerate(FIGURES):
-        values = np.array([getattr(row, name) for row in figures.curve])
+        of_model = np.array([getattr(row, name) for row in figures.curve])
+        defined = np.isfinite(of_model)
+        if not defined.any():
+            continue
+        values = of_model[defined]
         measured = [row for row in figures.measured if np.isfinite(getattr(row.figures, name))]
-        largest = np.nanmax(np.abs([*values, *(getattr(row.figures, name) for row in measured)]))
+        largest = np.max(np.abs([*values, *(getattr(row.figures, name) for row in measured)]))
         unit = unit_of(kind, float(largest)) if kind else NUMBER
-        x = np.array([row.amplitude for row in figures.curve]) * of.length.factor
+        x = np.array([row.amplitude for row in figures.curve])[defined] * of.length.factor
         traces = []
         if figures.curve_reach is not None:
-            reach = figures.curve_reach[:, place]
+            reach = figures.curve_reach[defined, place]
             known = np.isfinite(reach)
             ends = [(values + side * reach)[known] * unit.factor for side in (1.0, -1.0)]
             if known.any():
