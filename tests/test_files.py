@@ -16,7 +16,8 @@ import numpy as np
 import pytest
 
 from strandspring.errors import ModelError, StrandspringError
-from strandspring.files import lock, read_bytes, read_text, replacing, write_csv, write_text
+from strandspring.files import read_bytes, read_text, replacing, write_csv, write_text
+from strandspring.locks import lock
 
 
 def refusal(path: str | Path, maximum: int = 100) -> str:
@@ -115,7 +116,7 @@ def test_what_killed_programs_have_left_is_removed(tmp_path: Path) -> None:
         other.touch()
         os.utime(other, (old, old))
     with left.open("rb") as holder:
-        assert lock(holder)
+        assert lock(holder.fileno())
         write_text(file, "while another writes")
         assert left.exists()
     write_text(file, "text")

@@ -16,19 +16,13 @@ from pathlib import Path
 from typing import IO
 
 from .errors import StrandspringError
-
-if sys.platform == "win32":
-    import msvcrt
-else:
-    import fcntl
-
+from .locks import lock
 
 # Control characters, marks that hide or turn what follows, no characters, bytes that are no UTF-8, ends of lines.
 _UNREADABLE = ("Cc", "Cf", "Cn", "Cs", "Zl", "Zp")
 _ABANDONED_AFTER = 60.0  # [s], of a file that nobody holds
 _PART = "part"
 _SIZELESS = 2**20  # [B]
-_LOCKED_BYTE = 1 << 62
 _FORMULA = ("=", "+", "-", "@", "\t", "\r")  # what a spreadsheet takes for the beginning of a formula
 _NO_TEXT = frozenset((float, int, bool, type(None)))
 
@@ -174,7 +168,7 @@ def replacing(path: Path) -> Iterator[Path]:
         held = part.open("xb")
     try:
         with _told(path):
-            lock(held)
+            lock(held.fileno())
             yield part
             if mode is not None:
                 part.chmod(stat.S_IMODE(mode))
@@ -224,37 +218,10 @@ def _sync_folder(folder: Path) -> None:
             os.close(number)
 
 
-def lock(file: IO[bytes]) -> bool:
-    """Lock a file until it is closed, also by the end of the process; False if another holds it.
-
-    True, too, where there are no such locks, as on some network drives.
-    """
-    if sys.platform == "win32":
-        # What is locked cannot be read, so it is a byte that is never written.
-        position = file.tell()
-        file.seek(_LOCKED_BYTE)
-        try:
-            msvcrt.locking(file.fileno(), msvcrt.LK_NBLCK, 1)
-        except PermissionError:
-            return False
-        except OSError:
-            pass
-        finally:
-            file.seek(position)
-        return True
-    try:
-        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except BlockingIOError:
-        return False
-    except OSError:
-        pass
-    return True
-
-
 def is_locked(path: Path) -> bool:
     """Whether somebody holds a file's lock; raises OSError if it cannot be opened."""
     with path.open("rb") as file:
-        return not lock(file)
+        return lock(file.fileno()) is False
 
 
 def _target(path: Path) -> Path:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import os
 import re
+import secrets
 import shutil
 import sys
 import tempfile
@@ -17,6 +18,7 @@ from functools import cache
 from pathlib import Path
 
 from .errors import StrandspringError
+from .locks import lock
 
 _NAME = "strandspring-"
 # With the process in its name, so that folders of users are not meant, such as strandspring-results.
@@ -45,13 +47,32 @@ class TemporaryFolder:
             # Absolute, since the program may go to another folder.
             place = Path(tempfile.gettempdir() if beside is None else beside).absolute()
             _remove_abandoned(place)
-            self.path, lock = _locked_folder(place, "" if beside is None else ".")
+            prefix = f"{'' if beside is None else '.'}{_NAME}{os.getpid()}-"
+            while not self._is_made(place / f"{prefix}{secrets.token_hex(4)}"):
+                pass
         except OSError as problem:
             remedy = "set TMPDIR to a folder that can be written" if beside is None else "choose another folder"
             raise StrandspringError(
                 f"No temporary folder can be made in {beside or 'the system'} ({problem.strerror}); {remedy}."
             ) from None
-        self._end = weakref.finalize(self, _discard, self.path, lock, os.getpid())
+
+    def _is_made(self, path: Path) -> bool:
+        """Make and lock the folder; False if the name is taken, or another process took it for abandoned meanwhile."""
+        self.path = path
+        self._content: tuple[Path, list[int], int] = path, [], os.getpid()
+        # Before there is a folder: an interrupt while it is made does not leave it.
+        self._end = weakref.finalize(self, _discard, *self._content)
+        try:
+            path.mkdir(0o700)
+        except FileExistsError:
+            self._end.detach()
+            return False
+        with suppress(FileNotFoundError, BlockingIOError):
+            self._content[1].extend(_lock(path))
+            if path.exists():
+                return True
+        self._end()
+        return False
 
     def __enter__(self) -> Path:
         return self.path
@@ -61,51 +82,42 @@ class TemporaryFolder:
 
     def close(self) -> None:
         """Remove the folder with all it holds."""
-        self._end()
+        # Not by the finalizer, which would not come again after an interrupt.
+        _discard(*self._content)
+        self._end.detach()
 
 
-def _discard(path: Path, lock: int | None, process: int) -> None:
-    """Remove a folder; a fork of the process that made it leaves it."""
+def _discard(path: Path, held: list[int], process: int) -> None:
+    """Remove a folder and close the descriptors that lock it; a fork of the process that made it leaves it."""
     if os.getpid() == process:
-        shutil.rmtree(path, ignore_errors=True)
-    if lock is not None:
-        os.close(lock)
+        try:
+            shutil.rmtree(path, ignore_errors=True)
+        except OSError as problem:
+            # An interrupt as rmtree closes a descriptor makes it close that twice, and fail of this.
+            if isinstance(problem.__context__, KeyboardInterrupt):
+                raise problem.__context__ from None
+            raise
+    while held:
+        os.close(held.pop())
 
 
-def _locked_folder(place: Path, prefix: str) -> tuple[Path, int | None]:
-    """A new folder, and the file descriptor that holds its lock, if the system has locks."""
-    while True:
-        path = Path(tempfile.mkdtemp(prefix=f"{prefix}{_NAME}{os.getpid()}-", dir=place))
-        if sys.platform == "win32":
-            return path, None
-        with suppress(FileNotFoundError, BlockingIOError):  # another process took it for abandoned before it was locked
-            lock = _lock(path)
-            if lock is None or path.exists():
-                return path, lock
-            os.close(lock)
-
-
-def _lock(path: Path) -> int | None:
-    """Lock a folder until the file descriptor is closed; None where the file system has no locks.
+def _lock(path: Path) -> list[int]:
+    """Lock a folder until the file descriptor is closed that is returned; none where the system has no locks.
 
     Raises
     ------
     OSError   If it is not a folder, but perhaps a link to one; BlockingIOError if it is locked.
     """
     if sys.platform == "win32":
-        return None
-    import fcntl
-
+        return []
     folder = os.open(path, os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW)
-    try:
-        fcntl.flock(folder, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except BlockingIOError:
-        os.close(folder)
-        raise
-    except OSError:
-        os.close(folder)
-        return None
-    return folder
+    is_ours = lock(folder)
+    if is_ours:
+        return [folder]
+    os.close(folder)
+    if is_ours is None:
+        return []
+    raise BlockingIOError(str(path))
 
 
 @cache
@@ -117,8 +129,7 @@ def _remove_abandoned(place: Path) -> None:
         for path in [Path(entry) for entry in entries if _ABANDONED.fullmatch(entry.name)]:
             # Another process may be removing it.
             with suppress(OSError):
-                lock = _lock(path)
-                if lock is not None:
-                    if os.fstat(lock).st_uid == os.geteuid():
+                for held in _lock(path):
+                    if os.fstat(held).st_uid == os.geteuid():
                         shutil.rmtree(path, ignore_errors=True)
-                    os.close(lock)
+                    os.close(held)

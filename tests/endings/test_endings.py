@@ -1,9 +1,9 @@
-"""Whatever ends a program: its children and temporary folders end with it, and the next run is right."""
+"""Whatever ends a program: its children and temporary folders end with it; tests/soak ends whole commands."""
 
 from __future__ import annotations
 
+import gc
 import os
-import random
 import shutil
 import signal
 import subprocess
@@ -14,10 +14,10 @@ from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack
 from pathlib import Path
+from types import ModuleType
 
 import psutil
 import pytest
-from kill_commands import COMMANDS, Kills, moment_of
 
 from strandspring import scratch
 from strandspring.children import kill_all, run
@@ -87,6 +87,50 @@ def test_a_folder_ends_with_its_block_its_object_and_its_process(place: Path) ->
     del held
     assert list(place.iterdir()) == []
     subprocess.run([sys.executable, "-c", HOLDER, "and leave"], input="\n", text=True, check=True, capture_output=True)
+    assert list(place.iterdir()) == []
+
+
+@pytest.mark.parametrize(("module", "function"), [(os, "mkdir"), (shutil, "rmtree"), (os, "rmdir")])
+def test_an_interrupt_while_a_folder_is_made_or_removed_does_not_leave_it(
+    module: ModuleType, function: str, place: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    interrupted = False
+    usual = getattr(module, function)
+
+    def interrupt(*arguments: object, **options: object) -> object:
+        nonlocal interrupted
+        if not interrupted:
+            interrupted = True
+            if function == "mkdir":
+                usual(*arguments, **options)
+            raise KeyboardInterrupt
+        return usual(*arguments, **options)
+
+    monkeypatch.setattr(module, function, interrupt)
+    with pytest.raises(KeyboardInterrupt), TemporaryFolder() as folder:
+        (folder / "file").touch()
+    assert interrupted
+    gc.collect()
+    assert list(place.iterdir()) == []
+
+
+def test_an_interrupt_that_makes_the_removal_fail_stays_an_interrupt(
+    place: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    usual = os.close
+
+    def interrupted(descriptor: int) -> None:
+        usual(descriptor)
+        monkeypatch.setattr(os, "close", usual)
+        raise KeyboardInterrupt
+
+    folder = TemporaryFolder()
+    (folder.path / "inner").mkdir()
+    monkeypatch.setattr(os, "close", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        folder.close()
+    del folder
+    gc.collect()
     assert list(place.iterdir()) == []
 
 
@@ -276,18 +320,3 @@ def test_what_nohup_ignores_stays_ignored(start: Start) -> None:
     assert process.poll() is None
     process.terminate()
     assert process.wait(PATIENCE) == 128 + signal.SIGTERM
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT, signal.SIGHUP, signal.SIGKILL])
-@pytest.mark.parametrize("name", ["study", "identify"])
-def test_a_command_that_is_ended_at_a_random_moment_leaves_nothing(
-    name: str, number: signal.Signals, tmp_path_factory: pytest.TempPathFactory
-) -> None:
-    folder = tmp_path_factory.mktemp("kills")
-    seed = f"{name} {number}"
-    chance = random.Random(seed)
-    moment, to_all = moment_of(chance, COMMANDS[name]), chance.random() < 0.5
-    print(f"seed {seed!r}: after {moment:.2f} s, to all processes: {to_all}")
-    assert Kills(folder).case(name, number, to_all, moment, "case")[1] == []
-    shutil.rmtree(folder)

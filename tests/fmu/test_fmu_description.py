@@ -187,6 +187,14 @@ def test_entries_of_the_archive(fmu):
     assert not any("__pycache__" in name or name.startswith(("/", "..")) for name in names)
 
 
+def test_notice_of_fmi_comes_with_what_is_compiled_from_its_headers(fmu):
+    with zipfile.ZipFile(fmu) as archive:
+        notice = archive.read("documentation/licenses/fmi-headers.txt").decode()
+    assert notice.startswith("Copyright (C)")
+    assert "2-Clause BSD License" in notice
+    assert notice.endswith("SUCH DAMAGE.\n")
+
+
 def test_building_leaves_nothing_else(tmp_path):
     path, modules = list(sys.path), set(sys.modules)
     built(tmp_path / "new", OTHER, "lambda")

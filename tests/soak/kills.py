@@ -1,12 +1,15 @@
-"""Kill commands at random moments and see what remains: outputs, temporary files, folders, processes, semaphores.
+"""End commands by signals at random moments and see what remains: outputs, temporary files, processes, semaphores.
 
-    python tests/soak/kills.py [--seed SEED] [--count COUNT] [--first TRIAL] [--only COMMAND] [--json FILE]
+    python tests/soak/kills.py [--seed SEED] [--count COUNT] [--first TRIAL] [--only COMMAND] [--signal SIGNAL]
 
-A trial runs one command in a session of its own and sends SIGKILL to its main process alone, either at a random moment
-of its measured duration or a random while after its n-th sign of writing. Half of the trials find the outputs of
-another run in place. Afterwards each output must be absent, the complete old one or the complete new one, and the next
-run of the same command must give all bytes that an undisturbed run gives. Left-overs are counted after five seconds,
-and again after the next run, which should have swept them. `--first TRIAL --count 1` repeats one trial of a seed.
+A trial runs one command in a session of its own and sends it a signal, either at a random moment of its measured
+duration or a random while after its n-th sign of writing. SIGKILL, the default, goes to the main process alone; others
+in half of the trials to its group, as from a terminal or `timeout`. Half of the trials find the outputs of another run
+in place. Afterwards each output must be absent, the complete old one or the complete new one, and the next run of the
+same command must give all bytes that an undisturbed run gives. Left-overs are counted after five seconds, and again
+after the next run, which should have swept them. A run that answers its signal must do so within ten seconds, leave
+nothing, and print no traceback or warning. A trial that is reported is repeated by the same --seed and its --signal
+alone, with `--only COMMAND --first TRIAL --count 1`.
 
 Only for Linux: processes are found through /proc.
 """
@@ -15,7 +18,6 @@ from __future__ import annotations
 
 import argparse
 import hashlib
-import json
 import os
 import random
 import re
@@ -35,7 +37,11 @@ PACKAGE = Path(__file__).parents[2] / "fmu_src"
 # Found in the environment of every process that descends from a trial, whatever group or session it went to.
 MARK = "STRANDSPRING_TRIAL"
 PATIENCE = 5.0  # [s]
-ATTEMPTS = 4  # to kill a run before it ends
+ATTEMPTS = 4  # to reach a run before it ends
+ENDED_WITHIN = 10.0  # [s]
+SIGNALS = {name: signal.Signals[f"SIG{name}"] for name in ("KILL", "TERM", "INT", "HUP")}
+# What nobody should read who ends a command.
+UNWANTED = ("Traceback", "leaked", "Exception ignored", "Warning")
 
 
 @dataclass(frozen=True)
@@ -47,11 +53,13 @@ class Command:
     arguments : str         Of strandspring.
     outputs : tuple of str  Files, and folders that hold outputs only.
     kept : tuple of str     What keeps finished work for the next run; it may differ, and lie there or not.
+    compiles : bool         Whether it finds nothing compiled; the next run finds what this one has left of it.
     """
 
     arguments: str
     outputs: tuple[str, ...]
     kept: tuple[str, ...] = ()
+    compiles: bool = False
 
 
 COMMANDS = {
@@ -74,6 +82,8 @@ COMMANDS = {
     "build-record": Command(
         "build in/a.csv -o out/fmus --models out/models --name mount --platform linux64", ("out/fmus", "out/models")
     ),
+    "build-compile": Command("build in/model.json -o out --platform linux64,win64", ("out",), compiles=True),
+    "verify": Command("verify in/worn.fmu", ()),
     "export": Command("export in/model.json --ssv --modelica --ssp --mass 5 -o out", ("out",)),
     "isolate": Command(
         "isolate in/model.json --mass 0.5 --points 40 -o out/curves.csv --plot out/curves.svg",
@@ -121,9 +131,14 @@ class Place:
             "OPENBLAS_NUM_THREADS": "1",
             MARK: mark,
         }
-        shutil.rmtree(folder, ignore_errors=True)
-        for name in ("out", "tmp", "cache"):
-            (folder / name).mkdir(parents=True)
+        folder.mkdir()
+        self.empty("out", "tmp", "cache")
+
+    def empty(self, *names: str) -> None:
+        """Make folders anew."""
+        for name in names:
+            shutil.rmtree(self.folder / name, ignore_errors=True)
+            (self.folder / name).mkdir()
 
     def start(self, command: Command, version: str) -> subprocess.Popen[bytes]:
         inputs = self.folder / "in"
@@ -141,6 +156,10 @@ class Place:
 
     def run(self, command: Command, version: str) -> int:
         return self.start(command, version).wait(timeout=300.0)
+
+    def printed(self) -> str:
+        """The end of what the last run printed on standard error."""
+        return (self.folder / "stderr.txt").read_text(errors="replace")[-2000:]
 
     def outputs(self, command: Command) -> dict[str, str]:
         """Hashes of the outputs that are there, by path; hidden files are not outputs."""
@@ -201,18 +220,25 @@ def shared_memory(mark: str) -> set[Path]:
     return names
 
 
-def kill_at(
-    place: Place, process: subprocess.Popen[bytes], chance: random.Random, duration: float
+def end_at(
+    place: Place, process: subprocess.Popen[bytes], number: signal.Signals, chance: random.Random, duration: float
 ) -> tuple[str, set[Path]]:
-    """Kill the main process at a random moment; says which, and what shared memory was open then."""
+    """Send a signal at a random moment; says which, and what shared memory was open then."""
     opened: set[Path] = set()
+
+    def end() -> None:
+        opened.update(shared_memory(place.environment[MARK]))
+        if number != signal.SIGKILL and chance.random() < 0.5:
+            os.killpg(process.pid, number)
+        else:
+            process.send_signal(number)
+
     if chance.random() < 0.5:
         moment = chance.uniform(0.0, 1.1 * duration)
         try:
             process.wait(timeout=moment)
         except subprocess.TimeoutExpired:
-            opened = shared_memory(place.environment[MARK])
-            process.kill()
+            end()
         return f"after {moment:.3f} s", opened
     changes, pause = chance.randint(1, 6), chance.choice([0.0, chance.uniform(0.0, 0.02), chance.uniform(0.0, 0.3)])
     before, remaining = place.signs(), changes
@@ -222,43 +248,56 @@ def kill_at(
         before = now
     if process.poll() is None:
         time.sleep(pause)
-        opened = shared_memory(place.environment[MARK])
-        process.kill()
+        end()
     return f"{pause:.3f} s after change {changes} of its folders", opened
 
 
-def trial(command: Command, place: Place, undisturbed: Undisturbed, chance: random.Random) -> tuple[str, Remains]:
-    """Kill one run and judge what it left and what the next run gives."""
+def trial(
+    command: Command, place: Place, undisturbed: Undisturbed, number: signal.Signals, chance: random.Random
+) -> tuple[str, Remains]:
+    """End one run and judge how it ended, what it left and what the next run gives."""
     before = undisturbed.old if chance.random() < 0.5 else {}
+    remains = Remains()
     for _ in range(ATTEMPTS):
-        for name in ("out", "tmp"):
-            shutil.rmtree(place.folder / name, ignore_errors=True)
-            (place.folder / name).mkdir()
+        place.empty("out", "tmp", *(["cache"] if command.compiles else []))
         if before:
             shutil.copytree(place.folder / "old", place.folder / "out", dirs_exist_ok=True)
         process = place.start(command, "new")
-        moment, opened = kill_at(place, process, chance, undisturbed.duration)
-        process.wait()
-        if process.returncode == -signal.SIGKILL:
+        moment, opened = end_at(place, process, number, chance, undisturbed.duration)
+        try:
+            process.wait(ENDED_WITHIN)
+        except subprocess.TimeoutExpired:
+            remains.wrong.append(f"has not ended within {ENDED_WITHIN:.0f} s")
+            process.kill()
+            process.wait()
+        if process.returncode != 0:
             break
-    moment += ", killed" if process.returncode == -signal.SIGKILL else ", finished before"
-    remains = Remains()
+    # While Python loads, it does not answer yet: the system ends it, as by SIGKILL, or Python itself says where it was.
+    has_answered = process.returncode in (0, 128 + number)
+    if not has_answered and process.returncode != -number:
+        remains.wrong.append(f"ended with {process.returncode}: {place.printed()}")
+    if has_answered:
+        remains.wrong += [f"printed {word!r}: {place.printed()}" for word in UNWANTED if word in place.printed()]
+    moment += ", finished before" if process.returncode == 0 else ", ended"
     deadline = time.monotonic() + PATIENCE
     while (alive := list(descendants(place.environment[MARK]))) and time.monotonic() < deadline:
         time.sleep(0.1)
     remains.left += [f"process {_command_line(pid)}" for pid in alive]
     for pid in alive:
-        os.kill(pid, signal.SIGKILL)
+        with suppress(ProcessLookupError):
+            os.kill(pid, signal.SIGKILL)
     remains.wrong += [f"{name} is neither old nor new" for name in mixed(place.outputs(command), undisturbed, before)]
     lost = before.keys() - place.outputs(command).keys()
     remains.wrong += [f"{name} was there and is lost" for name in lost]
     remains.left += place.strangers(command) + [str(name) for name in sorted(opened) if name.exists()]
+    if has_answered:
+        remains.wrong += [f"left {name}" for name in remains.left]
     # As if the next run came a day later: parts of files that are written just now are nobody's to remove.
     for path in (place.folder / "out").rglob("*.part"):
         os.utime(path, (time.time() - 86400.0,) * 2)
     status = place.run(command, "new")
     if status != undisturbed.status:
-        remains.wrong.append(f"the next run ended with {status}: {(place.folder / 'stderr.txt').read_text()[-500:]}")
+        remains.wrong.append(f"the next run ended with {status}: {place.printed()}")
     after = place.outputs(command)
     remains.wrong += [
         f"the next run gave another {name}"
@@ -266,7 +305,7 @@ def trial(command: Command, place: Place, undisturbed: Undisturbed, chance: rand
         if after.get(name) != undisturbed.new.get(name)
     ]
     remains.unswept += place.strangers(command)
-    return f"{'over old outputs' if before else 'without outputs'}, {moment}", remains
+    return f"{number.name} {'over old outputs' if before else 'without outputs'}, {moment}", remains
 
 
 def mixed(found: dict[str, str], undisturbed: Undisturbed, before: dict[str, str]) -> list[str]:
@@ -285,15 +324,13 @@ def reference(command: Command, place: Place) -> Undisturbed:
     """Undisturbed runs: of the old inputs, which also fills the caches, and twice of the new ones."""
     results, status, duration = [], 0, 0.0
     for version in ("old", "new", "new"):
-        for name in ("out", "tmp"):
-            shutil.rmtree(place.folder / name)
-            (place.folder / name).mkdir()
+        place.empty("out", "tmp", *(["cache"] if command.compiles else []))
         start = time.monotonic()
         status = place.run(command, version)
         duration = time.monotonic() - start
         if status not in (0, 1) or (place.strangers(command) and status == 0):
-            said = (place.folder / "stderr.txt").read_text()[-500:]
-            raise SystemExit(f"{command.arguments}: status {status}, left {place.strangers(command)}, said: {said}")
+            left = place.strangers(command)
+            raise SystemExit(f"{command.arguments}: status {status}, left {left}, printed: {place.printed()}")
         results.append(place.outputs(command))
         if version == "old":
             shutil.copytree(place.folder / "out", place.folder / "old")
@@ -302,7 +339,7 @@ def reference(command: Command, place: Place) -> Undisturbed:
     if results[1] != results[2]:
         raise SystemExit(f"{command.arguments}: two undisturbed runs differ.")
     if status != 0:
-        raise SystemExit(f"{command.arguments}: {(place.folder / 'stderr.txt').read_text()[-500:]}")
+        raise SystemExit(f"{command.arguments}: {place.printed()}")
     return Undisturbed(status, duration, results[1], results[0])
 
 
@@ -332,6 +369,8 @@ def write_inputs(folder: Path) -> None:
                 stem = "model" if name == "a" else name
                 spring = identify(Record(displacement, force)).spring(stem)
                 spring.save(folder / version / f"{stem}.json")
+                if stem == "worn":
+                    spring.build_fmu(folder / version)
 
 
 def main() -> None:
@@ -340,11 +379,15 @@ def main() -> None:
     parser.add_argument("--count", type=int, default=200)
     parser.add_argument("--first", type=int, default=0, help="the number of the first trial")
     parser.add_argument("--only", choices=COMMANDS, action="append")
-    parser.add_argument("--json", type=Path, help="write the counts here")
+    parser.add_argument("--signal", choices=SIGNALS, action="append", help="several take turns; KILL by default")
     options = parser.parse_args()
     print(f"seed {options.seed}, trials {options.first} to {options.first + options.count - 1}", flush=True)
     sys.path.insert(0, str(PACKAGE))
     names = options.only or list(COMMANDS)
+    # In the background and below nohup some are ignored, and what this starts would ignore them, too.
+    for ignored in (number for number in SIGNALS.values() if signal.getsignal(number) == signal.SIG_IGN):
+        signal.signal(ignored, signal.SIG_DFL)
+    signals = [SIGNALS[name] for name in options.signal or ["KILL"]]
     counts: dict[str, Counter[str]] = {name: Counter() for name in names}
     # Ctrl-C ends the trials, and what was counted is reported.
     with suppress(KeyboardInterrupt), tempfile.TemporaryDirectory(prefix="kills-") as temporary:
@@ -356,10 +399,11 @@ def main() -> None:
             if name not in places:
                 place = Place(folder / name, folder / "inputs", f"{os.getpid()}-{name}")
                 places[name] = place, reference(COMMANDS[name], place)
-            moment, remains = trial(COMMANDS[name], *places[name], random.Random(f"{options.seed} {number}"))
+            end, chance = signals[number // len(names) % len(signals)], random.Random(f"{options.seed} {number}")
+            moment, remains = trial(COMMANDS[name], *places[name], end, chance)
             count = counts[name]
             count["tried"] += 1
-            count["killed"] += moment.endswith("killed")
+            count["ended"] += moment.endswith(", ended")
             for kind in ("wrong", "left", "unswept"):
                 count[kind] += bool(getattr(remains, kind))
                 for what in getattr(remains, kind):
@@ -367,10 +411,8 @@ def main() -> None:
     for name, count in counts.items():
         print(
             f"{name:16}"
-            + "".join(f"{kind} {count[kind]:4}  " for kind in ("tried", "killed", "wrong", "left", "unswept"))
+            + "".join(f"{kind} {count[kind]:4}  " for kind in ("tried", "ended", "wrong", "left", "unswept"))
         )
-    if options.json:
-        options.json.write_text(json.dumps(counts, indent=1) + "\n", encoding="utf-8")
     sys.exit(any(count["wrong"] for count in counts.values()))
 
 

@@ -1,4 +1,4 @@
-"""A small share of the soak and of the kills: soak.py and kills.py do the whole."""
+"""A small share of the soak: soak.py does the whole."""
 
 from __future__ import annotations
 
@@ -8,15 +8,9 @@ from pathlib import Path
 
 import pytest
 
-import kills
 import soak
 
-pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="memory and processes are read from /proc")
-
-
-def run(script: str, *arguments: object) -> subprocess.CompletedProcess[str]:
-    command = [sys.executable, Path(__file__).with_name(script), *arguments]
-    return subprocess.run(list(map(str, command)), capture_output=True, text=True, timeout=600, check=False)
+pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="memory is read from /proc")
 
 
 def test_growth_of_memory_is_noticed() -> None:
@@ -33,20 +27,6 @@ def test_growth_of_memory_is_noticed() -> None:
     ("task", "count"), [("native-steps", 100_000), ("native-lives", 1000), ("python-steps", 10_000)]
 )
 def test_memory_stays_flat(task: str, count: int) -> None:
-    done = run("soak.py", task, "--count", count)
+    command = [sys.executable, Path(__file__).with_name("soak.py"), task, "--count", str(count)]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=600, check=False)
     assert done.returncode == 0, done.stdout + done.stderr
-
-
-@pytest.mark.slow
-def test_a_killed_study_loses_nothing() -> None:
-    done = run("kills.py", "--only", "study", "--count", 3)
-    assert done.returncode == 0, done.stdout + done.stderr
-    assert "tried    3" in done.stdout
-
-
-def test_what_is_neither_old_nor_new_is_noticed() -> None:
-    undisturbed = kills.Undisturbed(0, 1.0, {"out/a": "new", "out/b": "new"}, {"out/a": "old", "out/b": "old"})
-    assert kills.mixed({"out/a": "new", "out/b": "old"}, undisturbed, undisturbed.old) == []
-    assert kills.mixed({"out/b": "old"}, undisturbed, {}) == ["out/b"]
-    assert kills.mixed({"out/a": "new", "out/b": "half"}, undisturbed, undisturbed.old) == ["out/b"]
-    assert kills.mixed({"out/c": "new"}, undisturbed, {}) == ["out/c"]

@@ -18,18 +18,17 @@ import zlib
 from collections.abc import Iterator
 from dataclasses import astuple, replace
 from pathlib import Path
-from typing import BinaryIO
 
 import psutil
 import pytest
 from distributed import LocalCluster
 
 from strandspring import StrandspringError, __version__
-from strandspring.files import lock
 from strandspring.isolation.system import Excitation, IsolationError
 from strandspring.jobs.cluster import Cluster
 from strandspring.jobs.runners import Local
 from strandspring.jobs.sole_file import open_alone
+from strandspring.locks import lock
 from strandspring.modelfile import ModelFile, save_model
 from strandspring.studies.definition import Study
 from strandspring.studies.journal import Journal, journal_path
@@ -374,11 +373,11 @@ def test_a_journal_that_is_removed_before_it_is_locked_is_not_used(
     path = tmp_path / "journal"
     removed: list[bool] = []
 
-    def lock_late(file: BinaryIO) -> bool:
+    def lock_late(descriptor: int) -> bool | None:
         if not removed:
             path.unlink()
             removed.append(True)
-        return lock(file)
+        return lock(descriptor)
 
     monkeypatch.setattr("strandspring.jobs.sole_file.lock", lock_late)
     with open_alone(path) as file:

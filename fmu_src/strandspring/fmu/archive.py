@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import hashlib
+import re
 import zipfile
 from collections.abc import Mapping
 from importlib import metadata
 from importlib.resources import files
 from pathlib import Path
 
+from ..compiled.images import fmi_header
+from ..errors import BuildError
 from ..files import replacing
 from ..modelfile import ModelFile
 from .documentation import documentation_page
@@ -57,10 +60,16 @@ def common_contents(
 
 
 def licences(others: tuple[str, ...]) -> dict[str, bytes]:
-    """Our licence and those of other distributions of which an FMU holds parts, by their path in the FMU."""
+    """Our licence and those of what else an FMU holds parts of, FMI and other distributions, by path in the FMU.
+
+    Raises
+    ------
+    BuildError   If FMPy's headers of FMI, from which the binaries are compiled, are missing or hold no licence.
+    """
     # FMI takes license.txt as the entry point.
     names = {"strandspring": "license", **{other: other for other in others}}
     texts = {name: _licence(distribution) for distribution, name in names.items()}
+    texts["fmi-headers"] = _licence_of_headers()
     return {f"documentation/licenses/{name}.txt": text.encode("utf-8") for name, text in texts.items() if text}
 
 
@@ -86,6 +95,15 @@ def binary_sizes(fmu: Path) -> dict[str, int]:
     with zipfile.ZipFile(fmu) as archive:
         parts = [(entry.filename.split("/"), entry.file_size) for entry in archive.infolist()]
     return {path[1]: size for path, size in parts if path[0] == "binaries"}
+
+
+def _licence_of_headers() -> str:
+    """The copyright notice and the licence, which stand in the first comment of each header of FMI."""
+    header = fmi_header("fmi2TypesPlatform.h").decode("utf-8")
+    found = re.search(r"Copyright .*?(?=\s*-*\s*\*/)", header, flags=re.DOTALL)
+    if found is None:
+        raise BuildError(f"The headers of fmpy {installed_version('fmpy')} hold no licence; install another fmpy.")
+    return f"{found.group()}\n"
 
 
 def _licence(distribution: str) -> str | None:

@@ -7,7 +7,8 @@ import sys
 from pathlib import Path
 from typing import BinaryIO
 
-from ..files import lock, readable, reason_of
+from ..files import readable, reason_of
+from ..locks import lock
 from .runners import JobError
 
 
@@ -29,16 +30,16 @@ def open_alone(path: Path) -> BinaryIO:
                 raise JobError(f"{name} is a folder or a device; move it away, or write elsewhere.")
             file = path.open("a+b")
             try:
-                is_locked = lock(file)
+                is_ours = lock(file.fileno()) is not False
                 # It may have been removed between the opening and the lock, by the program that had locked it.
-                is_current = is_locked and path.exists() and os.path.samestat(os.fstat(file.fileno()), path.stat())
+                is_current = is_ours and path.exists() and os.path.samestat(os.fstat(file.fileno()), path.stat())
             except BaseException:
                 file.close()
                 raise
             if is_current:
                 return file
             file.close()
-            if not is_locked:
+            if not is_ours:
                 raise JobError(
                     f"{name} is in use by another run of the same command; wait until that has ended, or write "
                     "elsewhere."

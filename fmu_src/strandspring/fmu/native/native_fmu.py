@@ -5,14 +5,12 @@ The same model gives the same bytes, whatever the platform it is built on.
 
 from __future__ import annotations
 
-import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
 from ...compiled.images import FMI_HEADERS, FMU, fmi_header
 from ...coordinates import placed
-from ...errors import BuildError
 from ...modelfile import ModelFile
 from ..archive import common_contents, content_guid, fmu_path, installed_version, write_archive
 from ..description import Backend, model_description
@@ -117,7 +115,6 @@ def native_contents(
             **papers(of_record, settings),
             **binaries(model.name, platforms, FMU, lambda image: filled(image, spring, guid, with_states)),
             **{f"sources/{name}": content for name, content in sources.items()},
-            "documentation/licenses/fmi-headers.txt": _licence_of_headers(sources),
         }
     )
 
@@ -126,11 +123,3 @@ def _fixed_sources() -> dict[str, bytes]:
     """The C files that are the same for every model, by name."""
     ours = {Path(path).name: content for path, content in FMU.sources().items()}
     return {**ours, **{name: fmi_header(name) for name in FMI_HEADERS}}
-
-
-def _licence_of_headers(sources: Mapping[str, bytes]) -> bytes:
-    """The copyright notice and the licence, which stand in the first comment of each header of FMI."""
-    found = re.search(rb"Copyright .*?(?=\s*-*\s*\*/)", sources["fmi2TypesPlatform.h"], flags=re.DOTALL)
-    if found is None:
-        raise BuildError(f"The headers of fmpy {installed_version('fmpy')} hold no licence; install another fmpy.")
-    return found.group() + b"\n"
