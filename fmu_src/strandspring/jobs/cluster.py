@@ -50,7 +50,7 @@ class Cluster:
     tls_key : str or None        File with its key, without passphrase; by default it is in the file of the certificate.
     patience : float             Time after which the work is given up if the scheduler does not answer, has no workers,
                                  or workers give no sign of life [s].
-    notify : callable            Called with a sentence where there is something to be told.
+    notify : callable            Called with cautions, and with what is wrong while the work waits.
 
     Raises
     ------
@@ -201,7 +201,7 @@ class _Watch:
 
 
 def cluster_of(scheduler: str | Cluster, notify: Callable[[str], None]) -> Cluster:
-    """The cluster of a scheduler, which tells what there is to tell."""
+    """The cluster of a scheduler, with its cautions and reports sent to `notify`."""
     return replace(Cluster(scheduler) if isinstance(scheduler, str) else scheduler, notify=notify)
 
 
