@@ -120,7 +120,7 @@ def refuse_unwritable(path: Path, is_folder: bool = False) -> None:
     Traceback (most recent call last):
     strandspring.errors.StrandspringError: ... cannot be written: ... is not a folder.
     """
-    with _told(path):
+    with _refused_in_words(path):
         if is_folder:
             folder = existing_folder(path)
         else:
@@ -155,7 +155,7 @@ def replacing(path: Path) -> Iterator[Path]:
     ------
     StrandspringError   If the file or its folder is not writable, the disk is full, or `path` is not a regular file.
     """
-    with _told(path):
+    with _refused_in_words(path):
         target = _target(path)
         mode = None
         if target.exists():
@@ -167,7 +167,7 @@ def replacing(path: Path) -> Iterator[Path]:
         part = target.with_name(f"{stem}{secrets.token_hex(4)}.{_PART}")
         held = part.open("xb")
     try:
-        with _told(path):
+        with _refused_in_words(path):
             lock(held.fileno())
             yield part
             if mode is not None:
@@ -183,7 +183,7 @@ def replacing(path: Path) -> Iterator[Path]:
 
 
 @contextmanager
-def _told(path: Path) -> Iterator[None]:
+def _refused_in_words(path: Path) -> Iterator[None]:
     """What fails in the block as a sentence on the file that is to be written."""
     try:
         yield

@@ -54,8 +54,7 @@ class JointCovariance:
                 f'{len(names)} numbers; identify the spring again, or remove the field "uncertainty.joint".'
             )
         reach = max(-spring.x_min, spring.x_max)
-        powers = [*(range(len(spring.kE)) or [0] * len(spring.FE_forces)), *range(1, len(spring.kA)), *[0] * 4]
-        for name, power, row in zip(names, powers, rows, strict=True):
+        for name, power, row in zip(names, _powers(spring), rows, strict=True):
             largest = max(map(abs, row))
             if not largest * reach**power <= _LARGEST:
                 raise ModelError(
@@ -99,6 +98,13 @@ def joint_names(elastic_name: str, elastic: int, amplifier: int) -> list[str]:
         *(f"kA[{i}]" for i in range(1, amplifier + 1)),
         *(f"ln {name}" for name in HYSTERETIC_UNITS),
     ]
+
+
+def _powers(spring: SpringParameters) -> list[int]:
+    """The power of the displacement that each of `joint_names` belongs to."""
+    elastic = list(range(len(spring.kE))) or [0] * len(spring.FE_forces)
+    amplifier = list(range(1, len(spring.kA)))
+    return [*elastic, *amplifier, *[0] * len(HYSTERETIC_UNITS)]
 
 
 def _numbers(row: object) -> int:

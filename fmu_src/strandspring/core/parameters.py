@@ -31,6 +31,10 @@ SATURATION_RANGE = (1e-9, 1e12)
 LARGEST_AMPLIFIER = 1e9
 # FA is 1 at the offset: below this it is zero within rounding.
 LEAST_AMPLIFIER = 1e-12
+# Of where a stroke begins in a restored state: beyond 5e3, omega is 1 within rounding for any n.
+LARGEST_START_XI = 1e6
+# Of what is summed up along a path, such as the energy [J], in a restored state, and of trials of a solver.
+LARGEST_SUM = 1e100
 
 
 def polynomial(coefficients: Sequence[float], x: float) -> float:

@@ -7,16 +7,13 @@ import math
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
-from .parameters import LARGEST_DISPLACEMENT
+from .parameters import LARGEST_DISPLACEMENT, LARGEST_START_XI, LARGEST_SUM
 from .stepper import Memory
 
 _FORMAT = "strandspring-state"
 _FORMAT_VERSION = 3
 # The first phase with a committed path.
 _INITIALIZED = 2
-# Where a stroke begins: beyond 5e3, omega is 1 within rounding for any n.
-_LARGEST_START_XI = 1e6
-_LARGEST_ENERGY = 1e100  # [J]
 
 
 class State(NamedTuple):
@@ -98,8 +95,8 @@ def _is_memory(value: Any) -> bool:
         all(abs(place) <= LARGEST_DISPLACEMENT for place in (displacement, start, energy_at))
         and abs(omega) <= 1.0
         and direction in (-1, 0, 1)
-        and abs(start_xi) <= _LARGEST_START_XI
-        and abs(energy) <= _LARGEST_ENERGY
+        and abs(start_xi) <= LARGEST_START_XI
+        and abs(energy) <= LARGEST_SUM
     )
 
 

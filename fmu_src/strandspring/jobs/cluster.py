@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import asyncio
-import ipaddress
 import logging
 import platform
-import ssl
 import time
 import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -15,12 +13,12 @@ from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import cache, partial
 from importlib import metadata
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from threadpoolctl import threadpool_limits
 
 from .._version import __version__
+from .cluster_security import protocol_of, secured
 from .runners import JobError, Pool
 
 if TYPE_CHECKING:
@@ -35,7 +33,6 @@ _WINDOW = 2000  # batches, for some 1000 workers
 _NAMED = 3  # workers in a sentence
 # What the scheduler must have like this computer, to understand what it is sent.
 _PROTOCOL = ("python", "distributed", "cloudpickle", "msgpack")
-_ENCRYPTED = ("tls", "wss", "inproc")
 
 
 @dataclass(frozen=True)
@@ -53,7 +50,7 @@ class Cluster:
     tls_key : str or None        File with its key, without passphrase; by default it is in the file of the certificate.
     patience : float             Time after which the work is given up if the scheduler does not answer, has no workers,
                                  or workers give no sign of life [s].
-    notify : callable            Called with a sentence where there is something to be told.
+    notify : callable            Called with cautions, and with what is wrong while the work waits.
 
     Raises
     ------
@@ -68,15 +65,17 @@ class Cluster:
     notify: Callable[[str], None] = lambda _: None
 
     def __post_init__(self) -> None:
-        if self._certificates() and self._protocol != "tls":
+        if self._certificates and protocol_of(self.address) != "tls":
             raise JobError(
-                f"Certificates need a scheduler with TLS, but the address is {self.address}; give one that begins with tls://."
+                f"Certificates need a scheduler with TLS, but the address is {self.address}; give one that begins with "
+                "tls://."
             )
 
     @property
-    def _protocol(self) -> str:
-        protocol, separator, _ = self.address.partition("://")
-        return protocol if separator else "tcp"
+    def _certificates(self) -> dict[str, str]:
+        """What is given of them, by the names of dask's `Security`."""
+        given = {"tls_ca_file": self.tls_ca_file, "tls_client_cert": self.tls_cert, "tls_client_key": self.tls_key}
+        return {name: path for name, path in given.items() if path is not None}
 
     @contextmanager
     def pool(self, batches: int, apart: bool = False) -> Iterator[Pool]:  # noqa: ARG002
@@ -88,7 +87,7 @@ class Cluster:
             raise JobError(
                 "A scheduler needs the package dask.distributed; install it with: pip install distributed"
             ) from None
-        security = self._security()
+        security = secured(self.address, self._certificates, self.notify)
         there = self._scheduler_versions(security)
         with _silent_client(), Client(
             self.address, timeout=_CONNECTING, set_as_default=False, security=security
@@ -114,45 +113,6 @@ class Cluster:
                     f"{str(problem).strip()[:300]}); its scheduler ({_in_words(there)}) and workers need strandspring "
                     f"{__version__} and the packages of this computer ({_in_words(_protocol_here())})."
                 ) from None
-
-    def _certificates(self) -> dict[str, str]:
-        given = {"tls_ca_file": self.tls_ca_file, "tls_client_cert": self.tls_cert, "tls_client_key": self.tls_key}
-        return {name: path for name, path in given.items() if path is not None}
-
-    def _security(self) -> Security:
-        """How the connection is secured; refuses certificates that cannot be used."""
-        from distributed.security import Security
-
-        security = Security(**self._certificates())
-        if self._protocol != "tls":
-            if self._protocol not in _ENCRYPTED and not _is_local(self.address):
-                self.notify(
-                    f"Caution: {self.address} has no TLS, and anyone who can reach that scheduler can execute code "
-                    "there and here; use tls:// unless you trust everybody on the network."
-                )
-            return security
-        role = security.get_tls_config_for_role("client")
-        authority, certificate, key = role["ca_file"], role["cert"], role["key"]
-        if authority is None or certificate is None:
-            raise JobError(
-                f"{self.address} needs certificates: those of the authority (--tls-ca-file) and of this client "
-                "(--tls-cert, --tls-key), here or in dask's configuration (distributed.comm.tls)."
-            )
-        for path in (authority, certificate, key):
-            # dask's configuration may hold a certificate itself, which has several lines.
-            if path is not None and "\n" not in path and not Path(path).is_file():
-                raise JobError(f"{path}: no such file; give the path of a certificate or key in PEM format.")
-        try:
-            if "\n" not in certificate:
-                # With a passphrase, which dask would let OpenSSL ask for on the terminal.
-                ssl.SSLContext(ssl.PROTOCOL_TLS_CLIENT).load_cert_chain(certificate, key, password="")
-            security.get_connection_args("client")
-        except (OSError, ValueError) as problem:
-            raise JobError(
-                f"The certificates for {self.address} cannot be used ({problem}); they must be in PEM format, and the "
-                "key must belong to the certificate and have no passphrase."
-            ) from None
-        return security
 
     def ask(self, security: Security, operation: str) -> dict[str, Any]:
         """The answer of the scheduler to a request without arguments.
@@ -241,19 +201,8 @@ class _Watch:
 
 
 def cluster_of(scheduler: str | Cluster, notify: Callable[[str], None]) -> Cluster:
-    """The cluster of a scheduler, which tells what there is to tell."""
+    """The cluster of a scheduler, with its cautions and reports sent to `notify`."""
     return replace(Cluster(scheduler) if isinstance(scheduler, str) else scheduler, notify=notify)
-
-
-def _is_local(address: str) -> bool:
-    """Whether an address is one of this computer that no other reaches."""
-    from distributed.comm.addressing import get_address_host
-
-    try:
-        host = get_address_host(address)
-        return host == "localhost" or ipaddress.ip_address(host).is_loopback
-    except ValueError:  # a name, or no address at all
-        return False
 
 
 @contextmanager

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..errors import RecordError
-from ..records.record import Record, is_finite
+from ..records.record import Record, is_finite_number
 from .cycles import find_cycles
 
 Bounds = tuple[float | None, float | None]
@@ -52,7 +52,7 @@ class Selection:
                     f"`{name}` must be a pair of first and last{unit}, None for an open end, got {bounds!s:.60}."
                 )
             given = [value for value in bounds if value is not None]
-            if not all(map(is_finite, given)) or (len(given) == 2 and given[0] > given[1]):
+            if not all(map(is_finite_number, given)) or (len(given) == 2 and given[0] > given[1]):
                 raise RecordError(
                     f"`{name}` must be two finite numbers{unit} of which the first is not above the second, got "
                     f"{bounds!s:.60}."

@@ -14,7 +14,7 @@ from .choosing import Asked, choose_table
 from .columns import DEFAULT_UNITS, Column, choose_unit
 from .content import read_content
 from .formats.opening import tables_of
-from .record import Record, is_finite
+from .record import Record, is_finite_number
 from .spikes import find_spikes, spikes_of
 from .tables import Table
 from .units import Quantity, quoted, unit_factor
@@ -178,9 +178,9 @@ def record_of_tables(
 
 def _refuse_useless(adjustments: Mapping[Quantity, tuple[float, float]]) -> None:
     for quantity, (offset, scale) in adjustments.items():
-        if not is_finite(offset):
+        if not is_finite_number(offset):
             raise RecordError(f"`{quantity}_offset` must be a finite number, got {quoted(str(offset))}.")
-        if not (is_finite(scale) and scale > 0.0):
+        if not (is_finite_number(scale) and scale > 0.0):
             raise RecordError(
                 f"`{quantity}_scale` must be a finite number > 0, got {quoted(str(scale))}; negate a column with "
                 "`reverse`."

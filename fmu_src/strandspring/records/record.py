@@ -209,7 +209,7 @@ def _checked(values: ArrayLike, name: str, path: str) -> NDArray[np.float64]:
     return array
 
 
-def is_finite(value: object) -> bool:
+def is_finite_number(value: object) -> bool:
     """Whether a value is a real number that a double can hold."""
     try:
         return math.isfinite(value)  # type: ignore[arg-type]

@@ -127,7 +127,7 @@ static fmi2Status require_value(const Instance *instance, fmi2ValueReference ref
     const Settings *settings = &instance->state.settings;
     VariableCausality causality = fmu_causality(settings, reference);
     int is_displacement = reference == SPRING_DISPLACEMENT, is_input = causality == VARIABLE_INPUT;
-    double largest = is_displacement ? LARGEST_DISPLACEMENT : is_input ? LARGEST_VELOCITY : LARGEST_STATE;
+    double largest = is_displacement ? LARGEST_DISPLACEMENT : is_input ? LARGEST_VELOCITY : LARGEST_SUM;
     if (causality == VARIABLE_PARAMETER ? isfinite(value) : fabs(value) <= largest)
         return fmi2OK;
     if (causality == VARIABLE_PARAMETER)

@@ -157,7 +157,7 @@ static int is_sound(const SpringMemory *memory, const SpringSensitivity *sensiti
         if (!(fabs(places[i]) <= LARGEST_DISPLACEMENT))
             return 0;
     for (size_t i = 0; i < sizeof sums / sizeof *sums; i++)
-        if (!(fabs(sums[i]) <= LARGEST_STATE))
+        if (!(fabs(sums[i]) <= LARGEST_SUM))
             return 0;
     return is_side(memory->direction) && fabs(memory->start_xi) <= LARGEST_START_XI;
 }
@@ -185,7 +185,7 @@ static const char *damaged_field(const State *state)
     if (!isfinite(state->acceleration) || !is_flag(state->interpolated) || !isfinite(state->rate))
         return "input derivatives";
     /* Solvers overshoot a state. */
-    double largest = state->settings.has_states ? LARGEST_STATE : 1.0;
+    double largest = state->settings.has_states ? LARGEST_SUM : 1.0;
     if (!(fabs(memory->omega) <= largest) || !is_sound(memory, &state->sensitivity) ||
         (settings.has_states && !has_no_path(memory, state->displacement)))
         return "memory";

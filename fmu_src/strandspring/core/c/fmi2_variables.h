@@ -28,10 +28,6 @@ enum { SPRING_SCALARS = 7 }; /* parameters of both forms besides the coefficient
 enum { OWN_OMEGA_START = 0, OWN_OF_USUAL_FORM = 1 };
 enum { OWN_VELOCITY = 0, OWN_POWER, OWN_OMEGA_RATE, OWN_OF_STATES_FORM };
 
-static const double LARGEST_VELOCITY = 1e9; /* [m/s] */
-static const double LARGEST_STATE = 1e100;  /* of trials of a solver, and of sums along a path */
-static const double LARGEST_START_XI = 1e6; /* where a stroke begins; beyond 5e3, omega is 1 within rounding for any n */
-
 /* The values of all parameters, and the form of the FMU. */
 typedef struct {
     SpringParameters spring;

@@ -1,4 +1,4 @@
-/* The limits of what is a spring, as parameters.py says them and why; a test compares the two. */
+/* The limits of what is a spring, and of a state of its FMU, as parameters.py says them and why; a test compares the two. */
 #ifndef SPRING_LIMITS_H
 #define SPRING_LIMITS_H
 
@@ -12,5 +12,7 @@ static const double LEAST_WIDTH = 1e-12, LARGEST_WIDTH = 1e6;           /* of th
 static const double LEAST_FORCE = 1e-15, LARGEST_FORCE = 1e15;          /* [N] */
 static const double LEAST_SATURATION = 1e-9, LARGEST_SATURATION = 1e12; /* of rho times the range */
 static const double LARGEST_AMPLIFIER = 1e9, LEAST_AMPLIFIER = 1e-12;
+static const double LARGEST_VELOCITY = 1e9; /* [m/s]; of the native FMU alone */
+static const double LARGEST_START_XI = 1e6, LARGEST_SUM = 1e100;
 
 #endif
