@@ -46,6 +46,23 @@ def handled_endings(handler: Callable[[int, FrameType | None], None]) -> Iterato
 
 
 @contextmanager
+def kept_endings() -> Iterator[list[int]]:
+    """Keep the number of the first signal, which would otherwise strike anywhere; a second one strikes at once.
+
+    An exception inside an executor may leave a lock behind, and so hang the program, or be lost in a callback.
+    """
+    kept: list[int] = []
+
+    def keep(number: int, frame: FrameType | None) -> None:  # noqa: ARG001
+        if kept:
+            raise KeyboardInterrupt(number)
+        kept.append(number)
+
+    with handled_endings(keep):
+        yield kept
+
+
+@contextmanager
 def held_endings() -> Iterator[None]:
     """Hold back signals that end the program; processes that are started meanwhile never get them unless they ask to.
 

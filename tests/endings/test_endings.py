@@ -19,7 +19,8 @@ from types import ModuleType
 import psutil
 import pytest
 
-from strandspring import scratch
+from fmu_tools import SPRING
+from strandspring import Spring, scratch
 from strandspring.children import kill_all, run
 from strandspring.compiled import images
 from strandspring.compiled.targets import FMU_TARGETS
@@ -168,7 +169,8 @@ def test_folders_of_other_users_are_left_alone(place: Path) -> None:
 
 CROWD = """
 import sys
-from strandspring import scratch
+from fmu_tools import SPRING
+from strandspring import Spring, scratch
 print("ready", flush=True)
 for _ in range(300):
     scratch._remove_abandoned.cache_clear()
@@ -320,3 +322,32 @@ def test_what_nohup_ignores_stays_ignored(start: Start) -> None:
     assert process.poll() is None
     process.terminate()
     assert process.wait(PATIENCE) == 128 + signal.SIGTERM
+
+
+INTERRUPTED_CHECK = """
+import signal, sys
+from pathlib import Path
+import strandspring
+from strandspring.fmu import check
+initialized = check._initialized
+
+def interrupting(*arguments):
+    found = initialized(*arguments)
+    signal.raise_signal(signal.SIGINT)
+    return found
+
+check._initialized = interrupting
+from strandspring.cli.main import main
+main(["build", sys.argv[1], "-o", "dist", "--backend", "python"])
+"""
+
+
+def test_an_interrupt_while_an_fmu_is_checked_is_not_its_fault(tmp_path: Path) -> None:
+    Spring(SPRING, "mount").save(tmp_path / "mount.json")
+    done = subprocess.run(
+        [sys.executable, "-c", INTERRUPTED_CHECK, "mount.json"],
+        cwd=tmp_path, capture_output=True, text=True, timeout=60, check=False,
+    )  # fmt: skip
+    assert done.returncode == 130
+    assert done.stderr == "strandspring: interrupted; no output file is half written.\n"
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["mount.json"]

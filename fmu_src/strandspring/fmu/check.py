@@ -20,6 +20,7 @@ from fmpy.validation import validate_fmu
 
 from ..core.parameters import SpringParameters
 from ..core.variables import spring_parameters
+from ..endings import kept_endings
 from ..errors import BuildError
 from ..kernel.arrays import FloatArray
 from ..kernel.path import PathSolver
@@ -127,11 +128,15 @@ def compare_run(path: Path, displacement: FloatArray, expected: FloatArray) -> C
     differences = np.zeros(2)
     seconds = 0.0
     try:
-        for run in interfaces.values():
-            found, took = run(path, description, displacement)
-            seconds += took
-            # NaN counts as the greater one.
-            differences = np.maximum(differences, np.max(np.abs(found - expected), axis=0))
+        # An interrupt inside a Python-backed FMU would be taken for its fault.
+        with kept_endings() as interrupted:
+            for run in interfaces.values():
+                found, took = run(path, description, displacement)
+                seconds += took
+                # NaN counts as the greater one.
+                differences = np.maximum(differences, np.max(np.abs(found - expected), axis=0))
+        if interrupted:
+            raise KeyboardInterrupt(*interrupted)
     except _WrongRatesError as problem:
         return CheckReport(path, (str(problem),))
     except Exception as problem:  # FMPy raises plain exceptions

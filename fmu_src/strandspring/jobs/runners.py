@@ -20,12 +20,12 @@ from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass
 from itertools import islice
 from multiprocessing.connection import Connection
-from types import FrameType, ModuleType
+from types import ModuleType
 from typing import Any, NamedTuple, Protocol, TypeVar
 
 from threadpoolctl import threadpool_limits
 
-from ..endings import handled_endings, held_endings, leave_interrupts_to_parent
+from ..endings import held_endings, kept_endings, leave_interrupts_to_parent
 from ..errors import StrandspringError
 
 _MOST_WORKERS = 61  # Windows waits for no more processes
@@ -128,7 +128,7 @@ def finished_rows(
     count = -(-len(tasks) // size)
     batches = (tasks[first : first + size] for first in range(0, len(tasks), size))
     suspects: list[Task] = []
-    with _interrupts_kept() as interrupted:
+    with kept_endings() as interrupted:
         while True:  # a pool whose process died is of no more use
             lost: list[Sequence[Task]] = []
             with runner.pool(count) as pool:
@@ -222,24 +222,6 @@ class _Patience:
             self._reported = now
             reason = f" {self._trouble}." if self._trouble else ""
             self._notify(f"Nothing has been finished for {_REPORT_EVERY:g} s; still waiting for the workers.{reason}")
-
-
-@contextmanager
-def _interrupts_kept() -> Iterator[list[int]]:
-    """Keep the number of the first signal, which would otherwise strike anywhere.
-
-    An exception inside an executor may leave a lock behind, and so hang the program, or be lost in a callback. A second
-    interrupt strikes at once.
-    """
-    interrupted: list[int] = []
-
-    def keep(number: int, frame: FrameType | None) -> None:  # noqa: ARG001
-        if interrupted:
-            raise KeyboardInterrupt(number)
-        interrupted.append(number)
-
-    with handled_endings(keep):
-        yield interrupted
 
 
 class _InlineExecutor(Executor):
