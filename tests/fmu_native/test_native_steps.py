@@ -139,6 +139,16 @@ def test_derivatives_that_leave_the_numbers_are_refused(spring):
     assert spring.serialized() == before
 
 
+def test_the_least_acceleration_in_the_longest_step_is_refused(spring):
+    # 2.5e18 m; half of the acceleration would be 0.
+    spring.initialize()
+    spring.set_derivatives(0.0, 5e-324)
+    before = spring.serialized()
+    assert spring.DoStep(c_double(0.0), c_double(1e171), 1) == ERROR
+    assert "of `displacement` must keep it within +-1e+09 m" in spring.said
+    assert spring.serialized() == before
+
+
 def test_a_rate_at_the_end_of_a_step_that_none_can_have_is_refused(spring):
     # 0.5 m in 1e-300 s.
     spring.initialize()

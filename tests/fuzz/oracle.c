@@ -224,7 +224,7 @@ int twin_commit(Twin *twin)
 
 static double end_of_step(const Twin *twin, double size)
 {
-    return named(twin, "displacement") + size * (twin->velocity + 0.5 * twin->acceleration * size);
+    return named(twin, "displacement") + size * (twin->velocity + 0.5 * size * twin->acceleration);
 }
 
 /* Whether a path through a step stays where displacements may be, and no faster than they may; unsure where rounding has a

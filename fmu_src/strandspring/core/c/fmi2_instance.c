@@ -325,7 +325,8 @@ static fmi2Status commit_parabola(Instance *instance, double time, double size)
 {
     State *state = &instance->state;
     double x = state->displacement, v = state->velocity, a = state->acceleration;
-    double end = x + size * (v + 0.5 * a * size);
+    /* In this order, since half of the least numbers is 0. */
+    double end = x + size * (v + 0.5 * size * a);
     double turn = a == 0.0 ? 0.0 : -v / a;
     double vertex = 0.0 < turn && turn < size ? x + 0.5 * v * turn : x;
     double rate = v + a * size;
