@@ -483,7 +483,7 @@ def test_a_failure_that_is_not_of_standard_output_is_not_called_so(
     monkeypatch.setattr("strandspring.api.building.build_native_fmu", fail)
     outcome = run("build", model)
     assert outcome.status == 1
-    assert outcome.err.startswith("strandspring: the disk is gone; check this place, ")
+    assert outcome.err.startswith("strandspring: the disk is gone; check the path, ")
 
 
 @pytest.mark.slow
