@@ -310,7 +310,9 @@ def test_signals_that_follow_each_other_at_once_do_not_disturb_the_ending(start:
 
 def test_an_interrupt_while_code_is_made_gives_the_status_of_shells(start: Start, tmp_path: Path) -> None:
     (tmp_path / "busy.py").write_text(BUSY.replace("time.sleep(60)", "exec('time.sleep(60)')"))
-    process = start("import os, sys; os.chdir(sys.argv[1]); os.execl(sys.executable, 'p', '-m', 'busy')", str(tmp_path))
+    process = start(
+        "import os, sys; os.chdir(sys.argv[1]); os.execl(sys.executable, sys.executable, '-m', 'busy')", str(tmp_path)
+    )
     process.terminate()
     assert process.wait(PATIENCE) == 128 + signal.SIGTERM
 

@@ -21,7 +21,8 @@ from strandspring import (
 from strandspring.errors import ModelError
 from strandspring.identification.direction import correlation
 from strandspring.identification.intervals import around
-from strandspring.identification.prediction_interval import prediction_error
+from strandspring.identification.loops import Loops
+from strandspring.identification.prediction_interval import _halves, prediction_error
 from strandspring.identification.rig import Effect, Rig
 from strandspring.identification.steady_part import find_steady_part
 from strandspring.joint import JointCovariance, joint_names
@@ -182,3 +183,18 @@ def test_no_correlation_is_beyond_1() -> None:
 def test_an_interval_of_absurd_reach_is_open() -> None:
     assert around(2.0, 0.5) == pytest.approx((2.0 * np.exp(-0.5), 2.0 * np.exp(0.5)))
     assert around(2.0, 1000.0) == (None, None)
+
+
+@pytest.mark.parametrize("gone", [0, 1, 2])
+def test_cycles_are_counted_where_nothing_of_a_record_is_left(gone: int) -> None:
+    # Two cycles of one stroke more in each of three records; of one, all points were left out.
+    record, strokes = np.repeat([0, 1, 2], 5), np.arange(15)
+    stroke = np.repeat(strokes, 2)
+    points, rows = np.zeros(stroke.size), np.ones(strokes.size)
+    loops = Loops(
+        points, points, points, points, stroke, points, rows.astype(np.int64), rows, rows, record
+    ).only(record[stroke] != gone)  # fmt: skip
+    assert loops.cycles().tolist() == [0, 0, 0, 0, 1, 1, 1, 1, 1, 1, 2, 2, 2, 2, 3, 3, 3, 3, 3, 3]
+    half, count = _halves(loops)
+    assert count == 4
+    assert half.tolist() == 2 * (4 * [0] + 6 * [1])

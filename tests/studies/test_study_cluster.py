@@ -203,7 +203,7 @@ def test_other_versions_are_told_in_words(tmp_path: Path, notes: list[str]) -> N
     with ExitStack() as stack:
         machines = Machines(stack, preload)
         machines.start_worker()
-        with pytest.raises(IsolationError, match=r"A worker of the cluster has numpy 1.0, but the work"):
+        with pytest.raises(IsolationError, match=r"A worker of the cluster has numpy 1.0, but this computer"):
             run_study(STUDY, tmp_path / "r.csv", Cluster(machines.address, notify=notes.append))
     assert [note.partition(", but")[0] for note in notes] == [
         f"Caution: the scheduler at {machines.address} has cloudpickle 0.1"

@@ -105,6 +105,8 @@ class Loops:
         cycle = np.zeros(self.stroke.size, np.intp)
         first = 0
         for _, points in self.by_record():
+            if points.start == points.stop:  # nothing of this record is left
+                continue
             stroke = self.stroke[points] - self.stroke[points.start]
             count = max(1, (int(stroke[-1]) + 1) // 2)
             cycle[points] = first + np.minimum(stroke // 2, count - 1)

@@ -228,6 +228,8 @@ def _halves(loops: Loops) -> tuple[NDArray[np.intp], int]:
     half = np.zeros(cycle.size, np.intp)
     single = 0
     for _, points in loops.by_record():
+        if points.start == points.stop:  # nothing of this record is left
+            continue
         own = cycle[points] - cycle[points.start]
         count = int(own[-1]) + 1
         if count == 1:
