@@ -203,7 +203,7 @@ def _factor(dice: random.Random, content: dict[str, Any]) -> None:
 
 def _other_scalar(dice: random.Random, content: dict[str, Any]) -> None:
     """A possible, but absurd value of a parameter."""
-    p = content["parameters"]
+    p = content.get("parameters")
     if not isinstance(p, dict):
         return
     name = dice.choice(HYSTERETIC)
@@ -215,7 +215,7 @@ def _other_scalar(dice: random.Random, content: dict[str, Any]) -> None:
 
 def _at_limits(dice: random.Random, content: dict[str, Any]) -> None:
     """Parameters at the ends of what is allowed."""
-    p = content["parameters"]
+    p = content.get("parameters")
     try:
         width = p["displacement_max"] - p["displacement_min"]
         reach = max(p["displacement_max"] - p["displacement_offset"], p["displacement_offset"] - p["displacement_min"])
@@ -247,7 +247,7 @@ def _at_limits(dice: random.Random, content: dict[str, Any]) -> None:
 
 def _other_range(dice: random.Random, content: dict[str, Any]) -> None:
     """A range that is absurdly narrow, wide or far away."""
-    p = content["parameters"]
+    p = content.get("parameters")
     if not isinstance(p, dict):
         return
     centre = dice.choice((0.0, 1.0, -1e9, 1e9, 1e15, 1e300, 1e-300))
