@@ -169,8 +169,7 @@ def test_folders_of_other_users_are_left_alone(place: Path) -> None:
 
 CROWD = """
 import sys
-from fmu_tools import SPRING
-from strandspring import Spring, scratch
+from strandspring import scratch
 print("ready", flush=True)
 for _ in range(300):
     scratch._remove_abandoned.cache_clear()
