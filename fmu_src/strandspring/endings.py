@@ -20,7 +20,7 @@ _burst = [-math.inf]  # when the last signal came
 
 @contextmanager
 def handled_endings(handler: Callable[[int, FrameType | None], None]) -> Iterator[None]:
-    """Call a handler for signals that end the program, but for those it was told to ignore, as by `nohup`.
+    """Call a handler for the signals that end the program, except those that it was set to ignore, as by `nohup`.
 
     Signals that follow each other at once count as one: `timeout` sends two, and so do shells whose terminal is closed.
     Nothing happens outside the main thread, which alone handles signals.

@@ -12,6 +12,7 @@ import time
 import unicodedata
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, suppress
+from functools import lru_cache
 from pathlib import Path
 from typing import IO
 
@@ -199,13 +200,20 @@ def _refused_in_words(path: Path) -> Iterator[None]:
 
 def _remove_abandoned(folder: Path, stem: str) -> None:
     """Remove temporary files of a name whose programs were killed: nobody holds them any more."""
-    for path in folder.iterdir():
-        if path.name.startswith(stem) and path.name.endswith(f".{_PART}"):
+    for path in _parts(folder, int(time.monotonic() / _ABANDONED_AFTER)):
+        if path.name.startswith(stem):
             # Another program may be removing it, too.
             with suppress(OSError):
                 is_old = time.time() - path.lstat().st_mtime > _ABANDONED_AFTER
                 if is_old and not path.is_symlink() and not is_locked(path):
                     path.unlink()
+
+
+@lru_cache(maxsize=8)
+def _parts(folder: Path, minute: int) -> list[Path]:  # noqa: ARG001
+    """Temporary files in a folder, which is searched once a minute: thousands of files may be written into it."""
+    with os.scandir(folder) as entries:
+        return [folder / entry.name for entry in entries if entry.name.endswith(f".{_PART}")]
 
 
 def _sync_folder(folder: Path) -> None:

@@ -43,17 +43,18 @@ class TemporaryFolder:
     """
 
     def __init__(self, beside: Path | None = None) -> None:
+        place = "TMPDIR" if beside is None else str(beside)
         try:
             # Absolute, since the program may go to another folder.
-            place = Path(tempfile.gettempdir() if beside is None else beside).absolute()
-            _remove_abandoned(place)
+            folder = Path(tempfile.gettempdir() if beside is None else beside).absolute()
+            _remove_abandoned(folder)
             prefix = f"{'' if beside is None else '.'}{_NAME}{os.getpid()}-"
-            while not self._is_made(place / f"{prefix}{secrets.token_hex(4)}"):
+            while not self._is_made(folder / f"{prefix}{secrets.token_hex(4)}"):
                 pass
         except OSError as problem:
             remedy = "set TMPDIR to a folder that can be written" if beside is None else "choose another folder"
             raise StrandspringError(
-                f"No temporary folder can be made in {beside or 'the system'} ({problem.strerror}); {remedy}."
+                f"No temporary folder can be made in {place} ({problem.strerror or problem}); {remedy}."
             ) from None
 
     def _is_made(self, path: Path) -> bool:

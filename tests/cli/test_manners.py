@@ -250,6 +250,7 @@ def test_outputs_are_checked_before_work_begins(terminal: Terminal, open_folder:
         ("study mount.json --mass 5 -o out.PARQUET", ".csv"),
         ("synthesize spring mount.json -o record.mat", ".csv"),
         ("synthesize ni -o record.h5", ".csv"),
+        ("synthesize ni -o record.csv --clean clean.xlsx", ".csv"),
     ],
 )
 def test_a_name_that_promises_another_format_is_refused(terminal: Terminal, command: str, written: str) -> None:

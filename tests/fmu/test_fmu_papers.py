@@ -204,6 +204,11 @@ def test_the_command(
     findings = json.loads(terminal("verify", str(bad), str(fmu), "--json", status=1))["fmus"]
     assert [any(f["is_problem"] for f in one["findings"]) for one in findings] == [True, False]
     assert "edited.fmu must not be used: 'model.png' has been changed" in terminal.err
+    worse = edited(fmu, tmp_path, lambda c: c.update({"model.png": b"", "extra\x1b": b""}))
+    terminal("verify", str(worse), status=1)
+    assert terminal.err.splitlines()[-1].endswith(". It has 1 more problem.")
+    terminal("verify", "none\x1b.fmu", status=1)
+    assert "\x1b" not in terminal.err
     terminal("info", str(fmu), "--save", "back.json")
     assert load_model("back.json") == MODEL
     terminal("build", str(fmu), "-o", str(fmu.parent), status=2)

@@ -171,6 +171,12 @@ def test_absurd_standard_deviations_are_refused(place: int) -> None:
         JointCovariance.of(p, joint_of(p, deviations))
 
 
+def test_a_constant_selection_does_not_hide_a_reversed_force() -> None:
+    path = np.tile([0.0, 1.0, 2.0, 1.0], 5)
+    record = Record(path, -path, compared=path == 1.0)
+    assert correlation(record) == pytest.approx(-1.0)
+
+
 def test_no_correlation_is_beyond_1() -> None:
     phase = np.linspace(0.0, 8.0 * np.pi, 32)
     path = MEAN + AMPLITUDE * np.sin(phase) * phase / phase[-1]

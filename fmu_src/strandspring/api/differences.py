@@ -31,6 +31,7 @@ from ..kernel.path import PathSolver
 from ..loops.modelled import steady_loop_figures
 from ..modelfile import ModelFile
 from ..studies.spread import DRAWN, Spread
+from .text import AT_BOUND
 
 LEVEL = 0.05  # error of all judgements together
 # Figures of loops: name, unit, words, and whether a difference is given as a share of A's figure and judged.
@@ -44,7 +45,6 @@ _NORMAL_90 = NormalDist().inv_cdf(0.95)
 # Factor on standard deviations: what the choice of degrees and starts from noisy records adds, measured on pairs of
 # records of one spring, whose z passed 1.96 in 9 instead of 5 of 100 cases without it.
 _OF_CHOICE = 1.15
-_AT_BOUND = 1.001  # an end of an interval that is less than this times a bound is the bound itself
 _MOST_LOG = 700.0  # whose exponential is still a number
 _RANK = 1e-9  # eigenvalue of the correlation of the logarithms up to which it counts as 0
 
@@ -269,7 +269,7 @@ def _unbounded(name: str, label: str, p: SpringParameters, uncertainty: Mapping[
     if ends is None:
         return f"{label} has no 95 % interval of it"
     low, high = ends
-    if name == "sigma" and low is not None and low <= SIGMA_RANGE[0] * _AT_BOUND:
+    if name == "sigma" and low is not None and low <= SIGMA_RANGE[0] * AT_BOUND:
         low = None  # no spring has less
     if uncertainty.get(name) is None:
         side = "" if high is None else f", < {high:.3g} (95 %)"

@@ -11,7 +11,7 @@ from ..identification.figures import RecordFit
 from ..identification.prediction_interval import PredictionInterval
 from .caution_text import printable
 
-_AT_BOUND = 1.001  # an end of an interval that is less than this times a bound is the bound itself
+AT_BOUND = 1.001  # an end of an interval that is less than this times a bound is the bound itself
 
 
 def counted(count: int, noun: str) -> str:
@@ -99,7 +99,7 @@ def _error(name: str, uncertainty: dict[str, Any]) -> str:
     intervals = uncertainty.get("interval_95") or {}
     if name in intervals:
         low, high = intervals[name]
-        if name == "sigma" and low is not None and low <= SIGMA_RANGE[0] * _AT_BOUND:
+        if name == "sigma" and low is not None and low <= SIGMA_RANGE[0] * AT_BOUND:
             low = None  # no spring has less
         if low is None and high is None:
             return "not bounded by these records"

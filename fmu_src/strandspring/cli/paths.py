@@ -20,6 +20,8 @@ _PROMISES = frozenset(
         ".xlsx", ".xml", ".zip",
     )
 )  # fmt: skip
+# Options whose ending does not choose the format.
+_OF_ONE_FORMAT = {"--output", "--save", "--clean"}
 
 
 class FileOfFormat(click.types.StringParamType):
@@ -53,7 +55,7 @@ def refuse_overwriting(
     ----------
     inputs : iterable of paths
     outputs : mapping            Path of each option; None where nothing is written.
-    ending : str or None         With the dot, of what is written as the first output; None if it may be anything.
+    ending : str or None         With the dot, of what --output, --save and --clean write; None if it may be anything.
 
     Raises
     ------
@@ -74,9 +76,11 @@ def refuse_overwriting(
         written[option] = path
     for path in written.values():
         refuse_unwritable(Path(path))
-    option, path = next(iter(outputs.items()))
-    if None not in (ending, path) and Path(str(path)).suffix.lower() in _PROMISES - {ending}:
-        raise click.UsageError(f"{option} {path} would be written as {ending}; give a name that ends in {ending}.")
+    for option in sorted(_OF_ONE_FORMAT & written.keys()):
+        if ending is not None and Path(written[option]).suffix.lower() in _PROMISES - {ending}:
+            raise click.UsageError(
+                f"{option} {written[option]} would be written as {ending}; give a name that ends in {ending}."
+            )
 
 
 def _is_same_file(one: str | Path, other: str | Path) -> bool:

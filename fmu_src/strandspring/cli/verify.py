@@ -7,7 +7,9 @@ from dataclasses import asdict
 
 import click
 
+from ..api.text import counted
 from ..api.verifying import verify as verified
+from ..files import readable
 from .output import note, result, result_json, working
 
 
@@ -38,6 +40,6 @@ def verify(fmus: tuple[str, ...], as_json: bool) -> None:
     problems = [(each.path, finding) for each in found for finding in each.problems]
     if problems:
         fmu, first = problems[0]
-        more = f" ({len(problems) - 1} more)" if len(problems) > 1 else ""
-        note(f"strandspring: {fmu} must not be used: {first.text}{more}")
+        more = f" It has {counted(len(problems) - 1, 'more problem')}." if len(problems) > 1 else ""
+        note(readable(f"strandspring: {fmu} must not be used: {first.text}{more}"))
         sys.exit(1)

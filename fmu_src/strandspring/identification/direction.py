@@ -72,11 +72,13 @@ def correlation(record: Record) -> float:
     """
     x, r = record.displacement, record.force
     whole = _correlation(x, r)
-    return whole if record.compared is None else max(whole, _correlation(x[record.compared], r[record.compared]))
+    if record.compared is None:
+        return whole
+    return max(whole, _correlation(x[record.compared], r[record.compared], otherwise=whole))
 
 
-def _correlation(x: FloatArray, r: FloatArray) -> float:
-    """Correlation of two series; 0 where one is constant, or there is none."""
+def _correlation(x: FloatArray, r: FloatArray, otherwise: float = 0.0) -> float:
+    """Correlation of two series; another value where one is constant, or they are empty."""
     if x.size == 0 or not (np.ptp(x) and np.ptp(r)):
-        return 0.0
+        return otherwise
     return float(np.corrcoef(x, r)[0, 1])

@@ -15,7 +15,7 @@ class Outcome(Enum):
         "The displacement does not go back and forth over one full range; record at least one whole cycle."
     )
     UNDERSAMPLED = (
-        "The displacement changes from sample to sample as much as noise would, so its strokes cannot be told from "
+        "The displacement changes between samples as much as noise would, so strokes cannot be distinguished from "
         "noise; sample at least 12 times per cycle, or, if it is noise, check the column and the sensor."
     )
     TOO_LITTLE_LEFT = (
