@@ -278,7 +278,8 @@ class MountedSystem:
         if not all(abs(g) <= 1e4 for g in self.gravity):
             raise MountedSystemError(f"`gravity` must be finite and within +-1e4 [m/s^2], got {self.gravity!r}.")
         numbers = range(len(self.bodies))
-        for part in (*self.mounts, *self.points):
+        parts: tuple[Mount | Point, ...] = (*self.mounts, *self.points)
+        for part in parts:
             if part.body not in numbers:
                 raise MountedSystemError(f"{part.name} must belong to one of the bodies, got number {part.body}.")
         for mount in self.mounts:
