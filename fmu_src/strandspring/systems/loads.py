@@ -1,7 +1,7 @@
 """What shakes a system: channels of base motion and of forces on bodies, as averages over time steps.
 
-An average over a step is taken of the signal itself, so that a discontinuity of a pulse costs no accuracy and a measured
-acceleration is never integrated twice.
+An average over a step is taken of the signal itself, so that a discontinuity of a pulse costs no accuracy and a
+measured acceleration is never integrated twice.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
 """Rigid bodies on hysteretic mounts, as they stand in the nominal pose.
 
 Places and directions are given in one frame, which is fixed to the base; in the nominal pose the frame of each body is
-parallel to it. An axis of a mount is fixed to what the mount stands on, the base or another body, and its displacement is
-how far the body's place of the mount has moved along it relative to that.
+parallel to it. An axis of a mount is fixed to what the mount stands on, the base or another body, and its displacement
+is how far the body's place of the mount has moved along it relative to that.
 """
 
 from __future__ import annotations
@@ -85,13 +85,13 @@ class RigidBody:
         least, middle, largest = np.linalg.eigvalsh(inertia).tolist()
         if not least > 0.0:
             raise MountedSystemError(
-                f"No body has the inertia tensor of {self.name}: its principal moments {least:.6g}, {middle:.6g} and "
-                f"{largest:.6g} kg m^2 must be > 0; check the signs of the products of inertia, xy = -(integral of x*y dm)."
+                f"No body has the inertia tensor of {self.name}: its principal moments {least:.6g}, {middle:.6g} "
+                f"and {largest:.6g} kg m^2 must be > 0; check the signs of the products, xy = -(integral of x*y dm)."
             )
         if largest > (1.0 + _ROUNDING) * (least + middle):
             raise MountedSystemError(
-                f"No body has the inertia tensor of {self.name}: of its principal moments {least:.6g}, {middle:.6g} and "
-                f"{largest:.6g} kg m^2 the largest must not exceed the sum of the others; check them and the products."
+                f"No body has the inertia tensor of {self.name}: of its principal moments {least:.6g}, {middle:.6g} "
+                f"and {largest:.6g} kg m^2 the largest must not exceed the sum of the others; check them and the products."
             )
 
     @property
@@ -187,8 +187,8 @@ class MountAxis:
             raise MountedSystemError(f"`damping` must be finite and >= 0 [N s/m], got {self.damping!r}.")
         if not self.spring.displacement_min <= self.nominal <= self.spring.displacement_max:
             raise MountedSystemError(
-                f"In the nominal pose a spring of {self.model or 'a mount'} is at {1e3 * self.nominal:.6g} mm, outside its "
-                f"identified range of {1e3 * self.spring.displacement_min:.6g} to "
+                f"In the nominal pose a spring of {self.model or 'a mount'} is at {1e3 * self.nominal:.6g} mm, outside "
+                f"its identified range of {1e3 * self.spring.displacement_min:.6g} to "
                 f"{1e3 * self.spring.displacement_max:.6g} mm; use another preload or a record that reaches it."
             )
 
