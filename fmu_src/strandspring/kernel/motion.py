@@ -30,7 +30,9 @@ class MotionFigures:
     Attributes
     ----------
     steps : int                           Done; fewer than asked for if the motion diverged.
-    of_points, of_axes, of_bodies : ndarray   Shapes (P, 18), (A, 10), (B, 2).
+    of_points : ndarray, shape (P, 18)
+    of_axes : ndarray, shape (A, 10)
+    of_bodies : ndarray, shape (B, 2)
     energies : ndarray, shape (9,)        [J].
     accelerations, sway : ndarray or None   Shape (rows, P, 3) [m/s^2], [m].
     displacements, forces : ndarray or None   Shape (rows, A) [m], [N].
@@ -143,7 +145,7 @@ class MotionSolver:
         record[8:] = stride, settled
         steps = library().motion_run(address(system), state.address, count, step, address(values), address(record))
         of_points, of_axes, of_bodies = figures
-        kept = [course[: steps // stride + 1] for course in courses] or [None] * 4
+        kept = [course[: steps // stride + 1] for course in courses]
         return MotionFigures(int(steps), of_points, of_axes, of_bodies, energies, *kept)
 
     def _system(self, channels: FloatArray) -> NDArray[np.uint64]:

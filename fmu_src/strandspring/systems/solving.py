@@ -9,7 +9,7 @@ import numpy as np
 from ..kernel.arrays import FloatArray
 from ..kernel.motion import CHANNEL, POINT, MotionSolver
 from .loads import Channel
-from .mounted import BASE, MountAxis, MountedSystem, Motion, RigidBody
+from .mounted import BASE, Motion, MountAxis, MountedSystem, RigidBody
 
 
 def solver(system: MountedSystem) -> MotionSolver:
