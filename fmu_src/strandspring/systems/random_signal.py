@@ -2,9 +2,10 @@
 
 x(t) = sum of a_k*cos(2*pi*k*t/T) + b_k*sin(2*pi*k*t/T), with independent Gaussian a_k, b_k whose variance is the
 integral of the density over the k-th band, of the width 1/T; T is a little longer than the duration. The sum is taken
-at ten times the highest frequency, and the signal is straight between these samples. That would lower the density by the
-factor sinc(f*dt)^4, by up to 6.4 %, so each term is divided by sinc(f*dt)^2: up to the highest frequency the density is
-the one asked for. What the straight lines add above it is less than 3e-4 of it, near multiples of the sampling rate.
+at ten times the highest frequency, and the signal is straight between these samples. That would lower the density by
+the factor sinc(f*dt)^4, by up to 6.4 %, so each term is divided by sinc(f*dt)^2: up to the highest frequency the
+density is the one asked for. What the straight lines add above, near multiples of the sampling rate, is less than 3e-4
+of it.
 """
 
 from __future__ import annotations

@@ -54,7 +54,7 @@ class RecordedSignal:
             number = int(faults[0])
             raise MountedSystemError(
                 f"The times of a record must rise, but sample {number + 2} at {float(self.time[number + 1])!r} s "
-                f"follows {float(self.time[number])!r} s; leave repeated samples out and join records one after the other."
+                f"follows {float(self.time[number])!r} s; leave repeated samples out."
             )
 
     @cached_property
