@@ -14,6 +14,7 @@
 #include "balance.c"
 #include "generalised.c"
 #include "shock.c"
+#include "motion.c"
 
 /* Bytes of a table and of a law, for memory that is aligned to 8 bytes. */
 size_t kernel_table_size(void)
