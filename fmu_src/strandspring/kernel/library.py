@@ -40,6 +40,10 @@ _FUNCTIONS = {
     ),
     "generalised_path": (None, (c_size_t, c_void_p, c_double, c_double, c_void_p, c_void_p)),
     "spring_steady": (None, (c_void_p, c_size_t, c_void_p, c_int, c_void_p, c_void_p)),
+    "motion_sizes": (None, (c_void_p,)),
+    "motion_begin": (None, (c_void_p, c_void_p, c_void_p, c_void_p, c_void_p, c_void_p)),
+    "motion_rest": (c_int, (c_void_p, c_void_p, c_void_p, c_void_p, c_void_p, c_void_p)),
+    "motion_run": (c_size_t, (c_void_p, c_void_p, c_size_t, c_double, c_void_p, c_void_p)),
 }  # fmt: skip
 
 

@@ -91,7 +91,7 @@ class RigidBody:
         if largest > (1.0 + _ROUNDING) * (least + middle):
             raise MountedSystemError(
                 f"No body has the inertia tensor of {self.name}: of its principal moments {least:.6g}, {middle:.6g} "
-                f"and {largest:.6g} kg m^2 the largest must not exceed the sum of the others; check them and the products."
+                f"and {largest:.6g} kg m^2 the largest must not exceed the sum of the others; check them all."
             )
 
     @property

@@ -13,6 +13,7 @@
 #include "linear.c"
 #include "balance.c"
 #include "generalised.c"
+#include "motion.c"
 
 /* Bytes of a table and of a law, for memory that is aligned to 8 bytes. */
 size_t kernel_table_size(void)
