@@ -83,7 +83,7 @@ class ReferenceMotion:
     omega: FloatArray  # (K, A)
     force: FloatArray  # f of the axes, (K, A) [N]
     acceleration: FloatArray  # of the points, not relative to the base, (K, Q, 3) [m/s^2]
-    absorbed: FloatArray  # integral of f over d, (K, A) [J]
+    absorbed: FloatArray  # integral of f without the damper's force over d, (K, A) [J]
     momentum: FloatArray  # angular, about the centres of gravity, in axes that do not turn, (K, N, 3) [N m s]
     kinetic: FloatArray  # energy of the bodies relative to the origin of the base, (K, N) [J]
     kinks: int  # places where the solver started anew
@@ -236,7 +236,7 @@ class _Equations:
         result[self.size : self.size + 4] = _quaternion_rate(z[self.size : self.size + 4], pose.W[-1])
         rest = result[self.size + 4 :]
         rest[: self.count] = self.springs.omega_rate(d_rate / self.series, directions, pose.omega)
-        rest[self.count :] = f * d_rate
+        rest[self.count :] = (f - self.damping * d_rate) * d_rate
         return result
 
     def kinks(self, t: float, z: FloatArray) -> FloatArray:
