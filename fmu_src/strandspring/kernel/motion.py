@@ -17,8 +17,8 @@ from .library import library
 from .path import Law
 
 # Numbers of each structure of motion.h.
-BODY, MOUNT, AXIS, POINT, CHANNEL = 41, 10, 10, 4, 8
-_BODY_STATE, _REACH, _AXIS_STATE, _STATE = 31, 12, 15, 14
+BODY, MOUNT, AXIS, POINT, CHANNEL = 42, 10, 10, 4, 8
+_BODY_STATE, _REACH, _AXIS_STATE, _STATE = 31, 12, 13, 16
 _SYSTEM, _RECORD = 10, 10
 OF_POINT, OF_AXIS, OF_BODY, ENERGIES = 18, 10, 2, 9
 
@@ -54,7 +54,7 @@ class MotionSolver:
 
     Parameters
     ----------
-    bodies : array_like, shape (B, 41)    MotionBody of motion.h.
+    bodies : array_like, shape (B, 42)    MotionBody of motion.h.
     mounts : array_like, shape (M, 10)    MotionMount.
     springs : sequence of SpringParameters   Of each axis.
     axes : array_like, shape (A, 10)      MotionAxis without its law.
