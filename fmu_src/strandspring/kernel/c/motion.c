@@ -57,7 +57,12 @@ static void velocity_between(
     add3(velocity, -1.0, of_support);
 }
 
-/* Reach of all mounts, direction of the axes that move, displacement of all axes. */
+void motion_set_directions(const MotionSystem *system, MotionState *state)
+{
+    for (size_t a = 0; a < system->axes; a++)
+        memcpy(state->axis[a].direction, system->axis[a].direction, sizeof state->axis[a].direction);
+}
+
 void motion_place_axes(const MotionSystem *system, MotionState *state, double *displacements)
 {
     for (size_t m = 0; m < system->mounts; m++) {
@@ -69,8 +74,6 @@ void motion_place_axes(const MotionSystem *system, MotionState *state, double *d
             double *direction = state->axis[a].direction;
             if (mount->support >= 0.0)
                 turn3(state->body[(int)mount->support].rotation, system->axis[a].direction, direction);
-            else
-                memcpy(direction, system->axis[a].direction, 3 * sizeof *direction);
             displacements[a] = dot3(direction, reach->between);
         }
     }
@@ -416,6 +419,7 @@ void motion_begin(
     state->damped = state->gravity_work = state->base_work = state->load_work = state->exchanged = 0.0;
     memcpy(state->gravity, gravity, sizeof state->gravity);
     state->has_dampers = state->has_loads = 0.0;
+    motion_set_directions(system, state);
     for (size_t a = 0; a < system->axes; a++)
         if (system->axis[a].damping != 0.0)
             state->has_dampers = 1.0;

@@ -5,7 +5,10 @@
 #include "motion.h"
 #include "vectors.h"
 
-/* Reach of all mounts, direction and displacement of all axes in the pose of the bodies. */
+/* Directions of the axes in the nominal pose, which those on the base keep. */
+SPRING_LOCAL void motion_set_directions(const MotionSystem *system, MotionState *state);
+
+/* Reach of all mounts, direction of the axes on bodies, and displacement of all axes in the pose of the bodies. */
 SPRING_LOCAL void motion_place_axes(const MotionSystem *system, MotionState *state, double *displacements);
 
 SPRING_LOCAL double motion_stop_force(const MotionAxis *axis, double displacement);

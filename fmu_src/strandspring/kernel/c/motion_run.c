@@ -5,13 +5,19 @@
 /* Of a point: the squares of the sizes of acceleration and way from the beginning, then the components of both. */
 enum { WATCHED = 8 };
 
+typedef struct {
+    double now[4][MOTION_AXES], low[2][MOTION_AXES], high[4][MOTION_AXES];
+    double forces[MOTION_AXES][2]; /* the last two values */
+} WatchedAxes;
+
 /* `time` of this and the two values before; no motion is smooth where a part of a step ends at a turn. */
 typedef struct {
     double time[3];
     int is_sharp, was_sharp;
     double accelerations[3 * MOTION_POINTS], sway[3 * MOTION_POINTS], start[3 * MOTION_POINTS];
     double turn[MOTION_BODIES][4];
-    double points[MOTION_POINTS][WATCHED][2], forces[MOTION_AXES][2]; /* the last two values */
+    double points[MOTION_POINTS][WATCHED][2]; /* the last two values */
+    WatchedAxes axes;
 } Watch;
 
 /* Takes a value; where the one before is the greatest of three, and so far, the vertex of the parabola through them is. */
@@ -66,18 +72,32 @@ static void watch_points(
     }
 }
 
-static void watch_axes(const MotionSystem *system, const MotionState *state, Watch *watched, double *of_axes)
+/* Of all axes, an array for each quantity, whose loops the compiler turns into few instructions. */
+static void watch_axes(const MotionSystem *system, const MotionState *state, Watch *watched)
 {
-    for (size_t a = 0; a < system->axes; a++) {
+    size_t axes = system->axes;
+    WatchedAxes *of = &watched->axes;
+    double *displacement = of->now[0], *omega = of->now[1], *rate = of->now[2], *force = of->now[3];
+    for (size_t a = 0; a < axes; a++) {
         const MotionAxisState *own = state->axis + a;
-        double *found = of_axes + MOTION_OF_AXIS * a, at;
-        double displacement = own->memory.displacement, omega = own->memory.omega, rate = fabs(own->rate);
-        found[0] = displacement < found[0] ? displacement : found[0];
-        found[1] = displacement > found[1] ? displacement : found[1];
-        watch(watched, watched->forces[a], fabs(own->force), found + 2, &at);
-        found[3] = omega < found[3] ? omega : found[3];
-        found[4] = omega > found[4] ? omega : found[4];
-        found[7] = rate > found[7] ? rate : found[7];
+        displacement[a] = own->memory.displacement;
+        omega[a] = own->memory.omega;
+        rate[a] = fabs(own->rate);
+        force[a] = fabs(own->force);
+    }
+    for (size_t a = 0; a < axes; a++) {
+        of->low[0][a] = displacement[a] < of->low[0][a] ? displacement[a] : of->low[0][a];
+        of->high[0][a] = displacement[a] > of->high[0][a] ? displacement[a] : of->high[0][a];
+    }
+    for (size_t a = 0; a < axes; a++) {
+        of->low[1][a] = omega[a] < of->low[1][a] ? omega[a] : of->low[1][a];
+        of->high[1][a] = omega[a] > of->high[1][a] ? omega[a] : of->high[1][a];
+    }
+    for (size_t a = 0; a < axes; a++)
+        of->high[2][a] = rate[a] > of->high[2][a] ? rate[a] : of->high[2][a];
+    for (size_t a = 0; a < axes; a++) {
+        double at;
+        watch(watched, of->forces[a], force[a], of->high[3] + a, &at);
     }
 }
 
@@ -147,9 +167,10 @@ static void begin_record(const MotionSystem *system, const MotionState *state, W
     for (size_t b = 0; b < system->bodies; b++)
         memcpy(watched->turn[b], state->body[b].turn, sizeof watched->turn[b]);
     for (size_t a = 0; a < system->axes; a++) {
-        double *found = record->of_axes + MOTION_OF_AXIS * a;
-        found[0] = found[1] = found[6] = state->axis[a].memory.displacement;
-        found[3] = found[4] = state->axis[a].memory.omega;
+        const SpringMemory *memory = &state->axis[a].memory;
+        record->of_axes[MOTION_OF_AXIS * a + 6] = memory->displacement;
+        watched->axes.low[0][a] = watched->axes.high[0][a] = memory->displacement;
+        watched->axes.low[1][a] = watched->axes.high[1][a] = memory->omega;
     }
     record->energies[0] = kinetic_energy(system, state);
     record->energies[4] = -stop_energy(system, state);
@@ -175,7 +196,7 @@ static void add_means(const MotionSystem *system, const MotionState *state, cons
 }
 
 static void end_record(
-    const MotionSystem *system, const MotionState *state, size_t steps, MotionRecord *record)
+    const MotionSystem *system, const MotionState *state, const Watch *watched, size_t steps, MotionRecord *record)
 {
     double per_step = 1.0 / (double)(steps > 0 ? steps : 1), absorbed = 0.0;
     for (size_t p = 0; p < system->points; p++) {
@@ -188,6 +209,12 @@ static void end_record(
     for (size_t a = 0; a < system->axes; a++) {
         double *found = record->of_axes + MOTION_OF_AXIS * a;
         const MotionAxis *axis = system->axis + a;
+        found[0] = watched->axes.low[0][a];
+        found[1] = watched->axes.high[0][a];
+        found[2] = watched->axes.high[3][a];
+        found[3] = watched->axes.low[1][a];
+        found[4] = watched->axes.high[1][a];
+        found[7] = watched->axes.high[2][a];
         found[5] = axis->parallel * axis->series * spring_absorbed_energy(axis->law, &state->axis[a].memory);
         found[8] *= per_step;
         found[9] *= per_step;
@@ -216,7 +243,7 @@ size_t motion_run(
     for (size_t c = 0; c < system->channels; c++)
         end[c] = count > 0 ? values[c * count] : 0.0;
     watch_points(system, state, end, &watched, record->of_points);
-    watch_axes(system, state, &watched, record->of_axes);
+    watch_axes(system, state, &watched);
     write_row(system, state, &watched, 0, record);
     for (; k < count; k++) {
         /* Of a force from outside the accelerations show its course between the averages of the steps. */
@@ -237,7 +264,7 @@ size_t motion_run(
                 loads[c] = begin[c] + share * (end[c] - begin[c]);
             advance_watch(&watched, time, left > 0.0);
             watch_points(system, state, loads, &watched, record->of_points);
-            watch_axes(system, state, &watched, record->of_axes);
+            watch_axes(system, state, &watched);
             watch_bodies(system, state, time, &watched, record->of_bodies);
         }
         if (k >= record->settled) {
@@ -248,6 +275,6 @@ size_t motion_run(
             write_row(system, state, &watched, (k + 1) / record->stride, record);
     }
 diverged:
-    end_record(system, state, averaged, record);
+    end_record(system, state, &watched, averaged, record);
     return k;
 }
