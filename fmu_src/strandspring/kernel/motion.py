@@ -48,9 +48,15 @@ class MotionFigures:
     displacements: FloatArray | None = None
     forces: FloatArray | None = None
 
+    def first_row(self) -> tuple[FloatArray, FloatArray]:
+        """Displacements and forces at the beginning, of a run with histories."""
+        if self.displacements is None or self.forces is None:
+            raise ValueError("The run kept no histories.")
+        return self.displacements[0], self.forces[0]
+
 
 class MotionSolver:
-    """Rest and motion of bodies on mounts. Its calls release the interpreter's lock and can run in any number of threads.
+    """Rest and motion of bodies on mounts; its calls release the interpreter's lock and may run in many threads.
 
     Parameters
     ----------

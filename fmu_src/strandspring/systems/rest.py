@@ -1,7 +1,7 @@
-"""Static equilibrium of bodies on hysteretic mounts, which depends on where in their loops the springs have come to rest.
+"""Static equilibrium of bodies on hysteretic mounts; it depends on where in their loops the springs came to rest.
 
-`omega` of a spring at rest is between -1 and 1 and unknown. Three poses bound it: all springs loaded from below (omega =
-sgn of the static force), midway (0), and unloaded from above (-sgn of the static force).
+`omega` of a spring at rest is between -1 and 1 and unknown. Three poses bound it: all springs loaded from below (omega
+= sgn of the static force), midway (0), and unloaded from above (-sgn of the static force).
 """
 
 from __future__ import annotations
@@ -25,7 +25,8 @@ class RestPose:
     Attributes
     ----------
     share : float                       omega of every spring is the share times the sign of its static force.
-    pose : ndarray, shape (B, 7)        Displacement of each centre of gravity from the nominal pose [m], unit quaternion.
+    pose : ndarray, shape (B, 7)        Of each body: displacement of its centre of gravity from the nominal pose [m],
+                                        unit quaternion.
     omega : ndarray, shape (A,)         Of the springs of each axis.
     displacement : ndarray, shape (A,)  Of one spring of each axis [m].
     force : ndarray, shape (A,)         Of each axis, stops included [N].
@@ -88,13 +89,12 @@ def _rest(
     pose, unbalance, is_found = kernel.rest(gravity, omega, begin)
     if not is_found:
         raise MountedSystemError(
-            f"The bodies of {system.name or 'the system'} cannot rest on their mounts: forces of {unbalance:.3g} N remain "
-            "unbalanced wherever they are; use stiffer or more mounts, another preload, or axes in all directions."
+            f"The bodies of {system.name or 'the system'} cannot rest on their mounts: forces of {unbalance:.3g} N "
+            "remain unbalanced wherever they are; use stiffer or more mounts, another preload, or axes in all directions."
         )
     none = np.empty((0, 0))
     at = kernel.run(none.reshape(0, CHANNEL), none, 1.0, gravity, pose, omega, np.zeros(3), histories=True)
-    assert at.displacements is not None and at.forces is not None  # noqa: S101
-    return RestPose(share, pose, omega, at.displacements[0], at.forces[0])
+    return RestPose(share, pose, omega, *at.first_row())
 
 
 def _check_range(system: MountedSystem, found: RestPose) -> None:
@@ -103,6 +103,6 @@ def _check_range(system: MountedSystem, found: RestPose) -> None:
         if not spring.displacement_min <= displacement <= spring.displacement_max:
             raise MountedSystemError(
                 f"Mount {mount.name} rests at {1e3 * displacement:.6g} mm of {axis.model or 'a spring'}, outside its "
-                f"identified range of {1e3 * spring.displacement_min:.6g} to {1e3 * spring.displacement_max:.6g} mm; use "
-                "more or stiffer mounts, another preload, or a record that reaches it."
+                f"identified range of {1e3 * spring.displacement_min:.6g} to {1e3 * spring.displacement_max:.6g} mm; "
+                "use more or stiffer mounts, another preload, or a record that reaches it."
             )
