@@ -43,7 +43,7 @@ _MODULES = {
     "Jacobi": "masters",
     "Master": "coupling",
     "MeanForce": "iterative",
-    "Motion": "simulation",
+    "Motion": "coupled_motion",
     "Plant": "plants",
     "PrescribedMotion": "prescribed",
     "Response": "fmu_spring",
@@ -56,7 +56,7 @@ _MODULES = {
     "growth_factor": "stability",
     "largest_stable_step": "stability",
     "one_mass": "plants",
-    "simulate": "simulation",
+    "simulate": "coupled_motion",
     "simulate_fmu": "prescribed",
 }
 
