@@ -131,6 +131,7 @@ def kernel_motion(
     figures = kernel.run(
         channel_rows(system, case.channels), averages, step, gravity, pose, omegas, np.array(case.velocity),
         round(case.settling / step), 1 if every is None else round(every / step), histories=True,
+        edges=np.array([channel.signal.at(step * np.arange(count + 1)) for channel in case.channels]).reshape(-1, count + 1),
     )  # fmt: skip
     assert figures.steps == count
     before, after, absorbed, damped, in_stops, *works, exchanged = figures.energies.tolist()

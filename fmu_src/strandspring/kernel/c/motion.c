@@ -449,6 +449,8 @@ void motion_accelerations(
     const MotionSystem *system, const MotionState *state, const double *values, double *accelerations)
 {
     double force[MOTION_BODIES][3], torque[MOTION_BODIES][3], linear[MOTION_BODIES][3], angular[MOTION_BODIES][3];
+    double acceleration[3];
+    base_motion(system, values, 0.0, acceleration);
     if (state->has_loads != 0.0) {
         loads_of(system, state->body, values, force, torque);
     } else {
@@ -460,7 +462,12 @@ void motion_accelerations(
         const MotionBodyState *own = state->body + b;
         for (int i = 0; i < 3; i++)
             linear[b][i] = (own->force[i] + force[b][i]) / body->mass + state->gravity[i];
-        project(body->translations, body, linear[b]);
+        if (body->is_free == 0.0) {
+            /* Where it is held it moves with the base. */
+            add3(linear[b], -1.0, acceleration);
+            turn3(body->translations, linear[b], linear[b]);
+            add3(linear[b], 1.0, acceleration);
+        }
         memset(angular[b], 0, sizeof angular[b]);
         if (body->turns == 0.0)
             continue;

@@ -54,9 +54,9 @@ static const int GREATEST[WATCHED] = {0, 5, 2, 3, 4, 6, 7, 8};
 enum { TIME_OF_GREATEST = 1, MEANS = 9 };
 
 static void watch_points(
-    const MotionSystem *system, const MotionState *state, const double *loads, Watch *watched, double *of_points)
+    const MotionSystem *system, const MotionState *state, const double *values, Watch *watched, double *of_points)
 {
-    motion_accelerations(system, state, loads, watched->accelerations);
+    motion_accelerations(system, state, values, watched->accelerations);
     motion_sway(system, state, watched->sway);
     for (size_t p = 0; p < system->points; p++) {
         const double *acceleration = watched->accelerations + 3 * p;
@@ -234,25 +234,21 @@ static void end_record(
 }
 
 size_t motion_run(
-    const MotionSystem *system, MotionState *state, size_t count, double h, const double *values, MotionRecord *record)
+    const MotionSystem *system, MotionState *state, size_t count, double h, const double *averages, const double *edges,
+    MotionRecord *record)
 {
     Watch watched;
-    double now[MOTION_CHANNELS], begin[MOTION_CHANNELS], end[MOTION_CHANNELS] = {0.0}, loads[MOTION_CHANNELS];
+    double now[MOTION_CHANNELS], values[MOTION_CHANNELS] = {0.0};
     size_t k = 0, averaged = 0;
     begin_record(system, state, &watched, record);
     for (size_t c = 0; c < system->channels; c++)
-        end[c] = count > 0 ? values[c * count] : 0.0;
-    watch_points(system, state, end, &watched, record->of_points);
+        values[c] = edges[c * (count + 1)];
+    watch_points(system, state, values, &watched, record->of_points);
     watch_axes(system, state, &watched);
     write_row(system, state, &watched, 0, record);
     for (; k < count; k++) {
-        /* Of a force from outside the accelerations show its course between the averages of the steps. */
-        for (size_t c = 0; c < system->channels; c++) {
-            const double *row = values + c * count;
-            now[c] = row[k];
-            begin[c] = end[c];
-            end[c] = k + 1 < count ? 0.5 * (row[k] + row[k + 1]) : row[k];
-        }
+        for (size_t c = 0; c < system->channels; c++)
+            now[c] = averages[c * count + k];
         size_t turns = system->axes + 1;
         for (double left = h; left > 0.0;) {
             double part = motion_part(system, state, now, left, &turns);
@@ -260,10 +256,12 @@ size_t motion_run(
                 goto diverged;
             left -= part;
             double share = 1.0 - left / h, time = h * ((double)k + share);
-            for (size_t c = 0; c < system->channels; c++)
-                loads[c] = begin[c] + share * (end[c] - begin[c]);
+            for (size_t c = 0; c < system->channels; c++) {
+                const double *edge = edges + c * (count + 1) + k;
+                values[c] = edge[0] + share * (edge[1] - edge[0]);
+            }
             advance_watch(&watched, time, left > 0.0);
-            watch_points(system, state, loads, &watched, record->of_points);
+            watch_points(system, state, values, &watched, record->of_points);
             watch_axes(system, state, &watched);
             watch_bodies(system, state, time, &watched, record->of_bodies);
         }
