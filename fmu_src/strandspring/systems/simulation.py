@@ -122,6 +122,12 @@ class Energies:
     load_work: float
     exchanged: float
 
+    @classmethod
+    def of(cls, found: MotionFigures) -> Energies:
+        """From what the kernel gives, in its order."""
+        before, after, absorbed, damped, stops, gravity, base, load, exchanged = found.energies.tolist()
+        return cls(before, after, absorbed, damped, stops, gravity, base, load, exchanged + before)
+
     @property
     def residual(self) -> float:
         """What the integration has generated [J]."""
@@ -280,7 +286,7 @@ def _run(
         if step is not None or 2 * count > MOST_STEPS or _is_within(fine, errors, tolerance):
             break
         coarse = fine
-    energies = Energies(*found.energies[:8].tolist(), float(found.energies[8] + found.energies[0]))
+    energies = Energies.of(found)
     if energies.relative_residual > _LARGEST_RESIDUAL:
         raise MountedSystemError(
             f"{case.name}: the energy balance is off by {100.0 * energies.relative_residual:.2g} % with steps of "
@@ -307,8 +313,9 @@ def run_once(
     )  # fmt: skip
     if found.steps < count:
         raise MountedSystemError(
-            f"{case.name}: the motion diverges {found.steps * step:.4g} s after its beginning, with steps of {step:.3g} s; "
-            "a spring whose force falls beyond its identified range may not stop the bodies: give stops or a shorter `step`."
+            f"{case.name}: the motion diverges {found.steps * step:.4g} s after its beginning, with steps of "
+            f"{step:.3g} s; a spring whose force falls beyond its identified range may not stop the bodies: give stops "
+            "or a shorter `step`."
         )
     return found
 
