@@ -18,7 +18,7 @@ from .path import Law
 
 # Numbers of each structure of motion.h.
 BODY, MOUNT, AXIS, POINT, CHANNEL = 42, 10, 10, 4, 8
-_BODY_STATE, _REACH, _AXIS_STATE, _STATE = 31, 12, 13, 16
+_BODY_STATE, _REACH, _AXIS_STATE, _STATE = 31, 12, 13, 22
 _SYSTEM, _RECORD = 10, 10
 OF_POINT, OF_AXIS, OF_BODY, ENERGIES = 18, 10, 2, 9
 
@@ -112,7 +112,7 @@ class MotionSolver:
     def run(
         self,
         channels: FloatArray,
-        averages: FloatArray,
+        values: FloatArray,
         step: float,
         gravity: FloatArray,
         pose: FloatArray,
@@ -121,14 +121,13 @@ class MotionSolver:
         settled: int = 0,
         stride: int = 1,
         histories: bool = False,
-        edges: FloatArray | None = None,
     ) -> MotionFigures:
-        """Motion from rest in a pose under channels given by their averages over the steps.
+        """Motion from rest in a pose under channel values that are averages over the steps.
 
         Parameters
         ----------
         channels : ndarray, shape (C, 8)    MotionChannel of motion.h.
-        averages : ndarray, shape (C, K)    Of each channel over each step.
+        values : ndarray, shape (C, K)      A step's average of each channel.
         step : float                        [s].
         gravity, velocity : ndarray, shape (3,)   [m/s^2]; of all bodies at the beginning [m/s].
         pose : ndarray, shape (B, 7)        At the beginning.
@@ -136,12 +135,9 @@ class MotionSolver:
         settled : int                       The step from which means are taken.
         stride : int                        Steps from row to row of the histories.
         histories : bool                    Whether they are wanted.
-        edges : ndarray or None, shape (C, K + 1)   Values of each channel between the steps, with which accelerations
-                                            are reckoned; the means of the averages on both sides if None.
         """
-        channels, averages = floats(channels), floats(averages)
-        count = averages.shape[1]
-        between = _edges(averages) if edges is None else floats(edges)
+        channels, values = floats(channels), floats(values)
+        count = values.shape[1]
         arrays = [floats(array) for array in (gravity, pose, omega, velocity)]
         system, state = self._system(channels), _State(self)
         library().motion_begin(address(system), state.address, *map(address, arrays))
@@ -153,9 +149,7 @@ class MotionSolver:
         record[:4] = [*map(address, figures), address(energies)]
         record[4 : 4 + len(courses)] = [address(course) for course in courses]
         record[8:] = stride, settled
-        steps = library().motion_run(
-            address(system), state.address, count, step, address(averages), address(between), address(record)
-        )
+        steps = library().motion_run(address(system), state.address, count, step, address(values), address(record))
         of_points, of_axes, of_bodies = figures
         kept = [course[: steps // stride + 1] for course in courses]
         return MotionFigures(int(steps), of_points, of_axes, of_bodies, energies, *kept)
@@ -167,14 +161,6 @@ class MotionSolver:
         system[:5] = [len(part) for part in parts]
         system[5:] = [address(part) for part in parts]
         return system
-
-
-def _edges(averages: FloatArray) -> FloatArray:
-    channels, count = averages.shape
-    if count == 0:
-        return np.zeros((channels, 1))
-    around = np.concatenate([averages[:, :1], averages, averages[:, -1:]], axis=1)
-    return floats(0.5 * (around[:, :-1] + around[:, 1:]))
 
 
 class _State:

@@ -15,7 +15,6 @@ from numpy.typing import ArrayLike
 from ..kernel.arrays import FloatArray, floats
 from .mounted import MountedSystemError
 
-_JUMP = 1e-12  # relative distance within which a time is that of a jump
 LARGEST_SIGNAL = 1e12  # whatever its unit
 DURATION_RANGE = (1e-9, 1e7)  # [s]
 
@@ -59,14 +58,9 @@ class StraightPieces:
         return float(self._area[-1])
 
     def at(self, time: ArrayLike) -> FloatArray:
-        """Its value at each time; at a jump, the one of larger magnitude."""
+        """Its value at each time; after a jump at the jump itself."""
         times = floats(time)
-        after, before = (self._side(times, side * _JUMP) for side in (1.0, -1.0))
-        return floats(np.where(np.abs(before) > np.abs(after), before, after))
-
-    def _side(self, times: FloatArray, side: float) -> FloatArray:
-        """Its value at each time on the piece that holds a time a little later or earlier."""
-        piece = np.searchsorted(self._ends, times * (1.0 + side) + side * _JUMP, side="right")
+        piece = np.searchsorted(self._ends, times, side="right")
         return floats(self._value[piece] + self._slope[piece] * (times - self._begin[piece]))
 
     def averages(self, step: float, count: int) -> FloatArray:

@@ -10,8 +10,6 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import Protocol
 
-from numpy.typing import ArrayLike
-
 from ..kernel.arrays import FloatArray
 from .mounted import Vector
 
@@ -30,10 +28,6 @@ class Signal(Protocol):
     @property
     def shortest(self) -> float:
         """The time over which it acts once [s]; a longer step blurs it."""
-        ...
-
-    def at(self, time: ArrayLike) -> FloatArray:
-        """Its value at each time [s]; where it jumps, the one of larger magnitude."""
         ...
 
     def averages(self, step: float, count: int) -> FloatArray:

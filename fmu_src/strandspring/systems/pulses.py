@@ -186,10 +186,6 @@ class VelocityStep:
         """Infinite: a step of any length takes it in."""
         return math.inf
 
-    def at(self, time: ArrayLike) -> FloatArray:
-        """0 at each time: what is not 0 has no length."""
-        return np.zeros_like(floats(time))
-
     def averages(self, step: float, count: int) -> FloatArray:
         """Its mean over each of `count` steps, shape (count,)."""
         means = np.zeros(count)

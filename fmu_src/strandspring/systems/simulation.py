@@ -315,12 +315,10 @@ def run_once(
     ------
     MountedSystemError   If the motion diverges.
     """
-    signals, times = [channel.signal for channel in case.channels], step * np.arange(count + 1)
-    averages = np.array([signal.averages(step, count) for signal in signals]).reshape(-1, count)
-    edges = np.array([signal.at(times) for signal in signals]).reshape(-1, count + 1)
+    averages = np.array([channel.signal.averages(step, count) for channel in case.channels]).reshape(-1, count)
     found = kernel.run(
         channel_rows(system, case.channels), averages, step, np.array(system.gravity), start.pose, start.omega,
-        np.array(case.velocity), min(int(case.settling / step), count - 1), _stride(count), histories, edges,
+        np.array(case.velocity), min(int(case.settling / step), count - 1), _stride(count), histories,
     )  # fmt: skip
     if found.steps < count:
         raise MountedSystemError(

@@ -85,7 +85,9 @@ typedef struct {
 } MotionReach;
 
 typedef struct {
-    double gravity[3], base_spin[3];
+    double gravity[3];
+    /* The base's angular velocity: its average over the step; at the end of what is left of the step; and its slope. */
+    double base_spin[3], end_spin[3], spin_slope[3];
     /* Since the beginning [J]: dissipated by dampers; work of gravity, of the base and of forces from outside; sum of the
      * absolute values of the latter two. */
     double damped, gravity_work, base_work, load_work, exchanged;
@@ -104,7 +106,7 @@ void motion_begin(
 /* One step of h [s] under channel values that are averages over it. Returns 0 if a displacement is beyond LARGEST_DISPLACEMENT. */
 SPRING_LOCAL int motion_step(const MotionSystem *system, MotionState *state, const double *values, double h);
 
-/* Absolute acceleration of each point [m/s^2], 3 each, under channel values; a body that is held moves with the base there. */
+/* Absolute acceleration of each point [m/s^2], 3 each, under channel values; what is held moves with the base. */
 SPRING_LOCAL void motion_accelerations(
     const MotionSystem *system, const MotionState *state, const double *values, double *accelerations);
 
@@ -139,12 +141,10 @@ typedef struct {
     size_t stride, settled;
 } MotionRecord;
 
-/* `count` steps of h. averages: over each step, a row of `count` for each channel. edges: at the beginning of each step and the
- * end of the last, a row of count + 1; accelerations are reckoned with these. Returns the number of steps done: fewer if the
- * motion diverges. */
+/* `count` steps of h; values: a row of `count` for each channel. Returns the number of steps done: fewer if the motion
+ * diverges. */
 size_t motion_run(
-    const MotionSystem *system, MotionState *state, size_t count, double h, const double *averages, const double *edges,
-    MotionRecord *record);
+    const MotionSystem *system, MotionState *state, size_t count, double h, const double *values, MotionRecord *record);
 
 /* Bytes of each of the eleven structures, in their order here, for those who fill them from another language. */
 void motion_sizes(size_t *bytes);
