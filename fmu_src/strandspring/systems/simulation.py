@@ -14,8 +14,8 @@ import numpy as np
 
 from ..kernel.arrays import FloatArray, floats
 from ..kernel.motion import MotionFigures, MotionSolver
-from .loads import LoadCase
-from .mounted import MountedSystem, MountedSystemError
+from .loads import ChannelKind, LoadCase
+from .mounted import Motion, MountedSystem, MountedSystemError
 from .rest import SHARES, RestPose, rest
 from .solving import channel_rows, solver
 from .stable_step import largest_stable_step
@@ -224,14 +224,30 @@ def simulate_case(
 
     Raises
     ------
-    MountedSystemError           If the bodies cannot rest, the step is too long, or the motion diverges.
+    MountedSystemError           If the bodies cannot rest or follow the base, the step is too long, or the motion
+                                 diverges.
     """
+    _check_case(system, case)
     kernel = solver(system)
     runs = [
         _run(system, kernel, case, rest(system, share, case.weightless, kernel), step, tolerance, histories)
         for share in dict.fromkeys(shares)
     ]
     return CaseResult(system, case, tuple(runs))
+
+
+def _check_case(system: MountedSystem, case: LoadCase) -> None:
+    """Refuse a base that turns where a body cannot: its axis or plane is fixed to the base."""
+    for channel in case.channels:
+        if channel.kind is not ChannelKind.BASE_ANGULAR_VELOCITY:
+            continue
+        for body in system.bodies:
+            along = abs(float(np.dot(body.direction, channel.direction)))
+            if body.motion is Motion.AXIS or (body.motion is Motion.PLANE and along < 1.0 - 1e-9):
+                raise MountedSystemError(
+                    f"{case.name}: the base turns, and {body.name} moves in its {body.motion.value} only; give the body all "
+                    "six degrees of freedom, or leave the turning out."
+                )
 
 
 def first_step(system: MountedSystem, case: LoadCase, start: RestPose, step: float | None = None) -> float:
