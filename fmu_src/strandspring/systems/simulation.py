@@ -245,8 +245,8 @@ def _check_case(system: MountedSystem, case: LoadCase) -> None:
             along = abs(float(np.dot(body.direction, channel.direction)))
             if body.motion is Motion.AXIS or (body.motion is Motion.PLANE and along < 1.0 - 1e-9):
                 raise MountedSystemError(
-                    f"{case.name}: the base turns, and {body.name} moves in its {body.motion.value} only; give the body "
-                    "all six degrees of freedom, or leave the turning out."
+                    f"{case.name}: the base turns, and {body.name} moves in its {body.motion.value} only; give "
+                    "it all six degrees of freedom, or leave the turning out."
                 )
 
 
