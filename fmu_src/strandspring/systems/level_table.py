@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -43,7 +44,7 @@ class LevelTable:
                     f"The level of point {number} of the table must be within [{_LEVEL_RANGE[0]:g}, "
                     f"{_LEVEL_RANGE[1]:g}], got {level!r}; end the table where nothing is asked for."
                 )
-        for number, (before, after) in enumerate(zip(self.points, self.points[1:], strict=False), start=2):
+        for number, (before, after) in enumerate(pairwise(self.points), start=2):
             if not after[0] > before[0]:
                 raise MountedSystemError(
                     f"The frequencies of a table must rise, but point {number} at {after[0]:g} Hz follows "

@@ -13,8 +13,9 @@ from ..kernel.arrays import FloatArray, floats
 from ..kernel.shock import largest_responses
 from .mounted import MountedSystemError
 
-# Natural frequency times sampling interval: beyond the first a caution, beyond the second a refusal. An extremum
-# between two samples is that of a cubic, whose error is up to (2*pi*f*dt)^4/384: 0.04 % and 1.6 %.
+# Natural frequency times sampling interval: beyond the first a caution, beyond the second a refusal. A signal that is
+# straight between its samples has lost a share 1 - sinc(f*dt)^2 of what it holds at f, 3.3 % and 19 %. An extremum of the
+# response between two samples is that of a cubic, with an error up to (2*pi*f*dt)^4/384, 0.04 % and 1.6 %.
 _COARSE, _COARSEST = 0.1, 0.25
 _LARGEST_SAMPLE = 1e12  # [m/s^2]
 MOST_FREQUENCIES = 100_000
@@ -107,11 +108,11 @@ def shock_spectrum(
     cautions: tuple[str, ...] = ()
     if coarse.size:
         largest = float(f.max())
-        error = (2.0 * math.pi * largest * interval) ** 4 / 384.0
+        lost = 1.0 - float(np.sinc(largest * interval)) ** 2 + (2.0 * math.pi * largest * interval) ** 4 / 384.0
         cautions = (
             f"The samples are coarse for {coarse.size} of the {f.size} natural frequencies, which are above a tenth of "
-            f"the sampling rate of {1.0 / interval:g} Hz: up to {largest:g} Hz the peaks between samples are uncertain "
-            f"by up to {100.0 * error:.2g} %; sample faster.",
+            f"the sampling rate of {1.0 / interval:g} Hz: the spectrum may be too low, at {largest:g} Hz by up to "
+            f"{100.0 * lost:.2g} %; sample faster.",
         )
     w = 2.0 * np.pi * f
     found = largest_responses(x, w * interval, damping, response is not Response.ACCELERATION)
