@@ -18,9 +18,9 @@ from strandspring.isolation.response import frequency_response
 from strandspring.isolation.system import Excitation, IsolatedMass, IsolationError, static_equilibrium
 from strandspring.joint import joint_names
 from strandspring.modelfile import ModelFile, save_model
+from strandspring.spread import DRAWN, Spread
 from strandspring.studies.definition import DONE, RunRow, Study, scaled
 from strandspring.studies.quantiles import FIGURES, Summaries
-from strandspring.studies.spread import DRAWN, Spread
 from studies import CHEAP, COMMAND, CORRELATION, ERRORS, SPREAD, SPRING, UNCERTAINTY
 from terminal import Terminal
 
