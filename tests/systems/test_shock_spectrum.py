@@ -187,7 +187,7 @@ def test_coarse_samples_are_cautioned_and_too_coarse_ones_refused() -> None:
         ([1.0], 0.001, [1.0], 0.05, "two samples or more"),
         ([1.0, math.nan], 0.001, [1.0], 0.05, "finite and within"),
         ([0.0, 1.0], math.nan, [1.0], 0.05, "interval between two samples"),
-        ([0.0, 1.0], 0.001, [0.0], 0.05, "natural frequencies > 0"),
+        ([0.0, 1.0], 0.001, [0.0], 0.05, "each >= 1e-06 Hz"),
         ([0.0, 1.0], 0.001, [], 0.05, "needs 1 to 100,000 natural frequencies"),
         ([0.0, 1.0], 0.001, [math.inf], 0.05, "beyond a quarter of the sampling rate"),
         ([0.0, 1.0], 0.001, [1.0], 1.0, r"share of critical damping within \[0, 1\), got 1.0"),

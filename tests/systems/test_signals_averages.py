@@ -103,7 +103,7 @@ def test_halving_the_step_does_not_change_the_signal(signal: Signal, step: float
     assert halves.reshape(-1, 2).mean(axis=1) == pytest.approx(whole, rel=1e-10, abs=1e-9)
 
 
-@pytest.mark.parametrize("soft_start", [0.0, 0.0133])
+@pytest.mark.parametrize("soft_start", [0.0, 1e-7, 0.0133])
 @pytest.mark.parametrize("step", [0.0003, 0.0031, 0.05])
 def test_averages_of_a_dwell(soft_start: float, step: float) -> None:
     def value(t: float) -> float:
@@ -168,7 +168,8 @@ def test_a_record_begins_at_its_first_sample_and_is_zero_or_held_after_its_last(
     ends, holds = RecordedSignal(time, value), RecordedSignal(time, value, is_held=True)
     assert ends.averages(0.5, 4) == pytest.approx([2.0, 2.5, 0.0, 0.0], rel=1e-14)
     assert holds.averages(0.5, 4) == pytest.approx([2.0, 2.5, 2.0, 2.0], rel=1e-14)
-    assert (ends.duration, ends.velocity_change, ends.shortest) == (1.0, 2.25, 0.5)
+    assert (ends.duration, ends.velocity_change, ends.shortest) == (1.0, 2.25, 1.0)
+    assert RecordedSignal(np.append(np.arange(20.0), 60.0), np.ones(21)).shortest == 10.0
     time[:] = value[:] = 0.0
     assert ends.at([0.0, 0.25, 0.5]) == pytest.approx([1.0, 2.0, 3.0])
     with pytest.raises(ValueError, match="read-only"):
@@ -204,12 +205,19 @@ def test_tables_of_levels() -> None:
     )
     edges = [10.0, 20.0, 35.0, 80.0, 400.0, 650.0, 1000.0, 3000.0]
     bends = [20.0, 80.0, 350.0, 700.0, 2000.0]
-    for (a, b), found in zip(pairwise(edges), np.diff(table.integral(edges)), strict=True):
+    for (a, b), found in zip(pairwise(edges), table.by_band(edges), strict=True):
         cuts = [max(a, 20.0), *(bend for bend in bends if a < bend < b and bend > 20.0), min(b, 2000.0)]
         expected = sum(quad(lambda f: float(table.at(f)), low, high)[0] for low, high in pairwise(cuts) if high > low)
         assert found == pytest.approx(expected, rel=1e-11, abs=1e-14)
     area = 0.5 * 60.0 * 0.05 + 0.04 * 270.0 + 14.0 * math.log(2.0)
-    assert float(table.integral(700.0)) == pytest.approx(area, rel=1e-13)
+    assert table.by_band([0.0, 700.0])[0] == pytest.approx(area, rel=1e-13)
+
+
+def test_steep_tables_lose_no_digits() -> None:
+    """The power of high bands is not a difference of large sums."""
+    table = LevelTable(((1.0, 1.0), (1e4, 1e-28)))  # level = f^-7
+    edges = np.geomspace(1.0, 1e4, 30)
+    assert table.by_band(edges) == pytest.approx(-np.diff(edges**-6.0) / 6.0, rel=1e-12)
 
 
 def test_a_sine_test_limited_by_displacement() -> None:
@@ -238,7 +246,9 @@ TIMES = np.array([0.0, 1.0, 1.0, 2.0])
         (lambda: TabulatedPulse(((-1.0, 1.0), (2.0, 1.0))), "got -1.0 s at point 1"),
         (lambda: TabulatedPulse(((1.0, 1.0), (1.0, 2.0))), "`duration` must be within"),
         (lambda: SineDwell(1.0, 0.0, 1.0), "The frequency of a sine dwell must be within"),
-        (lambda: SineDwell(1.0, 10.0, 1.0, 2.0), r"`soft_start` must be within \[0, 1\] s"),
+        (lambda: SineDwell(1.0, 1e4, 9.0).averages(1.0, 9), "takes in 1e\\+04 periods of a sine of up to 10000 Hz"),
+        (lambda: SineDwell(1.0, 10.0, 1.0, 2.0), "`soft_start` must be at most 1 s"),
+        (lambda: SineDwell(1.0, 10.0, 1.0, -1.0), "`soft_start` must be within"),
         (lambda: SineSweep(10.0, 30.0, 1.0, FLAT), "must cover the sweep from 10 to 30 Hz, but covers 10 to 20 Hz"),
         (lambda: SineSweep(10.0, 10.0, 1.0, FLAT), "use a dwell"),
         (lambda: SineSweep.at_octaves_per_minute(0.0, 10.0, 1.0, FLAT), "The first frequency of a sweep must be"),

@@ -66,9 +66,10 @@ def test_expected_largest_value() -> None:
     ("samples", "interval", "resolution", "message"),
     [
         (np.ones(100), 0.001, 5.0, "needs segments of 0.2 s within the history of 0.1 s"),
+        (np.ones(100), 0.001, math.nan, "The resolution of a power spectrum must be within"),
         (np.ones(100), 0.001, 500.0, "each of 8 samples or more"),
-        (np.ones(100), 0.0, 5.0, "must be finite and > 0, got 0.0 s"),
-        (np.full(100, np.nan), 0.001, 20.0, "a history of finite values"),
+        (np.ones(100), 0.0, 5.0, "interval between two samples must be within"),
+        (np.full(100, np.nan), 0.001, 20.0, "finite and within"),
     ],
 )
 def test_what_has_no_spectrum_is_refused(samples: np.ndarray, interval: float, resolution: float, message: str) -> None:
