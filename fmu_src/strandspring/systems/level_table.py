@@ -84,7 +84,7 @@ class LevelTable:
         area = _area(left, g[piece] * (left / f[piece]) ** slope[piece], slope[piece], right)
         band = np.searchsorted(bounds, left, side="right") - 1
         within = (band >= 0) & (band < bounds.size - 1)
-        return np.bincount(band[within], weights=area[within], minlength=bounds.size - 1)
+        return floats(np.bincount(band[within], weights=area[within], minlength=bounds.size - 1))
 
 
 def _area(f: FloatArray, g: FloatArray, slope: FloatArray, end: FloatArray) -> FloatArray:
