@@ -96,13 +96,12 @@ def mounted_systems(table: SystemTable, models: Models) -> tuple[tuple[str, Moun
         return ((AS_DESCRIBED, _system(table, bodies, points, {}, build, "")),)
     systems, axes = [], 0
     for k, candidate in enumerate(table.candidate):
-        for side, names in (("types", candidate.types), ("types", candidate.types.values())):
-            for name in names:
-                if name not in table.mount_type:
-                    with located("candidate", k, side):
-                        raise MountedSystemError(
-                            f"{quoted(name)} is not a mount type; {suggestion(name, list(table.mount_type))}"
-                        )
+        for name in (*candidate.types, *candidate.types.values()):
+            if name not in table.mount_type:
+                with located("candidate", k, "types"):
+                    raise MountedSystemError(
+                        f"{quoted(name)} is not a mount type; {suggestion(name, list(table.mount_type))}"
+                    )
         system = _system(
             table, bodies, points, candidate.types, build, f"candidate[{k + 1}] {quoted(candidate.name)}: "
         )
