@@ -294,7 +294,7 @@ RECORD = {"file": "base.csv", "columns": {"x": "ax"}}
 
 
 BAD: list[tuple[Callable[[Content], None], str]] = [
-    (change("boddy", to=[]), "'boddy' is not a key here; did you mean 'body'?"),
+    (change("boddy", to=[]), "'boddy' is not a key here; use 'body' if you mean that."),
     (change("format", to="x"), "format: must be 'strandspring-system', got 'x'."),
     (change("format_version", to=2), "format_version: must be 1, got 2; the file was written for a newer strandspring"),
     (change("name"), "name: is missing; add it."),
@@ -307,7 +307,7 @@ BAD: list[tuple[Callable[[Content], None], str]] = [
     (change(*BODY, "inertia", "xx", to=2.0), "No body has the inertia tensor of box"),
     (change(*BODY, "inertia", "xy", to=0.3), "No body has the inertia tensor of box"),
     (change(*BODY, "motion", to="five"), "body[1].motion: must be 'six', got 'five'."),
-    (change(*BODY, "motion", to={"plain": "z"}), "body[1].motion: 'plain' is not a key here; did you mean 'plane'?"),
+    (change(*BODY, "motion", to={"plain": "z"}), "body[1].motion: 'plain' is not a key here; use 'plane' if"),
     (change(*BODY, "motion", to=3), "must be 'six', { plane = normal } or { axis = direction }, got 3."),
     (change(*BODY, "name", to="base"), "body[1].name: 'base' is what mounts stand on"),
     (change(*BODY, "name", to="a\nb"), "body[1].name: must be a name of 1 to 80 printable characters"),
@@ -332,8 +332,8 @@ BAD: list[tuple[Callable[[Content], None], str]] = [
     (change(*AXIS, "parallel", to=0), "mount_type.corner.axes[1].parallel: must be >= 1, got 0."),
     (change(*AXIS, "parallel", to=1.5), "mount_type.corner.axes[1].parallel: must be a whole number, got 1.5."),
     (change(*AXIS, "damping", to="-3 N s/m"), "must be a damping coefficient >= 0, got '-3 N s/m'."),
-    (change("mount", 0, "type", to="cornre"), "mount[1].type: 'cornre' is not a mount type; did you mean 'corner'?"),
-    (change("mount", 0, "body", to="bok"), "mount[1].body: 'bok' is not a body; did you mean 'box'?"),
+    (change("mount", 0, "type", to="cornre"), "mount[1].type: 'cornre' is not a mount type; use 'corner'"),
+    (change("mount", 0, "body", to="bok"), "mount[1].body: 'bok' is not a body; use 'box' if you mean that."),
     (change("mount", 0, "on", to="floor"), "mount[1].on: 'floor' is not a body"),
     (change("mount", 0, "on", to="box"), "mount[1].on: must be 'base' or another body than 'box'."),
     (change("mount", 0, "place", to=[0, 0, 0]), "mount[1]: must have either `place` or `places`"),
@@ -349,9 +349,9 @@ BAD: list[tuple[Callable[[Content], None], str]] = [
     (change("mount", 0, "places", to=[[0.1, 0.1, 0.0]]), "no mount holds box against a rotation about an axis"),
     # Candidates, limits and runs.
     (change("candidate", to=[{"name": "a", "types": {"cornr": "foot"}}]), "candidate[1].types: 'cornr' is not a mount"),
-    (change("candidate", to=[{"name": "a", "types": {"corner": "feet"}}]), "type; there are 'corner', 'foot'."),
+    (change("candidate", to=[{"name": "a", "types": {"corner": "feet"}}]), "type; use one of 'corner', 'foot'."),
     (change("candidate", to=[{"name": "a"}, {"name": "a"}]), "candidate: 'a' is the name of 2 of them"),
-    (change("limits", "acceleration", to={"bord": 1}), "limits.acceleration: 'bord' is not a point; did you mean"),
+    (change("limits", "acceleration", to={"bord": 1}), "limits.acceleration: 'bord' is not a point; use"),
     (change("limits", "acceleration", to="15 mm"), "limits.acceleration: must be an acceleration such as '15 g'"),
     (change("limits", "stroke", to=1.5), "limits.stroke: must be <= 1, got 1.5."),
     (change("run", to={"rest_omega": 2}), "run.rest_omega: must be <= 1, got 2."),
@@ -396,7 +396,7 @@ BAD: list[tuple[Callable[[Content], None], str]] = [
         "column 2 'ax [g]': its unit must be an acceleration such as '15 g', got '1 mm', which is a length",
     ),
     (case_of(force={}), "case[1].force: must have one of `pulse`, `table` and `file`"),
-    (case_of(force={"body": "bx", "table": [[0, 0], [1, 1]]}), "'bx' is not a body; did you mean 'box'?"),
+    (case_of(force={"body": "bx", "table": [[0, 0], [1, 1]]}), "'bx' is not a body; use 'box' if you mean that."),
     (case_of(force={"table": [[1, 0], [0, 1]]}), "The times of a pulse by a table must be >= 0 and never fall"),
 ]  # fmt: skip
 
@@ -410,7 +410,7 @@ def test_mistakes_are_refused_in_one_sentence(folder: Path, damage: Callable[[Co
     text = str(caught.value)
     assert refusal in text
     assert text.startswith(str(folder / "system.toml"))
-    assert text.endswith((".", "?"))
+    assert text.endswith(".")
     assert "\n" not in text
     assert not any(word in text for word in ("pydantic", "Input should", "[type=", "Traceback", "=table", "=quantity"))
 
@@ -449,7 +449,7 @@ def test_two_bodies_that_drift_together_are_named(folder: Path) -> None:
     [
         ("a = [", "is not valid TOML"),
         ("a = nan", "numbers must be finite"),
-        ("a = " + "9" * 5000, "is not valid TOML"),
+        ("a = " + "9" * 5000, "an integer has too many digits"),
         ("a = " + "[" * 4000, "nested"),
         ("a = " + "[" * 100 + "]" * 100, "nested more than 60 levels deep"),
         (".".join(["a"] * 100_000) + " = 1", "dotted keys have more than 1000 parts"),

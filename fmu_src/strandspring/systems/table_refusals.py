@@ -67,7 +67,7 @@ def refusal(error: ValidationError) -> str:
     reason = _reason(problem["type"], context, value, problem["msg"])
     field = field_name(problem["loc"])
     text = f"{field}: {reason}" if field else reason
-    return text if text.endswith(("?", ".")) else f"{text}."
+    return text if text.endswith(".") else f"{text}."
 
 
 def _reason(kind: str, context: Mapping[str, Any], value: Any, own_message: str) -> str:
