@@ -40,8 +40,13 @@ def parse_toml(text: str) -> dict[str, Any]:
         content = tomllib.loads(text)
         _check_nesting(content)
         plain: dict[str, Any] = json.loads(json.dumps(content, default=str), parse_constant=_refuse_constant)
+    except tomllib.TOMLDecodeError:
+        raise
     except RecursionError:
         raise ValueError("lists or tables are nested too deeply") from None
+    except ValueError as problem:
+        # Python does not read integers of thousands of digits.
+        raise ValueError("an integer has too many digits" if "digits" in str(problem) else str(problem)) from None
     return plain
 
 

@@ -26,11 +26,11 @@ def suggestion(name: str, known: Sequence[str]) -> str:
     """What is meant by an unknown name, or what there is, as the end of a sentence."""
     near = get_close_matches(name[:_LONGEST_NAME], known, n=1)
     if near:
-        return f"did you mean {quoted(near[0])}?"
+        return f"use {quoted(near[0])} if you mean that."
     if not known:
-        return "there are none."
+        return "there are none, so remove it."
     more = f" and {len(known) - _LISTED} more" if len(known) > _LISTED else ""
-    return f"there are {', '.join(map(quoted, known[:_LISTED]))}{more}."
+    return f"use one of {', '.join(map(quoted, known[:_LISTED]))}{more}."
 
 
 class Table(BaseModel):
