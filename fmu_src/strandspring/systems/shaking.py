@@ -20,7 +20,7 @@ class Shaking:
     Parameters
     ----------
     kind : Excitation
-    direction : Vector        Of the motion or axis, or of a force, which turns with its body, in the nominal pose; a unit
+    direction : Vector        Of the motion or axis, or of a force that turns with its body, in the nominal pose; a unit
                               vector.
     about : Vector or None    A place of the axis about which the base turns [m]; None where it moves along `direction`.
                               Levels are then angles [rad] or angular accelerations [rad/s^2].
