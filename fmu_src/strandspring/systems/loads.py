@@ -25,6 +25,11 @@ class ChannelKind(Enum):
 class Signal(Protocol):
     """A function of time from 0 on."""
 
+    @property
+    def shortest(self) -> float:
+        """The time over which it acts once [s]; a longer step blurs it."""
+        ...
+
     def averages(self, step: float, count: int) -> FloatArray:
         """Its mean over each of `count` steps [k*step, (k + 1)*step], shape (count,)."""
         ...

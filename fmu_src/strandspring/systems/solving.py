@@ -56,7 +56,12 @@ def nominal_pose(system: MountedSystem) -> FloatArray:
 def _body(body: RigidBody) -> FloatArray:
     matrices = (body.translations, body.rotations, np.array(body.inertia), body.inverse_inertia)
     return np.concatenate(
-        [[body.mass], body.center, *(matrix.ravel() for matrix in matrices), [body.motion is not Motion.AXIS]]
+        [
+            [body.mass],
+            body.center,
+            *(matrix.ravel() for matrix in matrices),
+            [body.motion is not Motion.AXIS, body.motion is Motion.SIX],
+        ]
     )
 
 

@@ -13,7 +13,10 @@
 #include "linear.c"
 #include "balance.c"
 #include "generalised.c"
+#include "shock.c"
 #include "motion.c"
+#include "motion_rest.c"
+#include "motion_run.c"
 
 /* Bytes of a table and of a law, for memory that is aligned to 8 bytes. */
 size_t kernel_table_size(void)

@@ -31,7 +31,7 @@ typedef struct {
     double mass, center[3];
     double translations[9], rotations[9]; /* projectors on what is free */
     double inertia[9], inverse_inertia[9];
-    double turns; /* 0 if it cannot rotate */
+    double turns, is_free; /* 0 if it cannot rotate; 0 if anything is held */
 } MotionBody;
 
 /* Places on bodies are from their centres of gravity. `support` is -1 for the base. */
@@ -76,7 +76,6 @@ typedef struct {
 typedef struct {
     SpringMemory memory; /* of one spring */
     double displacement, rate, force;
-    double rate_before, mean_rate; /* at the beginning of the last step, and over it */
     double direction[3];
 } MotionAxisState;
 
@@ -90,6 +89,7 @@ typedef struct {
     /* Since the beginning [J]: dissipated by dampers; work of gravity, of the base and of forces from outside; sum of the
      * absolute values of the latter two. */
     double damped, gravity_work, base_work, load_work, exchanged;
+    double has_dampers, has_loads; /* 0 if there are none */
     MotionBodyState *body;
     MotionReach *reach; /* of each mount */
     MotionAxisState *axis;
