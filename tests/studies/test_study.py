@@ -90,7 +90,7 @@ def test_all_coefficients_are_drawn_jointly_where_the_model_file_has_them() -> N
     # The slope of FA alone makes it negative at one end or the other.
     root[4][4] = 1e9
     hardly_known = Spread.of(SPRING, content)
-    with pytest.raises(IsolationError, match="None of 1000 springs drawn from the model's uncertainty is physically"):
+    with pytest.raises(ModelError, match="None of 1000 springs drawn from the model's uncertainty is physically"):
         hardly_known.draw(SPRING, 0, 0)
 
 

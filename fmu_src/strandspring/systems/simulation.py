@@ -313,9 +313,9 @@ def run_once(
     )  # fmt: skip
     if found.steps < count:
         raise MountedSystemError(
-            f"{case.name}: the motion diverges {found.steps * step:.4g} s after its beginning, with steps of {step:.3g} "
-            "s; a spring whose force falls beyond its identified range may not stop the bodies: give stops or a shorter "
-            "`step`."
+            f"{case.name}: the motion diverges {found.steps * step:.4g} s after its beginning, with steps of "
+            f"{step:.3g} s; a spring whose force falls beyond its identified range may not stop the bodies: give stops "
+            "or a shorter `step`."
         )
     return found
 

@@ -36,6 +36,11 @@ def nominal_pose(system: MountedSystem) -> Pose:
     return np.zeros((count, 3)), np.broadcast_to(np.eye(3), (count, 3, 3)).copy()
 
 
+def gradients(system: MountedSystem, pose: Pose) -> FloatArray:
+    """First derivatives of the axes' displacements by displacement and rotation of each body, shape (M, 6B)."""
+    return _Axes.of(system, pose).gradients()
+
+
 @dataclass(frozen=True, eq=False)
 class SmallMotion:
     """Small motions in D free coordinates; B bodies, M axes of mounts in the order of `MountedSystem.axes`.

@@ -36,8 +36,8 @@
 
 A number is in SI units; a text carries its unit. The direction of an axis is where the body moves as the displacement
 of the spring grows. In the nominal pose each spring is where its elastic force is `preload`, 0 N if not given, or at
-the displacement `nominal`; displacements are those of the model file. Files are found from the folder of the description.
-The schema `models/strandspring-system.schema.json` lists all keys; messages count tables from 1.
+the displacement `nominal`; displacements are those of the model file. Files are found from the folder of the
+description. The schema `models/strandspring-system.schema.json` lists all keys; messages count tables from 1.
 """
 
 from __future__ import annotations

@@ -42,8 +42,8 @@ FORMAT, VERSION = "strandspring-system", 1
 
 
 def _kind_of_value(value: Any) -> str:
-    kinds: dict[type, str] = {dict: "table", list: "list", str: "text"}
-    return f"{TAG}{kinds.get(type(value), 'number')}"
+    kind = "table" if isinstance(value, dict) else "list" if isinstance(value, list) else "quantity"
+    return f"{TAG}{kind}"
 
 
 def _forms(message: str) -> Discriminator:
@@ -105,9 +105,7 @@ class BodyTable(Table):
     center: Place = Field((0.0, 0.0, 0.0), description="Centre of gravity in the nominal pose.")
     inertia: (
         Annotated[
-            Annotated[InertiaTable, Tag(f"{TAG}table")]
-            | Annotated[PositiveInertia, Tag(f"{TAG}number")]
-            | Annotated[PositiveInertia, Tag(f"{TAG}text")],
+            Annotated[InertiaTable, Tag(f"{TAG}table")] | Annotated[PositiveInertia, Tag(f"{TAG}quantity")],
             _forms("must be a table with xx, yy and zz, or for motion in a plane a moment about its normal"),
         ]
         | None
@@ -197,17 +195,14 @@ class LimitsTable(Table):
     acceleration: (
         Annotated[
             Annotated[dict[str, PositiveAcceleration], Tag(f"{TAG}table")]
-            | Annotated[PositiveAcceleration, Tag(f"{TAG}number")]
-            | Annotated[PositiveAcceleration, Tag(f"{TAG}text")],
+            | Annotated[PositiveAcceleration, Tag(f"{TAG}quantity")],
             _forms("must be an acceleration such as '15 g', or a table with one for each point"),
         ]
         | None
     ) = None
     sway: (
         Annotated[
-            Annotated[dict[str, PositiveLength], Tag(f"{TAG}table")]
-            | Annotated[PositiveLength, Tag(f"{TAG}number")]
-            | Annotated[PositiveLength, Tag(f"{TAG}text")],
+            Annotated[dict[str, PositiveLength], Tag(f"{TAG}table")] | Annotated[PositiveLength, Tag(f"{TAG}quantity")],
             _forms("must be a length such as '25 mm', or a table with one for each point"),
         ]
         | None

@@ -1,8 +1,7 @@
 """Motions that no mount holds, and the slowest small vibration, both in the nominal pose.
 
-A small displacement u of a centre of gravity C and a rotation theta of a body change the displacement of an axis e at
-the place P by e.u + ((P - C) x e).theta, minus the same of the body that the mount stands on. With these rows as G, a
-motion q that is free and has G q = 0 is held by nothing.
+With G the first derivatives of the axes' displacements by the motions of the bodies (see `small_motion`), a free motion
+q with G q = 0 is held by nothing.
 """
 
 from __future__ import annotations
@@ -15,7 +14,8 @@ from scipy.linalg import block_diag, eigh, null_space
 
 from ..core.spline import Elastic
 from ..kernel.arrays import FloatArray
-from .mounted import BASE, Motion, MountAxis, MountedSystem, RigidBody
+from .mounted import Motion, MountAxis, MountedSystem, RigidBody
+from .small_motion import gradients, nominal_pose
 
 _ROUNDING = 1e-9  # of singular values of rows whose lengths are about 1
 _MOVING = 1e-6  # share of the largest coordinate of a motion
@@ -25,7 +25,7 @@ _NAMES = ("x", "y", "z")
 def unheld_motion(system: MountedSystem) -> str:
     """A sentence about a motion that no mount holds; "" if there is none."""
     free, lengths = _free_motions(system.bodies), _lengths(system)
-    rows = _rows(system) * lengths
+    rows = gradients(system, nominal_pose(system)) * lengths
     kernel = null_space(rows @ free, rcond=_ROUNDING)
     if not kernel.size:
         return ""
@@ -69,7 +69,7 @@ def _combined(system: MountedSystem, motion: FloatArray) -> str:
 def slowest_period(system: MountedSystem) -> float:
     """Longest period of small vibration with all friction saturated [s]; NaN where a spring's force falls."""
     basis = _free_motions(system.bodies) * _lengths(system)[:, None]
-    rows = _rows(system) @ basis
+    rows = gradients(system, nominal_pose(system)) @ basis
     stiffness = np.array([_stiffness(axis) for _, axis in system.axes()])
     mass = basis.T @ block_diag(*(_mass_matrix(body) for body in system.bodies)) @ basis
     try:
@@ -108,19 +108,6 @@ def _lengths(system: MountedSystem) -> FloatArray:
         radius = max((math.dist(place, body.center) for place in places), default=0.0) or 1.0
         scales += [1.0] * 3 + [1.0 / radius] * 3
     return np.array(scales)
-
-
-def _rows(system: MountedSystem) -> FloatArray:
-    """The displacement of each axis by each coordinate, shape (A, 6*B)."""
-    axes = list(system.axes())
-    rows = np.zeros((len(axes), 6 * len(system.bodies)))
-    for row, (mount, axis) in zip(rows, axes, strict=True):
-        for body, sign in ((mount.body, 1.0), (mount.support, -1.0)):
-            if body != BASE:
-                arm = np.subtract(mount.place, system.bodies[body].center)
-                row[6 * body : 6 * body + 3] = sign * np.array(axis.direction)
-                row[6 * body + 3 : 6 * body + 6] = sign * np.cross(arm, axis.direction)
-    return rows
 
 
 def _advice(along: str) -> str:
