@@ -17,6 +17,7 @@ from .mounted import MountedSystemError
 
 LARGEST_SIGNAL = 1e12  # whatever its unit
 DURATION_RANGE = (1e-9, 1e7)  # [s]
+_SHORTEST_INTERVAL = 1e-15  # [s]
 
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(6)
 # Phase of a panel of Gauss-Legendre quadrature [rad]: its error is within 1e-15 of the amplitude.
@@ -127,6 +128,17 @@ def check_level(value: float, name: str) -> None:
     """Refuse what no signal reaches."""
     if not abs(value) <= LARGEST_SIGNAL:
         raise MountedSystemError(f"`{name}` must be finite and within +-{LARGEST_SIGNAL:g}, got {value!r}.")
+
+
+def check_times(times: FloatArray) -> None:
+    """Refuse times between which a value would change infinitely fast, but for jumps."""
+    close = np.flatnonzero((np.diff(times) > 0.0) & (np.diff(times) < _SHORTEST_INTERVAL))
+    if close.size:
+        number = int(close[0]) + 1
+        raise MountedSystemError(
+            f"Times must be equal or {_SHORTEST_INTERVAL:g} s or more apart, but points {number} and {number + 1} are "
+            f"{float(times[number] - times[number - 1]):g} s apart; correct them or their unit."
+        )
 
 
 def check_duration(value: float, name: str) -> None:

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..kernel.arrays import FloatArray, floats
-from .averaging import LARGEST_SIGNAL, StraightPieces, check_duration, check_level, step_edges
+from .averaging import LARGEST_SIGNAL, StraightPieces, check_duration, check_level, check_times, step_edges
 from .mounted import MountedSystemError
 
 _MOST_POINTS = 1_000_000
@@ -227,6 +227,7 @@ class TabulatedPulse:
                 f"at point {number}; sort the points and let them begin at 0."
             )
         check_duration(float(table[-1, 0] - table[0, 0]), "duration")
+        check_times(table[:, 0])
 
     @cached_property
     def _pieces(self) -> StraightPieces:

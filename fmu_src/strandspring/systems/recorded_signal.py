@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..kernel.arrays import FloatArray
-from .averaging import LARGEST_SIGNAL, StraightPieces
+from .averaging import LARGEST_SIGNAL, StraightPieces, check_times
 from .mounted import MountedSystemError
 
 
@@ -56,6 +56,7 @@ class RecordedSignal:
                 f"The times of a record must rise, but sample {number + 2} at {float(self.time[number + 1])!r} s "
                 f"follows {float(self.time[number])!r} s; leave repeated samples out."
             )
+        check_times(self.time)
 
     @cached_property
     def _pieces(self) -> StraightPieces:
