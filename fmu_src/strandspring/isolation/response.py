@@ -196,13 +196,18 @@ def _resonance(system: IsolatedMass, columns: Mapping[str, NDArray[Any]]) -> Res
         amplitude=float(columns["amplitude"][peak]),
         stiffness=stiffness,
         loss_factor=figures.loss_factor + viscous,
-        isolation_frequency=_isolation_frequency(frequency, ratio),
+        isolation_frequency=isolation_frequency(frequency, ratio),
         inside=0 < peak < ratio.size - 1,
     )
 
 
-def _isolation_frequency(frequency: FloatArray, ratio: FloatArray) -> float:
-    """Where the transmissibility falls below 1 for good [Hz]; NaN if it does nowhere."""
+def isolation_frequency(frequency: FloatArray, ratio: FloatArray) -> float:
+    """Where the transmissibility falls below 1 for good [Hz]; NaN if it does nowhere.
+
+    Parameters
+    ----------
+    frequency, ratio : ndarray, shape (P,)   Points of a curve in its order [Hz], [-].
+    """
     above = np.flatnonzero(~(ratio < 1.0))
     if above.size == 0:
         return float(frequency[0])

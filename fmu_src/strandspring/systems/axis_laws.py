@@ -51,6 +51,7 @@ class AxisLaws:
             [(s.low, s.high, s.stiffness) for s in stops]
         ).T
         self._springs = [axis.spring for axis in axes]
+        self._rho = np.array([spring.rho for spring in self._springs])
 
     def forces(self, springs: FloatArray, omega: FloatArray) -> FloatArray:
         """Force of each axis at rest, shape (M,) [N].
@@ -78,10 +79,15 @@ class AxisLaws:
         ----------
         springs : ndarray, shape (M,)   Displacement of one spring [m].
         """
-        _, by_displacement, by_omega = self._partials(springs, np.zeros_like(springs))
-        rho = np.array([spring.rho for spring in self._springs])
-        tangents = self.parallel / self.series * (by_displacement + rho * by_omega)
-        return np.asarray(tangents + self.stops(springs)[1])
+        return np.asarray(self.parallel / self.series * self.still(springs)[2] + self.stops(springs)[1])
+
+    def still(self, springs: FloatArray) -> FloatArray:
+        """One spring of each axis in vanishing motion, shape (3, M).
+
+        Its mean force [N], the derivative of that by the mean displacement, and the stiffness for the motion [N/m].
+        """
+        force, by_displacement, by_omega = self._partials(springs, np.zeros_like(springs))
+        return np.array([force, by_displacement, by_displacement + self._rho * by_omega])
 
     def secants(self, springs: FloatArray, amplitudes: FloatArray) -> ComplexArray:
         """Complex stiffness of the steady loops of each axis, shape (M,) [N/m].

@@ -9,8 +9,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..kernel.arrays import FloatArray
-from .averaging import LARGEST_SIGNAL, StraightPieces, check_times
+from .averaging import LARGEST_SIGNAL, StraightPieces
 from .mounted import MountedSystemError
+
+_INTERVALS = 10.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,7 +58,6 @@ class RecordedSignal:
                 f"The times of a record must rise, but sample {number + 2} at {float(self.time[number + 1])!r} s "
                 f"follows {float(self.time[number])!r} s; leave repeated samples out."
             )
-        check_times(self.time)
 
     @cached_property
     def _pieces(self) -> StraightPieces:
@@ -69,8 +70,11 @@ class RecordedSignal:
 
     @property
     def shortest(self) -> float:
-        """The median interval of its samples [s]."""
-        return float(np.median(np.diff(self.time)))
+        """Ten median intervals of its samples, or its duration if that is less [s].
+
+        A tenth of it, one interval, resolves all that was recorded.
+        """
+        return min(_INTERVALS * float(np.median(np.diff(self.time))), self.duration)
 
     @property
     def velocity_change(self) -> float:

@@ -90,7 +90,8 @@ def _rest(
     if not is_found:
         raise MountedSystemError(
             f"The bodies of {system.name or 'the system'} cannot rest on their mounts: forces of {unbalance:.3g} N "
-            "remain unbalanced wherever they are; use stiffer or more mounts, another preload, or axes in all directions."
+            "remain unbalanced wherever they are; use stiffer or more mounts, another preload, or axes in all "
+            "directions."
         )
     none = np.empty((0, 0))
     at = kernel.run(none.reshape(0, CHANNEL), none, 1.0, gravity, pose, omega, np.zeros(3), histories=True)

@@ -105,10 +105,16 @@ class SmallMotion:
         """Stiffness matrix from the stiffness of each axis [N/m] and its force in the pose [N], shape (D, D) [N/m]."""
         return self.along.T @ (of_axes[:, None] * self.along) + self.geometric(forces)
 
+    def place(self, body: int, place: Sequence[float]) -> FloatArray:
+        """Where a body's point, given in the nominal pose [m], is in this one, shape (3,) [m]."""
+        return np.asarray(self.pose[0][body] + self.system.bodies[body].center + self._arm(body, place))
+
     def point(self, body: int, place: Sequence[float]) -> FloatArray:
         """Displacement of a body's point, given in the nominal pose [m], by the coordinates, shape (3, D)."""
-        arm = self.pose[1][body] @ (np.array(place) - self.system.bodies[body].center)
-        return np.hstack([np.eye(3), -_cross(arm)]) @ self.free[6 * body : 6 * body + 6]
+        return np.hstack([np.eye(3), -_cross(self._arm(body, place))]) @ self.free[6 * body : 6 * body + 6]
+
+    def _arm(self, body: int, place: Sequence[float]) -> FloatArray:
+        return np.asarray(self.pose[1][body] @ (np.array(place) - self.system.bodies[body].center))
 
 
 @dataclass(frozen=True, eq=False)

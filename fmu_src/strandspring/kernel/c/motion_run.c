@@ -233,37 +233,68 @@ static void end_record(
     energies[8] = state->exchanged;
 }
 
+/* The change of a channel over step k: the smaller of the differences to the averages of its neighbours, so that a jump
+ * between steps stays where it is. */
+static double change_over(const double *averages, size_t k, size_t count)
+{
+    double before = k > 0 ? averages[k] - averages[k - 1] : INFINITY;
+    double after = k + 1 < count ? averages[k + 1] - averages[k] : INFINITY;
+    double smaller = fabs(before) < fabs(after) ? before : after;
+    return count > 1 ? smaller : 0.0;
+}
+
+/* Whether an acceleration may jump at the end of step k, as a channel does by more than it changes beside. The base's
+ * acceleration is felt at once only where a body is held. */
+static int is_jump(const MotionSystem *system, const double *values, size_t k, size_t count)
+{
+    int is_held = 0;
+    for (size_t b = 0; b < system->bodies; b++)
+        is_held = is_held || system->body[b].is_free == 0.0;
+    for (size_t c = 0; c < system->channels && k + 1 < count; c++) {
+        const double *row = values + c * count;
+        double before = change_over(row, k, count), after = change_over(row, k + 1, count);
+        double jump = row[k + 1] - row[k] - 0.5 * (before + after);
+        int is_felt = system->channel[c].kind == 2.0 || (system->channel[c].kind == 0.0 && is_held);
+        if (is_felt && fabs(jump) > fabs(before) + fabs(after))
+            return 1;
+    }
+    return 0;
+}
+
 size_t motion_run(
     const MotionSystem *system, MotionState *state, size_t count, double h, const double *values, MotionRecord *record)
 {
     Watch watched;
-    double now[MOTION_CHANNELS], begin[MOTION_CHANNELS], end[MOTION_CHANNELS] = {0.0}, loads[MOTION_CHANNELS];
+    double now[MOTION_CHANNELS], change[MOTION_CHANNELS], loads[MOTION_CHANNELS] = {0.0}, course[MOTION_CHANNELS];
     size_t k = 0, averaged = 0;
     begin_record(system, state, &watched, record);
-    for (size_t c = 0; c < system->channels; c++)
-        end[c] = count > 0 ? values[c * count] : 0.0;
-    watch_points(system, state, end, &watched, record->of_points);
+    for (size_t c = 0; c < system->channels && count > 0; c++)
+        loads[c] = values[c * count] - 0.5 * change_over(values + c * count, 0, count);
+    watch_points(system, state, loads, &watched, record->of_points);
     watch_axes(system, state, &watched);
     write_row(system, state, &watched, 0, record);
     for (; k < count; k++) {
-        /* Of a force from outside the accelerations show its course between the averages of the steps. */
+        /* The course of the channels over the step, for velocities of the base and accelerations at its end. */
         for (size_t c = 0; c < system->channels; c++) {
-            const double *row = values + c * count;
-            now[c] = row[k];
-            begin[c] = end[c];
-            end[c] = k + 1 < count ? 0.5 * (row[k] + row[k + 1]) : row[k];
+            now[c] = values[c * count + k];
+            change[c] = change_over(values + c * count, k, count);
+            loads[c] = now[c] + 0.5 * change[c];
         }
+        motion_of_base(system, change, 1.0, state->spin_slope);
+        for (int i = 0; i < 3; i++)
+            state->spin_slope[i] /= h;
         size_t turns = system->axes + 1;
         for (double left = h; left > 0.0;) {
+            motion_of_base(system, loads, 1.0, state->end_spin);
             double part = motion_part(system, state, now, left, &turns);
             if (part == 0.0)
                 goto diverged;
             left -= part;
             double share = 1.0 - left / h, time = h * ((double)k + share);
             for (size_t c = 0; c < system->channels; c++)
-                loads[c] = begin[c] + share * (end[c] - begin[c]);
-            advance_watch(&watched, time, left > 0.0);
-            watch_points(system, state, loads, &watched, record->of_points);
+                course[c] = now[c] + (share - 0.5) * change[c];
+            advance_watch(&watched, time, left > 0.0 || is_jump(system, values, k, count));
+            watch_points(system, state, course, &watched, record->of_points);
             watch_axes(system, state, &watched);
             watch_bodies(system, state, time, &watched, record->of_bodies);
         }
