@@ -376,7 +376,7 @@ BAD: list[tuple[Callable[[Content], None], str]] = [
     (case_of(pulse="velocity-step", peak=1), "case[1]: a velocity step has `velocity`"),
     (case_of(sine=SINE | {"displacement": 1}), "case[1].sine: must have either `amplitude` or `displacement`"),
     (case_of(sine=SINE, settling=99), "`settling` of 99 s must be shorter"),
-    (case_of(sine=SINE | {"soft_start": 9}), "`soft_start` must be within"),
+    (case_of(sine=SINE | {"soft_start": 9}), "`soft_start` must be at most 1 s"),
     (case_of(sweep={"first": 5, "last": 5, "rate": "1 oct/min"}), "must go from one frequency to another"),
     (case_of(sweep={"first": 5, "last": 9, "rate": "1 oct/min"}), "must have `amplitude`, `displacement` or both"),
     (case_of(sweep={"first": 5, "last": 9, "rate": 1}), "case[1].sweep.rate: must be a rate with its unit"),
