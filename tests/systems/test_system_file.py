@@ -5,6 +5,7 @@ from __future__ import annotations
 import copy
 import json
 import math
+import re
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -17,6 +18,7 @@ from hypothesis import strategies as st
 
 import system_schema
 from springs import EXAMPLES
+from strandspring.docs.site import page_text
 from strandspring.examples import system_models
 from strandspring.modelfile import ModelFile, load_model, save_model
 from strandspring.strict_toml import parse_toml
@@ -465,6 +467,19 @@ def test_what_is_no_toml_or_too_much(tmp_path: Path, text: str, refusal: str) ->
     with pytest.raises(MountedSystemError) as caught:
         load_system_file(path)
     assert refusal in str(caught.value)
+
+
+def test_documentation_names_every_key_and_its_example_loads(tmp_path: Path) -> None:
+    page = page_text("system-file")
+    before, example, after = re.split(r"```(?:toml)?\n", page)
+    for path in SYSTEMS.glob("*.json"):
+        (tmp_path / path.name).write_bytes(path.read_bytes())
+    (tmp_path / "system.toml").write_text(example, encoding="utf-8")
+    assert len(load_system_file(tmp_path / "system.toml").cases) == 3
+    words = set(re.findall(r"[a-z][a-z_-]*", " ".join(re.findall(r"`([^`]+)`", before + after))))
+    keys = {key for table in SCHEMA["$defs"].values() for key in table["properties"]} | set(SCHEMA["properties"])
+    shapes = set(SCHEMA["$defs"]["PulseCase"]["properties"]["pulse"]["enum"])
+    assert (keys | shapes) - words == set()
 
 
 def test_schema_is_published_and_fits() -> None:
