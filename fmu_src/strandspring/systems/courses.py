@@ -70,7 +70,7 @@ def courses(system: MountedSystem, case: LoadCase, run: CaseRun) -> Courses:
     wanted = 1.0 / (_SAMPLES_PER_PERIOD * SRS_HIGHEST) if case.kind in SHOCKS else run.step
     count = max(math.ceil(case.duration / run.step * (1.0 - 1e-9)), min(math.ceil(case.duration / wanted), most))
     step, stride = case.duration / count, math.ceil(count / most)
-    found = run_once(system, solver(system), case, run.start, count, histories=True, rows=most)
+    found = run_once(system, solver(system), case, run.start, step, count, histories=True, rows=most)
     assert found.accelerations is not None and found.sway is not None  # noqa: S101, PT018 - histories were asked for
     assert found.displacements is not None and found.forces is not None  # noqa: S101, PT018
     interval = step * stride
