@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..files import write_csv
-from ..systems.answers import CandidateAnswer, CaseAnswer, answer_all, answer_candidate, answer_case
+from ..jobs.threads import in_threads
+from ..systems.answers import CandidateAnswer, CaseAnswer, answer_candidate, answer_case
+from ..systems.draws import CaseDraws, Drawn
 from ..systems.loads import LoadCase
 from ..systems.mounted import MountedSystem, MountedSystemError
 from ..systems.rest import SHARES
@@ -19,7 +21,7 @@ from ..systems.verdicts import Figure, Verdict
 from .progress import Progress, unseen
 from .result import Result
 from .simulation_json import candidate_json, case_json
-from .simulation_words import detail_lines, headline, verdict_table
+from .simulation_words import NO_DRAWS, detail_lines, headline, verdict_table
 from .text_table import table_lines
 
 if TYPE_CHECKING:
@@ -27,7 +29,7 @@ if TYPE_CHECKING:
 
 _COLUMNS = (
     "candidate", "case", "verdict", "quantity", "subject", "unit", "value", "error", "least", "rest_omega", "limit",
-    "margin",
+    "margin", "q05", "median", "q95",
 )  # fmt: skip
 
 
@@ -40,11 +42,13 @@ class Simulation(Result):
     file : SystemFile
     candidates : tuple of CandidateAnswer   Static pose and modes of each.
     answers : tuple of CaseAnswer           Of each candidate in each case, in their order.
+    draws : int                             Of springs in each case.
     """
 
     file: SystemFile
     candidates: tuple[CandidateAnswer, ...]
     answers: tuple[CaseAnswer, ...]
+    draws: int = 0
 
     def to_frame(self) -> pd.DataFrame:
         """One row for each figure of each case, in SI units; a refused case has one row without a figure."""
@@ -96,6 +100,7 @@ class Simulation(Result):
             headline(self.file.name, self.answers),
             *table_lines(headings, rows, left, width),
             *detail_lines(self.candidates, self.answers, width),
+            *([] if self.draws else ["", NO_DRAWS]),
         ]
 
     def summary(self) -> str:
@@ -114,6 +119,8 @@ def simulate(
     cases: str | Sequence[str] | None = None,
     candidates: str | Sequence[str] | None = None,
     *,
+    draws: int | None = None,
+    seed: int | None = None,
     step: float | None = None,
     workers: int | None = None,
     courses: bool = True,
@@ -126,6 +133,8 @@ def simulate(
     system : path or SystemFile
     cases, candidates : str, sequence of str or None   Names of those to simulate; all if None. The name of a case with
                                                        several directions stands for all of them.
+    draws, seed : int or None  Springs drawn from the uncertainty of their model files for the spread of the figures; 0
+                               for none. By default as the file says.
     step : float or None       Time step of the coarser of two runs [s]; by default as the file says, or found so that
                                the errors are within 0.1 %.
     workers : int or None      Threads; as many as cores if None.
@@ -151,16 +160,47 @@ def simulate(
         for name, one in chosen
         for case in loads
     ]
+    drawn = file.options.draws if draws is None else draws
+    total = len(tasks) * (1 + drawn)
     answers = []
-    for answer in answer_all(tasks, workers):
+    for answer in in_threads(tasks, workers):
         answers.append(answer)
-        progress(f"{answer.candidate}, {answer.case.name}", len(answers), len(tasks))
+        progress(f"{answer.candidate}, {answer.case.name}", len(answers), total)
     if answers and all(answer.verdict is Verdict.REFUSED for answer in answers):
         raise MountedSystemError(answers[0].refusal)
     refusals = [one.refusal for one in statics if one.refusal]
     if len(refusals) == len(statics):
         raise MountedSystemError(refusals[0])
-    return Simulation(file, statics, tuple(answers))
+    if drawn:
+        advance = partial(progress, "Drawing springs")
+        springs = {one.name: Drawn.of(one.system, file.models) for one in statics}
+        statics = tuple(replace(one, cautions=(*one.cautions, *springs[one.name].missing)) for one in statics)
+        chosen_seed = file.options.seed if seed is None else seed
+        answers = list(_with_spreads(answers, springs, drawn, chosen_seed, workers, advance))
+    return Simulation(file, statics, tuple(answers), drawn)
+
+
+def _with_spreads(
+    answers: Sequence[CaseAnswer],
+    drawn: Mapping[str, Drawn],
+    draws: int,
+    seed: int,
+    workers: int | None,
+    advance: Callable[[float, int], None],
+) -> Iterator[CaseAnswer]:
+    """The answers with the spread of their figures."""
+    total = len(answers) * (1 + draws)
+    for done, answer in enumerate(answers):
+        before = len(answers) + done * draws
+        if answer.refusal or not drawn[answer.candidate].spreads:
+            yield answer
+            continue
+        runs = CaseDraws(answer, drawn[answer.candidate], seed)
+        found = []
+        for figures in in_threads((partial(runs.figures, number) for number in range(draws)), workers):
+            found.append(figures)
+            advance(before + len(found), total)
+        yield runs.answered(found)
 
 
 def _chosen_candidates(file: SystemFile, wanted: str | Sequence[str] | None) -> list[tuple[str, MountedSystem]]:
@@ -195,8 +235,10 @@ def _names(wanted: str | Sequence[str] | None) -> tuple[str, ...] | None:
 def _row(answer: CaseAnswer, figure: Figure | None) -> tuple[object, ...]:
     head = (answer.candidate, answer.case.name, answer.verdict.value)
     if figure is None:
-        return (*head, None, None, None, None, None, None, None, None, None)
+        return (*head, *[None] * (len(_COLUMNS) - len(head)))
+    spread = figure.spread
+    quantiles = (None, None, None) if spread is None else (spread.low, spread.median, spread.high)
     return (
         *head, figure.quantity.value, figure.subject, figure.quantity.unit, figure.value, figure.error, figure.least,
-        figure.share, figure.limit, figure.margin,
+        figure.share, figure.limit, figure.margin, *quantiles,
     )  # fmt: skip

@@ -27,6 +27,9 @@ SHOWN = {
     Quantity.RMS_ACCELERATION: ("g", 1.0 / STANDARD_GRAVITY),
     Quantity.RMS_SWAY: ("mm", 1e3),
 }
+NO_DRAWS = (
+    "The spread by the uncertainty of the model files was not asked for; --draws 200 (`draws` of the file) shows it."
+)
 _NOTHING = 1e-9  # of rounding, in the unit for people
 _JUDGED = (Quantity.ACCELERATION, Quantity.SWAY, Quantity.TILT, Quantity.STROKE)
 
@@ -96,6 +99,7 @@ def detail_lines(
             if answer.refusal:
                 yield f"  {answer.case.name}: refused: {answer.refusal}"
         yield from rest_lines(own, width)
+        yield from spread_lines(own, width)
         for sentence in one.cautions:
             yield f"  Caution: {sentence}"
         for sentence in grouped_cautions(own):
@@ -156,7 +160,7 @@ def rest_lines(answers: Sequence[CaseAnswer], width: int | None = None) -> Itera
         row = [answer.case.name]
         for quantity in (Quantity.ACCELERATION, Quantity.SWAY, Quantity.STROKE):
             figure = answer.worst(quantity)
-            row += ["-", "-"] if figure is None else [_range(figure), f"{figure.share:+.0f}".replace("+0", "0")]
+            row += ["-", "-"] if figure is None else [_range(figure), _omega(figure.share)]
         residual = max(run.energies.relative_residual for run in answer.runs)
         steps = min(run.step for run in answer.runs)
         rows.append([*row, f"{1e6 * steps:.4g}", f"{100.0 * residual:.2g}"])
@@ -171,6 +175,33 @@ def rest_lines(answers: Sequence[CaseAnswer], width: int | None = None) -> Itera
             "case", "acceleration g", "omega", "sway mm", "omega", "stroke %", "omega", "step us", "energy residual %",
         ]  # fmt: skip
         yield from table_lines(headings, rows, {"case"}, width)
+
+
+def spread_lines(answers: Sequence[CaseAnswer], width: int | None = None) -> Iterator[str]:
+    """5 to 95 % of the figures by the uncertainty of the springs."""
+    rows, spreads = [], [answer.spread for answer in answers if answer.spread is not None]
+    for answer in answers:
+        if answer.spread is None:
+            continue
+        row = [answer.case.name]
+        for quantity in (Quantity.ACCELERATION, Quantity.SWAY, Quantity.STROKE):
+            figure, scale = answer.worst(quantity), SHOWN[quantity][1]
+            known = None if figure is None else figure.spread
+            row.append("-" if known is None else f"{scale * known.low:.4g} to {scale * known.high:.4g}")
+        of = answer.spread
+        rows.append([*row, f"{100.0 * of.failing:.3g}", str(of.refused)])
+    if rows:
+        first = spreads[0]
+        yield f"  5 to 95 % of {first.draws} draws of springs (seed {first.seed}), the worst omega at rest of each:"
+        headings = ["case", "acceleration g", "sway mm", "stroke %", "beyond a limit %", "refused"]
+        yield from table_lines(headings, rows, {"case"}, width)
+    for answer in answers:
+        if answer.spread is not None and answer.spread.refused:
+            yield f"  {answer.case.name}: {answer.spread.refused} draws refused, most often: {answer.spread.reason}"
+
+
+def _omega(share: float) -> str:
+    return f"{share:+.3g}" if share else "0"
 
 
 def _range(figure: Figure) -> str:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import click
 
 from ..api.simulating import simulate as simulated
@@ -28,6 +30,13 @@ from .paths import refuse_overwriting
     metavar="S",
     help="Time step of the coarser of two runs [s].  [default: the file's, or found for errors of 0.1 %]",
 )
+@click.option(
+    "--draws",
+    type=click.IntRange(0, 1_000_000),
+    metavar="N",
+    help="Springs drawn from the uncertainty of their model files; 0 for none.  [default: the file's, or 0]",
+)
+@click.option("--seed", type=click.IntRange(min=0), help="Seed of the draws.  [default: the file's, or 0]")
 @click.option("--workers", type=click.IntRange(1, 1024), metavar="N", help="Number of threads.  [default: all cores]")
 @click.option("-o", "--output", metavar="OUT.csv", help="Write all figures of all cases to this file.")
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object instead of text.")
@@ -35,10 +44,9 @@ def simulate(
     system: str,
     cases: tuple[str, ...],
     candidates: tuple[str, ...],
-    step: float | None,
-    workers: int | None,
     output: str | None,
     as_json: bool,
+    **options: Any,
 ) -> None:
     """Simulate bodies on mounts under shock and vibration.
 
@@ -54,13 +62,11 @@ def simulate(
     Examples:
       strandspring simulate box.toml
       strandspring simulate box.toml --case shock --candidate softer
-      strandspring simulate box.toml -o figures.csv
+      strandspring simulate box.toml --draws 200 -o figures.csv
     """
     refuse_overwriting([system], {"--output": output}, ".csv")
     with reporting() as progress:
-        found = simulated(
-            system, cases or None, candidates or None, step=step, workers=workers, courses=as_json, progress=progress
-        )
+        found = simulated(system, cases or None, candidates or None, **options, courses=as_json, progress=progress)
     if output is not None:
         found.save_csv(output)
     if as_json:
