@@ -6,7 +6,7 @@ import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from pathlib import Path
+from pathlib import Path, PurePath
 from typing import TYPE_CHECKING, Any
 
 from ..files import write_csv
@@ -74,6 +74,21 @@ class Simulation(Result):
         StrandspringError   If the file cannot be written.
         """
         write_csv(Path(path), _COLUMNS, (_row(*pair) for pair in self._figures()))
+
+    def report(self, path: str | os.PathLike[str]) -> None:
+        """Write a report: a page that opens offline (.html), or a document (.pdf).
+
+        Raises
+        ------
+        StrandspringError   If the ending is another, a package for PDF is missing, or the file cannot be written.
+        """
+        from ..report.simulation_page import SimulationContent, write_simulation
+
+        file = self.file
+        content = SimulationContent(
+            file.name, file.description, PurePath(file.path).name, self.candidates, self.answers, self.draws
+        )
+        write_simulation(os.fspath(path), content)
 
     def as_json(self) -> dict[str, Any]:
         """Everything as an object for JSON, in SI units."""

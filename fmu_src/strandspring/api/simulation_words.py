@@ -99,6 +99,7 @@ def detail_lines(
             if answer.refusal:
                 yield f"  {answer.case.name}: refused: {answer.refusal}"
         yield from rest_lines(own, width)
+        yield from rms_lines(own, width)
         yield from spread_lines(own, width)
         for sentence in one.cautions:
             yield f"  Caution: {sentence}"
@@ -175,6 +176,23 @@ def rest_lines(answers: Sequence[CaseAnswer], width: int | None = None) -> Itera
             "case", "acceleration g", "omega", "sway mm", "omega", "stroke %", "omega", "step us", "energy residual %",
         ]  # fmt: skip
         yield from table_lines(headings, rows, {"case"}, width)
+
+
+def rms_lines(answers: Sequence[CaseAnswer], width: int | None = None) -> Iterator[str]:
+    """Root mean squares of the points in cases that settle."""
+    rows = []
+    for answer in answers:
+        values = [
+            [SHOWN[quantity][1] * figure.value for figure in answer.of(quantity)]
+            for quantity in (Quantity.RMS_ACCELERATION, Quantity.RMS_SWAY)
+        ]
+        for k, point in enumerate(answer.system.points if values[0] else ()):
+            cells = [_tiny(value) for kind in values for value in kind[3 * k : 3 * k + 3]]
+            rows.append([answer.case.name, point.name, *cells])
+    if rows:
+        yield "  root mean squares from the settling on, of sway about its mean:"
+        headings = ["case", "point", "x g", "y g", "z g", "x mm", "y mm", "z mm"]
+        yield from table_lines(headings, rows, {"case", "point"}, width)
 
 
 def spread_lines(answers: Sequence[CaseAnswer], width: int | None = None) -> Iterator[str]:

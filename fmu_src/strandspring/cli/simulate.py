@@ -7,9 +7,10 @@ from typing import Any
 import click
 
 from ..api.simulating import simulate as simulated
+from ..report.page import SUFFIXES, check_report_path
 from .options import FiniteRange
-from .output import reporting, result, result_json, terminal_width
-from .paths import refuse_overwriting
+from .output import reporting, result, result_json, terminal_width, working
+from .paths import FileOfFormat, refuse_overwriting
 
 
 @click.command()
@@ -38,12 +39,14 @@ from .paths import refuse_overwriting
 )
 @click.option("--seed", type=click.IntRange(min=0), help="Seed of the draws.  [default: the file's, or 0]")
 @click.option("--workers", type=click.IntRange(1, 1024), metavar="N", help="Number of threads.  [default: all cores]")
+@click.option("--report", type=FileOfFormat(*SUFFIXES), metavar="FILE.html", help="Write a report (.html or .pdf).")
 @click.option("-o", "--output", metavar="OUT.csv", help="Write all figures of all cases to this file.")
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object instead of text.")
 def simulate(
     system: str,
     cases: tuple[str, ...],
     candidates: tuple[str, ...],
+    report: str | None,
     output: str | None,
     as_json: bool,
     **options: Any,
@@ -64,14 +67,21 @@ def simulate(
       strandspring simulate box.toml --case shock --candidate softer
       strandspring simulate box.toml --draws 200 -o figures.csv
     """
-    refuse_overwriting([system], {"--output": output}, ".csv")
+    refuse_overwriting([system], {"--report": report, "--output": output}, ".csv")
+    if report is not None:
+        check_report_path(report)
+    wanted = as_json or report is not None
     with reporting() as progress:
-        found = simulated(system, cases or None, candidates or None, **options, courses=as_json, progress=progress)
+        found = simulated(system, cases or None, candidates or None, **options, courses=wanted, progress=progress)
     if output is not None:
         found.save_csv(output)
+    if report is not None:
+        with working("Drawing the report"):
+            found.report(report)
     if as_json:
-        result_json({"file": system, **found.as_json(), "output": output})
+        result_json({"file": system, **found.as_json(), "report": report, "output": output})
         return
     result("\n".join(found.lines(terminal_width())))
-    if output is not None:
-        result(f"Figures: {output}")
+    for title, written in (("Figures", output), ("Report", report)):
+        if written is not None:
+            result(f"{title}: {written}")
