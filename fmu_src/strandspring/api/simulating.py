@@ -9,7 +9,7 @@ from functools import partial
 from pathlib import Path, PurePath
 from typing import TYPE_CHECKING, Any
 
-from ..files import write_csv
+from ..files import refuse_unwritable, write_csv
 from ..jobs.threads import in_threads
 from ..systems.answers import CandidateAnswer, CaseAnswer, answer_candidate, answer_case
 from ..systems.draws import CaseDraws, Drawn
@@ -18,6 +18,8 @@ from ..systems.mounted import MountedSystem, MountedSystemError
 from ..systems.rest import SHARES
 from ..systems.system_file import SystemFile, load_system_file
 from ..systems.verdicts import Figure, Verdict
+from .history_table import history_table, unique_names
+from .plotting import save_plot, some_axes
 from .progress import Progress, unseen
 from .result import Result
 from .simulation_json import candidate_json, case_json
@@ -26,7 +28,10 @@ from .text_table import table_lines
 
 if TYPE_CHECKING:
     import pandas as pd
+    from matplotlib.axes import Axes
 
+_SIZE = (8.0, 5.0)  # of the plot [inches]
+_MOST_NUMBERS = 50_000_000  # of the histories of all answers
 _COLUMNS = (
     "candidate", "case", "verdict", "quantity", "subject", "unit", "value", "error", "least", "rest_omega", "limit",
     "margin", "q05", "median", "q95",
@@ -89,6 +94,49 @@ class Simulation(Result):
             file.name, file.description, PurePath(file.path).name, self.candidates, self.answers, self.draws
         )
         write_simulation(os.fspath(path), content)
+
+    def save_histories(self, folder: str | os.PathLike[str]) -> list[Path]:
+        """Write the histories of each answer into a CSV file of its own, with units in the header.
+
+        Returns
+        -------
+        list of Path         The files, "candidate_case.csv".
+
+        Raises
+        ------
+        StrandspringError    If there are none, or a file cannot be written.
+        """
+        kept = [answer for answer in self.answers if answer.courses is not None]
+        if not kept:
+            raise MountedSystemError("No histories were kept; simulate with `courses`, and fewer cases or candidates.")
+        target = Path(folder)
+        refuse_unwritable(target, is_folder=True)
+        target.mkdir(parents=True, exist_ok=True)
+        names = unique_names([f"{answer.candidate}_{answer.case.name}" for answer in kept])
+        written = []
+        for name, answer in zip(names, kept, strict=True):
+            path = target / f"{name}.csv"
+            header, rows = history_table(answer)
+            write_csv(path, header, rows)
+            written.append(path)
+        return written
+
+    def plot(self, axes: Axes | None = None) -> Axes:
+        """Draw acceleration against stroke of all answers into axes of matplotlib, new ones if None."""
+        from ..report.charts.motion_charts import acceleration_against_stroke
+        from ..report.drawing import draw
+
+        (own,) = some_axes(axes, 1, 1, _SIZE)
+        return draw(acceleration_against_stroke(self.answers), own, scale=1.4)
+
+    def save_plot(self, path: str | os.PathLike[str]) -> None:
+        """Draw acceleration against stroke of all answers into a file (.png, .svg or .pdf).
+
+        Raises
+        ------
+        StrandspringError   If the name ends in something else, or the file cannot be written.
+        """
+        save_plot(path, _SIZE, lambda figure: self.plot(figure.subplots()))
 
     def as_json(self) -> dict[str, Any]:
         """Everything as an object for JSON, in SI units."""
@@ -153,8 +201,9 @@ def simulate(
     step : float or None       Time step of the coarser of two runs [s]; by default as the file says, or found so that
                                the errors are within 0.1 %.
     workers : int or None      Threads; as many as cores if None.
-    courses : bool             Whether histories and spectra are kept.
-    progress : callable        Is called with what is being done, the number of cases done, and how many there are.
+    courses : bool             Whether histories and spectra are kept, of the first cases as far as memory allows
+                               (400 MB); the others have None.
+    progress : callable        Is called with what is being done, the number of runs done, and how many there are.
 
     Returns
     -------
@@ -177,9 +226,12 @@ def simulate(
     ]
     drawn = file.options.draws if draws is None else draws
     total = len(tasks) * (1 + drawn)
-    answers = []
+    answers: list[CaseAnswer] = []
+    room = _MOST_NUMBERS
     for answer in in_threads(tasks, workers):
-        answers.append(answer)
+        if answer.courses is not None:
+            room -= answer.courses.size
+        answers.append(answer if room >= 0 else replace(answer, courses=None))
         progress(f"{answer.candidate}, {answer.case.name}", len(answers), total)
     if answers and all(answer.verdict is Verdict.REFUSED for answer in answers):
         raise MountedSystemError(answers[0].refusal)

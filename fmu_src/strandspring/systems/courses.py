@@ -23,7 +23,7 @@ from .spectra import PowerSpectrum, power_spectrum
 SRS_DAMPING, SRS_PER_OCTAVE, SRS_LOWEST, SRS_HIGHEST = 0.05, 12, 1.0, 2000.0
 _SAMPLES_PER_PERIOD = 10.0  # at the upper end of a shock response spectrum
 _SEGMENTS = 16.0  # of the history of a power spectrum, before they overlap
-_MOST_ROWS, _MOST_NUMBERS = 400_000, 20_000_000  # of histories
+_MOST_ROWS, _MOST_NUMBERS = 400_000, 10_000_000  # of histories
 _ROUNDING = 1e-9  # of a number of steps
 SHOCKS, VIBRATIONS = ("pulse", "drop", "record", "force"), ("random",)
 
@@ -55,6 +55,12 @@ class Courses:
     power: tuple[tuple[PowerSpectrum, ...], ...] = ()
     base_power: tuple[PowerSpectrum, ...] = ()
     cautions: tuple[Caution, ...] = ()
+
+    @property
+    def size(self) -> int:
+        """How many numbers its histories hold."""
+        of = self.histories
+        return of.acceleration.size + of.sway.size + of.displacement.size + of.force.size
 
 
 def courses(system: MountedSystem, case: LoadCase, run: CaseRun) -> Courses:

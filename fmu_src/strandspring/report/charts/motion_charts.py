@@ -194,7 +194,8 @@ def sway_paths(answers: Places) -> Iterator[Chart]:
                 moved = MM.factor * (sway[:, k] - sway[0, k])
                 moved[:, np.abs(moved).max(axis=0) < _NO_MOTION * np.abs(moved).max()] = 0.0
                 at = _both(moved[:, across], moved[:, up])
-                traces.append(Trace(name, moved[at, across], moved[at, up], *style, record=place))
+                if moved[:, [across, up]].any():
+                    traces.append(Trace(name, moved[at, across], moved[at, up], *style, record=place))
         a, b = _LETTERS[across], _LETTERS[up]
         if traces:
             yield Chart(
