@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from strandspring.compiled import images, zig
-from strandspring.compiled.images import BRIDGE, FMU, KERNEL, PACKAGED, image
+from strandspring.compiled.images import KERNEL, OF_FMUS, PACKAGED, image
 from strandspring.compiled.targets import FMU_TARGETS, LINUX_X86, Target, host_target, wheel_platform
 from strandspring.errors import BuildError
 
@@ -161,7 +161,7 @@ def test_processes_that_compile_at_once_do_not_disturb_each_other(tmp_path: Path
 def test_a_wheel_carries_every_image() -> None:
     if not PACKAGED.exists():
         pytest.skip("run from a source checkout")
-    of_fmus = {unit.file_name(target) for unit in (FMU, BRIDGE) for target in FMU_TARGETS}
+    of_fmus = {unit.file_name(target) for unit in OF_FMUS for target in FMU_TARGETS}
     assert {path.name for path in PACKAGED.iterdir()} == {KERNEL.file_name(host_target()), *of_fmus}
 
 

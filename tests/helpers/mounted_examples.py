@@ -36,7 +36,7 @@ def elastic(*kE: float, half: float = 1.0) -> SpringParameters:
 def hysteretic(n: float, kappa_omega: float, half: float = 0.03, sigma: float = 1.5) -> SpringParameters:
     """A hardening spring with an amplifier, about a displacement of zero."""
     return spring(
-        n, sigma, 6.0, elastic=(0.0, 6.0, 0.0, 4.0), amplifier=(0.2, 0.1), kappa_omega=kappa_omega, middle=0.0, half=half
+        n, sigma, 6.0, (0.0, 6.0, 0.0, 4.0), (0.2, 0.1), kappa_omega, middle=0.0, half=half
     )  # fmt: skip
 
 

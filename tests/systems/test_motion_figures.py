@@ -1,4 +1,4 @@
-"""Time integration in the compiled kernel against textbooks: figures that are derived here, and compared with those published."""
+"""Time integration in the compiled kernel against textbooks: the figures published are derived here first."""
 
 from __future__ import annotations
 

@@ -35,7 +35,7 @@ class BuildWithImages(build_py):
         folder = self._images()
         # A folder that an earlier build left may hold images of other sources.
         shutil.rmtree(folder, ignore_errors=True)
-        of_fmus = [(unit, target) for unit in (images.FMU, images.BRIDGE) for target in FMU_TARGETS]
+        of_fmus = [(unit, target) for unit in images.OF_FMUS for target in FMU_TARGETS]
         wanted = [(images.KERNEL, host_target()), *of_fmus]
         with ThreadPoolExecutor() as pool:
             contents = pool.map(lambda one: images.compiled(*one), wanted)

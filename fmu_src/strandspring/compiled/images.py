@@ -86,6 +86,28 @@ BRIDGE = Unit(
     loads=True,
 )  # fmt: skip
 
+# The binary of the FMU of bodies on mounts, the same for all systems.
+SYSTEM = Unit(
+    "system",
+    "system_fmu/c/system_all.c",
+    (
+        "system_fmu/c",
+        *(f"core/c/{name}" for name in ("fmi2_api.h", "fmi2_arguments.c", "fmi2_arguments.h", "fmi2_bytes.c",
+                                        "fmi2_bytes.h", "fmi2_calls.h", "fmi2_fmustate.c", "fmi2_kinds.h",
+                                        "fmi2_life.c", "fmi2_life.h", "fmi2_log.c", "fmi2_log.h", "fmi2_own.h",
+                                        "fmi2_sound.h", "fmi2_states.c", "fmi2_states.h", "fmi2_tables.c",
+                                        "fmi2_tables.h", "numerics.h", "saturation.c", "saturation.h", "spline.c",
+                                        "spline.h", "spring.c", "spring.h", "spring_limits.h", "spring_local.h",
+                                        "spring_number.h")),
+        *(f"kernel/c/{name}" for name in ("linear.c", "linear.h", "motion.c", "motion.h", "motion_parts.h",
+                                          "motion_rest.c", "vectors.h")),
+    ),
+    ("-O2", "-fvisibility=hidden"),
+    fmi=True,
+)  # fmt: skip
+# Those that become binaries of FMUs.
+OF_FMUS = (FMU, BRIDGE, SYSTEM)
+
 
 @cache
 def image(unit: Unit, target: Target) -> Path:

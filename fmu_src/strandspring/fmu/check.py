@@ -116,7 +116,7 @@ def compare_run(path: Path, displacement: FloatArray, expected: FloatArray) -> C
     displacement : ndarray, shape (K,)   [m].
     expected : ndarray, shape (K, 2)     Force [N] and absorbed energy [J].
     """
-    not_run = _why_not_here(path)
+    not_run = why_not_here(path)
     if not_run:
         return CheckReport(path, (), not_run)
     description = fmpy.read_model_description(str(path))
@@ -274,7 +274,7 @@ def _continue(model: Any) -> None:
     model.enterContinuousTimeMode()
 
 
-def _why_not_here(path: Path) -> str | None:
+def why_not_here(path: Path) -> str | None:
     """Why this computer cannot run the FMU."""
     if host_folder() in binary_sizes(path):
         return None

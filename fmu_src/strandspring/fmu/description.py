@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from datetime import datetime, timezone
 from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
@@ -47,17 +47,53 @@ class Backend:
     with_states: bool = False
 
 
+@dataclass(frozen=True)
+class Content:
+    """What a model description says of the model itself.
+
+    Attributes
+    ----------
+    name, about : str                 Identifier and description.
+    table : tuple of Variable
+    units : tuple of Unit             Those that the table uses.
+    start, nominal : mapping          Values by the name of a variable.
+    log_categories : mapping          Description of each.
+    step : float                      Of the default experiment [s].
+    """
+
+    name: str
+    about: str
+    table: tuple[Variable, ...]
+    units: tuple[Unit, ...]
+    start: Mapping[str, float]
+    nominal: Mapping[str, float] = field(default_factory=dict)
+    log_categories: Mapping[str, str] = field(default_factory=lambda: LOG_CATEGORIES)
+    step: float = 1e-3
+
+
 def model_description(model: ModelFile, guid: str, generation_tool: str, backend: Backend) -> bytes:
     """The description of one spring as UTF-8 XML; the same arguments give the same bytes."""
     spring = model.parameters
-    table = variables(*spring.counts, with_states=backend.with_states)
+    content = Content(
+        model.name,
+        model.description or "Hysteretic spring: displacement in, restoring force out",
+        variables(*spring.counts, with_states=backend.with_states),
+        units(*spring.counts[:2], with_states=backend.with_states),
+        start_values(spring, backend.with_states),
+        nominal_values(spring) if backend.with_states else {},
+    )
+    return described(content, guid, generation_tool, backend)
+
+
+def described(content: Content, guid: str, generation_tool: str, backend: Backend) -> bytes:
+    """A model description as UTF-8 XML; the same arguments give the same bytes."""
     root = Element(
         "fmiModelDescription",
         {
             "fmiVersion": "2.0",
-            "modelName": model.name,
+            "modelName": content.name,
             "guid": guid,
-            "description": model.description or "Hysteretic spring: displacement in, restoring force out",
+            "description": content.about,
             "author": backend.author or "strandspring",
             "version": backend.version,
             "copyright": "Model code: strandspring maintainers; see documentation/licenses",
@@ -69,23 +105,23 @@ def model_description(model: ModelFile, guid: str, generation_tool: str, backend
     )
     if backend.model_exchange is not None:
         root.set("numberOfEventIndicators", "0" if backend.with_states else "1")
-        _append_interface(root, "ModelExchange", model.name, backend.model_exchange, backend.sources)
+        _append_interface(root, "ModelExchange", content.name, backend.model_exchange, backend.sources)
     if backend.co_simulation is not None:
         variable_steps = {"canHandleVariableCommunicationStepSize": "true"}
         _append_interface(
-            root, "CoSimulation", model.name, {**variable_steps, **backend.co_simulation}, backend.sources
+            root, "CoSimulation", content.name, {**variable_steps, **backend.co_simulation}, backend.sources
         )
-    _append_units(SubElement(root, "UnitDefinitions"), units(*spring.counts[:2], with_states=backend.with_states))
+    _append_units(SubElement(root, "UnitDefinitions"), content.units)
     categories = SubElement(root, "LogCategories")
-    for name, text in LOG_CATEGORIES.items():
+    for name, text in content.log_categories.items():
         SubElement(categories, "Category", {"name": name, "description": text})
     SubElement(
-        root, "DefaultExperiment", {"startTime": "0", "stopTime": "1", "tolerance": "1e-06", "stepSize": "0.001"}
+        root,
+        "DefaultExperiment",
+        {"startTime": "0", "stopTime": "1", "tolerance": "1e-06", "stepSize": repr(content.step)},
     )
-    start = start_values(spring, backend.with_states)
-    nominal = nominal_values(spring) if backend.with_states else {}
-    _append_variables(SubElement(root, "ModelVariables"), table, start, nominal)
-    _append_structure(SubElement(root, "ModelStructure"), table)
+    _append_variables(SubElement(root, "ModelVariables"), content.table, content.start, content.nominal)
+    _append_structure(SubElement(root, "ModelStructure"), content.table)
     indent(root)
     return bytes(tostring(root, encoding="UTF-8", xml_declaration=True)) + b"\n"
 

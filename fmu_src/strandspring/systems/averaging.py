@@ -17,11 +17,13 @@ from .mounted import MountedSystemError
 
 LARGEST_SIGNAL = 1e12  # whatever its unit
 DURATION_RANGE = (1e-9, 1e7)  # [s]
+_INTERVAL_RANGE = (1e-12, 1e6)  # [s]
 
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(6)
 # Phase of a panel of Gauss-Legendre quadrature [rad]: its error is within 1e-15 of the amplitude.
 _PANEL_PHASE = 1.0
 _PANELS_AT_ONCE = 32768  # bounds the memory
+_JUMP = 1e-12  # [s] within which a change is a jump
 
 
 def step_edges(step: float, count: int, first: int = 0) -> FloatArray:
@@ -47,7 +49,7 @@ class StraightPieces:
         self._ends = times
         self._begin = np.concatenate([times[:1], times])
         self._value = np.concatenate([[0.0], values[:-1], [after]])
-        slopes = np.divide(np.diff(values), width, out=np.zeros_like(width), where=width > 0.0)
+        slopes = np.divide(np.diff(values), width, out=np.zeros_like(width), where=width > _JUMP)
         self._slope = np.concatenate([[0.0], slopes, [0.0]])
         # Integral from the first corner up to where each piece begins.
         self._area = np.concatenate([[0.0, 0.0], np.cumsum(areas)])
@@ -106,9 +108,18 @@ def smooth_averages(
     Returns
     -------
     ndarray, shape (count,)
+
+    Raises
+    ------
+    MountedSystemError               If a step takes in thousands of periods.
     """
     panels = max(1, math.ceil(angular_rate * step / _PANEL_PHASE))
-    at_once = max(1, _PANELS_AT_ONCE // panels)
+    if panels > _PANELS_AT_ONCE:
+        raise MountedSystemError(
+            f"A step of {step:g} s takes in {angular_rate * step / (2.0 * math.pi):.3g} periods of a sine of up to "
+            f"{angular_rate / (2.0 * math.pi):g} Hz; shorten the step."
+        )
+    at_once = _PANELS_AT_ONCE // panels
     means = np.empty(count)
     for first in range(0, count, at_once):
         steps = min(at_once, count - first)
@@ -134,4 +145,13 @@ def check_duration(value: float, name: str) -> None:
     if not DURATION_RANGE[0] <= value <= DURATION_RANGE[1]:
         raise MountedSystemError(
             f"`{name}` must be within [{DURATION_RANGE[0]:g}, {DURATION_RANGE[1]:g}] s, got {value!r}."
+        )
+
+
+def check_interval(value: float) -> None:
+    """Refuse what is no interval between two samples."""
+    if not _INTERVAL_RANGE[0] <= value <= _INTERVAL_RANGE[1]:
+        raise MountedSystemError(
+            f"The interval between two samples must be within [{_INTERVAL_RANGE[0]:g}, {_INTERVAL_RANGE[1]:g}] s, got "
+            f"{value!r}."
         )

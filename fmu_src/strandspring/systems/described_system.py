@@ -96,13 +96,12 @@ def mounted_systems(table: SystemTable, models: Models) -> tuple[tuple[str, Moun
         return ((AS_DESCRIBED, _system(table, bodies, points, {}, build, "")),)
     systems, axes = [], 0
     for k, candidate in enumerate(table.candidate):
-        for side, names in (("types", candidate.types), ("types", candidate.types.values())):
-            for name in names:
-                if name not in table.mount_type:
-                    with located("candidate", k, side):
-                        raise MountedSystemError(
-                            f"{quoted(name)} is not a mount type; {suggestion(name, list(table.mount_type))}"
-                        )
+        for name in (*candidate.types, *candidate.types.values()):
+            if name not in table.mount_type:
+                with located("candidate", k, "types"):
+                    raise MountedSystemError(
+                        f"{quoted(name)} is not a mount type; {suggestion(name, list(table.mount_type))}"
+                    )
         system = _system(
             table, bodies, points, candidate.types, build, f"candidate[{k + 1}] {quoted(candidate.name)}: "
         )
@@ -145,7 +144,7 @@ def _check_names(table: SystemTable) -> None:
     for field, names in (
         ("body", [body.name for body in table.body]),
         ("body.point", points),
-        ("mount", [mount.name for mount in table.mount]),
+        ("mount", [name for mount in table.mount for name in _names_of_mounts(mount)]),
         ("candidate", [candidate.name for candidate in table.candidate]),
         ("case", [case.name for case in table.case]),
     ):
@@ -155,6 +154,12 @@ def _check_names(table: SystemTable) -> None:
     for k, body in enumerate(table.body):
         if body.name == "base":
             raise MountedSystemError(f"body[{k + 1}].name: 'base' is what mounts stand on; give another name.")
+
+
+def _names_of_mounts(table: MountTable) -> list[str]:
+    """Numbered where there are several places."""
+    count = len(table.places or ())
+    return [f"{table.name} {number}" for number in range(1, count + 1)] if count > 1 else [table.name]
 
 
 def _body(k: int, table: BodyTable) -> RigidBody:
@@ -253,9 +258,8 @@ def _mounts(
             )
     name = replaced.get(table.type, table.type)
     found = []
-    for number, (place, rotation) in enumerate(zip(places, rotations, strict=True), start=1):
+    for own, place, rotation in zip(_names_of_mounts(table), places, rotations, strict=True):
         turn = () if rotation is None else tuple(rotation.angle * each for each in rotation.about.vector)
-        own = f"{table.name} {number}" if len(places) > 1 else table.name
         axes = axes_of(name, turn)
         with located("mount", k):
             found.append(Mount(own, body, place or (0.0, 0.0, 0.0), axes, support))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -43,7 +44,7 @@ class LevelTable:
                     f"The level of point {number} of the table must be within [{_LEVEL_RANGE[0]:g}, "
                     f"{_LEVEL_RANGE[1]:g}], got {level!r}; end the table where nothing is asked for."
                 )
-        for number, (before, after) in enumerate(zip(self.points, self.points[1:], strict=False), start=2):
+        for number, (before, after) in enumerate(pairwise(self.points), start=2):
             if not after[0] > before[0]:
                 raise MountedSystemError(
                     f"The frequencies of a table must rise, but point {number} at {after[0]:g} Hz follows "
@@ -63,7 +64,7 @@ class LevelTable:
     @property
     def root_mean_square(self) -> float:
         """Of a signal with this power spectral density."""
-        return math.sqrt(float(self.integral([self.lowest, self.highest])[1]))
+        return math.sqrt(float(self.by_band([self.lowest, self.highest])[0]))
 
     def at(self, frequency: ArrayLike) -> FloatArray:
         """The level at each frequency [Hz], 0 outside the table."""
@@ -72,14 +73,18 @@ class LevelTable:
         inside = (frequencies >= self.lowest) & (frequencies <= self.highest)
         return np.where(inside, np.exp(np.interp(np.log(np.where(inside, frequencies, self.lowest)), x, y)), 0.0)
 
-    def integral(self, frequency: ArrayLike) -> FloatArray:
-        """Integral of the level from the table's beginning up to each frequency [Hz], in closed form."""
+    def by_band(self, edges: ArrayLike) -> FloatArray:
+        """Integral of the level over each of the bands between rising edges [Hz], shape (E - 1,), in closed form."""
         f, g = np.array(self.points).T
         slope = np.diff(np.log(g)) / np.diff(np.log(f))
-        clipped = np.clip(floats(frequency), f[0], f[-1])
-        area = np.concatenate([[0.0], np.cumsum(_area(f[:-1], g[:-1], slope, f[1:]))])
-        piece = np.minimum(np.searchsorted(f, clipped, side="right") - 1, slope.size - 1)
-        return floats(area[piece] + _area(f[piece], g[piece], slope[piece], clipped))
+        bounds = np.clip(floats(edges), self.lowest, self.highest)
+        cuts = np.sort(np.concatenate([bounds, f]))
+        left, right = cuts[:-1], cuts[1:]
+        piece = np.minimum(np.searchsorted(f, left, side="right") - 1, slope.size - 1)
+        area = _area(left, g[piece] * (left / f[piece]) ** slope[piece], slope[piece], right)
+        band = np.searchsorted(bounds, left, side="right") - 1
+        within = (band >= 0) & (band < bounds.size - 1)
+        return floats(np.bincount(band[within], weights=area[within], minlength=bounds.size - 1))
 
 
 def _area(f: FloatArray, g: FloatArray, slope: FloatArray, end: FloatArray) -> FloatArray:

@@ -1,7 +1,7 @@
 """Pulses of base acceleration or force, with their exact averages over time steps.
 
 Each begins at time 0 and is 0 after its duration. `shortest` is the time over which a signal acts once: the duration of
-a pulse, half a period of the highest frequency of a vibration, the sample interval of a record; a longer time step
+a pulse, half a period of the highest frequency of a vibration, ten sample intervals of a record; a longer time step
 blurs it. `velocity_change` is the integral of a pulse: the change of velocity [m/s] by an acceleration, the impulse
 [N s] of a force.
 """

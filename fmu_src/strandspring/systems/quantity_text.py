@@ -126,7 +126,7 @@ def in_si(value: object, *quantities: Quantity) -> float:
 
     Examples
     --------
-    >>> in_si("20 g", MASS), in_si("20 g", ACCELERATION), in_si("100 N/mm", STIFFNESS), in_si(3, TIME)
+    >>> in_si("20 g", MASS), round(in_si("20 g", ACCELERATION), 3), in_si("100 N/mm", STIFFNESS), in_si(3, TIME)
     (0.02, 196.133, 100000.0, 3.0)
     """
     return measured(value, *quantities)[0]

@@ -86,7 +86,7 @@ class RandomVibration:
         width = 1.0 / (period * self._interval)
         bands = 1 + math.ceil(self.density.highest / width)
         edges = width * (np.arange(bands + 1) - 0.5)
-        variance = np.diff(self.density.integral(edges))
+        variance = self.density.by_band(edges)
         interpolation = np.sinc(np.arange(bands) / period) ** 2
         # A term a*cos + b*sin is the coefficient period/2*(a - ib) of the discrete transform.
         scale = 0.5 * period * np.sqrt(variance) / interpolation

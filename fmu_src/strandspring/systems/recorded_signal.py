@@ -12,6 +12,8 @@ from ..kernel.arrays import FloatArray
 from .averaging import LARGEST_SIGNAL, StraightPieces
 from .mounted import MountedSystemError
 
+_INTERVALS = 10.0
+
 
 @dataclass(frozen=True, eq=False)
 class RecordedSignal:
@@ -68,8 +70,11 @@ class RecordedSignal:
 
     @property
     def shortest(self) -> float:
-        """The median interval of its samples [s]."""
-        return float(np.median(np.diff(self.time)))
+        """Ten median intervals of its samples, or its duration if that is less [s].
+
+        A tenth of it, one interval, resolves all that was recorded.
+        """
+        return min(_INTERVALS * float(np.median(np.diff(self.time))), self.duration)
 
     @property
     def velocity_change(self) -> float:

@@ -14,8 +14,8 @@ import numpy as np
 
 from ..kernel.arrays import FloatArray, floats
 from ..kernel.motion import MotionFigures, MotionSolver
-from .loads import LoadCase
-from .mounted import MountedSystem, MountedSystemError
+from .loads import ChannelKind, LoadCase
+from .mounted import Motion, MountedSystem, MountedSystemError
 from .rest import SHARES, RestPose, rest
 from .solving import channel_rows, solver
 from .stable_step import largest_stable_step
@@ -224,8 +224,10 @@ def simulate_case(
 
     Raises
     ------
-    MountedSystemError           If the bodies cannot rest, the step is too long, or the motion diverges.
+    MountedSystemError           If the bodies cannot rest or follow the base, the step is too long, or the motion
+                                 diverges.
     """
+    _check_case(system, case)
     kernel = solver(system)
     runs = [
         _run(system, kernel, case, rest(system, share, case.weightless, kernel), step, tolerance, histories)
@@ -234,17 +236,33 @@ def simulate_case(
     return CaseResult(system, case, tuple(runs))
 
 
+def _check_case(system: MountedSystem, case: LoadCase) -> None:
+    """Refuse a base that turns where a body cannot: its axis or plane is fixed to the base."""
+    for channel in case.channels:
+        if channel.kind is not ChannelKind.BASE_ANGULAR_VELOCITY:
+            continue
+        for body in system.bodies:
+            along = abs(float(np.dot(body.direction, channel.direction)))
+            if body.motion is Motion.AXIS or (body.motion is Motion.PLANE and along < 1.0 - 1e-9):
+                raise MountedSystemError(
+                    f"{case.name}: the base turns, and {body.name} moves in its {body.motion.value} only; give "
+                    "it all six degrees of freedom, or leave the turning out."
+                )
+
+
 def first_step(system: MountedSystem, case: LoadCase, start: RestPose, step: float | None = None) -> float:
-    """The step to begin with [s], which divides the duration: the given one, if it is stable and no pulse is shorter.
+    """The step to begin with [s]: the given one, or one that divides the shortest pulse.
 
     Raises
     ------
-    MountedSystemError   If it is not.
+    MountedSystemError   If the given one is not stable, longer than the shortest pulse, or would take too many steps.
     """
     stable = largest_stable_step(system, (start.displacements, start.rotations))
     shortest = min((channel.signal.shortest for channel in case.channels), default=math.inf)
     if step is None:
-        chosen = min(_OF_STABLE * stable, _OF_SHORTEST * shortest, case.duration / _LEAST_STEPS)
+        step = min(_OF_STABLE * stable, _OF_SHORTEST * shortest, case.duration / _LEAST_STEPS)
+        whole = shortest if math.isfinite(shortest) else case.duration
+        step = whole / math.ceil(whole / step)
     elif step > stable:
         raise MountedSystemError(
             f"`step` is {step:g} s, and the integration is stable up to {stable:.4g} s with these springs; "
@@ -255,15 +273,18 @@ def first_step(system: MountedSystem, case: LoadCase, start: RestPose, step: flo
             f"`step` is {step:g} s, longer than the shortest pulse of {case.name}, {shortest:.4g} s; take at most a "
             "tenth of it."
         )
-    else:
-        chosen = step
-    count = math.ceil(case.duration / chosen * (1.0 - 1e-12))
-    if 2 * count > MOST_STEPS:
+    count = 2 * _count(case, step)
+    if count > MOST_STEPS:
         raise MountedSystemError(
-            f"{case.name} would take {2 * count:.3g} steps of {0.5 * chosen:.3g} s, more than {MOST_STEPS:g}; shorten "
-            "it, or give a longer `step`."
+            f"{case.name} would take {count:.3g} steps of {0.5 * step:.3g} s, more than {MOST_STEPS:g}; shorten it, or "
+            "give a longer `step`."
         )
-    return case.duration / count
+    return step
+
+
+def _count(case: LoadCase, step: float) -> int:
+    """Steps that reach the end of a case."""
+    return math.ceil(case.duration / step * (1.0 - 1e-12))
 
 
 def _run(
@@ -275,12 +296,12 @@ def _run(
     tolerance: float,
     histories: bool,
 ) -> CaseRun:
-    length = first_step(system, case, start, step)
-    count = round(case.duration / length)
-    coarse = RunFigures.of(run_once(system, kernel, case, start, count))
+    h = first_step(system, case, start, step)
+    coarse = RunFigures.of(run_once(system, kernel, case, start, h, _count(case, h)))
+    count = _count(case, h)
     while True:
-        count *= 2
-        found = run_once(system, kernel, case, start, count, histories)
+        h, count = 0.5 * h, 2 * count
+        found = run_once(system, kernel, case, start, h, count, histories)
         fine = RunFigures.of(found)
         errors = fine.combined(coarse, lambda new, old: np.abs(new - old) / 3.0)
         if step is not None or 2 * count > MOST_STEPS or _is_within(fine, errors, tolerance):
@@ -290,26 +311,31 @@ def _run(
     if energies.relative_residual > _LARGEST_RESIDUAL:
         raise MountedSystemError(
             f"{case.name}: the energy balance is off by {100.0 * energies.relative_residual:.2g} % with steps of "
-            f"{case.duration / count:.3g} s; give a shorter `step`."
+            f"{h:.3g} s; give a shorter `step`."
         )
-    return CaseRun(start, case.duration / count, fine, errors, energies, _histories(found, case, count))
+    return CaseRun(start, h, fine, errors, energies, _histories(found, h, count))
 
 
 def run_once(
-    system: MountedSystem, kernel: MotionSolver, case: LoadCase, start: RestPose, count: int, histories: bool = False
+    system: MountedSystem,
+    kernel: MotionSolver,
+    case: LoadCase,
+    start: RestPose,
+    step: float,
+    count: int,
+    histories: bool = False,
+    rows: int = _MOST_ROWS,
 ) -> MotionFigures:
-    """One run of `count` steps.
+    """One run of `count` steps, with histories of at most so many rows and one.
 
     Raises
     ------
     MountedSystemError   If the motion diverges.
     """
-    step = case.duration / count
-    channels = channel_rows(system, case.channels)
-    values = np.array([channel.signal.averages(step, count) for channel in case.channels]).reshape(-1, count)
+    averages = np.array([channel.signal.averages(step, count) for channel in case.channels]).reshape(-1, count)
     found = kernel.run(
-        channels, values, step, np.array(system.gravity), start.pose, start.omega, np.array(case.velocity),
-        min(int(case.settling / step), count - 1), _stride(count), histories,
+        channel_rows(system, case.channels), averages, step, np.array(system.gravity), start.pose, start.omega,
+        np.array(case.velocity), min(int(case.settling / step), count - 1), math.ceil(count / rows), histories,
     )  # fmt: skip
     if found.steps < count:
         raise MountedSystemError(
@@ -320,14 +346,10 @@ def run_once(
     return found
 
 
-def _stride(count: int) -> int:
-    return math.ceil(count / _MOST_ROWS)
-
-
-def _histories(found: MotionFigures, case: LoadCase, count: int) -> Histories | None:
+def _histories(found: MotionFigures, step: float, count: int) -> Histories | None:
     if found.accelerations is None or found.sway is None or found.displacements is None or found.forces is None:
         return None
-    time = floats(case.duration / count * _stride(count) * np.arange(len(found.displacements)))
+    time = floats(step * math.ceil(count / _MOST_ROWS) * np.arange(len(found.displacements)))
     return Histories(time, found.accelerations, found.sway, found.displacements, found.forces)
 
 

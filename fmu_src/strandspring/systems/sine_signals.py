@@ -41,10 +41,11 @@ class SineDwell:
         check_level(self.amplitude, "amplitude")
         check_frequency(self.frequency, "the frequency of a sine dwell")
         check_duration(self.duration, "duration")
-        if not 0.0 <= self.soft_start <= self.duration:
+        if self.soft_start != 0.0:
+            check_duration(self.soft_start, "soft_start")
+        if not self.soft_start <= self.duration:
             raise MountedSystemError(
-                f"`soft_start` must be within [0, {self.duration:g}] s, the duration of the dwell, got "
-                f"{self.soft_start!r}."
+                f"`soft_start` must be at most {self.duration:g} s, the duration of the dwell, got {self.soft_start!r}."
             )
 
     @property
@@ -65,7 +66,7 @@ class SineDwell:
         """Its mean over each of `count` steps, shape (count,)."""
         rate = 2.0 * math.pi * self.frequency
         if self.soft_start > 0.0:
-            rate += math.pi / self.soft_start
+            rate += math.pi / max(self.soft_start, step)
         return smooth_averages(self.at, rate, np.array([self.soft_start, self.duration]), step, count)
 
 

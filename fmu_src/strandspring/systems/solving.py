@@ -3,17 +3,42 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
+from ..core.parameters import SpringParameters
 from ..kernel.arrays import FloatArray
 from ..kernel.motion import CHANNEL, POINT, MotionSolver
 from .loads import Channel
 from .mounted import BASE, Motion, MountAxis, MountedSystem, RigidBody
 
 
+@dataclass(frozen=True, eq=False)
+class SystemArrays:
+    """A system as rows of the structures of motion.h.
+
+    Attributes
+    ----------
+    bodies, mounts, axes, points : ndarray   As MotionSolver takes them.
+    springs : list of SpringParameters       Of each axis.
+    """
+
+    bodies: FloatArray
+    mounts: FloatArray
+    springs: list[SpringParameters]
+    axes: FloatArray
+    points: FloatArray
+
+
 def solver(system: MountedSystem) -> MotionSolver:
     """The kernel's solver for a system."""
+    parts = arrays(system)
+    return MotionSolver(parts.bodies, parts.mounts, parts.springs, parts.axes, parts.points)
+
+
+def arrays(system: MountedSystem) -> SystemArrays:
+    """The system as the kernel takes it."""
     centers = np.array([body.center for body in system.bodies])
     bodies = [_body(body) for body in system.bodies]
     mounts, first = [], 0
@@ -25,7 +50,7 @@ def solver(system: MountedSystem) -> MotionSolver:
         first += len(mount.axes)
     axes = [axis for _, axis in system.axes()]
     points = [np.append(np.subtract(point.place, centers[point.body]), point.body) for point in system.points]
-    return MotionSolver(
+    return SystemArrays(
         np.array(bodies),
         np.array(mounts),
         [axis.spring for axis in axes],

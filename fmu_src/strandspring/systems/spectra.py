@@ -11,6 +11,8 @@ from scipy.signal import welch
 from scipy.signal.windows import hann
 
 from ..kernel.arrays import FloatArray, floats
+from .averaging import LARGEST_SIGNAL, check_interval
+from .level_table import check_frequency
 from .mounted import MountedSystemError
 
 _EULER = 0.5772156649015329
@@ -90,13 +92,12 @@ def power_spectrum(samples: ArrayLike, interval: float, resolution: float) -> Po
     MountedSystemError                  If the history is shorter than a segment or has values that are not finite.
     """
     history = floats(samples)
-    if not (math.isfinite(interval) and interval > 0.0 and math.isfinite(resolution) and resolution > 0.0):
+    check_interval(interval)
+    check_frequency(resolution, "the resolution of a power spectrum")
+    if history.ndim != 1 or not np.all(np.abs(history) <= LARGEST_SIGNAL):
         raise MountedSystemError(
-            f"The sampling interval and the resolution of a power spectrum must be finite and > 0, got {interval!r} s "
-            f"and {resolution!r} Hz."
+            f"A power spectrum needs a history of values in a row, finite and within +-{LARGEST_SIGNAL:g}."
         )
-    if history.ndim != 1 or not np.isfinite(history).all():
-        raise MountedSystemError("A power spectrum needs a history of finite values, one after the other.")
     length = 1.0 / (resolution * interval)
     if not 8.0 <= length <= history.size * (1.0 + 1e-9):
         raise MountedSystemError(

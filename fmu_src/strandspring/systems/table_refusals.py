@@ -34,13 +34,29 @@ def field_name(location: Sequence[str | int]) -> str:
     return name
 
 
+class FieldError(MountedSystemError):
+    """What is wrong with a field.
+
+    Parameters
+    ----------
+    location : tuple of str and int   Of the field.
+    problem : str                     What is wrong, and what to do.
+    """
+
+    def __init__(self, location: tuple[str | int, ...], problem: str) -> None:
+        super().__init__(f"{field_name(location)}: {problem}")
+        self.location, self.problem = location, problem
+
+
 @contextmanager
 def located(*location: str | int) -> Iterator[None]:
-    """Errors in the block as those of a field."""
+    """Errors in the block as those of a field, or of the fields of a table there."""
     try:
         yield
-    except StrandspringError as problem:
-        raise MountedSystemError(f"{field_name(location)}: {problem}") from None
+    except FieldError as error:
+        raise FieldError((*location, *error.location), error.problem) from None
+    except StrandspringError as error:
+        raise FieldError(location, str(error)) from None
 
 
 def refusal(error: ValidationError) -> str:
@@ -51,7 +67,7 @@ def refusal(error: ValidationError) -> str:
     reason = _reason(problem["type"], context, value, problem["msg"])
     field = field_name(problem["loc"])
     text = f"{field}: {reason}" if field else reason
-    return text if text.endswith(("?", ".")) else f"{text}."
+    return text if text.endswith(".") else f"{text}."
 
 
 def _reason(kind: str, context: Mapping[str, Any], value: Any, own_message: str) -> str:
@@ -68,9 +84,8 @@ def _reason(kind: str, context: Mapping[str, Any], value: Any, own_message: str)
         return f"must be {rule} {context[key]:g}, got {_shown(value)}"
     if kind in _COUNTS:
         rule, key, what = _COUNTS[kind]
-        return (
-            f"must have {rule} {context[key]} {what}, got {len(value) if isinstance(value, list | dict | str) else 0}"
-        )
+        count = len(value) if isinstance(value, list | dict | str) else 0
+        return "must not be empty" if count == 0 else f"must have {rule} {context[key]} {what}, got {count}"
     return f"must be {_EXPECTED.get(kind, 'what the description of the file format says')}, got {_shown(value)}"
 
 

@@ -9,8 +9,7 @@ from difflib import get_close_matches
 from functools import partial
 from typing import Annotated, Any
 
-from pydantic import BaseModel, ConfigDict, Field, GetCoreSchemaHandler, GetJsonSchemaHandler, model_validator
-from pydantic_core import CoreSchema, core_schema
+from pydantic import BaseModel, ConfigDict, Field, GetCoreSchemaHandler, PlainValidator, model_validator
 
 from ..records.units import quoted
 from ..strict_json import is_finite
@@ -26,11 +25,11 @@ def suggestion(name: str, known: Sequence[str]) -> str:
     """What is meant by an unknown name, or what there is, as the end of a sentence."""
     near = get_close_matches(name[:_LONGEST_NAME], known, n=1)
     if near:
-        return f"did you mean {quoted(near[0])}?"
+        return f"use {quoted(near[0])} if you mean that."
     if not known:
-        return "there are none."
+        return "there are none, so remove it."
     more = f" and {len(known) - _LISTED} more" if len(known) > _LISTED else ""
-    return f"there are {', '.join(map(quoted, known[:_LISTED]))}{more}."
+    return f"use one of {', '.join(map(quoted, known[:_LISTED]))}{more}."
 
 
 class Table(BaseModel):
@@ -63,10 +62,10 @@ class ReadBy:
     read: Callable[[Any], Any]
     schema: Mapping[str, Any]
 
-    def __get_pydantic_core_schema__(self, _source: Any, _handler: GetCoreSchemaHandler) -> CoreSchema:
-        return core_schema.no_info_plain_validator_function(self.read)
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> Any:
+        return PlainValidator(self.read).__get_pydantic_core_schema__(source, handler)
 
-    def __get_pydantic_json_schema__(self, _core: CoreSchema, _handler: GetJsonSchemaHandler) -> dict[str, Any]:
+    def __get_pydantic_json_schema__(self, _core: Any, _handler: Any) -> dict[str, Any]:
         return dict(self.schema)
 
 

@@ -5,10 +5,12 @@
 
 #include "fmi2_arguments.c"
 #include "fmi2_block.c"
+#include "fmi2_bytes.c"
 #include "fmi2_cosimulation.c"
 #include "fmi2_derivatives.c"
 #include "fmi2_fmustate.c"
 #include "fmi2_instance.c"
+#include "fmi2_life.c"
 #include "fmi2_log.c"
 #include "fmi2_model_exchange.c"
 #include "fmi2_reversal.c"

@@ -2,7 +2,7 @@
 #ifndef FMI2_ARGUMENTS_H
 #define FMI2_ARGUMENTS_H
 
-#include "fmi2_instance.h"
+#include "fmi2_own.h"
 
 /* Value references must be those of variables of one type. */
 #define FMU_REQUIRE_VARIABLES(instance, call, references, count, values, type) \

@@ -9,23 +9,17 @@ static const volatile SpringBlock fmu_block = {
 #include "spring_values.h"
 };
 
-static void copy(void *to, const volatile void *from, size_t size)
-{
-    for (size_t i = 0; i < size; i++)
-        ((unsigned char *)to)[i] = ((const volatile unsigned char *)from)[i];
-}
-
 Guid fmu_guid(void)
 {
     Guid guid;
-    copy(&guid, &fmu_block.guid, sizeof guid);
+    fmu_copy_block(&guid, &fmu_block.guid, sizeof guid);
     return guid;
 }
 
 Settings fmu_start_settings(void)
 {
     Settings settings;
-    copy(&settings, &fmu_block.settings, sizeof settings);
+    fmu_copy_block(&settings, &fmu_block.settings, sizeof settings);
     return settings;
 }
 

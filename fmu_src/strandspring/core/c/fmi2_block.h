@@ -7,15 +7,8 @@
 #ifndef FMI2_BLOCK_H
 #define FMI2_BLOCK_H
 
+#include "fmi2_bytes.h"
 #include "fmi2_variables.h"
-
-#include <stdint.h>
-
-enum { FMU_GUID_SIZE = 38 };
-
-typedef struct {
-    char text[FMU_GUID_SIZE + 2]; /* terminated, and a multiple of 8 bytes */
-} Guid;
 
 /* Little-endian on every platform, without padding. */
 typedef struct {
@@ -25,11 +18,7 @@ typedef struct {
     Settings settings;
 } SpringBlock;
 
-/* Copies of what the block holds: the GUID, and the start values of all parameters. */
-SPRING_LOCAL Guid fmu_guid(void);
+/* The start values of all parameters, copied from the block. */
 SPRING_LOCAL Settings fmu_start_settings(void);
-
-/* An address that identifies the FMU within its process. */
-SPRING_LOCAL const void *fmu_identity(void);
 
 #endif

@@ -1,7 +1,5 @@
 /* The calls of FMI 2.0 about states of the FMU. */
 #include "fmi2_arguments.h"
-#include "fmi2_block.h"
-#include "fmi2_instance.h"
 
 #include <stdlib.h>
 

@@ -9,6 +9,7 @@
 #define FMI2_INSTANCE_H
 
 #include "fmi2_api.h"
+#include "fmi2_block.h"
 #include "fmi2_log.h"
 #include "fmi2_state.h"
 #include "fmi2_states.h"
@@ -28,9 +29,13 @@ typedef struct {
     const SharedSpring *shared; /* acquired for the law made last; may be NULL */
     VelocityWatch velocity_watch; /* of the form with states */
     Log log;
-    fmi2CallbackFreeMemory free; /* the instance's own memory */
-    char name[];
+    fmi2CallbackFreeMemory free; /* the instance's own memory, which its name follows */
 } Instance;
+
+static inline VariableName fmu_variable_name(const Instance *instance, unsigned reference)
+{
+    return fmu_name(&instance->state.settings, reference);
+}
 
 /* Everything as it is after instantiation, in the first mode of model exchange or co-simulation. */
 SPRING_LOCAL void fmu_begin(Instance *instance, int mode);
@@ -48,6 +53,11 @@ SPRING_LOCAL double fmu_range(const State *state);
 
 /* Whether the displacement lies outside the identified range. */
 SPRING_LOCAL int fmu_extrapolating(const Instance *instance);
+static inline fmi2Status fmu_read_extrapolating(const Instance *instance, int *extrapolating)
+{
+    *extrapolating = fmu_extrapolating(instance);
+    return fmi2OK;
+}
 
 /* The memory where the path to the displacement set last ends: the committed one or a trial; the law is then present.
  * NULL while the parameters are not a possible spring, or where the memory for its table is missing. */

@@ -8,6 +8,7 @@
 #ifndef FMI2_VARIABLES_H
 #define FMI2_VARIABLES_H
 
+#include "fmi2_kinds.h"
 #include "spring.h"
 
 #include <stdint.h>
@@ -34,10 +35,6 @@ typedef struct {
     double omega_start;
     int64_t has_states;
 } Settings;
-
-typedef enum { VARIABLE_REAL, VARIABLE_INTEGER, VARIABLE_BOOLEAN, VARIABLE_STRING } VariableType;
-
-typedef enum { VARIABLE_INPUT, VARIABLE_OUTPUT, VARIABLE_LOCAL, VARIABLE_PARAMETER } VariableCausality;
 
 typedef struct {
     char text[24];

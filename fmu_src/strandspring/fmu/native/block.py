@@ -34,10 +34,20 @@ def filled(image: bytes, parameters: SpringParameters, guid: str, with_states: b
     start = start_values(parameters)
     values = struct.pack("<40s", guid.encode("ascii")) + packed(parameters)
     values += struct.pack("<dq", start["omega_start"], with_states)
-    marker = _MARKER.pack(_MAGIC, _MARKER.size + len(values), _VERSION)
+    return with_block(image, _MAGIC, _VERSION, values)
+
+
+def with_block(image: bytes, magic: bytes, version: int, values: bytes) -> bytes:
+    """An image with values behind the marker of its one block.
+
+    Raises
+    ------
+    BuildError   If the image does not have exactly one such block of this size.
+    """
+    marker = _MARKER.pack(magic, _MARKER.size + len(values), version)
     if image.count(marker) != 1:
         raise BuildError(
-            f"A compiled spring must hold one block of values, found {image.count(marker)}; install strandspring again."
+            f"A compiled FMU must hold one block of values, found {image.count(marker)}; install strandspring again."
         )
     begin = image.index(marker) + _MARKER.size
     image = image[:begin] + values + image[begin + len(values) :]

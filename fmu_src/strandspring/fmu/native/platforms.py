@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from ...compiled.images import BRIDGE, FMU, PACKAGED, Unit, contents
+from ...compiled.images import OF_FMUS, PACKAGED, Unit, contents
 from ...compiled.targets import LINUX_ARM, LINUX_X86, MACOS_ARM, MACOS_X86, WINDOWS_X86, Target, host_target
 from ...errors import BuildError
 from .macho import universal
@@ -32,7 +32,7 @@ class Platform:
     @property
     def is_packaged(self) -> bool:
         """Whether the installed package carries all images."""
-        return all((PACKAGED / unit.file_name(target)).is_file() for unit in (FMU, BRIDGE) for target in self.targets)
+        return all((PACKAGED / unit.file_name(target)).is_file() for unit in OF_FMUS for target in self.targets)
 
 
 # FMI 2.0.4 keeps the names of FMI 2.0 for x86 and takes those of FMI 3.0 for everything else. Simulators on Apple

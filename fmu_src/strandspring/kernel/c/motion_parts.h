@@ -18,6 +18,9 @@ SPRING_LOCAL void motion_clear_forces(const MotionSystem *system, MotionBodyStat
 SPRING_LOCAL void motion_apply(
     const MotionMount *mount, const MotionReach *reach, const double *force, MotionBodyState *bodies);
 
+/* The base's acceleration (kind 0) or angular velocity (1) under channel values. */
+SPRING_LOCAL void motion_of_base(const MotionSystem *system, const double *values, double kind, double *motion);
+
 /* Goes on by `left`, or to where the first spring turns while *turns, which then falls by 1, is above 0. Returns how far; 0 if
  * a displacement is beyond LARGEST_DISPLACEMENT. */
 SPRING_LOCAL double motion_part(

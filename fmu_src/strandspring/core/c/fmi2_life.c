@@ -1,0 +1,108 @@
+/* The calls of FMI 2.0 that the FMU of a spring and that of a system answer alike. */
+#include "fmi2_life.h"
+
+#include "fmi2_arguments.h"
+#include "fmi2_bytes.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+Log fmu_first_log(fmi2String name, const fmi2CallbackFunctions *functions)
+{
+    int named = name != NULL && name[0] != '\0';
+    return (Log){functions->logger, functions->componentEnvironment, named ? name : "unnamed", LOG_ALL};
+}
+
+void *fmu_new_instance(Log *log, fmi2String name, fmi2String guid, const fmi2CallbackFunctions *functions, size_t size,
+                       fmi2CallbackFreeMemory *free_memory)
+{
+    Guid own = fmu_guid();
+    int own_memory = functions->allocateMemory == NULL && functions->freeMemory == NULL;
+    if (name == NULL || name[0] == '\0')
+        return FMU_REFUSE_POINTER(log, "The name of an instance must not be empty.");
+    if (guid == NULL || strcmp(guid, own.text) != 0)
+        return FMU_REFUSE_POINTER(log, "The GUID must be %s, got %s.", own.text,
+                                  guid == NULL ? "none" : fmu_printable(guid).text);
+    if (!own_memory && (functions->allocateMemory == NULL || functions->freeMemory == NULL))
+        return FMU_REFUSE_POINTER(log, "The callbacks allocateMemory and freeMemory must both be given or both be NULL.");
+    const size_t name_size = strlen(name) + 1, whole = size + name_size;
+    char *memory = own_memory ? calloc(1, whole) : functions->allocateMemory(1, whole);
+    if (memory == NULL)
+        return FMU_REFUSE_POINTER(log, "There is not enough memory for an instance.");
+    memset(memory, 0, size);
+    memcpy(memory + size, name, name_size);
+    log->instance_name = memory + size;
+    *free_memory = own_memory ? free : functions->freeMemory;
+    return memory;
+}
+
+fmi2Status fmi2EnterInitializationMode(fmi2Component c)
+{
+    FMU_REQUIRE(c, EnterInitializationMode);
+    instance->state.mode = instance->state.mode & MODEL_EXCHANGE ? ME_INITIALIZATION : CS_INITIALIZATION;
+    return fmi2OK;
+}
+
+fmi2Status fmi2ExitInitializationMode(fmi2Component c)
+{
+    FMU_REQUIRE(c, ExitInitializationMode);
+    return fmu_end_initialization(instance);
+}
+
+fmi2Status fmi2Terminate(fmi2Component c)
+{
+    FMU_REQUIRE(c, Terminate);
+    instance->state.mode = instance->state.mode & MODEL_EXCHANGE ? ME_TERMINATED : CS_TERMINATED;
+    return fmi2OK;
+}
+
+fmi2Status fmi2Reset(fmi2Component c)
+{
+    FMU_REQUIRE(c, Reset);
+    fmu_begin(instance, instance->state.mode & MODEL_EXCHANGE ? ME_INSTANTIATED : CS_INSTANTIATED);
+    return fmi2OK;
+}
+
+fmi2Status fmi2GetReal(fmi2Component c, const fmi2ValueReference vr[], size_t nvr, fmi2Real value[])
+{
+    FMU_REQUIRE(c, GetReal);
+    FMU_REQUIRE_VARIABLES(instance, GetReal, vr, nvr, value, VARIABLE_REAL);
+    return fmu_read(instance, vr, nvr, value);
+}
+
+/* The one Boolean is `extrapolating`. */
+fmi2Status fmi2GetBoolean(fmi2Component c, const fmi2ValueReference vr[], size_t nvr, fmi2Boolean value[])
+{
+    FMU_REQUIRE(c, GetBoolean);
+    FMU_REQUIRE_VARIABLES(instance, GetBoolean, vr, nvr, value, VARIABLE_BOOLEAN);
+    int extrapolating;
+    if (fmu_read_extrapolating(instance, &extrapolating) != fmi2OK)
+        return fmi2Error;
+    for (size_t i = 0; i < nvr; i++)
+        value[i] = extrapolating ? fmi2True : fmi2False;
+    return fmi2OK;
+}
+
+fmi2Status fmi2SetBoolean(fmi2Component c, const fmi2ValueReference vr[], size_t nvr, const fmi2Boolean value[])
+{
+    FMU_REQUIRE(c, SetBoolean);
+    FMU_REQUIRE_VARIABLES(instance, SetBoolean, vr, nvr, value, VARIABLE_BOOLEAN);
+    if (nvr == 0)
+        return fmi2OK;
+    return FMU_REFUSE(&instance->log, "`%s` is calculated and cannot be set.",
+                      fmu_variable_name(instance, vr[0]).text);
+}
+
+/* Of types that no variable has. */
+#define EXCHANGE_NONE(call, Type, type) \
+    fmi2Status fmi2##call(fmi2Component c, const fmi2ValueReference vr[], size_t nvr, Type value[]) \
+    { \
+        FMU_REQUIRE(c, call); \
+        FMU_REQUIRE_VARIABLES(instance, call, vr, nvr, value, type); \
+        return fmi2OK; \
+    }
+
+EXCHANGE_NONE(GetInteger, fmi2Integer, VARIABLE_INTEGER)
+EXCHANGE_NONE(GetString, fmi2String, VARIABLE_STRING)
+EXCHANGE_NONE(SetInteger, const fmi2Integer, VARIABLE_INTEGER)
+EXCHANGE_NONE(SetString, const fmi2String, VARIABLE_STRING)

@@ -1,0 +1,65 @@
+/* The block of the binary that holds one system of bodies on mounts.
+ *
+ * As with core/c/fmi2_block.h a binary is compiled once for all systems, and making an FMU of it means to overwrite the
+ * block; system_fmu/system_block.py does so, and writes the same values into system_values.h. Counts stand in front; the
+ * values are, one behind the other:
+ *
+ *     SystemStart
+ *     each spring      the four counts of SpringParameters, the values used of its arrays, its scalars
+ *     each body        MotionBody, which is of numbers only, like the next
+ *     each mount       MotionMount
+ *     each axis        the number of its spring, then MotionAxis without its law
+ *     each point       MotionPoint
+ *     each channel     MotionChannel
+ *
+ * and the names are those of the variables in the order of their value references, each terminated. */
+#ifndef SYSTEM_BLOCK_H
+#define SYSTEM_BLOCK_H
+
+#include "../../core/c/fmi2_bytes.h"
+#include "../../core/c/spring.h"
+#include "../../kernel/c/motion.h"
+
+#include <stdint.h>
+
+enum { SYSTEM_VALUES = 32768, SYSTEM_NAMES = 131072, SYSTEM_NAME = 64 };
+
+/* Values of the fixed parameters, in the order of their value references. */
+typedef struct {
+    double step, omega_start, gravity[3];
+} Settings;
+
+/* Start values, and the bounds of what may be set. */
+typedef struct {
+    Settings settings, low, high;
+} SystemStart;
+
+typedef struct {
+    int64_t springs, bodies, mounts, axes, points, channels;
+} SystemCounts;
+
+/* Little-endian on every platform, without padding. */
+typedef struct {
+    char magic[16];
+    uint32_t size, version;
+    char guid[sizeof(Guid)];
+    SystemCounts counts;
+    double values[SYSTEM_VALUES];
+    char names[SYSTEM_NAMES];
+} SystemBlock;
+
+SPRING_LOCAL SystemCounts system_counts(void);
+SPRING_LOCAL SystemStart system_start(void);
+
+/* The parts of the system; the laws of axes are of `laws`, whose parameters are filled in. */
+SPRING_LOCAL void system_parts(
+    SpringLaw *laws, MotionBody *bodies, MotionMount *mounts, MotionAxis *axes, MotionPoint *points,
+    MotionChannel *channels);
+
+typedef struct {
+    char text[SYSTEM_NAME];
+} VariableName;
+
+SPRING_LOCAL VariableName system_name(unsigned reference);
+
+#endif

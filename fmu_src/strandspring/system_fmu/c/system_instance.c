@@ -1,0 +1,401 @@
+#include "system_instance.h"
+
+#include <math.h>
+#include <string.h>
+
+/* Of one step of co-simulation; some seconds. */
+static const double MOST_STEPS = 1e8;
+/* Of a step: what hosts' rounding of times may add to it. */
+static const double STEP_ROUNDING = 1e-9;
+
+/* ---- the system ----------------------------------------------------------------------------------------------------- */
+
+/* Where parts of the memory behind an instance begin. */
+typedef struct {
+    size_t laws, shared, bodies, mounts, axes, points, channels, end;
+} Layout;
+
+static size_t room(size_t *end, int64_t count, size_t size)
+{
+    size_t begin = *end, whole = (size_t)count * size;
+    *end = begin + (whole + 7) / 8 * 8;
+    return begin;
+}
+
+static Layout layout(void)
+{
+    SystemCounts counts = system_counts();
+    Layout at = {.end = 0};
+    (void)room(&at.end, 1, sizeof(Instance));
+    at.laws = room(&at.end, counts.springs, sizeof(SpringLaw));
+    at.shared = room(&at.end, counts.springs, sizeof(SharedSpring *));
+    at.bodies = room(&at.end, counts.bodies, sizeof(MotionBody));
+    at.mounts = room(&at.end, counts.mounts, sizeof(MotionMount));
+    at.axes = room(&at.end, counts.axes, sizeof(MotionAxis));
+    at.points = room(&at.end, counts.points, sizeof(MotionPoint));
+    at.channels = room(&at.end, counts.channels, sizeof(MotionChannel));
+    return at;
+}
+
+size_t system_instance_size(void)
+{
+    return layout().end;
+}
+
+int system_make(Instance *instance)
+{
+    SystemCounts counts = system_counts();
+    Layout at = layout();
+    char *memory = (char *)instance;
+    MotionBody *bodies = (void *)(memory + at.bodies);
+    MotionMount *mounts = (void *)(memory + at.mounts);
+    MotionAxis *axes = (void *)(memory + at.axes);
+    MotionPoint *points = (void *)(memory + at.points);
+    MotionChannel *channels = (void *)(memory + at.channels);
+    instance->laws = (void *)(memory + at.laws);
+    instance->shared = (void *)(memory + at.shared);
+    system_parts(instance->laws, bodies, mounts, axes, points, channels);
+    instance->system = (MotionSystem){
+        .bodies = (size_t)counts.bodies, .mounts = (size_t)counts.mounts, .axes = (size_t)counts.axes,
+        .points = (size_t)counts.points, .channels = (size_t)counts.channels, .body = bodies, .mount = mounts,
+        .axis = axes, .point = points, .channel = channels};
+    for (; instance->springs < (size_t)counts.springs; instance->springs++) {
+        SpringLaw *law = instance->laws + instance->springs;
+        SpringParameters parameters = law->parameters;
+        const SharedSpring *shared = fmu_acquire(&parameters);
+        if (shared == NULL)
+            return 0;
+        instance->shared[instance->springs] = shared;
+        spring_prepare(law, &parameters, &shared->table);
+    }
+    Groups *first = &instance->first;
+    first->acceleration = SYSTEM_FIRST_INPUT + (unsigned)counts.channels;
+    first->sway = first->acceleration + 3 * (unsigned)counts.points;
+    first->force = first->sway + 3 * (unsigned)counts.points;
+    first->displacement = first->force + (unsigned)counts.axes;
+    first->energy = first->displacement + (unsigned)counts.axes;
+    first->parameter = first->energy + 1;
+    instance->variables = first->parameter + SYSTEM_PARAMETERS;
+    return 1;
+}
+
+void system_release(Instance *instance)
+{
+    for (size_t i = 0; i < instance->springs; i++)
+        fmu_release(instance->shared[i]);
+}
+
+/* ---- states --------------------------------------------------------------------------------------------------------- */
+
+/* Lets the motion of a state point to the state's own arrays. */
+static void join_motion(State *state)
+{
+    state->motion.body = state->bodies;
+    state->motion.reach = state->reach;
+    state->motion.axis = state->axes;
+}
+
+static void forget_outputs(Instance *instance)
+{
+    instance->has_accelerations = instance->has_sway = 0;
+}
+
+void fmu_begin(Instance *instance, int mode)
+{
+    State *state = &instance->state;
+    memset(state, 0, sizeof *state);
+    state->mode = mode;
+    state->stop_time = INFINITY;
+    state->settings = system_start().settings;
+    join_motion(state);
+    forget_outputs(instance);
+}
+
+void fmu_restore(Instance *instance, const State *state)
+{
+    instance->state = *state;
+    join_motion(&instance->state);
+    forget_outputs(instance);
+}
+
+/* Copies what a step changes, so far as it is used. */
+static void copy_motion(const MotionSystem *system, State *to, const State *from)
+{
+    to->extrapolating = from->extrapolating;
+    memcpy(to->is_outside, from->is_outside, system->axes * sizeof *to->is_outside);
+    to->motion = from->motion;
+    memcpy(to->bodies, from->bodies, system->bodies * sizeof *to->bodies);
+    memcpy(to->reach, from->reach, system->mounts * sizeof *to->reach);
+    memcpy(to->axes, from->axes, system->axes * sizeof *to->axes);
+    join_motion(to);
+}
+
+/* ---- rest ----------------------------------------------------------------------------------------------------------- */
+
+/* Notes which springs are outside their ranges; those that were inside before are added to the excursions. */
+static size_t note_excursions(Instance *instance, size_t count)
+{
+    State *state = &instance->state;
+    for (unsigned a = 0; a < instance->system.axes; a++) {
+        const SpringLaw *law = instance->system.axis[a].law;
+        double displacement = state->axes[a].memory.displacement;
+        int is_outside = displacement < law->x_min || displacement > law->x_max;
+        state->extrapolating |= is_outside;
+        if (is_outside && !state->is_outside[a] && count < MOTION_AXES)
+            instance->excursions[count++] = (Excursion){a, displacement};
+        state->is_outside[a] = is_outside;
+    }
+    return count;
+}
+
+static void warn_of_excursions(const Instance *instance, size_t count)
+{
+    for (size_t i = 0; i < count; i++) {
+        const Excursion *excursion = instance->excursions + i;
+        const SpringLaw *law = instance->system.axis[excursion->axis].law;
+        SpringNumber low = spring_number(law->x_min), high = spring_number(law->x_max);
+        fmu_report(&instance->log, fmi2Warning,
+                   "`%s` %s m lies outside the identified range [%s, %s] m: the force is extrapolated until it comes back.",
+                   system_name(instance->first.displacement + excursion->axis).text,
+                   spring_number(excursion->displacement).text, low.text, high.text);
+    }
+}
+
+static fmi2Status find_rest(Instance *instance, const double *omega, double *pose)
+{
+    const MotionSystem *system = &instance->system;
+    State *state = &instance->state;
+    const double *gravity = state->settings.gravity, still[3] = {0.0, 0.0, 0.0};
+    double unbalance;
+    if (!motion_rest(system, gravity, omega, &state->motion, pose, &unbalance))
+        return FMU_REFUSE(&instance->log,
+                          "The bodies find no static equilibrium under gravity (%s, %s, %s) m/s^2: %s N remain unbalanced. "
+                          "Change gravity, or build the FMU with mounts that can carry the bodies.",
+                          spring_number(gravity[0]).text, spring_number(gravity[1]).text, spring_number(gravity[2]).text,
+                          spring_number(unbalance).text);
+    motion_begin(system, &state->motion, gravity, pose, omega, still);
+    return fmi2OK;
+}
+
+/* Takes the bodies to rest, unless they are there. omega of an axis is omega_start in the direction of its force at rest with
+ * omega = 0. */
+static fmi2Status require_rest(Instance *instance)
+{
+    static const double NOMINAL[7] = {0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0};
+    const MotionSystem *system = &instance->system;
+    State *state = &instance->state;
+    double pose[7 * MOTION_BODIES], omega[MOTION_AXES] = {0.0};
+    if (state->is_at_rest || !(state->mode & INITIALIZATION))
+        return fmi2OK;
+    for (size_t b = 0; b < system->bodies; b++)
+        memcpy(pose + 7 * b, NOMINAL, sizeof NOMINAL);
+    if (find_rest(instance, omega, pose) != fmi2OK)
+        return fmi2Error;
+    if (state->settings.omega_start != 0.0) {
+        for (size_t a = 0; a < system->axes; a++)
+            omega[a] = state->axes[a].force < 0.0 ? -state->settings.omega_start : state->settings.omega_start;
+        if (find_rest(instance, omega, pose) != fmi2OK)
+            return fmi2Error;
+    }
+    motion_sway(system, &state->motion, state->rest_sway);
+    state->extrapolating = 0;
+    memset(state->is_outside, 0, sizeof state->is_outside);
+    (void)note_excursions(instance, 0);
+    state->is_at_rest = 1;
+    forget_outputs(instance);
+    return fmi2OK;
+}
+
+fmi2Status fmu_end_initialization(Instance *instance)
+{
+    State *state = &instance->state;
+    if (require_rest(instance) != fmi2OK)
+        return fmi2Error;
+    memset(state->is_outside, 0, sizeof state->is_outside);
+    warn_of_excursions(instance, note_excursions(instance, 0));
+    state->mode = CS_STEP;
+    return fmi2OK;
+}
+
+/* ---- values --------------------------------------------------------------------------------------------------------- */
+
+VariableCausality system_causality(const Instance *instance, unsigned reference)
+{
+    const Groups *first = &instance->first;
+    return reference == SYSTEM_EXTRAPOLATING     ? VARIABLE_LOCAL
+           : reference < first->acceleration     ? VARIABLE_INPUT
+           : reference < first->parameter        ? VARIABLE_OUTPUT
+                                                 : VARIABLE_PARAMETER;
+}
+
+static double absorbed_energy(const Instance *instance)
+{
+    double total = 0.0;
+    for (size_t a = 0; a < instance->system.axes; a++) {
+        const MotionAxis *axis = instance->system.axis + a;
+        const SpringMemory *memory = &instance->state.axes[a].memory;
+        total += axis->parallel * axis->series * spring_absorbed_energy(axis->law, memory);
+    }
+    return total;
+}
+
+static double output(Instance *instance, unsigned reference)
+{
+    const Groups *first = &instance->first;
+    const State *state = &instance->state;
+    if (reference < first->sway) {
+        if (!instance->has_accelerations)
+            motion_accelerations(&instance->system, &state->motion, state->inputs, instance->accelerations);
+        instance->has_accelerations = 1;
+        return instance->accelerations[reference - first->acceleration];
+    }
+    if (reference < first->force) {
+        unsigned i = reference - first->sway;
+        if (!instance->has_sway)
+            motion_sway(&instance->system, &state->motion, instance->sway);
+        instance->has_sway = 1;
+        return instance->sway[i] - state->rest_sway[i];
+    }
+    if (reference < first->displacement)
+        return state->axes[reference - first->force].force;
+    if (reference < first->energy)
+        return state->axes[reference - first->displacement].memory.displacement;
+    return absorbed_energy(instance);
+}
+
+/* Where a value is kept that the host may give. */
+static double *given(Instance *instance, unsigned reference)
+{
+    State *state = &instance->state;
+    return reference < instance->first.acceleration
+               ? state->inputs + (reference - SYSTEM_FIRST_INPUT)
+               : (double *)&state->settings + (reference - instance->first.parameter);
+}
+
+fmi2Status fmu_read(Instance *instance, const fmi2ValueReference references[], size_t count, double values[])
+{
+    for (size_t i = 0; i < count; i++) {
+        if (system_causality(instance, references[i]) != VARIABLE_OUTPUT) {
+            values[i] = *given(instance, references[i]);
+        } else {
+            if (require_rest(instance) != fmi2OK)
+                return fmi2Error;
+            values[i] = output(instance, references[i]);
+        }
+    }
+    return fmi2OK;
+}
+
+fmi2Status fmu_read_extrapolating(Instance *instance, int *extrapolating)
+{
+    fmi2Status status = require_rest(instance);
+    *extrapolating = instance->state.extrapolating;
+    return status;
+}
+
+static int is_within(const SystemStart *bounds, unsigned parameter, double value)
+{
+    return value >= ((const double *)&bounds->low)[parameter] && value <= ((const double *)&bounds->high)[parameter];
+}
+
+int system_are_possible(const Settings *settings)
+{
+    SystemStart bounds = system_start();
+    for (unsigned i = 0; i < SYSTEM_PARAMETERS; i++)
+        if (!is_within(&bounds, i, ((const double *)settings)[i]))
+            return 0;
+    return 1;
+}
+
+fmi2Status system_require_value(const Instance *instance, unsigned reference, double value)
+{
+    static const char *const UNITS[SYSTEM_PARAMETERS] = {" s", "", " m/s^2", " m/s^2", " m/s^2"};
+    if (!isfinite(value))
+        return FMU_REFUSE(&instance->log, "`%s` must be finite, got %s; the previous value is kept.",
+                          system_name(reference).text, spring_number(value).text);
+    if (reference < instance->first.parameter)
+        return fmi2OK;
+    unsigned parameter = reference - instance->first.parameter;
+    SystemStart bounds = system_start();
+    if (is_within(&bounds, parameter, value))
+        return fmi2OK;
+    return FMU_REFUSE(&instance->log, "`%s` must be within [%s, %s]%s, got %s; the previous value is kept.",
+                      system_name(reference).text, spring_number(((const double *)&bounds.low)[parameter]).text,
+                      spring_number(((const double *)&bounds.high)[parameter]).text, UNITS[parameter],
+                      spring_number(value).text);
+}
+
+void system_write(Instance *instance, const fmi2ValueReference references[], size_t count, const double values[])
+{
+    for (size_t i = 0; i < count; i++) {
+        *given(instance, references[i]) = values[i];
+        if (references[i] >= instance->first.parameter)
+            instance->state.is_at_rest = 0;
+    }
+    instance->has_accelerations = 0;
+}
+
+/* ---- steps ---------------------------------------------------------------------------------------------------------- */
+
+/* Whether every body is where it can be. */
+static int is_possible(const Instance *instance)
+{
+    for (size_t b = 0; b < instance->system.bodies; b++)
+        for (int i = 0; i < 3; i++)
+            if (!(fabs(instance->state.bodies[b].x[i]) <= LARGEST_DISPLACEMENT))
+                return 0;
+    return 1;
+}
+
+static fmi2Status move(Instance *instance, size_t steps, double h)
+{
+    State *state = &instance->state;
+    const MotionSystem *system = &instance->system;
+    double values[MOTION_CHANNELS];
+    size_t excursions = 0;
+    copy_motion(system, &instance->before, state);
+    memcpy(values, state->inputs, sizeof values);
+    state->extrapolating = 0;
+    for (size_t k = 0; k < steps; k++) {
+        if (state->is_interpolated)
+            for (size_t c = 0; c < system->channels; c++)
+                values[c] = state->inputs[c] + state->slopes[c] * (((double)k + 0.5) * h);
+        if (!motion_step(system, &state->motion, values, h) || !is_possible(instance)) {
+            copy_motion(system, state, &instance->before);
+            return fmi2Error;
+        }
+        excursions = note_excursions(instance, excursions);
+    }
+    warn_of_excursions(instance, excursions);
+    return fmi2OK;
+}
+
+fmi2Status system_step(Instance *instance, double time, double size)
+{
+    State *state = &instance->state;
+    double steps = ceil(size / state->settings.step * (1.0 - STEP_ROUNDING));
+    if (!(steps <= MOST_STEPS))
+        return FMU_REFUSE(&instance->log,
+                          "The step of %s s at time %s s would take more than %.0f steps of `step` %s s; take a shorter one.",
+                          spring_number(size).text, spring_number(time).text, MOST_STEPS,
+                          spring_number(state->settings.step).text);
+    steps = fmax(steps, 1.0);
+    for (size_t c = 0; c < instance->system.channels; c++)
+        if (!isfinite(state->inputs[c] + state->slopes[c] * size))
+            return FMU_REFUSE(&instance->log, "The derivative %s of `%s` must keep it finite in the step at time %s s.",
+                              spring_number(state->slopes[c]).text, system_name(SYSTEM_FIRST_INPUT + (unsigned)c).text,
+                              spring_number(time).text);
+    if (size > 0.0 && move(instance, (size_t)steps, size / steps) != fmi2OK)
+        return FMU_REFUSE(&instance->log,
+                          "The motion diverges in the step of %s s at time %s s: a displacement would be beyond %g m. Check the "
+                          "inputs, or take a smaller `step`.",
+                          spring_number(size).text, spring_number(time).text, LARGEST_DISPLACEMENT);
+    for (size_t c = 0; c < instance->system.channels; c++) {
+        state->inputs[c] += state->slopes[c] * size;
+        state->slopes[c] = 0.0;
+    }
+    state->is_interpolated = 0;
+    state->time = time + size;
+    forget_outputs(instance);
+    return fmi2OK;
+}

@@ -1,0 +1,130 @@
+#include "../../core/c/fmi2_sound.h"
+#include "system_instance.h"
+
+#include <math.h>
+#include <stdio.h>
+
+/* All but the memories of springs are numbers of eight bytes, one behind the other. */
+enum {
+    OF_MOTION = offsetof(MotionState, body) / sizeof(double),
+    OF_BODY = sizeof(MotionBodyState) / sizeof(double),
+    OF_REACH = sizeof(MotionReach) / sizeof(double),
+    OF_AXIS = (sizeof(MotionAxisState) - offsetof(MotionAxisState, displacement)) / sizeof(double)
+};
+_Static_assert(
+    sizeof(MotionState) == OF_MOTION * sizeof(double) + (3 * sizeof(void *) + 7) / 8 * 8, "every number is serialized");
+_Static_assert(
+    sizeof(MotionAxisState) == sizeof(SpringMemory) + OF_AXIS * sizeof(double), "every number is serialized");
+
+static void doubles(Cursor *cursor, double *values, size_t count)
+{
+    for (size_t i = 0; i < count; i++)
+        fmu_double_field(cursor, values + i);
+}
+
+/* In this order after what stands before the fields of every state (fmi2_bytes.c). */
+static void fields(Cursor *cursor, State *state)
+{
+    SystemCounts counts = system_counts();
+    fmu_int_field(cursor, &state->mode);
+    fmu_double_field(cursor, &state->time);
+    fmu_double_field(cursor, &state->stop_time);
+    doubles(cursor, (double *)&state->settings, SYSTEM_PARAMETERS);
+    doubles(cursor, state->inputs, (size_t)counts.channels);
+    doubles(cursor, state->slopes, (size_t)counts.channels);
+    fmu_int_field(cursor, &state->is_interpolated);
+    fmu_int_field(cursor, &state->is_at_rest);
+    fmu_int_field(cursor, &state->extrapolating);
+    doubles(cursor, state->rest_sway, 3 * (size_t)counts.points);
+    doubles(cursor, (double *)&state->motion, OF_MOTION);
+    doubles(cursor, (double *)state->bodies, (size_t)counts.bodies * OF_BODY);
+    doubles(cursor, (double *)state->reach, (size_t)counts.mounts * OF_REACH);
+    for (int64_t a = 0; a < counts.axes; a++) {
+        MotionAxisState *axis = state->axes + a;
+        SpringMemory *memory = &axis->memory;
+        fmu_int_field(cursor, state->is_outside + a);
+        fmu_double_field(cursor, &memory->displacement);
+        fmu_double_field(cursor, &memory->omega);
+        fmu_double_field(cursor, &memory->start);
+        fmu_double_field(cursor, &memory->start_xi);
+        fmu_double_field(cursor, &memory->energy_at);
+        fmu_double_field(cursor, &memory->energy);
+        fmu_int_field(cursor, &memory->direction);
+        doubles(cursor, &axis->displacement, OF_AXIS);
+    }
+}
+
+size_t fmu_state_size(void)
+{
+    State none;
+    Cursor cursor = {NULL, NULL, fmu_fields_at()};
+    fields(&cursor, &none);
+    return cursor.position;
+}
+
+void fmu_state_write(const State *state, unsigned char *bytes)
+{
+    Cursor cursor = {NULL, bytes, fmu_fields_at()};
+    fields(&cursor, (State *)state); /* which it only reads */
+    fmu_write_head(bytes, cursor.position);
+}
+
+static int are_finite(const double *values, size_t count)
+{
+    for (size_t i = 0; i < count; i++)
+        if (!(fabs(values[i]) <= LARGEST_SUM))
+            return 0;
+    return 1;
+}
+
+/* Whether the springs, and what surrounds them, can have come about. */
+static int are_axes_sound(const State *state, size_t count)
+{
+    for (size_t a = 0; a < count; a++) {
+        const MotionAxisState *axis = state->axes + a;
+        if (!(fabs(axis->memory.omega) <= 1.0) || !fmu_memory_is_sound(&axis->memory) ||
+            !are_finite(&axis->displacement, OF_AXIS) || !fmu_is_flag(state->is_outside[a]))
+            return 0;
+    }
+    return 1;
+}
+
+/* The first field that no instance can have, or NULL. */
+static const char *damaged_field(const State *state)
+{
+    SystemCounts counts = system_counts();
+    size_t channels = (size_t)counts.channels;
+    if ((state->mode & CO_SIMULATION) != state->mode || state->mode == 0 || (state->mode & (state->mode - 1)) != 0)
+        return "mode";
+    if (!isfinite(state->time) || isnan(state->stop_time))
+        return "time";
+    if (!system_are_possible(&state->settings))
+        return "settings";
+    for (size_t c = 0; c < channels; c++)
+        if (!isfinite(state->inputs[c]) || !isfinite(state->slopes[c]))
+            return "inputs";
+    if (!fmu_is_flag(state->is_interpolated) || !fmu_is_flag(state->is_at_rest) || !fmu_is_flag(state->extrapolating) ||
+        (state->mode & (INITIALIZED | TERMINATED) && !state->is_at_rest))
+        return "flags";
+    if (!are_finite(state->rest_sway, 3 * (size_t)counts.points) || !are_finite((const double *)&state->motion, OF_MOTION) ||
+        !are_finite((const double *)state->bodies, (size_t)counts.bodies * OF_BODY) ||
+        !are_finite((const double *)state->reach, (size_t)counts.mounts * OF_REACH))
+        return "motion";
+    return are_axes_sound(state, (size_t)counts.axes) ? NULL : "springs";
+}
+
+int fmu_state_read(State *state, const unsigned char *bytes, size_t size, char *problem, size_t problem_size)
+{
+    const char *reason = fmu_foreign(bytes, size, fmu_state_size());
+    if (reason != NULL) {
+        snprintf(problem, problem_size, "%s", reason);
+        return 1;
+    }
+    Cursor cursor = {bytes, NULL, fmu_fields_at()};
+    *state = (State){0};
+    fields(&cursor, state);
+    const char *field = damaged_field(state);
+    if (field != NULL)
+        snprintf(problem, problem_size, "The serialized state is damaged in its field `%s`.", field);
+    return field != NULL;
+}

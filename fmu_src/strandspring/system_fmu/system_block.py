@@ -1,0 +1,131 @@
+"""One system in the binary of an FMU, and as C source; the layout is that of c/system_block.h."""
+
+from __future__ import annotations
+
+import math
+import struct
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..core.parameters import SCALARS, SpringParameters
+from ..fmu.native.block import with_block
+from ..kernel.arrays import FloatArray
+from ..kernel.motion import CHANNEL
+from ..systems.loads import ChannelKind
+from ..systems.mounted import MountedSystem, MountedSystemError
+from ..systems.solving import arrays
+from .system_variables import SystemFmuOptions, base_vectors, system_start_values, system_variables
+
+_MAGIC, _VERSION = b"strandspringsys", 1
+_VALUES, _NAMES = 32768, 131072
+_GUID = 40
+_COLUMNS = ("kE", "kA", "FE_knots", "FE_forces")  # in the order of SpringParameters of spring.h
+_COUNTS = ("springs", "bodies", "mounts", "axes", "points", "channels")
+
+
+@dataclass(frozen=True)
+class SystemBlock:
+    """What a binary holds of one system.
+
+    Attributes
+    ----------
+    counts : tuple of int       Springs, bodies, mounts, axes, points and channels.
+    values : tuple of float
+    names : bytes               Of the variables, each terminated.
+    """
+
+    counts: tuple[int, ...]
+    values: tuple[float, ...]
+    names: bytes
+
+    def filled(self, image: bytes, guid: str) -> bytes:
+        """An image with the block of the FMU that has this GUID.
+
+        Raises
+        ------
+        BuildError   If the image does not have exactly one block of this layout.
+        """
+        content = struct.pack(f"<{_GUID}s{len(_COUNTS)}q", guid.encode("ascii"), *self.counts)
+        content += struct.pack(f"<{len(self.values)}d", *self.values).ljust(8 * _VALUES, b"\0")
+        return with_block(image, _MAGIC, _VERSION, content + self.names.ljust(_NAMES, b"\0"))
+
+    def source(self, guid: str) -> str:
+        """The text of system_values.h."""
+        counts = ", ".join(f".{name} = {count}" for name, count in zip(_COUNTS, self.counts, strict=True))
+        return f"""\
+/* The values of one system; the only source that differs from FMU to FMU. */
+.guid = "{guid}",
+.counts = {{{counts}}},
+.values = {{
+{_rows([_number(value) for value in self.values], 8)}
+}},
+.names = {{
+{_rows([str(byte) for byte in self.names], 32)}
+}},
+"""
+
+
+def system_block(system: MountedSystem, options: SystemFmuOptions) -> SystemBlock:
+    """The block of a system.
+
+    Raises
+    ------
+    MountedSystemError   If it is too large for an FMU.
+    """
+    parts, channels = arrays(system), channel_rows_of(system, options)
+    springs = list(dict.fromkeys(parts.springs))
+    numbers = {spring: number for number, spring in enumerate(springs)}
+    table = system_variables(system, options)
+    parameters = [variable for variable in table if variable.causality == "parameter"]
+    start = system_start_values(system, options)
+    axes = np.column_stack([[numbers[spring] for spring in parts.springs], parts.axes])
+    values = [
+        *(start[parameter.name] for parameter in parameters),
+        *(_bound(parameter.minimum) for parameter in parameters),
+        *(_bound(parameter.maximum) for parameter in parameters),
+        *(value for spring in springs for value in _of_spring(spring)),
+        *(float(value) for part in (parts.bodies, parts.mounts, axes, parts.points, channels) for value in part.flat),
+    ]
+    names = b"".join(variable.name.encode("ascii") + b"\0" for variable in table)
+    counts = (len(springs), *map(len, (parts.bodies, parts.mounts, axes, parts.points, channels)))
+    if len(values) > _VALUES or len(names) > _NAMES:
+        raise MountedSystemError(
+            f"The system is too large for an FMU: it has {len(values)} numbers and names of {len(names)} letters in all, "
+            f"of which {_VALUES} and {_NAMES} are possible; use fewer mounts or fewer different springs."
+        )
+    return SystemBlock(counts, tuple(values), names)
+
+
+def channel_rows_of(system: MountedSystem, options: SystemFmuOptions) -> FloatArray:
+    """The inputs as MotionChannel of motion.h, shape (C, 8)."""
+    rows = [
+        [*vector, 0.0, 0.0, 0.0, ChannelKind.BASE_ACCELERATION.value, 0.0] for vector in base_vectors(system).tolist()
+    ]
+    for force in options.forces:
+        place = np.subtract(force.place, system.bodies[force.body].center)
+        rows.append([*force.direction, *place, ChannelKind.FORCE.value, force.body])
+    return np.array(rows, dtype=np.float64).reshape(-1, CHANNEL)
+
+
+def _of_spring(spring: SpringParameters) -> list[float]:
+    columns = [getattr(spring, name) for name in _COLUMNS]
+    scalars = [getattr(spring, name) for name in SCALARS]
+    return [*(float(len(column)) for column in columns), *(value for column in columns for value in column), *scalars]
+
+
+def _bound(value: float | None) -> float:
+    assert value is not None
+    return value
+
+
+def _number(value: float) -> str:
+    if math.isinf(value):
+        return "INFINITY" if value > 0.0 else "-INFINITY"
+    # Hexadecimal floats give every compiler the same bits.
+    return value.hex()
+
+
+def _rows(texts: Sequence[str], per_row: int) -> str:
+    return ",\n".join("    " + ", ".join(texts[k : k + per_row]) for k in range(0, len(texts), per_row))
