@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import click
 
-from ..api.simulation import simulate as simulated
+from ..api.simulating import simulate as simulated
 from .options import FiniteRange
 from .output import reporting, result, result_json, terminal_width
 from .paths import refuse_overwriting
