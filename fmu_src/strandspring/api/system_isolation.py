@@ -60,10 +60,12 @@ class IsolatedSystem:
     def rest_lines(self) -> list[str]:
         """Static equilibrium and modes in words."""
         lines = []
-        for body, moved, rotation in zip(self.system.bodies, self.rest.displacements, self.rest.rotations, strict=True):
-            tilt = math.degrees(math.acos(min(1.0, max(-1.0, 0.5 * (float(np.trace(rotation)) - 1.0)))))
-            x, y, z = (f"{round(1e3 * way, 6) + 0.0:.4g}" for way in moved.tolist())
-            lines.append(f"  {body.name}, {body.mass:g} kg, rests at x {x}, y {y}, z {z} mm, tilted {tilt:.3g} degrees")
+        for body, pose in zip(self.system.bodies, self.rest.pose, strict=True):
+            tilt = math.degrees(2.0 * math.atan2(math.hypot(*pose[4:]), abs(pose[3])))
+            x, y, z = (f"{round(1e3 * way, 6) + 0.0:.4g}" for way in pose[:3].tolist())
+            lines.append(
+                f"  {body.name}, {body.mass:g} kg, rests at x {x}, y {y}, z {z} mm, tilted {round(tilt, 6):.3g} degrees"
+            )
         rows = [[f"{mode.frequency:.4g}", f"{100.0 * mode.damping:.3g}", mode.words] for mode in self.modes]
         return [*lines, *table_lines(["mode Hz", "viscous damping %", "small motion"], rows, left={"small motion"})]
 

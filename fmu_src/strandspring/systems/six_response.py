@@ -123,7 +123,7 @@ class SystemResponse:
             gains = np.abs(self.gain[:, p])
             for k, direction in enumerate(DIRECTIONS):
                 peak = int(np.argmax(gains[:, k]))
-                if gains[peak, k] < _OF_LARGEST * gains.max():
+                if not gains[peak, k] > _OF_LARGEST * gains.max():
                     continue
                 isolates = self.gain_unit == "1" and gains[peak, k] > 1.0
                 found.append(
