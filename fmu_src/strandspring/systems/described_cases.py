@@ -243,7 +243,9 @@ class _Builder:
                     f"no body can move along {direction.text}, which makes the case void; see their `motion`."
                 )
             channel = Channel(ChannelKind.BASE_ACCELERATION, vibration.signal, direction.vector)
-            duration = self._duration(table, vibration.duration)
+            # Root mean squares are of the vibration alone, not of its decay.
+            settles = vibration.kind in ("sine", "random")
+            duration = self._duration(table, vibration.duration, settles)
             if vibration.settling >= duration:
                 raise MountedSystemError(
                     f"`settling` of {vibration.settling:.6g} s must be shorter than the simulated {duration:.6g} s."
@@ -262,9 +264,9 @@ class _Builder:
                 raise MountedSystemError("must have `direction`, such as '+x', or `directions`, a list; add one.")
             yield (f"{table.name} {direction.text}" if len(directions) > 1 else table.name), direction
 
-    def _duration(self, table: CaseTable, of_load: float) -> float:
+    def _duration(self, table: CaseTable, of_load: float, is_settled: bool = False) -> float:
         if table.simulate is None:
-            return of_load + self.around.afterwards
+            return of_load if is_settled else of_load + self.around.afterwards
         if table.simulate < of_load:
             raise MountedSystemError(
                 f"`simulate` must not end before the load does, at {of_load:.6g} s, got {table.simulate:.6g} s; "

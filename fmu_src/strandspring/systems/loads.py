@@ -79,3 +79,9 @@ class LoadCase:
     velocity: Vector = (0.0, 0.0, 0.0)
     weightless: bool = False
     text: str = ""
+
+    @property
+    def load_end(self) -> float:
+        """When the last of its signals ends, as far as they tell [s]."""
+        ends = [getattr(channel.signal, "duration", self.duration) for channel in self.channels]
+        return min(self.duration, max(ends, default=self.duration))

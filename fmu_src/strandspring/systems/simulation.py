@@ -324,8 +324,9 @@ def run_once(
     step: float,
     count: int,
     histories: bool = False,
+    rows: int = _MOST_ROWS,
 ) -> MotionFigures:
-    """One run of `count` steps.
+    """One run of `count` steps, with histories of at most so many rows and one.
 
     Raises
     ------
@@ -334,7 +335,7 @@ def run_once(
     averages = np.array([channel.signal.averages(step, count) for channel in case.channels]).reshape(-1, count)
     found = kernel.run(
         channel_rows(system, case.channels), averages, step, np.array(system.gravity), start.pose, start.omega,
-        np.array(case.velocity), min(int(case.settling / step), count - 1), _stride(count), histories,
+        np.array(case.velocity), min(int(case.settling / step), count - 1), math.ceil(count / rows), histories,
     )  # fmt: skip
     if found.steps < count:
         raise MountedSystemError(
@@ -345,14 +346,10 @@ def run_once(
     return found
 
 
-def _stride(count: int) -> int:
-    return math.ceil(count / _MOST_ROWS)
-
-
 def _histories(found: MotionFigures, step: float, count: int) -> Histories | None:
     if found.accelerations is None or found.sway is None or found.displacements is None or found.forces is None:
         return None
-    time = floats(step * _stride(count) * np.arange(len(found.displacements)))
+    time = floats(step * math.ceil(count / _MOST_ROWS) * np.arange(len(found.displacements)))
     return Histories(time, found.accelerations, found.sway, found.displacements, found.forces)
 
 

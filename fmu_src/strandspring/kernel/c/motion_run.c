@@ -4,10 +4,12 @@
 
 /* Of a point: the squares of the sizes of acceleration and way from the beginning, then the components of both. */
 enum { WATCHED = 8 };
+/* Numbers of a point and of an axis whose means are taken. */
+enum { MEANS = 9, MEANS_OF_AXIS = 2 };
 
 typedef struct {
     double now[4][MOTION_AXES], low[2][MOTION_AXES], high[4][MOTION_AXES];
-    double forces[MOTION_AXES][2]; /* the last two values */
+    double rates[MOTION_AXES][2], forces[MOTION_AXES][2]; /* the last two values */
 } WatchedAxes;
 
 /* `time` of this and the two values before; no motion is smooth where a part of a step ends at a turn. */
@@ -16,7 +18,8 @@ typedef struct {
     int is_sharp, was_sharp;
     double accelerations[3 * MOTION_POINTS], sway[3 * MOTION_POINTS], start[3 * MOTION_POINTS];
     double turn[MOTION_BODIES][4];
-    double points[MOTION_POINTS][WATCHED][2]; /* the last two values */
+    double points[MOTION_POINTS][WATCHED][2], tilts[MOTION_BODIES][2]; /* the last two values */
+    double of_points[MOTION_POINTS][MEANS], of_axes[MOTION_AXES][MEANS_OF_AXIS]; /* the last values whose means are taken */
     WatchedAxes axes;
 } Watch;
 
@@ -51,7 +54,7 @@ static void advance_watch(Watch *watched, double time, int is_sharp)
 
 /* Where of_points of a point holds the greatest of each that is watched; the time of the first follows it. */
 static const int GREATEST[WATCHED] = {0, 5, 2, 3, 4, 6, 7, 8};
-enum { TIME_OF_GREATEST = 1, MEANS = 9 };
+enum { TIME_OF_GREATEST = 1, MEANS_OF_POINT_AT = 9, MEANS_OF_AXIS_AT = 8 };
 
 static void watch_points(
     const MotionSystem *system, const MotionState *state, const double *loads, Watch *watched, double *of_points)
@@ -93,17 +96,16 @@ static void watch_axes(const MotionSystem *system, const MotionState *state, Wat
         of->low[1][a] = omega[a] < of->low[1][a] ? omega[a] : of->low[1][a];
         of->high[1][a] = omega[a] > of->high[1][a] ? omega[a] : of->high[1][a];
     }
-    for (size_t a = 0; a < axes; a++)
-        of->high[2][a] = rate[a] > of->high[2][a] ? rate[a] : of->high[2][a];
     for (size_t a = 0; a < axes; a++) {
         double at;
+        watch(watched, of->rates[a], rate[a], of->high[2] + a, &at);
         watch(watched, of->forces[a], force[a], of->high[3] + a, &at);
     }
 }
 
-/* Sine of half the angle from the beginning. */
+/* The square of the sine of half the angle from the beginning. */
 static void watch_bodies(
-    const MotionSystem *system, const MotionState *state, double time, const Watch *watched, double *of_bodies)
+    const MotionSystem *system, const MotionState *state, Watch *watched, double *of_bodies)
 {
     for (size_t b = 0; b < system->bodies; b++) {
         const double *q = state->body[b].turn, *start = watched->turn[b];
@@ -111,11 +113,8 @@ static void watch_bodies(
         if (system->body[b].turns == 0.0)
             continue;
         quaternion_product(back, q, turn);
-        double sine = size3(turn + 1), *found = of_bodies + MOTION_OF_BODY * b;
-        if (sine > found[0]) {
-            found[0] = sine;
-            found[1] = time;
-        }
+        double *found = of_bodies + MOTION_OF_BODY * b;
+        watch(watched, watched->tilts[b], dot3(turn + 1, turn + 1), found, found + 1);
     }
 }
 
@@ -176,22 +175,33 @@ static void begin_record(const MotionSystem *system, const MotionState *state, W
     record->energies[4] = -stop_energy(system, state);
 }
 
-static void add_means(const MotionSystem *system, const MotionState *state, const Watch *watched, MotionRecord *record)
+/* Adds `weight` times the sum of present and last values to their sums. */
+static inline void add_pair(double weight, const double *now, double *last, int count, double *sums)
+{
+    for (int i = 0; i < count; i++) {
+        sums[i] += weight * (last[i] + now[i]);
+        last[i] = now[i];
+    }
+}
+
+/* By the trapezoidal rule; weight: half of what the way from the last values is of a step. */
+static void add_means(const MotionSystem *system, double weight, Watch *watched, MotionRecord *record)
 {
     for (size_t p = 0; p < system->points; p++) {
-        double *sums = record->of_points + MOTION_OF_POINT * p + MEANS;
+        double now[MEANS];
         for (int i = 0; i < 3; i++) {
             double acceleration = watched->accelerations[3 * p + i];
             double way = watched->sway[3 * p + i] - watched->start[3 * p + i];
-            sums[i] += acceleration * acceleration;
-            sums[3 + i] += way;
-            sums[6 + i] += way * way;
+            now[i] = acceleration * acceleration;
+            now[3 + i] = way;
+            now[6 + i] = way * way;
         }
+        add_pair(weight, now, watched->of_points[p], MEANS, record->of_points + MOTION_OF_POINT * p + MEANS_OF_POINT_AT);
     }
     for (size_t a = 0; a < system->axes; a++) {
-        double *found = record->of_axes + MOTION_OF_AXIS * a, displacement = state->axis[a].memory.displacement - found[6];
-        found[8] += displacement;
-        found[9] += displacement * displacement;
+        double *found = record->of_axes + MOTION_OF_AXIS * a, way = watched->axes.now[0][a] - found[6];
+        const double now[MEANS_OF_AXIS] = {way, way * way};
+        add_pair(weight, now, watched->of_axes[a], MEANS_OF_AXIS, found + MEANS_OF_AXIS_AT);
     }
 }
 
@@ -203,8 +213,8 @@ static void end_record(
         double *found = record->of_points + MOTION_OF_POINT * p;
         for (int k = 0; k < 2; k++)
             found[GREATEST[k]] = sqrt(found[GREATEST[k]]);
-        for (int i = 0; i < 9; i++)
-            found[MEANS + i] *= per_step;
+        for (int i = 0; i < MEANS; i++)
+            found[MEANS_OF_POINT_AT + i] *= per_step;
     }
     for (size_t a = 0; a < system->axes; a++) {
         double *found = record->of_axes + MOTION_OF_AXIS * a;
@@ -216,12 +226,12 @@ static void end_record(
         found[4] = watched->axes.high[1][a];
         found[7] = watched->axes.high[2][a];
         found[5] = axis->parallel * axis->series * spring_absorbed_energy(axis->law, &state->axis[a].memory);
-        found[8] *= per_step;
-        found[9] *= per_step;
+        for (int i = 0; i < MEANS_OF_AXIS; i++)
+            found[MEANS_OF_AXIS_AT + i] *= per_step;
         absorbed += found[5];
     }
     for (size_t b = 0; b < system->bodies; b++)
-        record->of_bodies[MOTION_OF_BODY * b] = 2.0 * asin(clip(record->of_bodies[MOTION_OF_BODY * b], 0.0, 1.0));
+        record->of_bodies[MOTION_OF_BODY * b] = 2.0 * asin(clip(sqrt(record->of_bodies[MOTION_OF_BODY * b]), 0.0, 1.0));
     double *energies = record->energies;
     energies[1] = kinetic_energy(system, state);
     energies[2] = absorbed;
@@ -243,18 +253,18 @@ static double change_over(const double *averages, size_t k, size_t count)
     return count > 1 ? smaller : 0.0;
 }
 
-/* Whether an acceleration may jump at the end of step k, as a channel does by more than it changes beside. The base's
- * acceleration is felt at once only where a body is held. */
-static int is_jump(const MotionSystem *system, const double *values, size_t k, size_t count)
+/* Whether an acceleration may jump or have a kink at the end of step k, as a channel jumps there by more than it changes
+ * beside. The base's acceleration is felt at once where a body is held, and a damper changes its rate. */
+static int is_jump(const MotionSystem *system, const MotionState *state, const double *values, size_t k, size_t count)
 {
-    int is_held = 0;
+    int feels_base = state->has_dampers != 0.0;
     for (size_t b = 0; b < system->bodies; b++)
-        is_held = is_held || system->body[b].is_free == 0.0;
+        feels_base = feels_base || system->body[b].is_free == 0.0;
     for (size_t c = 0; c < system->channels && k + 1 < count; c++) {
         const double *row = values + c * count;
         double before = change_over(row, k, count), after = change_over(row, k + 1, count);
         double jump = row[k + 1] - row[k] - 0.5 * (before + after);
-        int is_felt = system->channel[c].kind == 2.0 || (system->channel[c].kind == 0.0 && is_held);
+        int is_felt = system->channel[c].kind == 2.0 || (system->channel[c].kind == 0.0 && feels_base);
         if (is_felt && fabs(jump) > fabs(before) + fabs(after))
             return 1;
     }
@@ -272,7 +282,10 @@ size_t motion_run(
         loads[c] = values[c * count] - 0.5 * change_over(values + c * count, 0, count);
     watch_points(system, state, loads, &watched, record->of_points);
     watch_axes(system, state, &watched);
+    watch_bodies(system, state, &watched, record->of_bodies);
+    add_means(system, 0.0, &watched, record);
     write_row(system, state, &watched, 0, record);
+    int is_after_jump = 0;
     for (; k < count; k++) {
         /* The course of the channels over the step, for velocities of the base and accelerations at its end. */
         for (size_t c = 0; c < system->channels; c++) {
@@ -280,6 +293,16 @@ size_t motion_run(
             change[c] = change_over(values + c * count, k, count);
             loads[c] = now[c] + 0.5 * change[c];
         }
+        if (is_after_jump) {
+            for (size_t c = 0; c < system->channels; c++)
+                course[c] = now[c] - 0.5 * change[c];
+            advance_watch(&watched, h * (double)k, 1);
+            watch_points(system, state, course, &watched, record->of_points);
+            watch_axes(system, state, &watched);
+            watch_bodies(system, state, &watched, record->of_bodies);
+            add_means(system, 0.0, &watched, record);
+        }
+        is_after_jump = is_jump(system, state, values, k, count);
         motion_of_base(system, change, 1.0, state->spin_slope);
         for (int i = 0; i < 3; i++)
             state->spin_slope[i] /= h;
@@ -293,15 +316,13 @@ size_t motion_run(
             double share = 1.0 - left / h, time = h * ((double)k + share);
             for (size_t c = 0; c < system->channels; c++)
                 course[c] = now[c] + (share - 0.5) * change[c];
-            advance_watch(&watched, time, left > 0.0 || is_jump(system, values, k, count));
+            advance_watch(&watched, time, left > 0.0 || is_after_jump);
             watch_points(system, state, course, &watched, record->of_points);
             watch_axes(system, state, &watched);
-            watch_bodies(system, state, time, &watched, record->of_bodies);
+            watch_bodies(system, state, &watched, record->of_bodies);
+            add_means(system, k >= record->settled ? 0.5 * part / h : 0.0, &watched, record);
         }
-        if (k >= record->settled) {
-            add_means(system, state, &watched, record);
-            averaged++;
-        }
+        averaged += k >= record->settled;
         if ((k + 1) % record->stride == 0)
             write_row(system, state, &watched, (k + 1) / record->stride, record);
     }
