@@ -12,10 +12,10 @@ typedef struct {
     double rates[MOTION_AXES][2], forces[MOTION_AXES][2]; /* the last two values */
 } WatchedAxes;
 
-/* `time` of this and the two values before; no motion is smooth where a part of a step ends at a turn. */
+/* `time` of the two values before and of this; no course is smooth where a part of a step ends at a turn, or a load jumps. */
 typedef struct {
     double time[3];
-    int is_sharp, was_sharp;
+    int is_sharp[3];
     double accelerations[3 * MOTION_POINTS], sway[3 * MOTION_POINTS], start[3 * MOTION_POINTS];
     double turn[MOTION_BODIES][4];
     double points[MOTION_POINTS][WATCHED][2], tilts[MOTION_BODIES][2]; /* the last two values */
@@ -23,10 +23,12 @@ typedef struct {
     WatchedAxes axes;
 } Watch;
 
-/* Takes a value; where the one before is the greatest of three, and so far, the vertex of the parabola through them is. */
+/* Takes a value. A peak is at the vertex of the parabola through the last three, which lies between them where the middle one is
+ * the greatest; where an outer one is and has a corner, it may. */
 static inline void watch(const Watch *watched, double *before, double value, double *greatest, double *at)
 {
     const double *t = watched->time;
+    const int *is_sharp = watched->is_sharp;
     double first = before[0], middle = before[1];
     before[0] = middle;
     before[1] = value;
@@ -34,22 +36,26 @@ static inline void watch(const Watch *watched, double *before, double value, dou
         *greatest = value;
         *at = t[2];
     }
-    if (middle < *greatest || middle <= first || middle <= value || watched->was_sharp || t[1] <= t[0])
+    int may_be_peak = first < middle ? middle > value || is_sharp[2] : is_sharp[0] && first > value;
+    if (!may_be_peak || is_sharp[1] || (first < *greatest && middle < *greatest && value < *greatest) || t[1] <= t[0])
         return;
     double left = (middle - first) / (t[1] - t[0]), right = (value - middle) / (t[2] - t[1]);
     double bend = (right - left) / (t[2] - t[0]), slope = left + bend * (t[1] - t[0]);
-    double way = -0.5 * slope / bend;
-    *greatest = middle + 0.5 * slope * way;
-    *at = t[1] + way;
+    double way = -0.5 * slope / bend, vertex = middle + 0.5 * slope * way;
+    if (bend < 0.0 && t[0] < t[1] + way && t[1] + way < t[2] && vertex > *greatest) {
+        *greatest = vertex;
+        *at = t[1] + way;
+    }
 }
 
 static void advance_watch(Watch *watched, double time, int is_sharp)
 {
-    watched->time[0] = watched->time[1];
-    watched->time[1] = watched->time[2];
+    for (int i = 0; i < 2; i++) {
+        watched->time[i] = watched->time[i + 1];
+        watched->is_sharp[i] = watched->is_sharp[i + 1];
+    }
     watched->time[2] = time;
-    watched->was_sharp = watched->is_sharp;
-    watched->is_sharp = is_sharp;
+    watched->is_sharp[2] = is_sharp;
 }
 
 /* Where of_points of a point holds the greatest of each that is watched; the time of the first follows it. */
@@ -161,7 +167,7 @@ static void begin_record(const MotionSystem *system, const MotionState *state, W
     memset(record->of_axes, 0, MOTION_OF_AXIS * system->axes * sizeof(double));
     memset(record->of_bodies, 0, MOTION_OF_BODY * system->bodies * sizeof(double));
     memset(watched, 0, sizeof *watched);
-    watched->is_sharp = 1;
+    watched->is_sharp[2] = 1;
     motion_sway(system, state, watched->start);
     for (size_t b = 0; b < system->bodies; b++)
         memcpy(watched->turn[b], state->body[b].turn, sizeof watched->turn[b]);
