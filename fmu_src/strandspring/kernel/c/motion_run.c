@@ -18,7 +18,7 @@ enum { TIME_AT = 1, MEANS_OF_POINT_AT = 9, MEANS_OF_AXIS_AT = 8 };
  * squares    now and before: what means are taken of, MEANS_OF_POINT of each point, way of each axis, its square; their sums */
 typedef struct {
     double time[3];
-    int is_sharp, was_sharp; /* no motion is smooth where a part of a step ends at a turn */
+    int is_sharp[3]; /* no course is smooth where a part of a step ends at a turn, or a load jumps */
     size_t watched, means;
     double weight;                 /* of the values last taken in the means */
     double turn[MOTION_BODIES][4]; /* at the beginning */
@@ -41,22 +41,28 @@ static double *taken(double **workspace, size_t count)
 
 /* ---- extremes ------------------------------------------------------------------------------------------------------- */
 
-/* Where the value before is the greatest of three, and so far, it is taken for the vertex of the parabola through them. */
+/* A peak is at the vertex of the parabola through the last three values, which lies between them where the middle one is the
+ * greatest; where an outer one is and has a corner, it may. */
 static void note_greatest(Watch *watch, size_t i)
 {
     const double *t = watch->time;
+    const int *is_sharp = watch->is_sharp;
     double first = watch->values[0][i], middle = watch->values[1][i], last = watch->values[2][i];
-    if (last > watch->greatest[i]) {
-        watch->greatest[i] = last;
+    double greatest = watch->greatest[i];
+    if (last > greatest) {
+        watch->greatest[i] = greatest = last;
         watch->at[i] = t[2];
     }
-    if (middle < watch->greatest[i] || middle <= first || middle <= last || watch->was_sharp || t[1] <= t[0])
+    int may_be_peak = first < middle ? middle > last || is_sharp[2] : is_sharp[0] && first > last;
+    if (!may_be_peak || is_sharp[1] || (first < greatest && middle < greatest && last < greatest) || t[1] <= t[0])
         return;
     double left = (middle - first) / (t[1] - t[0]), right = (last - middle) / (t[2] - t[1]);
     double bend = (right - left) / (t[2] - t[0]), slope = left + bend * (t[1] - t[0]);
-    double way = -0.5 * slope / bend;
-    watch->greatest[i] = middle + 0.5 * slope * way;
-    watch->at[i] = t[1] + way;
+    double way = -0.5 * slope / bend, vertex = middle + 0.5 * slope * way;
+    if (bend < 0.0 && t[0] < t[1] + way && t[1] + way < t[2] && vertex > greatest) {
+        watch->greatest[i] = vertex;
+        watch->at[i] = t[1] + way;
+    }
 }
 
 /* Whether any value is greater than the greatest so far, or follows one that is. */
@@ -88,7 +94,8 @@ static void add_pairs(
  * written one by one would have to be waited for. */
 static void settle(Watch *watch, size_t axes)
 {
-    if (is_greatest_near(watch->watched, watch->values[1], watch->values[2], watch->greatest))
+    if (watch->is_sharp[0] || watch->is_sharp[2] ||
+        is_greatest_near(watch->watched, watch->values[1], watch->values[2], watch->greatest))
         for (size_t i = 0; i < watch->watched; i++)
             note_greatest(watch, i);
     widen(2 * axes, watch->now, watch->low, watch->high);
@@ -161,11 +168,12 @@ static void take(
     watch->values[2] = oldest;
     watch->squares[0] = watch->squares[1];
     watch->squares[1] = before;
-    watch->time[0] = watch->time[1];
-    watch->time[1] = watch->time[2];
+    for (int i = 0; i < 2; i++) {
+        watch->time[i] = watch->time[i + 1];
+        watch->is_sharp[i] = watch->is_sharp[i + 1];
+    }
     watch->time[2] = time;
-    watch->was_sharp = watch->is_sharp;
-    watch->is_sharp = is_sharp;
+    watch->is_sharp[2] = is_sharp;
     watch->weight = weight;
     take_points(system, state, loads, watch);
     take_bodies(system, state, watch);
@@ -213,7 +221,7 @@ static void begin(const MotionSystem *system, const MotionState *state, Watch *w
 {
     size_t points = system->points, axes = system->axes;
     double *workspace = record->workspace;
-    *watch = (Watch){.is_sharp = 1, .watched = OF_POINT * points + system->bodies + 2 * axes,
+    *watch = (Watch){.is_sharp = {0, 0, 1}, .watched = OF_POINT * points + system->bodies + 2 * axes,
                      .means = MEANS_OF_POINT * points + 2 * axes};
     watch->accelerations = taken(&workspace, 3 * points);
     watch->sway = taken(&workspace, 3 * points);
