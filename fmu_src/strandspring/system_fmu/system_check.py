@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 import zipfile
+from dataclasses import replace
 from pathlib import Path
 
 import fmpy
@@ -97,17 +98,15 @@ def expected_motion(
     for turn in range(1 if options.omega_start == 0.0 else 2):
         if turn == 1:
             at_rest = motion.run(channels, inputs[:, :0], step, gravity, pose, omega, still, histories=True)
-            assert at_rest.forces is not None
-            omega = options.omega_start * np.where(at_rest.forces[0] < 0.0, -1.0, 1.0)
+            omega = options.omega_start * np.where(np.asarray(at_rest.forces)[0] < 0.0, -1.0, 1.0)
         pose, unbalance, is_found = motion.rest(gravity, omega, pose)
         if not is_found:
             raise MountedSystemError(f"The bodies find no static equilibrium: {unbalance:.6g} N remain unbalanced.")
     figures = motion.run(
         channels, np.repeat(inputs, parts, axis=1), step, gravity, pose, omega, still, stride=parts, histories=True
     )
-    assert figures.sway is not None
-    figures.sway[:] -= figures.sway[0].copy()
-    return figures
+    sway = np.asarray(figures.sway)
+    return replace(figures, sway=sway - sway[0])
 
 
 def _inputs(system: MountedSystem, options: SystemFmuOptions) -> FloatArray:

@@ -77,7 +77,7 @@ class SystemFmuOptions:
             raise MountedSystemError(f"`omega_start` must be within [-1, 1], got {self.omega_start!r}.")
         if len(self.forces) > MOST_FORCES:
             raise MountedSystemError(
-                f"An FMU can have at most {MOST_FORCES} forces on bodies, got {len(self.forces)}; take some load cases out."
+                f"An FMU can have at most {MOST_FORCES} forces on bodies, got {len(self.forces)}; take some out."
             )
 
 
@@ -141,7 +141,8 @@ def system_variables(system: MountedSystem, options: SystemFmuOptions) -> tuple[
             for name, text in axes
         ),
         *(
-            _output(f"displacement_{name}", f"Displacement of one spring of {text}, as its model counts", "m", "mm", of_rest)
+            _output(f"displacement_{name}", f"Displacement of one spring of {text}, as its model counts", "m", "mm",
+                    of_rest)
             for name, text in axes
         ),
         _output("absorbed_energy", "Energy absorbed by all springs since initialization", "J", None, ()),
@@ -187,8 +188,8 @@ def _parameters(largest_step: float) -> Iterator[Variable]:
     bounds: Sequence[tuple[str, str, str, str | None, float, float]] = (
         ("step", "Largest step of the time integration; steps of co-simulation are cut into equal ones", "s", "ms",
          LEAST_STEP, largest_step),
-        ("omega_start", "omega of all springs at rest, in the direction of their static forces; it is unknown, -1, 0 and "
-         "1 are its extremes", "1", None, -1.0, 1.0),
+        ("omega_start", "omega of all springs at rest, in the direction of their static forces; it is unknown, -1, 0 "
+         "and 1 are its extremes", "1", None, -1.0, 1.0),
         *((f"gravity_{name}", f"Gravity along {name}", "m/s^2", "g", -LARGEST_GRAVITY, LARGEST_GRAVITY)
           for name in _DIRECTIONS),
     )  # fmt: skip
