@@ -25,6 +25,7 @@ KNOWN = {
     "exceptiongroup": "MIT",
     "fmpy": "BSD-2-Clause",
     "matplotlib": "matplotlib (PSF-2.0 style)",
+    "numba": "BSD-2-Clause",
     "odfpy": "Apache-2.0 OR GPL-2.0-or-later OR LGPL-2.1-or-later",
     "pycparser": "BSD-3-Clause",
     "pytz": "MIT",

@@ -33,6 +33,8 @@ if TYPE_CHECKING:
     from .api.prediction import predict as predict
     from .api.records import bundled_record as bundled_record
     from .api.showing import show as show
+    from .api.simulating import Simulation as Simulation
+    from .api.simulating import simulate as simulate
     from .api.spring import Spring as Spring
     from .api.studying import StudyResult as StudyResult
     from .api.studying import study as study
@@ -84,6 +86,7 @@ _MODULES = {
     "RefinedOptions": "identification.refined",
     "ScanOptions": "identification.scan",
     "ReportDetails": "report.details",
+    "Simulation": "api.simulating",
     "Spring": "api.spring",
     "SpringParameters": "core.parameters",
     "StrandspringError": "errors",
@@ -106,6 +109,7 @@ _MODULES = {
     "read_record": "records.reading",
     "select": "loops.selection",
     "show": "api.showing",
+    "simulate": "api.simulating",
     "simulate_fmu": "cosimulation.prescribed",
     "synthesize": "api.synthesis",
     "synthesize_ni": "api.synthesis",

@@ -18,7 +18,7 @@ from strandspring.joint import JointCovariance, joint_names
 from strandspring.kernel.path import PathSolver
 from strandspring.modelfile import ModelFile
 from strandspring.plotfile import save_figure
-from strandspring.studies.spread import DRAWN
+from strandspring.spread import DRAWN
 from synthetic import AMPLITUDE, MEAN, record_of, sine, spring_of
 
 TRUE = spring_of(1.0, 1.0)

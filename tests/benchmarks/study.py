@@ -25,9 +25,9 @@ sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "helpers"))
 from strandspring.isolation.system import Excitation
 from strandspring.jobs.cluster import Cluster
 from strandspring.jobs.runners import Local, Runner
+from strandspring.spread import Spread
 from strandspring.studies.definition import Study
 from strandspring.studies.run import run_study
-from strandspring.studies.spread import Spread
 from synthetic import spring_of
 
 console = Console(width=118)

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from periodic_spring import PeriodicSpring
 from strandspring import Spring, SpringParameters
 from strandspring.kernel.periodic import FourierBasis
+from strandspring.kernel.periodic_spring import PeriodicSpring
 from synthetic import spring_of
 
 SPRINGS = [(0.22, 0.6), (1.0, 1.0), (2.5, 3.0)]

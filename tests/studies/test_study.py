@@ -18,9 +18,9 @@ from strandspring.isolation.response import frequency_response
 from strandspring.isolation.system import Excitation, IsolatedMass, IsolationError, static_equilibrium
 from strandspring.joint import joint_names
 from strandspring.modelfile import ModelFile, save_model
+from strandspring.spread import DRAWN, Spread
 from strandspring.studies.definition import DONE, RunRow, Study, scaled
 from strandspring.studies.quantiles import FIGURES, Summaries
-from strandspring.studies.spread import DRAWN, Spread
 from studies import CHEAP, COMMAND, CORRELATION, ERRORS, SPREAD, SPRING, UNCERTAINTY
 from terminal import Terminal
 
@@ -90,7 +90,7 @@ def test_all_coefficients_are_drawn_jointly_where_the_model_file_has_them() -> N
     # The slope of FA alone makes it negative at one end or the other.
     root[4][4] = 1e9
     hardly_known = Spread.of(SPRING, content)
-    with pytest.raises(IsolationError, match="None of 1000 springs drawn from the model's uncertainty is physically"):
+    with pytest.raises(ModelError, match="None of 1000 springs drawn from the model's uncertainty is physically"):
         hardly_known.draw(SPRING, 0, 0)
 
 

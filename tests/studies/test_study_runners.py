@@ -30,10 +30,10 @@ from strandspring.jobs.runners import Local
 from strandspring.jobs.sole_file import open_alone
 from strandspring.locks import lock
 from strandspring.modelfile import ModelFile, save_model
+from strandspring.spread import Spread
 from strandspring.studies.definition import Study
 from strandspring.studies.journal import Journal, journal_path
 from strandspring.studies.run import run_study
-from strandspring.studies.spread import Spread
 from studies import CHEAP, COMMAND, ERRORS, SPRING, UNCERTAINTY, Counter
 from terminal import Terminal
 

@@ -16,7 +16,7 @@ from ..loops.loop import Loop
 from ..loops.modelled import steady_loop
 from ..modelfile import ModelFile
 from ..records.record import Record
-from ..studies.spread import Spread
+from ..spread import Spread
 from .alignment import Align, aligned, apart, shared_range
 from .common_form import common_form, in_form
 from .comparison_cautions import comparison_cautions, comparison_notes

@@ -30,7 +30,7 @@ from ..kernel.arrays import FloatArray
 from ..kernel.path import PathSolver
 from ..loops.modelled import steady_loop_figures
 from ..modelfile import ModelFile
-from ..studies.spread import DRAWN, Spread
+from ..spread import DRAWN, Spread
 from .text import AT_BOUND
 
 LEVEL = 0.05  # error of all judgements together

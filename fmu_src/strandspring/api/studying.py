@@ -20,10 +20,10 @@ from ..jobs.cluster import Cluster, cluster_of
 from ..jobs.runners import Local
 from ..modelfile import ModelFile
 from ..scratch import TemporaryFolder
+from ..spread import Spread
 from ..studies.definition import RunRow, Study
 from ..studies.quantiles import GridPointSummary, Summaries
 from ..studies.run import run_study
-from ..studies.spread import Spread
 from .caution_text import outside_range
 from .levels import given_levels
 from .placing import ModelSource, model_of, origin_of, path_of

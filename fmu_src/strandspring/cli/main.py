@@ -36,6 +36,7 @@ COMMANDS = {
     "isolate": "Compute transmissibility and resonance of a mass on the spring.",
     "docs": "Open the documentation.",
     "study": "Run a parameter study of resonance and isolation.",
+    "simulate": "Simulate bodies on mounts under shock and vibration.",
 }
 
 

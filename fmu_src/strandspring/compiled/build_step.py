@@ -18,9 +18,9 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 from strandspring.compiled import images
 from strandspring.compiled.targets import FMU_TARGETS, host_target, wheel_platform
 
-# The bundled record and the schema of model files, which a source checkout keeps beside its models.
+# The bundled record and the schemas of files, which a source checkout keeps beside its models.
 _RECORD = [f"models/records/{name}" for name in ("LICENSE.txt", "README.md", "rubber_stretch.csv")]
-_EXAMPLES = [*_RECORD, "models/strandspring-model.schema.json"]
+_EXAMPLES = [*_RECORD, *(f"models/strandspring-{file}.schema.json" for file in ("model", "system"))]
 
 
 class BuildWithImages(build_py):

@@ -5,6 +5,8 @@ from typing import TYPE_CHECKING
 from .._lazy import load_lazily
 
 if TYPE_CHECKING:
+    from .coupled_motion import Motion as Motion
+    from .coupled_motion import simulate as simulate
     from .coupling import Master as Master
     from .energy import EnergyBalance as EnergyBalance
     from .energy import energy_balance as energy_balance
@@ -25,8 +27,6 @@ if TYPE_CHECKING:
     from .plants import one_mass as one_mass
     from .prescribed import PrescribedMotion as PrescribedMotion
     from .prescribed import simulate_fmu as simulate_fmu
-    from .simulation import Motion as Motion
-    from .simulation import simulate as simulate
     from .stability import growth_factor as growth_factor
     from .stability import largest_stable_step as largest_stable_step
     from .statics import apply_static_load as apply_static_load
@@ -43,7 +43,7 @@ _MODULES = {
     "Jacobi": "masters",
     "Master": "coupling",
     "MeanForce": "iterative",
-    "Motion": "simulation",
+    "Motion": "coupled_motion",
     "Plant": "plants",
     "PrescribedMotion": "prescribed",
     "Response": "fmu_spring",
@@ -56,7 +56,7 @@ _MODULES = {
     "growth_factor": "stability",
     "largest_stable_step": "stability",
     "one_mass": "plants",
-    "simulate": "simulation",
+    "simulate": "coupled_motion",
     "simulate_fmu": "prescribed",
 }
 

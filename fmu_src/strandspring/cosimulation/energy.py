@@ -13,9 +13,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..kernel.arrays import FloatArray
+from .coupled_motion import Motion
 from .coupling import MEAN
 from .plants import Plant, quadratic_load
-from .simulation import Motion
 
 
 @dataclass(frozen=True, eq=False)

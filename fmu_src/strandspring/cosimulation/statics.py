@@ -7,9 +7,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from ..kernel.arrays import FloatArray
+from .coupled_motion import initial_state
 from .fmu_spring import CosimulationError, FmuSpring
 from .plants import Plant
-from .simulation import initial_state
 
 _MAX_ITERATIONS = 50
 _TOLERANCE = 1e-12  # of the displacements [m]

@@ -14,9 +14,9 @@ import numpy as np
 
 from ..isolation.curve_points import ResponsePoint
 from ..isolation.system import Excitation, IsolatedMass
+from .coupled_motion import simulate
 from .fmu_spring import FmuSpring
 from .plants import one_mass
-from .simulation import simulate
 
 PERIODS = 20
 _STEPS = 256  # per period; the error of the master is about (2 pi/256)^2/12 of the motion

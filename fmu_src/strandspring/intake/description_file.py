@@ -28,7 +28,6 @@ from __future__ import annotations
 
 import json
 import os
-import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
 from functools import cache
@@ -39,12 +38,8 @@ from typing import TYPE_CHECKING, Any
 from ..errors import RecordError
 from ..files import read_text, readable
 from ..records.record import Record
+from ..strict_toml import parse_toml
 from .wanted import Wanted
-
-if sys.version_info >= (3, 11):
-    import tomllib
-else:
-    import tomli as tomllib
 
 if TYPE_CHECKING:
     from pydantic import TypeAdapter
@@ -135,8 +130,8 @@ def _described(path: Path) -> list[Entry]:
     name = readable(path)
     text = read_text(path, _MAX_BYTES, "a description file", RecordError)
     try:
-        content = tomllib.loads(text)
-    except (tomllib.TOMLDecodeError, RecursionError) as problem:
+        content = parse_toml(text)
+    except ValueError as problem:
         raise RecordError(f"{name}: is not valid TOML ({problem}); correct it.") from None
     records = content.pop("record", None)
     if not isinstance(records, list) or not records or not all(isinstance(record, dict) for record in records):

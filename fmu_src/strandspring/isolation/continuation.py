@@ -9,16 +9,17 @@ closed curves beside the one followed, on which a step may land.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from typing import Generic, Protocol, TypeVar
 
 import numpy as np
 
 from ..core.parameters import LARGEST_DISPLACEMENT
 from ..kernel.arrays import FloatArray
-from ..kernel.balance import Balance, MotionSummary
-from .harmonic_balance import HarmonicBalance
-from .system import IsolationError, StaticEquilibrium
+from ..kernel.balance import MotionSummary
+from ..kernel.periodic import FourierBasis
+from .system import IsolationError
 
 # Across a spike that cannot be followed
 _PARTS = 32  # of the way to the next wanted frequency, where the other side is looked for
@@ -44,15 +45,66 @@ _CURVED = 0.004  # of ln(amplitude) between a point and the chord of its neighbo
 _SWEPT = 1000  # frequencies between two reports of progress
 
 
+S = TypeVar("S")
+S_co = TypeVar("S_co", covariant=True)
+
+
+class Balanced(Protocol[S_co]):
+    """The balance of one motion at one frequency; `kernel.balance.Balance` says what its attributes are."""
+
+    @property
+    def residual(self) -> FloatArray: ...
+    @property
+    def jacobian(self) -> FloatArray: ...
+    @property
+    def by_frequency(self) -> FloatArray: ...
+    @property
+    def scale(self) -> float: ...
+    @property
+    def summary(self) -> S_co: ...
+
+
+class Balancing(Protocol[S]):
+    """A harmonic balance in D coordinates under one level of excitation.
+
+    Its motions are all Fourier coefficients, order by order as in `FourierBasis` and in each order coordinate by
+    coordinate, shape (N*D,); coordinates are lengths [m]. `kernel.balance.BalancedMass` says what the methods do.
+    """
+
+    @property
+    def basis(self) -> FourierBasis: ...
+    @property
+    def degrees(self) -> int:
+        """D."""
+        ...
+
+    @property
+    def level(self) -> float:
+        """Of the excitation."""
+        ...
+
+    @property
+    def level_text(self) -> str:
+        """The same in the unit that people read."""
+        ...
+
+    def at_level(self, level: float) -> Balancing[S]: ...
+    def at(self, z: FloatArray, frequency: float) -> Balanced[S]: ...
+    def solve(self, guess: FloatArray, frequency: float) -> tuple[FloatArray, S] | None: ...
+    def sweep(
+        self, log: float, z: FloatArray, logs: FloatArray, limits: tuple[float, float]
+    ) -> Sequence[tuple[FloatArray, S]]: ...
+
+
 @dataclass(frozen=True, eq=False)
-class SteadyMotion:
+class SteadyMotion(Generic[S]):
     """One steady motion.
 
     Attributes
     ----------
     log : float                       ln of Omega in rad/s.
-    z : ndarray, shape (2H + 1,)      Fourier coefficients of the mount's displacement [m].
-    summary : MotionSummary
+    z : ndarray, shape (N*D,)         Fourier coefficients [m], see `Balancing`.
+    summary : S                       What the balance sums up.
     rising : bool                     Whether the curve runs towards higher frequencies here; between two folds it runs
                                       back, and such a motion is unstable.
     wanted : bool                     Whether the frequency is one of those asked for.
@@ -60,7 +112,7 @@ class SteadyMotion:
 
     log: float
     z: FloatArray
-    summary: MotionSummary
+    summary: S
     rising: bool = True
     wanted: bool = False
 
@@ -71,18 +123,18 @@ class SteadyMotion:
 
 
 def follow(
-    balance: HarmonicBalance,
-    equilibrium: StaticEquilibrium,
+    balance: Balancing[S],
+    linear: Callable[[float], FloatArray],
     frequencies: FloatArray,
     limits: tuple[float, float],
     advance: Callable[[float], None] = lambda _: None,
-) -> Iterator[SteadyMotion]:
+) -> Iterator[SteadyMotion[S]]:
     """Steady motions from the lowest to the highest frequency, in the order of the curve.
 
     Parameters
     ----------
-    balance : HarmonicBalance
-    equilibrium : StaticEquilibrium     About which the motion at the lowest frequency is looked for.
+    balance : Balancing
+    linear : callable                   Motion of the linearized system at an Omega; the first is looked for about it.
     frequencies : ndarray, shape (F,)   Rising [rad/s], > 0.
     limits : tuple of float             Displacements of a spring [m]; what comes after a motion beyond them is not
                                         worth computing, and may be left out.
@@ -94,7 +146,7 @@ def follow(
     IsolationError                      If no steady motion is found, or the curve cannot be followed.
     """
     logs = np.log(frequencies)
-    here = _start(balance, equilibrium, float(logs[0]))
+    here = _start(balance, linear, float(logs[0]))
     yield here
     while (after := logs[logs > here.log]).size:
         advance(logs.size - after.size)
@@ -119,13 +171,13 @@ def follow(
 
 
 def refine_peak(
-    balance: HarmonicBalance, motions: list[SteadyMotion], measure: Callable[[list[SteadyMotion]], FloatArray]
-) -> list[SteadyMotion]:
+    balance: Balancing[S], motions: list[SteadyMotion[S]], measure: Callable[[list[SteadyMotion[S]]], FloatArray]
+) -> list[SteadyMotion[S]]:
     """The motions with more of them about the largest value of a measure, unless the curve ends or folds there.
 
     Parameters
     ----------
-    balance : HarmonicBalance
+    balance : Balancing
     motions : list of SteadyMotion   In the order of the curve.
     measure : callable               Gives its values at motions.
     """
@@ -145,12 +197,14 @@ def refine_peak(
     return [motion for motion, _ in found]
 
 
-def refine_superharmonics(balance: HarmonicBalance, motions: list[SteadyMotion], below: float) -> list[SteadyMotion]:
+def refine_superharmonics(
+    balance: Balancing[MotionSummary], motions: list[SteadyMotion[MotionSummary]], below: float
+) -> list[SteadyMotion[MotionSummary]]:
     """The motions with more of them where the amplitude bends sharply, as it does at superharmonic resonances.
 
     Parameters
     ----------
-    balance : HarmonicBalance
+    balance : Balancing
     motions : list of SteadyMotion   In the order of the curve.
     below : float                    Of the frequencies at which motions are added [rad/s].
     """
@@ -175,16 +229,12 @@ def refine_superharmonics(balance: HarmonicBalance, motions: list[SteadyMotion],
     return refined
 
 
-def _start(balance: HarmonicBalance, equilibrium: StaticEquilibrium, log: float) -> SteadyMotion:
+def _start(balance: Balancing[S], linear: Callable[[float], FloatArray], log: float) -> SteadyMotion[S]:
     """A steady motion at one frequency, if need be approached from lower levels."""
-    system, omega = balance.system, float(np.exp(log))
+    omega = float(np.exp(log))
     for levels in (np.ones(1), np.geomspace(0.02, 1.0, _RAMP)):
-        z = np.zeros(balance.basis.order.size)
-        z[0] = system.series * equilibrium.displacement
-        dynamic = equilibrium.stiffness - system.mass * omega**2 + 1j * omega * system.damping
-        # No more than resonance with a loss factor of a tenth gives.
-        size = max(abs(dynamic), 0.1 * equilibrium.stiffness)
-        z[1] = levels[0] * balance.forcing(omega) / size * (1.0 if dynamic.real >= 0.0 else -1.0)
+        z = linear(omega)
+        z[balance.degrees :] *= levels[0]
         solved = None
         for level in levels:
             solved = balance.at_level(level * balance.level).solve(z, omega)
@@ -198,9 +248,9 @@ def _start(balance: HarmonicBalance, equilibrium: StaticEquilibrium, log: float)
     )
 
 
-def _described(balance: HarmonicBalance, log: float) -> str:
+def _described(balance: Balancing[S], log: float) -> str:
     """Frequency and level for messages."""
-    return f"{np.exp(log) / (2.0 * np.pi):.6g} Hz and a level of {balance.excitation.level_text(balance.level)}"
+    return f"{np.exp(log) / (2.0 * np.pi):.6g} Hz and a level of {balance.level_text}"
 
 
 class _LostError(IsolationError):
@@ -211,11 +261,11 @@ class _LostError(IsolationError):
         self.reached = reached
 
 
-def _across(balance: HarmonicBalance, here: SteadyMotion, after: FloatArray, reached: float) -> list[SteadyMotion]:
+def _across(balance: Balancing[S], here: SteadyMotion[S], after: FloatArray, reached: float) -> list[SteadyMotion[S]]:
     """The motion beyond a spike, at the first frequency above it where the first harmonic is alike."""
-    first = [1, 1 + balance.basis.harmonics]
-    plain = np.zeros_like(here.z)
-    plain[[0, *first]] = here.z[[0, *first]]
+    order = np.repeat(balance.basis.order, balance.degrees)
+    first = order == 1.0
+    plain = np.where(order <= 1.0, here.z, 0.0)
     logs = np.union1d(np.linspace(here.log, after[0], _PARTS + 1), after[:_SPIKE])
     for log in logs[logs > max(here.log, reached)].tolist():
         solved = balance.solve(plain, float(np.exp(log)))
@@ -225,14 +275,14 @@ def _across(balance: HarmonicBalance, here: SteadyMotion, after: FloatArray, rea
 
 
 def _along(
-    balance: HarmonicBalance,
-    here: SteadyMotion,
+    balance: Balancing[S],
+    here: SteadyMotion[S],
     logs: FloatArray,
     target: float,
     advance: Callable[[float], None],
-) -> Iterator[SteadyMotion]:
+) -> Iterator[SteadyMotion[S]]:
     """Motions along the curve until it has risen past the target, those at wanted frequencies among them."""
-    place = _Place.of(here, balance.at(here.z, here.omega))
+    place = _Place.of(here, balance.at(here.z, here.omega), balance.degrees)
     track = _Track(place)
     step = _FIRST
     passed = int(np.searchsorted(logs, here.log, "right"))
@@ -267,19 +317,25 @@ def _along(
 
 
 @dataclass(frozen=True, eq=False)
-class _Place:
-    """A point of the curve with its tangent, of unit length in the metric, turned the way the curve is followed."""
+class _Place(Generic[S]):
+    """A point of the curve with its tangent, of unit length in the metric, turned the way the curve is followed.
 
-    motion: SteadyMotion
+    The metric's weights make the length of a step relative to the motion.
+    """
+
+    motion: SteadyMotion[S]
     tangent: FloatArray
+    metric: FloatArray
 
     @classmethod
-    def of(cls, motion: SteadyMotion, balance: Balance, before: _Place | None = None) -> _Place:
-        metric = _metric(motion)
+    def of(
+        cls, motion: SteadyMotion[S], balance: Balanced[S], degrees: int, before: _Place[S] | None = None
+    ) -> _Place[S]:
+        metric = np.append(np.full(motion.z.size, 1.0 / float(np.linalg.norm(motion.z[degrees:]))), _WEIGHT)
         along = np.append(np.zeros(motion.z.size), 1.0) if before is None else before.tangent
         matrix = np.vstack([_columns(balance, motion.omega), along * metric**2])
         tangent = np.linalg.solve(matrix, np.append(np.zeros(motion.z.size), 1.0))
-        return cls(replace(motion, rising=bool(tangent[-1] > 0.0)), tangent / np.linalg.norm(tangent * metric))
+        return cls(replace(motion, rising=bool(tangent[-1] > 0.0)), tangent / np.linalg.norm(tangent * metric), metric)
 
     @property
     def coordinates(self) -> FloatArray:
@@ -287,7 +343,7 @@ class _Place:
         return np.append(self.motion.z, self.motion.log)
 
 
-class _Track:
+class _Track(Generic[S]):
     """The places passed so far, in arrays, since each new one is compared with all of them.
 
     Parameters
@@ -295,13 +351,13 @@ class _Track:
     first : _Place
     """
 
-    def __init__(self, first: _Place) -> None:
+    def __init__(self, first: _Place[S]) -> None:
         self._coordinates = np.empty((_MOST_STEPS + 1, first.tangent.size))
         self._tangents = np.empty_like(self._coordinates)
         self._count = 0
         self.append(first)
 
-    def append(self, place: _Place) -> None:
+    def append(self, place: _Place[S]) -> None:
         """Add the place that comes next."""
         self._coordinates[self._count], self._tangents[self._count] = place.coordinates, place.tangent
         self._count += 1
@@ -311,28 +367,23 @@ class _Track:
         """The highest ln(Omega)."""
         return float(self._coordinates[: self._count, -1].max())
 
-    def is_closed_by(self, place: _Place, distance: float) -> bool:
+    def is_closed_by(self, place: _Place[S], distance: float) -> bool:
         """Whether the curve runs at a place the way it has run before: it is closed."""
         before = max(self._count - _RECENT, 0)
-        metric = _metric(place.motion)
+        metric = place.metric
         gaps = (self._coordinates[:before] - place.coordinates) * metric
         near = np.linalg.norm(gaps, axis=1) < 0.5 * distance
         return bool(np.any((self._tangents[:before][near] * place.tangent * metric**2).sum(axis=1) > _BEND))
 
 
-def _metric(motion: SteadyMotion) -> FloatArray:
-    """Weights that make the length of a step relative to the motion."""
-    return np.append(np.full(motion.z.size, 1.0 / float(np.linalg.norm(motion.z[1:]))), _WEIGHT)
-
-
-def _columns(balance: Balance, omega: float) -> FloatArray:
+def _columns(balance: Balanced[S], omega: float) -> FloatArray:
     """Jacobian by (z, ln Omega)."""
     return np.column_stack([balance.jacobian, omega * balance.by_frequency])
 
 
-def _next(balance: HarmonicBalance, place: _Place, step: float) -> tuple[_Place | None, int]:
+def _next(balance: Balancing[S], place: _Place[S], step: float) -> tuple[_Place[S] | None, int]:
     """The point of the curve one step on, and how many corrections it took; None if there is none so near."""
-    metric = _metric(place.motion)
+    metric = place.metric
     normal = place.tangent * metric**2
     at = np.append(place.motion.z, place.motion.log) + step * place.tangent
     predicted = at
@@ -342,7 +393,7 @@ def _next(balance: HarmonicBalance, place: _Place, step: float) -> tuple[_Place 
         try:
             there = balance.at(z, omega)
             if correction and float(np.abs(there.residual).max()) <= _TOLERANCE * there.scale:
-                after = _Place.of(SteadyMotion(log, z, there.summary), there, place)
+                after = _Place.of(SteadyMotion(log, z, there.summary), there, balance.degrees, place)
                 aligned = float(np.sum(after.tangent * place.tangent * metric**2))
                 aligned /= float(np.linalg.norm(after.tangent * metric))
                 return (after if aligned > _BEND else None), correction
@@ -357,8 +408,8 @@ def _next(balance: HarmonicBalance, place: _Place, step: float) -> tuple[_Place 
 
 
 def _passed(
-    balance: HarmonicBalance, before: SteadyMotion, after: SteadyMotion, logs: FloatArray
-) -> Iterator[SteadyMotion]:
+    balance: Balancing[S], before: SteadyMotion[S], after: SteadyMotion[S], logs: FloatArray
+) -> Iterator[SteadyMotion[S]]:
     """Steady motions at the wanted frequencies between two neighbours on the curve, in its order."""
     rising = after.log > before.log
     low, high = sorted((before.log, after.log))
@@ -369,12 +420,14 @@ def _passed(
             yield replace(motion, rising=rising, wanted=True)
 
 
-def _between(balance: HarmonicBalance, before: SteadyMotion, after: SteadyMotion, log: float) -> SteadyMotion | None:
+def _between(
+    balance: Balancing[S], before: SteadyMotion[S], after: SteadyMotion[S], log: float
+) -> SteadyMotion[S] | None:
     """The motion at a frequency between those of two neighbours on the curve."""
     share = (log - before.log) / (after.log - before.log)
     guess = before.z + share * (after.z - before.z)
     solved = balance.solve(guess, float(np.exp(log)))
-    near = _NEAR * np.linalg.norm(after.z - before.z) + _ALIKE * np.linalg.norm(guess[1:])
+    near = _NEAR * np.linalg.norm(after.z - before.z) + _ALIKE * np.linalg.norm(guess[balance.degrees :])
     if solved is None or np.linalg.norm(solved[0] - guess) > near:
         return None
     return SteadyMotion(log, *solved)

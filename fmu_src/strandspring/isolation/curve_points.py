@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from ..core.parameters import SpringParameters
 from ..kernel.arrays import FloatArray
+from ..kernel.balance import MotionSummary
 from .continuation import SteadyMotion
 from .harmonic_balance import HarmonicBalance
 from .system import Excitation
@@ -74,7 +75,7 @@ def displacement_limits(spring: SpringParameters, extrapolate: bool) -> tuple[fl
     return spring.displacement_min - slack, spring.displacement_max + slack
 
 
-def _stacked(motions: Sequence[SteadyMotion]) -> tuple[FloatArray, FloatArray]:
+def _stacked(motions: Sequence[SteadyMotion[MotionSummary]]) -> tuple[FloatArray, FloatArray]:
     """Omega, shape (P,) [rad/s], and Fourier coefficients, shape (P, N) [m]."""
     return np.exp([motion.log for motion in motions]), np.array([motion.z for motion in motions])
 
@@ -106,12 +107,14 @@ def _ratio(balance: HarmonicBalance, omega: FloatArray, z: FloatArray) -> Comple
     return (_relative(balance, z) + base) / base
 
 
-def transmissibility(balance: HarmonicBalance, motions: Sequence[SteadyMotion]) -> FloatArray:
+def transmissibility(balance: HarmonicBalance, motions: Sequence[SteadyMotion[MotionSummary]]) -> FloatArray:
     """Transmissibility at each motion, shape (P,) [-]."""
     return np.abs(_ratio(balance, *_stacked(motions)))
 
 
-def response_columns(balance: HarmonicBalance, motions: Sequence[SteadyMotion]) -> dict[str, NDArray[Any]]:
+def response_columns(
+    balance: HarmonicBalance, motions: Sequence[SteadyMotion[MotionSummary]]
+) -> dict[str, NDArray[Any]]:
     """The attributes of `ResponsePoint` over all motions, each of shape (P,)."""
     system, order, half = balance.system, balance.basis.order, balance.basis.harmonics
     omega, z = _stacked(motions)

@@ -10,9 +10,12 @@ is solved by Newton's method with exact derivatives, in the compiled kernel.
 
 from __future__ import annotations
 
+import numpy as np
+
+from ..kernel.arrays import FloatArray
 from ..kernel.balance import BalancedMass
 from ..kernel.periodic import fourier_basis
-from .system import Excitation, IsolatedMass
+from .system import Excitation, IsolatedMass, StaticEquilibrium
 
 # The force has kinks at the reversals, so that its harmonics fall with k^2 and those of the motion with k^4.
 HARMONICS = 11
@@ -42,6 +45,7 @@ class HarmonicBalance(BalancedMass):
         self.excitation = excitation
         self.level = level
         force = level if excitation is Excitation.FORCE else 0.0
+        self.degrees = 1
         self._forcing = force if excitation is not Excitation.BASE_ACCELERATION else -system.mass * level
         self._forcing_by_square = system.mass * level if excitation is Excitation.BASE_DISPLACEMENT else 0.0
         super().__init__(
@@ -61,6 +65,18 @@ class HarmonicBalance(BalancedMass):
         """The same balance at another level."""
         return HarmonicBalance(self.system, self.excitation, level, self.basis.harmonics, self.basis.samples)
 
-    def forcing(self, omega: float) -> float:
-        """Amplitude of the force cos(Omega t) in the coordinate of the mount [N]."""
-        return self._forcing + self._forcing_by_square * omega**2
+    @property
+    def level_text(self) -> str:
+        """The level in the unit that people read."""
+        return self.excitation.level_text(self.level)
+
+    def linear_motion(self, equilibrium: StaticEquilibrium, omega: float) -> FloatArray:
+        """Coefficients of the motion with the stiffness of small motion, at resonance with a loss factor of a tenth."""
+        system = self.system
+        z = np.zeros(self.basis.order.size)
+        z[0] = system.series * equilibrium.displacement
+        dynamic = equilibrium.stiffness - system.mass * omega**2 + 1j * omega * system.damping
+        size = max(abs(dynamic), 0.1 * equilibrium.stiffness)
+        forcing = self._forcing + self._forcing_by_square * omega**2
+        z[1] = forcing / size * (1.0 if dynamic.real >= 0.0 else -1.0)
+        return z

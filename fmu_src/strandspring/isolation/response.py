@@ -5,13 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..kernel.arrays import FloatArray
+from ..kernel.balance import MotionSummary
 from ..kernel.path import PathSolver
 from ..loops.modelled import steady_loop_figures
 from .continuation import SteadyMotion, follow, refine_peak, refine_superharmonics
@@ -135,8 +136,9 @@ def frequency_response(
     balance = HarmonicBalance(system, excitation, level, harmonics, samples)
     limits = displacement_limits(system.spring, extrapolate)
     equilibrium = static_equilibrium(system)
+    linear = partial(balance.linear_motion, equilibrium)
     motions = []
-    for motion in follow(balance, equilibrium, 2.0 * np.pi * band, limits, advance):
+    for motion in follow(balance, linear, 2.0 * np.pi * band, limits, advance):
         _check_range(balance, motion, limits)
         motions.append(motion)
     motions = refine_peak(balance, motions, lambda at: transmissibility(balance, at))
@@ -167,7 +169,7 @@ def checked_band(frequencies: Sequence[float] | FloatArray) -> FloatArray:
     return band
 
 
-def _check_range(balance: HarmonicBalance, motion: SteadyMotion, limits: tuple[float, float]) -> None:
+def _check_range(balance: HarmonicBalance, motion: SteadyMotion[MotionSummary], limits: tuple[float, float]) -> None:
     """Refuse a motion that leaves the identified range."""
     low, high = motion.summary.low, motion.summary.high
     if low < limits[0] or high > limits[1]:
@@ -194,13 +196,18 @@ def _resonance(system: IsolatedMass, columns: Mapping[str, NDArray[Any]]) -> Res
         amplitude=float(columns["amplitude"][peak]),
         stiffness=stiffness,
         loss_factor=figures.loss_factor + viscous,
-        isolation_frequency=_isolation_frequency(frequency, ratio),
+        isolation_frequency=isolation_frequency(frequency, ratio),
         inside=0 < peak < ratio.size - 1,
     )
 
 
-def _isolation_frequency(frequency: FloatArray, ratio: FloatArray) -> float:
-    """Where the transmissibility falls below 1 for good [Hz]; NaN if it does nowhere."""
+def isolation_frequency(frequency: FloatArray, ratio: FloatArray) -> float:
+    """Where the transmissibility falls below 1 for good [Hz]; NaN if it does nowhere.
+
+    Parameters
+    ----------
+    frequency, ratio : ndarray, shape (P,)   Points of a curve in its order [Hz], [-].
+    """
     above = np.flatnonzero(~(ratio < 1.0))
     if above.size == 0:
         return float(frequency[0])

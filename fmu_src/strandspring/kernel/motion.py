@@ -18,7 +18,7 @@ from .path import Law
 
 # Numbers of each structure of motion.h.
 BODY, MOUNT, AXIS, POINT, CHANNEL = 42, 10, 10, 4, 8
-_BODY_STATE, _REACH, _AXIS_STATE, _STATE = 31, 12, 13, 16
+_BODY_STATE, _REACH, _AXIS_STATE, _STATE = 31, 12, 13, 22
 _SYSTEM, _RECORD = 10, 10
 OF_POINT, OF_AXIS, OF_BODY, ENERGIES = 18, 10, 2, 9
 
@@ -48,9 +48,15 @@ class MotionFigures:
     displacements: FloatArray | None = None
     forces: FloatArray | None = None
 
+    def first_row(self) -> tuple[FloatArray, FloatArray]:
+        """Displacements and forces at the beginning, of a run with histories."""
+        if self.displacements is None or self.forces is None:
+            raise ValueError("The run kept no histories.")
+        return self.displacements[0], self.forces[0]
+
 
 class MotionSolver:
-    """Rest and motion of bodies on mounts. Its calls release the interpreter's lock and can run in any number of threads.
+    """Rest and motion of bodies on mounts; its calls release the interpreter's lock and may run in many threads.
 
     Parameters
     ----------

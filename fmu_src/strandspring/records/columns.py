@@ -107,7 +107,7 @@ def choose_columns(
     RecordError                    If a column is missing, ambiguous or given twice.
     """
     chosen: dict[Quantity, Column] = {
-        quantity: _asked_column(columns, wanted, quantity, where)
+        quantity: asked_column(columns, wanted, quantity, where)
         for quantity, wanted in asked.items()
         if wanted is not None
     }
@@ -191,7 +191,8 @@ def split_unit(header: str) -> tuple[str, str | None, bool]:
     return header, None, False
 
 
-def _asked_column(columns: Sequence[Column], wanted: int | str, quantity: Quantity, where: str) -> Column:
+def asked_column(columns: Sequence[Column], wanted: int | str, quantity: str, where: str) -> Column:
+    """The column of a name or 1-based number; `quantity` says in messages what it holds."""
     if isinstance(wanted, str):
         text = wanted.strip()
         rules = (

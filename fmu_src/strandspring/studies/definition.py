@@ -13,7 +13,7 @@ from ..core.parameters import SpringParameters
 from ..isolation.band import band_frequencies, checked_limits
 from ..isolation.response import frequency_response
 from ..isolation.system import Excitation, IsolatedMass, IsolationError, static_equilibrium
-from .spread import Spread
+from ..spread import Spread
 
 DONE = "done"
 _MOST_RUNS = 1_000_000

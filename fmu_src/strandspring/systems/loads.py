@@ -25,6 +25,11 @@ class ChannelKind(Enum):
 class Signal(Protocol):
     """A function of time from 0 on."""
 
+    @property
+    def shortest(self) -> float:
+        """The time over which it acts once [s]; a longer step blurs it."""
+        ...
+
     def averages(self, step: float, count: int) -> FloatArray:
         """Its mean over each of `count` steps [k*step, (k + 1)*step], shape (count,)."""
         ...
@@ -74,3 +79,9 @@ class LoadCase:
     velocity: Vector = (0.0, 0.0, 0.0)
     weightless: bool = False
     text: str = ""
+
+    @property
+    def load_end(self) -> float:
+        """When the last of its signals ends, as far as they tell [s]."""
+        ends = [getattr(channel.signal, "duration", self.duration) for channel in self.channels]
+        return min(self.duration, max(ends, default=self.duration))

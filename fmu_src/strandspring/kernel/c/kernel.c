@@ -13,6 +13,7 @@
 #include "linear.c"
 #include "balance.c"
 #include "generalised.c"
+#include "shock.c"
 #include "motion.c"
 #include "motion_rest.c"
 #include "motion_run.c"

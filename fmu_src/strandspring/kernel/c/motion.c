@@ -48,7 +48,7 @@ static void velocity_between(
     add3(velocity, 1.0, body->V);
     double of_support[3];
     if (mount->support < 0.0) {
-        cross3(state->base_spin, reach->place, of_support);
+        cross3(state->end_spin, reach->place, of_support);
     } else {
         const MotionBodyState *under = state->body + (int)mount->support;
         cross3(under->spin, reach->support_arm, of_support);
@@ -57,7 +57,12 @@ static void velocity_between(
     add3(velocity, -1.0, of_support);
 }
 
-/* Reach of all mounts, direction of the axes that move, displacement of all axes. */
+void motion_set_directions(const MotionSystem *system, MotionState *state)
+{
+    for (size_t a = 0; a < system->axes; a++)
+        memcpy(state->axis[a].direction, system->axis[a].direction, sizeof state->axis[a].direction);
+}
+
 void motion_place_axes(const MotionSystem *system, MotionState *state, double *displacements)
 {
     for (size_t m = 0; m < system->mounts; m++) {
@@ -69,8 +74,6 @@ void motion_place_axes(const MotionSystem *system, MotionState *state, double *d
             double *direction = state->axis[a].direction;
             if (mount->support >= 0.0)
                 turn3(state->body[(int)mount->support].rotation, system->axis[a].direction, direction);
-            else
-                memcpy(direction, system->axis[a].direction, 3 * sizeof *direction);
             displacements[a] = dot3(direction, reach->between);
         }
     }
@@ -133,7 +136,7 @@ static void loads_of(
 }
 
 /* The base's acceleration or angular velocity. */
-static void base_motion(const MotionSystem *system, const double *values, double kind, double *motion)
+void motion_of_base(const MotionSystem *system, const double *values, double kind, double *motion)
 {
     memset(motion, 0, 3 * sizeof *motion);
     for (size_t c = 0; c < system->channels; c++)
@@ -339,8 +342,8 @@ double motion_part(
     double acceleration[3], moment[3], displacements[MOTION_AXES], change[MOTION_BODIES][6];
     MotionBodyState bodies[MOTION_BODIES];
     size_t all = system->bodies * sizeof *bodies;
-    base_motion(system, values, 0.0, acceleration);
-    base_motion(system, values, 1.0, state->base_spin);
+    motion_of_base(system, values, 0.0, acceleration);
+    motion_of_base(system, values, 1.0, state->base_spin);
     int is_turning = dot3(state->base_spin, state->base_spin) > 0.0, has_dampers = state->has_dampers != 0.0;
     if (is_turning)
         moment_on_bodies(system, state, moment);
@@ -363,6 +366,7 @@ double motion_part(
     for (size_t a = 0; a < system->axes; a++)
         if (!(fabs(displacements[a]) <= LARGEST_DISPLACEMENT))
             return 0.0;
+    add3(state->end_spin, part - left, state->spin_slope);
     if (has_dampers) {
         /* Forces at the velocities foreseen; the kick goes on from those at half the step. */
         memcpy(bodies, state->body, all);
@@ -399,6 +403,7 @@ int motion_step(const MotionSystem *system, MotionState *state, const double *va
 {
     size_t turns = system->axes + 1;
     for (double left = h; left > 0.0;) {
+        motion_of_base(system, values, 1.0, state->end_spin);
         double part = motion_part(system, state, values, left, &turns);
         if (part == 0.0)
             return 0;
@@ -413,9 +418,12 @@ void motion_begin(
 {
     double displacements[MOTION_AXES];
     memset(state->base_spin, 0, sizeof state->base_spin);
+    memset(state->end_spin, 0, sizeof state->end_spin);
+    memset(state->spin_slope, 0, sizeof state->spin_slope);
     state->damped = state->gravity_work = state->base_work = state->load_work = state->exchanged = 0.0;
     memcpy(state->gravity, gravity, sizeof state->gravity);
     state->has_dampers = state->has_loads = 0.0;
+    motion_set_directions(system, state);
     for (size_t a = 0; a < system->axes; a++)
         if (system->axis[a].damping != 0.0)
             state->has_dampers = 1.0;
@@ -445,6 +453,8 @@ void motion_accelerations(
     const MotionSystem *system, const MotionState *state, const double *values, double *accelerations)
 {
     double force[MOTION_BODIES][3], torque[MOTION_BODIES][3], linear[MOTION_BODIES][3], angular[MOTION_BODIES][3];
+    double of_base[3];
+    motion_of_base(system, values, 0.0, of_base);
     if (state->has_loads != 0.0) {
         loads_of(system, state->body, values, force, torque);
     } else {
@@ -455,8 +465,9 @@ void motion_accelerations(
         const MotionBody *body = system->body + b;
         const MotionBodyState *own = state->body + b;
         for (int i = 0; i < 3; i++)
-            linear[b][i] = (own->force[i] + force[b][i]) / body->mass + state->gravity[i];
+            linear[b][i] = (own->force[i] + force[b][i]) / body->mass + state->gravity[i] - of_base[i];
         project(body->translations, body, linear[b]);
+        add3(linear[b], 1.0, of_base);
         memset(angular[b], 0, sizeof angular[b]);
         if (body->turns == 0.0)
             continue;

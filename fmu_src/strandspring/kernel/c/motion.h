@@ -85,7 +85,9 @@ typedef struct {
 } MotionReach;
 
 typedef struct {
-    double gravity[3], base_spin[3];
+    double gravity[3];
+    /* The base's angular velocity: its average over the step; at the end of what is left of the step; and its slope. */
+    double base_spin[3], end_spin[3], spin_slope[3];
     /* Since the beginning [J]: dissipated by dampers; work of gravity, of the base and of forces from outside; sum of the
      * absolute values of the latter two. */
     double damped, gravity_work, base_work, load_work, exchanged;
@@ -104,7 +106,7 @@ void motion_begin(
 /* One step of h [s] under channel values that are averages over it. Returns 0 if a displacement is beyond LARGEST_DISPLACEMENT. */
 SPRING_LOCAL int motion_step(const MotionSystem *system, MotionState *state, const double *values, double h);
 
-/* Absolute acceleration of each point [m/s^2], 3 each, under channel values. */
+/* Absolute acceleration of each point [m/s^2], 3 each, under channel values; what is held moves with the base. */
 SPRING_LOCAL void motion_accelerations(
     const MotionSystem *system, const MotionState *state, const double *values, double *accelerations);
 

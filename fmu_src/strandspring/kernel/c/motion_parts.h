@@ -5,7 +5,10 @@
 #include "motion.h"
 #include "vectors.h"
 
-/* Reach of all mounts, direction and displacement of all axes in the pose of the bodies. */
+/* Directions of the axes in the nominal pose, which those on the base keep. */
+SPRING_LOCAL void motion_set_directions(const MotionSystem *system, MotionState *state);
+
+/* Reach of all mounts, direction of the axes on bodies, and displacement of all axes in the pose of the bodies. */
 SPRING_LOCAL void motion_place_axes(const MotionSystem *system, MotionState *state, double *displacements);
 
 SPRING_LOCAL double motion_stop_force(const MotionAxis *axis, double displacement);
@@ -14,6 +17,9 @@ SPRING_LOCAL double motion_stop_force(const MotionAxis *axis, double displacemen
 SPRING_LOCAL void motion_clear_forces(const MotionSystem *system, MotionBodyState *bodies);
 SPRING_LOCAL void motion_apply(
     const MotionMount *mount, const MotionReach *reach, const double *force, MotionBodyState *bodies);
+
+/* The base's acceleration (kind 0) or angular velocity (1) under channel values. */
+SPRING_LOCAL void motion_of_base(const MotionSystem *system, const double *values, double kind, double *motion);
 
 /* Goes on by `left`, or to where the first spring turns while *turns, which then falls by 1, is above 0. Returns how far; 0 if
  * a displacement is beyond LARGEST_DISPLACEMENT. */

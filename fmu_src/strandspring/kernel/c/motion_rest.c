@@ -96,6 +96,7 @@ int motion_rest(
         rest.length = fmax(rest.length, size3(system->mount[m].place));
     if (rest.length == 0.0)
         rest.length = 1.0;
+    motion_set_directions(system, state);
     for (size_t b = 0; b < system->bodies; b++) {
         memset(state->body + b, 0, sizeof *state->body);
         memcpy(state->body[b].x, pose + 7 * b, 3 * sizeof *pose);

@@ -4,6 +4,13 @@
 
 /* Of a point: the squares of the sizes of acceleration and way from the beginning, then the components of both. */
 enum { WATCHED = 8 };
+/* Numbers of a point and of an axis whose means are taken. */
+enum { MEANS = 9, MEANS_OF_AXIS = 2 };
+
+typedef struct {
+    double now[4][MOTION_AXES], low[2][MOTION_AXES], high[4][MOTION_AXES];
+    double rates[MOTION_AXES][2], forces[MOTION_AXES][2]; /* the last two values */
+} WatchedAxes;
 
 /* `time` of this and the two values before; no motion is smooth where a part of a step ends at a turn. */
 typedef struct {
@@ -11,7 +18,9 @@ typedef struct {
     int is_sharp, was_sharp;
     double accelerations[3 * MOTION_POINTS], sway[3 * MOTION_POINTS], start[3 * MOTION_POINTS];
     double turn[MOTION_BODIES][4];
-    double points[MOTION_POINTS][WATCHED][2], forces[MOTION_AXES][2]; /* the last two values */
+    double points[MOTION_POINTS][WATCHED][2], tilts[MOTION_BODIES][2]; /* the last two values */
+    double of_points[MOTION_POINTS][MEANS], of_axes[MOTION_AXES][MEANS_OF_AXIS]; /* the last values whose means are taken */
+    WatchedAxes axes;
 } Watch;
 
 /* Takes a value; where the one before is the greatest of three, and so far, the vertex of the parabola through them is. */
@@ -45,7 +54,7 @@ static void advance_watch(Watch *watched, double time, int is_sharp)
 
 /* Where of_points of a point holds the greatest of each that is watched; the time of the first follows it. */
 static const int GREATEST[WATCHED] = {0, 5, 2, 3, 4, 6, 7, 8};
-enum { TIME_OF_GREATEST = 1, MEANS = 9 };
+enum { TIME_OF_GREATEST = 1, MEANS_OF_POINT_AT = 9, MEANS_OF_AXIS_AT = 8 };
 
 static void watch_points(
     const MotionSystem *system, const MotionState *state, const double *loads, Watch *watched, double *of_points)
@@ -66,24 +75,37 @@ static void watch_points(
     }
 }
 
-static void watch_axes(const MotionSystem *system, const MotionState *state, Watch *watched, double *of_axes)
+/* Of all axes, an array for each quantity, whose loops the compiler turns into few instructions. */
+static void watch_axes(const MotionSystem *system, const MotionState *state, Watch *watched)
 {
-    for (size_t a = 0; a < system->axes; a++) {
+    size_t axes = system->axes;
+    WatchedAxes *of = &watched->axes;
+    double *displacement = of->now[0], *omega = of->now[1], *rate = of->now[2], *force = of->now[3];
+    for (size_t a = 0; a < axes; a++) {
         const MotionAxisState *own = state->axis + a;
-        double *found = of_axes + MOTION_OF_AXIS * a, at;
-        double displacement = own->memory.displacement, omega = own->memory.omega, rate = fabs(own->rate);
-        found[0] = displacement < found[0] ? displacement : found[0];
-        found[1] = displacement > found[1] ? displacement : found[1];
-        watch(watched, watched->forces[a], fabs(own->force), found + 2, &at);
-        found[3] = omega < found[3] ? omega : found[3];
-        found[4] = omega > found[4] ? omega : found[4];
-        found[7] = rate > found[7] ? rate : found[7];
+        displacement[a] = own->memory.displacement;
+        omega[a] = own->memory.omega;
+        rate[a] = fabs(own->rate);
+        force[a] = fabs(own->force);
+    }
+    for (size_t a = 0; a < axes; a++) {
+        of->low[0][a] = displacement[a] < of->low[0][a] ? displacement[a] : of->low[0][a];
+        of->high[0][a] = displacement[a] > of->high[0][a] ? displacement[a] : of->high[0][a];
+    }
+    for (size_t a = 0; a < axes; a++) {
+        of->low[1][a] = omega[a] < of->low[1][a] ? omega[a] : of->low[1][a];
+        of->high[1][a] = omega[a] > of->high[1][a] ? omega[a] : of->high[1][a];
+    }
+    for (size_t a = 0; a < axes; a++) {
+        double at;
+        watch(watched, of->rates[a], rate[a], of->high[2] + a, &at);
+        watch(watched, of->forces[a], force[a], of->high[3] + a, &at);
     }
 }
 
-/* Sine of half the angle from the beginning. */
+/* The square of the sine of half the angle from the beginning. */
 static void watch_bodies(
-    const MotionSystem *system, const MotionState *state, double time, const Watch *watched, double *of_bodies)
+    const MotionSystem *system, const MotionState *state, Watch *watched, double *of_bodies)
 {
     for (size_t b = 0; b < system->bodies; b++) {
         const double *q = state->body[b].turn, *start = watched->turn[b];
@@ -91,11 +113,8 @@ static void watch_bodies(
         if (system->body[b].turns == 0.0)
             continue;
         quaternion_product(back, q, turn);
-        double sine = size3(turn + 1), *found = of_bodies + MOTION_OF_BODY * b;
-        if (sine > found[0]) {
-            found[0] = sine;
-            found[1] = time;
-        }
+        double *found = of_bodies + MOTION_OF_BODY * b;
+        watch(watched, watched->tilts[b], dot3(turn + 1, turn + 1), found, found + 1);
     }
 }
 
@@ -147,54 +166,72 @@ static void begin_record(const MotionSystem *system, const MotionState *state, W
     for (size_t b = 0; b < system->bodies; b++)
         memcpy(watched->turn[b], state->body[b].turn, sizeof watched->turn[b]);
     for (size_t a = 0; a < system->axes; a++) {
-        double *found = record->of_axes + MOTION_OF_AXIS * a;
-        found[0] = found[1] = found[6] = state->axis[a].memory.displacement;
-        found[3] = found[4] = state->axis[a].memory.omega;
+        const SpringMemory *memory = &state->axis[a].memory;
+        record->of_axes[MOTION_OF_AXIS * a + 6] = memory->displacement;
+        watched->axes.low[0][a] = watched->axes.high[0][a] = memory->displacement;
+        watched->axes.low[1][a] = watched->axes.high[1][a] = memory->omega;
     }
     record->energies[0] = kinetic_energy(system, state);
     record->energies[4] = -stop_energy(system, state);
 }
 
-static void add_means(const MotionSystem *system, const MotionState *state, const Watch *watched, MotionRecord *record)
+/* Adds `weight` times the sum of present and last values to their sums. */
+static inline void add_pair(double weight, const double *now, double *last, int count, double *sums)
+{
+    for (int i = 0; i < count; i++) {
+        sums[i] += weight * (last[i] + now[i]);
+        last[i] = now[i];
+    }
+}
+
+/* By the trapezoidal rule; weight: half of what the way from the last values is of a step. */
+static void add_means(const MotionSystem *system, double weight, Watch *watched, MotionRecord *record)
 {
     for (size_t p = 0; p < system->points; p++) {
-        double *sums = record->of_points + MOTION_OF_POINT * p + MEANS;
+        double now[MEANS];
         for (int i = 0; i < 3; i++) {
             double acceleration = watched->accelerations[3 * p + i];
             double way = watched->sway[3 * p + i] - watched->start[3 * p + i];
-            sums[i] += acceleration * acceleration;
-            sums[3 + i] += way;
-            sums[6 + i] += way * way;
+            now[i] = acceleration * acceleration;
+            now[3 + i] = way;
+            now[6 + i] = way * way;
         }
+        add_pair(weight, now, watched->of_points[p], MEANS, record->of_points + MOTION_OF_POINT * p + MEANS_OF_POINT_AT);
     }
     for (size_t a = 0; a < system->axes; a++) {
-        double *found = record->of_axes + MOTION_OF_AXIS * a, displacement = state->axis[a].memory.displacement - found[6];
-        found[8] += displacement;
-        found[9] += displacement * displacement;
+        double *found = record->of_axes + MOTION_OF_AXIS * a, way = watched->axes.now[0][a] - found[6];
+        const double now[MEANS_OF_AXIS] = {way, way * way};
+        add_pair(weight, now, watched->of_axes[a], MEANS_OF_AXIS, found + MEANS_OF_AXIS_AT);
     }
 }
 
 static void end_record(
-    const MotionSystem *system, const MotionState *state, size_t steps, MotionRecord *record)
+    const MotionSystem *system, const MotionState *state, const Watch *watched, size_t steps, MotionRecord *record)
 {
     double per_step = 1.0 / (double)(steps > 0 ? steps : 1), absorbed = 0.0;
     for (size_t p = 0; p < system->points; p++) {
         double *found = record->of_points + MOTION_OF_POINT * p;
         for (int k = 0; k < 2; k++)
             found[GREATEST[k]] = sqrt(found[GREATEST[k]]);
-        for (int i = 0; i < 9; i++)
-            found[MEANS + i] *= per_step;
+        for (int i = 0; i < MEANS; i++)
+            found[MEANS_OF_POINT_AT + i] *= per_step;
     }
     for (size_t a = 0; a < system->axes; a++) {
         double *found = record->of_axes + MOTION_OF_AXIS * a;
         const MotionAxis *axis = system->axis + a;
+        found[0] = watched->axes.low[0][a];
+        found[1] = watched->axes.high[0][a];
+        found[2] = watched->axes.high[3][a];
+        found[3] = watched->axes.low[1][a];
+        found[4] = watched->axes.high[1][a];
+        found[7] = watched->axes.high[2][a];
         found[5] = axis->parallel * axis->series * spring_absorbed_energy(axis->law, &state->axis[a].memory);
-        found[8] *= per_step;
-        found[9] *= per_step;
+        for (int i = 0; i < MEANS_OF_AXIS; i++)
+            found[MEANS_OF_AXIS_AT + i] *= per_step;
         absorbed += found[5];
     }
     for (size_t b = 0; b < system->bodies; b++)
-        record->of_bodies[MOTION_OF_BODY * b] = 2.0 * asin(clip(record->of_bodies[MOTION_OF_BODY * b], 0.0, 1.0));
+        record->of_bodies[MOTION_OF_BODY * b] = 2.0 * asin(clip(sqrt(record->of_bodies[MOTION_OF_BODY * b]), 0.0, 1.0));
     double *energies = record->energies;
     energies[1] = kinetic_energy(system, state);
     energies[2] = absorbed;
@@ -206,48 +243,90 @@ static void end_record(
     energies[8] = state->exchanged;
 }
 
+/* The change of a channel over step k: the smaller of the differences to the averages of its neighbours, so that a jump
+ * between steps stays where it is. */
+static double change_over(const double *averages, size_t k, size_t count)
+{
+    double before = k > 0 ? averages[k] - averages[k - 1] : INFINITY;
+    double after = k + 1 < count ? averages[k + 1] - averages[k] : INFINITY;
+    double smaller = fabs(before) < fabs(after) ? before : after;
+    return count > 1 ? smaller : 0.0;
+}
+
+/* Whether an acceleration may jump or have a kink at the end of step k, as a channel jumps there by more than it changes
+ * beside. The base's acceleration is felt at once where a body is held, and a damper changes its rate. */
+static int is_jump(const MotionSystem *system, const MotionState *state, const double *values, size_t k, size_t count)
+{
+    int feels_base = state->has_dampers != 0.0;
+    for (size_t b = 0; b < system->bodies; b++)
+        feels_base = feels_base || system->body[b].is_free == 0.0;
+    for (size_t c = 0; c < system->channels && k + 1 < count; c++) {
+        const double *row = values + c * count;
+        double before = change_over(row, k, count), after = change_over(row, k + 1, count);
+        double jump = row[k + 1] - row[k] - 0.5 * (before + after);
+        int is_felt = system->channel[c].kind == 2.0 || (system->channel[c].kind == 0.0 && feels_base);
+        if (is_felt && fabs(jump) > fabs(before) + fabs(after))
+            return 1;
+    }
+    return 0;
+}
+
 size_t motion_run(
     const MotionSystem *system, MotionState *state, size_t count, double h, const double *values, MotionRecord *record)
 {
     Watch watched;
-    double now[MOTION_CHANNELS], begin[MOTION_CHANNELS], end[MOTION_CHANNELS] = {0.0}, loads[MOTION_CHANNELS];
+    double now[MOTION_CHANNELS], change[MOTION_CHANNELS], loads[MOTION_CHANNELS] = {0.0}, course[MOTION_CHANNELS];
     size_t k = 0, averaged = 0;
     begin_record(system, state, &watched, record);
-    for (size_t c = 0; c < system->channels; c++)
-        end[c] = count > 0 ? values[c * count] : 0.0;
-    watch_points(system, state, end, &watched, record->of_points);
-    watch_axes(system, state, &watched, record->of_axes);
+    for (size_t c = 0; c < system->channels && count > 0; c++)
+        loads[c] = values[c * count] - 0.5 * change_over(values + c * count, 0, count);
+    watch_points(system, state, loads, &watched, record->of_points);
+    watch_axes(system, state, &watched);
+    watch_bodies(system, state, &watched, record->of_bodies);
+    add_means(system, 0.0, &watched, record);
     write_row(system, state, &watched, 0, record);
+    int is_after_jump = 0;
     for (; k < count; k++) {
-        /* Of a force from outside the accelerations show its course between the averages of the steps. */
+        /* The course of the channels over the step, for velocities of the base and accelerations at its end. */
         for (size_t c = 0; c < system->channels; c++) {
-            const double *row = values + c * count;
-            now[c] = row[k];
-            begin[c] = end[c];
-            end[c] = k + 1 < count ? 0.5 * (row[k] + row[k + 1]) : row[k];
+            now[c] = values[c * count + k];
+            change[c] = change_over(values + c * count, k, count);
+            loads[c] = now[c] + 0.5 * change[c];
         }
+        if (is_after_jump) {
+            for (size_t c = 0; c < system->channels; c++)
+                course[c] = now[c] - 0.5 * change[c];
+            advance_watch(&watched, h * (double)k, 1);
+            watch_points(system, state, course, &watched, record->of_points);
+            watch_axes(system, state, &watched);
+            watch_bodies(system, state, &watched, record->of_bodies);
+            add_means(system, 0.0, &watched, record);
+        }
+        is_after_jump = is_jump(system, state, values, k, count);
+        motion_of_base(system, change, 1.0, state->spin_slope);
+        for (int i = 0; i < 3; i++)
+            state->spin_slope[i] /= h;
         size_t turns = system->axes + 1;
         for (double left = h; left > 0.0;) {
+            motion_of_base(system, loads, 1.0, state->end_spin);
             double part = motion_part(system, state, now, left, &turns);
             if (part == 0.0)
                 goto diverged;
             left -= part;
             double share = 1.0 - left / h, time = h * ((double)k + share);
             for (size_t c = 0; c < system->channels; c++)
-                loads[c] = begin[c] + share * (end[c] - begin[c]);
-            advance_watch(&watched, time, left > 0.0);
-            watch_points(system, state, loads, &watched, record->of_points);
-            watch_axes(system, state, &watched, record->of_axes);
-            watch_bodies(system, state, time, &watched, record->of_bodies);
+                course[c] = now[c] + (share - 0.5) * change[c];
+            advance_watch(&watched, time, left > 0.0 || is_after_jump);
+            watch_points(system, state, course, &watched, record->of_points);
+            watch_axes(system, state, &watched);
+            watch_bodies(system, state, &watched, record->of_bodies);
+            add_means(system, k >= record->settled ? 0.5 * part / h : 0.0, &watched, record);
         }
-        if (k >= record->settled) {
-            add_means(system, state, &watched, record);
-            averaged++;
-        }
+        averaged += k >= record->settled;
         if ((k + 1) % record->stride == 0)
             write_row(system, state, &watched, (k + 1) / record->stride, record);
     }
 diverged:
-    end_record(system, state, averaged, record);
+    end_record(system, state, &watched, averaged, record);
     return k;
 }

@@ -1,4 +1,4 @@
-"""The steady force of a spring over one period, which the package asks for inside harmonic balances only."""
+"""The steady force of a spring over one period, in the compiled kernel (`kernel/c/periodic.h`)."""
 
 from __future__ import annotations
 
@@ -7,11 +7,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from strandspring import SpringParameters
-from strandspring.kernel.arrays import FloatArray, address, floats
-from strandspring.kernel.library import library
-from strandspring.kernel.path import Law
-from strandspring.kernel.periodic import FourierBasis
+from ..core.parameters import SpringParameters
+from .arrays import FloatArray, address, floats
+from .library import library
+from .path import Law
+from .periodic import FourierBasis
 
 
 class _Period(ctypes.Structure):

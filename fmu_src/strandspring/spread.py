@@ -22,11 +22,10 @@ from typing import Any
 
 import numpy as np
 
-from ..core.parameters import N_RANGE, SIGMA_RANGE, SpringParameters
-from ..errors import ModelError
-from ..isolation.system import IsolationError
-from ..joint import HYSTERETIC_UNITS, JointCovariance
-from ..stated_uncertainty import PAIRS
+from .core.parameters import N_RANGE, SIGMA_RANGE, SpringParameters
+from .errors import ModelError
+from .joint import HYSTERETIC_UNITS, JointCovariance
+from .stated_uncertainty import PAIRS
 
 DRAWN = tuple(HYSTERETIC_UNITS)
 _RANGES = {"sigma": SIGMA_RANGE, "n": N_RANGE}
@@ -101,7 +100,7 @@ class Spread:
 
         Raises
         ------
-        IsolationError   If hardly any draw is a physically possible spring.
+        ModelError   If hardly any draw is a physically possible spring.
         """
         generator = np.random.default_rng((seed, number))
         if self.joint is not None:
@@ -120,7 +119,7 @@ def _possible(joint: JointCovariance, spring: SpringParameters, generator: np.ra
     for _ in range(_TRIES):
         with suppress(ValueError):
             return joint.moved(spring, generator.standard_normal(len(joint.root)).tolist())
-    raise IsolationError(
+    raise ModelError(
         f"None of {_TRIES} springs drawn from the model's uncertainty is physically possible (FA > 0); identify from "
         "records that determine FA, with a lower degree of FA, or ask for no draws (--draws 0)."
     )

@@ -1,0 +1,195 @@
+"""Answers about systems in words and as tables for a terminal."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Collection, Iterator, Sequence
+
+import numpy as np
+
+from ..kernel.arrays import FloatArray
+from ..systems.answers import CandidateAnswer, CaseAnswer
+from ..systems.case_cautions import Caution, CautionKind
+from ..systems.mounted import STANDARD_GRAVITY
+from ..systems.static_answer import SECANT_SHARE
+from ..systems.verdicts import Figure, Quantity, Verdict
+from .text import counted
+from .text_table import table_lines
+
+# Unit for people, factor from SI to it.
+SHOWN = {
+    Quantity.ACCELERATION: ("g", 1.0 / STANDARD_GRAVITY),
+    Quantity.SWAY: ("mm", 1e3),
+    Quantity.TILT: ("deg", math.degrees(1.0)),
+    Quantity.STROKE: ("%", 100.0),
+    Quantity.FORCE: ("N", 1.0),
+    Quantity.RMS_ACCELERATION: ("g", 1.0 / STANDARD_GRAVITY),
+    Quantity.RMS_SWAY: ("mm", 1e3),
+}
+_NOTHING = 1e-9  # of rounding, in the unit for people
+_JUDGED = (Quantity.ACCELERATION, Quantity.SWAY, Quantity.TILT, Quantity.STROKE)
+
+
+def headline(name: str, answers: Sequence[CaseAnswer]) -> str:
+    """The verdicts counted."""
+    candidates = len({answer.candidate for answer in answers})
+    cases = len({answer.case.name for answer in answers})
+    counts = Counter(answer.verdict for answer in answers)
+    verdicts = ", ".join(f"{counts[verdict]} {verdict.value}" for verdict in Verdict if counts[verdict])
+    where = f"{counted(candidates, 'candidate')} in {counted(cases, 'load case')}"
+    return f"{name}: {where}: {verdicts}" if answers else f"{name}: no load case"
+
+
+def verdict_table(answers: Sequence[CaseAnswer]) -> tuple[list[str], list[list[str]], Collection[str]]:
+    """Headings, rows, and which columns are of text: the figure of each kind that is nearest to its limit."""
+    headings = [
+        "candidate", "case", "verdict", "acceleration g", "of limit", "at point", "sway mm", "of limit", "at point",
+        "tilt deg", "of limit", "stroke %", "of limit", "of mount", "error %",
+    ]  # fmt: skip
+    rows = []
+    for answer in answers:
+        row = [answer.candidate, answer.case.name, answer.verdict.value]
+        for quantity in _JUDGED:
+            figure = answer.worst(quantity)
+            row += [_value(figure), _of_limit(figure)]
+            if quantity is not Quantity.TILT:
+                row.append("-" if figure is None else figure.subject)
+        rows.append([*row, _largest_error(answer)])
+    return headings, rows, {"candidate", "case", "verdict", "at point", "of mount"}
+
+
+def _value(figure: Figure | None) -> str:
+    if figure is None:
+        return "-"
+    value = SHOWN[figure.quantity][1] * figure.value
+    return "0" if abs(value) < _NOTHING else f"{value:.4g}"
+
+
+def _of_limit(figure: Figure | None) -> str:
+    return "-" if figure is None or figure.limit is None else f"{100.0 * figure.value / figure.limit:.0f} %"
+
+
+def _largest_error(answer: CaseAnswer) -> str:
+    """Of the figures that are judged, relative to each."""
+    if not answer.figures:
+        return "-"
+    errors = [
+        figure.error / largest
+        for quantity in (Quantity.ACCELERATION, Quantity.SWAY, Quantity.STROKE)
+        if (largest := max((one.value for one in answer.of(quantity)), default=0.0)) > 0.0
+        for figure in answer.of(quantity)
+    ]
+    return f"{100.0 * max(errors, default=0.0):.2g}"
+
+
+def detail_lines(
+    candidates: Sequence[CandidateAnswer], answers: Sequence[CaseAnswer], width: int | None = None
+) -> Iterator[str]:
+    """Each candidate with its static pose, modes and cases."""
+    for one in candidates:
+        own = [answer for answer in answers if answer.candidate == one.name]
+        yield ""
+        yield f"{one.name}:"
+        yield from static_lines(one, width)
+        for answer in own:
+            if answer.refusal:
+                yield f"  {answer.case.name}: refused: {answer.refusal}"
+        yield from rest_lines(own, width)
+        for sentence in one.cautions:
+            yield f"  Caution: {sentence}"
+        for sentence in grouped_cautions(own):
+            yield f"  Caution: {sentence}"
+
+
+def static_lines(one: CandidateAnswer, width: int | None = None) -> Iterator[str]:
+    """Static pose and modes in words."""
+    static = one.static
+    if static is None:
+        yield f"  refused: {one.refusal}"
+        return
+    for k, body in enumerate(one.system.bodies):
+        tilt = math.degrees(static.tilt[:, k].max())
+        moved = _moved(1e3 * np.array([pose.displacements[k] for pose in static.poses]))
+        yield f"  {body.name} rests {moved}, tilted by up to {_tiny(tilt)} degrees"
+    low, high = static.places.min(), static.places.max()
+    yield (
+        f"  springs at rest between {100.0 * low:.0f} and {100.0 * high:.0f} % of their identified ranges, with "
+        "friction"
+    )
+    if static.tangent:
+        rows = []
+        for k, mode in enumerate(static.tangent):
+            secant = static.secant[k] if static.secant else None
+            rows.append(
+                [
+                    str(k + 1),
+                    f"{mode.frequency:.4g}",
+                    mode.words,
+                    "-" if secant is None else f"{secant.frequency:.4g}",
+                    "-" if secant is None else f"{100.0 * secant.damping:.2g}",
+                ]
+            )
+        share = f"{100.0 * SECANT_SHARE:.0f}"
+        yield f"  modes: small motion (tangent), and springs moving by {share} % of their free travel (secant):"
+        yield from table_lines(["mode", "Hz", "motion", "secant Hz", "damping %"], rows, {"motion"}, width)
+
+
+def _moved(displacements: FloatArray) -> str:
+    """Displacements from the nominal pose by omega, shape (poses, 3) [mm], in words."""
+    ranges = [
+        f"{name} {_tiny(low)}" if high - low < _NOTHING else f"{name} {_tiny(low)} to {_tiny(high)}"
+        for name, low, high in zip(
+            "xyz", displacements.min(axis=0).tolist(), displacements.max(axis=0).tolist(), strict=True
+        )
+        if max(abs(low), abs(high)) >= _NOTHING
+    ]
+    return f"at {', '.join(ranges)} mm from its nominal pose with friction" if ranges else "in its nominal pose"
+
+
+def rest_lines(answers: Sequence[CaseAnswer], width: int | None = None) -> Iterator[str]:
+    """What omega at rest changes, and the energy balance, of each case."""
+    rows = []
+    for answer in answers:
+        if answer.refusal:
+            continue
+        row = [answer.case.name]
+        for quantity in (Quantity.ACCELERATION, Quantity.SWAY, Quantity.STROKE):
+            figure = answer.worst(quantity)
+            row += ["-", "-"] if figure is None else [_range(figure), f"{figure.share:+.0f}".replace("+0", "0")]
+        residual = max(run.energies.relative_residual for run in answer.runs)
+        steps = min(run.step for run in answer.runs)
+        rows.append([*row, f"{1e6 * steps:.4g}", f"{100.0 * residual:.2g}"])
+    if rows:
+        count = max(len(answer.runs) for answer in answers)
+        yield (
+            "  omega at rest is unknown; each case is run with three, the worst counts:"
+            if count > 1
+            else "  omega at rest is given; each case is run with it:"
+        )
+        headings = [
+            "case", "acceleration g", "omega", "sway mm", "omega", "stroke %", "omega", "step us", "energy residual %",
+        ]  # fmt: skip
+        yield from table_lines(headings, rows, {"case"}, width)
+
+
+def _range(figure: Figure) -> str:
+    scale = SHOWN[figure.quantity][1]
+    return f"{scale * figure.least:.4g} to {scale * figure.value:.4g}"
+
+
+def _tiny(value: float) -> str:
+    return "0" if abs(value) < _NOTHING else f"{value:.3g}"
+
+
+def grouped_cautions(answers: Sequence[CaseAnswer]) -> Iterator[str]:
+    """For each kind of caution the largest one of several cases."""
+    by_kind: dict[CautionKind, list[tuple[Caution, CaseAnswer]]] = {}
+    for answer in answers:
+        for caution in answer.cautions:
+            by_kind.setdefault(caution.kind, []).append((caution, answer))
+    for found in by_kind.values():
+        caution, answer = max(found, key=lambda pair: pair[0].measure)
+        others = len({id(one) for _, one in found}) - 1
+        more = f" (less so in {counted(others, 'other case')})" if others else ""
+        yield f"{answer.case.name}{more}: {caution.text}"

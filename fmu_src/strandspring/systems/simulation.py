@@ -1,0 +1,361 @@
+"""A load case on a system in time: every run is repeated with half the step, and the difference is its printed error.
+
+The method is of second order (motion.h), so that a third of the change from step h to h/2 is the error of the finer
+run. The step is halved until the largest errors of acceleration, sway and stroke are within a tolerance.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, fields
+
+import numpy as np
+
+from ..kernel.arrays import FloatArray, floats
+from ..kernel.motion import MotionFigures, MotionSolver
+from .loads import ChannelKind, LoadCase
+from .mounted import Motion, MountedSystem, MountedSystemError
+from .rest import SHARES, RestPose, rest
+from .solving import channel_rows, solver
+from .stable_step import largest_stable_step
+
+TOLERANCE = 1e-3  # of a figure, relative to the largest of its kind
+MOST_STEPS = 100_000_000
+_MOST_ROWS = 400_000  # of histories
+_OF_STABLE, _OF_SHORTEST, _LEAST_STEPS = 0.25, 0.1, 50.0  # the first step tried
+_LARGEST_RESIDUAL = 0.01  # of the energy balance, relative to what was exchanged
+
+
+@dataclass(frozen=True, eq=False)
+class RunFigures:
+    """Extremes and means of a run; as errors, the standard of each [same unit].
+
+    Attributes
+    ----------
+    acceleration : ndarray, shape (P,)              Largest absolute acceleration of each point [m/s^2].
+    acceleration_time : ndarray, shape (P,)         When [s].
+    acceleration_components : ndarray, shape (P, 3) Largest magnitude of each component [m/s^2].
+    sway : ndarray, shape (P,)                      Largest distance from rest, relative to the base [m].
+    sway_components : ndarray, shape (P, 3)         Largest magnitude of each component [m].
+    rms_acceleration, rms_sway : ndarray, shape (P, 3)   From the settling on; of the sway about its mean [m/s^2], [m].
+    tilt : ndarray, shape (B,)                      Largest angle of each body from rest [rad].
+    displacement_low, displacement_high : ndarray, shape (A,)   Of one spring of each axis [m].
+    rms_displacement : ndarray, shape (A,)          Of one spring, about its mean, from the settling on [m].
+    force : ndarray, shape (A,)                     Largest magnitude of the axis' force, damper and stops included [N].
+    rate : ndarray, shape (A,)                      Largest speed of the axis [m/s].
+    omega_low, omega_high : ndarray, shape (A,)     [-].
+    absorbed : ndarray, shape (A,)                  By all springs of the axis [J].
+    """
+
+    acceleration: FloatArray
+    acceleration_time: FloatArray
+    acceleration_components: FloatArray
+    sway: FloatArray
+    sway_components: FloatArray
+    rms_acceleration: FloatArray
+    rms_sway: FloatArray
+    tilt: FloatArray
+    displacement_low: FloatArray
+    displacement_high: FloatArray
+    rms_displacement: FloatArray
+    force: FloatArray
+    rate: FloatArray
+    omega_low: FloatArray
+    omega_high: FloatArray
+    absorbed: FloatArray
+
+    @classmethod
+    def of(cls, found: MotionFigures) -> RunFigures:
+        """From what the kernel gives, in its order."""
+        points, axes = found.of_points, found.of_axes
+        return cls(
+            acceleration=points[:, 0],
+            acceleration_time=points[:, 1],
+            acceleration_components=points[:, 2:5],
+            sway=points[:, 5],
+            sway_components=points[:, 6:9],
+            rms_acceleration=np.sqrt(points[:, 9:12]),
+            rms_sway=_deviation(points[:, 12:15], points[:, 15:18]),
+            tilt=found.of_bodies[:, 0],
+            displacement_low=axes[:, 0],
+            displacement_high=axes[:, 1],
+            rms_displacement=_deviation(axes[:, 8], axes[:, 9]),
+            force=axes[:, 2],
+            rate=axes[:, 7],
+            omega_low=axes[:, 3],
+            omega_high=axes[:, 4],
+            absorbed=axes[:, 5],
+        )
+
+    def combined(self, other: RunFigures, how: Callable[[FloatArray, FloatArray], FloatArray]) -> RunFigures:
+        """Each figure of this and of another, combined."""
+        names = (field.name for field in fields(self))
+        return RunFigures(**{name: how(getattr(self, name), getattr(other, name)) for name in names})
+
+
+def _deviation(mean: FloatArray, square: FloatArray) -> FloatArray:
+    return np.asarray(np.sqrt(np.maximum(square - mean**2, 0.0)))
+
+
+@dataclass(frozen=True)
+class Energies:
+    """Energy balance of a run [J].
+
+    Attributes
+    ----------
+    kinetic_before, kinetic_after : float   Relative to the base's origin.
+    absorbed : float                        By the springs, stored energy included.
+    damped : float                          By viscous dampers.
+    stops : float                           Stored in bump stops.
+    gravity_work, base_work, load_work : float   Done by weight, base motion and forces from outside.
+    exchanged : float                       Sum of the magnitudes of the latter two, and the kinetic energy before.
+    """
+
+    kinetic_before: float
+    kinetic_after: float
+    absorbed: float
+    damped: float
+    stops: float
+    gravity_work: float
+    base_work: float
+    load_work: float
+    exchanged: float
+
+    @classmethod
+    def of(cls, found: MotionFigures) -> Energies:
+        """From what the kernel gives, in its order."""
+        before, after, absorbed, damped, stops, gravity, base, load, exchanged = found.energies.tolist()
+        return cls(before, after, absorbed, damped, stops, gravity, base, load, exchanged + before)
+
+    @property
+    def residual(self) -> float:
+        """What the integration has generated [J]."""
+        gained = self.kinetic_after - self.kinetic_before + self.absorbed + self.damped + self.stops
+        return gained - self.gravity_work - self.base_work - self.load_work
+
+    @property
+    def relative_residual(self) -> float:
+        """Its magnitude over what was exchanged; 0 if nothing was."""
+        return abs(self.residual) / self.exchanged if self.exchanged > 0.0 else 0.0
+
+
+@dataclass(frozen=True, eq=False)
+class Histories:
+    """Courses of a run, every row a time.
+
+    Attributes
+    ----------
+    time : ndarray, shape (K,)                 [s].
+    acceleration, sway : ndarray, shape (K, P, 3)   Of the points, absolute and from the nominal pose [m/s^2], [m].
+    displacement, force : ndarray, shape (K, A)     Of one spring, and of the axis [m], [N].
+    """
+
+    time: FloatArray
+    acceleration: FloatArray
+    sway: FloatArray
+    displacement: FloatArray
+    force: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class CaseRun:
+    """A load case from one static equilibrium.
+
+    Attributes
+    ----------
+    start : RestPose
+    step : float               [s].
+    figures, errors : RunFigures   And their numerical errors.
+    energies : Energies
+    histories : Histories or None
+    """
+
+    start: RestPose
+    step: float
+    figures: RunFigures
+    errors: RunFigures
+    energies: Energies
+    histories: Histories | None
+
+
+@dataclass(frozen=True, eq=False)
+class CaseResult:
+    """A load case on a system, from each static equilibrium that was asked for.
+
+    Attributes
+    ----------
+    system : MountedSystem
+    case : LoadCase
+    runs : tuple of CaseRun
+    """
+
+    system: MountedSystem
+    case: LoadCase
+    runs: tuple[CaseRun, ...]
+
+    def worst(self, name: str) -> tuple[FloatArray, FloatArray]:
+        """Largest of a figure over the runs, elementwise, and its numerical error there."""
+        values = np.array([getattr(run.figures, name) for run in self.runs])
+        errors = np.array([getattr(run.errors, name) for run in self.runs])
+        at = np.argmin(values, axis=0) if name.endswith("_low") else np.argmax(values, axis=0)
+        return np.take_along_axis(values, at[None], 0)[0], np.take_along_axis(errors, at[None], 0)[0]
+
+
+def simulate_case(
+    system: MountedSystem,
+    case: LoadCase,
+    shares: Sequence[float] = SHARES,
+    step: float | None = None,
+    tolerance: float = TOLERANCE,
+    histories: bool = True,
+) -> CaseResult:
+    """Simulate a load case from rest.
+
+    Parameters
+    ----------
+    system : MountedSystem
+    case : LoadCase
+    shares : sequence of float   Static equilibria from which it is run; see `rest`.
+    step : float or None         Of the coarser of two runs [s]; if None, found so that the errors are within the
+                                 tolerance.
+    tolerance : float            Of acceleration, sway and stroke, relative to the largest of its kind.
+    histories : bool             Whether to keep the courses, of at most 400 000 rows.
+
+    Raises
+    ------
+    MountedSystemError           If the bodies cannot rest or follow the base, the step is too long, or the motion
+                                 diverges.
+    """
+    _check_case(system, case)
+    kernel = solver(system)
+    runs = [
+        _run(system, kernel, case, rest(system, share, case.weightless, kernel), step, tolerance, histories)
+        for share in dict.fromkeys(shares)
+    ]
+    return CaseResult(system, case, tuple(runs))
+
+
+def _check_case(system: MountedSystem, case: LoadCase) -> None:
+    """Refuse a base that turns where a body cannot: its axis or plane is fixed to the base."""
+    for channel in case.channels:
+        if channel.kind is not ChannelKind.BASE_ANGULAR_VELOCITY:
+            continue
+        for body in system.bodies:
+            along = abs(float(np.dot(body.direction, channel.direction)))
+            if body.motion is Motion.AXIS or (body.motion is Motion.PLANE and along < 1.0 - 1e-9):
+                raise MountedSystemError(
+                    f"{case.name}: the base turns, and {body.name} moves in its {body.motion.value} only; give "
+                    "it all six degrees of freedom, or leave the turning out."
+                )
+
+
+def first_step(system: MountedSystem, case: LoadCase, start: RestPose, step: float | None = None) -> float:
+    """The step to begin with [s]: the given one, or one that divides the shortest pulse.
+
+    Raises
+    ------
+    MountedSystemError   If the given one is not stable, longer than the shortest pulse, or would take too many steps.
+    """
+    stable = largest_stable_step(system, (start.displacements, start.rotations))
+    shortest = min((channel.signal.shortest for channel in case.channels), default=math.inf)
+    if step is None:
+        step = min(_OF_STABLE * stable, _OF_SHORTEST * shortest, case.duration / _LEAST_STEPS)
+        whole = shortest if math.isfinite(shortest) else case.duration
+        step = whole / math.ceil(whole / step)
+    elif step > stable:
+        raise MountedSystemError(
+            f"`step` is {step:g} s, and the integration is stable up to {stable:.4g} s with these springs; "
+            "take at most that."
+        )
+    elif step > shortest:
+        raise MountedSystemError(
+            f"`step` is {step:g} s, longer than the shortest pulse of {case.name}, {shortest:.4g} s; take at most a "
+            "tenth of it."
+        )
+    count = 2 * _count(case, step)
+    if count > MOST_STEPS:
+        raise MountedSystemError(
+            f"{case.name} would take {count:.3g} steps of {0.5 * step:.3g} s, more than {MOST_STEPS:g}; shorten it, or "
+            "give a longer `step`."
+        )
+    return step
+
+
+def _count(case: LoadCase, step: float) -> int:
+    """Steps that reach the end of a case."""
+    return math.ceil(case.duration / step * (1.0 - 1e-12))
+
+
+def _run(
+    system: MountedSystem,
+    kernel: MotionSolver,
+    case: LoadCase,
+    start: RestPose,
+    step: float | None,
+    tolerance: float,
+    histories: bool,
+) -> CaseRun:
+    h = first_step(system, case, start, step)
+    coarse = RunFigures.of(run_once(system, kernel, case, start, h, _count(case, h)))
+    count = _count(case, h)
+    while True:
+        h, count = 0.5 * h, 2 * count
+        found = run_once(system, kernel, case, start, h, count, histories)
+        fine = RunFigures.of(found)
+        errors = fine.combined(coarse, lambda new, old: np.abs(new - old) / 3.0)
+        if step is not None or 2 * count > MOST_STEPS or _is_within(fine, errors, tolerance):
+            break
+        coarse = fine
+    energies = Energies.of(found)
+    if energies.relative_residual > _LARGEST_RESIDUAL:
+        raise MountedSystemError(
+            f"{case.name}: the energy balance is off by {100.0 * energies.relative_residual:.2g} % with steps of "
+            f"{h:.3g} s; give a shorter `step`."
+        )
+    return CaseRun(start, h, fine, errors, energies, _histories(found, h, count))
+
+
+def run_once(
+    system: MountedSystem,
+    kernel: MotionSolver,
+    case: LoadCase,
+    start: RestPose,
+    step: float,
+    count: int,
+    histories: bool = False,
+    rows: int = _MOST_ROWS,
+) -> MotionFigures:
+    """One run of `count` steps, with histories of at most so many rows and one.
+
+    Raises
+    ------
+    MountedSystemError   If the motion diverges.
+    """
+    averages = np.array([channel.signal.averages(step, count) for channel in case.channels]).reshape(-1, count)
+    found = kernel.run(
+        channel_rows(system, case.channels), averages, step, np.array(system.gravity), start.pose, start.omega,
+        np.array(case.velocity), min(int(case.settling / step), count - 1), math.ceil(count / rows), histories,
+    )  # fmt: skip
+    if found.steps < count:
+        raise MountedSystemError(
+            f"{case.name}: the motion diverges {found.steps * step:.4g} s after its beginning, with steps of "
+            f"{step:.3g} s; a spring whose force falls beyond its identified range may not stop the bodies: give stops "
+            "or a shorter `step`."
+        )
+    return found
+
+
+def _histories(found: MotionFigures, step: float, count: int) -> Histories | None:
+    if found.accelerations is None or found.sway is None or found.displacements is None or found.forces is None:
+        return None
+    time = floats(step * math.ceil(count / _MOST_ROWS) * np.arange(len(found.displacements)))
+    return Histories(time, found.accelerations, found.sway, found.displacements, found.forces)
+
+
+def _is_within(figures: RunFigures, errors: RunFigures, tolerance: float) -> bool:
+    """Whether the errors of acceleration, sway and stroke are within a tolerance, or nothing moves."""
+    stroke = figures.displacement_high - figures.displacement_low
+    strokes = np.maximum(errors.displacement_low, errors.displacement_high)
+    pairs = ((figures.acceleration, errors.acceleration), (figures.sway, errors.sway), (stroke, strokes))
+    return all(error.max(initial=0.0) <= tolerance * value.max(initial=0.0) for value, error in pairs)

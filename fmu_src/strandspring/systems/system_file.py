@@ -1,0 +1,209 @@
+"""SYSTEM.toml: rigid bodies on mounts of identified springs, candidates, limits and load cases, in one file.
+
+    format = "strandspring-system"
+    format_version = 1
+    name = "Electronics box"
+
+    [[body]]
+    name = "box"
+    mass = "20 kg"
+    inertia = { xx = 0.25, yy = 0.30, zz = 0.35 }   # about the centre of gravity; xy = -(integral of x*y dm)
+    [[body.point]]
+    name = "circuit board"
+    place = [0.1, 0, 0.05]                          # of the nominal pose, in the frame of the base
+
+    [mount_type.corner]                             # axes in the mount's own frame
+    axes = [
+      { direction = "-z", model = "compression.json", preload = "50 N" },
+      { direction = "+x", model = "shear.json" },
+      { direction = "+y", model = "shear.json" },
+    ]
+
+    [[mount]]
+    name = "corner"
+    type = "corner"
+    places = [[0.15, 0.1, -0.12], [-0.15, 0.1, -0.12], [0.15, -0.1, -0.12], [-0.15, -0.1, -0.12]]
+
+    [limits]
+    acceleration = "15 g"
+
+    [[case]]
+    name = "shock"
+    pulse = "half-sine"
+    peak = "40 g"
+    duration = "11 ms"
+    directions = ["+x", "+z", "-z"]                 # one case for each
+
+A number is in SI units; a text carries its unit. The direction of an axis is where the body moves as the displacement
+of the spring grows. In the nominal pose each spring is where its elastic force is `preload`, 0 N if not given, or at
+the displacement `nominal`; displacements are those of the model file. Files are found from the folder of the
+description. The schema `models/strandspring-system.schema.json` lists all keys; messages count tables from 1.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from pydantic import ValidationError
+
+from ..files import bundled_file, read_text, readable
+from ..modelfile import ModelFile, load_model
+from ..records.units import quoted
+from ..strict_toml import parse_toml
+from .described_cases import Surroundings, load_cases
+from .described_system import limits_of, model_paths, mounted_systems
+from .limits import Limits
+from .loads import LoadCase
+from .mounted import MountedSystem, MountedSystemError
+from .system_tables import FORMAT, SystemTable
+from .table_refusals import located, refusal
+from .unheld import slowest_period
+
+_SCHEMA = f"{FORMAT}.schema.json"
+_MAX_BYTES = 1_000_000
+_MOST_MODELS = 600
+_PERIODS_AFTERWARDS = 5.0
+_AFTERWARDS = (0.05, 20.0)  # [s]
+
+
+@dataclass(frozen=True)
+class RunOptions:
+    """How the cases are simulated.
+
+    Parameters
+    ----------
+    step : float or None           Time step [s]; chosen by the program if None.
+    rest_omega : float or None     omega of all springs at rest, in the direction of their static force; None: unknown.
+    draws, seed : int              Of springs from the uncertainty of their model files.
+    """
+
+    step: float | None = None
+    rest_omega: float | None = None
+    draws: int = 0
+    seed: int = 0
+
+
+@dataclass(frozen=True)
+class SystemFile:
+    """What a SYSTEM.toml describes.
+
+    Parameters
+    ----------
+    path : str                          The file, made printable.
+    name, description : str
+    candidates : tuple                  Names and systems; one, "as described", where the file lists none.
+    limits : Limits
+    cases : tuple of LoadCase
+    options : RunOptions
+    models : mapping                    Content of each model file, by its path as the file has it: `MountAxis.model`.
+    """
+
+    path: str
+    name: str
+    description: str
+    candidates: tuple[tuple[str, MountedSystem], ...]
+    limits: Limits
+    cases: tuple[LoadCase, ...]
+    options: RunOptions
+    models: Mapping[str, ModelFile]
+
+
+def load_system_file(path: str | os.PathLike[str]) -> SystemFile:
+    """Read a SYSTEM.toml with all files that it names.
+
+    Raises
+    ------
+    MountedSystemError   If the file or one that it names is wrong; the message names file and field.
+    """
+    name = readable(path)
+    text = read_text(path, _MAX_BYTES, "a description of a system (TOML)", MountedSystemError)
+    try:
+        content = parse_toml(text)
+    except ValueError as problem:
+        raise MountedSystemError(f"{name}: is not valid TOML ({problem}); correct it.") from None
+    try:
+        return system_of_content(content, Path(path).parent, name)
+    except MountedSystemError as problem:
+        raise MountedSystemError(f"{name}, {problem}") from None
+
+
+def system_of_content(content: Mapping[str, Any], folder: Path, name: str = "") -> SystemFile:
+    """The system of the content of a file.
+
+    Parameters
+    ----------
+    content : mapping     As TOML or JSON gives it.
+    folder : Path         From which files are found.
+    name : str            The file, made printable.
+
+    Raises
+    ------
+    MountedSystemError    If it is wrong; the message names the field.
+    """
+    try:
+        table = SystemTable.model_validate(content)
+    except ValidationError as error:
+        raise MountedSystemError(refusal(error)) from None
+
+    def found(file: str) -> Path:
+        try:
+            return folder / Path(file).expanduser()
+        except RuntimeError as problem:
+            raise MountedSystemError(f"{quoted(file)} names no user's folder ({problem}); give its path.") from None
+
+    paths = model_paths(table)
+    if len(paths) > _MOST_MODELS:
+        raise MountedSystemError(f"mount_type: must name at most {_MOST_MODELS} model files, got {len(paths)}.")
+    models = {}
+    for file, field in paths.items():
+        with located(*field):
+            models[file] = load_model(found(file))
+    candidates = mounted_systems(table, models)
+    system = candidates[0][1]
+    surroundings = Surroundings(system.bodies, system.gravity, _afterwards(system for _, system in candidates), found)
+    return SystemFile(
+        path=name,
+        name=table.name,
+        description=table.description,
+        candidates=candidates,
+        limits=limits_of(table.limits, system.points),
+        cases=load_cases(table.case, surroundings),
+        options=RunOptions(
+            step=table.run.step,
+            rest_omega=None if isinstance(table.run.rest_omega, str) else table.run.rest_omega,
+            draws=table.run.draws,
+            seed=table.run.seed,
+        ),
+        models=models,
+    )
+
+
+def system_schema() -> dict[str, Any]:
+    """The JSON schema of SYSTEM.toml, for editors and programs that write it.
+
+    Examples
+    --------
+    >>> system_schema()["required"]
+    ['format', 'format_version', 'name', 'body', 'mount_type', 'mount']
+    """
+    schema: dict[str, Any] = json.loads(bundled_file(Path(_SCHEMA)).read_bytes())
+    return schema
+
+
+def schema_of_tables() -> dict[str, Any]:
+    """The schema as it follows from the tables; `system_schema` is its published copy."""
+    schema = SystemTable.model_json_schema()
+    return {"$schema": "https://json-schema.org/draft/2020-12/schema", **schema}
+
+
+def _afterwards(systems: Any) -> float:
+    """How long motion is looked at after a load: some periods of the slowest vibration."""
+    periods = [period for period in map(slowest_period, systems) if not math.isnan(period)]
+    low, high = _AFTERWARDS
+    return min(max(_PERIODS_AFTERWARDS * max(periods, default=low), low), high)

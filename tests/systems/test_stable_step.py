@@ -1,0 +1,99 @@
+"""The stability limit against steps that blow up."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from springs import EXAMPLES
+from strandspring import SpringParameters
+from strandspring.kernel.path import PathSolver
+from strandspring.systems.axis_laws import AxisLaws
+from strandspring.systems.mounted import Motion, Mount, MountAxis, MountedSystem, RigidBody, Stops
+from strandspring.systems.small_motion import SmallMotion, nominal_pose
+from strandspring.systems.stable_step import largest_stable_step
+
+INERTIA = ((0.25, 0.01, 0.0), (0.01, 0.30, 0.0), (0.0, 0.0, 0.35))
+
+
+def box(damping: float) -> MountedSystem:
+    """Springs and dampers that do not share their modes."""
+    spring = SpringParameters((0.0, 9000.0), (1.0,), 1e-12, 1.0, 0.5, 1.0, 0.0, -0.1, 0.1)
+    mounts = []
+    for k, place in enumerate([(0.15, 0.1, -0.12), (-0.15, 0.1, -0.12), (0.0, -0.1, -0.1), (0.05, 0.0, 0.1)]):
+        axes = tuple(
+            MountAxis(spring, tuple(n), 0.0, parallel=1 + k + i, damping=damping * (i + (k == 2)))
+            for i, n in enumerate(np.eye(3))
+        )
+        mounts.append(Mount(f"m{k}", 0, place, axes))
+    return MountedSystem((RigidBody("box", 20.0, inertia=INERTIA),), tuple(mounts), gravity=(0.0, 0.0, 0.0))
+
+
+def largest_after(system: MountedSystem, step: float, count: int) -> float:
+    """The largest coordinate after so many steps of velocity Verlet from unit displacements, or when it passes 1e6."""
+    motion = SmallMotion.about(system, nominal_pose(system))
+    stiffness = motion.along.T @ (AxisLaws(system).steepest()[:, None] * motion.along) / motion.mass
+    damping = motion.damping / motion.mass
+    x, v = np.ones(len(stiffness)), np.zeros(len(stiffness))
+    a = -stiffness @ x
+    for _ in range(count):
+        x = x + step * v + 0.5 * step**2 * a
+        before, a = a, -stiffness @ x - damping @ (v + step * a)
+        v = v + 0.5 * step * (before + a)
+        if np.abs(x).max() > 1e6:
+            break
+    return float(np.abs(x).max())
+
+
+@pytest.mark.parametrize("damping", [0.0, 60.0, 3000.0])
+def test_below_the_limit_nothing_blows_up_and_above_it_does(damping: float) -> None:
+    system = box(damping)
+    limit = largest_stable_step(system)
+    assert largest_after(system, 0.999 * limit, 20_000) < 300.0
+    assert largest_after(system, 1.001 * limit, 20_000) > 1e6
+
+
+def test_one_axis_by_hand() -> None:
+    """h^2*k + 4*h*c = 4*m."""
+    spring = SpringParameters((0.0, 900.0), (1.0,), 10.0, 50.0, 2.0, 1.0, 0.0, -0.1, 0.1)
+    axis = MountAxis(spring, (0.0, 0.0, 1.0), 0.0, parallel=4, series=2, damping=30.0, stops=Stops(-0.05, 0.05, 7e3))
+    foot = Mount("foot", 0, (0.0, 0.0, 0.0), (axis,))
+    system = MountedSystem((RigidBody("mass", 3.0, motion=Motion.AXIS),), (foot,))
+    stiffness = 2.0 * (900.0 + 2.0 * 2.0 * 10.0 * 50.0) + 7e3
+    expected = (-120.0 + np.sqrt(120.0**2 + 48.0 * stiffness)) / (2.0 * stiffness)
+    assert largest_stable_step(system) == pytest.approx(expected, rel=1e-12)
+    assert largest_stable_step(system, tilted=True) == pytest.approx(expected, rel=1e-12)
+    across = replace(foot, axes=(replace(axis, direction=(1.0, 0.0, 0.0)),))
+    assert largest_stable_step(replace(system, mounts=(across,))) == np.inf
+
+
+@pytest.mark.parametrize("name", EXAMPLES)
+def test_the_bound_holds_and_is_near(name: str) -> None:
+    spring = EXAMPLES[name]
+    axis = MountAxis(spring, (0.0, 0.0, 1.0), spring.displacement_offset)
+    system = MountedSystem((RigidBody("mass", 1.0, motion=Motion.AXIS),), (Mount("m", 0, (0.0, 0.0, 0.0), (axis,)),))
+    bound = float(AxisLaws(system).steepest()[0])
+    rng = np.random.default_rng(5)
+    path = rng.uniform(spring.displacement_min, spring.displacement_max, 20_000)
+    assert PathSolver(spring).stiffness(path).max() <= bound
+
+    solver, way = PathSolver(spring), 1e-12 * (spring.displacement_max - spring.displacement_min)
+    just_turned = [
+        float(solver.stiffness(np.array([x, x - omega * way]), omega)[1])
+        for x in np.linspace(spring.displacement_min + way, spring.displacement_max - way, 401)
+        for omega in (-1.0, 1.0)
+    ]
+    assert max(just_turned) <= bound
+    assert max(just_turned) == pytest.approx(bound, rel=0.1)
+
+
+def test_tilted_bodies_need_no_smaller_step() -> None:
+    """Whatever the rotation, the limit with tilted=True is below the one of the rotated pose."""
+    system = box(60.0)
+    bound = largest_stable_step(system, tilted=True)
+    for rotation in Rotation.random(40, random_state=3).as_matrix():
+        pose = (np.zeros((1, 3)), rotation[None])
+        assert bound <= largest_stable_step(system, pose)
