@@ -40,6 +40,8 @@ if TYPE_CHECKING:
     from .api.studying import study as study
     from .api.synthesis import synthesize as synthesize
     from .api.synthesis import synthesize_ni as synthesize_ni
+    from .api.system_isolation import SystemIsolation as SystemIsolation
+    from .api.system_isolation import isolate_system as isolate_system
     from .api.verifying import Verification as Verification
     from .api.verifying import verify as verify
     from .conversions import ClassicBoucWen as ClassicBoucWen
@@ -89,6 +91,7 @@ _MODULES = {
     "Simulation": "api.simulating",
     "Spring": "api.spring",
     "SpringParameters": "core.parameters",
+    "SystemIsolation": "api.system_isolation",
     "StrandspringError": "errors",
     "StudyResult": "api.studying",
     "TwoStageOptions": "peers.two_stage_options",
@@ -101,6 +104,7 @@ _MODULES = {
     "identify": "api.identification",
     "info": "api.information",
     "isolate": "api.isolation",
+    "isolate_system": "api.system_isolation",
     "identify_many": "api.many",
     "limit_cycle": "peers.limit_cycle",
     "model_schema": "modelfile",
