@@ -6,6 +6,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,6 +16,7 @@ from ..kernel.motion import CHANNEL, MotionSolver
 from .mounted import MountedSystem, MountedSystemError
 from .solving import nominal_pose, solver
 
+_NO_FORCE = 1e-6  # of the weight of all bodies
 SHARES = (0.0, 1.0, -1.0)  # of full saturation of the hysteresis at rest
 
 
@@ -77,7 +79,9 @@ def rest(
     if share == 0.0:
         found = middle
     else:
-        omega = share * np.where(middle.force < 0.0, -1.0, 1.0)
+        # A force that is 0 but for rounding has no sign.
+        none = _NO_FORCE * sum(body.mass for body in system.bodies) * max(1.0, math.hypot(*system.gravity))
+        omega = share * np.where(middle.force < -none, -1.0, 1.0)
         found = _rest(system, kernel, gravity, share, omega, middle.pose)
     _check_range(system, found)
     return found

@@ -101,6 +101,7 @@ class SystemFile:
     limits : Limits
     cases : tuple of LoadCase
     options : RunOptions
+    files : tuple of Path               All that were read besides it.
     models : mapping                    Content of each model file, by its path as the file has it: `MountAxis.model`.
     """
 
@@ -112,6 +113,7 @@ class SystemFile:
     cases: tuple[LoadCase, ...]
     options: RunOptions
     models: Mapping[str, ModelFile]
+    files: tuple[Path, ...] = ()
 
 
 def is_system_file(path: str | os.PathLike[str]) -> bool:
@@ -162,9 +164,13 @@ def system_of_content(content: Mapping[str, Any], folder: Path, name: str = "") 
     except ValidationError as error:
         raise MountedSystemError(refusal(error)) from None
 
+    files: dict[Path, None] = {}
+
     def found(file: str) -> Path:
         try:
-            return folder / Path(file).expanduser()
+            path = folder / Path(file).expanduser()
+            files[path] = None
+            return path
         except RuntimeError as problem:
             raise MountedSystemError(f"{quoted(file)} names no user's folder ({problem}); give its path.") from None
 
@@ -192,6 +198,7 @@ def system_of_content(content: Mapping[str, Any], folder: Path, name: str = "") 
             seed=table.run.seed,
         ),
         models=models,
+        files=tuple(files),
     )
 
 
