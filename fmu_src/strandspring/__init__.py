@@ -40,6 +40,8 @@ if TYPE_CHECKING:
     from .api.studying import study as study
     from .api.synthesis import synthesize as synthesize
     from .api.synthesis import synthesize_ni as synthesize_ni
+    from .api.system_studying import SystemStudyResult as SystemStudyResult
+    from .api.system_studying import study_system as study_system
     from .api.verifying import Verification as Verification
     from .api.verifying import verify as verify
     from .conversions import ClassicBoucWen as ClassicBoucWen
@@ -91,6 +93,7 @@ _MODULES = {
     "SpringParameters": "core.parameters",
     "StrandspringError": "errors",
     "StudyResult": "api.studying",
+    "SystemStudyResult": "api.system_studying",
     "TwoStageOptions": "peers.two_stage_options",
     "Verification": "api.verifying",
     "__version__": "_version",
@@ -114,6 +117,7 @@ _MODULES = {
     "synthesize": "api.synthesis",
     "synthesize_ni": "api.synthesis",
     "study": "api.studying",
+    "study_system": "api.system_studying",
     "verify": "api.verifying",
 }
 
