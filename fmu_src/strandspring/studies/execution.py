@@ -12,8 +12,6 @@ from ..files import refuse_unwritable, write_csv
 from ..jobs.runners import Runner, finished_rows
 from .journal import Journal, Row
 
-_LARGEST_BATCH = 32  # runs; the parent needs some 25 us for a run, of batches of 8 twice as much
-
 Summary = TypeVar("Summary")
 
 
@@ -37,6 +35,7 @@ def run_all(
     sum_up: Callable[[Journal[Row]], Summary],
     runner: Runner,
     refusal: type[StrandspringError],
+    largest_batch: int,
     progress: Callable[[int], None] = lambda _: None,
     notify: Callable[[str], None] = lambda _: None,
 ) -> Summary:
@@ -52,6 +51,7 @@ def run_all(
     sum_up : callable        Makes the summary of all rows.
     runner : Runner
     refusal : type           Of the error that is raised.
+    largest_batch : int      Runs, of about a second together.
     progress : callable      Called with the number of finished runs; first with that of earlier times.
     notify : callable        Called with a sentence while no run finishes.
 
@@ -70,7 +70,7 @@ def run_all(
         if journal.dropped:
             notify(f"{journal.name}: {journal.dropped_sentence}; their runs are executed again.")
         progress(journal.finished)
-        with closing(finished_rows(study, journal.missing(), _LARGEST_BATCH, runner, notify)) as batches:
+        with closing(finished_rows(study, journal.missing(), largest_batch, runner, notify)) as batches:
             for rows in batches:
                 journal.add(rows)
                 progress(journal.finished)

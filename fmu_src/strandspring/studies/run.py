@@ -17,6 +17,8 @@ from .execution import run_all
 from .journal import manifest_of
 from .quantiles import Summaries
 
+_LARGEST_BATCH = 32  # runs; the parent needs some 25 us for a run, of batches of 8 twice as much
+
 # Of the fields of a row, with the unit of the level to be filled in.
 _HEADINGS = (
     "run", "draw", "mass [kg]", "level [{}]", "stiffness factor [1]", "kappa_omega [N]", "rho [1/m]", "sigma [1]",
@@ -45,7 +47,7 @@ def run_study(
     header = [heading.format(study.excitation.unit) for heading in _HEADINGS]
     return run_all(
         study, RunRow, manifest(study), results, header, _cells, lambda rows: Summaries(study, rows), runner,
-        IsolationError, progress, notify,
+        IsolationError, _LARGEST_BATCH, progress, notify,
     )  # fmt: skip
 
 

@@ -16,6 +16,8 @@ from .journal import manifest_of
 from .system_study import SystemRow, SystemStudy
 from .system_summaries import SystemSummaries
 
+_LARGEST_BATCH = 8  # runs; a shock takes some 15 ms, random vibration seconds
+
 # Of the fields of a row after the accelerations.
 _FIGURES = {
     "sway": "sway [m]",
@@ -63,7 +65,7 @@ def run_system_study(
 
     return run_all(
         study, SystemRow, _manifest(study), results, headings(study), cells, lambda rows: SystemSummaries(study, rows),
-        runner, MountedSystemError, progress, notify,
+        runner, MountedSystemError, _LARGEST_BATCH, progress, notify,
     )  # fmt: skip
 
 
