@@ -449,7 +449,7 @@ def test_the_platform_of_a_host(system: str, machine: str, name: str | None, mon
 
 def test_default_platforms_are_those_that_the_package_carries(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("strandspring.fmu.native.platforms.PACKAGED", tmp_path)
-    for unit in (images.FMU, images.BRIDGE):
+    for unit in images.OF_FMUS:
         assert default_platforms() == chosen_platforms("host")
         for target in FMU_TARGETS:
             (tmp_path / unit.file_name(target)).touch()

@@ -6,14 +6,15 @@ import os
 import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
-from typing import Any, Literal, NamedTuple, TypeAlias, get_args
+from typing import Any, Literal, TypeAlias, get_args
 
 from ..coordinates import checked_zero
-from ..errors import BuildError, StrandspringError
-from ..files import existing_folder, reason_of, refuse_unwritable
+from ..errors import BuildError
+from ..files import refuse_unwritable
 from ..fmu.archive import fmu_path
-from ..fmu.check import CheckReport, examine_fmu
+from ..fmu.check import examine_fmu
 from ..fmu.native.native_fmu import build_native_fmu
 from ..fmu.native.platforms import Platform, chosen_platforms
 from ..fmu.papers import BuildSettings
@@ -21,7 +22,9 @@ from ..fmu.python_backed import build_python_fmu
 from ..identification.identified_model import IdentifiedModel
 from ..identification.identify_records import identify_records
 from ..modelfile import ModelFile, check_name, identifier, is_fmu, is_model_path
-from ..scratch import TemporaryFolder
+from ..systems.system_file import is_system_file
+from .building_system import SystemToBuild
+from .fmus_in_place import BuiltFmu, FmuJob, build_in_place
 from .placing import ModelSource, model_of, origin_of, path_of
 from .progress import Progress, unseen
 from .records import Source, as_records
@@ -29,14 +32,6 @@ from .records import Source, as_records
 Kind: TypeAlias = Literal["native", "python", "states"]
 
 _LONGEST_AUTHOR = 200
-
-
-class BuiltFmu(NamedTuple):
-    """An FMU in its place, and what its check found."""
-
-    path: Path
-    kind: Kind
-    check: CheckReport
 
 
 @dataclass(frozen=True)
@@ -74,30 +69,13 @@ def build_all(
     StrandspringError   If the folder is not writable, or an FMU cannot be built.
     BuildError          If an FMU is not valid or answers otherwise than the model; nothing is then left behind.
     """
-    refuse_unwritable(folder, is_folder=True)
-    targets = {kind: fmu_path(folder, model.name, kind) for kind in kinds}
-    for target in targets.values():
-        refuse_unwritable(target)
-    built = []
-    # In the same file system as its place, so that it is moved at once or not at all.
-    with TemporaryFolder(existing_folder(folder)) as beside:
-        for count, (kind, target) in enumerate(targets.items()):
-            progress(f"Building {target.name}", 2 * count, 2 * len(targets))
-            fmu = _build(model, beside, kind, options)
-            progress(f"Validating and running {target.name}", 2 * count + 1, 2 * len(targets))
-            report = examine_fmu(fmu)
-            if report.problems:
-                raise BuildError(f"{target} was not written, because the FMU failed its check: {report.summary}")
-            built.append((fmu, BuiltFmu(target, kind, replace(report, path=target))))
-        try:
-            folder.mkdir(parents=True, exist_ok=True)
-            for fmu, one in built:
-                fmu.replace(one.path)
-        except OSError as problem:
-            raise StrandspringError(
-                f"{folder} cannot be written: {reason_of(problem)}; check the rights there."
-            ) from None
-    return [one for _, one in built]
+    jobs = [
+        FmuJob(
+            fmu_path(folder, model.name, kind), kind, partial(_build, model, kind=kind, options=options), examine_fmu
+        )
+        for kind in kinds
+    ]
+    return build_in_place(folder, jobs, progress)
 
 
 def _build(model: ModelFile, folder: Path, kind: Kind, options: BuildOptions) -> Path:
@@ -118,15 +96,18 @@ def build_fmu(
     author: str = "",
     needs_execution_tool: bool = False,
     name: str | None = None,
+    candidate: str | None = None,
     progress: Progress = unseen,
 ) -> Path:
-    """Build, validate and run the FMU of a model, or of records that are identified first.
+    """Build, validate and run the FMU of a model, of records that are identified first, or of a system.
 
-    Records are identified with the defaults of `identify`, and its cautions become warnings.
+    Records are identified with the defaults of `identify`, and its cautions become warnings. The FMU of a SYSTEM.toml
+    is for co-simulation: base acceleration in, motion of points and forces of mounts out. Of the options it takes
+    `platforms`, `author` and `candidate`.
 
     Parameters
     ----------
-    model : Spring, Identification, path of a model file or FMU, or records: paths, Record, DataFrame
+    model : Spring, Identification, path of a model file, FMU or SYSTEM.toml, or records: paths, Record, DataFrame
     folder : path
     backend : "native", "python" or None
         native: runs anywhere; python: readable, needs Python on the simulator's computer. If None, that of the FMU if
@@ -143,6 +124,7 @@ def build_fmu(
     needs_execution_tool : bool
         Declare in the Python-backed FMU that Python must be installed on the simulator's computer.
     name : str or None     Of the model and its FMU; if None, that of the model, or after the first record.
+    candidate : str or None   Of a SYSTEM.toml; needed if it has several.
     progress : callable    Is called with what is being done, the number of parts done, and how many there are.
 
     Returns
@@ -152,6 +134,7 @@ def build_fmu(
     Raises
     ------
     BuildError             If the FMU cannot be built, or fails its check.
+    MountedSystemError     If a SYSTEM.toml is wrong, or its bodies cannot rest.
     ModelError             If a model file is not a physically possible spring, or the name is not an identifier.
     IdentificationError    If no physically possible spring can have made the records.
     StrandspringError      If the folder is not writable, or an option is out of bounds.
@@ -171,13 +154,22 @@ def build_fmu(
     if name is not None:
         check_name(name)
     refuse_unwritable(Path(folder), is_folder=True)
+    chosen = None if platforms is None else chosen_platforms(",".join(_names(platforms)))
+    source = path_of(model)
+    if source is not None and is_system_file(source):
+        others = {"backend": backend, "states": states, "zero": zero, "needs_execution_tool": needs_execution_tool,
+                  "name": name}  # fmt: skip
+        if given := [f"`{option}`" for option, value in others.items() if value is not None and value is not False]:
+            raise BuildError(f"{', '.join(given)} cannot be given with a description of a system; leave that out.")
+        return SystemToBuild.load(source, candidate, author).build(Path(folder), chosen, progress).path
+    if candidate is not None:
+        raise BuildError("`candidate` is for descriptions of systems (SYSTEM.toml); leave it out.")
     inherited, author, needs = inherited_settings(model, backend, author, needs_execution_tool)
     kind: Any = "states" if states else inherited or "native"
     if kind not in get_args(Kind) or (states and backend == "python"):
         raise BuildError(f'`backend` must be "native" or "python", and "native" with `states`, got {backend!r}.')
     if needs_execution_tool and kind != "python":
         raise BuildError('`needs_execution_tool` is for the Python-backed FMU; add backend="python".')
-    chosen = None if platforms is None else chosen_platforms(",".join(_names(platforms)))
     content = _model(model, name)
     options = BuildOptions(chosen, origin_of(model, zero, content.parameters), needs, author)
     return build_all(content, Path(folder), (kind,), options, progress)[0].path

@@ -9,6 +9,7 @@ import click
 from click.core import ParameterSource
 
 from ..api.building import BuildOptions, build_all, checked_author, inherited_settings
+from ..api.building_system import SystemToBuild
 from ..api.records import bundled_record
 from ..coordinates import zero_sentence
 from ..errors import BuildError
@@ -16,6 +17,8 @@ from ..files import refuse_unwritable
 from ..fmu.archive import binary_sizes, fmu_path
 from ..fmu.native.platforms import PLATFORMS, Platform, chosen_platforms
 from ..modelfile import is_model_path, load_model, save_model
+from ..system_fmu.system_variables import system_variables
+from ..systems.system_file import is_system_file
 from .identify import identified
 from .options import identification_options, identifier, method_options, name_option, record_files, record_options
 from .output import reporting, result, result_json
@@ -25,6 +28,9 @@ from .zero import origin_of, zero_option
 # Of the bundled record: its machine position counts down while the sample is stretched.
 EXAMPLE_NAME = "rubber_hinge"
 EXAMPLE_COLUMNS = {"reverse": "displacement"}
+
+# Options that a system does not take.
+_OF_SPRINGS = ("backend", "states", "needs_execution_tool", "models", "name", "description", "zero")
 
 # What each kind of FMU is for.
 _PURPOSES = {
@@ -49,7 +55,7 @@ def _author(_context: click.Context, _parameter: click.Parameter, author: str) -
 
 
 @click.command()
-@click.argument("sources", nargs=-1, metavar="[MODEL.json | X.fmu | RECORD...]")
+@click.argument("sources", nargs=-1, metavar="[MODEL.json | X.fmu | SYSTEM.toml | RECORD...]")
 @click.option("-o", "--output", default="dist", show_default=True, metavar="DIR", help="Folder for the FMUs.")
 @click.option(
     "--backend",
@@ -89,6 +95,7 @@ def _author(_context: click.Context, _parameter: click.Parameter, author: str) -
 @click.option("--description", default="", help="Free text for the model identified from records.")
 @zero_option
 @click.option("--author", default="", callback=_author, help="Author of the FMU, for its model description.")
+@click.option("--candidate", metavar="NAME", help="Of a SYSTEM.toml; needed if it has several.")
 @record_options
 @identification_options
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object instead of text.")
@@ -104,13 +111,17 @@ def build(
     description: str,
     zero: str | float | None,
     author: str,
+    candidate: str | None,
     as_json: bool,
     **options: Any,
 ) -> None:  # fmt: skip
-    """Build, validate and run the FMU of a model file, or of records that are identified first.
+    """Build, validate and run the FMU of a model file, of records that are identified first, or of a system.
 
     From an FMU of strandspring the model file that it holds is built again with the same settings, which gives the same
     bytes for the same platforms.
+
+    The FMU of a SYSTEM.toml holds its bodies on their mounts, for co-simulation: acceleration of the base in, motion of
+    points and forces of mounts out. It is native; its step is at most that of the file, and of what is stable.
 
     Without an argument the bundled measured record is identified, a rubber hinge on a tensile rig, and built with both
     back ends.
@@ -122,7 +133,14 @@ def build(
       strandspring build spring.json --zero 35
       strandspring build spring.json --states
       strandspring build loop.csv --name mount_a -o dist
+      strandspring build box.toml --candidate softer
     """
+    if len(sources) == 1 and is_system_file(sources[0]):
+        _refuse_given({*_OF_SPRINGS, *options}, "a model or records", f"{sources[0]} describes a system")
+        _build_system(sources[0], Path(output), candidate, platforms, author, as_json)
+        return
+    if candidate is not None:
+        raise click.UsageError("--candidate is for descriptions of systems (SYSTEM.toml); leave it out.")
     if len(sources) == 1:
         backend, author, needs_execution_tool = inherited_settings(sources[0], backend, author, needs_execution_tool)
     if backend is None:
@@ -135,7 +153,7 @@ def build(
     of_records = {"name", "description", *options}
     method = method_options(options)
     if len(sources) == 1 and is_model_path(sources[0]):
-        _refuse_given(of_records, sources[0])
+        _refuse_given(of_records, "records", f"{sources[0]} is a model file")
         model, model_path, identification = load_model(sources[0]), Path(sources[0]), None
         for one in kinds:
             refuse_overwriting(sources, {"--output": fmu_path(output, model.name, one)})
@@ -178,14 +196,54 @@ def build(
     if sentence := zero_sentence(origin):
         result(sentence)
     for fmu, kind, report in built:
-        binaries = ", ".join(f"{platform} {size / 1024:.0f} KiB" for platform, size in binary_sizes(fmu).items())
-        result(f"FMU: {fmu} ({fmu.stat().st_size / 1024:.0f} KiB), {_PURPOSES[kind]}")
-        result(f"Binaries: {binaries}")
+        _print_fmu(fmu, _PURPOSES[kind])
         result(f"Check: {report.summary}")
 
 
-def _refuse_given(names: set[str], model: str) -> None:
-    """Refuse options that were given although they say nothing about a model file."""
+def _build_system(
+    source: str,
+    folder: Path,
+    candidate: str | None,
+    platforms: tuple[Platform, ...] | None,
+    author: str,
+    as_json: bool,
+) -> None:
+    refuse_unwritable(folder, is_folder=True)
+    found = SystemToBuild.load(source, candidate, author)
+    refuse_overwriting([source], {"--output": found.target(folder)})
+    with reporting() as progress:
+        built = found.build(folder, platforms, progress)
+    inputs = [v.name for v in system_variables(found.system, found.options) if v.causality == "input"]
+    step, stable = found.options.step, found.options.largest_step
+    if as_json:
+        fmu = {"path": str(built.path), "backend": "native", "binaries": binary_sizes(built.path)}
+        result_json(
+            {
+                "system": source,
+                "name": found.file.name,
+                "candidate": found.candidate,
+                "step": step,
+                "stable_step": stable,
+                "inputs": inputs,
+                "fmus": [{**fmu, "check": built.check.summary}],
+            }
+        )
+        return
+    result(f"System: {found.file.name}, {found.candidate}")
+    result(f"Inputs: {', '.join(inputs)}")
+    result(f"Internal step: at most {step:g} s; stable up to {stable:.4g} s")
+    _print_fmu(built.path, "bodies on mounts: co-simulation in any simulator, with no Python on its machine")
+    result(f"Check: {built.check.summary}")
+
+
+def _print_fmu(fmu: Path, purpose: str) -> None:
+    binaries = ", ".join(f"{platform} {size / 1024:.0f} KiB" for platform, size in binary_sizes(fmu).items())
+    result(f"FMU: {fmu} ({fmu.stat().st_size / 1024:.0f} KiB), {purpose}")
+    result(f"Binaries: {binaries}")
+
+
+def _refuse_given(names: set[str], needed: str, reason: str) -> None:
+    """Refuse options that were given although they say nothing about the source."""
     context = click.get_current_context()
     given = [
         parameter.opts[0]
@@ -193,6 +251,4 @@ def _refuse_given(names: set[str], model: str) -> None:
         if parameter.name in names and context.get_parameter_source(parameter.name) is ParameterSource.COMMANDLINE
     ]
     if given:
-        raise click.UsageError(
-            f"{', '.join(given)} can only be given with records, and {model} is a model file; leave that out."
-        )
+        raise click.UsageError(f"{', '.join(given)} can only be given with {needed}, and {reason}; leave that out.")

@@ -83,8 +83,8 @@ def system_block(system: MountedSystem, options: SystemFmuOptions) -> SystemBloc
     axes = np.column_stack([[numbers[spring] for spring in parts.springs], parts.axes])
     values = [
         *(start[parameter.name] for parameter in parameters),
-        *(_bound(parameter.minimum) for parameter in parameters),
-        *(_bound(parameter.maximum) for parameter in parameters),
+        *(float(parameter.minimum or 0.0) for parameter in parameters),
+        *(float(parameter.maximum or 0.0) for parameter in parameters),
         *(value for spring in springs for value in _of_spring(spring)),
         *(float(value) for part in (parts.bodies, parts.mounts, axes, parts.points, channels) for value in part.flat),
     ]
@@ -92,7 +92,7 @@ def system_block(system: MountedSystem, options: SystemFmuOptions) -> SystemBloc
     counts = (len(springs), *map(len, (parts.bodies, parts.mounts, axes, parts.points, channels)))
     if len(values) > _VALUES or len(names) > _NAMES:
         raise MountedSystemError(
-            f"The system is too large for an FMU: it has {len(values)} numbers and names of {len(names)} letters in all, "
+            f"The system is too large for an FMU: it has {len(values)} numbers, and names of {len(names)} letters, "
             f"of which {_VALUES} and {_NAMES} are possible; use fewer mounts or fewer different springs."
         )
     return SystemBlock(counts, tuple(values), names)
@@ -113,11 +113,6 @@ def _of_spring(spring: SpringParameters) -> list[float]:
     columns = [getattr(spring, name) for name in _COLUMNS]
     scalars = [getattr(spring, name) for name in SCALARS]
     return [*(float(len(column)) for column in columns), *(value for column in columns for value in column), *scalars]
-
-
-def _bound(value: float | None) -> float:
-    assert value is not None
-    return value
 
 
 def _number(value: float) -> str:

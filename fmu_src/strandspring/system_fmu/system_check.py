@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 import zipfile
+from dataclasses import replace
 from pathlib import Path
 
 import fmpy
@@ -14,8 +15,9 @@ from ..errors import BuildError
 from ..fmu.check import FORCE_TOLERANCE, CheckReport, running, why_not_here
 from ..kernel.arrays import FloatArray
 from ..kernel.motion import MotionFigures
-from ..systems.mounted import STANDARD_GRAVITY, MountedSystem, MountedSystemError
-from ..systems.solving import nominal_pose, solver
+from ..systems.mounted import STANDARD_GRAVITY, MountedSystem
+from ..systems.rest import rest
+from ..systems.solving import solver
 from .system_block import channel_rows_of
 from .system_variables import SystemFmuOptions, base_directions
 
@@ -88,35 +90,30 @@ def expected_motion(
 
     Raises
     ------
-    MountedSystemError                If the bodies cannot rest.
+    MountedSystemError                If the bodies cannot rest, or a spring rests outside its identified range.
     """
     motion = solver(system)
-    gravity, still = np.array(system.gravity), np.zeros(3)
-    pose, omega = nominal_pose(system), np.zeros(motion.axes)
-    channels = channel_rows_of(system, options)
-    for turn in range(1 if options.omega_start == 0.0 else 2):
-        if turn == 1:
-            at_rest = motion.run(channels, inputs[:, :0], step, gravity, pose, omega, still, histories=True)
-            assert at_rest.forces is not None
-            omega = options.omega_start * np.where(at_rest.forces[0] < 0.0, -1.0, 1.0)
-        pose, unbalance, is_found = motion.rest(gravity, omega, pose)
-        if not is_found:
-            raise MountedSystemError(f"The bodies find no static equilibrium: {unbalance:.6g} N remain unbalanced.")
+    start = rest(system, options.omega_start, solve=motion)
     figures = motion.run(
-        channels, np.repeat(inputs, parts, axis=1), step, gravity, pose, omega, still, stride=parts, histories=True
+        channel_rows_of(system, options),
+        np.repeat(inputs, parts, axis=1),
+        step,
+        np.array(system.gravity),
+        start.pose,
+        start.omega,
+        np.zeros(3),
+        stride=parts,
+        histories=True,
     )
-    assert figures.sway is not None
-    figures.sway[:] -= figures.sway[0].copy()
-    return figures
+    sway = np.asarray(figures.sway)
+    return replace(figures, sway=sway - sway[0])
 
 
 def _inputs(system: MountedSystem, options: SystemFmuOptions) -> FloatArray:
-    """A pulse of each acceleration, and constant forces, whose accelerations are known at every instant."""
-    pulse = np.sin(np.linspace(0.0, 2.0 * np.pi, _STEPS)) * _SHARE * STANDARD_GRAVITY
+    """Constant accelerations and forces, so that their values at the ends of steps are known, shape (C, K)."""
+    bases = [(-1.0) ** k * _SHARE * STANDARD_GRAVITY for k in range(len(base_directions(system)))]
     forces = [_SHARE * STANDARD_GRAVITY * system.bodies[force.body].mass for force in options.forces]
-    return np.array([*([pulse] * len(base_directions(system))), *(np.full(_STEPS, force) for force in forces)]).reshape(
-        -1, _STEPS
-    )
+    return np.tile(np.array([*bases, *forces])[:, None], (1, _STEPS))
 
 
 def _run(

@@ -77,7 +77,7 @@ class SystemFmuOptions:
             raise MountedSystemError(f"`omega_start` must be within [-1, 1], got {self.omega_start!r}.")
         if len(self.forces) > MOST_FORCES:
             raise MountedSystemError(
-                f"An FMU can have at most {MOST_FORCES} forces on bodies, got {len(self.forces)}; take some load cases out."
+                f"An FMU can have at most {MOST_FORCES} forces on bodies, got {len(self.forces)}; take some out."
             )
 
 
@@ -124,7 +124,8 @@ def system_variables(system: MountedSystem, options: SystemFmuOptions) -> tuple[
             _output(
                 f"acceleration_{name}_{direction}",
                 f"Absolute acceleration of {_plain(point.name)} along {direction}", "m/s^2", "g", of_rest,
-                tuple(load for load, force in zip(loads, options.forces, strict=True) if force.body == point.body),
+                (*_held_inputs(system, point.body, direction),
+                 *(load for load, force in zip(loads, options.forces, strict=True) if force.body == point.body)),
             )
             for name, point in points
             for direction in _DIRECTIONS
@@ -141,7 +142,8 @@ def system_variables(system: MountedSystem, options: SystemFmuOptions) -> tuple[
             for name, text in axes
         ),
         *(
-            _output(f"displacement_{name}", f"Displacement of one spring of {text}, as its model counts", "m", "mm", of_rest)
+            _output(f"displacement_{name}", f"Displacement of one spring of {text}, as its model counts", "m", "mm",
+                    of_rest)
             for name, text in axes
         ),
         _output("absorbed_energy", "Energy absorbed by all springs since initialization", "J", None, ()),
@@ -174,6 +176,17 @@ def unique_names(texts: Iterable[str]) -> list[str]:
     return names
 
 
+def _held_inputs(system: MountedSystem, body: int, direction: str) -> tuple[str, ...]:
+    """Accelerations of the base that a body takes part in along a direction, since it is held there."""
+    held = np.eye(3) - system.bodies[body].translations
+    row = held[list(_DIRECTIONS).index(direction)]
+    return tuple(
+        f"base_acceleration_{name}"
+        for name, share in zip(_DIRECTIONS, row.tolist(), strict=True)
+        if abs(share) > _HELD and name in base_directions(system)
+    )
+
+
 def _axes(system: MountedSystem) -> Iterator[tuple[str, str]]:
     """Name and text of each axis of a mount."""
     names = unique_names(mount.name for mount in system.mounts)
@@ -187,8 +200,8 @@ def _parameters(largest_step: float) -> Iterator[Variable]:
     bounds: Sequence[tuple[str, str, str, str | None, float, float]] = (
         ("step", "Largest step of the time integration; steps of co-simulation are cut into equal ones", "s", "ms",
          LEAST_STEP, largest_step),
-        ("omega_start", "omega of all springs at rest, in the direction of their static forces; it is unknown, -1, 0 and "
-         "1 are its extremes", "1", None, -1.0, 1.0),
+        ("omega_start", "omega of all springs at rest, in the direction of their static forces; it is unknown, -1, 0 "
+         "and 1 are its extremes", "1", None, -1.0, 1.0),
         *((f"gravity_{name}", f"Gravity along {name}", "m/s^2", "g", -LARGEST_GRAVITY, LARGEST_GRAVITY)
           for name in _DIRECTIONS),
     )  # fmt: skip
@@ -197,11 +210,11 @@ def _parameters(largest_step: float) -> Iterator[Variable]:
 
 
 def _output(
-    name: str, text: str, unit: str, display_unit: str | None, of_rest: tuple[str, ...], loads: tuple[str, ...] = ()
+    name: str, text: str, unit: str, display_unit: str | None, of_rest: tuple[str, ...], inputs: tuple[str, ...] = ()
 ) -> Variable:
     return Variable(
         name, "output", "continuous", text, unit, display_unit, "calculated",
-        depends_on=loads, starts_from=(*loads, *of_rest),
+        depends_on=inputs, starts_from=(*inputs, *of_rest),
     )  # fmt: skip
 
 

@@ -2,6 +2,10 @@
 
 The method is of second order (motion.h), so that a third of the change from step h to h/2 is the error of the finer
 run. The step is halved until the largest errors of acceleration, sway and stroke are within a tolerance.
+
+A printed error is within 20 % of the true one where it is among the larger of its kind. It may be too small for a
+single figure whose term in h^2 happens to cancel, and for a peak within a step of a corner of its course, where the
+error still falls with h^2 but depends on where the steps fall: take the largest error of the kind for these.
 """
 
 from __future__ import annotations

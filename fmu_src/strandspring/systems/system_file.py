@@ -114,6 +114,17 @@ class SystemFile:
     models: Mapping[str, ModelFile]
 
 
+def is_system_file(path: str | os.PathLike[str]) -> bool:
+    """Whether a path is that of a SYSTEM.toml, by its suffix and content; it need not be right."""
+    if Path(path).suffix.lower() != ".toml":
+        return False
+    try:
+        content = parse_toml(read_text(path, _MAX_BYTES, "a description (TOML)", MountedSystemError))
+    except (MountedSystemError, ValueError):
+        return False
+    return content.get("format") == FORMAT or "body" in content
+
+
 def load_system_file(path: str | os.PathLike[str]) -> SystemFile:
     """Read a SYSTEM.toml with all files that it names.
 
