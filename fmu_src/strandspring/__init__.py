@@ -42,6 +42,8 @@ if TYPE_CHECKING:
     from .api.synthesis import synthesize_ni as synthesize_ni
     from .api.system_isolation import SystemIsolation as SystemIsolation
     from .api.system_isolation import isolate_system as isolate_system
+    from .api.system_studying import SystemStudyResult as SystemStudyResult
+    from .api.system_studying import study_system as study_system
     from .api.verifying import Verification as Verification
     from .api.verifying import verify as verify
     from .conversions import ClassicBoucWen as ClassicBoucWen
@@ -94,6 +96,7 @@ _MODULES = {
     "SystemIsolation": "api.system_isolation",
     "StrandspringError": "errors",
     "StudyResult": "api.studying",
+    "SystemStudyResult": "api.system_studying",
     "TwoStageOptions": "peers.two_stage_options",
     "Verification": "api.verifying",
     "__version__": "_version",
@@ -118,6 +121,7 @@ _MODULES = {
     "synthesize": "api.synthesis",
     "synthesize_ni": "api.synthesis",
     "study": "api.studying",
+    "study_system": "api.system_studying",
     "verify": "api.verifying",
 }
 

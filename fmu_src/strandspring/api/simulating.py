@@ -12,9 +12,9 @@ from typing import TYPE_CHECKING, Any
 from ..files import refuse_unwritable, write_csv
 from ..jobs.threads import in_threads
 from ..systems.answers import CandidateAnswer, CaseAnswer, answer_candidate, answer_case
+from ..systems.chosen import chosen_candidates, chosen_cases
 from ..systems.draws import CaseDraws, Drawn
-from ..systems.loads import LoadCase
-from ..systems.mounted import MountedSystem, MountedSystemError
+from ..systems.mounted import MountedSystemError
 from ..systems.rest import SHARES
 from ..systems.system_file import SystemFile, load_system_file
 from ..systems.verdicts import Figure, Verdict
@@ -214,8 +214,8 @@ def simulate(
     MountedSystemError         If the file is wrong, a name is unknown, or no candidate can be simulated in any case.
     """
     file = system if isinstance(system, SystemFile) else load_system_file(system)
-    chosen = _chosen_candidates(file, candidates)
-    loads = _chosen_cases(file, cases)
+    chosen = chosen_candidates(file, candidates)
+    loads = chosen_cases(file, cases)
     omega = file.options.rest_omega
     shares = SHARES if omega is None else (omega,)
     statics = tuple(answer_candidate(name, one, file.models, shares) for name, one in chosen)
@@ -268,35 +268,6 @@ def _with_spreads(
             found.append(figures)
             advance(before + len(found), total)
         yield runs.answered(found)
-
-
-def _chosen_candidates(file: SystemFile, wanted: str | Sequence[str] | None) -> list[tuple[str, MountedSystem]]:
-    names = _names(wanted)
-    known = [name for name, _ in file.candidates]
-    for name in names or ():
-        if name not in known:
-            raise MountedSystemError(f"There is no candidate {name!r}; there are {', '.join(known)}.")
-    return [(name, one) for name, one in file.candidates if names is None or name in names]
-
-
-def _chosen_cases(file: SystemFile, wanted: str | Sequence[str] | None) -> list[LoadCase]:
-    names = _names(wanted)
-    for name in names or ():
-        if not any(_is_meant(case, name) for case in file.cases):
-            known = ", ".join(case.name for case in file.cases) or "none"
-            raise MountedSystemError(f"There is no load case {name!r}; there are {known}.")
-    return [case for case in file.cases if names is None or any(_is_meant(case, name) for name in names)]
-
-
-def _is_meant(case: LoadCase, name: str) -> bool:
-    """Whether a case has a name, or is one of the directions of the case of that name."""
-    return case.name == name or case.name.rpartition(" ")[0] == name
-
-
-def _names(wanted: str | Sequence[str] | None) -> tuple[str, ...] | None:
-    if wanted is None:
-        return None
-    return (wanted,) if isinstance(wanted, str) else tuple(wanted)
 
 
 def _row(answer: CaseAnswer, figure: Figure | None) -> tuple[object, ...]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import singledispatchmethod
 from pathlib import Path
@@ -31,6 +31,7 @@ from .described_system import body_number
 from .level_table import LevelTable
 from .loads import Channel, ChannelKind, LoadCase, Signal
 from .mounted import STANDARD_GRAVITY, MountedSystemError, RigidBody, Vector
+from .named_files import NamedFiles
 from .pulses import (
     TabulatedPulse,
 )
@@ -55,13 +56,13 @@ class Surroundings:
     bodies : tuple of RigidBody
     gravity : Vector
     afterwards : float                How long motion is simulated after a load has ended [s].
-    found : callable                  Path of a file by its text in the tables.
+    files : NamedFiles                Those that the tables name.
     """
 
     bodies: tuple[RigidBody, ...]
     gravity: Vector
     afterwards: float
-    found: Callable[[str], Path]
+    files: NamedFiles
 
 
 def load_cases(tables: Sequence[CaseTable], surroundings: Surroundings) -> tuple[LoadCase, ...]:
@@ -192,8 +193,8 @@ class _Builder:
         with located("record"):
             if not wanted:
                 raise MountedSystemError("`columns` must name one column or more, as in { x = 'ax', z = 3 }.")
-            path = self.around.found(record.file)
-            times, values = read_timed_columns(path, wanted, record.time, record.units.time)
+            content = self.around.files.record(record.file)
+            times, values = read_timed_columns(content, wanted, record.time, record.units.time)
             channels = []
             for name, column in values.items():
                 kind = ChannelKind.BASE_ANGULAR_VELOCITY if name[0] == "r" else ChannelKind.BASE_ACCELERATION
@@ -295,7 +296,7 @@ class _Builder:
             "frequency": RecordColumn(1, q.FREQUENCY, "Hz"),
             "density": RecordColumn(2, q.ACCELERATION_DENSITY, table.unit),
         }
-        columns = read_columns(self.around.found(table.file or ""), wanted)
+        columns = read_columns(self.around.files.record(table.file or ""), wanted)
         return tuple(zip(columns["frequency"].tolist(), columns["density"].tolist(), strict=True))
 
     def _force(self, table: ForceTableOfCase) -> tuple[Signal, float, str]:
@@ -308,12 +309,15 @@ class _Builder:
         if table.table is not None:
             pulse = TabulatedPulse(table.table)
             return pulse, pulse.duration, f"force of up to {pulse.peak:.6g} N by a table"
-        path = self.around.found(table.file or "")
+        file = table.file or ""
         times, values = read_timed_columns(
-            path, {"force": RecordColumn(table.column, q.FORCE, table.unit)}, table.time, table.time_unit
+            self.around.files.record(file),
+            {"force": RecordColumn(table.column, q.FORCE, table.unit)},
+            table.time,
+            table.time_unit,
         )
         record = RecordedSignal(times, values["force"])
-        return record, record.duration, f"force by {path.name}"
+        return record, record.duration, f"force by {Path(file).name}"
 
 
 def _in_g(acceleration: float) -> str:

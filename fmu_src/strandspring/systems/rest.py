@@ -6,7 +6,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,7 +15,7 @@ from ..kernel.motion import CHANNEL, MotionSolver
 from .mounted import MountedSystem, MountedSystemError
 from .solving import nominal_pose, solver
 
-_NO_FORCE = 1e-6  # of the weight of all bodies
+_ROUNDING = 1e-6  # of a static force, relative to the hysteretic force
 SHARES = (0.0, 1.0, -1.0)  # of full saturation of the hysteresis at rest
 
 
@@ -79,9 +78,9 @@ def rest(
     if share == 0.0:
         found = middle
     else:
-        # A force that is 0 but for rounding has no sign.
-        none = _NO_FORCE * sum(body.mass for body in system.bodies) * max(1.0, math.hypot(*system.gravity))
-        omega = share * np.where(middle.force < -none, -1.0, 1.0)
+        # What rounding leaves of no force is none: its sign would differ from mount to mount.
+        friction = np.array([axis.parallel * axis.spring.kappa_omega for _, axis in system.axes()])
+        omega = share * np.where(middle.force < -_ROUNDING * friction, -1.0, 1.0)
         found = _rest(system, kernel, gravity, share, omega, middle.pose)
     _check_range(system, found)
     return found
