@@ -4,7 +4,8 @@
 
 A sequence is the life of one instance. The test does a share of the million that this does by default; a seed that
 fails is repeated by `--seed SEED 1`, and `--trace` prints its calls. FORM is native, table (FE by forces at knots),
-states (omega and absorbed_energy are continuous states) or python (the Python-backed FMU). `--plain` does without the
+states (omega and absorbed_energy are continuous states), python (the Python-backed FMU) or system (bodies on mounts,
+by tests/fuzz/system). `--plain` does without the
 sanitizers, which take four fifths of the time, and which the Python-backed FMU never has.
 """
 
@@ -35,6 +36,10 @@ from strandspring.compiled.images import FMI_HEADERS, fmi_header
 from strandspring.fmu.native.native_fmu import native_contents
 from strandspring.fmu.python_backed import fmu_contents
 from strandspring.modelfile import ModelFile
+from strandspring.system_fmu.system_native import system_contents
+from strandspring.system_fmu.system_variables import SystemFmuOptions
+from strandspring.systems.mounted import MountedSystem
+from system_fmu_tools import BOX, BOX_OPTIONS
 
 FUZZER = Path(__file__).parents[1] / "fuzz"
 BRIDGE = Path(strandspring.__file__).parent / "fmu" / "bridge" / "bridge.c"
@@ -79,6 +84,18 @@ def write_python_sources(folder: Path, parameters: SpringParameters = SPRING) ->
     for name in FMI_HEADERS:
         (folder / name).write_bytes(fmi_header(name))
     (folder / "fuzz_model.h").write_text(_description(folder, f'"{folder / "resources"}"'))
+    return folder
+
+
+def write_system_sources(folder: Path, system: MountedSystem = BOX, options: SystemFmuOptions = BOX_OPTIONS) -> Path:
+    """The same for the FMU of a system, whose sources keep their folders."""
+    for name, content in system_contents(system, options, ()).items():
+        if name == "modelDescription.xml" or name.startswith("sources/"):
+            path = folder / name.removeprefix("sources/")
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.write_bytes(content)
+    text = _description(folder) + f"#define MODEL_LARGEST_STEP {options.largest_step!r}\n"
+    (folder / "fuzz_model.h").write_text(text)
     return folder
 
 
@@ -154,6 +171,20 @@ def build_python(sources: Path, folder: Path) -> Path:
     return link(objects, folder / "fuzz", PLAIN)
 
 
+def build_system(sources: Path, folder: Path, flags: tuple[str, ...] = SANITIZED) -> Path:
+    """The fuzzer of systems with the FMU that the sources make."""
+    folder.mkdir()
+    own = [FUZZER / f"{name}.c" for name in ("random", "host", "oracle", "bytes")]
+    includes = (f"-I{sources}", f"-I{sources / 'core' / 'c'}", "-D_POSIX_C_SOURCE=200809L")
+    objects = [
+        compiled(folder / f"{unit.stem}.o", *flags, *includes, "-c", unit)
+        for unit in (*own, FUZZER / "system" / "systems.c")
+    ]
+    of_fmu = sources / "system_fmu" / "c" / "system_all.c"
+    objects.append(compiled(folder / "fmu.o", *flags, *COUNTED, "-Wno-sign-conversion", "-c", of_fmu))
+    return link(objects, folder / "fuzz", flags)
+
+
 def link(objects: list[Path], program: Path, flags: tuple[str, ...] = SANITIZED) -> Path:
     return compiled(program, *flags, *objects, "-lm", "-ldl")
 
@@ -169,7 +200,16 @@ class Outcome:
 def run(program: Path, seed: int, sequences: int, *more: str) -> Outcome:
     """Do so many sequences from a seed on."""
     other = library(OTHER)
-    command = [str(program), str(seed), str(sequences), str(other.path), other.guid, *more]
+    return run_program([str(program), str(seed), str(sequences), str(other.path), other.guid, *more])
+
+
+def run_system(program: Path, seed: int, sequences: int, *more: str) -> Outcome:
+    """The same of a fuzzer of systems."""
+    return run_program([str(program), str(seed), str(sequences), *more])
+
+
+def run_program(command: list[str]) -> Outcome:
+    """What a fuzzer finds."""
     done = subprocess.run(
         command, capture_output=True, text=True, errors="replace", env={**os.environ, **OPTIONS}, check=False
     )
@@ -192,7 +232,7 @@ def add_up(outcomes: Sequence[Outcome]) -> Statistics:
 def main() -> int:
     parser = argparse.ArgumentParser(description="Random sequences of FMI calls against the native FMU.")
     parser.add_argument("sequences", nargs="?", type=int, default=1_000_000)
-    parser.add_argument("--form", choices=(*FORMS, "python"), default="native")
+    parser.add_argument("--form", choices=(*FORMS, "python", "system"), default="native")
     parser.add_argument("--plain", action="store_true")
     parser.add_argument("--seed", type=int, default=1_000_000)
     parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1)
@@ -202,17 +242,23 @@ def main() -> int:
         folder = Path(temporary)
         if given.form == "python":
             program = build_python(write_python_sources(folder / "sources"), folder / "objects")
+        elif given.form == "system":
+            flags = PLAIN if given.plain else SANITIZED
+            program = build_system(write_system_sources(folder / "sources"), folder / "objects", flags)
         else:
             sources = write_sources(folder / "sources", *FORMS[given.form])
             program = build(sources, folder / "objects", PLAIN if given.plain else SANITIZED)
+        run_one = run_system if given.form == "system" else run
         if given.trace:
-            print(run(program, given.seed, given.sequences, "trace").found)
+            print(run_one(program, given.seed, given.sequences, "trace").found)
             return 0
         shares = [range(given.sequences)[k :: given.jobs] for k in range(given.jobs)]
         seeds = [given.seed + k * (given.sequences // RUN + 1) for k in range(given.jobs)]
         begin = time.perf_counter()
         with ThreadPoolExecutor(given.jobs) as pool:
-            outcomes = list(pool.map(lambda job: run(program, job[0], len(job[1])), zip(seeds, shares, strict=True)))
+            outcomes = list(
+                pool.map(lambda job: run_one(program, job[0], len(job[1])), zip(seeds, shares, strict=True))
+            )
     print(f"{time.perf_counter() - begin:.0f} s, {given.jobs} jobs, first seeds {seeds}")
     for outcome in outcomes:
         if outcome.found:

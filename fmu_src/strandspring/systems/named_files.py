@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Protocol, TypeVar
 
@@ -37,10 +37,12 @@ class FilesOfFolder:
 
     Parameters
     ----------
-    folder : Path   From which paths are relative.
+    folder : Path             From which paths are relative.
+    paths : dict of Path      Of those that have been asked for, as keys.
     """
 
     folder: Path
+    paths: dict[Path, None] = field(default_factory=dict)
 
     def model(self, file: str) -> ModelFile:
         """See `NamedFiles`."""
@@ -52,9 +54,11 @@ class FilesOfFolder:
 
     def _found(self, file: str) -> Path:
         try:
-            return self.folder / Path(file).expanduser()
+            path = self.folder / Path(file).expanduser()
         except RuntimeError as problem:
             raise MountedSystemError(f"{quoted(file)} names no user's folder ({problem}); give its path.") from None
+        self.paths[path] = None
+        return path
 
 
 @dataclass(frozen=True)

@@ -51,7 +51,7 @@ class Shaking:
     @property
     def name(self) -> str:
         """How people name it."""
-        along = direction_name(self.direction)
+        along = direction_name(self.direction) or "({:.2g}, {:.2g}, {:.2g})".format(*self.direction)
         if self.about is None:
             return f"{self.kind.value} along {along}"
         turning = "base rotation" if self.kind is Excitation.BASE_DISPLACEMENT else "angular base acceleration"

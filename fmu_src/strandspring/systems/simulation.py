@@ -312,12 +312,22 @@ def _run(
             break
         coarse = fine
     energies = Energies.of(found)
+    check_balance(case, energies, h)
+    return CaseRun(start, h, fine, errors, energies, _histories(found, h, count))
+
+
+def check_balance(case: LoadCase, energies: Energies, step: float) -> None:
+    """Refuse a run whose energy balance is off.
+
+    Raises
+    ------
+    MountedSystemError   With what to do.
+    """
     if energies.relative_residual > _LARGEST_RESIDUAL:
         raise MountedSystemError(
             f"{case.name}: the energy balance is off by {100.0 * energies.relative_residual:.2g} % with steps of "
-            f"{h:.3g} s; give a shorter `step`."
+            f"{step:.3g} s; give a shorter `step`."
         )
-    return CaseRun(start, h, fine, errors, energies, _histories(found, h, count))
 
 
 def run_once(

@@ -46,7 +46,7 @@ import json
 import math
 import os
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -101,6 +101,7 @@ class SystemFile:
     limits : Limits
     cases : tuple of LoadCase
     options : RunOptions
+    files : tuple of Path               All that were read besides it.
     models : mapping                    Content of each model file, by its path as the file has it: `MountAxis.model`.
     """
 
@@ -112,6 +113,7 @@ class SystemFile:
     cases: tuple[LoadCase, ...]
     options: RunOptions
     models: Mapping[str, ModelFile]
+    files: tuple[Path, ...] = ()
 
 
 def is_system_file(path: str | os.PathLike[str]) -> bool:
@@ -132,9 +134,9 @@ def load_system_file(path: str | os.PathLike[str]) -> SystemFile:
     ------
     MountedSystemError   If the file or one that it names is wrong; the message names file and field.
     """
-    name, content = readable(path), read_description(path)
+    name, content, files = readable(path), read_description(path), FilesOfFolder(Path(path).parent)
     try:
-        return system_of_content(content, FilesOfFolder(Path(path).parent), name)
+        return replace(system_of_content(content, files, name), files=tuple(files.paths))
     except MountedSystemError as problem:
         raise MountedSystemError(f"{name}, {problem}") from None
 

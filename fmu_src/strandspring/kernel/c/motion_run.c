@@ -242,8 +242,8 @@ static void begin(const MotionSystem *system, const MotionState *state, Watch *w
     for (size_t a = 0; a < axes; a++) {
         const SpringMemory *memory = &state->axis[a].memory;
         record->of_axes[MOTION_OF_AXIS * a + 6] = memory->displacement;
-        watch->low[a] = watch->high[a] = memory->displacement;
-        watch->low[axes + a] = watch->high[axes + a] = memory->omega;
+        watch->now[a] = watch->low[a] = watch->high[a] = memory->displacement;
+        watch->now[axes + a] = watch->low[axes + a] = watch->high[axes + a] = memory->omega;
     }
     record->energies[0] = kinetic_energy(system, state);
     record->energies[4] = -stop_energy(system, state);
