@@ -238,8 +238,10 @@ def study_system(
     >>> box = SYSTEMS / "electronics_box.toml"
     >>> result = strandspring.study_system(box, {"body.box.mass": "15 kg:25 kg:3"}, cases="drop", candidates="softer")
     >>> result.quantiles()[["body.box.mass [kg]", "verdict", "governing"]]
-       body.box.mass [kg] verdict                          governing
+       body.box.mass [kg] verdict                      governing
     0                15.0    pass  sway of circuit board in drop
+    1                20.0    pass  sway of circuit board in drop
+    2                25.0    pass  sway of circuit board in drop
     """
     if workers not in (None, 1) and scheduler is not None:
         raise MountedSystemError("`workers` and `scheduler` exclude each other; give one of them.")
