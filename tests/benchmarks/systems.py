@@ -78,19 +78,11 @@ def runs() -> list[tuple[str, float, int, float]]:
             solve = solver(one)
             run_once(one, solve, SHOCK, rest(one, solve=solve), SHOCK_STEP, count)
 
+    shock = fastest(lambda: run_once(system, kernel, SHOCK, start, SHOCK_STEP, count))
+    random = fastest(lambda: run_once(system, kernel, shaken, start, RANDOM_STEP, long))
     return [
-        (
-            "1 s shock",
-            fastest(lambda: run_once(system, kernel, SHOCK, start, SHOCK_STEP, count)),
-            count,
-            500e-9 * count,
-        ),
-        (
-            "60 s random at 20 kHz",
-            fastest(lambda: run_once(system, kernel, shaken, start, RANDOM_STEP, long)),
-            long,
-            2.0,
-        ),
+        ("1 s shock", shock, count, 500e-9 * count),
+        ("60 s random at 20 kHz", random, long, 2.0),
         (f"{DRAWS} draws of a 1 s shock", fastest(drawn, 1), DRAWS * count, 15.0),
     ]
 

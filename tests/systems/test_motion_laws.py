@@ -218,7 +218,8 @@ def test_later_loads_move_later(one: Drawn, steps: int) -> None:
     assert later.sway is not None
     assert_same(later.displacements[steps:], at_once.displacements, 1e-9)
     assert_same(later.sway[steps:], at_once.sway, 1e-9)
-    assert_same(later.of_axes[:, :8], at_once.of_axes[:, :8], 1e-8)  # peaks between steps
+    # Rounding decides which points a parabola goes through.
+    assert_same(later.of_axes[:, :8], at_once.of_axes[:, :8], 1e-6)
 
 
 @LAW

@@ -43,6 +43,7 @@ def base(signal: Course, *direction: float) -> Channel:
 SHOCK = base(half_sine(15.0 * GRAVITY, 0.011), 1.0, 2.0, 3.0)
 ALONG = base(half_sine(20.0 * GRAVITY, 0.008), 0.0, 0.0, 1.0)
 TURNING = Channel(ChannelKind.BASE_ANGULAR_VELOCITY, sine(3.0, 7.0), unit(1.0, -2.0, 1.0))
+AT_ONCE = Channel(ChannelKind.BASE_ANGULAR_VELOCITY, sine(1.0, 7.0, 0.5 * math.pi), unit(1.0, -2.0, 1.0))
 RECOIL = Channel(ChannelKind.FORCE, half_sine(6000.0, 0.006), unit(1.0, 0.0, 0.3), 0, (0.05, 0.02, 0.1))
 WEIGHT: Vector = (0.0, 0.0, -GRAVITY)
 
@@ -85,6 +86,7 @@ CASES = {
     "recoil": Comparison(box(), (RECOIL,)),
     "two stages": Comparison(two_stages(), (SHOCK,)),
     "base turns": Comparison(box(), (TURNING, SHOCK)),
+    "base turns at once": Comparison(box(), (AT_ONCE,), has_corners=True),
     "base turns, dampers": Comparison(two_stages(), (TURNING, SHOCK, RECOIL), 0.3),
 }  # fmt: skip
 

@@ -134,7 +134,7 @@ int motion_rest(
  * accelerations, sway (3 per point), displacements (of one spring), forces (of the axis) at the beginning and every
  * `stride` steps, where not NULL
  *
- * Means are taken from step `settled` on. */
+ * Means are taken from step `settled` on, by the trapezoidal rule. */
 typedef struct {
     double *of_points, *of_axes, *of_bodies, *energies;
     double *accelerations, *sway, *displacements, *forces;
