@@ -305,19 +305,14 @@ static double change_over(const double *averages, size_t k, size_t count)
     return count > 1 ? smaller : 0.0;
 }
 
-/* Whether an acceleration may jump or have a kink at the end of step k, as a channel jumps there by more than it changes
- * beside. The base's acceleration is felt at once where a body is held, and a damper changes its rate. */
-static int is_jump(const MotionSystem *system, const MotionState *state, const double *values, size_t k, size_t count)
+/* Whether a channel jumps at the end of step k, by more than it changes beside: courses have corners or jumps there. */
+static int is_jump(const MotionSystem *system, const double *values, size_t k, size_t count)
 {
-    int feels_base = state->has_dampers != 0.0;
-    for (size_t b = 0; b < system->bodies; b++)
-        feels_base = feels_base || system->body[b].is_free == 0.0;
     for (size_t c = 0; c < system->channels && k + 1 < count; c++) {
         const double *row = values + c * count;
         double before = change_over(row, k, count), after = change_over(row, k + 1, count);
         double jump = row[k + 1] - row[k] - 0.5 * (before + after);
-        int is_felt = system->channel[c].kind == 2.0 || (system->channel[c].kind == 0.0 && feels_base);
-        if (is_felt && fabs(jump) > fabs(before) + fabs(after))
+        if (fabs(jump) > fabs(before) + fabs(after))
             return 1;
     }
     return 0;
@@ -347,7 +342,7 @@ size_t motion_run(
                 course[c] = now[c] - 0.5 * change[c];
             take(system, state, course, h * (double)k, 1, 0.0, &watch);
         }
-        is_after_jump = is_jump(system, state, values, k, count);
+        is_after_jump = is_jump(system, values, k, count);
         motion_of_base(system, change, 1.0, state->spin_slope);
         for (int i = 0; i < 3; i++)
             state->spin_slope[i] /= h;
