@@ -87,7 +87,7 @@ typedef struct {
 
 typedef struct {
     double gravity[3];
-    /* The base's angular velocity: its average over the step; at the end of what is left of the step; and its slope. */
+    /* The base's angular velocity: its average over a part of a step; at the end of what is left of the step; its slope. */
     double base_spin[3], end_spin[3], spin_slope[3];
     /* Since the beginning [J]: dissipated by dampers; work of gravity, of the base and of forces from outside; sum of the
      * absolute values of the latter two. */
