@@ -7,7 +7,6 @@ import os
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from html import escape
-from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -18,15 +17,13 @@ from ..jobs.cluster import Cluster, cluster_of
 from ..jobs.runners import Local
 from ..scratch import TemporaryFolder
 from ..studies.run_system import run_system_study
+from ..studies.system_planning import planned_study, undrawn
 from ..studies.system_study import SystemStudy
 from ..studies.system_summaries import SystemSummaries, SystemSummary
-from ..studies.varied import Given, shown_alone, varied
-from ..systems.chosen import chosen_candidates, chosen_cases
-from ..systems.drawn_springs import Drawn
+from ..studies.varied import Given, shown_alone
 from ..systems.mounted import STANDARD_GRAVITY, MountedSystemError
-from ..systems.named_files import FilesOfFolder, HeldFiles, named_models, named_records
-from ..systems.system_file import SystemFile, read_description, system_of_content
-from ..systems.system_tables import SystemTable
+from ..systems.named_files import FilesOfFolder
+from ..systems.system_file import read_description
 from ..systems.verdicts import Verdict
 from .plotting import save_plot, some_axes
 from .progress import Progress, unseen
@@ -241,19 +238,19 @@ def study_system(
     >>> box = SYSTEMS / "electronics_box.toml"
     >>> result = strandspring.study_system(box, {"body.box.mass": "15 kg:25 kg:3"}, cases="drop", candidates="softer")
     >>> result.quantiles()[["body.box.mass [kg]", "verdict", "governing"]]
-       body.box.mass [kg] verdict                          governing
+       body.box.mass [kg] verdict                      governing
     0                15.0    pass  sway of circuit board in drop
+    1                20.0    pass  sway of circuit board in drop
+    2                25.0    pass  sway of circuit board in drop
     """
     if workers not in (None, 1) and scheduler is not None:
         raise MountedSystemError("`workers` and `scheduler` exclude each other; give one of them.")
     if output is not None and Path(output).resolve() == Path(system).resolve():
         raise MountedSystemError(f"`output` {readable(output)} would overwrite the description; write elsewhere.")
-    where, content = readable(system), read_description(system)
+    where, content, files = readable(system), read_description(system), FilesOfFolder(Path(system).parent)
     try:
-        file, planned = _planned(
-            content, FilesOfFolder(Path(system).parent), vary, cases, candidates, draws, seed, step
-        )
-        cautions = _undrawn(planned) if planned.draws else ()
+        planned = planned_study(content, files, vary, cases, candidates, draws, seed, step)
+        cautions = undrawn(planned) if planned.draws else ()
     except MountedSystemError as problem:
         raise MountedSystemError(f"{where}, {problem}") from None
     runner = Local(workers) if scheduler is None else cluster_of(scheduler, notify)
@@ -262,60 +259,10 @@ def study_system(
         return run_system_study(planned, results, runner, lambda runs: progress("Running", runs, len(planned)), notify)
 
     if output is not None:
-        return SystemStudyResult(file.name, planned, run(Path(output)), cautions, Path(output))
+        return SystemStudyResult(content["name"], planned, run(Path(output)), cautions, Path(output))
     with TemporaryFolder() as folder:
         results = folder / "results.csv"
-        return SystemStudyResult(file.name, planned, run(results), cautions, None, _read(results))
-
-
-def _planned(
-    content: dict[str, Any],
-    files: FilesOfFolder,
-    vary: Mapping[str, Given],
-    cases: str | Sequence[str] | None,
-    candidates: str | Sequence[str] | None,
-    draws: int | None,
-    seed: int | None,
-    step: float | None,
-) -> tuple[SystemFile, SystemStudy]:
-    """The description as it is, and the study."""
-    file = system_of_content(content, files)
-    table = SystemTable.model_validate(content)
-    axes = tuple(varied(path, given, content, table) for path, given in vary.items())
-    described = [content, *(one.applied(content, table, k) for one in axes for k in range(len(one.values)))]
-    return file, SystemStudy(
-        content=content,
-        files=HeldFiles.read(
-            files, chain.from_iterable(map(named_models, described)), chain.from_iterable(map(named_records, described))
-        ),
-        varied=axes,
-        candidates=_numbered(
-            [name for name, _ in file.candidates], [n for n, _ in chosen_candidates(file, candidates)]
-        ),
-        cases=_numbered([case.name for case in file.cases], [case.name for case in chosen_cases(file, cases)]),
-        points=tuple(point.name for point in file.candidates[0][1].points),
-        draws=file.options.draws if draws is None else draws,
-        seed=file.options.seed if seed is None else seed,
-        step=step,
-    )
-
-
-def _numbered(names: Sequence[str], chosen: Sequence[str]) -> tuple[tuple[int, str], ...]:
-    return tuple((names.index(name), name) for name in chosen)
-
-
-def _undrawn(study: SystemStudy) -> tuple[str, ...]:
-    """A sentence for each model file that cannot be drawn from; raises MountedSystemError if there is no other."""
-    missing: dict[str, None] = {}
-    can_draw = False
-    for file in study.distinct_files():
-        for number, _ in study.candidates:
-            drawn = Drawn.of(file.candidates[number][1], file.models)
-            can_draw = can_draw or bool(drawn.spreads)
-            missing |= dict.fromkeys(drawn.missing)
-    if not can_draw:
-        raise MountedSystemError(f"There is nothing to draw: {next(iter(missing))}")
-    return tuple(missing)
+        return SystemStudyResult(content["name"], planned, run(results), cautions, None, _read(results))
 
 
 def _read(results: Path) -> pd.DataFrame:

@@ -10,7 +10,7 @@ import click
 
 from ..api.isolation import CheckedMotion, IsolatedModel, Isolation, verification_lines
 from ..api.isolation import isolate as isolated
-from .isolate_system import isolate_description, refuse_mixed, system_options
+from .isolate_system import isolate_description, refuse_wrong_options, system_options
 from .mount import EXCITATIONS, chosen_levels, curve_options, level_options, mount_options, positive
 from .output import reporting, result, result_json, terminal_width
 from .paths import PLOT_FILE, refuse_overwriting
@@ -70,7 +70,7 @@ def isolate(
       strandspring isolate spring.json --mass 5 --verify
       strandspring isolate system.toml --direction z --base-displacement 0.5
     """
-    refuse_mixed(context, models)
+    refuse_wrong_options(context, models)
     levels = {kind: options.pop(kind) for kind in EXCITATIONS}
     refuse_overwriting(models, {"--output": output, "--plot": plot}, ".csv")
     of_system = {name: options.pop(name) for name in ("base_rotation", "directions", "at")}

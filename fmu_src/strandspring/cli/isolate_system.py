@@ -8,10 +8,10 @@ from typing import Any
 
 import click
 import numpy as np
-from click.core import ParameterSource
 
 from ..api.system_isolation import IsolatedSystem, SystemIsolation, isolate_system
 from ..systems.six_response import DIRECTIONS, SystemResponse
+from .descriptions import is_system, refuse_mixed
 from .mount import chosen_levels, positive
 from .options import together
 from .output import reporting, result, result_json, terminal_width
@@ -50,12 +50,7 @@ system_options = together(
 )  # fmt: skip
 
 
-def is_system(path: str) -> bool:
-    """Whether a path is that of a description, by its ending."""
-    return path.lower().endswith(".toml")
-
-
-def refuse_mixed(context: click.Context, paths: tuple[str, ...]) -> None:
+def refuse_wrong_options(context: click.Context, paths: tuple[str, ...]) -> None:
     """Refuse options that do not apply to what is given, and a description beside something else.
 
     Raises
@@ -67,17 +62,7 @@ def refuse_mixed(context: click.Context, paths: tuple[str, ...]) -> None:
         raise click.UsageError(
             f"{described[0]} describes a whole system and its candidates; give it alone, and models in another command."
         )
-    for name in _OF_MODELS if described else _OF_SYSTEMS:
-        if context.get_parameter_source(name) is not ParameterSource.DEFAULT:
-            option = "--" + {"directions": "direction"}.get(name, name).replace("_", "-")
-            if described:
-                raise click.UsageError(
-                    f"{option} does not apply to {described[0]}, which describes masses, mounts and springs itself; "
-                    "leave it out."
-                )
-            raise click.UsageError(f"{option} applies to a SYSTEM.toml only, got {paths[0]}; leave it out.")
-    if not described and context.params["mass"] is None:
-        raise click.MissingParameter(ctx=context, param=next(p for p in context.command.params if p.name == "mass"))
+    refuse_mixed(context, paths[0], _OF_MODELS, _OF_SYSTEMS, ("mass", None))
 
 
 def isolate_description(

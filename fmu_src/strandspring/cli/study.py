@@ -15,11 +15,12 @@ from ..api.studying import study as studied
 from ..api.system_studying import SystemStudyResult, study_system
 from ..studies.definition import STIFFNESS_FACTORS
 from ..studies.journal import journal_path
+from .descriptions import is_system
 from .mount import EXCITATIONS, chosen_levels, curve_options, level_options, mount_options, positive
 from .options import FiniteRange, cluster_option, worker_options
 from .output import note, reporting, result, result_json, terminal_width
 from .paths import refuse_overwriting
-from .study_system import is_system, json_of, refuse_mixed, system_options, varied_paths
+from .study_system import json_of, refuse_wrong_options, system_options, varied_paths
 from .zero import zero_option
 
 _MOST_VALUES = 10_000  # of one LOW:HIGH:COUNT
@@ -115,7 +116,7 @@ def study(
       strandspring study box.toml --vary mount_type.*.axes.*.parallel=1,2 -o p.csv
       strandspring study box.toml --vary mount.corner.places=4,6 --case drop -o m.csv
     """
-    refuse_mixed(context, model)
+    refuse_wrong_options(context, model)
     scheduler = cluster_option(workers, options)
     outputs: dict[str, str | Path | None] = {
         "--output": output,

@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import Any
 
 import click
-from click.core import ParameterSource
 
 from ..api.system_studying import SystemStudyResult
+from .descriptions import refuse_mixed
 from .mount import positive
 from .options import together
 from .paths import PLOT_FILE
@@ -17,7 +17,7 @@ _OF_MODELS = (
     "mass", "base_displacement", "base_acceleration", "force", "stiffness", "load", "parallel", "series", "damping",
     "zero", "band", "points", "extrapolate",
 )  # fmt: skip
-_OF_SYSTEMS = {"vary": "--vary", "cases": "--case", "candidates": "--candidate", "step": "--step", "plot": "--plot"}
+_OF_SYSTEMS = ("vary", "cases", "candidates", "step", "plot")
 
 system_options = together(
     click.option("--vary", multiple=True, metavar="PATH=VALUES",
@@ -35,31 +35,15 @@ system_options = together(
 )  # fmt: skip
 
 
-def is_system(path: str) -> bool:
-    """Whether a path is that of a description, by its ending."""
-    return path.lower().endswith(".toml")
-
-
-def refuse_mixed(context: click.Context, path: str) -> None:
+def refuse_wrong_options(context: click.Context, path: str) -> None:
     """Refuse options that do not apply to what is given, and ask for those that are needed.
 
     Raises
     ------
     click.UsageError   With the option.
     """
-    names = {name: f"--{name.replace('_', '-')}" for name in _OF_MODELS} if is_system(path) else _OF_SYSTEMS
-    for name, option in names.items():
-        if context.get_parameter_source(name) is ParameterSource.DEFAULT:
-            continue
-        if is_system(path):
-            raise click.UsageError(
-                f"{option} does not apply to {path}, which describes masses, mounts and loads itself; use --vary "
-                "PATH=VALUES instead, as in --vary 'body.box.mass=15 kg:25 kg:5'."
-            )
-        raise click.UsageError(f"{option} applies to a SYSTEM.toml only, got {path}; leave it out.")
-    needed = "vary" if is_system(path) else "mass"
-    if not context.params[needed]:
-        raise click.MissingParameter(ctx=context, param=next(p for p in context.command.params if p.name == needed))
+    instead = "use --vary PATH=VALUES, as in --vary 'body.box.mass=15 kg:25 kg:5'"
+    refuse_mixed(context, path, _OF_MODELS, _OF_SYSTEMS, ("mass", "vary"), instead)
 
 
 def varied_paths(given: tuple[str, ...]) -> dict[str, str]:

@@ -12,6 +12,7 @@ from collections.abc import Iterator, Mapping
 from itertools import islice
 from typing import Any
 
+from ..records.units import quoted
 from .mounted import MountedSystemError
 from .system_tables import SystemTable
 from .table_types import Table, suggestion
@@ -41,7 +42,9 @@ def locations(path: str, table: SystemTable) -> tuple[Location, ...]:
     if found:
         return found
     known = list(islice(_paths(table, ""), _MOST_SUGGESTED))
-    raise MountedSystemError(f"{path!r} is not the path of a value of this description; {suggestion(path, known)}")
+    raise MountedSystemError(
+        f"{quoted(path)} is not the path of a value of this description; {suggestion(path, known)}"
+    )
 
 
 def value_at(node: Any, location: Location) -> Any:
@@ -110,7 +113,7 @@ def _child(node: Any, part: str | int) -> Any:
 
 
 def _is_value(node: Any, location: Location) -> bool:
-    if location[-1] == PLACES:
+    if location[-1:] == (PLACES,):
         return bool(node)
     return _is_rate(node) or not isinstance(node, Table | Mapping | list | tuple)
 
