@@ -40,6 +40,10 @@ if TYPE_CHECKING:
     from .api.studying import study as study
     from .api.synthesis import synthesize as synthesize
     from .api.synthesis import synthesize_ni as synthesize_ni
+    from .api.system_isolation import SystemIsolation as SystemIsolation
+    from .api.system_isolation import isolate_system as isolate_system
+    from .api.system_studying import SystemStudyResult as SystemStudyResult
+    from .api.system_studying import study_system as study_system
     from .api.verifying import Verification as Verification
     from .api.verifying import verify as verify
     from .conversions import ClassicBoucWen as ClassicBoucWen
@@ -89,8 +93,10 @@ _MODULES = {
     "Simulation": "api.simulating",
     "Spring": "api.spring",
     "SpringParameters": "core.parameters",
+    "SystemIsolation": "api.system_isolation",
     "StrandspringError": "errors",
     "StudyResult": "api.studying",
+    "SystemStudyResult": "api.system_studying",
     "TwoStageOptions": "peers.two_stage_options",
     "Verification": "api.verifying",
     "__version__": "_version",
@@ -101,6 +107,7 @@ _MODULES = {
     "identify": "api.identification",
     "info": "api.information",
     "isolate": "api.isolation",
+    "isolate_system": "api.system_isolation",
     "identify_many": "api.many",
     "limit_cycle": "peers.limit_cycle",
     "model_schema": "modelfile",
@@ -114,6 +121,7 @@ _MODULES = {
     "synthesize": "api.synthesis",
     "synthesize_ni": "api.synthesis",
     "study": "api.studying",
+    "study_system": "api.system_studying",
     "verify": "api.verifying",
 }
 

@@ -31,9 +31,9 @@ from strandspring.jobs.sole_file import open_alone
 from strandspring.locks import lock
 from strandspring.modelfile import ModelFile, save_model
 from strandspring.spread import Spread
-from strandspring.studies.definition import Study
+from strandspring.studies.definition import RunRow, Study
 from strandspring.studies.journal import Journal, journal_path
-from strandspring.studies.run import run_study
+from strandspring.studies.run import manifest, run_study
 from studies import CHEAP, COMMAND, ERRORS, SPRING, UNCERTAINTY, Counter
 from terminal import Terminal
 
@@ -43,6 +43,11 @@ def terminal(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
     monkeypatch.chdir(tmp_path)
     save_model("mount.json", ModelFile("mount", SPRING, uncertainty=UNCERTAINTY))
     return Terminal(capsys)
+
+
+def journal_of(results: Path, study: Study) -> Journal[RunRow]:
+    """The journal of a study, which belongs to it."""
+    return Journal(results, RunRow, len(study), manifest(study))
 
 
 @pytest.fixture(scope="module")
@@ -295,7 +300,7 @@ def test_removing_the_named_line_is_enough(half_done: Path, expected: bytes) -> 
 
 
 def test_a_row_of_another_study_is_damage(half_done: Path, tmp_path: Path) -> None:
-    other = Journal(tmp_path / "other.csv", replace(CHEAP, seed=8))
+    other = journal_of(tmp_path / "other.csv", replace(CHEAP, seed=8))
     other.add(replace(CHEAP, seed=8).rows([30]))
     other.close(remove=False)
     stolen = other.path.read_bytes().splitlines(keepends=True)[1]
@@ -323,7 +328,7 @@ def test_rows_before_the_last_index_line_are_not_read_to_go_on(indexed: Path, ex
     begin = content.index(b"\n")
     changed = content[:begin] + content[begin:].replace(b"0.0001", b"0.0002", 1)
     journal_path(indexed).write_bytes(changed)
-    journal = Journal(indexed, CHEAP)
+    journal = journal_of(indexed, CHEAP)
     assert journal.finished == 20
     journal.close(remove=False)
     assert journal_path(indexed).read_bytes() == changed
@@ -453,13 +458,13 @@ def test_results_that_cannot_be_written_are_refused_before_the_runs(tmp_path: Pa
 
 def test_a_row_is_read_back_as_it_was_written(tmp_path: Path) -> None:
     rows = CHEAP.rows(range(3))
-    journal = Journal(tmp_path / "results.csv", CHEAP)
+    journal = journal_of(tmp_path / "results.csv", CHEAP)
     journal.add(rows[::-1])
     assert [journal[run] for run in range(3)] == rows
     assert (journal.finished, 2 in journal, 3 in journal) == (3, True, False)
     journal.add([replace(rows[1], outcome="again")])
     journal.close(False)
-    again = Journal(tmp_path / "results.csv", CHEAP)
+    again = journal_of(tmp_path / "results.csv", CHEAP)
     assert (again.finished, again[1].outcome, again[2]) == (3, "again", rows[2])
     again.close(False)
 
@@ -476,7 +481,7 @@ def held_by_studies() -> int:
 def test_memory_does_not_grow_with_the_rows(tmp_path: Path) -> None:
     study = replace(CHEAP, draws=1000)  # 3000 runs
     (row,) = study.rows([0])
-    journal = Journal(tmp_path / "results.csv", study)
+    journal = journal_of(tmp_path / "results.csv", study)
     tracemalloc.start()
     before = 0
     for run in range(len(study)):

@@ -181,7 +181,7 @@ def test_a_stop_counts_where_it_is_touched() -> None:
         ({}, "give one of them"),
         ({"share": 0.1, "motion": 1e-3}, "give one of them"),
         ({"share": 1.5}, "`share` must be above 0 and at most 1, got 1.5"),
-        ({"motion": -1e-3}, r"axis 1 of mount corner 0 must be finite and > 0 \[m\], got -0.001"),
+        ({"motion": -1e-3}, r"corner 0 x must be finite and > 0 \[m\], got -0.001"),
     ],
 )
 def test_amplitudes_that_are_none(given: dict[str, float], message: str) -> None:

@@ -14,6 +14,8 @@ from strandspring.kernel.path import PathSolver
 from strandspring.systems.axis_laws import AxisLaws
 from strandspring.systems.mounted import Motion, Mount, MountAxis, MountedSystem, RigidBody, Stops
 from strandspring.systems.small_motion import SmallMotion, nominal_pose
+from strandspring.systems.solving import nominal_pose as at_rest
+from strandspring.systems.solving import solver
 from strandspring.systems.stable_step import largest_stable_step
 
 INERTIA = ((0.25, 0.01, 0.0), (0.01, 0.30, 0.0), (0.0, 0.0, 0.35))
@@ -54,6 +56,20 @@ def test_below_the_limit_nothing_blows_up_and_above_it_does(damping: float) -> N
     limit = largest_stable_step(system)
     assert largest_after(system, 0.999 * limit, 20_000) < 300.0
     assert largest_after(system, 1.001 * limit, 20_000) > 1e6
+
+
+@pytest.mark.parametrize("damping", [0.0, 60.0, 3000.0])
+def test_the_compiled_integrator_has_the_same_limit(damping: float) -> None:
+    system = box(damping)
+    kernel, limit, count = solver(system), largest_stable_step(system), 4000
+
+    def largest(step: float) -> float:
+        channels, values, velocity = np.empty((0, 8)), np.empty((0, count)), np.array([1e-9, 2e-9, 1e-9])
+        found = kernel.run(channels, values, step, np.zeros(3), at_rest(system), np.zeros(kernel.axes), velocity)
+        return float(found.of_axes[:, 1].max())
+
+    assert largest(0.995 * limit) < 1e-9  # [m]
+    assert largest(1.005 * limit) > 1e-4
 
 
 def test_one_axis_by_hand() -> None:

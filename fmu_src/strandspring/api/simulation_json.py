@@ -64,6 +64,7 @@ def case_json(answer: CaseAnswer) -> Json:
         "refusal": answer.refusal or None,
         "figures": [figure_json(figure) for figure in answer.figures],
         "runs": [_run(answer.system, run) for run in answer.runs],
+        "spread": None if answer.spread is None else asdict(answer.spread),
         "cautions": [caution.text for caution in answer.cautions],
         "spectra": None if answer.courses is None else _spectra(answer.system, answer.courses),
     }
@@ -71,12 +72,15 @@ def case_json(answer: CaseAnswer) -> Json:
 
 def figure_json(figure: Figure) -> Json:
     """A figure with its margin."""
-    form = {field.name: getattr(figure, field.name) for field in fields(figure) if field.name != "quantity"}
+    form = {
+        field.name: getattr(figure, field.name) for field in fields(figure) if field.name not in ("quantity", "spread")
+    }
     return {
         "quantity": figure.quantity.value,
         "unit": figure.quantity.unit,
         **form,
         "margin": figure.margin,
+        "spread": None if figure.spread is None else asdict(figure.spread),
     }
 
 

@@ -27,6 +27,9 @@ SHOWN = {
     Quantity.RMS_ACCELERATION: ("g", 1.0 / STANDARD_GRAVITY),
     Quantity.RMS_SWAY: ("mm", 1e3),
 }
+NO_DRAWS = (
+    "The spread by the uncertainty of the model files was not asked for; --draws 200 (`draws` of the file) shows it."
+)
 _NOTHING = 1e-9  # of rounding, in the unit for people
 _JUDGED = (Quantity.ACCELERATION, Quantity.SWAY, Quantity.TILT, Quantity.STROKE)
 
@@ -96,6 +99,8 @@ def detail_lines(
             if answer.refusal:
                 yield f"  {answer.case.name}: refused: {answer.refusal}"
         yield from rest_lines(own, width)
+        yield from rms_lines(own, width)
+        yield from spread_lines(own, width)
         for sentence in one.cautions:
             yield f"  Caution: {sentence}"
         for sentence in grouped_cautions(own):
@@ -156,7 +161,7 @@ def rest_lines(answers: Sequence[CaseAnswer], width: int | None = None) -> Itera
         row = [answer.case.name]
         for quantity in (Quantity.ACCELERATION, Quantity.SWAY, Quantity.STROKE):
             figure = answer.worst(quantity)
-            row += ["-", "-"] if figure is None else [_range(figure), f"{figure.share:+.0f}".replace("+0", "0")]
+            row += ["-", "-"] if figure is None else [_range(figure), _omega(figure.share)]
         residual = max(run.energies.relative_residual for run in answer.runs)
         steps = min(run.step for run in answer.runs)
         rows.append([*row, f"{1e6 * steps:.4g}", f"{100.0 * residual:.2g}"])
@@ -171,6 +176,50 @@ def rest_lines(answers: Sequence[CaseAnswer], width: int | None = None) -> Itera
             "case", "acceleration g", "omega", "sway mm", "omega", "stroke %", "omega", "step us", "energy residual %",
         ]  # fmt: skip
         yield from table_lines(headings, rows, {"case"}, width)
+
+
+def rms_lines(answers: Sequence[CaseAnswer], width: int | None = None) -> Iterator[str]:
+    """Root mean squares of the points in cases that settle."""
+    rows = []
+    for answer in answers:
+        values = [
+            [SHOWN[quantity][1] * figure.value for figure in answer.of(quantity)]
+            for quantity in (Quantity.RMS_ACCELERATION, Quantity.RMS_SWAY)
+        ]
+        for k, point in enumerate(answer.system.points if values[0] else ()):
+            cells = [_tiny(value) for kind in values for value in kind[3 * k : 3 * k + 3]]
+            rows.append([answer.case.name, point.name, *cells])
+    if rows:
+        yield "  root mean squares from the settling on, of sway about its mean:"
+        headings = ["case", "point", "x g", "y g", "z g", "x mm", "y mm", "z mm"]
+        yield from table_lines(headings, rows, {"case", "point"}, width)
+
+
+def spread_lines(answers: Sequence[CaseAnswer], width: int | None = None) -> Iterator[str]:
+    """5 to 95 % of the figures by the uncertainty of the springs."""
+    rows, spreads = [], [answer.spread for answer in answers if answer.spread is not None]
+    for answer in answers:
+        if answer.spread is None:
+            continue
+        row = [answer.case.name]
+        for quantity in (Quantity.ACCELERATION, Quantity.SWAY, Quantity.STROKE):
+            figure, scale = answer.worst(quantity), SHOWN[quantity][1]
+            known = None if figure is None else figure.spread
+            row.append("-" if known is None else f"{scale * known.low:.4g} to {scale * known.high:.4g}")
+        of = answer.spread
+        rows.append([*row, f"{100.0 * of.failing:.3g}", str(of.refused)])
+    if rows:
+        first = spreads[0]
+        yield f"  5 to 95 % of {first.draws} draws of springs (seed {first.seed}), the worst omega at rest of each:"
+        headings = ["case", "acceleration g", "sway mm", "stroke %", "beyond a limit %", "refused"]
+        yield from table_lines(headings, rows, {"case"}, width)
+    for answer in answers:
+        if answer.spread is not None and answer.spread.refused:
+            yield f"  {answer.case.name}: {answer.spread.refused} draws refused, most often: {answer.spread.reason}"
+
+
+def _omega(share: float) -> str:
+    return f"{share:+.3g}" if share else "0"
 
 
 def _range(figure: Figure) -> str:

@@ -10,6 +10,7 @@ import click
 
 from ..api.isolation import CheckedMotion, IsolatedModel, Isolation, verification_lines
 from ..api.isolation import isolate as isolated
+from .isolate_system import isolate_description, refuse_wrong_options, system_options
 from .mount import EXCITATIONS, chosen_levels, curve_options, level_options, mount_options, positive
 from .output import reporting, result, result_json, terminal_width
 from .paths import PLOT_FILE, refuse_overwriting
@@ -17,8 +18,8 @@ from .zero import zero_option
 
 
 @click.command()
-@click.argument("models", nargs=-1, required=True, metavar="MODEL.json...")
-@click.option("--mass", type=positive("kg"), required=True, metavar="KG", help="Mass on the mount [kg].")
+@click.argument("models", nargs=-1, required=True, metavar="MODEL.json...|SYSTEM.toml")
+@click.option("--mass", type=positive("kg"), metavar="KG", help="Mass on the mount [kg]; required with models.")
 @mount_options
 @zero_option
 @level_options(
@@ -26,6 +27,7 @@ from .zero import zero_option
     "repeat for more levels",
     "  [default: 0.5, 1 and 2 % of the free travel, the smallest of all models]",
 )
+@system_options
 @curve_options(points=200)
 @click.option("-o", "--output", metavar="OUT.csv", help="Write all points of the curves to this file.")
 @click.option("--plot", type=PLOT_FILE, metavar="FILE.png", help="Plot the curves of all models (.png, .svg or .pdf).")
@@ -36,9 +38,12 @@ from .zero import zero_option
     "20 periods.",
 )
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object instead of text.")
+@click.pass_context
 def isolate(
+    context: click.Context,
+    /,
     models: tuple[str, ...],
-    mass: float,
+    mass: float | None,
     output: str | None,
     plot: str | None,
     verify: bool,
@@ -46,6 +51,9 @@ def isolate(
     **options: Any,
 ) -> None:
     """Compute transmissibility and resonance of a mass on the spring, or on several springs to compare them.
+
+    Or of the rigid bodies on mounts that a SYSTEM.toml describes, with their natural modes: in all degrees of freedom,
+    for small rotations, and for all its candidates.
 
     The steady response is found by harmonic balance and followed through folds, where a frequency has several motions;
     between two folds they are unstable (drawn dotted). Transmissibility is that of the first harmonic: absolute motion
@@ -60,9 +68,16 @@ def isolate(
       strandspring isolate spring.json --mass 5 --base-displacement 0.5
       strandspring isolate spring.json --mass 5 --force 10 --band 2 50 -o c.csv
       strandspring isolate spring.json --mass 5 --verify
+      strandspring isolate system.toml --direction z --base-displacement 0.5
     """
+    refuse_wrong_options(context, models)
     levels = {kind: options.pop(kind) for kind in EXCITATIONS}
     refuse_overwriting(models, {"--output": output, "--plot": plot}, ".csv")
+    of_system = {name: options.pop(name) for name in ("base_rotation", "directions", "at")}
+    if mass is None:
+        of_curve = {name: options[name] for name in ("band", "points", "extrapolate")}
+        isolate_description(models[0], levels, output, plot, as_json, **of_system, **of_curve)
+        return
     chosen = chosen_levels(levels)
     given: dict[str, Any] = {} if chosen is None else {chosen[0].value.replace(" ", "_"): chosen[1]}
     with reporting() as progress:

@@ -2,12 +2,18 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+from typing import Any
+
 import click
 
 from ..api.simulating import simulate as simulated
+from ..files import refuse_unwritable
+from ..report.page import SUFFIXES, check_report_path
+from ..systems.system_file import load_system_file
 from .options import FiniteRange
-from .output import reporting, result, result_json, terminal_width
-from .paths import refuse_overwriting
+from .output import reporting, result, result_json, terminal_width, working
+from .paths import PLOT_FILE, FileOfFormat, refuse_overwriting
 
 
 @click.command()
@@ -28,17 +34,31 @@ from .paths import refuse_overwriting
     metavar="S",
     help="Time step of the coarser of two runs [s].  [default: the file's, or found for errors of 0.1 %]",
 )
+@click.option(
+    "--draws",
+    type=click.IntRange(0, 1_000_000),
+    metavar="N",
+    help="Springs drawn from the uncertainty of their model files; 0 for none.  [default: the file's, or 0]",
+)
+@click.option("--seed", type=click.IntRange(min=0), help="Seed of the draws.  [default: the file's, or 0]")
 @click.option("--workers", type=click.IntRange(1, 1024), metavar="N", help="Number of threads.  [default: all cores]")
+@click.option("--report", type=FileOfFormat(*SUFFIXES), metavar="FILE.html", help="Write a report (.html or .pdf).")
+@click.option("--plot", type=PLOT_FILE, metavar="FILE.png", help="Plot acceleration against stroke of all answers.")
+@click.option(
+    "--histories", metavar="FOLDER", help="Write the histories of each candidate in each case to a CSV file there."
+)
 @click.option("-o", "--output", metavar="OUT.csv", help="Write all figures of all cases to this file.")
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object instead of text.")
 def simulate(
     system: str,
     cases: tuple[str, ...],
     candidates: tuple[str, ...],
-    step: float | None,
-    workers: int | None,
+    report: str | None,
+    plot: str | None,
+    histories: str | None,
     output: str | None,
     as_json: bool,
+    **options: Any,
 ) -> None:
     """Simulate bodies on mounts under shock and vibration.
 
@@ -54,18 +74,34 @@ def simulate(
     Examples:
       strandspring simulate box.toml
       strandspring simulate box.toml --case shock --candidate softer
-      strandspring simulate box.toml -o figures.csv
+      strandspring simulate box.toml --draws 200 -o figures.csv
+      strandspring simulate box.toml --report box.html --plot sheet.png
     """
-    refuse_overwriting([system], {"--output": output}, ".csv")
+    outputs = {"--output": output, "--report": report, "--plot": plot}
+    file = load_system_file(system)
+    refuse_overwriting([system, *file.files], outputs, ".csv")
+    if report is not None:
+        check_report_path(report)
+    if histories is not None:
+        refuse_unwritable(Path(histories), is_folder=True)
+    wanted = as_json or report is not None or histories is not None
     with reporting() as progress:
-        found = simulated(
-            system, cases or None, candidates or None, step=step, workers=workers, courses=as_json, progress=progress
-        )
+        found = simulated(file, cases or None, candidates or None, **options, courses=wanted, progress=progress)
     if output is not None:
         found.save_csv(output)
+    if report is not None:
+        with working("Drawing the report"):
+            found.report(report)
+    if plot is not None:
+        found.save_plot(plot)
+    courses = () if histories is None else found.save_histories(histories)
     if as_json:
-        result_json({"file": system, **found.as_json(), "output": output})
+        written = {option[2:]: path for option, path in outputs.items()}
+        result_json({"file": system, **found.as_json(), **written, "histories": [str(path) for path in courses]})
         return
     result("\n".join(found.lines(terminal_width())))
-    if output is not None:
-        result(f"Figures: {output}")
+    for title, path in (("Figures", output), ("Report", report), ("Plot", plot)):
+        if path is not None:
+            result(f"{title}: {path}")
+    if histories is not None:
+        result(f"Histories: {len(courses)} files in {histories}")

@@ -12,12 +12,15 @@ import numpy as np
 
 from ..api.studying import StudyResult
 from ..api.studying import study as studied
+from ..api.system_studying import SystemStudyResult, study_system
 from ..studies.definition import STIFFNESS_FACTORS
 from ..studies.journal import journal_path
+from .descriptions import is_system
 from .mount import EXCITATIONS, chosen_levels, curve_options, level_options, mount_options, positive
 from .options import FiniteRange, cluster_option, worker_options
 from .output import note, reporting, result, result_json, terminal_width
 from .paths import refuse_overwriting
+from .study_system import json_of, refuse_wrong_options, system_options, varied_paths
 from .zero import zero_option
 
 _MOST_VALUES = 10_000  # of one LOW:HIGH:COUNT
@@ -44,14 +47,13 @@ _SEVERAL = "repeat, or give LOW:HIGH:COUNT, for more"
 
 
 @click.command()
-@click.argument("model", metavar="MODEL.json")
+@click.argument("model", metavar="MODEL.json|SYSTEM.toml")
 @click.option(
     "--mass",
     type=_grid(positive("kg")),
     multiple=True,
-    required=True,
     metavar="KG",
-    help=f"Mass on the mount [kg]; {_SEVERAL}.",
+    help=f"Mass on the mount [kg]; {_SEVERAL}; required with a model.",
 )
 @level_options(_grid, _SEVERAL, "  [default: 1 % of the free travel under the smallest mass]")
 @click.option(
@@ -64,14 +66,14 @@ _SEVERAL = "repeat, or give LOW:HIGH:COUNT, for more"
 @click.option(
     "--draws",
     type=click.IntRange(0, 1_000_000),
-    default=100,
-    show_default=True,
-    help="Springs drawn from the model's uncertainty at each grid point; 0 for the identified spring alone.",
+    help="Springs drawn from the model's uncertainty at each grid point; 0 for the identified spring alone.  "
+    "[default: 100, or what SYSTEM.toml says]",
 )
-@click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Seed of the draws.")
+@click.option("--seed", type=click.IntRange(min=0), help="Seed of the draws.  [default: 0, or what SYSTEM.toml says]")
 @mount_options
 @zero_option
 @curve_options(points=24)
+@system_options
 @worker_options
 @click.option(
     "-o",
@@ -81,21 +83,28 @@ _SEVERAL = "repeat, or give LOW:HIGH:COUNT, for more"
     help="Write one line for each run to this file.",
 )
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object instead of text.")
+@click.pass_context
 def study(
+    context: click.Context,
+    /,
     model: str,
-    mass: tuple[tuple[float, ...], ...],
-    stiffness: tuple[tuple[float, ...], ...],
     workers: int | None,
     output: str,
+    plot: str | None,
     as_json: bool,
     **options: Any,
 ) -> None:
-    """Run a parameter study of resonance and isolation.
+    """Run a parameter study of resonance and isolation, or of bodies on mounts under shock and vibration.
 
-    Every grid point (mass, level, stiffness factor) is run with every spring drawn from the standard errors and
-    correlations of kappa_omega, rho, sigma and n in the model file. Draw k of a seed is the same spring in every study.
-    A refused run, for instance one whose motion leaves the identified range, is a line with the reason. Finished runs
-    are kept in RESULTS.csv.part.jsonl until all are done; the same command continues from there.
+    Of a model, every grid point (mass, level, stiffness factor) is run with every spring drawn from the standard errors
+    and correlations of kappa_omega, rho, sigma and n in the model file. Draw k of a seed is the same spring in every
+    study. A refused run, for instance one whose motion leaves the identified range, is a line with the reason. Finished
+    runs are kept in RESULTS.csv.part.jsonl until all are done; the same command continues from there.
+
+    Of a SYSTEM.toml, values of the file are varied: keys with dots between them lead to one, names or numbers take an
+    entry of a list, and * all of them. Every grid point is simulated with every draw, candidate and load case. Numbers
+    carry a unit or are in SI; percent are of what the file says. "mount.NAME.places" is how many of the places have a
+    mount, from the first on.
 
     \b
     Examples:
@@ -103,12 +112,22 @@ def study(
       strandspring study spring.json --mass 4:8:5 --draws 0 -o grid.csv
       strandspring study spring.json --mass 5 --stiffness 0.9:1.1:3 -o s.csv
       strandspring study spring.json --mass 5 --scheduler tls://host:8786 -o s.csv
+      strandspring study box.toml --vary 'body.box.mass=15 kg:25 kg:5' -o s.csv
+      strandspring study box.toml --vary mount_type.*.axes.*.parallel=1,2 -o p.csv
+      strandspring study box.toml --vary mount.corner.places=4,6 --case drop -o m.csv
     """
-    chosen = chosen_levels({kind: _flat(options.pop(kind)) for kind in EXCITATIONS})
+    refuse_wrong_options(context, model)
     scheduler = cluster_option(workers, options)
-    refuse_overwriting([model], {"--output": output, "--output's journal": journal_path(Path(output))}, ".csv")
-    given: dict[str, Any] = {} if chosen is None else {chosen[0].value.replace(" ", "_"): chosen[1]}
+    outputs: dict[str, str | Path | None] = {
+        "--output": output,
+        "--output's journal": journal_path(Path(output)),
+        "--plot": plot,
+    }
+    refuse_overwriting([model], outputs, ".csv")
+    of_system = {name: options.pop(name) for name in ("vary", "cases", "candidates", "step")}
+    of_both: dict[str, Any] = {name: options.pop(name) for name in ("draws", "seed")}
     kept: tuple[float, int] = (0, 0)
+    found: StudyResult | SystemStudyResult
     try:
         with reporting() as show:
 
@@ -119,10 +138,16 @@ def study(
                 kept = runs, total
                 show(task, runs, total)
 
-            found = studied(
-                model, _flat(mass), **given, stiffness=_flat(stiffness) or 1.0, **options, output=output,
-                workers=workers, scheduler=scheduler, progress=progress, notify=note,
-            )  # fmt: skip
+            where: dict[str, Any] = {
+                "output": output, "workers": workers, "scheduler": scheduler, "progress": progress, "notify": note,
+            }  # fmt: skip
+            if is_system(model):
+                vary = varied_paths(of_system.pop("vary"))
+                chosen: dict[str, Any] = {name: value or None for name, value in of_system.items()}
+                found = study_system(model, vary, **chosen, **of_both, **where)
+            else:
+                given = {name: value for name, value in of_both.items() if value is not None}
+                found = _of_model(model, options, **given, **where)
     except KeyboardInterrupt:
         if kept[0]:
             note(
@@ -130,11 +155,27 @@ def study(
                 "from there."
             )
         raise
+    if isinstance(found, SystemStudyResult):
+        if plot is not None:
+            found.save_plot(plot)
+        content = {"system": model, **json_of(found), "output": output, "plot": plot}
+    else:
+        content = {"zero": found.zero, **_json(model, found, output)}
     if as_json:
-        result_json({"zero": found.zero, **_json(model, found, output)})
+        result_json(content)
         return
     result("\n".join(found.lines(terminal_width())))
     result(f"Results: {output}")
+    if plot is not None:
+        result(f"Plot: {plot}")
+
+
+def _of_model(model: str, options: dict[str, Any], **others: Any) -> StudyResult:
+    """The study of one mass, with the command's options."""
+    chosen = chosen_levels({kind: _flat(options.pop(kind)) for kind in EXCITATIONS})
+    given: dict[str, Any] = {} if chosen is None else {chosen[0].value.replace(" ", "_"): chosen[1]}
+    masses, stiffness = _flat(options.pop("mass")), _flat(options.pop("stiffness")) or 1.0
+    return studied(model, masses, **given, stiffness=stiffness, **options, **others)
 
 
 def _flat(given: tuple[tuple[float, ...], ...]) -> tuple[float, ...]:

@@ -24,12 +24,12 @@ from .system import Excitation
 Quantity = Literal["transmissibility", "amplitude"]
 
 # Okabe and Ito, distinguishable with any colour vision and on white.
-_COLORS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
+COLORS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
 # Dots are for what is unstable.
-_STYLES: tuple[str | tuple[int, tuple[float, ...]], ...] = ("-", (0, (7.0, 2.0)), (0, (7.0, 2.0, 2.0, 2.0)))
-_UNSTABLE = (0, (1.0, 1.6))
+STYLES: tuple[str | tuple[int, tuple[float, ...]], ...] = ("-", (0, (7.0, 2.0)), (0, (7.0, 2.0, 2.0, 2.0)))
+UNSTABLE = (0, (1.0, 1.6))
 _FACTORS: Mapping[Quantity, float] = {"transmissibility": 1.0, "amplitude": 1e3}  # to the unit of the axis
-_LEGEND_COLUMNS = 4
+LEGEND_COLUMNS = 4
 HANDLE_LENGTH = 3.6  # of a legend, so that its dashes can be distinguished
 # A superharmonic peak: its prominence in ln(amplitude), and how near its multiple lies to the natural frequency.
 _PROMINENT = 0.02
@@ -51,7 +51,7 @@ def curves_of(models: Mapping[str, Sequence[FrequencyResponse]]) -> list[Curve]:
     """Curves of each model by its label: colours tell levels apart, or models where there are several."""
     if len(models) == 1:
         ((_, responses),) = models.items()
-        return [_curve(response, response.level_text, k, k // len(_COLORS)) for k, response in enumerate(responses)]
+        return [_curve(response, response.level_text, k, k // len(COLORS)) for k, response in enumerate(responses)]
     return [
         _curve(response, f"{label}, {response.level_text}", k, level)
         for k, (label, responses) in enumerate(models.items())
@@ -60,7 +60,7 @@ def curves_of(models: Mapping[str, Sequence[FrequencyResponse]]) -> list[Curve]:
 
 
 def _curve(response: FrequencyResponse, label: str, color: int, style: int) -> Curve:
-    return Curve(response, label, _COLORS[color % len(_COLORS)], _STYLES[style % len(_STYLES)])
+    return Curve(response, label, COLORS[color % len(COLORS)], STYLES[style % len(STYLES)])
 
 
 def draw(axes: Axes, curves: Sequence[Curve], quantity: Quantity) -> None:
@@ -94,7 +94,7 @@ def fill(figure: Figure, models: Mapping[str, Sequence[FrequencyResponse]], titl
         heading += "; unstable where dotted"
     if orders := _mark_superharmonics(bottom, curves):
         heading += f"\nsuperharmonic peaks at {', '.join(f'1/{order}' for order in orders)} of the natural frequency"
-    columns = min(len(models) if len(models) > 1 else len(curves), _LEGEND_COLUMNS)
+    columns = min(len(models) if len(models) > 1 else len(curves), LEGEND_COLUMNS)
     legend = figure.legend(handles, labels, loc="outside lower center", ncols=columns, title=heading, fontsize=9,
                            title_fontsize=9, frameon=False, handlelength=HANDLE_LENGTH)  # fmt: skip
     legend.get_title().set_multialignment("center")
@@ -108,7 +108,7 @@ def _draw_curve(axes: Axes, curve: Curve, quantity: Quantity) -> None:
     axes.plot(frequency, np.where(unstable, np.nan, values), color=curve.color, ls=curve.style, lw=1.5,
               label=curve.label)  # fmt: skip
     if unstable.any():
-        axes.plot(frequency, np.where(dotted, values, np.nan), color=curve.color, lw=1.3, ls=_UNSTABLE)
+        axes.plot(frequency, np.where(dotted, values, np.nan), color=curve.color, lw=1.3, ls=UNSTABLE)
 
 
 def decimal_ticks(axis: Axis, low: float, high: float) -> None:

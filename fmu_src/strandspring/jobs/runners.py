@@ -27,6 +27,7 @@ from threadpoolctl import threadpool_limits
 
 from ..endings import held_endings, kept_endings, leave_interrupts_to_parent
 from ..errors import StrandspringError
+from .threads import usable_cores
 
 _MOST_WORKERS = 61  # Windows waits for no more processes
 _FEWEST_BATCHES = 64  # with fewer, workers wait for each other at the end
@@ -261,7 +262,7 @@ class Local:
     @contextmanager
     def pool(self, batches: int, apart: bool = False) -> Iterator[Pool]:
         """See `Runner`."""
-        workers = min(self.workers or _usable_cores(), batches, _MOST_WORKERS)
+        workers = min(self.workers or usable_cores(), batches, _MOST_WORKERS)
         if workers <= 1 and not apart:
             with threadpool_limits(limits=1):
                 yield Pool(_InlineExecutor(), 1)
@@ -281,12 +282,6 @@ class Local:
             executor.shutdown(cancel_futures=True)
             lifeline.close()
             listening.close()
-
-
-def _usable_cores() -> int:
-    if hasattr(os, "sched_getaffinity"):
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1
 
 
 def _start_worker(listening: Connection) -> None:

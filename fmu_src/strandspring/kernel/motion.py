@@ -19,7 +19,7 @@ from .path import Law
 # Numbers of each structure of motion.h.
 BODY, MOUNT, AXIS, POINT, CHANNEL = 42, 10, 10, 4, 8
 _BODY_STATE, _REACH, _AXIS_STATE, _STATE = 31, 12, 13, 22
-_SYSTEM, _RECORD = 10, 10
+_SYSTEM, _RECORD = 10, 11
 OF_POINT, OF_AXIS, OF_BODY, ENERGIES = 18, 10, 2, 9
 
 
@@ -148,7 +148,8 @@ class MotionSolver:
         record = np.zeros(_RECORD, dtype=np.uint64)
         record[:4] = [*map(address, figures), address(energies)]
         record[4 : 4 + len(courses)] = [address(course) for course in courses]
-        record[8:] = stride, settled
+        workspace = np.empty(library().motion_workspace(self.bodies, self.axes, self.points))
+        record[8:] = address(workspace), stride, settled
         steps = library().motion_run(address(system), state.address, count, step, address(values), address(record))
         of_points, of_axes, of_bodies = figures
         kept = [course[: steps // stride + 1] for course in courses]

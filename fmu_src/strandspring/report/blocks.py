@@ -120,6 +120,7 @@ class Content:
     sections : tuple of Section
     records : dict            Names of the records in the figures by their places, to choose from.
     footer : str
+    noun : str                What a record is called where one is chosen.
     """
 
     title: str
@@ -127,6 +128,7 @@ class Content:
     sections: tuple[Section, ...]
     records: dict[int, str]
     footer: str
+    noun: str = "Record"
 
     @property
     def figures(self) -> tuple[Figure, ...]:

@@ -13,6 +13,7 @@ from .chart import Axis, Chart, Figure, Form, HeatMap, Role, Trace
 
 Json = dict[str, Any]
 
+_MOST_DECADES = 3.0  # of an axis with ticks between powers of ten
 _SINGLE = 1e-5  # rounding of single precision that does not show, share of the range
 _LINES: dict[Form, tuple[str, Json]] = {
     Form.LINE: ("lines", {"width": 1.5}),
@@ -45,6 +46,8 @@ def _axis(axis: Axis, chart: Chart) -> Json:
     if axis.log:
         # A format makes plotly.js write 2 and 0.5, not small digits between powers.
         form |= {"type": "log", "tickformat": "~g", "dtick": "D2", "minor": {"dtick": "D1", "showgrid": True}}
+        if _decades(chart, axis) > _MOST_DECADES:
+            form["dtick"] = 1
     if axis.whole:
         last = max(float(trace.x.max()) for trace in chart.traces)
         form |= {"tick0": 1, "dtick": max(1, math.ceil(last / 8.0))}
@@ -55,6 +58,13 @@ def _axis(axis: Axis, chart: Chart) -> Json:
         if low == 0.0:
             form["rangemode"] = "tozero"
     return form
+
+
+def _decades(chart: Chart, axis: Axis) -> float:
+    """Powers of ten that the traces span along a logarithmic axis."""
+    values = np.concatenate([trace.x if axis is chart.x else trace.y for trace in chart.traces])
+    shown = values[np.isfinite(values) & (values > 0.0)]
+    return math.log10(float(shown.max()) / float(shown.min())) if shown.size else 0.0
 
 
 def _trace(trace: Trace, chart: Chart) -> Json:

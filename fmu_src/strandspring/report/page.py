@@ -107,7 +107,11 @@ def write_page(
     environment.filters["bound"] = bound
     scripts = [_plotly(), _asset("figures.js")] if content.figures else []
     scripts += [_asset(script)] if script else []
-    figures = {"records": content.records, "figures": [figure_json(figure) for figure in content.figures]}
+    figures = {
+        "noun": content.noun,
+        "records": content.records,
+        "figures": [figure_json(figure) for figure in content.figures],
+    }
     page = environment.get_template(template).render(
         content=content,
         light=LIGHT,

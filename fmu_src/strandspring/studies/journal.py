@@ -2,20 +2,31 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
-from dataclasses import asdict, fields
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol, TypeVar
 
 from .._version import __version__
 from ..jobs.rowlog import RowLog
 from ..jobs.runners import JobError
-from .definition import RunRow, Study
 
 _FORMAT = "strandspring-study"
 _FORMAT_VERSION = 4
 _LONGEST_VALUE = 60  # characters of a value in a sentence
+_DIGEST = "_sha256"
+
+
+class NumberedRow(Protocol):
+    """A row that knows its run."""
+
+    @property
+    def run(self) -> int:
+        """From 0 in the study."""
+        ...
+
+
+Row = TypeVar("Row", bound=NumberedRow)
 
 
 def journal_path(results: Path) -> Path:
@@ -23,24 +34,26 @@ def journal_path(results: Path) -> Path:
     return results.parent / f"{results.name}.part.jsonl"
 
 
-class Journal(RowLog[RunRow]):
+class Journal(RowLog[Row]):
     """Finished runs of one study on disk.
 
     Parameters
     ----------
-    results : Path   Where the results are to be written; the journal lies beside it.
-    study : Study
+    results : Path     Where the results are to be written; the journal lies beside it.
+    row_type : type    See `RowLog`.
+    runs : int         Number of runs of the study.
+    manifest : dict    See `manifest_of`.
 
     Raises
     ------
-    JobError         See `RowLog`.
+    JobError           See `RowLog`.
     """
 
-    def __init__(self, results: Path, study: Study) -> None:
-        self._runs = len(study)
-        super().__init__(journal_path(results), RunRow, self._runs, _manifest(study), indexed=True)
+    def __init__(self, results: Path, row_type: type[Row], runs: int, manifest: dict[str, Any]) -> None:
+        self._runs = runs
+        super().__init__(journal_path(results), row_type, runs, manifest, indexed=True)
 
-    def place(self, row: RunRow) -> int:
+    def place(self, row: Row) -> int:
         """See `RowLog`."""
         if not 0 <= row.run < self._runs:
             raise LookupError
@@ -60,7 +73,11 @@ class Journal(RowLog[RunRow]):
             for name, value in wanted.items()
             if flat.get(name) != value
         ]
-        differences += ["another model"] if found.get("model_sha256") != expected["model_sha256"] else []
+        differences += [
+            f"another {name.removesuffix(_DIGEST)}"
+            for name, digest in expected.items()
+            if name.endswith(_DIGEST) and found.get(name) != digest
+        ]
         raise JobError(
             f"{self.name} is the journal of another study ({', '.join(differences)}); finish that one with its own "
             "options, or remove the file to start again."
@@ -72,18 +89,19 @@ def _brief(value: object) -> str:
     return text if len(text) <= _LONGEST_VALUE else f"{text[:_LONGEST_VALUE]}..."
 
 
-def _manifest(study: Study) -> dict[str, Any]:
-    """What identifies a study: everything that determines the numbers, and nothing else."""
-    options = {
-        field.name: getattr(study, field.name)
-        for field in fields(study)
-        if field.name not in ("spring", "spread", "excitation")
-    }
-    model = {"spring": study.spring.as_dict(), "spread": None if study.spread is None else asdict(study.spread)}
+def manifest_of(subject: str, sha256: str, options: Mapping[str, Any]) -> dict[str, Any]:
+    """What identifies a study: everything that determines the numbers, and nothing else.
+
+    Parameters
+    ----------
+    subject : str       What is studied, such as "model".
+    sha256 : str        Of its content.
+    options : mapping   As JSON can hold them.
+    """
     return {
         "format": _FORMAT,
         "format_version": _FORMAT_VERSION,
         "version": __version__,
-        "model_sha256": hashlib.sha256(json.dumps(model).encode("utf-8")).hexdigest(),
-        "options": {"excitation": study.excitation.value, **options},
+        f"{subject}{_DIGEST}": sha256,
+        "options": options,
     }

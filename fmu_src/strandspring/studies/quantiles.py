@@ -18,7 +18,7 @@ from .definition import DONE, GridPoint, RunRow, Study
 FIGURES = (
     "rest", "sag", "frequency", "transmissibility", "amplitude", "stiffness", "loss_factor", "isolation_frequency",
 )  # fmt: skip
-_SHARES = (0.05, 0.5, 0.95)
+SHARES = (0.05, 0.5, 0.95)
 _NUMBER = re.compile(r"-?\d+(\.\d+)?(e[+-]?\d+)?")
 _BLOCK = 1 << 16  # runs that are summed up at a time, unless a grid point has more
 _MOST_WORDINGS = 10_000  # reasons that are kept with their numbers
@@ -76,11 +76,11 @@ class Summaries(Sequence[GridPointSummary]):
 
     def __init__(self, study: Study, rows: Rows) -> None:
         self._study = study
-        self._reasons = _Reasons()
+        self._reasons = Reasons()
         self._draws = max(study.draws, 1)
         size = study.grid_size
         # The quantiles of one run are all the same.
-        self._quantiles = np.empty((size, len(FIGURES), 1 if self._draws == 1 else len(_SHARES)))
+        self._quantiles = np.empty((size, len(FIGURES), 1 if self._draws == 1 else len(SHARES)))
         self._counts = np.empty((size, 3), np.int32)  # refused, at an end, extrapolating
         width = max(1, _BLOCK // self._draws)
         for first in range(0, size, width):
@@ -101,7 +101,7 @@ class Summaries(Sequence[GridPointSummary]):
                     reasons.setdefault(index, []).append(row.outcome)
         self._counts[indices.start : indices.stop] = counts
         self._quantiles[indices.start : indices.stop] = (
-            figures[0, :, :, None] if self._draws == 1 else _quantiles(figures)
+            figures[0, :, :, None] if self._draws == 1 else quantiles(figures)
         )
         for index, sentences in reasons.items():
             self._reasons.add(index, sentences)
@@ -129,7 +129,7 @@ class Summaries(Sequence[GridPointSummary]):
             at_end=at_end,
             extrapolating=extrapolating,
             figures={
-                name: None if np.isnan(values[0]) else Quantiles(*np.broadcast_to(values, len(_SHARES)).tolist())
+                name: None if np.isnan(values[0]) else Quantiles(*np.broadcast_to(values, len(SHARES)).tolist())
                 for name, values in zip(FIGURES, self._quantiles[index], strict=True)
             },
         )
@@ -143,7 +143,7 @@ class Summaries(Sequence[GridPointSummary]):
         return int(self._counts[:, 0].sum())
 
 
-class _Reasons:
+class Reasons:
     """The most frequent reasons at grid points."""
 
     def __init__(self) -> None:
@@ -165,7 +165,7 @@ class _Reasons:
         self.most_frequent[index] = self._texts.setdefault(text, text)
 
 
-def _quantiles(figures: FloatArray) -> FloatArray:
+def quantiles(figures: FloatArray) -> FloatArray:
     """Quantiles over the first axis, linear between the sorted values, shape (P, figures, 3).
 
     Parameters
@@ -174,8 +174,8 @@ def _quantiles(figures: FloatArray) -> FloatArray:
     """
     figures.sort(axis=0)  # NaN last
     last = np.maximum(np.sum(np.isfinite(figures), axis=0) - 1, 0)
-    result = np.empty((*figures.shape[1:], len(_SHARES)))
-    for k, share in enumerate(_SHARES):
+    result = np.empty((*figures.shape[1:], len(SHARES)))
+    for k, share in enumerate(SHARES):
         position = share * last
         below: NDArray[np.intp] = np.floor(position).astype(np.intp)
         low = np.take_along_axis(figures, below[None], axis=0)[0]

@@ -1,19 +1,20 @@
-"""Run a study, or what is left of it."""
+"""Run a study of one mass."""
 
 from __future__ import annotations
 
+import hashlib
+import json
 from collections.abc import Callable
-from contextlib import closing
-from dataclasses import fields
+from dataclasses import asdict, fields
 from operator import attrgetter
 from pathlib import Path
+from typing import Any
 
-from ..errors import StrandspringError
-from ..files import refuse_unwritable, write_csv
 from ..isolation.system import IsolationError
-from ..jobs.runners import Runner, finished_rows
+from ..jobs.runners import Runner
 from .definition import RunRow, Study
-from .journal import Journal
+from .execution import run_all
+from .journal import manifest_of
 from .quantiles import Summaries
 
 _LARGEST_BATCH = 32  # runs; the parent needs some 25 us for a run, of batches of 8 twice as much
@@ -35,19 +36,7 @@ def run_study(
     progress: Callable[[int], None] = lambda _: None,
     notify: Callable[[str], None] = lambda _: None,
 ) -> Summaries:
-    """Execute the runs that are not yet in the journal beside the results, write the results and remove the journal.
-
-    Parameters
-    ----------
-    study : Study
-    results : Path           CSV file.
-    runner : Runner
-    progress : callable      Called with the number of finished runs; first with that of earlier times.
-    notify : callable        Called with a sentence while no run finishes.
-
-    Returns
-    -------
-    Summaries
+    """Execute what is left of a study and write its results; arguments as for `run_all`.
 
     Raises
     ------
@@ -55,31 +44,20 @@ def run_study(
                              kept.
     StrandspringError        If the journal cannot be removed; the results are written.
     """
-    try:
-        refuse_unwritable(results)
-        journal = Journal(results, study)
-    except StrandspringError as problem:
-        raise IsolationError(str(problem)) from None
-    is_complete = False
-    try:
-        if journal.dropped:
-            notify(f"{journal.name}: {journal.dropped_sentence}; their runs are executed again.")
-        progress(journal.finished)
-        with closing(finished_rows(study, journal.missing(), _LARGEST_BATCH, runner, notify)) as batches:
-            for rows in batches:
-                journal.add(rows)
-                progress(journal.finished)
-        summaries = Summaries(study, journal)
-        header = [heading.format(study.excitation.unit) for heading in _HEADINGS]
-        write_csv(results, header, (_cells(journal[run]) for run in range(len(study))))
-        is_complete = True
-    except StrandspringError as problem:
-        if not journal.finished:
-            raise IsolationError(str(problem)) from None
-        raise IsolationError(
-            f"{str(problem).rstrip('.')}; {journal.finished} of {len(study)} runs are kept in {journal.name}, and the "
-            "same command continues from there."
-        ) from None
-    finally:
-        journal.close(is_complete)
-    return summaries
+    header = [heading.format(study.excitation.unit) for heading in _HEADINGS]
+    return run_all(
+        study, RunRow, manifest(study), results, header, _cells, lambda rows: Summaries(study, rows), runner,
+        IsolationError, _LARGEST_BATCH, progress, notify,
+    )  # fmt: skip
+
+
+def manifest(study: Study) -> dict[str, Any]:
+    """What makes a journal that of this study."""
+    options = {
+        field.name: getattr(study, field.name)
+        for field in fields(study)
+        if field.name not in ("spring", "spread", "excitation")
+    }
+    model = {"spring": study.spring.as_dict(), "spread": None if study.spread is None else asdict(study.spread)}
+    sha256 = hashlib.sha256(json.dumps(model).encode("utf-8")).hexdigest()
+    return manifest_of("model", sha256, {"excitation": study.excitation.value, **options})

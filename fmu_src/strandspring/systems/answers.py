@@ -7,9 +7,7 @@ squares, but not in its sway, which is counted from rest: so it is run from all 
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 import numpy as np
@@ -26,7 +24,7 @@ from .range_use import RangeUse
 from .rest import SHARES
 from .simulation import CaseResult, CaseRun, RunFigures, simulate_case
 from .static_answer import StaticAnswer, static_answer
-from .verdicts import Figure, Quantity, Verdict, judged
+from .verdicts import CaseSpread, Figure, Quantity, Verdict, judged
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,11 +37,13 @@ class CaseAnswer:
     system : MountedSystem
     case : LoadCase
     verdict : Verdict
-    figures : tuple of Figure       Of each point, body and axis of a mount.
+    figures : tuple of Figure       Acceleration and sway of each point, tilt of each body, stroke and force of each
+                                    axis, and root mean squares where it settles.
     runs : tuple of CaseRun         From each static equilibrium; empty if it was refused.
     uses : tuple of RangeUse        Of each run.
     courses : Courses or None       None unless they were asked for.
     cautions : tuple of Caution
+    spread : CaseSpread or None     None if nothing was drawn.
     refusal : str                   Why it could not be simulated; empty if it was.
     """
 
@@ -56,6 +56,7 @@ class CaseAnswer:
     uses: tuple[RangeUse, ...] = ()
     courses: Courses | None = None
     cautions: tuple[Caution, ...] = ()
+    spread: CaseSpread | None = None
     refusal: str = ""
 
     def of(self, quantity: Quantity) -> tuple[Figure, ...]:
@@ -142,18 +143,6 @@ def answer_case(
         courses=drawn,
         cautions=(*case_cautions(system, case, found.runs, uses, limits.tilt), *(drawn.cautions if drawn else ())),
     )
-
-
-def answer_all(tasks: Sequence[Callable[[], CaseAnswer]], workers: int | None = None) -> Iterator[CaseAnswer]:
-    """The answers of tasks in their order, worked out in threads; the kernel releases the interpreter's lock."""
-    count = min(workers or os.cpu_count() or 1, max(1, len(tasks)))
-    with ThreadPoolExecutor(count) as pool:
-        futures = [pool.submit(task) for task in tasks]
-        try:
-            for future in futures:
-                yield future.result()
-        finally:
-            pool.shutdown(wait=True, cancel_futures=True)
 
 
 def governing(found: CaseResult) -> CaseRun:

@@ -15,6 +15,7 @@ from ..core.parameters import SpringParameters
 from ..kernel.arrays import FloatArray
 from ..kernel.path import PathSolver
 from ..loops.modelled import steady_loop_figures
+from .axis_names import axis_names
 from .mounted import MountedSystem, MountedSystemError, Stops
 
 ComplexArray = NDArray[np.complex128]
@@ -32,18 +33,14 @@ class AxisLaws:
 
     Attributes
     ----------
-    names : list of str                               What messages call the axes.
+    names : tuple of str                              What messages call the axes.
     parallel, series, nominal : ndarray, shape (M,)   As in `MountAxis`.
     low, high : ndarray, shape (M,)                   Ends of the springs' identified ranges [m].
     """
 
     def __init__(self, system: MountedSystem) -> None:
         axes = [axis for _, axis in system.axes()]
-        self.names = [
-            f"axis {number} of mount {mount.name}"
-            for mount in system.mounts
-            for number in range(1, len(mount.axes) + 1)
-        ]
+        self.names = axis_names(system)
         self.parallel, self.series, self.nominal = np.array([(a.parallel, a.series, a.nominal) for a in axes]).T
         self.low, self.high = np.array([(a.spring.displacement_min, a.spring.displacement_max) for a in axes]).T
         stops = [axis.stops or _NO_STOPS for axis in axes]

@@ -9,25 +9,26 @@ _PARALLEL = 1.0 - 1e-9
 
 
 def axis_names(system: MountedSystem) -> tuple[str, ...]:
-    """The name of each axis: that of its mount, with its direction where the mount has several."""
+    """The name of each axis: that of its mount, where it has several with the direction or the number of the axis."""
     return tuple(
-        mount.name if len(mount.axes) == 1 else f"{mount.name} {direction_name(axis.direction)}"
-        for mount, axis in system.axes()
+        mount.name if len(mount.axes) == 1 else f"{mount.name} {direction_name(axis.direction) or f'axis {number}'}"
+        for mount in system.mounts
+        for number, axis in enumerate(mount.axes, start=1)
     )
 
 
 def direction_name(direction: Vector) -> str:
-    """A direction as "x" or "-z" where it is one of these, else its components.
+    """A direction as "x" or "-z" where it is one of these, else "".
 
     Examples
     --------
     >>> direction_name((0.0, 0.0, -1.0)), direction_name((0.6, 0.8, 0.0))
-    ('-z', '(0.6, 0.8, 0)')
+    ('-z', '')
     """
     for letter, component in zip(_LETTERS, direction, strict=True):
         if abs(component) > _PARALLEL:
             return letter if component > 0.0 else f"-{letter}"
-    return f"({', '.join(f'{component + 0.0:.2g}' for component in direction)})"
+    return ""
 
 
 def axes_by_mount(system: MountedSystem) -> list[tuple[Mount, list[tuple[int, MountAxis]]]]:

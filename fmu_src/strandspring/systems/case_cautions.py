@@ -33,6 +33,7 @@ class CautionKind(Enum):
     SPEED = "speed"
     SPECTRUM = "spectrum"
     SETTLING = "settling"
+    FALL = "fall"
 
 
 @dataclass(frozen=True)
@@ -125,6 +126,7 @@ def case_cautions(
         *_tilted(system, runs, tilt_limit),
         *_fast(system, runs),
         *_diluted(case),
+        *_fallen(case),
     )
 
 
@@ -216,6 +218,15 @@ def _diluted(case: LoadCase) -> Iterator[Caution]:
             after,
             f"Root mean squares are taken up to {case.duration:.4g} s, though the load ends at {case.load_end:.4g} "
             "s, so that they are lower than those of the vibration; leave `simulate` out.",
+        )
+
+
+def _fallen(case: LoadCase) -> Iterator[Caution]:
+    if case.weightless:
+        yield Caution(
+            CautionKind.FALL,
+            math.hypot(*case.velocity),
+            "Sway, tilt and stroke are counted from the pose without weight, in which the fall ends.",
         )
 
 

@@ -23,7 +23,8 @@ from .spectra import PowerSpectrum, power_spectrum
 SRS_DAMPING, SRS_PER_OCTAVE, SRS_LOWEST, SRS_HIGHEST = 0.05, 12, 1.0, 2000.0
 _SAMPLES_PER_PERIOD = 10.0  # at the upper end of a shock response spectrum
 _SEGMENTS = 16.0  # of the history of a power spectrum, before they overlap
-_MOST_ROWS, _MOST_NUMBERS = 400_000, 20_000_000  # of histories
+_MOST_ROWS, _MOST_NUMBERS = 400_000, 10_000_000  # of histories
+_ROUNDING = 1e-9  # of a number of steps
 SHOCKS, VIBRATIONS = ("pulse", "drop", "record", "force"), ("random",)
 
 
@@ -55,6 +56,12 @@ class Courses:
     base_power: tuple[PowerSpectrum, ...] = ()
     cautions: tuple[Caution, ...] = ()
 
+    @property
+    def size(self) -> int:
+        """How many numbers its histories hold."""
+        of = self.histories
+        return of.acceleration.size + of.sway.size + of.displacement.size + of.force.size
+
 
 def courses(system: MountedSystem, case: LoadCase, run: CaseRun) -> Courses:
     """Run a load case once more for its histories, and take its spectra.
@@ -67,13 +74,16 @@ def courses(system: MountedSystem, case: LoadCase, run: CaseRun) -> Courses:
     """
     numbers = 6 * len(system.points) + 2 * sum(1 for _ in system.axes())
     most = max(2, min(_MOST_ROWS, _MOST_NUMBERS // max(1, numbers)))
-    wanted = 1.0 / (_SAMPLES_PER_PERIOD * SRS_HIGHEST) if case.kind in SHOCKS else run.step
-    count = max(math.ceil(case.duration / run.step * (1.0 - 1e-9)), min(math.ceil(case.duration / wanted), most))
-    step, stride = case.duration / count, math.ceil(count / most)
+    step, rows = run.step, math.ceil(case.duration / run.step)
+    if case.kind in SHOCKS:
+        # As many steps for one as the spectrum asks for and the rows allow.
+        finer = min(math.ceil(step * _SAMPLES_PER_PERIOD * SRS_HIGHEST * (1.0 - _ROUNDING)), most // rows)
+        step /= max(1, finer)
+    count = math.ceil(case.duration / step * (1.0 - _ROUNDING))
     found = run_once(system, solver(system), case, run.start, step, count, histories=True, rows=most)
     assert found.accelerations is not None and found.sway is not None  # noqa: S101, PT018 - histories were asked for
     assert found.displacements is not None and found.forces is not None  # noqa: S101, PT018
-    interval = step * stride
+    interval = step * math.ceil(count / most)
     time = floats(interval * np.arange(len(found.displacements)))
     histories = Histories(time, found.accelerations, found.sway, found.displacements, found.forces)
     base = _base_acceleration(case, interval, time.size)

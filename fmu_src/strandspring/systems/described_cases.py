@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import singledispatchmethod
 from pathlib import Path
@@ -25,21 +25,15 @@ from .case_tables import (
     RecordCase,
     SineCase,
     SweepCase,
-    SweepTable,
 )
+from .described_signals import pulse_of, sweep_amplitude
 from .described_system import body_number
-from .level_table import LevelTable, displacement_limited
+from .level_table import LevelTable
 from .loads import Channel, ChannelKind, LoadCase, Signal
 from .mounted import STANDARD_GRAVITY, MountedSystemError, RigidBody, Vector
+from .named_files import NamedFiles
 from .pulses import (
-    HalfSine,
-    InitialSawtooth,
-    Rectangle,
     TabulatedPulse,
-    TerminalSawtooth,
-    Trapezoid,
-    Triangle,
-    VelocityStep,
 )
 from .random_signal import RandomVibration
 from .record_columns import RecordColumn, read_columns, read_timed_columns
@@ -49,14 +43,6 @@ from .system_tables import MOST_CASES
 from .table_refusals import located
 from .table_types import Direction
 
-_SHAPES: dict[str, Callable[[float, float], Signal]] = {
-    "half-sine": HalfSine,
-    "terminal-sawtooth": TerminalSawtooth,
-    "initial-sawtooth": InitialSawtooth,
-    "rectangle": Rectangle,
-    "triangle": Triangle,
-}
-_DEFAULT_RAMP = 0.1  # rise and fall of a trapezoid, shares of its duration
 _HELD = 1e-9
 _AXES: dict[str, Vector] = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 
@@ -70,13 +56,13 @@ class Surroundings:
     bodies : tuple of RigidBody
     gravity : Vector
     afterwards : float                How long motion is simulated after a load has ended [s].
-    found : callable                  Path of a file by its text in the tables.
+    files : NamedFiles                Those that the tables name.
     """
 
     bodies: tuple[RigidBody, ...]
     gravity: Vector
     afterwards: float
-    found: Callable[[str], Path]
+    files: NamedFiles
 
 
 def load_cases(tables: Sequence[CaseTable], surroundings: Surroundings) -> tuple[LoadCase, ...]:
@@ -125,17 +111,20 @@ class _Builder:
 
     @build.register
     def _(self, table: PulseCase) -> list[LoadCase]:
-        signal, text = _pulse(table, table.peak, table.velocity, "velocity", STANDARD_GRAVITY, "g")
+        signal, text = pulse_of(table, table.peak, table.velocity, "velocity", STANDARD_GRAVITY, "g")
         return self._directed(table, _Vibration("pulse", signal, table.duration or 0.0, text))
 
     @build.register
     def _(self, table: SineCase) -> list[LoadCase]:
         sine = table.sine
         with located("sine"):
-            if (sine.amplitude is None) == (sine.displacement is None):
-                raise MountedSystemError("must have either `amplitude` or `displacement`; give one of them.")
             rate = 2.0 * math.pi * sine.frequency
-            amplitude = rate * rate * sine.displacement if sine.amplitude is None else sine.amplitude  # type: ignore[operator]
+            if sine.amplitude is not None and sine.displacement is None:
+                amplitude = sine.amplitude
+            elif sine.displacement is not None and sine.amplitude is None:
+                amplitude = rate * rate * sine.displacement
+            else:
+                raise MountedSystemError("must have either `amplitude` or `displacement`; give one of them.")
             signal = SineDwell(amplitude, sine.frequency, sine.duration, sine.soft_start)
         text = f"sine of {_in_g(amplitude)} at {sine.frequency:.6g} Hz for {sine.duration:.4g} s"
         settling = 0.5 * sine.duration if table.settling is None else table.settling
@@ -146,7 +135,7 @@ class _Builder:
         sweep = table.sweep
         rate, is_logarithmic = sweep.rate
         with located("sweep"):
-            amplitude = _sweep_amplitude(sweep)
+            amplitude = sweep_amplitude(sweep)
             if is_logarithmic:
                 signal = SineSweep.at_octaves_per_minute(sweep.first, sweep.last, 60.0 * rate, amplitude)
             else:
@@ -171,11 +160,14 @@ class _Builder:
     def _(self, table: DropCase) -> list[LoadCase]:
         drop, gravity = table.drop, math.hypot(*self.around.gravity)
         with located("drop"):
-            if (drop.height is None) == (drop.velocity is None):
+            if drop.velocity is not None and drop.height is None:
+                speed = drop.velocity
+            elif drop.height is None or drop.velocity is not None:
                 raise MountedSystemError("must have either `height` or `velocity`; give one of them.")
-            if drop.height is not None and gravity == 0.0:
+            elif gravity == 0.0:
                 raise MountedSystemError("`height` gives no velocity without gravity; give `velocity`.")
-            speed = math.sqrt(2.0 * gravity * drop.height) if drop.velocity is None else drop.velocity  # type: ignore[operator]
+            else:
+                speed = math.sqrt(2.0 * gravity * drop.height)
         height = "" if drop.height is None else f" from {1e3 * drop.height:.6g} mm"
         cases = []
         for name, direction in self._directions(table, self._down()):
@@ -201,8 +193,8 @@ class _Builder:
         with located("record"):
             if not wanted:
                 raise MountedSystemError("`columns` must name one column or more, as in { x = 'ax', z = 3 }.")
-            path = self.around.found(record.file)
-            times, values = read_timed_columns(path, wanted, record.time, record.units.time)
+            content = self.around.files.record(record.file)
+            times, values = read_timed_columns(content, wanted, record.time, record.units.time)
             channels = []
             for name, column in values.items():
                 kind = ChannelKind.BASE_ANGULAR_VELOCITY if name[0] == "r" else ChannelKind.BASE_ACCELERATION
@@ -304,7 +296,7 @@ class _Builder:
             "frequency": RecordColumn(1, q.FREQUENCY, "Hz"),
             "density": RecordColumn(2, q.ACCELERATION_DENSITY, table.unit),
         }
-        columns = read_columns(self.around.found(table.file or ""), wanted)
+        columns = read_columns(self.around.files.record(table.file or ""), wanted)
         return tuple(zip(columns["frequency"].tolist(), columns["density"].tolist(), strict=True))
 
     def _force(self, table: ForceTableOfCase) -> tuple[Signal, float, str]:
@@ -312,65 +304,20 @@ class _Builder:
         if sum(given is not None for given in (table.pulse, table.table, table.file)) != 1:
             raise MountedSystemError("must have one of `pulse`, `table` and `file`; give one of them.")
         if table.pulse is not None:
-            signal, text = _pulse(table, table.peak, table.impulse, "impulse", 1.0, "N")
+            signal, text = pulse_of(table, table.peak, table.impulse, "impulse", 1.0, "N")
             return signal, table.duration or 0.0, text
         if table.table is not None:
             pulse = TabulatedPulse(table.table)
             return pulse, pulse.duration, f"force of up to {pulse.peak:.6g} N by a table"
-        path = self.around.found(table.file or "")
+        file = table.file or ""
         times, values = read_timed_columns(
-            path, {"force": RecordColumn(table.column, q.FORCE, table.unit)}, table.time, table.time_unit
+            self.around.files.record(file),
+            {"force": RecordColumn(table.column, q.FORCE, table.unit)},
+            table.time,
+            table.time_unit,
         )
         record = RecordedSignal(times, values["force"])
-        return record, record.duration, f"force by {path.name}"
-
-
-def _pulse(
-    table: PulseCase | ForceTableOfCase,
-    peak: float | None,
-    step: float | None,
-    step_name: str,
-    unit: float,
-    unit_name: str,
-) -> tuple[Signal, str]:
-    """A pulse of one of the classical shapes, and it in words."""
-    ramps = (table.rise, table.fall)
-    if table.pulse == "velocity-step":
-        if step is None or any(each is not None for each in (peak, table.duration, *ramps)):
-            raise MountedSystemError(
-                f"a velocity step has `{step_name}` and neither peak nor duration; correct the keys."
-            )
-        return VelocityStep(step), f"velocity step, {step_name} {step:.6g} {'N s' if step_name == 'impulse' else 'm/s'}"
-    if peak is None or table.duration is None or step is not None:
-        raise MountedSystemError(
-            f"a pulse has `peak` and `duration`, and only a velocity step has `{step_name}`; correct the keys."
-        )
-    text = f"{table.pulse} of {peak / unit:.6g} {unit_name}, {1e3 * table.duration:.6g} ms"
-    if table.pulse == "trapezoid":
-        rise, fall = (_DEFAULT_RAMP * table.duration if ramp is None else ramp for ramp in ramps)
-        return Trapezoid(peak, table.duration, rise, fall), text
-    if any(ramp is not None for ramp in ramps):
-        raise MountedSystemError("only a trapezoid has `rise` and `fall`; leave them out.")
-    signal: Signal = _SHAPES[table.pulse or ""](peak, table.duration)
-    return signal, text
-
-
-def _sweep_amplitude(table: SweepTable) -> LevelTable:
-    low, high = sorted((table.first, table.last))
-    if table.table is not None:
-        if table.amplitude is not None or table.displacement is not None:
-            raise MountedSystemError("has a `table` of amplitudes, so `amplitude` and `displacement` must be left out.")
-        return LevelTable(table.table)
-    if not low < high:
-        raise MountedSystemError(f"must go from one frequency to another, got {low:g} Hz for both; use `sine`.")
-    if table.amplitude is not None and table.displacement is not None:
-        return displacement_limited(table.displacement, table.amplitude, low, high)
-    if table.amplitude is not None:
-        return LevelTable(((low, table.amplitude), (high, table.amplitude)))
-    if table.displacement is None:
-        raise MountedSystemError("must have `amplitude`, `displacement` or both, or a `table`; give one.")
-    a, b = ((2.0 * math.pi * each) ** 2 * table.displacement for each in (low, high))
-    return LevelTable(((low, a), (high, b)))
+        return record, record.duration, f"force by {Path(file).name}"
 
 
 def _in_g(acceleration: float) -> str:

@@ -2,18 +2,12 @@
 
 from __future__ import annotations
 
-import math
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import replace
 from functools import partial
 
-import numpy as np
-from scipy.spatial.transform import Rotation
-
-from ..kernel.arrays import FloatArray
-from ..modelfile import ModelFile
 from ..records.units import quoted
+from .described_mounts import Models, rotated_axes
 from .limits import Limits
 from .mounted import (
     BASE,
@@ -26,20 +20,14 @@ from .mounted import (
     MountedSystemError,
     Point,
     RigidBody,
-    Stops,
-    Vector,
 )
-from .nominal import displacement_at
 from .system_tables import (
     AxisMotionTable,
-    AxisTable,
     BodyTable,
     InertiaTable,
     LimitsTable,
     MountTable,
-    MountTypeTable,
     PlaneTable,
-    StopsTable,
     SystemTable,
 )
 from .table_refusals import located
@@ -48,8 +36,6 @@ from .unheld import unheld_motion
 
 AS_DESCRIBED = "as described"
 _MOST_AXES_OF_ALL = 60_000  # of all candidates together
-
-Models = Mapping[str, ModelFile]
 
 
 def body_number(name: str, bodies: Iterable[RigidBody | BodyTable]) -> int:
@@ -91,7 +77,7 @@ def mounted_systems(table: SystemTable, models: Models) -> tuple[tuple[str, Moun
     _check_names(table)
     bodies = tuple(_body(k, body) for k, body in enumerate(table.body))
     points = _points(table, bodies)
-    build = partial(_axes_of, table=table, models=models, known={})
+    build = partial(rotated_axes, table=table, models=models, known={})
     if not table.candidate:
         return ((AS_DESCRIBED, _system(table, bodies, points, {}, build, "")),)
     systems, axes = [], 0
@@ -264,78 +250,3 @@ def _mounts(
         with located("mount", k):
             found.append(Mount(own, body, place or (0.0, 0.0, 0.0), axes, support))
     return found
-
-
-def _axes_of(
-    name: str,
-    turn: tuple[float, ...],
-    *,
-    table: SystemTable,
-    models: Models,
-    known: dict[tuple[str, tuple[float, ...]], tuple[MountAxis, ...]],
-) -> tuple[MountAxis, ...]:
-    """The axes of a mount type, rotated by a rotation vector [rad], () for none."""
-    if (name, turn) not in known:
-        if not turn:
-            known[name, turn] = _unrotated(name, table.mount_type[name], models)
-        else:
-            rotation = Rotation.from_rotvec(turn)
-            known[name, turn] = tuple(
-                replace(axis, direction=_vector(rotation.apply(axis.direction)))
-                for axis in _axes_of(name, (), table=table, models=models, known=known)
-            )
-    return known[name, turn]
-
-
-def _unrotated(name: str, table: MountTypeTable, models: Models) -> tuple[MountAxis, ...]:
-    axes = []
-    for k, axis in enumerate(table.axes):
-        with located("mount_type", name, "axes", k):
-            axes.append(_axis(axis, models[axis.model]))
-    directions = np.array([axis.direction for axis in axes])
-    if np.abs(directions @ directions.T - np.eye(len(axes))).max() > 1e-6:
-        raise MountedSystemError(
-            f"mount_type.{name}.axes: must be perpendicular to each other; they belong to one frame, which `rotate` "
-            "turns as a whole."
-        )
-    return tuple(axes)
-
-
-def _axis(table: AxisTable, model: ModelFile) -> MountAxis:
-    spring = model.parameters
-    if table.nominal is not None and table.preload is not None:
-        raise MountedSystemError("must have either `preload` or `nominal`, got both; leave one out.")
-    if table.nominal is not None:
-        nominal = table.nominal
-    else:
-        nominal = displacement_at(spring, table.preload or 0.0, table.preload is not None)
-    return MountAxis(
-        spring,
-        table.direction.vector,
-        nominal,
-        table.parallel,
-        table.series,
-        table.damping,
-        None if table.stops is None else _stops(table.stops, nominal),
-        table.model,
-    )
-
-
-def _stops(table: StopsTable, nominal: float) -> Stops:
-    if table.low is None and table.high is None:
-        raise MountedSystemError("`stops` must have `low` or `high`; give one, or leave the stops out.")
-    low = -math.inf if table.low is None else table.low
-    high = math.inf if table.high is None else table.high
-    if not low <= nominal <= high:
-        raise MountedSystemError(
-            f"the nominal displacement of {1e3 * nominal:.6g} mm must be between the stops, "
-            f"{1e3 * low:.6g} and {1e3 * high:.6g} mm, displacements of one spring as its model counts; correct "
-            "them."
-        )
-    return Stops(low, high, table.stiffness)
-
-
-def _vector(values: FloatArray) -> Vector:
-    length = math.hypot(*values.tolist())
-    x, y, z = (each / length for each in values.tolist())
-    return x, y, z

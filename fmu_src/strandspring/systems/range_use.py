@@ -48,7 +48,7 @@ class RangeUse:
         """Of a run."""
         laws, figures, errors = AxisLaws(system), run.figures, run.errors
         rest, lowest, highest = run.start.displacement, figures.displacement_low, figures.displacement_high
-        ups, downs = _shares(highest - rest, laws.high - rest), _shares(rest - lowest, rest - laws.low)
+        ups, downs = ways_used(laws, rest, lowest, highest)
         up_errors = _shares(errors.displacement_high, laws.high - rest)
         down_errors = _shares(errors.displacement_low, rest - laws.low)
         pressed = [laws.stops(ends) for ends in (lowest, highest)]
@@ -69,6 +69,13 @@ class RangeUse:
     def beyond(self) -> FloatArray:
         """How far each spring moved beyond its range [m]; 0 where it did not."""
         return np.maximum(np.maximum(self.highest - self.high, self.low - self.lowest), 0.0)
+
+
+def ways_used(
+    laws: AxisLaws, rest: FloatArray, lowest: FloatArray, highest: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Shares of the ways from rest to the upper and to the lower ends of the ranges that were used, each shape (A,)."""
+    return _shares(highest - rest, laws.high - rest), _shares(rest - lowest, rest - laws.low)
 
 
 def _shares(way: FloatArray, free: FloatArray) -> FloatArray:

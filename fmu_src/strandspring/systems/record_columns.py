@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 
 from ..errors import RecordError
 from ..kernel.arrays import FloatArray
 from ..records.columns import Column, asked_column, choose_unit, listed_columns, named_columns
-from ..records.content import read_content
+from ..records.content import Content
 from ..records.formats.opening import tables_of
 from ..records.tables import Table
 from .quantity_text import Quantity, QuantityError, unit_in_si
@@ -35,12 +34,12 @@ class RecordColumn:
     unit: str | None = None
 
 
-def read_columns(path: Path, wanted: Mapping[str, RecordColumn]) -> dict[str, FloatArray]:
+def read_columns(content: Content, wanted: Mapping[str, RecordColumn]) -> dict[str, FloatArray]:
     """Columns in SI units.
 
     Parameters
     ----------
-    path : Path            Of any format that records have.
+    content : Content      Of a file of any format that records have.
     wanted : mapping       The columns, by what messages call them.
 
     Returns
@@ -51,26 +50,25 @@ def read_columns(path: Path, wanted: Mapping[str, RecordColumn]) -> dict[str, Fl
     ------
     RecordError            If the file has no such columns; the message names it.
     """
-    table, columns, where = _table(path, {name: each.column for name, each in wanted.items()})
+    table, columns, where = _table(content, {name: each.column for name, each in wanted.items()})
     factors = {name: _factor(columns[name], each, where) for name, each in wanted.items()}
     return _read(table, columns, factors, where)
 
 
 def read_timed_columns(
-    path: Path, wanted: Mapping[str, RecordColumn], time: int | str | None, time_unit: str | None
+    content: Content, wanted: Mapping[str, RecordColumn], time: int | str | None, time_unit: str | None
 ) -> tuple[FloatArray, dict[str, FloatArray]]:
     """Times [s], and columns in SI units, as `read_columns`; the column of times is found by its name if None."""
     asked: dict[str, int | str | None] = {name: each.column for name, each in wanted.items()}
-    table, columns, where = _table(path, asked | {"time": time})
+    table, columns, where = _table(content, asked | {"time": time})
     factors = {name: _factor(columns[name], each, where) for name, each in wanted.items()}
     factors["time"] = choose_unit(columns["time"], "time", time_unit, where)[1]
     values = _read(table, columns, factors, where)
     return values.pop("time"), values
 
 
-def _table(path: Path, asked: Mapping[str, int | str | None]) -> tuple[Table, dict[str, Column], str]:
+def _table(content: Content, asked: Mapping[str, int | str | None]) -> tuple[Table, dict[str, Column], str]:
     """The first table that has all columns."""
-    content = read_content(path)
     refusals = []
     for table in tables_of(content):
         try:

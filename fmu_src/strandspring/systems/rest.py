@@ -15,6 +15,7 @@ from ..kernel.motion import CHANNEL, MotionSolver
 from .mounted import MountedSystem, MountedSystemError
 from .solving import nominal_pose, solver
 
+_ROUNDING = 1e-6  # of a static force, relative to the hysteretic force
 SHARES = (0.0, 1.0, -1.0)  # of full saturation of the hysteresis at rest
 
 
@@ -77,7 +78,9 @@ def rest(
     if share == 0.0:
         found = middle
     else:
-        omega = share * np.where(middle.force < 0.0, -1.0, 1.0)
+        # What rounding leaves of no force is none: its sign would differ from mount to mount.
+        friction = np.array([axis.parallel * axis.spring.kappa_omega for _, axis in system.axes()])
+        omega = share * np.where(middle.force < -_ROUNDING * friction, -1.0, 1.0)
         found = _rest(system, kernel, gravity, share, omega, middle.pose)
     _check_range(system, found)
     return found

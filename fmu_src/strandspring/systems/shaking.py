@@ -9,8 +9,11 @@ import numpy as np
 
 from ..isolation.system import Excitation
 from ..kernel.arrays import FloatArray
+from .axis_names import direction_name
 from .mounted import MountedSystemError, Vector
 from .small_motion import SmallMotion
+
+_ROUNDING = 1e-13  # of the parts of a sum
 
 
 @dataclass(frozen=True)
@@ -48,7 +51,7 @@ class Shaking:
     @property
     def name(self) -> str:
         """How people name it."""
-        along = direction_text(self.direction)
+        along = direction_name(self.direction) or "({:.2g}, {:.2g}, {:.2g})".format(*self.direction)
         if self.about is None:
             return f"{self.kind.value} along {along}"
         turning = "base rotation" if self.kind is Excitation.BASE_DISPLACEMENT else "angular base acceleration"
@@ -89,7 +92,7 @@ class Shaking:
         direction = np.array(self.direction)
         if self.kind is Excitation.FORCE:
             turned_with = motion.pose[1][self.body] @ direction
-            return turned_with @ motion.point(self.body, self.place), np.zeros(motion.along.shape[1])
+            return _projected(turned_with, motion.point(self.body, self.place)), np.zeros(motion.along.shape[1])
         steady, inertial = [], []
         for k, (body, rotation) in enumerate(zip(motion.system.bodies, motion.pose[1], strict=True)):
             turned, moment = np.zeros(3), np.zeros(3)
@@ -98,18 +101,11 @@ class Shaking:
                 moment = rotation @ np.array(body.inertia) @ rotation.T @ direction
             inertial += [body.mass * self.base_motion(motion, k, body.center), moment]
             steady += [turned, np.zeros(3)]
-        return np.concatenate(steady) @ motion.free, np.concatenate(inertial) @ motion.free
+        by_turning, by_inertia = (_projected(np.concatenate(parts), motion.free) for parts in (steady, inertial))
+        return by_turning, by_inertia
 
 
-def direction_text(direction: Vector) -> str:
-    """A direction in words: x, -y, or its components.
-
-    Examples
-    --------
-    >>> direction_text((0.0, -1.0, 0.0)), direction_text((0.6, 0.0, 0.8))
-    ('-y', '(0.6, 0, 0.8)')
-    """
-    for name, component in zip("xyz", direction, strict=True):
-        if abs(component) == 1.0:
-            return name if component > 0.0 else f"-{name}"
-    return f"({', '.join(f'{component:.4g}' for component in direction)})"
+def _projected(vector: FloatArray, free: FloatArray) -> FloatArray:
+    """A force on the bodies as one on the coordinates; what is left where its parts cancel is 0."""
+    found, parts = vector @ free, np.abs(vector) @ np.abs(free)
+    return np.where(np.abs(found) > _ROUNDING * parts, found, 0.0)

@@ -33,8 +33,8 @@ _STILL = 1e-9
 # Newton's method, as in balance.c
 _STEPS, _HALVINGS = 40, 8
 _BALANCED, _WITHIN_ROUNDING = 1e-9, 1e-7  # of the largest term
-# From one wanted frequency to the next: of the motion's norm
-_LARGEST_CHANGE, _LARGEST_SURPRISE = 0.6, 0.3
+# From one wanted frequency to the next, as there: steps at the finest; of the motion's norm; of that
+_PARTS, _LARGEST_CHANGE, _LARGEST_SURPRISE = 32, 0.6, 0.5
 
 
 class AxisRanges(NamedTuple):
@@ -208,26 +208,48 @@ class SixBalance:
         """
         found: list[tuple[FloatArray, AxisRanges]] = []
         here = self.at(z, float(np.exp(log)))
-        for after in logs.tolist():
-            size = float(np.linalg.norm(z[self.degrees :]))
-            try:
-                tangent = np.linalg.solve(here.jacobian, -float(np.exp(log)) * here.by_frequency)
-            except np.linalg.LinAlgError:
+        for target in logs.tolist():
+            reached = self._reach(log, z, here, target)
+            if reached is None:
                 break
-            guess = z + (after - log) * tangent
-            if not float(np.linalg.norm(guess - z)) <= _LARGEST_CHANGE * size:
-                break
-            solved = self._newton(guess, float(np.exp(after)))
-            if solved is None or not (
-                float(np.linalg.norm(solved[0] - z)) <= _LARGEST_CHANGE * size
-                and float(np.linalg.norm(solved[0] - guess)) <= _LARGEST_SURPRISE * size
-            ):
-                break
-            (z, here), log = solved, after
+            (z, here), log = reached, target
             found.append((z, here.summary))
             if self.reach(here.summary).max() > limits[1]:
                 break
         return found
+
+    def _reach(
+        self, log: float, z: FloatArray, here: BodiesBalance, target: float
+    ) -> tuple[FloatArray, BodiesBalance] | None:
+        """The steady motion at another ln(Omega), in several steps if need be; None unless continuous with this one."""
+        step, finest = target - log, (target - log) / _PARTS
+        while log < target:
+            after = target if log + 1.5 * step > target else log + step
+            ahead = self._step(log, z, here, after)
+            if ahead is not None:
+                (z, here), log = ahead, after
+            elif (step := 0.5 * step) < finest:
+                return None
+        return z, here
+
+    def _step(
+        self, log: float, z: FloatArray, here: BodiesBalance, after: float
+    ) -> tuple[FloatArray, BodiesBalance] | None:
+        """The steady motion at the next ln(Omega), if it is near and where it was expected."""
+        size = _LARGEST_CHANGE * float(np.linalg.norm(z[self.degrees :]))
+        try:
+            tangent = np.linalg.solve(here.jacobian, -float(np.exp(log)) * here.by_frequency)
+        except np.linalg.LinAlgError:
+            return None
+        guess = z + (after - log) * tangent
+        if not np.linalg.norm(guess - z) <= size:
+            return None
+        solved = self._newton(guess, float(np.exp(after)))
+        if solved is None or not (
+            np.linalg.norm(solved[0] - z) <= size and np.linalg.norm(solved[0] - guess) <= _LARGEST_SURPRISE * size
+        ):
+            return None
+        return solved
 
     def reach(self, ranges: AxisRanges) -> FloatArray:
         """How far springs move from the middle of their identified range, over half of it, shape (M,) [-]."""

@@ -123,7 +123,7 @@ class SystemResponse:
             gains = np.abs(self.gain[:, p])
             for k, direction in enumerate(DIRECTIONS):
                 peak = int(np.argmax(gains[:, k]))
-                if gains[peak, k] < _OF_LARGEST * gains.max():
+                if not gains[peak, k] > _OF_LARGEST * gains.max():
                     continue
                 isolates = self.gain_unit == "1" and gains[peak, k] > 1.0
                 found.append(
@@ -164,11 +164,13 @@ class SystemResponse:
 
 
 def all_points(system: MountedSystem) -> tuple[Point, ...]:
-    """The points of a system, and the centre of gravity of each body by its name."""
+    """The points of a system, after the centres of gravity that are none of them, each by the name of its body."""
     names = {point.name for point in system.points}
+    places = {(point.body, point.place) for point in system.points}
     centers = (
         Point(body.name if body.name not in names else f"{body.name}, centre of gravity", k, body.center)
         for k, body in enumerate(system.bodies)
+        if (k, body.center) not in places
     )
     return (*centers, *system.points)
 

@@ -46,21 +46,21 @@ import json
 import math
 import os
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 from pydantic import ValidationError
 
 from ..files import bundled_file, read_text, readable
-from ..modelfile import ModelFile, load_model
-from ..records.units import quoted
+from ..modelfile import ModelFile
 from ..strict_toml import parse_toml
 from .described_cases import Surroundings, load_cases
 from .described_system import limits_of, model_paths, mounted_systems
 from .limits import Limits
 from .loads import LoadCase
 from .mounted import MountedSystem, MountedSystemError
+from .named_files import FilesOfFolder, NamedFiles
 from .system_tables import FORMAT, SystemTable
 from .table_refusals import located, refusal
 from .unheld import slowest_period
@@ -101,6 +101,7 @@ class SystemFile:
     limits : Limits
     cases : tuple of LoadCase
     options : RunOptions
+    files : tuple of Path               All that were read besides it.
     models : mapping                    Content of each model file, by its path as the file has it: `MountAxis.model`.
     """
 
@@ -112,6 +113,7 @@ class SystemFile:
     cases: tuple[LoadCase, ...]
     options: RunOptions
     models: Mapping[str, ModelFile]
+    files: tuple[Path, ...] = ()
 
 
 def is_system_file(path: str | os.PathLike[str]) -> bool:
@@ -132,25 +134,34 @@ def load_system_file(path: str | os.PathLike[str]) -> SystemFile:
     ------
     MountedSystemError   If the file or one that it names is wrong; the message names file and field.
     """
-    name = readable(path)
-    text = read_text(path, _MAX_BYTES, "a description of a system (TOML)", MountedSystemError)
+    name, content, files = readable(path), read_description(path), FilesOfFolder(Path(path).parent)
     try:
-        content = parse_toml(text)
-    except ValueError as problem:
-        raise MountedSystemError(f"{name}: is not valid TOML ({problem}); correct it.") from None
-    try:
-        return system_of_content(content, Path(path).parent, name)
+        return replace(system_of_content(content, files, name), files=tuple(files.paths))
     except MountedSystemError as problem:
         raise MountedSystemError(f"{name}, {problem}") from None
 
 
-def system_of_content(content: Mapping[str, Any], folder: Path, name: str = "") -> SystemFile:
+def read_description(path: str | os.PathLike[str]) -> dict[str, Any]:
+    """The content of a SYSTEM.toml as JSON represents it, not yet checked.
+
+    Raises
+    ------
+    MountedSystemError   If the file cannot be read or is not TOML; the message names it.
+    """
+    text = read_text(path, _MAX_BYTES, "a description of a system (TOML)", MountedSystemError)
+    try:
+        return parse_toml(text)
+    except ValueError as problem:
+        raise MountedSystemError(f"{readable(path)}: is not valid TOML ({problem}); correct it.") from None
+
+
+def system_of_content(content: Mapping[str, Any], files: NamedFiles, name: str = "") -> SystemFile:
     """The system of the content of a file.
 
     Parameters
     ----------
     content : mapping     As TOML or JSON gives it.
-    folder : Path         From which files are found.
+    files : NamedFiles    Those that the content names.
     name : str            The file, made printable.
 
     Raises
@@ -161,23 +172,16 @@ def system_of_content(content: Mapping[str, Any], folder: Path, name: str = "") 
         table = SystemTable.model_validate(content)
     except ValidationError as error:
         raise MountedSystemError(refusal(error)) from None
-
-    def found(file: str) -> Path:
-        try:
-            return folder / Path(file).expanduser()
-        except RuntimeError as problem:
-            raise MountedSystemError(f"{quoted(file)} names no user's folder ({problem}); give its path.") from None
-
     paths = model_paths(table)
     if len(paths) > _MOST_MODELS:
         raise MountedSystemError(f"mount_type: must name at most {_MOST_MODELS} model files, got {len(paths)}.")
     models = {}
     for file, field in paths.items():
         with located(*field):
-            models[file] = load_model(found(file))
+            models[file] = files.model(file)
     candidates = mounted_systems(table, models)
     system = candidates[0][1]
-    surroundings = Surroundings(system.bodies, system.gravity, _afterwards(system for _, system in candidates), found)
+    surroundings = Surroundings(system.bodies, system.gravity, _afterwards(system for _, system in candidates), files)
     return SystemFile(
         path=name,
         name=table.name,

@@ -46,6 +46,15 @@ _UNITS = {
 
 
 @dataclass(frozen=True)
+class Quantiles:
+    """5, 50 and 95 % quantiles of a figure over draws of springs."""
+
+    low: float
+    median: float
+    high: float
+
+
+@dataclass(frozen=True)
 class Figure:
     """A figure of a load case: the worst of all static equilibria from which it was run.
 
@@ -57,6 +66,7 @@ class Figure:
     least : float             The smallest among the static equilibria.
     share : float             omega at rest of the worst, in the sense of each spring's static force.
     limit : float or None
+    spread : Quantiles or None   By the uncertainty of the springs; None if nothing was drawn.
     """
 
     quantity: Quantity
@@ -66,6 +76,7 @@ class Figure:
     least: float
     share: float
     limit: float | None = None
+    spread: Quantiles | None = None
 
     @property
     def margin(self) -> float | None:
@@ -81,6 +92,25 @@ class Figure:
     def is_close(self) -> bool:
         """Whether its limit lies within the numerical error."""
         return self.limit is not None and abs(self.value - self.limit) <= self.error
+
+
+@dataclass(frozen=True)
+class CaseSpread:
+    """What draws of a load case gave.
+
+    Attributes
+    ----------
+    draws, seed : int
+    refused : int              Draws that could not be simulated.
+    reason : str               Why, most often.
+    failing : float            Share of the draws, refused ones included, that exceed a limit or leave a range.
+    """
+
+    draws: int
+    seed: int
+    refused: int
+    reason: str
+    failing: float
 
 
 def judged(figures: Sequence[Figure], is_outside: bool) -> Verdict:

@@ -288,24 +288,24 @@ static void take_forces(const MotionSystem *system, MotionState *state, const do
     motion_clear_forces(system, state->body);
     for (size_t m = 0; m < system->mounts; m++) {
         const MotionMount *mount = system->mount + m;
-        size_t first = (size_t)mount->first, end = first + (size_t)mount->axes;
-        double force[3] = {0.0, 0.0, 0.0}, velocity[3];
-        int is_known = 0;
-        for (size_t a = first; a < end; a++) {
-            const MotionAxis *axis = system->axis + a;
-            MotionAxisState *own = state->axis + a;
-            own->displacement = displacements[a];
-            double displacement = axis->nominal + displacements[a] / axis->series;
+        const MotionAxis *axis = system->axis + (size_t)mount->first, *end = axis + (size_t)mount->axes;
+        MotionAxisState *own = state->axis + (size_t)mount->first;
+        const double *way = displacements + (size_t)mount->first;
+        double velocity[3] = {0.0, 0.0, 0.0}, x = 0.0, y = 0.0, z = 0.0;
+        if (state->has_dampers != 0.0)
+            velocity_between(mount, state->reach + m, state, velocity);
+        for (; axis < end; axis++, own++, way++) {
+            double displacement = axis->nominal + *way / axis->series;
+            own->displacement = *way;
             spring_commit(axis->law, &own->memory, NULL, displacement);
-            own->force = axis->parallel * spring_force(axis->law, &own->memory) + motion_stop_force(axis, displacement);
-            if (axis->damping != 0.0) {
-                if (!is_known)
-                    velocity_between(mount, state->reach + m, state, velocity);
-                is_known = 1;
-                own->force += axis->damping * dot3(own->direction, velocity);
-            }
-            add3(force, -own->force, own->direction);
+            double force = axis->parallel * spring_force(axis->law, &own->memory);
+            force += motion_stop_force(axis, displacement) + axis->damping * dot3(own->direction, velocity);
+            own->force = force;
+            x -= force * own->direction[0];
+            y -= force * own->direction[1];
+            z -= force * own->direction[2];
         }
+        const double force[3] = {x, y, z};
         motion_apply(mount, state->reach + m, force, state->body);
     }
 }

@@ -127,19 +127,23 @@ int motion_rest(
  *             of the three components of the way from the beginning, and their mean squares [SI]
  * of_axes     MOTION_OF_AXIS each: least and greatest displacement of one spring; largest |force| of the axis; least and
  *             greatest omega; energy absorbed by all springs; displacement of one spring at the beginning; largest |rate|;
- *             mean and mean square of the displacement of one spring
+ *             mean and mean square of the way of one spring from the nominal pose
  * of_bodies   MOTION_OF_BODY each: largest angle of rotation from the pose at the beginning [rad] and its time
  * energies    kinetic at the beginning and the end, absorbed by springs, damped, in stops, work of gravity, of the base, of
  *             forces; sum of the absolute values of what was exchanged
  * accelerations, sway (3 per point), displacements (of one spring), forces (of the axis) at the beginning and every
  * `stride` steps, where not NULL
+ * workspace   motion_workspace doubles
  *
  * Means are taken from step `settled` on. */
 typedef struct {
     double *of_points, *of_axes, *of_bodies, *energies;
-    double *accelerations, *sway, *displacements, *forces;
+    double *accelerations, *sway, *displacements, *forces, *workspace;
     size_t stride, settled;
 } MotionRecord;
+
+/* Doubles of workspace of a record. */
+size_t motion_workspace(size_t bodies, size_t axes, size_t points);
 
 /* `count` steps of h; values: a row of `count` for each channel. Returns the number of steps done: fewer if the motion
  * diverges. */

@@ -3,119 +3,181 @@
 #include "../../core/c/numerics.h"
 
 /* Of a point: the squares of the sizes of acceleration and way from the beginning, then the components of both. */
-enum { WATCHED = 8 };
-/* Numbers of a point and of an axis whose means are taken. */
-enum { MEANS = 9, MEANS_OF_AXIS = 2 };
+enum { OF_POINT = 8, SIZES = 2, MEANS_OF_POINT = 9 };
+/* Where of_points of a point holds the greatest of each, and the time of the first; and where the means begin. */
+static const int GREATEST_AT[OF_POINT] = {0, 5, 2, 3, 4, 6, 7, 8};
+enum { TIME_AT = 1, MEANS_OF_POINT_AT = 9, MEANS_OF_AXIS_AT = 8 };
 
-typedef struct {
-    double now[4][MOTION_AXES], low[2][MOTION_AXES], high[4][MOTION_AXES];
-    double rates[MOTION_AXES][2], forces[MOTION_AXES][2]; /* the last two values */
-} WatchedAxes;
-
-/* `time` of this and the two values before; no motion is smooth where a part of a step ends at a turn. */
+/* What is looked at after each part of a step, in arrays without gaps, whose loops the compiler turns into few instructions.
+ *
+ * accelerations, sway, start   3 of each point; the sway at the beginning
+ * values     of the three last times, the newest last: OF_POINT of each point, the square of the sine of half the tilt of each
+ *            body, |rate| of each axis, |force| of each axis
+ * greatest   of each of these, and when
+ * now        displacement of a spring of each axis, omega of each axis; the lowest and highest of each
+ * squares    now and before: what means are taken of, MEANS_OF_POINT of each point, way of each axis, its square; their sums */
 typedef struct {
     double time[3];
-    int is_sharp, was_sharp;
-    double accelerations[3 * MOTION_POINTS], sway[3 * MOTION_POINTS], start[3 * MOTION_POINTS];
-    double turn[MOTION_BODIES][4];
-    double points[MOTION_POINTS][WATCHED][2], tilts[MOTION_BODIES][2]; /* the last two values */
-    double of_points[MOTION_POINTS][MEANS], of_axes[MOTION_AXES][MEANS_OF_AXIS]; /* the last values whose means are taken */
-    WatchedAxes axes;
+    int is_sharp[3]; /* no course is smooth where a part of a step ends at a turn, or a load jumps */
+    size_t watched, means;
+    double weight;                 /* of the values last taken in the means */
+    double turn[MOTION_BODIES][4]; /* at the beginning */
+    double *accelerations, *sway, *start, *values[3], *greatest, *at, *now, *low, *high, *squares[2], *sums;
 } Watch;
 
-/* Takes a value; where the one before is the greatest of three, and so far, the vertex of the parabola through them is. */
-static inline void watch(const Watch *watched, double *before, double value, double *greatest, double *at)
+size_t motion_workspace(size_t bodies, size_t axes, size_t points)
 {
-    const double *t = watched->time;
-    double first = before[0], middle = before[1];
-    before[0] = middle;
-    before[1] = value;
-    if (value > *greatest) {
-        *greatest = value;
-        *at = t[2];
+    size_t watched = OF_POINT * points + bodies + 2 * axes, means = MEANS_OF_POINT * points + 2 * axes;
+    return 9 * points + 5 * watched + 6 * axes + 3 * means;
+}
+
+static double *taken(double **workspace, size_t count)
+{
+    double *part = *workspace;
+    memset(part, 0, count * sizeof *part);
+    *workspace += count;
+    return part;
+}
+
+/* ---- extremes ------------------------------------------------------------------------------------------------------- */
+
+/* A peak is at the vertex of the parabola through the last three values, which lies between them where the middle one is the
+ * greatest; where an outer one is and has a corner, it may. */
+static void note_greatest(Watch *watch, size_t i)
+{
+    const double *t = watch->time;
+    const int *is_sharp = watch->is_sharp;
+    double first = watch->values[0][i], middle = watch->values[1][i], last = watch->values[2][i];
+    double greatest = watch->greatest[i];
+    if (last > greatest) {
+        watch->greatest[i] = greatest = last;
+        watch->at[i] = t[2];
     }
-    if (middle < *greatest || middle <= first || middle <= value || watched->was_sharp || t[1] <= t[0])
+    int may_be_peak = first < middle ? middle > last || is_sharp[2] : is_sharp[0] && first > last;
+    if (!may_be_peak || is_sharp[1] || (first < greatest && middle < greatest && last < greatest) || t[1] <= t[0])
         return;
-    double left = (middle - first) / (t[1] - t[0]), right = (value - middle) / (t[2] - t[1]);
+    double left = (middle - first) / (t[1] - t[0]), right = (last - middle) / (t[2] - t[1]);
     double bend = (right - left) / (t[2] - t[0]), slope = left + bend * (t[1] - t[0]);
-    double way = -0.5 * slope / bend;
-    *greatest = middle + 0.5 * slope * way;
-    *at = t[1] + way;
-}
-
-static void advance_watch(Watch *watched, double time, int is_sharp)
-{
-    watched->time[0] = watched->time[1];
-    watched->time[1] = watched->time[2];
-    watched->time[2] = time;
-    watched->was_sharp = watched->is_sharp;
-    watched->is_sharp = is_sharp;
-}
-
-/* Where of_points of a point holds the greatest of each that is watched; the time of the first follows it. */
-static const int GREATEST[WATCHED] = {0, 5, 2, 3, 4, 6, 7, 8};
-enum { TIME_OF_GREATEST = 1, MEANS_OF_POINT_AT = 9, MEANS_OF_AXIS_AT = 8 };
-
-static void watch_points(
-    const MotionSystem *system, const MotionState *state, const double *loads, Watch *watched, double *of_points)
-{
-    motion_accelerations(system, state, loads, watched->accelerations);
-    motion_sway(system, state, watched->sway);
-    for (size_t p = 0; p < system->points; p++) {
-        const double *acceleration = watched->accelerations + 3 * p;
-        double way[3], at, *found = of_points + MOTION_OF_POINT * p;
-        for (int i = 0; i < 3; i++)
-            way[i] = watched->sway[3 * p + i] - watched->start[3 * p + i];
-        const double sizes[WATCHED] = {
-            dot3(acceleration, acceleration), dot3(way, way), fabs(acceleration[0]), fabs(acceleration[1]),
-            fabs(acceleration[2]), fabs(way[0]), fabs(way[1]), fabs(way[2])};
-        for (int k = 0; k < WATCHED; k++)
-            watch(watched, watched->points[p][k], sizes[k], found + GREATEST[k],
-                  k == 0 ? found + TIME_OF_GREATEST : &at);
+    double way = -0.5 * slope / bend, vertex = middle + 0.5 * slope * way;
+    if (bend < 0.0 && t[0] < t[1] + way && t[1] + way < t[2] && vertex > greatest) {
+        watch->greatest[i] = vertex;
+        watch->at[i] = t[1] + way;
     }
 }
 
-/* Of all axes, an array for each quantity, whose loops the compiler turns into few instructions. */
-static void watch_axes(const MotionSystem *system, const MotionState *state, Watch *watched)
+/* Whether any value is greater than the greatest so far, or follows one that is. */
+static int is_greatest_near(
+    size_t count, const double *restrict middle, const double *restrict last, const double *restrict greatest)
+{
+    int is_any = 0;
+    for (size_t i = 0; i < count; i++)
+        is_any |= (last[i] > greatest[i]) | ((middle[i] >= greatest[i]) & (middle[i] > last[i]));
+    return is_any;
+}
+
+static void widen(size_t count, const double *restrict now, double *restrict low, double *restrict high)
+{
+    for (size_t i = 0; i < count; i++) {
+        low[i] = now[i] < low[i] ? now[i] : low[i];
+        high[i] = now[i] > high[i] ? now[i] : high[i];
+    }
+}
+
+static void add_pairs(
+    size_t count, double weight, const double *restrict now, const double *restrict before, double *restrict sums)
+{
+    for (size_t i = 0; i < count; i++)
+        sums[i] += weight * (before[i] + now[i]);
+}
+
+/* Extremes and sums with the values last taken. This is done when the next are taken: read at once, in pairs, what has just been
+ * written one by one would have to be waited for. */
+static void settle(Watch *watch, size_t axes)
+{
+    if (watch->is_sharp[0] || watch->is_sharp[2] ||
+        is_greatest_near(watch->watched, watch->values[1], watch->values[2], watch->greatest))
+        for (size_t i = 0; i < watch->watched; i++)
+            note_greatest(watch, i);
+    widen(2 * axes, watch->now, watch->low, watch->high);
+    if (watch->weight != 0.0)
+        add_pairs(watch->means, 0.5 * watch->weight, watch->squares[0], watch->squares[1], watch->sums);
+}
+
+/* ---- after each part of a step -------------------------------------------------------------------------------------- */
+
+static void take_points(const MotionSystem *system, const MotionState *state, const double *loads, Watch *watch)
+{
+    motion_accelerations(system, state, loads, watch->accelerations);
+    motion_sway(system, state, watch->sway);
+    for (size_t p = 0; p < system->points; p++) {
+        const double *a = watch->accelerations + 3 * p;
+        double *value = watch->values[2] + OF_POINT * p, *square = watch->squares[0] + MEANS_OF_POINT * p;
+        double *way = square + 3;
+        for (int i = 0; i < 3; i++) {
+            way[i] = watch->sway[3 * p + i] - watch->start[3 * p + i];
+            square[i] = a[i] * a[i];
+            square[6 + i] = way[i] * way[i];
+            value[SIZES + i] = fabs(a[i]);
+            value[SIZES + 3 + i] = fabs(way[i]);
+        }
+        value[0] = square[0] + square[1] + square[2];
+        value[1] = square[6] + square[7] + square[8];
+    }
+}
+
+static void take_bodies(const MotionSystem *system, const MotionState *state, Watch *watch)
+{
+    double *value = watch->values[2] + OF_POINT * system->points;
+    for (size_t b = 0; b < system->bodies; b++) {
+        const double *q = state->body[b].turn, *start = watch->turn[b];
+        double back[4] = {start[0], -start[1], -start[2], -start[3]}, turn[4];
+        if (system->body[b].turns == 0.0)
+            continue;
+        quaternion_product(back, q, turn);
+        value[b] = dot3(turn + 1, turn + 1);
+    }
+}
+
+static void take_axes(const MotionSystem *system, const MotionState *state, Watch *watch)
 {
     size_t axes = system->axes;
-    WatchedAxes *of = &watched->axes;
-    double *displacement = of->now[0], *omega = of->now[1], *rate = of->now[2], *force = of->now[3];
+    double *rate = watch->values[2] + OF_POINT * system->points + system->bodies, *force = rate + axes;
+    double *displacement = watch->now, *omega = displacement + axes;
+    double *way = watch->squares[0] + MEANS_OF_POINT * system->points;
     for (size_t a = 0; a < axes; a++) {
         const MotionAxisState *own = state->axis + a;
         displacement[a] = own->memory.displacement;
         omega[a] = own->memory.omega;
         rate[a] = fabs(own->rate);
         force[a] = fabs(own->force);
-    }
-    for (size_t a = 0; a < axes; a++) {
-        of->low[0][a] = displacement[a] < of->low[0][a] ? displacement[a] : of->low[0][a];
-        of->high[0][a] = displacement[a] > of->high[0][a] ? displacement[a] : of->high[0][a];
-    }
-    for (size_t a = 0; a < axes; a++) {
-        of->low[1][a] = omega[a] < of->low[1][a] ? omega[a] : of->low[1][a];
-        of->high[1][a] = omega[a] > of->high[1][a] ? omega[a] : of->high[1][a];
-    }
-    for (size_t a = 0; a < axes; a++) {
-        double at;
-        watch(watched, of->rates[a], rate[a], of->high[2] + a, &at);
-        watch(watched, of->forces[a], force[a], of->high[3] + a, &at);
+        /* The displacement of the axis is 0 in the nominal pose. */
+        way[a] = own->displacement;
+        way[axes + a] = own->displacement * own->displacement;
     }
 }
 
-/* The square of the sine of half the angle from the beginning. */
-static void watch_bodies(
-    const MotionSystem *system, const MotionState *state, Watch *watched, double *of_bodies)
+/* Takes all values at a time; `weight` is how much of a step has passed since the last, for means. */
+static void take(
+    const MotionSystem *system, const MotionState *state, const double *loads, double time, int is_sharp, double weight,
+    Watch *watch)
 {
-    for (size_t b = 0; b < system->bodies; b++) {
-        const double *q = state->body[b].turn, *start = watched->turn[b];
-        double back[4] = {start[0], -start[1], -start[2], -start[3]}, turn[4];
-        if (system->body[b].turns == 0.0)
-            continue;
-        quaternion_product(back, q, turn);
-        double *found = of_bodies + MOTION_OF_BODY * b;
-        watch(watched, watched->tilts[b], dot3(turn + 1, turn + 1), found, found + 1);
+    settle(watch, system->axes);
+    double *oldest = watch->values[0], *before = watch->squares[0];
+    watch->values[0] = watch->values[1];
+    watch->values[1] = watch->values[2];
+    watch->values[2] = oldest;
+    watch->squares[0] = watch->squares[1];
+    watch->squares[1] = before;
+    for (int i = 0; i < 2; i++) {
+        watch->time[i] = watch->time[i + 1];
+        watch->is_sharp[i] = watch->is_sharp[i + 1];
     }
+    watch->time[2] = time;
+    watch->is_sharp[2] = is_sharp;
+    watch->weight = weight;
+    take_points(system, state, loads, watch);
+    take_bodies(system, state, watch);
+    take_axes(system, state, watch);
 }
 
 static double kinetic_energy(const MotionSystem *system, const MotionState *state)
@@ -140,13 +202,13 @@ static double stop_energy(const MotionSystem *system, const MotionState *state)
 }
 
 static void write_row(
-    const MotionSystem *system, const MotionState *state, const Watch *watched, size_t row, MotionRecord *record)
+    const MotionSystem *system, const MotionState *state, const Watch *watch, size_t row, MotionRecord *record)
 {
     size_t of_points = 3 * system->points;
     if (record->accelerations != NULL)
-        memcpy(record->accelerations + row * of_points, watched->accelerations, of_points * sizeof(double));
+        memcpy(record->accelerations + row * of_points, watch->accelerations, of_points * sizeof(double));
     if (record->sway != NULL)
-        memcpy(record->sway + row * of_points, watched->sway, of_points * sizeof(double));
+        memcpy(record->sway + row * of_points, watch->sway, of_points * sizeof(double));
     for (size_t a = 0; a < system->axes; a++) {
         if (record->displacements != NULL)
             record->displacements[row * system->axes + a] = state->axis[a].memory.displacement;
@@ -155,83 +217,71 @@ static void write_row(
     }
 }
 
-static void begin_record(const MotionSystem *system, const MotionState *state, Watch *watched, MotionRecord *record)
+static void begin(const MotionSystem *system, const MotionState *state, Watch *watch, MotionRecord *record)
 {
-    memset(record->of_points, 0, MOTION_OF_POINT * system->points * sizeof(double));
-    memset(record->of_axes, 0, MOTION_OF_AXIS * system->axes * sizeof(double));
-    memset(record->of_bodies, 0, MOTION_OF_BODY * system->bodies * sizeof(double));
-    memset(watched, 0, sizeof *watched);
-    watched->is_sharp = 1;
-    motion_sway(system, state, watched->start);
+    size_t points = system->points, axes = system->axes;
+    double *workspace = record->workspace;
+    *watch = (Watch){.is_sharp = {0, 0, 1}, .watched = OF_POINT * points + system->bodies + 2 * axes,
+                     .means = MEANS_OF_POINT * points + 2 * axes};
+    watch->accelerations = taken(&workspace, 3 * points);
+    watch->sway = taken(&workspace, 3 * points);
+    watch->start = taken(&workspace, 3 * points);
+    for (int i = 0; i < 3; i++)
+        watch->values[i] = taken(&workspace, watch->watched);
+    watch->greatest = taken(&workspace, watch->watched);
+    watch->at = taken(&workspace, watch->watched);
+    watch->now = taken(&workspace, 2 * axes);
+    watch->low = taken(&workspace, 2 * axes);
+    watch->high = taken(&workspace, 2 * axes);
+    for (int i = 0; i < 2; i++)
+        watch->squares[i] = taken(&workspace, watch->means);
+    watch->sums = taken(&workspace, watch->means);
+    motion_sway(system, state, watch->start);
     for (size_t b = 0; b < system->bodies; b++)
-        memcpy(watched->turn[b], state->body[b].turn, sizeof watched->turn[b]);
-    for (size_t a = 0; a < system->axes; a++) {
+        memcpy(watch->turn[b], state->body[b].turn, sizeof watch->turn[b]);
+    for (size_t a = 0; a < axes; a++) {
         const SpringMemory *memory = &state->axis[a].memory;
         record->of_axes[MOTION_OF_AXIS * a + 6] = memory->displacement;
-        watched->axes.low[0][a] = watched->axes.high[0][a] = memory->displacement;
-        watched->axes.low[1][a] = watched->axes.high[1][a] = memory->omega;
+        watch->now[a] = watch->low[a] = watch->high[a] = memory->displacement;
+        watch->now[axes + a] = watch->low[axes + a] = watch->high[axes + a] = memory->omega;
     }
     record->energies[0] = kinetic_energy(system, state);
     record->energies[4] = -stop_energy(system, state);
 }
 
-/* Adds `weight` times the sum of present and last values to their sums. */
-static inline void add_pair(double weight, const double *now, double *last, int count, double *sums)
+static void end(const MotionSystem *system, const MotionState *state, Watch *watch, size_t steps, MotionRecord *record)
 {
-    for (int i = 0; i < count; i++) {
-        sums[i] += weight * (last[i] + now[i]);
-        last[i] = now[i];
-    }
-}
-
-/* By the trapezoidal rule; weight: half of what the way from the last values is of a step. */
-static void add_means(const MotionSystem *system, double weight, Watch *watched, MotionRecord *record)
-{
-    for (size_t p = 0; p < system->points; p++) {
-        double now[MEANS];
-        for (int i = 0; i < 3; i++) {
-            double acceleration = watched->accelerations[3 * p + i];
-            double way = watched->sway[3 * p + i] - watched->start[3 * p + i];
-            now[i] = acceleration * acceleration;
-            now[3 + i] = way;
-            now[6 + i] = way * way;
-        }
-        add_pair(weight, now, watched->of_points[p], MEANS, record->of_points + MOTION_OF_POINT * p + MEANS_OF_POINT_AT);
-    }
-    for (size_t a = 0; a < system->axes; a++) {
-        double *found = record->of_axes + MOTION_OF_AXIS * a, way = watched->axes.now[0][a] - found[6];
-        const double now[MEANS_OF_AXIS] = {way, way * way};
-        add_pair(weight, now, watched->of_axes[a], MEANS_OF_AXIS, found + MEANS_OF_AXIS_AT);
-    }
-}
-
-static void end_record(
-    const MotionSystem *system, const MotionState *state, const Watch *watched, size_t steps, MotionRecord *record)
-{
+    settle(watch, system->axes);
+    size_t points = system->points, bodies = system->bodies, axes = system->axes;
     double per_step = 1.0 / (double)(steps > 0 ? steps : 1), absorbed = 0.0;
-    for (size_t p = 0; p < system->points; p++) {
+    const double *greatest = watch->greatest, *at = watch->at, *sums = watch->sums;
+    for (size_t p = 0; p < points; p++) {
         double *found = record->of_points + MOTION_OF_POINT * p;
-        for (int k = 0; k < 2; k++)
-            found[GREATEST[k]] = sqrt(found[GREATEST[k]]);
-        for (int i = 0; i < MEANS; i++)
-            found[MEANS_OF_POINT_AT + i] *= per_step;
+        for (int i = 0; i < OF_POINT; i++)
+            found[GREATEST_AT[i]] = i < SIZES ? sqrt(greatest[OF_POINT * p + i]) : greatest[OF_POINT * p + i];
+        found[TIME_AT] = at[OF_POINT * p];
+        for (int i = 0; i < MEANS_OF_POINT; i++)
+            found[MEANS_OF_POINT_AT + i] = per_step * sums[MEANS_OF_POINT * p + i];
     }
-    for (size_t a = 0; a < system->axes; a++) {
-        double *found = record->of_axes + MOTION_OF_AXIS * a;
+    greatest += OF_POINT * points;
+    at += OF_POINT * points;
+    sums += MEANS_OF_POINT * points;
+    for (size_t b = 0; b < bodies; b++) {
+        record->of_bodies[MOTION_OF_BODY * b] = 2.0 * asin(clip(sqrt(greatest[b]), 0.0, 1.0));
+        record->of_bodies[MOTION_OF_BODY * b + 1] = at[b];
+    }
+    greatest += bodies;
+    for (size_t a = 0; a < axes; a++) {
         const MotionAxis *axis = system->axis + a;
-        found[0] = watched->axes.low[0][a];
-        found[1] = watched->axes.high[0][a];
-        found[2] = watched->axes.high[3][a];
-        found[3] = watched->axes.low[1][a];
-        found[4] = watched->axes.high[1][a];
-        found[7] = watched->axes.high[2][a];
-        found[5] = axis->parallel * axis->series * spring_absorbed_energy(axis->law, &state->axis[a].memory);
-        for (int i = 0; i < MEANS_OF_AXIS; i++)
-            found[MEANS_OF_AXIS_AT + i] *= per_step;
-        absorbed += found[5];
+        double energy = axis->parallel * axis->series * spring_absorbed_energy(axis->law, &state->axis[a].memory);
+        double way = per_step * sums[a], square = per_step * sums[axes + a];
+        double start = record->of_axes[MOTION_OF_AXIS * a + 6];
+        const double found[MOTION_OF_AXIS] = {
+            watch->low[a],         watch->high[a], greatest[axes + a], watch->low[axes + a], watch->high[axes + a], energy,
+            start,                 greatest[a],    way / axis->series, square / axis->series / axis->series};
+        memcpy(record->of_axes + MOTION_OF_AXIS * a, found, sizeof found);
+        absorbed += energy;
     }
-    for (size_t b = 0; b < system->bodies; b++)
-        record->of_bodies[MOTION_OF_BODY * b] = 2.0 * asin(clip(sqrt(record->of_bodies[MOTION_OF_BODY * b]), 0.0, 1.0));
     double *energies = record->energies;
     energies[1] = kinetic_energy(system, state);
     energies[2] = absorbed;
@@ -242,6 +292,8 @@ static void end_record(
     energies[7] = state->load_work;
     energies[8] = state->exchanged;
 }
+
+/* ---- a run ---------------------------------------------------------------------------------------------------------- */
 
 /* The change of a channel over step k: the smaller of the differences to the averages of its neighbours, so that a jump
  * between steps stays where it is. */
@@ -274,18 +326,15 @@ static int is_jump(const MotionSystem *system, const MotionState *state, const d
 size_t motion_run(
     const MotionSystem *system, MotionState *state, size_t count, double h, const double *values, MotionRecord *record)
 {
-    Watch watched;
+    Watch watch;
     double now[MOTION_CHANNELS], change[MOTION_CHANNELS], loads[MOTION_CHANNELS] = {0.0}, course[MOTION_CHANNELS];
     size_t k = 0, averaged = 0;
-    begin_record(system, state, &watched, record);
+    int is_after_jump = 0;
+    begin(system, state, &watch, record);
     for (size_t c = 0; c < system->channels && count > 0; c++)
         loads[c] = values[c * count] - 0.5 * change_over(values + c * count, 0, count);
-    watch_points(system, state, loads, &watched, record->of_points);
-    watch_axes(system, state, &watched);
-    watch_bodies(system, state, &watched, record->of_bodies);
-    add_means(system, 0.0, &watched, record);
-    write_row(system, state, &watched, 0, record);
-    int is_after_jump = 0;
+    take(system, state, loads, 0.0, 1, 0.0, &watch);
+    write_row(system, state, &watch, 0, record);
     for (; k < count; k++) {
         /* The course of the channels over the step, for velocities of the base and accelerations at its end. */
         for (size_t c = 0; c < system->channels; c++) {
@@ -296,11 +345,7 @@ size_t motion_run(
         if (is_after_jump) {
             for (size_t c = 0; c < system->channels; c++)
                 course[c] = now[c] - 0.5 * change[c];
-            advance_watch(&watched, h * (double)k, 1);
-            watch_points(system, state, course, &watched, record->of_points);
-            watch_axes(system, state, &watched);
-            watch_bodies(system, state, &watched, record->of_bodies);
-            add_means(system, 0.0, &watched, record);
+            take(system, state, course, h * (double)k, 1, 0.0, &watch);
         }
         is_after_jump = is_jump(system, state, values, k, count);
         motion_of_base(system, change, 1.0, state->spin_slope);
@@ -313,20 +358,17 @@ size_t motion_run(
             if (part == 0.0)
                 goto diverged;
             left -= part;
-            double share = 1.0 - left / h, time = h * ((double)k + share);
+            double share = 1.0 - left / h;
             for (size_t c = 0; c < system->channels; c++)
                 course[c] = now[c] + (share - 0.5) * change[c];
-            advance_watch(&watched, time, left > 0.0 || is_after_jump);
-            watch_points(system, state, course, &watched, record->of_points);
-            watch_axes(system, state, &watched);
-            watch_bodies(system, state, &watched, record->of_bodies);
-            add_means(system, k >= record->settled ? 0.5 * part / h : 0.0, &watched, record);
+            take(system, state, course, h * ((double)k + share), left > 0.0 || is_after_jump,
+                 k >= record->settled ? part / h : 0.0, &watch);
         }
         averaged += k >= record->settled;
         if ((k + 1) % record->stride == 0)
-            write_row(system, state, &watched, (k + 1) / record->stride, record);
+            write_row(system, state, &watch, (k + 1) / record->stride, record);
     }
 diverged:
-    end_record(system, state, &watched, averaged, record);
+    end(system, state, &watch, averaged, record);
     return k;
 }

@@ -124,10 +124,10 @@
   // The options are those of the moment; a list with nothing to choose is not shown.
   function offer(figure) {
     const several = figure.records.length > 1;
-    const all = several && !figure.single ? [["", "all records"]] : [];
+    const all = several && !figure.single ? [["", `all ${page.noun.toLowerCase()}s`]] : [];
     const records = several ? [...all, ...figure.records.map((place) => [String(place), page.records[place]])] : [];
     const cycles = cyclesOf(figure);
-    fill(figure, "record", "Record", records, String(recordOf(figure) ?? ""));
+    fill(figure, "record", page.noun, records, String(recordOf(figure) ?? ""));
     fill(figure, "cycle", "Cycle", cycles.length > 1 ? [["", "all cycles"], ...cycles.map((own) => [own, own])] : [],
          cycles.includes(chosen.cycle) ? chosen.cycle : "");
   }

@@ -1,0 +1,150 @@
+"""Spread of a load case by the uncertainty of its springs: springs are drawn and the case is run with each of them.
+
+Springs of one model file are drawn as one, which is the uncertainty of the identification and not the scatter from
+mount to mount; those of different files independently. A drawn spring begins at the nominal displacement of the
+identified one. Each draw is run with the step of the nominal run from the same static equilibria, and the worst counts.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ..core.parameters import SpringParameters
+from ..errors import ModelError
+from ..kernel.arrays import FloatArray
+from ..kernel.motion import MotionSolver
+from ..modelfile import ModelFile
+from ..spread import Spread
+from .answers import CaseAnswer
+from .axis_laws import AxisLaws
+from .loads import LoadCase
+from .mounted import MountedSystem, MountedSystemError
+from .range_use import ROUNDING, ways_used
+from .rest import rest
+from .simulation import Energies, RunFigures, check_balance, run_once
+from .solving import solver
+from .verdicts import CaseSpread, Quantiles, Quantity
+
+_ROUNDING = 1e-9  # of a number of steps
+_APART = 2**32  # from the draws of one model file to those of the next
+
+
+@dataclass(frozen=True)
+class Drawn:
+    """Springs that can be drawn, and what cannot.
+
+    Attributes
+    ----------
+    spreads : mapping        Of each spring with an uncertainty; the second is its place among the springs.
+    missing : tuple of str   A sentence for each model file without one.
+    """
+
+    spreads: Mapping[SpringParameters, tuple[Spread, int]]
+    missing: tuple[str, ...]
+
+    @classmethod
+    def of(cls, system: MountedSystem, models: Mapping[str, ModelFile]) -> Drawn:
+        """Of a system."""
+        names: dict[SpringParameters, str] = {}
+        for _, axis in system.axes():
+            names.setdefault(axis.spring, axis.model)
+        spreads, missing = {}, []
+        for place, (spring, name) in enumerate(names.items()):
+            model = models.get(name)
+            try:
+                spreads[spring] = (Spread.of(spring, model.uncertainty if model else {}), place)
+            except ModelError as problem:
+                missing.append(f"{name or 'A spring'} is taken as known in all draws: {problem}")
+        return cls(spreads, tuple(missing))
+
+    def system(self, system: MountedSystem, seed: int, number: int) -> MountedSystem:
+        """A system with the springs of one draw."""
+
+        def change(spring: SpringParameters) -> SpringParameters:
+            if spring not in self.spreads:
+                return spring
+            spread, place = self.spreads[spring]
+            return spread.draw(spring, seed, number + place * _APART)
+
+        return system.with_springs(change)
+
+
+@dataclass(frozen=True, eq=False)
+class _KnownSignal:
+    """A signal whose averages are known."""
+
+    shortest: float
+    known: FloatArray
+
+    def averages(self, step: float, count: int) -> FloatArray:  # noqa: ARG002
+        return self.known
+
+
+class CaseDraws:
+    """Runs of drawn springs; its calls may run in many threads.
+
+    Parameters
+    ----------
+    answer : CaseAnswer     Nominal, and not refused.
+    drawn : Drawn
+    seed : int
+    """
+
+    def __init__(self, answer: CaseAnswer, drawn: Drawn, seed: int) -> None:
+        self.answer, self._drawn, self._seed = answer, drawn, seed
+        self._step = min(run.step for run in answer.runs)
+        self._count = math.ceil(answer.case.duration / self._step * (1.0 - _ROUNDING))
+        self._laws = AxisLaws(answer.system)
+        self._case = _with_known_signals(answer.case, self._step, self._count)
+
+    def figures(self, number: int) -> FloatArray | str:
+        """The figures of a draw, in the order of `CaseAnswer.figures` up to the forces, or why there are none."""
+        try:
+            system = self._drawn.system(self.answer.system, self._seed, number)
+            kernel = solver(system)
+            runs = [self._once(system, kernel, run.start.share) for run in self.answer.runs]
+        except (ModelError, MountedSystemError) as problem:
+            return str(problem)
+        return np.asarray(np.max(runs, axis=0))
+
+    def _once(self, system: MountedSystem, kernel: MotionSolver, share: float) -> FloatArray:
+        """The figures of a draw from one static equilibrium."""
+        start = rest(system, share, self._case.weightless, kernel)
+        found = run_once(system, kernel, self._case, start, self._step, self._count)
+        check_balance(self._case, Energies.of(found), self._step)
+        of = RunFigures.of(found)
+        strokes = np.maximum(*ways_used(self._laws, start.displacement, of.displacement_low, of.displacement_high))
+        return np.concatenate([of.acceleration, of.sway, of.tilt, strokes, of.force])
+
+    def answered(self, found: Sequence[FloatArray | str]) -> CaseAnswer:
+        """The answer with the quantiles of its figures."""
+        refusals = [one for one in found if isinstance(one, str)]
+        rows = np.array([one for one in found if not isinstance(one, str)])
+        reason = Counter(refusals).most_common(1)[0][0] if refusals else ""
+        if not rows.size:
+            return replace(self.answer, spread=CaseSpread(len(found), self._seed, len(refusals), reason, 1.0))
+        figures = self.answer.figures[: rows.shape[1]]
+        limits = np.array([np.inf if figure.limit is None else figure.limit for figure in figures])
+        is_stroke = np.array([figure.quantity is Quantity.STROKE for figure in figures])
+        bad = (rows > limits).any(axis=1) | (rows[:, is_stroke] > 1.0 + ROUNDING).any(axis=1)
+        failing = (int(np.count_nonzero(bad)) + len(refusals)) / len(found)
+        ends = np.quantile(rows, (0.05, 0.5, 0.95), axis=0).T.tolist()
+        with_spread = (
+            *(replace(figure, spread=Quantiles(*each)) for figure, each in zip(figures, ends, strict=True)),
+            *self.answer.figures[len(figures) :],
+        )
+        spread = CaseSpread(len(found), self._seed, len(refusals), reason, failing)
+        return replace(self.answer, figures=with_spread, spread=spread)
+
+
+def _with_known_signals(case: LoadCase, step: float, count: int) -> LoadCase:
+    channels = (
+        replace(channel, signal=_KnownSignal(channel.signal.shortest, channel.signal.averages(step, count)))
+        for channel in case.channels
+    )
+    return replace(case, channels=tuple(channels))

@@ -1,0 +1,163 @@
+"""`isolate SYSTEM.toml`: text, JSON, CSV, plot, Python and refusals."""
+
+from __future__ import annotations
+
+import csv
+import json
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import strandspring
+from strandspring import SystemIsolation, isolate_system
+from strandspring.isolation.system import IsolationError
+from strandspring.systems.modes import modes
+from strandspring.systems.rest import rest
+from strandspring.systems.system_file import load_system_file
+from terminal import Terminal
+
+EXAMPLES = Path(strandspring.__file__).parent / "examples" / "systems"
+BOX, GUN = "electronics_box.toml", "gun_cradle.toml"
+FEW = ("--points", "8")
+
+
+@pytest.fixture
+def terminal(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Terminal:
+    shutil.copytree(EXAMPLES, tmp_path / "here")
+    monkeypatch.chdir(tmp_path / "here")
+    return Terminal(capsys)
+
+
+@pytest.fixture(scope="module")
+def of_box() -> SystemIsolation:
+    return isolate_system(
+        EXAMPLES / BOX, base_displacement=2e-4, directions=["x", (0.0, 0.0, -2.0)], points=6, band=(6.0, 30.0)
+    )
+
+
+def test_text(terminal: Terminal) -> None:
+    text = terminal("isolate", BOX, *FEW, "--direction", "y", "--band", "4", "40")
+    for expected in (
+        "Electronics box (electronics_box.toml)",
+        "standard:",
+        "box, 20 kg, rests at x 0, y 0, z -2.189 mm, tilted 0 degrees",
+        "viscous damping %",
+        "y 74 %, rx 26 %",
+        "Levels: 0.5, 1 and 2 % of the free travel of 23.4 mm of the mounts of softer, the smallest",
+        "base displacement along y",
+        "circuit board",
+        "isolates from Hz",
+    ):
+        assert expected in text, expected
+
+
+def test_json_csv_and_python_say_the_same(terminal: Terminal, of_box: SystemIsolation) -> None:
+    command = ["isolate", BOX, "--points", "6", "--band", "6", "30", "--base-displacement", "0.2"]
+    command += ["--direction", "x", "--direction", "0,0,-2"]
+    told = json.loads(terminal(*command, "-o", "out.csv", "--plot", "out.svg", "--json"))
+    assert set(told) == {"system", "name", "levels_chosen", "candidates", "output", "plot"}
+    assert [one["name"] for one in told["candidates"]] == ["standard", "softer"]
+    with Path("out.csv").open(encoding="utf-8", newline="") as file:
+        table = list(csv.DictReader(file))
+    frame = of_box.to_frame()
+    assert len(table) == len(frame)
+    for candidate, one in zip(told["candidates"], of_box.candidates, strict=True):
+        pose = rest(one.system)
+        of_python = modes(one.system, (pose.displacements, pose.rotations))
+        assert [mode["frequency"] for mode in candidate["modes"]] == [mode.frequency for mode in of_python]
+        for given, response in zip(candidate["responses"], one.responses, strict=True):
+            assert given["excitation"] == response.shaking.name
+            assert given["points"][1]["name"] == "circuit board"
+            gain = np.abs(response.gain[:, 1, 0])
+            assert given["points"][1]["gain"] == np.abs(response.gain[:, 1]).tolist()
+            rows = [row for row in table if (row["candidate"], row["excitation"]) == (one.label, response.shaking.name)]
+            column = "circuit board x: motion over excitation [1]"
+            assert [float(row[column]) for row in rows] == gain.tolist()
+            assert [float(row["frequency [Hz]"]) for row in rows] == given["frequency"]
+    assert {row["excitation"] for row in table} == {"base displacement along x", "base displacement along -z"}
+    assert Path("out.svg").read_text(encoding="utf-8").startswith("<?xml")
+    first = Path("out.svg").read_bytes()
+    of_box.save_plot("again.svg")
+    assert Path("again.svg").read_text(encoding="utf-8").count("<path") == first.decode().count("<path")
+
+
+def test_resonances(of_box: SystemIsolation) -> None:
+    table = of_box.resonances()
+    of_board = table[(table.candidate == "standard") & (table.point == "circuit board") & (table.direction == "x")]
+    (row,) = of_board[of_board.excitation == "base displacement along x"].to_dict("records")
+    # The box rocks, and the board lies above its centre of gravity.
+    assert row["frequency"] == pytest.approx(9.8, rel=0.03)
+    assert row["gain"] > 8.0
+    assert row["frequency"] < row["isolation_frequency"] < 30.0
+    assert "circuit board" in of_box.summary()
+
+
+def test_a_force_and_a_rotation(terminal: Terminal) -> None:
+    text = terminal("isolate", GUN, *FEW, "--force", "500", "--at", "breech")
+    assert "force along x" in text
+    assert "mm/N" in text
+    assert "along y" not in text  # where it cannot move
+    text = terminal("isolate", BOX, *FEW, "--base-rotation", "0.1", "--direction", "x")
+    assert "base rotation about x" in text
+    assert "mm/rad" in text
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ((BOX, "--mass", "3"), "--mass does not apply to electronics_box.toml, which describes masses"),
+        ((BOX, "--verify"), "--verify does not apply to electronics_box.toml"),
+        ((BOX, "--zero", "rig"), "--zero does not apply to"),
+        ((BOX, GUN), "electronics_box.toml describes a whole system and its candidates; give it alone"),
+        ((BOX, "corner_shear.json"), "give it alone"),
+        (("corner_shear.json",), "Missing option '--mass'"),
+        (("corner_shear.json", "--mass", "3", "--direction", "x"), "--direction applies to a SYSTEM.toml only"),
+        (("corner_shear.json", "--mass", "3", "--at", "x"), "--at applies to a SYSTEM.toml only"),
+        ((BOX, "--at", "box"), "--at says where a force acts; give --force"),
+        ((BOX, "--direction", "up"), "must be x, y, z, -x, -y, -z or three numbers"),
+        ((BOX, "--direction", "0,0,0"), "must be x, y, z, -x, -y, -z or three numbers"),
+        ((BOX, "--direction", "1,nan,0"), "must be x, y, z, -x, -y, -z or three numbers"),
+        ((BOX, "--force", "1", "--base-rotation", "1"), "--base-rotation and --force exclude each other"),
+        ((BOX, "-o", BOX), "would overwrite the input"),
+    ],
+)
+def test_wrong_usage(terminal: Terminal, arguments: tuple[str, ...], message: str) -> None:
+    terminal("isolate", *arguments, status=2)
+    assert message in " ".join(terminal.err.split())
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (
+            (BOX, "--force", "1", "--at", "lid"),
+            "`at` must be one of the points box, circuit board, connector, got 'lid'",
+        ),
+        ((GUN, "--direction", "y"), "base displacement along y moves nothing, because no body is free to follow it"),
+        ((BOX, "--base-displacement", "8", "--band", "4", "20"), "outside their identified range"),
+        (("no.toml",), "no.toml"),
+    ],
+)
+def test_refusals(terminal: Terminal, arguments: tuple[str, ...], message: str) -> None:
+    terminal("isolate", *arguments, "--points", "60", status=1)
+    assert message in terminal.err
+    assert terminal.err.count("\n") == 1
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        ({"directions": ["up"]}, "got 'up'"),
+        ({"directions": [(0.0, 0.0)]}, "three finite components"),
+        ({"at": "box"}, "`at` says where a force acts"),
+        ({"base_rotation": -1.0}, "base rotation must be finite and > 0"),
+        ({"base_rotation": 1.0, "force": 1.0}, "exclude each other"),
+        ({"band": (3.0, 2.0)}, "The band must rise"),
+    ],
+)
+def test_refusals_in_python(given: dict[str, object], message: str) -> None:
+    description = load_system_file(EXAMPLES / GUN)
+    with pytest.raises(IsolationError, match=message):
+        isolate_system(description, **given)  # type: ignore[arg-type]

@@ -1,0 +1,95 @@
+"""The printed numerical errors of runs against true ones, from a run of steps 16 times finer or from the reference."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields, replace
+
+import numpy as np
+import pytest
+
+from mounted_examples import GRAVITY, FloatArray, box, inclined_box, two_stages, unit
+from reference_motion import half_sine, reference_motion
+from strandspring.systems.level_table import LevelTable
+from strandspring.systems.loads import Channel, ChannelKind, LoadCase, Signal
+from strandspring.systems.mounted import MountedSystem
+from strandspring.systems.pulses import HalfSine, TerminalSawtooth
+from strandspring.systems.random_signal import RandomVibration
+from strandspring.systems.rest import rest
+from strandspring.systems.simulation import CaseRun, RunFigures, run_once, simulate_case
+from strandspring.systems.solving import solver
+
+# Of the largest true error of its kind: where the term in h^2 all but cancels, the error is smaller and of no order.
+LEAST_SHARE = 0.25
+# The time of a peak at an edge of a pulse has no error.
+KINDS = [field.name for field in fields(RunFigures) if field.name != "acceleration_time"]
+
+
+@dataclass(frozen=True)
+class Loaded:
+    """A system, what drives it, and the coarser of the two steps of the run [s]."""
+
+    system: MountedSystem
+    case: LoadCase
+    step: float = 1e-4
+
+
+def of_base(signal: Signal) -> tuple[Channel, ...]:
+    return (Channel(ChannelKind.BASE_ACCELERATION, signal, unit(1.0, 2.0, 3.0)),)
+
+
+SHOCK = LoadCase("half-sine", "pulse", 0.05, of_base(HalfSine(15.0 * GRAVITY, 0.011)))
+RECOIL = Channel(
+    ChannelKind.FORCE, TerminalSawtooth(6000.0, 0.006), unit(1.0, 0.0, 0.3), 0, (0.05, 0.02, 0.1)
+)  # fmt: skip
+FLAT = LevelTable(((10.0, 0.01 * GRAVITY**2), (200.0, 0.01 * GRAVITY**2)))
+CASES = {
+    "half-sine": Loaded(inclined_box(), SHOCK),
+    "half-sine, two stages": Loaded(two_stages(), replace(SHOCK, duration=0.1)),
+    "recoil by a terminal sawtooth": Loaded(box(), LoadCase("recoil", "force", 0.05, (RECOIL,))),
+    "drop": Loaded(
+        inclined_box(), LoadCase("drop", "drop", 0.05, velocity=(1.0, 0.5, -2.0), weightless=True), 5e-5
+    ),
+    "terminal sawtooth": Loaded(
+        inclined_box(), LoadCase("sawtooth", "pulse", 0.05, of_base(TerminalSawtooth(15.0 * GRAVITY, 0.011))), 5e-5
+    ),
+    "random": Loaded(
+        inclined_box(), LoadCase("random", "random", 1.0, of_base(RandomVibration(FLAT, 1.0, 3)), 0.2), 2.5e-5
+    ),
+}  # fmt: skip
+
+
+def ratios(printed: FloatArray, true: FloatArray) -> FloatArray:
+    """Printed error over true error where that is among the larger of its kind."""
+    larger = true >= LEAST_SHARE * true.max()
+    return printed[larger] / true[larger]
+
+
+def halved(loaded: Loaded) -> CaseRun:
+    return simulate_case(loaded.system, loaded.case, (0.0,), loaded.step, histories=False).runs[0]
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_printed_error_is_within_20_percent_of_the_true_one(name: str) -> None:
+    """Of accelerations, sway, root mean squares, tilt, displacements, forces, rates, omega and energy absorbed."""
+    loaded, run = CASES[name], halved(CASES[name])
+    step = run.step / 16.0
+    kernel = solver(loaded.system)
+    begin = rest(loaded.system, 0.0, loaded.case.weightless, kernel)
+    count = round(loaded.case.duration / step)
+    finer = RunFigures.of(run_once(loaded.system, kernel, loaded.case, begin, step, count))
+    for kind in KINDS:
+        found, right = getattr(run.figures, kind), getattr(finer, kind)
+        true = np.abs(found - right)
+        assert 0.0 < true.max() < 1e-4 * np.abs(right).max(), kind
+        # The finer run has an error of its own, 1/256 of that of the run.
+        np.testing.assert_allclose(ratios(getattr(run.errors, kind), true), 1.0, atol=0.2, err_msg=kind)
+
+
+def test_printed_error_of_the_energy_absorbed_against_the_reference() -> None:
+    loaded = CASES["half-sine"]
+    run = halved(loaded)
+    channel = Channel(ChannelKind.BASE_ACCELERATION, half_sine(15.0 * GRAVITY, 0.011), unit(1.0, 2.0, 3.0))
+    case = LoadCase("half-sine", "pulse", 0.05, (channel,))
+    exact = reference_motion(loaded.system, case, np.array([0.0, case.duration]), rtol=1e-9)
+    true = np.abs(run.figures.absorbed - exact.absorbed[-1])
+    np.testing.assert_allclose(ratios(run.errors.absorbed, true), 1.0, atol=0.2)
