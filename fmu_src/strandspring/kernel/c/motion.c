@@ -423,8 +423,11 @@ double motion_part(
 
 void motion_turn_base(const MotionSystem *system, MotionState *state, const double *values)
 {
-    double displacements[MOTION_AXES];
-    motion_of_base(system, values, 1.0, state->end_spin);
+    double displacements[MOTION_AXES], spin[3];
+    motion_of_base(system, values, 1.0, spin);
+    if (memcmp(spin, state->end_spin, sizeof spin) == 0)
+        return;
+    memcpy(state->end_spin, spin, sizeof spin);
     motion_place_axes(system, state, displacements);
     take_forces(system, state, displacements);
     take_rates(system, state);

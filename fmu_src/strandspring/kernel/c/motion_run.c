@@ -324,8 +324,11 @@ size_t motion_run(
     Watch watch;
     double now[MOTION_CHANNELS], change[MOTION_CHANNELS], loads[MOTION_CHANNELS] = {0.0}, course[MOTION_CHANNELS];
     size_t k = 0, averaged = 0;
-    int is_after_jump = 1; /* at the beginning loads may set in at once */
+    int is_after_jump = 0;
     begin(system, state, &watch, record);
+    for (size_t c = 0; c < system->channels && count > 0; c++)
+        loads[c] = values[c * count] - 0.5 * change_over(values + c * count, 0, count);
+    motion_turn_base(system, state, loads);
     take(system, state, loads, 0.0, 1, 0.0, &watch);
     write_row(system, state, &watch, 0, record);
     for (; k < count; k++) {
