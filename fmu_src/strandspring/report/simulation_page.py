@@ -262,7 +262,7 @@ def _histories(of: SimulationContent, drawn: Mapping[int, CaseAnswer]) -> Iterat
     places = dict(drawn)
     left = sum(1 for answer in of.answers if answer.figures and answer.courses is None)
     if left:
-        yield Notice(Level.INFORMATION, f"Histories of {left} more answers are not shown.",
+        yield Notice(Level.INFORMATION, f"Histories are left out of {left} of {len(of.answers)} answers.",
                      "Simulate fewer cases or candidates to see them.")  # fmt: skip
     figures: list[Drawing] = [*charts.histories(places), charts.loops(places)]
     yield Gallery(tuple(figures))

@@ -1,0 +1,75 @@
+"""The report of a simulation, used in a browser."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from playwright.sync_api import Browser
+
+from browser import chromium, opened
+from strandspring import simulate
+from strandspring.examples import systems
+
+BOX = Path(systems.__path__[0]) / "electronics_box.toml"
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Browser]:
+    with chromium() as found:
+        yield found
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A report of a shock that leaves axes alone, a drop and random vibration."""
+    folder = tmp_path_factory.mktemp("pages")
+    simulate(BOX, ["shock +y", "drop", "transport"], draws=3).report(folder / "box.html")
+    return folder
+
+
+@pytest.mark.parametrize(("width", "scheme"), [(1300, "light"), (1300, "dark"), (400, "dark")])
+def test_everything_is_drawn_and_nothing_overlaps(browser: Browser, folder: Path, width: int, scheme: str) -> None:
+    with opened(browser, folder / "box.html", width, scheme) as sight:
+        assert (sight.messages, sight.requests, sight.empty(), sight.overlaps(), sight.outside()) == (
+            [], [], [], [], [],
+        )  # fmt: skip
+
+
+def test_histories_are_those_of_the_case_that_is_chosen(browser: Browser, folder: Path) -> None:
+    with opened(browser, folder / "box.html", 1300, "light") as sight:
+        page = sight.page
+        choice = page.locator("#figure-history-acceleration select")
+        names = choice.locator("option").all_inner_texts()
+        assert names == [
+            f"{candidate}, {case}" for candidate in ("standard", "softer") for case in ("shock +y", "drop", "transport")
+        ]
+        legend = page.locator("#figure-history-acceleration .legend")
+        assert legend.inner_text().split("\n")[0] == "base y"
+        choice.select_option("softer, transport")
+        page.wait_for_function(
+            "document.querySelector('#figure-history-acceleration .legend').innerText.startsWith('base z')"
+        )
+        # The others follow.
+        assert page.locator("#figure-loops select").input_value() == choice.input_value()
+        # Spectra are those of the kind of case: none of shock for a vibration.
+        shock = page.locator("#figure-shock-spectra select option").all_inner_texts()
+        power = page.locator("#figure-power-spectra select option").all_inner_texts()
+        assert (len(shock), len(power)) == (4, 2)
+
+
+def test_the_report_says_verdicts_cautions_and_errors(browser: Browser, folder: Path) -> None:
+    with opened(browser, folder / "box.html", 1300, "light") as sight:
+        text = sight.page.locator("main").inner_text()
+    for expected in ("No candidate is within all limits in all load cases.", "Static pose", "Natural modes of softer",
+                     "friction of several axes moves together", "energy exchanged [J]", "draws beyond a limit",
+                     "half-sine of 18 g, 11 ms along +y", "Root mean squares"):  # fmt: skip
+        assert expected in text, expected
+
+
+def test_a_report_is_the_same_twice_and_can_be_a_pdf(folder: Path, tmp_path: Path) -> None:
+    simulate(BOX, ["shock +y", "drop", "transport"], draws=3, workers=1).report(tmp_path / "again.html")
+    assert (tmp_path / "again.html").read_bytes() == (folder / "box.html").read_bytes()
+    simulate(BOX, "drop", "standard").report(tmp_path / "box.pdf")
+    assert (tmp_path / "box.pdf").read_bytes().startswith(b"%PDF")

@@ -1,0 +1,251 @@
+"""Verdicts, figures, cautions and spreads of candidates under load cases."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from mounted_examples import CORNERS, box, elastic, hysteretic, one_mass, three_axes, unit
+from strandspring import modelfile
+from strandspring.examples import systems
+from strandspring.systems.answers import CaseAnswer, answer_candidate, answer_case
+from strandspring.systems.case_cautions import CautionKind
+from strandspring.systems.draws import CaseDraws, Drawn
+from strandspring.systems.level_table import LevelTable
+from strandspring.systems.limits import Limits
+from strandspring.systems.loads import Channel, ChannelKind, LoadCase, Signal
+from strandspring.systems.mounted import Motion, Mount, MountAxis, MountedSystem, Point, RigidBody, Stops, Vector
+from strandspring.systems.pulses import HalfSine
+from strandspring.systems.random_signal import RandomVibration
+from strandspring.systems.rest import rest
+from strandspring.systems.shock_spectra import shock_spectrum
+from strandspring.systems.simulation import simulate_case
+from strandspring.systems.system_file import load_system_file
+from strandspring.systems.verdicts import Figure, Quantity, Verdict, judged
+
+X: Vector = (1.0, 0.0, 0.0)
+DOWN: Vector = (0.0, 0.0, -1.0)
+FREE = Limits(stroke=1.0)
+
+
+def shaken(
+    signal: Signal, direction: Vector = X, duration: float = 0.3, settling: float = 0.0, kind: str = "pulse"
+) -> LoadCase:
+    return LoadCase("case", kind, duration, (Channel(ChannelKind.BASE_ACCELERATION, signal, direction),), settling)
+
+
+def kinds(answer: CaseAnswer) -> set[CautionKind]:
+    return {caution.kind for caution in answer.cautions}
+
+
+# Verdicts
+
+
+@pytest.mark.parametrize(
+    ("value", "error", "limit", "is_outside", "verdict"),
+    [
+        (0.9, 0.0, 1.0, False, Verdict.PASSES),
+        (0.9, 0.0, None, False, Verdict.PASSES),
+        (1.1, 0.0, 1.0, False, Verdict.FAILS),
+        (0.99, 0.02, 1.0, False, Verdict.CLOSE),
+        (1.01, 0.02, 1.0, False, Verdict.CLOSE),
+        (0.5, 0.0, 1.0, True, Verdict.OUTSIDE),
+        (1.5, 0.0, 1.0, True, Verdict.OUTSIDE),
+    ],
+)
+def test_a_verdict_follows_from_figures_limits_and_ranges(
+    value: float, error: float, limit: float | None, is_outside: bool, verdict: Verdict
+) -> None:
+    figure = Figure(Quantity.SWAY, "point", value, error, value, 0.0, limit)
+    assert judged([figure], is_outside) is verdict
+    assert figure.margin == (None if limit is None else pytest.approx(1.0 - value / limit))
+
+
+def test_a_spring_beyond_its_range_is_outside_and_never_passes() -> None:
+    system = one_mass(MountAxis(hysteretic(0.6, 60.0, half=0.01), (0.0, 0.0, 1.0), 0.0), 5.0)
+    strong = shaken(HalfSine(1000.0, 0.01), (0.0, 0.0, 1.0))
+    answer = answer_case("one", system, strong, FREE)
+    assert answer.verdict is Verdict.OUTSIDE
+    assert CautionKind.OUTSIDE in kinds(answer)
+    worst = answer.worst(Quantity.STROKE)
+    assert worst is not None
+    assert worst.value > 1.0
+    weak = answer_case(
+        "one", system, replace(strong, channels=shaken(HalfSine(100.0, 0.01), (0, 0, 1.0)).channels), FREE
+    )
+    assert weak.verdict is Verdict.PASSES
+    assert CautionKind.OUTSIDE not in kinds(weak)
+
+
+def test_stroke_is_the_share_of_the_way_from_rest_on_the_side_where_more_is_used() -> None:
+    # A linear spring of 1000 N/m under 1 kg rests 9.8 mm down and swings on both sides of that.
+    axis = MountAxis(elastic(0.0, 1000.0, half=0.05), DOWN, 0.0)
+    system = replace(one_mass(axis), gravity=(0.0, 0.0, -9.80665))
+    answer = answer_case("one", system, shaken(HalfSine(50.0, 0.02), (0.0, 0.0, 1.0)), FREE)
+    (use, *_), (run, *_) = answer.uses, answer.runs
+    assert run.start.displacement[0] == pytest.approx(9.80665e-3, rel=1e-9)
+    down = (run.figures.displacement_high[0] - 9.80665e-3) / (0.05 - 9.80665e-3)
+    up = (9.80665e-3 - run.figures.displacement_low[0]) / (0.05 + 9.80665e-3)
+    assert use.share[0] == pytest.approx(max(down, up), rel=1e-9)
+
+
+def test_extremes_of_a_spring_that_hardly_moves_stay_at_rest() -> None:
+    """They begin at rest and not at the zero of the record."""
+    axis = MountAxis(elastic(0.0, 1000.0, half=0.05), DOWN, 0.02)
+    system = replace(one_mass(axis), gravity=(0.0, 0.0, -9.80665))
+    case = shaken(HalfSine(1e-6, 0.02), (0.0, 0.0, 1.0), settling=0.1)
+    answer = answer_case("one", system, case, FREE)
+    for run in answer.runs:
+        rest_at = run.start.displacement[0]
+        assert run.figures.displacement_low[0] == pytest.approx(rest_at, abs=1e-8)
+        assert run.figures.displacement_high[0] == pytest.approx(rest_at, abs=1e-8)
+
+
+def test_bottoming_is_told_with_the_force_of_the_stop() -> None:
+    axis = MountAxis(elastic(0.0, 1000.0, half=0.05), DOWN, 0.0, stops=Stops(-np.inf, 0.012, 2e4))
+    system = replace(one_mass(axis), gravity=(0.0, 0.0, -9.80665))
+    answer = answer_case("one", system, shaken(HalfSine(50.0, 0.02), (0.0, 0.0, 1.0)), FREE)
+    assert CautionKind.STOPS in kinds(answer)
+    for use in answer.uses:
+        assert use.stop_force[0] == pytest.approx(2e4 * use.stop_deflection[0], rel=1e-12)
+        assert use.stop_deflection[0] == pytest.approx(use.highest[0] - 0.012, rel=1e-12)
+
+
+def test_axes_that_swing_together_are_told() -> None:
+    alone, together = (
+        answer_case("box", guided_box(), shaken(HalfSine(150.0, 0.011), direction), FREE)
+        for direction in (X, unit(1.0, 1.0, 0.0))
+    )
+    assert CautionKind.COUPLED not in kinds(alone)
+    assert CautionKind.COUPLED in kinds(together)
+
+
+def guided_box() -> MountedSystem:
+    """The box, moving in a plane without turning visibly, so that a shock along x moves the axes along x only."""
+    heavy = ((1e3, 0.0, 0.0), (0.0, 1e3, 0.0), (0.0, 0.0, 1e3))
+    return replace(box(), bodies=(replace(box().bodies[0], inertia=heavy, motion=Motion.PLANE),))
+
+
+def test_what_cannot_rest_or_be_run_is_refused_in_a_sentence() -> None:
+    system = replace(one_mass(MountAxis(hysteretic(0.6, 60.0), DOWN, 0.0), 1000.0), gravity=(0.0, 0.0, -9.80665))
+    assert answer_candidate("heavy", system, {}).refusal
+    answer = answer_case("heavy", system, shaken(HalfSine(50.0, 0.02)), FREE)
+    assert (answer.verdict, answer.figures) == (Verdict.REFUSED, ())
+    assert "identified range" in answer.refusal or "cannot rest" in answer.refusal
+
+
+def test_a_worst_figure_is_that_of_the_worst_of_all_runs() -> None:
+    answer = answer_case("box", box(), shaken(HalfSine(150.0, 0.011), (0.0, 0.0, 1.0)), FREE)
+    assert [run.start.share for run in answer.runs] == [0.0, 1.0, -1.0]
+    for k, figure in enumerate(answer.of(Quantity.SWAY)):
+        values = [float(run.figures.sway[k]) for run in answer.runs]
+        assert (figure.least, figure.value) == (min(values), max(values))
+        assert figure.share == answer.runs[int(np.argmax(values))].start.share
+
+
+def test_forces_that_are_only_rounding_have_no_sign() -> None:
+    """Without it the pose of a symmetric system would hang on the last digit."""
+    symmetric = replace(box(), bodies=(replace(box().bodies[0], inertia=((0.2, 0, 0), (0, 0.3, 0), (0, 0, 0.4))),))
+    for share in (1.0, -1.0):
+        omega = rest(symmetric, share).omega.reshape(len(CORNERS), 3)
+        assert (omega == share).all(axis=0)[1:].all()
+
+
+# Histories and spectra
+
+
+def test_spectra_are_of_the_base_and_the_points() -> None:
+    pulse = HalfSine(150.0, 0.011)
+    answer = answer_case("box", box(), shaken(pulse), FREE, with_courses=True)
+    courses = answer.courses
+    assert courses is not None
+    time = courses.histories.time
+    exact = shock_spectrum(pulse.at(time), courses.interval, courses.base_shock[0].frequency, 0.05)
+    # Averages over an interval of 50 us lower the spectrum of a pulse of 11 ms by less than 1e-5.
+    np.testing.assert_allclose(courses.base_shock[0].maximax, exact.maximax, rtol=1e-4)
+    assert courses.shock[0][0].frequency[-1] == pytest.approx(2000.0)
+    # Far above its content a spectrum is the largest acceleration.
+    for k in range(2):
+        largest = courses.run.figures.acceleration_components[k]
+        found = [float(spectrum.maximax[-1]) for spectrum in courses.shock[k]]
+        np.testing.assert_allclose(found, largest, rtol=0.01)
+
+
+def test_power_spectra_hold_the_root_mean_squares() -> None:
+    vibration = RandomVibration(LevelTable(((10.0, 4.0), (100.0, 4.0))), 4.0, 3)
+    case = shaken(vibration, (0.0, 0.0, 1.0), 4.0, 0.5, "random")
+    answer = answer_case("box", box(), case, FREE, with_courses=True)
+    assert answer.courses is not None
+    found = np.array([[one.root_mean_square for one in each] for each in answer.courses.power])
+    expected = np.array([figure.value for figure in answer.of(Quantity.RMS_ACCELERATION)]).reshape(2, 3)
+    # Welch's windows weigh the ends of the history less.
+    np.testing.assert_allclose(found[:, 2], expected[:, 2], rtol=0.05)
+    # Settled motion forgets omega at rest in its root mean squares.
+    for figure in answer.of(Quantity.RMS_ACCELERATION):
+        assert figure.least == pytest.approx(figure.value, rel=0.02)
+
+
+# Draws
+
+
+@pytest.fixture(scope="module")
+def recoil() -> tuple[CaseAnswer, Drawn]:
+    file = load_system_file(Path(systems.__path__[0]) / "gun_cradle.toml")
+    name, system = file.candidates[0]
+    return answer_case(name, system, file.cases[0], file.limits), Drawn.of(system, file.models)
+
+
+def test_a_draw_is_the_case_with_the_drawn_springs(recoil: tuple[CaseAnswer, Drawn]) -> None:
+    answer, drawn = recoil
+    found = CaseDraws(answer, drawn, 5).figures(3)
+    step = min(run.step for run in answer.runs)
+    system = drawn.system(answer.system, 5, 3)
+    assert system != answer.system
+    alone = simulate_case(system, answer.case, step=2.0 * step, histories=False)
+    assert not isinstance(found, str)
+    assert found[0] == pytest.approx(alone.worst("acceleration")[0][0], rel=1e-9)
+    assert found[1] == pytest.approx(alone.worst("sway")[0][0], rel=1e-9)
+
+
+def test_draws_give_quantiles_of_all_figures(recoil: tuple[CaseAnswer, Drawn]) -> None:
+    answer, drawn = recoil
+    draws = CaseDraws(answer, drawn, 5)
+    spread = draws.answered([draws.figures(k) for k in range(40)])
+    for figure in spread.figures:
+        if figure.quantity is not Quantity.TILT:
+            assert figure.spread is not None
+            assert figure.spread.low < figure.spread.median < figure.spread.high
+            # Springs that are known to a percent or so.
+            assert figure.spread.median == pytest.approx(figure.value, rel=0.02)
+    assert spread.spread is not None
+    assert (spread.spread.draws, spread.spread.refused, spread.spread.failing) == (40, 0, 0.0)
+    refused = draws.answered([draws.figures(0), "a reason", "a reason", "another"]).spread
+    assert refused is not None
+    assert (refused.refused, refused.reason, refused.failing) == (3, "a reason", 0.75)
+
+
+def test_a_model_without_uncertainty_is_taken_as_known_and_told() -> None:
+    system = box()
+    drawn = Drawn.of(system, {"": modelfile.ModelFile("bare", system.springs()[0])})
+    assert not drawn.spreads
+    assert len(drawn.missing) == 3
+    assert all("taken as known" in sentence for sentence in drawn.missing)
+    assert drawn.system(system, 0, 0) == system
+
+
+# Cautions about a description
+
+
+def test_what_a_description_leaves_out_is_told() -> None:
+    shared = tuple(replace(axis, model="one.json") for axis in three_axes())
+    cautions = " ".join(answer_candidate("box", box(shared), {}).cautions)
+    assert "one.json stands for perpendicular axes" in cautions
+    assert "resistance to rotation" in cautions
+    one_axis = RigidBody("box", 20.0, inertia=((0.2, 0, 0), (0, 0.3, 0), (0, 0, 0.4)))
+    few = MountedSystem(
+        (one_axis,), (Mount("foot", 0, (0.0, 0.0, -0.1), three_axes()[:1]),), (Point("p", 0, (0, 0, 0)),)
+    )
+    assert "fewer than three axes" in " ".join(answer_candidate("few", few, {}).cautions)
