@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike
 from ..coordinates import counted_from, zero_sentence
 from ..core.parameters import SpringParameters
 from ..errors import ModelError
+from ..files import readable
 from ..isolation.system import Excitation, IsolatedMass, IsolationError, free_travel, static_equilibrium
 from ..jobs.cluster import Cluster
 from ..modelfile import ModelFile
@@ -191,6 +192,8 @@ def study(
     """
     runner = runner_of(workers, scheduler, notify, IsolationError)
     path = path_of(model)
+    if path is not None and Path(path).suffix.lower() == ".toml":
+        raise IsolationError(f"{readable(path)} must be a model file; study the system it describes by `study_system`.")
     if output is not None and path is not None and Path(output).resolve() == Path(path).resolve():
         raise IsolationError(f"`output` {path} would overwrite the model; write elsewhere.")
     content = model_of(model)
