@@ -279,7 +279,7 @@ def test_files_without_uncertainty_are_named(tmp_path: Path) -> None:
 
 
 def test_a_description_is_no_model() -> None:
-    with pytest.raises(StrandspringError, match="electronics_box.toml must be a model file; .* by `study_system`"):
+    with pytest.raises(StrandspringError, match=r"electronics_box.toml must be a model file; .* by `study_system`"):
         strandspring.study(BOX, 5.0)
 
 
