@@ -7,7 +7,7 @@ from dataclasses import dataclass, fields, replace
 import numpy as np
 import pytest
 
-from mounted_examples import GRAVITY, FloatArray, box, inclined_box, two_stages, unit
+from mounted_examples import GRAVITY, FloatArray, box, inclined_box, plane_box, two_stages, unit
 from reference_motion import half_sine, reference_motion
 from strandspring.systems.level_table import LevelTable
 from strandspring.systems.loads import Channel, ChannelKind, LoadCase, Signal
@@ -49,6 +49,7 @@ CASES = {
     "drop": Loaded(
         inclined_box(), LoadCase("drop", "drop", 0.05, velocity=(1.0, 0.5, -2.0), weightless=True), 5e-5
     ),
+    "half-sine, stops": Loaded(plane_box(), replace(SHOCK, duration=0.06)),
     "terminal sawtooth": Loaded(
         inclined_box(), LoadCase("sawtooth", "pulse", 0.05, of_base(TerminalSawtooth(15.0 * GRAVITY, 0.011))), 5e-5
     ),

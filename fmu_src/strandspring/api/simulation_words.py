@@ -237,7 +237,7 @@ def grouped_cautions(answers: Sequence[CaseAnswer]) -> Iterator[str]:
     for answer in answers:
         for caution in answer.cautions:
             by_kind.setdefault(caution.kind, []).append((caution, answer))
-    for found in by_kind.values():
+    for found in (by_kind[kind] for kind in CautionKind if kind in by_kind):
         caution, answer = max(found, key=lambda pair: pair[0].measure)
         others = len({id(one) for _, one in found}) - 1
         more = f" (less so in {counted(others, 'other case')})" if others else ""

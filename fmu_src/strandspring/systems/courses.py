@@ -87,7 +87,14 @@ def courses(system: MountedSystem, case: LoadCase, run: CaseRun) -> Courses:
     time = floats(interval * np.arange(len(found.displacements)))
     histories = Histories(time, found.accelerations, found.sway, found.displacements, found.forces)
     base = _base_acceleration(case, interval, time.size)
-    made = Courses(run, step, interval, histories, base)
+    cautions: tuple[Caution, ...] = ()
+    if interval > step * (1.0 + _ROUNDING):
+        sentence = (
+            f"Histories keep every {round(interval / step)}th step only, {interval:.3g} s apart: what is faster than "
+            f"{0.5 / interval:.4g} Hz is folded in power spectra; shorten the case to keep more."
+        )
+        cautions = (Caution(CautionKind.SPECTRUM, interval, sentence),)
+    made = Courses(run, step, interval, histories, base, cautions=cautions)
     if case.kind in SHOCKS:
         return _with_shock_spectra(made)
     return _with_power_spectra(made, case) if case.kind in VIBRATIONS else made
@@ -107,19 +114,19 @@ def _with_shock_spectra(of: Courses) -> Courses:
     highest = min(SRS_HIGHEST, 1.0 / (_SAMPLES_PER_PERIOD * of.interval))
     if highest <= SRS_LOWEST:
         sentence = f"No shock response spectra: the rows of the histories are {of.interval:.3g} s apart."
-        return replace(of, cautions=(Caution(CautionKind.SPECTRUM, of.interval, sentence),))
+        return replace(of, cautions=(*of.cautions, Caution(CautionKind.SPECTRUM, of.interval, sentence)))
     frequency = octave_frequencies(SRS_LOWEST, highest, SRS_PER_OCTAVE)
 
     def spectra(history: FloatArray) -> tuple[ShockSpectrum, ...]:
         return tuple(shock_spectrum(history[:, k], of.interval, frequency, SRS_DAMPING) for k in range(3))
 
-    cautions: tuple[Caution, ...] = ()
+    cautions = of.cautions
     if highest < SRS_HIGHEST * (1.0 - 1e-9):
         sentence = (
             f"The shock response spectra end at {highest:.4g} Hz, as the rows of the histories are {of.interval:.3g} s "
             "apart; shorten the simulated time to see more."
         )
-        cautions = (Caution(CautionKind.SPECTRUM, of.interval, sentence),)
+        cautions = (*cautions, Caution(CautionKind.SPECTRUM, of.interval, sentence))
     return replace(
         of,
         shock=tuple(spectra(of.histories.acceleration[:, k]) for k in range(of.histories.acceleration.shape[1])),
@@ -144,4 +151,7 @@ def _with_power_spectra(of: Courses, case: LoadCase) -> Courses:
             base_power=spectra(of.base) if of.base.any() else (),
         )
     except MountedSystemError as problem:
-        return replace(of, cautions=(Caution(CautionKind.SPECTRUM, of.interval, f"No power spectra: {problem}"),))
+        return replace(
+            of,
+            cautions=(*of.cautions, Caution(CautionKind.SPECTRUM, of.interval, f"No power spectra: {problem}")),
+        )

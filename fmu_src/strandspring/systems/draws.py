@@ -1,7 +1,7 @@
 """Spread of a load case by the uncertainty of its springs: springs are drawn and the case is run with each of them.
 
-See `drawn_springs` for what a draw is. Each is run with the step of the nominal run from the same static equilibria,
-and the worst counts.
+See `drawn_springs` for what a draw is. Each is run from the same static equilibria with the same steps, and the worst
+counts.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from .loads import LoadCase
 from .mounted import MountedSystem, MountedSystemError
 from .range_use import ROUNDING, ways_used
 from .rest import rest
-from .simulation import Energies, RunFigures, check_balance, run_once
+from .simulation import CaseRun, Energies, RunFigures, check_balance, run_once
 from .solving import solver
 from .verdicts import CaseSpread, Quantiles, Quantity
 
@@ -53,26 +53,27 @@ class CaseDraws:
 
     def __init__(self, answer: CaseAnswer, drawn: Drawn, seed: int) -> None:
         self.answer, self._drawn, self._seed = answer, drawn, seed
-        self._step = min(run.step for run in answer.runs)
-        self._count = math.ceil(answer.case.duration / self._step * (1.0 - _ROUNDING))
         self._laws = AxisLaws(answer.system)
-        self._case = _with_known_signals(answer.case, self._step, self._count)
+        cases = {step: _with_known_signals(answer.case, step) for step in {run.step for run in answer.runs}}
+        self._cases = [cases[run.step] for run in answer.runs]
 
     def figures(self, number: int) -> FloatArray | str:
         """The figures of a draw, in the order of `CaseAnswer.figures` up to the forces, or why there are none."""
         try:
             system = self._drawn.system(self.answer.system, self._seed, number)
             kernel = solver(system)
-            runs = [self._once(system, kernel, run.start.share) for run in self.answer.runs]
+            runs = [
+                self._once(system, kernel, case, run) for case, run in zip(self._cases, self.answer.runs, strict=True)
+            ]
         except (ModelError, MountedSystemError) as problem:
             return str(problem)
         return np.asarray(np.max(runs, axis=0))
 
-    def _once(self, system: MountedSystem, kernel: MotionSolver, share: float) -> FloatArray:
+    def _once(self, system: MountedSystem, kernel: MotionSolver, case: LoadCase, run: CaseRun) -> FloatArray:
         """The figures of a draw from one static equilibrium."""
-        start = rest(system, share, self._case.weightless, kernel)
-        found = run_once(system, kernel, self._case, start, self._step, self._count)
-        check_balance(self._case, Energies.of(found), self._step)
+        start = rest(system, run.start.share, case.weightless, kernel)
+        found = run_once(system, kernel, case, start, run.step, _count(case, run.step))
+        check_balance(case, Energies.of(found), run.step)
         of = RunFigures.of(found)
         strokes = np.maximum(*ways_used(self._laws, start.displacement, of.displacement_low, of.displacement_high))
         return np.concatenate([of.acceleration, of.sway, of.tilt, strokes, of.force])
@@ -98,7 +99,13 @@ class CaseDraws:
         return replace(self.answer, figures=with_spread, spread=spread)
 
 
-def _with_known_signals(case: LoadCase, step: float, count: int) -> LoadCase:
+def _count(case: LoadCase, step: float) -> int:
+    """Steps that reach the end of a case."""
+    return math.ceil(case.duration / step * (1.0 - _ROUNDING))
+
+
+def _with_known_signals(case: LoadCase, step: float) -> LoadCase:
+    count = _count(case, step)
     channels = (
         replace(channel, signal=_KnownSignal(channel.signal.shortest, channel.signal.averages(step, count)))
         for channel in case.channels

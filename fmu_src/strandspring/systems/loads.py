@@ -57,7 +57,9 @@ class Channel:
 
 @dataclass(frozen=True)
 class LoadCase:
-    """A load case, from rest.
+    """A load case, from rest: before time 0 neither the base nor a body moves, but for `velocity`.
+
+    An angular velocity of the base that is not 0 at time 0 begins there, and the bodies follow by their mounts.
 
     Parameters
     ----------

@@ -249,20 +249,40 @@ static void drift(const MotionSystem *system, MotionState *state, double h)
     }
 }
 
-/* When the first spring turns on the way to new displacements, after s < h; h if none does. */
-static double first_turn(const MotionSystem *system, const MotionState *state, const double *displacements, double h)
+/* When a displacement that goes on by rate*s + bend*s^2/h passes a limit; h if it is on the same side of it at h. */
+static double passage(double displacement, double rate, double bend, double limit, double h)
 {
-    double first = h, per_h = 1.0 / h;
+    double before = displacement - limit, square = bend / h;
+    if (before * (before + (rate + bend) * h) >= 0.0)
+        return h;
+    /* The roots of before + rate*s + square*s^2, one of which is on the way. */
+    double half = -0.5 * (rate + copysign(sqrt(fmax(rate * rate - 4.0 * square * before, 0.0)), rate));
+    double s = before / half;
+    return 0.0 < s && s < h ? s : half / square;
+}
+
+/* When the first spring turns, or a stop is touched or left, on the way to new displacements, after s < h; h if none does. */
+static double first_corner(const MotionSystem *system, const MotionState *state, const double *displacements, double h)
+{
+    double first = h, per_h = 1.0 / h, from = NEAR_END * h, to = (1.0 - NEAR_END) * h;
     for (size_t a = 0; a < system->axes; a++) {
-        double rate = state->axis[a].rate, bend = (displacements[a] - state->axis[a].displacement) * per_h - rate;
+        const MotionAxis *axis = system->axis + a;
+        double displacement = state->axis[a].displacement, rate = state->axis[a].rate;
+        double bend = (displacements[a] - displacement) * per_h - rate;
+        if (axis->stop_stiffness > 0.0) {
+            const double stops[2] = {axis->stop_low, axis->stop_high};
+            for (int k = 0; k < 2; k++) {
+                double s = passage(displacement, rate, bend, axis->series * (stops[k] - axis->nominal), h);
+                first = from < s && s < to && s < first ? s : first;
+            }
+        }
         /* The rate at the end is rate + 2*bend. */
         if (rate * (rate + 2.0 * bend) >= 0.0)
             continue;
         double s = -0.5 * rate / bend * h;
-        const SpringLaw *law = system->axis[a].law;
         double way = 0.5 * fabs(rate) * s, beyond = fabs(bend) * (h - s) * (h - s) * per_h;
-        double least = LEAST_OVERSHOOT * system->axis[a].series / law->parameters.rho;
-        if (NEAR_END * h < s && s < (1.0 - NEAR_END) * h && s < first && way > least && beyond > least)
+        double least = LEAST_OVERSHOOT * axis->series / axis->law->parameters.rho;
+        if (from < s && s < to && s < first && way > least && beyond > least)
             first = s;
     }
     return first;
@@ -343,8 +363,8 @@ double motion_part(
     MotionBodyState bodies[MOTION_BODIES];
     size_t all = system->bodies * sizeof *bodies;
     motion_of_base(system, values, 0.0, acceleration);
-    motion_of_base(system, values, 1.0, state->base_spin);
-    int is_turning = dot3(state->base_spin, state->base_spin) > 0.0, has_dampers = state->has_dampers != 0.0;
+    int has_dampers = state->has_dampers != 0.0;
+    int is_turning = size3(state->end_spin) + size3(state->spin_slope) > 0.0;
     if (is_turning)
         moment_on_bodies(system, state, moment);
 
@@ -352,10 +372,12 @@ double motion_part(
     memcpy(bodies, state->body, all);
     double part = left;
     for (;;) {
+        for (int i = 0; i < 3; i++)
+            state->base_spin[i] = state->end_spin[i] - (left - 0.5 * part) * state->spin_slope[i];
         kick(system, state, acceleration, values, 0.5 * part, change);
         drift(system, state, part);
         motion_place_axes(system, state, displacements);
-        double turn = *turns > 0 ? first_turn(system, state, displacements, part) : part;
+        double turn = *turns > 0 ? first_corner(system, state, displacements, part) : part;
         if (turn == part)
             break;
         --*turns;
@@ -397,6 +419,15 @@ double motion_part(
         state->exchanged += fabs(work);
     }
     return part;
+}
+
+void motion_turn_base(const MotionSystem *system, MotionState *state, const double *values)
+{
+    double displacements[MOTION_AXES];
+    motion_of_base(system, values, 1.0, state->end_spin);
+    motion_place_axes(system, state, displacements);
+    take_forces(system, state, displacements);
+    take_rates(system, state);
 }
 
 int motion_step(const MotionSystem *system, MotionState *state, const double *values, double h)
@@ -465,9 +496,12 @@ void motion_accelerations(
         const MotionBody *body = system->body + b;
         const MotionBodyState *own = state->body + b;
         for (int i = 0; i < 3; i++)
-            linear[b][i] = (own->force[i] + force[b][i]) / body->mass + state->gravity[i] - of_base[i];
-        project(body->translations, body, linear[b]);
-        add3(linear[b], 1.0, of_base);
+            linear[b][i] = (own->force[i] + force[b][i]) / body->mass + state->gravity[i];
+        if (body->is_free == 0.0) {
+            add3(linear[b], -1.0, of_base);
+            turn3(body->translations, linear[b], linear[b]);
+            add3(linear[b], 1.0, of_base);
+        }
         memset(angular[b], 0, sizeof angular[b]);
         if (body->turns == 0.0)
             continue;

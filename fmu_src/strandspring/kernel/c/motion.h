@@ -9,8 +9,9 @@
  *
  * A step kicks V and L by half a step, lets the bodies drift freely over it in the inertial frame, turns all vectors back by
  * the base's rotation, and kicks again. a, W and the forces from outside are averages over the step. The damper's force at
- * the end is taken at the velocity V + h*V' foreseen at the beginning. A step ends early where a spring turns, at the vertex
- * of the parabola of its displacement, and the rest of it follows: so the error has no jumps and falls with h^2.
+ * the end is taken at the velocity V + h*V' foreseen at the beginning. A step ends early where a spring turns or
+ * meets or leaves a stop, by the parabola of its displacement, and the rest of it follows: so the error has no jumps and
+ * falls with h^2.
  *
  * The axis e of a mount is fixed to what it stands on, and its displacement is d = e.(P - Q), where P is the body's place of
  * the mount and Q the support's. Each spring is at nominal + d/S. The body takes the force -(P*r + c*d' + stop) along e at P,
@@ -86,7 +87,7 @@ typedef struct {
 
 typedef struct {
     double gravity[3];
-    /* The base's angular velocity: its average over the step; at the end of what is left of the step; and its slope. */
+    /* The base's angular velocity: its average over a part of a step; at the end of what is left of the step; its slope. */
     double base_spin[3], end_spin[3], spin_slope[3];
     /* Since the beginning [J]: dissipated by dampers; work of gravity, of the base and of forces from outside; sum of the
      * absolute values of the latter two. */
@@ -135,7 +136,7 @@ int motion_rest(
  * `stride` steps, where not NULL
  * workspace   motion_workspace doubles
  *
- * Means are taken from step `settled` on. */
+ * Means are taken from step `settled` on, by the trapezoidal rule. */
 typedef struct {
     double *of_points, *of_axes, *of_bodies, *energies;
     double *accelerations, *sway, *displacements, *forces, *workspace;

@@ -305,19 +305,14 @@ static double change_over(const double *averages, size_t k, size_t count)
     return count > 1 ? smaller : 0.0;
 }
 
-/* Whether an acceleration may jump or have a kink at the end of step k, as a channel jumps there by more than it changes
- * beside. The base's acceleration is felt at once where a body is held, and a damper changes its rate. */
-static int is_jump(const MotionSystem *system, const MotionState *state, const double *values, size_t k, size_t count)
+/* Whether a channel jumps at the end of step k, by more than it changes beside: courses have corners or jumps there. */
+static int is_jump(const MotionSystem *system, const double *values, size_t k, size_t count)
 {
-    int feels_base = state->has_dampers != 0.0;
-    for (size_t b = 0; b < system->bodies; b++)
-        feels_base = feels_base || system->body[b].is_free == 0.0;
     for (size_t c = 0; c < system->channels && k + 1 < count; c++) {
         const double *row = values + c * count;
         double before = change_over(row, k, count), after = change_over(row, k + 1, count);
         double jump = row[k + 1] - row[k] - 0.5 * (before + after);
-        int is_felt = system->channel[c].kind == 2.0 || (system->channel[c].kind == 0.0 && feels_base);
-        if (is_felt && fabs(jump) > fabs(before) + fabs(after))
+        if (fabs(jump) > fabs(before) + fabs(after))
             return 1;
     }
     return 0;
@@ -329,10 +324,8 @@ size_t motion_run(
     Watch watch;
     double now[MOTION_CHANNELS], change[MOTION_CHANNELS], loads[MOTION_CHANNELS] = {0.0}, course[MOTION_CHANNELS];
     size_t k = 0, averaged = 0;
-    int is_after_jump = 0;
+    int is_after_jump = 1; /* at the beginning loads may set in at once */
     begin(system, state, &watch, record);
-    for (size_t c = 0; c < system->channels && count > 0; c++)
-        loads[c] = values[c * count] - 0.5 * change_over(values + c * count, 0, count);
     take(system, state, loads, 0.0, 1, 0.0, &watch);
     write_row(system, state, &watch, 0, record);
     for (; k < count; k++) {
@@ -345,9 +338,10 @@ size_t motion_run(
         if (is_after_jump) {
             for (size_t c = 0; c < system->channels; c++)
                 course[c] = now[c] - 0.5 * change[c];
+            motion_turn_base(system, state, course);
             take(system, state, course, h * (double)k, 1, 0.0, &watch);
         }
-        is_after_jump = is_jump(system, state, values, k, count);
+        is_after_jump = is_jump(system, values, k, count);
         motion_of_base(system, change, 1.0, state->spin_slope);
         for (int i = 0; i < 3; i++)
             state->spin_slope[i] /= h;

@@ -46,8 +46,9 @@ def acceleration_against_stroke(answers: Sequence[CaseAnswer]) -> Chart:
     for k, candidate in enumerate(dict.fromkeys(answer.candidate for answer in answers)):
         own = [mark for answer in answers if answer.candidate == candidate for mark in _marks(answer)]
         if own:
+            texts = [one[2].case.name for one in own]
             x, y = np.array([one[0] for one in own]), np.array([one[1] for one in own])
-            traces.append(Trace(candidate, x, y, _COLOURS[k % len(_COLOURS)], Form.MARKS))
+            traces.append(Trace(candidate, x, y, _COLOURS[k % len(_COLOURS)], Form.MARKS, texts=tuple(texts)))
         marks += own
     strokes = {figure.limit for answer in answers for figure in answer.of(Quantity.STROKE) if figure.limit is not None}
     limits = {figure.limit for answer in answers for figure in answer.of(Quantity.ACCELERATION) if figure.limit}

@@ -1,0 +1,105 @@
+"""What bodies on mounts cost in time, as ratios within one run: python tests/benchmarks/systems.py
+
+A step of six degrees of freedom on twelve springs is compared with a sample of the same kind of spring along a path
+(`Spring.response`). Machines are noisy, so nothing here is asserted; each figure is the best of several, on one core.
+"""
+
+from __future__ import annotations
+
+import os
+import platform
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+from rich.console import Console
+from rich.table import Table
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "helpers"))
+
+from mounted_examples import COMPRESSION, GRAVITY, box, unit
+from strandspring import Spring, SpringParameters
+from strandspring.systems.level_table import LevelTable
+from strandspring.systems.loads import Channel, ChannelKind, LoadCase, Signal
+from strandspring.systems.pulses import HalfSine
+from strandspring.systems.random_signal import RandomVibration
+from strandspring.systems.rest import rest
+from strandspring.systems.simulation import run_once
+from strandspring.systems.solving import solver
+
+ROUNDS, DRAWS = 5, 1000
+SHOCK_STEP, RANDOM_STEP = 1e-4, 1.0 / 20_000
+console = Console(width=110)
+
+
+def fastest(work: Callable[[], object], rounds: int = ROUNDS) -> float:
+    """Shortest processor time [s]."""
+    times = []
+    for _ in range(rounds):
+        begin = time.process_time()
+        work()
+        times.append(time.process_time() - begin)
+    return min(times)
+
+
+def case(name: str, duration: float, signal: Signal) -> LoadCase:
+    channel = Channel(ChannelKind.BASE_ACCELERATION, signal, unit(1.0, 2.0, 3.0))
+    return LoadCase(name, "pulse", duration, (channel,))
+
+
+SHOCK = case("shock", 1.0, HalfSine(15.0 * GRAVITY, 0.011))
+
+
+def runs() -> list[tuple[str, float, int, float]]:
+    """Name, processor time [s], steps and target [s] of a 1 s shock, 1000 drawn ones and 60 s at random."""
+    system = box()
+    kernel, start = solver(system), rest(system)
+    count = round(SHOCK.duration / SHOCK_STEP)
+    density = LevelTable(((10.0, 0.01 * GRAVITY**2), (200.0, 0.01 * GRAVITY**2)))
+    shaken = case("random", 60.0, RandomVibration(density, 60.0, 1))
+    long = round(shaken.duration / RANDOM_STEP)
+    run_once(system, kernel, shaken, start, RANDOM_STEP, long)  # the signal is drawn once
+    factors = np.random.default_rng(1).lognormal(0.0, 0.1, DRAWS).tolist()
+
+    def drawn() -> None:
+        """Each with springs of its own: tables of their laws, rest and motion."""
+        for factor in factors:
+
+            def change(spring: SpringParameters, factor: float = factor) -> SpringParameters:
+                return SpringParameters(
+                    tuple(factor * k for k in spring.kE), spring.kA, factor * spring.kappa_omega, spring.rho,
+                    spring.sigma, spring.n, spring.displacement_offset, spring.displacement_min,
+                    spring.displacement_max,
+                )  # fmt: skip
+
+            one = system.with_springs(change)
+            solve = solver(one)
+            run_once(one, solve, SHOCK, rest(one, solve=solve), SHOCK_STEP, count)
+
+    shock = fastest(lambda: run_once(system, kernel, SHOCK, start, SHOCK_STEP, count))
+    random = fastest(lambda: run_once(system, kernel, shaken, start, RANDOM_STEP, long))
+    return [
+        ("1 s shock", shock, count, 500e-9 * count),
+        ("60 s random at 20 kHz", random, long, 2.0),
+        (f"{DRAWS} draws of a 1 s shock", fastest(drawn, 1), DRAWS * count, 15.0),
+    ]
+
+
+def main() -> None:
+    path = 0.02 * np.sin(np.linspace(0.0, 40.0 * np.pi, 1_000_000))
+    spring = Spring(COMPRESSION)
+    sample = fastest(lambda: spring.response(path)) / path.size
+    table = Table(title=f"Six degrees of freedom on 12 springs; a sample of `response` takes {1e9 * sample:.1f} ns")
+    for column in ("run", "s", "target s", "ns/step", "samples/step"):
+        table.add_column(column, justify="right")
+    for name, seconds, steps, target in runs():
+        each = seconds / steps
+        table.add_row(name, f"{seconds:.3f}", f"{target:g}", f"{1e9 * each:.0f}", f"{each / sample:.1f}")
+    console.print(table)
+
+
+if __name__ == "__main__":
+    console.print(f"Python {platform.python_version()}, NumPy {np.__version__}, {os.cpu_count()} cores")
+    main()
