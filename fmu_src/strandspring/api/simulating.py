@@ -13,7 +13,8 @@ from ..files import refuse_unwritable, write_csv
 from ..jobs.threads import in_threads
 from ..systems.answers import CandidateAnswer, CaseAnswer, answer_candidate, answer_case
 from ..systems.chosen import chosen_candidates, chosen_cases
-from ..systems.draws import CaseDraws, Drawn
+from ..systems.drawn_springs import Drawn
+from ..systems.draws import CaseDraws
 from ..systems.mounted import MountedSystemError
 from ..systems.rest import SHARES
 from ..systems.system_file import SystemFile, load_system_file

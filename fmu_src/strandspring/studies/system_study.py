@@ -21,7 +21,7 @@ from ..systems.system_tables import SystemTable
 from ..systems.value_paths import Location
 from ..systems.verdicts import Quantity, Verdict
 from .definition import DONE
-from .varied import Varied
+from .varied import Varied, with_texts
 
 OUTSIDE = "outside"
 _MOST_RUNS = 1_000_000
@@ -166,14 +166,7 @@ class SystemStudy:
 
     def distinct_files(self) -> Iterator[SystemFile]:
         """The description as it is, and with each text that is varied, as far as these are possible."""
-        contents = [self.content]
-        for one in self.varied:
-            contents += [
-                one.applied(self.content, self._table, k)
-                for k, value in enumerate(one.values)
-                if isinstance(value, str)
-            ]
-        for content in contents:
+        for content in with_texts(self.content, self._table, self.varied):
             with suppress(StrandspringError):
                 yield system_of_content(content, self.files)
 

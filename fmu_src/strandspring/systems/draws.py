@@ -1,27 +1,24 @@
 """Spread of a load case by the uncertainty of its springs: springs are drawn and the case is run with each of them.
 
-Springs of one model file are drawn as one, which is the uncertainty of the identification and not the scatter from
-mount to mount; those of different files independently. A drawn spring begins at the nominal displacement of the
-identified one. Each draw is run from the same static equilibria with the same steps, and the worst counts.
+See `drawn_springs` for what a draw is. Each is run from the same static equilibria with the same steps, and the worst
+counts.
 """
 
 from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..core.parameters import SpringParameters
 from ..errors import ModelError
 from ..kernel.arrays import FloatArray
 from ..kernel.motion import MotionSolver
-from ..modelfile import ModelFile
-from ..spread import Spread
 from .answers import CaseAnswer
 from .axis_laws import AxisLaws
+from .drawn_springs import Drawn
 from .loads import LoadCase
 from .mounted import MountedSystem, MountedSystemError
 from .range_use import ROUNDING, ways_used
@@ -31,47 +28,6 @@ from .solving import solver
 from .verdicts import CaseSpread, Quantiles, Quantity
 
 _ROUNDING = 1e-9  # of a number of steps
-_APART = 2**32  # from the draws of one model file to those of the next
-
-
-@dataclass(frozen=True)
-class Drawn:
-    """Springs that can be drawn, and what cannot.
-
-    Attributes
-    ----------
-    spreads : mapping        Of each spring with an uncertainty; the second is its place among the springs.
-    missing : tuple of str   A sentence for each model file without one.
-    """
-
-    spreads: Mapping[SpringParameters, tuple[Spread, int]]
-    missing: tuple[str, ...]
-
-    @classmethod
-    def of(cls, system: MountedSystem, models: Mapping[str, ModelFile]) -> Drawn:
-        """Of a system."""
-        names: dict[SpringParameters, str] = {}
-        for _, axis in system.axes():
-            names.setdefault(axis.spring, axis.model)
-        spreads, missing = {}, []
-        for place, (spring, name) in enumerate(names.items()):
-            model = models.get(name)
-            try:
-                spreads[spring] = (Spread.of(spring, model.uncertainty if model else {}), place)
-            except ModelError as problem:
-                missing.append(f"{name or 'A spring'} is taken as known in all draws: {problem}")
-        return cls(spreads, tuple(missing))
-
-    def system(self, system: MountedSystem, seed: int, number: int) -> MountedSystem:
-        """A system with the springs of one draw."""
-
-        def change(spring: SpringParameters) -> SpringParameters:
-            if spring not in self.spreads:
-                return spring
-            spread, place = self.spreads[spring]
-            return spread.draw(spring, seed, number + place * _APART)
-
-        return system.with_springs(change)
 
 
 @dataclass(frozen=True, eq=False)

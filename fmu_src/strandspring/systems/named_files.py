@@ -98,7 +98,7 @@ class HeldFiles:
 
 def _read(read: Callable[[str], Held], names: Iterable[str]) -> dict[str, Held | str]:
     held: dict[str, Held | str] = {}
-    for name in dict.fromkeys(names):
+    for name in names:
         try:
             held[name] = read(name)
         except StrandspringError as refusal:

@@ -7,7 +7,6 @@ itself: how many of its places, from the first on, have a mount.
 
 from __future__ import annotations
 
-import copy
 from collections.abc import Iterator, Mapping
 from itertools import islice
 from typing import Any
@@ -54,18 +53,17 @@ def value_at(node: Any, location: Location) -> Any:
     return node
 
 
-def with_value(content: Mapping[str, Any], table: SystemTable, location: Location, value: Any) -> dict[str, Any]:
-    """A copy of the content with another value, which may have been left out.
+def set_value(content: dict[str, Any], table: SystemTable, location: Location, value: Any) -> None:
+    """Change a value in the content of a file, which may have left it out.
 
     Parameters
     ----------
-    content : mapping        As TOML gives it; valid.
+    content : dict           As TOML gives it; valid. Changed.
     table : SystemTable      The same, read.
     location : Location
     value : object           As the file would have it; a number of mounts for `places`.
     """
-    changed: dict[str, Any] = copy.deepcopy(dict(content))
-    node: Any = changed
+    node: Any = content
     for depth, part in enumerate(location[:-1], start=1):
         if isinstance(node, dict) and part not in node:
             default = value_at(table, location[:depth])
@@ -78,7 +76,6 @@ def with_value(content: Mapping[str, Any], table: SystemTable, location: Locatio
             node["rotate"] = node["rotate"][:value]
     else:
         node[last] = value
-    return changed
 
 
 def _matches(path: str, node: Any, location: Location) -> Iterator[Location]:
