@@ -21,6 +21,10 @@ from distributed import LocalCluster
 
 import strandspring
 from strandspring import StrandspringError
+from strandspring.answers.answers import answer_case
+from strandspring.answers.drawn_springs import Drawn
+from strandspring.answers.verdicts import Verdict
+from strandspring.errors import MountedSystemError
 from strandspring.examples.system_models import SYSTEMS
 from strandspring.jobs.cluster import Cluster
 from strandspring.jobs.runners import Local, Runner
@@ -30,12 +34,8 @@ from strandspring.studies.run_system import run_system_study
 from strandspring.studies.system_planning import planned_study, undrawn
 from strandspring.studies.system_study import SystemRow, SystemStudy, system_row
 from strandspring.studies.system_summaries import SystemSummaries
-from strandspring.systems.answers import answer_case
-from strandspring.systems.drawn_springs import Drawn
-from strandspring.systems.mounted import MountedSystemError
-from strandspring.systems.named_files import FilesOfFolder
-from strandspring.systems.system_file import read_description, system_of_content
-from strandspring.systems.verdicts import Verdict
+from strandspring.system_files.named_files import FilesOfFolder
+from strandspring.system_files.system_file import read_description, system_of_content
 from studies import Counter
 from terminal import Terminal
 

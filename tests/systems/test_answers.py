@@ -10,21 +10,21 @@ import pytest
 
 from mounted_examples import CORNERS, box, elastic, hysteretic, one_mass, three_axes, unit
 from strandspring import modelfile
+from strandspring.answers.answers import CaseAnswer, answer_candidate, answer_case
+from strandspring.answers.case_cautions import CautionKind
+from strandspring.answers.draws import CaseDraws, Drawn
+from strandspring.answers.verdicts import Figure, Quantity, Verdict, judged
 from strandspring.examples import systems
-from strandspring.systems.answers import CaseAnswer, answer_candidate, answer_case
-from strandspring.systems.case_cautions import CautionKind
-from strandspring.systems.draws import CaseDraws, Drawn
-from strandspring.systems.level_table import LevelTable
+from strandspring.signals.level_table import LevelTable
+from strandspring.signals.pulses import HalfSine
+from strandspring.signals.random_signal import RandomVibration
+from strandspring.signals.shock_spectra import shock_spectrum
+from strandspring.system_files.system_file import load_system_file
 from strandspring.systems.limits import Limits
 from strandspring.systems.loads import Channel, ChannelKind, LoadCase, Signal
 from strandspring.systems.mounted import Motion, Mount, MountAxis, MountedSystem, Point, RigidBody, Stops, Vector
-from strandspring.systems.pulses import HalfSine
-from strandspring.systems.random_signal import RandomVibration
 from strandspring.systems.rest import rest
-from strandspring.systems.shock_spectra import shock_spectrum
 from strandspring.systems.simulation import simulate_case
-from strandspring.systems.system_file import load_system_file
-from strandspring.systems.verdicts import Figure, Quantity, Verdict, judged
 
 X: Vector = (1.0, 0.0, 0.0)
 DOWN: Vector = (0.0, 0.0, -1.0)

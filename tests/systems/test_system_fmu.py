@@ -17,12 +17,13 @@ from fmpy.validation import validate_fmu
 
 from kernel_tools import compiled
 from native_tools import CO_SIMULATION, ERROR, FUNCTIONS, MODEL_EXCHANGE, OK, Library, Native, doubles
+from strandspring.errors import MountedSystemError
 from strandspring.fmu.native.platforms import chosen_platforms
 from strandspring.system_fmu.system_check import examine_system_fmu
 from strandspring.system_fmu.system_native import build_system_fmu, system_contents
 from strandspring.system_fmu.system_reference import expected_motion
 from strandspring.system_fmu.system_variables import ForceInput, SystemFmuOptions, unique_names
-from strandspring.systems.mounted import MountedSystem, MountedSystemError, Point
+from strandspring.systems.mounted import MountedSystem, Point
 from system_fmu_tools import (
     BOX,
     BOX_OPTIONS,

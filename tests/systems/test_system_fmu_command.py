@@ -14,11 +14,11 @@ from fmpy.validation import validate_fmu
 
 import strandspring
 from strandspring import BuildError, StrandspringError, build_fmu
+from strandspring.errors import MountedSystemError
 from strandspring.fmu.archive import write_archive
 from strandspring.fmu.papers import sealed
-from strandspring.systems.mounted import MountedSystemError
+from strandspring.system_files.system_file import is_system_file, load_system_file
 from strandspring.systems.simulation import simulate_case
-from strandspring.systems.system_file import is_system_file, load_system_file
 from terminal import Terminal
 
 EXAMPLES = Path(strandspring.__file__).parent / "examples" / "systems"

@@ -8,14 +8,14 @@ from typing import Any
 
 import numpy as np
 
-from ..systems.answers import CandidateAnswer, CaseAnswer
+from ..answers.answers import CandidateAnswer, CaseAnswer
+from ..answers.courses import SRS_DAMPING, Courses
+from ..answers.range_use import RangeUse
+from ..answers.verdicts import Figure
 from ..systems.axis_names import axis_names
-from ..systems.courses import SRS_DAMPING, Courses
 from ..systems.modes import Mode
 from ..systems.mounted import MountedSystem
-from ..systems.range_use import RangeUse
 from ..systems.simulation import CaseRun
-from ..systems.verdicts import Figure
 
 Json = dict[str, Any]
 

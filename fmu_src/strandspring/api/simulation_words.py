@@ -8,12 +8,12 @@ from collections.abc import Collection, Iterator, Sequence
 
 import numpy as np
 
+from ..answers.answers import CandidateAnswer, CaseAnswer
+from ..answers.case_cautions import Caution, CautionKind
+from ..answers.static_answer import SECANT_SHARE
+from ..answers.verdicts import Figure, Quantity, Verdict
 from ..kernel.arrays import FloatArray
-from ..systems.answers import CandidateAnswer, CaseAnswer
-from ..systems.case_cautions import Caution, CautionKind
 from ..systems.mounted import STANDARD_GRAVITY
-from ..systems.static_answer import SECANT_SHARE
-from ..systems.verdicts import Figure, Quantity, Verdict
 from .text import counted
 from .text_table import table_lines
 

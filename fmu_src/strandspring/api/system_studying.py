@@ -12,6 +12,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..answers.verdicts import Verdict
+from ..errors import MountedSystemError
 from ..files import readable
 from ..jobs.cluster import Cluster
 from ..studies.run_system import run_system_study
@@ -19,10 +21,9 @@ from ..studies.system_planning import planned_study, undrawn
 from ..studies.system_study import SystemStudy
 from ..studies.system_summaries import SystemSummaries, SystemSummary
 from ..studies.varied import Given, shown_alone
-from ..systems.mounted import STANDARD_GRAVITY, MountedSystemError
-from ..systems.named_files import FilesOfFolder
-from ..systems.system_file import read_description
-from ..systems.verdicts import Verdict
+from ..system_files.named_files import FilesOfFolder
+from ..system_files.system_file import read_description
+from ..systems.mounted import STANDARD_GRAVITY
 from .plotting import save_plot, some_axes
 from .progress import Progress, unseen
 from .result import Result

@@ -10,16 +10,16 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..errors import StrandspringError
-from ..systems.answers import CaseAnswer, answer_case
-from ..systems.drawn_springs import Drawn
-from ..systems.mounted import MountedSystem, MountedSystemError
-from ..systems.named_files import HeldFiles
+from ..answers.answers import CaseAnswer, answer_case
+from ..answers.drawn_springs import Drawn
+from ..answers.verdicts import Quantity, Verdict
+from ..errors import MountedSystemError, StrandspringError
+from ..system_files.named_files import HeldFiles
+from ..system_files.system_file import SystemFile, system_of_content
+from ..system_files.system_tables import SystemTable
+from ..system_files.value_paths import Location
+from ..systems.mounted import MountedSystem
 from ..systems.rest import SHARES
-from ..systems.system_file import SystemFile, system_of_content
-from ..systems.system_tables import SystemTable
-from ..systems.value_paths import Location
-from ..systems.verdicts import Quantity, Verdict
 from .definition import DONE
 from .varied import Varied, with_texts
 

@@ -8,7 +8,7 @@ from typing import Protocol
 
 import numpy as np
 
-from ..systems.verdicts import Verdict
+from ..answers.verdicts import Verdict
 from .quantiles import SHARES, Quantiles, Reasons, quantiles
 from .summary_sequence import SummarySequence
 from .system_study import SystemRow, SystemStudy

@@ -15,11 +15,11 @@ from typing import Any
 import numpy as np
 from pydantic import ValidationError
 
+from ..errors import MountedSystemError
 from ..strict_json import is_finite
-from ..systems.mounted import MountedSystemError
-from ..systems.system_tables import SystemTable
-from ..systems.table_refusals import refusal
-from ..systems.value_paths import PLACES, Location, locations, set_value, value_at
+from ..system_files.system_tables import SystemTable
+from ..system_files.table_refusals import refusal
+from ..system_files.value_paths import PLACES, Location, locations, set_value, value_at
 
 MOST_VALUES = 10_000
 PERCENT = "%"

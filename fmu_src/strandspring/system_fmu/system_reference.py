@@ -8,10 +8,11 @@ from dataclasses import replace
 
 import numpy as np
 
+from ..errors import MountedSystemError
 from ..fmu.papers import SYSTEM_REFERENCE, SYSTEM_STIMULI
 from ..kernel.arrays import FloatArray
 from ..kernel.motion import MotionFigures
-from ..systems.mounted import STANDARD_GRAVITY, MountedSystem, MountedSystemError
+from ..systems.mounted import STANDARD_GRAVITY, MountedSystem
 from ..systems.rest import rest
 from ..systems.solving import solver
 from .system_block import channel_rows_of
