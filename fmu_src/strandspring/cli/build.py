@@ -95,7 +95,7 @@ def _author(_context: click.Context, _parameter: click.Parameter, author: str) -
 @click.option("--description", default="", help="Free text for the model identified from records.")
 @zero_option
 @click.option("--author", default="", callback=_author, help="Author of the FMU, for its model description.")
-@click.option("--candidate", metavar="NAME", help="Of a SYSTEM.toml; needed if it has several.")
+@click.option("--candidate", metavar="NAME", help="Of a SYSTEM.toml: the candidate; needed if it has several.")
 @record_options
 @identification_options
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object instead of text.")
@@ -120,8 +120,8 @@ def build(
     From an FMU of strandspring the model file that it holds is built again with the same settings, which gives the same
     bytes for the same platforms.
 
-    The FMU of a SYSTEM.toml holds its bodies on their mounts, for co-simulation: acceleration of the base in, motion of
-    points and forces of mounts out. It is native; its step is at most that of the file, and of what is stable.
+    The FMU of a SYSTEM.toml holds the bodies on the mounts of one candidate, for co-simulation: acceleration of the base
+    in, motion of points and forces of mounts out. It is native, and the other options for springs do not apply.
 
     Without an argument the bundled measured record is identified, a rubber hinge on a tensile rig, and built with both
     back ends.

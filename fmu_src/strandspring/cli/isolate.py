@@ -52,8 +52,9 @@ def isolate(
 ) -> None:
     """Compute transmissibility and resonance of a mass on the spring, or on several springs to compare them.
 
-    Or of the rigid bodies on mounts that a SYSTEM.toml describes, with their natural modes: in all degrees of freedom,
-    for small rotations, and for all its candidates.
+    Of a SYSTEM.toml, which describes rigid bodies on mounts, compute it in all degrees of freedom for small rotations,
+    with the natural modes, for all its candidates. That may take minutes; fewer directions, levels and points
+    take less.
 
     The steady response is found by harmonic balance and followed through folds, where a frequency has several motions;
     between two folds they are unstable (drawn dotted). Transmissibility is that of the first harmonic: absolute motion
@@ -68,7 +69,7 @@ def isolate(
       strandspring isolate spring.json --mass 5 --base-displacement 0.5
       strandspring isolate spring.json --mass 5 --force 10 --band 2 50 -o c.csv
       strandspring isolate spring.json --mass 5 --verify
-      strandspring isolate system.toml --direction z --base-displacement 0.5
+      strandspring isolate box.toml --direction z --base-displacement 0.5
     """
     refuse_wrong_options(context, models)
     levels = {kind: options.pop(kind) for kind in EXCITATIONS}

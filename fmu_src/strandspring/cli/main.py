@@ -30,13 +30,13 @@ COMMANDS = {
     "info": "Show a model's parameters and loop figures, beside those of records.",
     "compare": "Compare two springs, such as before and after fatigue, by the uncertainty of both.",
     "synthesize": "Compute records: a spring's response, or the paper's experiment.",
-    "build": "Build, validate and run the FMU of a model file or of records.",
+    "build": "Build, validate and run the FMU of a model file, of records, or of a system.",
     "verify": "Verify that FMUs are as they were built and answer as they should.",
     "export": "Export a model's parameters as SSP parameter values, or into a Modelica library.",
-    "isolate": "Compute transmissibility and resonance of a mass on the spring.",
-    "docs": "Open the documentation.",
-    "study": "Run a parameter study of resonance and isolation.",
+    "isolate": "Compute transmissibility and resonance of a mass, or of bodies on mounts.",
     "simulate": "Simulate bodies on mounts under shock and vibration.",
+    "study": "Run a parameter study of `isolate` or of `simulate`.",
+    "docs": "Open the documentation.",
 }
 
 
@@ -79,6 +79,7 @@ def strandspring() -> None:
       strandspring export spring.json --ssv --modelica
       strandspring isolate spring.json --mass 5 --plot curves.png
       strandspring study spring.json --mass 4:8:5 --force 10 -o study.csv
+      strandspring simulate box.toml --report box.html
       strandspring synthesize spring spring.json --amplitude 20 -o synthetic.csv
 
     Exit status: 0 done; 1 the data or the model is refused, with one sentence that says why; 2 wrong usage or a

@@ -23,7 +23,7 @@ from .paths import PLOT_FILE, FileOfFormat, refuse_overwriting
     "cases",
     multiple=True,
     metavar="NAME",
-    help="Simulate only this load case; of several directions all are meant. Repeat for more.",
+    help="Simulate only this load case, in all its directions; repeat for more.",
 )
 @click.option(
     "--candidate", "candidates", multiple=True, metavar="NAME", help="Simulate only this candidate; repeat for more."
@@ -38,14 +38,22 @@ from .paths import PLOT_FILE, FileOfFormat, refuse_overwriting
     "--draws",
     type=click.IntRange(0, 1_000_000),
     metavar="N",
-    help="Springs drawn from the uncertainty of their model files; 0 for none.  [default: the file's, or 0]",
+    help="Draws of all springs from the uncertainty in their model files, for the spread of the figures; 0 for none.  "
+    "[default: the file's, or 0]",
 )
 @click.option("--seed", type=click.IntRange(min=0), help="Seed of the draws.  [default: the file's, or 0]")
 @click.option("--workers", type=click.IntRange(1, 1024), metavar="N", help="Number of threads.  [default: all cores]")
 @click.option("--report", type=FileOfFormat(*SUFFIXES), metavar="FILE.html", help="Write a report (.html or .pdf).")
-@click.option("--plot", type=PLOT_FILE, metavar="FILE.png", help="Plot acceleration against stroke of all answers.")
 @click.option(
-    "--histories", metavar="FOLDER", help="Write the histories of each candidate in each case to a CSV file there."
+    "--plot",
+    type=PLOT_FILE,
+    metavar="FILE.png",
+    help="Plot acceleration against stroke of all candidates in all cases (.png, .svg or .pdf).",
+)
+@click.option(
+    "--histories",
+    metavar="FOLDER",
+    help="Write the motion over time of each candidate in each case to a CSV file in this folder, some 20 MB each."
 )
 @click.option("-o", "--output", metavar="OUT.csv", help="Write all figures of all cases to this file.")
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object instead of text.")
@@ -62,9 +70,11 @@ def simulate(
 ) -> None:
     """Simulate bodies on mounts under shock and vibration.
 
-    SYSTEM.toml describes rigid bodies on mounts of identified springs, candidates, limits and load cases. Every case is
-    run from static equilibrium with omega at rest at its three extremes, and with half the step for the numerical
-    error.
+    SYSTEM.toml describes rigid bodies on mounts of identified springs, the mounts to choose from (candidates), limits
+    and load cases; `python -m strandspring.examples.system_models FOLDER` writes examples. Where hysteresis leaves a
+    body at rest is unknown: each case is run from three static equilibria, with omega, the normalized hysteretic
+    variable, at 0, 1 and -1 times the sign of each spring's static force, and the worst counts. Each run is repeated
+    with half the step for the numerical error.
 
     The verdict on a candidate in a case is "pass", "close" (a limit lies within the numerical error), "fail",
     "outside" (a spring leaves its identified range, so that all figures are extrapolated) or "refused" (it cannot be

@@ -94,17 +94,17 @@ def study(
     as_json: bool,
     **options: Any,
 ) -> None:
-    """Run a parameter study of resonance and isolation, or of bodies on mounts under shock and vibration.
+    """Run a parameter study of `isolate` for a model file, or of `simulate` for a SYSTEM.toml.
 
-    Of a model, every grid point (mass, level, stiffness factor) is run with every spring drawn from the standard errors
-    and correlations of kappa_omega, rho, sigma and n in the model file. Draw k of a seed is the same spring in every
-    study. A refused run, for instance one whose motion leaves the identified range, is a line with the reason. Finished
-    runs are kept in RESULTS.csv.part.jsonl until all are done; the same command continues from there.
+    Of a model file, every grid point (mass, level, stiffness factor) is run with every spring drawn from the joint
+    uncertainty of all coefficients in the model file. Of a SYSTEM.toml, --vary gives values of the file: keys with dots
+    between them lead to one, names or numbers choose an entry of a list, and * takes all of them; numbers carry a unit
+    or are in SI, and percent are of what the file says. "mount.NAME.places" is how many of the places have a mount,
+    from the first on. Every grid point is simulated with every candidate, load case and draw.
 
-    Of a SYSTEM.toml, values of the file are varied: keys with dots between them lead to one, names or numbers take an
-    entry of a list, and * all of them. Every grid point is simulated with every draw, candidate and load case. Numbers
-    carry a unit or are in SI; percent are of what the file says. "mount.NAME.places" is how many of the places have a
-    mount, from the first on.
+    Draw k of a seed is the same spring in every study. A refused run, for instance one whose motion leaves the
+    identified range, is a line with the reason. Finished runs are kept in RESULTS.csv.part.jsonl until all are done;
+    the same command continues from there.
 
     \b
     Examples:
@@ -113,8 +113,8 @@ def study(
       strandspring study spring.json --mass 5 --stiffness 0.9:1.1:3 -o s.csv
       strandspring study spring.json --mass 5 --scheduler tls://host:8786 -o s.csv
       strandspring study box.toml --vary 'body.box.mass=15 kg:25 kg:5' -o s.csv
-      strandspring study box.toml --vary mount_type.*.axes.*.parallel=1,2 -o p.csv
-      strandspring study box.toml --vary mount.corner.places=4,6 -o m.csv
+      strandspring study box.toml --vary 'mount_type.*.axes.*.series=1,2' -o p.csv
+      strandspring study box.toml --vary mount.corner.places=3,4 -o m.csv
     """
     refuse_wrong_options(context, model)
     scheduler = cluster_option(workers, options)

@@ -16,7 +16,7 @@ from ..files import write_text
 
 # In the order in which they are read.
 PAGES = (
-    "overview", "test-engineer", "simulation-engineer", "designer", "system-file", "python", "limits",
+    "overview", "test-engineer", "simulation-engineer", "designer", "systems", "system-file", "python", "limits",
     "troubleshooting", "security", "method", "figures",
 )  # fmt: skip
 

@@ -1,10 +1,11 @@
-"""The model files of the example systems beside this file: springs that are synthesized, not measured.
+"""The example systems beside this file, and where the model files of their springs come from.
 
     python -m strandspring.examples.system_models [FOLDER]
 
-Plausible parameters of wire-rope mounts and a recoil spring give records of cyclic tests with noise; what
-`strandspring.identify` finds in these is written to the folder, with its uncertainty. Without a folder the files in
-``examples/systems`` of a checkout are written again.
+copies the descriptions and model files into a new folder. Without one the model files in ``examples/systems`` of a
+checkout are made again. The springs are synthesized, not measured: plausible parameters of wire-rope mounts and a
+recoil spring give records of cyclic tests with noise, and a model file is what `strandspring.identify` finds in these,
+with its uncertainty.
 """
 
 from __future__ import annotations
@@ -70,7 +71,16 @@ def write_models(folder: Path, names: Iterable[str] = SPRINGS) -> None:
 
 
 def main() -> None:
-    write_models(Path(sys.argv[1]) if len(sys.argv) > 1 else SYSTEMS)
+    if len(sys.argv) == 1:
+        write_models(SYSTEMS)
+        return
+    folder = Path(sys.argv[1])
+    try:
+        folder.mkdir(parents=True)
+    except OSError as problem:
+        sys.exit(f"{folder}: {problem.strerror}; give the name of a new folder.")
+    for file in SYSTEMS.iterdir():
+        (folder / file.name).write_bytes(file.read_bytes())
 
 
 if __name__ == "__main__":

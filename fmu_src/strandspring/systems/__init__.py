@@ -1,1 +1,1 @@
-"""Rigid bodies on hysteretic mounts; static pose, modes, motion in time and steady vibration in all degrees of freedom."""
+"""Rigid bodies on hysteretic mounts; static pose, modes, motion in time, steady vibration by harmonic balance."""
