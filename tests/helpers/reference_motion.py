@@ -27,7 +27,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.integrate import DOP853
+from scipy.integrate import DOP853, LSODA
 from scipy.optimize import brentq, root
 from scipy.spatial.transform import Rotation
 
@@ -338,6 +338,7 @@ def reference_motion(
     omega: float | Sequence[float] = 0.0,
     spin: Sequence[Sequence[float]] | None = None,
     rtol: float = 1e-10,
+    method: type[DOP853] | type[LSODA] = DOP853,
 ) -> ReferenceMotion:
     """Solve for rising `times` from 0 on; the signals of the case must be of the class `Course`.
 
@@ -356,7 +357,7 @@ def reference_motion(
     rows, now, restarts = [], 0.0, 0
     for end in (*sorted(corners), float(times[-1])):
         while now < end:
-            solver = DOP853(
+            solver = method(
                 lambda t, z: equations.rate(t, z, directions), now, state, end, rtol=rtol, atol=1e-13, max_step=2e-3
             )
             now, state, turned = _until_kink(equations, solver, directions, times, rows)
@@ -369,7 +370,7 @@ def reference_motion(
 
 
 def _until_kink(
-    equations: _Equations, solver: DOP853, directions: FloatArray, times: FloatArray, rows: list[FloatArray]
+    equations: _Equations, solver: DOP853 | LSODA, directions: FloatArray, times: FloatArray, rows: list[FloatArray]
 ) -> tuple[float, FloatArray, NDArray[np.intp]]:
     """Run to the next kink or the end; samples passed are appended to `rows`."""
     axes = equations.count
