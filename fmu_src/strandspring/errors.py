@@ -15,3 +15,7 @@ class ModelError(StrandspringError):
 
 class BuildError(StrandspringError):
     """An FMU cannot be built, validated or run."""
+
+
+class MountedSystemError(StrandspringError):
+    """Bodies on mounts that cannot be, or cannot be simulated as asked."""

@@ -222,7 +222,7 @@ def text_in_fmu(path: Path, name: str) -> str:
             f"{readable(path)} cannot be read as an FMU ({problem}); copy it again, or build it again."
         ) from None
     if text is None:
-        raise ModelError(f"{readable(path)} holds no {name}; give an FMU that strandspring built.")
+        raise ModelError(f"{readable(path)} holds no {name}; give the FMU of a spring that strandspring built.")
     return text
 
 

@@ -21,10 +21,10 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "helpers"))
 
 from mounted_examples import COMPRESSION, GRAVITY, box, unit
 from strandspring import Spring, SpringParameters
-from strandspring.systems.level_table import LevelTable
+from strandspring.signals.level_table import LevelTable
+from strandspring.signals.pulses import HalfSine
+from strandspring.signals.random_signal import RandomVibration
 from strandspring.systems.loads import Channel, ChannelKind, LoadCase, Signal
-from strandspring.systems.pulses import HalfSine
-from strandspring.systems.random_signal import RandomVibration
 from strandspring.systems.rest import rest
 from strandspring.systems.simulation import run_once
 from strandspring.systems.solving import solver

@@ -68,6 +68,10 @@ def test_the_report_says_verdicts_cautions_and_errors(browser: Browser, folder: 
         assert expected in text, expected
 
 
+def test_marks_of_the_sheet_name_their_cases(folder: Path) -> None:
+    assert (folder / "box.html").read_text(encoding="utf-8").count('"text":["shock +y","drop","transport"]') == 2
+
+
 def test_a_report_is_the_same_twice_and_can_be_a_pdf(folder: Path, tmp_path: Path) -> None:
     simulate(BOX, ["shock +y", "drop", "transport"], draws=3, workers=1).report(tmp_path / "again.html")
     assert (tmp_path / "again.html").read_bytes() == (folder / "box.html").read_bytes()

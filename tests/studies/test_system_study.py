@@ -4,7 +4,11 @@ from __future__ import annotations
 
 import copy
 import json
+import re
 import shutil
+import subprocess
+import sys
+import time
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -16,6 +20,11 @@ import pytest
 from distributed import LocalCluster
 
 import strandspring
+from strandspring import StrandspringError
+from strandspring.answers.answers import answer_case
+from strandspring.answers.drawn_springs import Drawn
+from strandspring.answers.verdicts import Verdict
+from strandspring.errors import MountedSystemError
 from strandspring.examples.system_models import SYSTEMS
 from strandspring.jobs.cluster import Cluster
 from strandspring.jobs.runners import Local, Runner
@@ -25,12 +34,8 @@ from strandspring.studies.run_system import run_system_study
 from strandspring.studies.system_planning import planned_study, undrawn
 from strandspring.studies.system_study import SystemRow, SystemStudy, system_row
 from strandspring.studies.system_summaries import SystemSummaries
-from strandspring.systems.answers import answer_case
-from strandspring.systems.drawn_springs import Drawn
-from strandspring.systems.mounted import MountedSystemError
-from strandspring.systems.named_files import FilesOfFolder
-from strandspring.systems.system_file import read_description, system_of_content
-from strandspring.systems.verdicts import Verdict
+from strandspring.system_files.named_files import FilesOfFolder
+from strandspring.system_files.system_file import read_description, system_of_content
 from studies import Counter
 from terminal import Terminal
 
@@ -273,6 +278,11 @@ def test_files_without_uncertainty_are_named(tmp_path: Path) -> None:
         strandspring.study_system(bare / BOX.name, MASSES, draws=2)
 
 
+def test_a_description_is_no_model() -> None:
+    with pytest.raises(StrandspringError, match=r"electronics_box.toml must be a model file; .* by `study_system`"):
+        strandspring.study(BOX, 5.0)
+
+
 # Where they are done
 
 
@@ -321,13 +331,33 @@ def test_an_interrupted_study_goes_on_where_it_ended(drawn: SystemStudy, expecte
 
 
 @pytest.mark.slow
+def test_a_killed_command_goes_on_where_it_ended(tmp_path: Path) -> None:
+    results = tmp_path / "results.csv"
+    command = [sys.executable, "-m", "strandspring", "study", str(BOX), "--vary", "body.box.mass=15 kg,20 kg",
+               "--case", "shock", "--draws", "40", "--workers", "1", "-o"]  # fmt: skip
+    process = subprocess.Popen([*command, str(results)], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    try:
+        while not (journal_path(results).exists() and journal_path(results).read_bytes().count(b"\n") > 60):
+            assert process.poll() is None
+            time.sleep(0.01)
+    finally:
+        process.kill()
+        process.wait()
+    assert not results.exists()
+    again = subprocess.run([*command, str(results)], capture_output=True, text=True, check=True)
+    assert re.search(r"\d+ of 640 runs were finished before", again.stderr)
+    subprocess.run([*command, str(tmp_path / "at once.csv")], capture_output=True, check=True)
+    assert results.read_bytes() == (tmp_path / "at once.csv").read_bytes()
+
+
+@pytest.mark.slow
 def test_files_travel_to_a_cluster(tmp_path: Path) -> None:
     folder = tmp_path / "description"
     folder.mkdir()
     for path in SYSTEMS.glob("corner*.json"):
         shutil.copy(path, folder)
-    time = np.arange(0.0, 0.3, 1e-3)
-    rows = "\n".join(f"{t:.3f},{5.0 * np.sin(60.0 * t):.6f}" for t in time)
+    times = np.arange(0.0, 0.3, 1e-3)
+    rows = "\n".join(f"{t:.3f},{5.0 * np.sin(60.0 * t):.6f}" for t in times)
     (folder / "base.csv").write_text(f"t [s],a [g]\n{rows}\n")
     record = {"name": "ride", "record": {"file": "base.csv", "columns": {"z": "a"}}}
     content = changed(lambda c: c.update(case=[record]))

@@ -13,9 +13,9 @@ import pytest
 import strandspring
 from strandspring import SystemIsolation, isolate_system
 from strandspring.isolation.system import IsolationError
+from strandspring.system_files.system_file import load_system_file
 from strandspring.systems.modes import modes
 from strandspring.systems.rest import rest
-from strandspring.systems.system_file import load_system_file
 from terminal import Terminal
 
 EXAMPLES = Path(strandspring.__file__).parent / "examples" / "systems"

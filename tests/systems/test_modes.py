@@ -11,19 +11,11 @@ from scipy.spatial.transform import Rotation
 
 from springs import MOUNT
 from strandspring import SpringParameters
+from strandspring.errors import MountedSystemError
 from strandspring.kernel.path import PathSolver
 from strandspring.loops.modelled import steady_loop_figures
 from strandspring.systems.modes import modes, secant_stiffness, tangent_stiffness
-from strandspring.systems.mounted import (
-    BASE,
-    Motion,
-    Mount,
-    MountAxis,
-    MountedSystem,
-    MountedSystemError,
-    RigidBody,
-    Stops,
-)
+from strandspring.systems.mounted import BASE, Motion, Mount, MountAxis, MountedSystem, RigidBody, Stops
 from strandspring.systems.small_motion import SmallMotion, nominal_pose
 
 UNIT = np.eye(3)

@@ -86,6 +86,7 @@ CASES = {
     "two stages": Comparison(two_stages(), (SHOCK,)),
     "base turns": Comparison(box(), (TURNING, SHOCK)),
     "base turns at once": Comparison(box(), (AT_ONCE,), has_corners=True),
+    "base turns at once, dampers": Comparison(inclined_box(), (AT_ONCE,), has_corners=True),
     "base turns, dampers": Comparison(two_stages(), (TURNING, SHOCK, RECOIL), 0.3),
 }  # fmt: skip
 

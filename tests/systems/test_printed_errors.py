@@ -9,11 +9,11 @@ import pytest
 
 from mounted_examples import GRAVITY, FloatArray, box, inclined_box, plane_box, two_stages, unit
 from reference_motion import half_sine, reference_motion
-from strandspring.systems.level_table import LevelTable
+from strandspring.signals.level_table import LevelTable
+from strandspring.signals.pulses import HalfSine, TerminalSawtooth
+from strandspring.signals.random_signal import RandomVibration
 from strandspring.systems.loads import Channel, ChannelKind, LoadCase, Signal
 from strandspring.systems.mounted import MountedSystem
-from strandspring.systems.pulses import HalfSine, TerminalSawtooth
-from strandspring.systems.random_signal import RandomVibration
 from strandspring.systems.rest import rest
 from strandspring.systems.simulation import CaseRun, RunFigures, run_once, simulate_case
 from strandspring.systems.solving import solver

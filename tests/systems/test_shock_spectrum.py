@@ -12,10 +12,10 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
+from strandspring.errors import MountedSystemError
 from strandspring.kernel.shock import largest_responses
-from strandspring.systems.mounted import MountedSystemError
-from strandspring.systems.pulses import Rectangle
-from strandspring.systems.shock_spectra import (
+from strandspring.signals.pulses import Rectangle
+from strandspring.signals.shock_spectra import (
     Response,
     damping_of_quality,
     octave_frequencies,

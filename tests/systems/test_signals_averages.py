@@ -12,11 +12,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import quad
 
-from strandspring.systems.averaging import smooth_averages
-from strandspring.systems.level_table import LevelTable, displacement_limited
-from strandspring.systems.loads import Signal
-from strandspring.systems.mounted import MountedSystemError
-from strandspring.systems.pulses import (
+from strandspring.errors import MountedSystemError
+from strandspring.signals.averaging import smooth_averages
+from strandspring.signals.level_table import LevelTable, displacement_limited
+from strandspring.signals.pulses import (
     HalfSine,
     InitialSawtooth,
     Rectangle,
@@ -26,9 +25,10 @@ from strandspring.systems.pulses import (
     Triangle,
     VelocityStep,
 )
-from strandspring.systems.random_signal import RandomVibration
-from strandspring.systems.recorded_signal import RecordedSignal
-from strandspring.systems.sine_signals import SineDwell, SineSweep
+from strandspring.signals.random_signal import RandomVibration
+from strandspring.signals.recorded_signal import RecordedSignal
+from strandspring.signals.sine_signals import SineDwell, SineSweep
+from strandspring.systems.loads import Signal
 
 D = 0.011
 RECOIL = TabulatedPulse(((0.001, 0.0), (0.002, 3.0), (0.002, 5.0), (0.0045, 5.0), (0.01, 0.0)))

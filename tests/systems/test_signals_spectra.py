@@ -7,10 +7,10 @@ import math
 import numpy as np
 import pytest
 
-from strandspring.systems.level_table import LevelTable
-from strandspring.systems.mounted import MountedSystemError
-from strandspring.systems.random_signal import RandomVibration
-from strandspring.systems.spectra import expected_largest, power_spectrum, transmissibility_by_band
+from strandspring.errors import MountedSystemError
+from strandspring.signals.level_table import LevelTable
+from strandspring.signals.random_signal import RandomVibration
+from strandspring.signals.spectra import expected_largest, power_spectrum, transmissibility_by_band
 
 SEED = 4
 

@@ -10,21 +10,13 @@ from scipy.spatial.transform import Rotation
 
 from springs import MOUNT
 from strandspring import SpringParameters
+from strandspring.errors import MountedSystemError
 from strandspring.isolation.continuation import follow
 from strandspring.isolation.harmonic_balance import HarmonicBalance
 from strandspring.isolation.response import frequency_response
 from strandspring.isolation.system import Excitation, IsolatedMass, static_equilibrium
 from strandspring.systems.loads import Channel, ChannelKind
-from strandspring.systems.mounted import (
-    Motion,
-    Mount,
-    MountAxis,
-    MountedSystem,
-    MountedSystemError,
-    Point,
-    RigidBody,
-    Stops,
-)
+from strandspring.systems.mounted import Motion, Mount, MountAxis, MountedSystem, Point, RigidBody, Stops
 from strandspring.systems.shaking import Shaking
 from strandspring.systems.six_balance import SixBalance
 from strandspring.systems.six_response import system_response

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import subprocess
 import zipfile
 from ctypes import byref, c_double, c_int, c_size_t, c_void_p
 from dataclasses import replace
@@ -16,11 +17,13 @@ from fmpy.validation import validate_fmu
 
 from kernel_tools import compiled
 from native_tools import CO_SIMULATION, ERROR, FUNCTIONS, MODEL_EXCHANGE, OK, Library, Native, doubles
+from strandspring.errors import MountedSystemError
 from strandspring.fmu.native.platforms import chosen_platforms
-from strandspring.system_fmu.system_check import examine_system_fmu, expected_motion
+from strandspring.system_fmu.system_check import examine_system_fmu
 from strandspring.system_fmu.system_native import build_system_fmu, system_contents
+from strandspring.system_fmu.system_reference import expected_motion
 from strandspring.system_fmu.system_variables import ForceInput, SystemFmuOptions, unique_names
-from strandspring.systems.mounted import MountedSystem, MountedSystemError, Point
+from strandspring.systems.mounted import MountedSystem, Point
 from system_fmu_tools import (
     BOX,
     BOX_OPTIONS,
@@ -63,7 +66,9 @@ def test_the_fmu_is_valid_and_checks_itself(tmp_path: Path, case: Any) -> None:
     assert report.summary.startswith("valid; 250 steps of co-simulation took ")
     # Another system is noticed.
     other = replace(system, gravity=(0.0, 0.0, -9.0))
-    assert any("must be those of the kernel" in problem for problem in examine_system_fmu(fmu, other, options).problems)
+    assert any(
+        "must be that of the reference" in problem for problem in examine_system_fmu(fmu, other, options).problems
+    )
 
 
 @pytest.mark.parametrize("omega", [-1.0, 0.0, 1.0])
@@ -477,8 +482,13 @@ def test_sources_compiled_by_the_system_give_the_same_motion(tmp_path: Path) -> 
         archive.extractall(folder)
     (binary,) = (folder / "binaries").rglob("*.*")
     binary.unlink()
-    flags = ("-O2", "-fPIC", "-shared", "-fvisibility=hidden", "-Wno-sign-conversion")
-    compiled(binary, *flags, folder / "sources/system_fmu/c/system_all.c", "-lm")
+    flags = ("-O2", "-fPIC", "-fvisibility=hidden", "-Wno-sign-conversion")
+    unit = folder / "sources/system_fmu/c/system_all.c"
+    linked = compiled(tmp_path / "unit.o", *flags, "-DFMI2_FUNCTION_PREFIX=stages_", "-c", unit)
+    # No other name, so that several can be linked into one program.
+    names = subprocess.run(["nm", "-g", "--defined-only", linked], capture_output=True, text=True, check=True).stdout
+    assert all(line.split()[-1].startswith("stages_") for line in names.splitlines())
+    compiled(binary, *flags, "-shared", unit, "-lm")
     inputs = shock(STAGES, STAGES_OPTIONS, 2, 100, 20.0)
     with (
         NativeSystem(Library(folder)).begin() as one,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import shutil
+import zipfile
 from pathlib import Path
 
 import fmpy
@@ -13,9 +14,11 @@ from fmpy.validation import validate_fmu
 
 import strandspring
 from strandspring import BuildError, StrandspringError, build_fmu
-from strandspring.systems.mounted import MountedSystemError
+from strandspring.errors import MountedSystemError
+from strandspring.fmu.archive import write_archive
+from strandspring.fmu.papers import sealed
+from strandspring.system_files.system_file import is_system_file, load_system_file
 from strandspring.systems.simulation import simulate_case
-from strandspring.systems.system_file import is_system_file, load_system_file
 from terminal import Terminal
 
 EXAMPLES = Path(strandspring.__file__).parent / "examples" / "systems"
@@ -53,6 +56,26 @@ def test_examples_are_built(terminal: Terminal, name: str, candidate: str | None
     assert again.read_bytes() == Path(fmu["path"]).read_bytes()
     said = terminal("build", f"systems/{name}.toml", *chosen, "-o", "out")
     assert f"Internal step: at most {told['step']:g} s; stable up to " in said
+
+
+def test_it_is_verified(terminal: Terminal, tmp_path: Path) -> None:
+    fmu = build_fmu("systems/two_stage_platform.toml", "out")
+    said = terminal("verify", str(fmu))
+    assert "The reference comes out of co-simulation in 250 steps, the force within 0.0e+00 N." in said
+    for member, change in (
+        ("reference.csv", lambda text: text.replace(b"-", b"", 400)),
+        ("reference.csv", lambda text: text.replace(b"sway_", b"swing_", 1)),
+        ("reference.csv", lambda _: b"time\n0.0\n"),
+        ("stimuli.csv", lambda text: text.replace(b"0.0", b"nan", 1)),
+    ):
+        changed = tmp_path / "changed.fmu"
+        with zipfile.ZipFile(fmu) as archive:
+            contents = {name: archive.read(name) for name in archive.namelist() if not name.endswith("sha256.json")}
+        path = f"resources/strandspring/{member}"
+        contents[path] = change(contents[path])
+        write_archive(changed, sealed(contents))
+        terminal("verify", str(changed), status=1)
+        assert any(text in terminal.out for text in ("that of the reference", "is not a table", "no variable"))
 
 
 def test_a_recoil_is_an_input(terminal: Terminal) -> None:
@@ -124,10 +147,8 @@ def test_what_cannot_be_built_leaves_nothing(monkeypatch: pytest.MonkeyPatch) ->
     Path("systems/wrong.toml").write_text(text.replace("[[body]]", "[[bodies]]", 1))
     with pytest.raises(MountedSystemError, match=r"^systems/wrong\.toml, "):
         build_fmu("systems/wrong.toml", "out", candidate="standard")
-    monkeypatch.setattr("strandspring.system_fmu.system_check.FORCE_TOLERANCE", -1.0)
-    with pytest.raises(
-        BuildError, match="was not written, because the FMU failed its check: Its accelerations must be"
-    ):
+    monkeypatch.setattr("strandspring.fmu.table_check.FORCE_TOLERANCE", -1.0)
+    with pytest.raises(BuildError, match="was not written, because the FMU failed its check: Its acceleration must be"):
         build_fmu("systems/electronics_box.toml", "out", candidate="standard")
     monkeypatch.undo()
     assert not Path("out").exists()

@@ -22,7 +22,7 @@ from ..fmu.python_backed import build_python_fmu
 from ..identification.identified_model import IdentifiedModel
 from ..identification.identify_records import identify_records
 from ..modelfile import ModelFile, check_name, identifier, is_fmu, is_model_path
-from ..systems.system_file import is_system_file
+from ..system_files.system_file import is_system_file
 from .building_system import SystemToBuild
 from .fmus_in_place import BuiltFmu, FmuJob, build_in_place
 from .placing import ModelSource, model_of, origin_of, path_of

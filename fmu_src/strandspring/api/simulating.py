@@ -9,15 +9,16 @@ from functools import partial
 from pathlib import Path, PurePath
 from typing import TYPE_CHECKING, Any
 
+from ..answers.answers import CandidateAnswer, CaseAnswer, answer_candidate, answer_case
+from ..answers.drawn_springs import Drawn
+from ..answers.draws import CaseDraws
+from ..answers.verdicts import Figure, Verdict
+from ..errors import MountedSystemError
 from ..files import refuse_unwritable, write_csv
 from ..jobs.threads import in_threads
-from ..systems.answers import CandidateAnswer, CaseAnswer, answer_candidate, answer_case
-from ..systems.chosen import chosen_candidates, chosen_cases
-from ..systems.draws import CaseDraws, Drawn
-from ..systems.mounted import MountedSystemError
+from ..system_files.chosen import chosen_candidates, chosen_cases
+from ..system_files.system_file import SystemFile, load_system_file
 from ..systems.rest import SHARES
-from ..systems.system_file import SystemFile, load_system_file
-from ..systems.verdicts import Figure, Verdict
 from .history_table import history_table, unique_names
 from .plotting import save_plot, some_axes
 from .progress import Progress, unseen

@@ -8,13 +8,14 @@ from typing import Any
 
 import numpy as np
 
-from ..systems.answers import CandidateAnswer, CaseAnswer
+from ..answers.answers import CandidateAnswer, CaseAnswer
+from ..answers.courses import SRS_DAMPING, Courses
+from ..answers.range_use import RangeUse
+from ..answers.verdicts import Figure
 from ..systems.axis_names import axis_names
-from ..systems.courses import SRS_DAMPING, Courses
 from ..systems.modes import Mode
 from ..systems.mounted import MountedSystem
 from ..systems.simulation import CaseRun
-from ..systems.verdicts import Figure
 
 Json = dict[str, Any]
 
@@ -63,7 +64,7 @@ def case_json(answer: CaseAnswer) -> Json:
         "verdict": answer.verdict.value,
         "refusal": answer.refusal or None,
         "figures": [figure_json(figure) for figure in answer.figures],
-        "runs": [_run(answer.system, run) for run in answer.runs],
+        "runs": [_run(answer.system, run, use) for run, use in zip(answer.runs, answer.uses, strict=True)],
         "spread": None if answer.spread is None else asdict(answer.spread),
         "cautions": [caution.text for caution in answer.cautions],
         "spectra": None if answer.courses is None else _spectra(answer.system, answer.courses),
@@ -84,7 +85,7 @@ def figure_json(figure: Figure) -> Json:
     }
 
 
-def _run(system: MountedSystem, run: CaseRun) -> Json:
+def _run(system: MountedSystem, run: CaseRun, use: RangeUse) -> Json:
     figures = run.figures
     return {
         "omega": run.start.share,
@@ -102,6 +103,12 @@ def _run(system: MountedSystem, run: CaseRun) -> Json:
         "axes": [
             {
                 "axis": name,
+                "range_low": float(use.low[k]),
+                "range_high": float(use.high[k]),
+                "rest": float(use.rest[k]),
+                "share_used": float(use.share[k]),
+                "stop_deflection": float(use.stop_deflection[k]),
+                "stop_force": float(use.stop_force[k]),
                 **_figures(figures, k, ("displacement_low", "displacement_high", "force", "rate", "omega_low",
                                         "omega_high", "absorbed")),
             }

@@ -8,12 +8,12 @@ from collections.abc import Collection, Iterator, Sequence
 
 import numpy as np
 
+from ..answers.answers import CandidateAnswer, CaseAnswer
+from ..answers.case_cautions import Caution, CautionKind
+from ..answers.static_answer import SECANT_SHARE
+from ..answers.verdicts import Figure, Quantity, Verdict
 from ..kernel.arrays import FloatArray
-from ..systems.answers import CandidateAnswer, CaseAnswer
-from ..systems.case_cautions import Caution, CautionKind
 from ..systems.mounted import STANDARD_GRAVITY
-from ..systems.static_answer import SECANT_SHARE
-from ..systems.verdicts import Figure, Quantity, Verdict
 from .text import counted
 from .text_table import table_lines
 
@@ -237,7 +237,7 @@ def grouped_cautions(answers: Sequence[CaseAnswer]) -> Iterator[str]:
     for answer in answers:
         for caution in answer.cautions:
             by_kind.setdefault(caution.kind, []).append((caution, answer))
-    for found in by_kind.values():
+    for found in (by_kind[kind] for kind in CautionKind if kind in by_kind):
         caution, answer = max(found, key=lambda pair: pair[0].measure)
         others = len({id(one) for _, one in found}) - 1
         more = f" (less so in {counted(others, 'other case')})" if others else ""

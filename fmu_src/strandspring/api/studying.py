@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable
-from dataclasses import asdict, dataclass, field, fields
+from dataclasses import asdict, dataclass, fields
 from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -15,11 +15,10 @@ from numpy.typing import ArrayLike
 from ..coordinates import counted_from, zero_sentence
 from ..core.parameters import SpringParameters
 from ..errors import ModelError
+from ..files import readable
 from ..isolation.system import Excitation, IsolatedMass, IsolationError, free_travel, static_equilibrium
-from ..jobs.cluster import Cluster, cluster_of
-from ..jobs.runners import Local
+from ..jobs.cluster import Cluster
 from ..modelfile import ModelFile
-from ..scratch import TemporaryFolder
 from ..spread import Spread
 from ..studies.definition import RunRow, Study
 from ..studies.quantiles import GridPointSummary, Summaries
@@ -29,6 +28,7 @@ from .levels import given_levels
 from .placing import ModelSource, model_of, origin_of, path_of
 from .progress import Progress, unseen
 from .result import Result
+from .study_rows import Rows, executed, quantile_columns, runner_of
 from .text_table import table_lines
 
 if TYPE_CHECKING:
@@ -56,21 +56,21 @@ class StudyResult(Result):
     study : Study
     zero : float                            Where displacement is counted from [m].
     summaries : sequence of GridPointSummary   Quantiles and refusals at each grid point.
-    output : Path or None                   File with one line for each run, if one was asked for.
     """
 
     study: Study
     zero: float
     summaries: Summaries
-    output: Path | None
-    _rows: pd.DataFrame | None = field(default=None)
+    _rows: Rows
+
+    @property
+    def output(self) -> Path | None:
+        """File with one line for each run, if one was asked for."""
+        return self._rows.output
 
     def to_frame(self) -> pd.DataFrame:
         """One row for each run, in SI units; the columns are the attributes of `RunRow`."""
-        if self._rows is not None:
-            return self._rows.copy()
-        assert self.output is not None  # noqa: S101 - rows are kept where there is no file
-        return _read(self.output)
+        return self._rows.frame()
 
     def quantiles(self) -> pd.DataFrame:
         """One row for each grid point: runs, refused ones, and 5, 50 and 95 % quantiles of the figures in SI units."""
@@ -79,10 +79,7 @@ class StudyResult(Result):
         rows = []
         for summary in self.summaries:
             row = {**asdict(summary.point), "runs": summary.runs, "refused": summary.refused}
-            for name, known in summary.figures.items():
-                for end, attribute in (("q05", "low"), ("median", "median"), ("q95", "high")):
-                    row[f"{name}_{end}"] = np.nan if known is None else getattr(known, attribute)
-            rows.append(row)
+            rows.append(row | quantile_columns(summary.figures))
         return pd.DataFrame(rows)
 
     def lines(self, width: int | None = None) -> list[str]:
@@ -193,9 +190,10 @@ def study(
     0   5.0        7.7               8.6
     1   6.0        7.1               8.6
     """
-    if workers not in (None, 1) and scheduler is not None:
-        raise IsolationError("`workers` and `scheduler` exclude each other; give one of them.")
+    runner = runner_of(workers, scheduler, notify, IsolationError)
     path = path_of(model)
+    if path is not None and Path(path).suffix.lower() == ".toml":
+        raise IsolationError(f"{readable(path)} must be a model file; study the system it describes by `study_system`.")
     if output is not None and path is not None and Path(output).resolve() == Path(path).resolve():
         raise IsolationError(f"`output` {path} would overwrite the model; write elsewhere.")
     content = model_of(model)
@@ -226,16 +224,11 @@ def study(
         points=points,
         extrapolate=extrapolate,
     )
-    runner = Local(workers) if scheduler is None else cluster_of(scheduler, notify)
 
     def run(results: Path) -> Summaries:
         return run_study(planned, results, runner, lambda runs: progress("Running", runs, len(planned)), notify)
 
-    if output is not None:
-        return StudyResult(planned, origin, run(Path(output)), Path(output))
-    with TemporaryFolder() as folder:
-        results = folder / "results.csv"
-        return StudyResult(planned, origin, run(results), None, _read(results))
+    return StudyResult(planned, origin, *executed(run, output, _read))
 
 
 def _values(given: ArrayLike) -> tuple[float, ...]:

@@ -13,17 +13,18 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..errors import MountedSystemError
 from ..files import write_csv
 from ..isolation.band import DEFAULT_BAND, checked_limits
 from ..isolation.system import DEFAULT_SHARES, Excitation, IsolationError
+from ..system_files.system_file import SystemFile, load_system_file
 from ..systems.axis_laws import AxisLaws
 from ..systems.modes import Mode, modes
-from ..systems.mounted import MountedSystem, MountedSystemError, Vector
+from ..systems.mounted import MountedSystem, Vector
 from ..systems.rest import RestPose, rest
 from ..systems.shaking import Shaking
 from ..systems.six_balance import SixBalance
 from ..systems.six_response import DIRECTIONS, PointResonance, SystemResponse, all_points, system_response
-from ..systems.system_file import SystemFile, load_system_file
 from .levels import given_levels
 from .plotting import save_plot
 from .progress import Progress, unseen

@@ -5,29 +5,29 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..answers.verdicts import Verdict
+from ..errors import MountedSystemError
 from ..files import readable
-from ..jobs.cluster import Cluster, cluster_of
-from ..jobs.runners import Local
-from ..scratch import TemporaryFolder
+from ..jobs.cluster import Cluster
 from ..studies.run_system import run_system_study
 from ..studies.system_planning import planned_study, undrawn
 from ..studies.system_study import SystemStudy
 from ..studies.system_summaries import SystemSummaries, SystemSummary
 from ..studies.varied import Given, shown_alone
-from ..systems.mounted import STANDARD_GRAVITY, MountedSystemError
-from ..systems.named_files import FilesOfFolder
-from ..systems.system_file import read_description
-from ..systems.verdicts import Verdict
+from ..system_files.named_files import FilesOfFolder
+from ..system_files.system_file import read_description
+from ..systems.mounted import STANDARD_GRAVITY
 from .plotting import save_plot, some_axes
 from .progress import Progress, unseen
 from .result import Result
+from .study_rows import Rows, executed, quantile_columns, runner_of
 from .text import counted
 from .text_table import table_lines
 
@@ -64,24 +64,24 @@ class SystemStudyResult(Result):
     ----------
     name : str
     study : SystemStudy
-    summaries : sequence of SystemSummary   One for each candidate at each grid point.
     cautions : tuple of str
-    output : Path or None                   File with one line for each run, if one was asked for.
+    summaries : sequence of SystemSummary   One for each candidate at each grid point.
     """
 
     name: str
     study: SystemStudy
-    summaries: SystemSummaries
     cautions: tuple[str, ...]
-    output: Path | None
-    _rows: pd.DataFrame | None = field(default=None)
+    summaries: SystemSummaries
+    _rows: Rows
+
+    @property
+    def output(self) -> Path | None:
+        """File with one line for each run, if one was asked for."""
+        return self._rows.output
 
     def to_frame(self) -> pd.DataFrame:
         """One row for each run, in SI units but for the varied values; the columns are those of the results file."""
-        if self._rows is not None:
-            return self._rows.copy()
-        assert self.output is not None  # noqa: S101 - rows are kept where there is no file
-        return _read(self.output)
+        return self._rows.frame()
 
     def quantiles(self) -> pd.DataFrame:
         """One row for each candidate at each grid point: verdict, share of passing draws, governing limit, quantiles.
@@ -95,10 +95,7 @@ class SystemStudyResult(Result):
             row: dict[str, Any] = dict(zip((v.heading for v in self.study.varied), one.values, strict=True))
             row |= {"candidate": one.candidate, "verdict": one.verdict.value, "passing": one.passing}
             row |= {"refused": one.refused, "governing": one.governing}
-            for name, known in one.figures.items():
-                for end, attribute in (("q05", "low"), ("median", "median"), ("q95", "high")):
-                    row[f"{name}_{end}"] = np.nan if known is None else getattr(known, attribute)
-            rows.append(row)
+            rows.append(row | quantile_columns(one.figures))
         return pd.DataFrame(rows)
 
     def lines(self, width: int | None = None) -> list[str]:
@@ -237,14 +234,13 @@ def study_system(
     >>> from strandspring.examples.system_models import SYSTEMS
     >>> box = SYSTEMS / "electronics_box.toml"
     >>> result = strandspring.study_system(box, {"body.box.mass": "15 kg:25 kg:3"}, cases="drop", candidates="softer")
-    >>> result.quantiles()[["body.box.mass [kg]", "verdict", "governing"]]
-       body.box.mass [kg] verdict                      governing
-    0                15.0    pass  sway of circuit board in drop
-    1                20.0    pass  sway of circuit board in drop
-    2                25.0    pass  sway of circuit board in drop
+    >>> result.quantiles()[["body.box.mass [kg]", "verdict", "stroke_median"]].round(2)
+       body.box.mass [kg] verdict  stroke_median
+    0                15.0    pass           0.62
+    1                20.0    pass           0.72
+    2                25.0    pass           0.81
     """
-    if workers not in (None, 1) and scheduler is not None:
-        raise MountedSystemError("`workers` and `scheduler` exclude each other; give one of them.")
+    runner = runner_of(workers, scheduler, notify, MountedSystemError)
     if output is not None and Path(output).resolve() == Path(system).resolve():
         raise MountedSystemError(f"`output` {readable(output)} would overwrite the description; write elsewhere.")
     where, content, files = readable(system), read_description(system), FilesOfFolder(Path(system).parent)
@@ -253,16 +249,11 @@ def study_system(
         cautions = undrawn(planned) if planned.draws else ()
     except MountedSystemError as problem:
         raise MountedSystemError(f"{where}, {problem}") from None
-    runner = Local(workers) if scheduler is None else cluster_of(scheduler, notify)
 
     def run(results: Path) -> SystemSummaries:
         return run_system_study(planned, results, runner, lambda runs: progress("Running", runs, len(planned)), notify)
 
-    if output is not None:
-        return SystemStudyResult(content["name"], planned, run(Path(output)), cautions, Path(output))
-    with TemporaryFolder() as folder:
-        results = folder / "results.csv"
-        return SystemStudyResult(content["name"], planned, run(results), cautions, None, _read(results))
+    return SystemStudyResult(content["name"], planned, cautions, *executed(run, output, _read))
 
 
 def _read(results: Path) -> pd.DataFrame:

@@ -17,8 +17,8 @@ from ..files import refuse_unwritable
 from ..fmu.archive import binary_sizes, fmu_path
 from ..fmu.native.platforms import PLATFORMS, Platform, chosen_platforms
 from ..modelfile import is_model_path, load_model, save_model
+from ..system_files.system_file import is_system_file
 from ..system_fmu.system_variables import system_variables
-from ..systems.system_file import is_system_file
 from .identify import identified
 from .options import identification_options, identifier, method_options, name_option, record_files, record_options
 from .output import reporting, result, result_json

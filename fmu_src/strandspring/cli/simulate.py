@@ -10,7 +10,7 @@ import click
 from ..api.simulating import simulate as simulated
 from ..files import refuse_unwritable
 from ..report.page import SUFFIXES, check_report_path
-from ..systems.system_file import load_system_file
+from ..system_files.system_file import load_system_file
 from .options import FiniteRange
 from .output import reporting, result, result_json, terminal_width, working
 from .paths import PLOT_FILE, FileOfFormat, refuse_overwriting

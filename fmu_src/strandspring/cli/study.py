@@ -20,7 +20,7 @@ from .mount import EXCITATIONS, chosen_levels, curve_options, level_options, mou
 from .options import FiniteRange, cluster_option, worker_options
 from .output import note, reporting, result, result_json, terminal_width
 from .paths import refuse_overwriting
-from .study_system import json_of, refuse_wrong_options, system_options, varied_paths
+from .study_system import json_of, quantiles_json, refuse_wrong_options, system_options, varied_paths
 from .zero import zero_option
 
 _MOST_VALUES = 10_000  # of one LOW:HIGH:COUNT
@@ -199,10 +199,7 @@ def _json(model: str, found: StudyResult, output: str) -> dict[str, Any]:
                 "reason": summary.reason,
                 "at_end_of_band": summary.at_end,
                 "extrapolating": summary.extrapolating,
-                "figures": {
-                    name: None if q is None else {"q05": q.low, "median": q.median, "q95": q.high}
-                    for name, q in summary.figures.items()
-                },
+                "figures": quantiles_json(summary.figures),
             }
             for summary in found.summaries
         ],

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 import click
 
 from ..api.system_studying import SystemStudyResult
+from ..studies.quantiles import Quantiles
 from .descriptions import refuse_mixed
 from .mount import positive
 from .options import together
@@ -59,6 +61,13 @@ def varied_paths(given: tuple[str, ...]) -> dict[str, str]:
     return varied
 
 
+def quantiles_json(figures: Mapping[str, Quantiles | None]) -> dict[str, dict[str, float] | None]:
+    """Quantiles of figures, null where unknown."""
+    return {
+        name: None if q is None else {"q05": q.low, "median": q.median, "q95": q.high} for name, q in figures.items()
+    }
+
+
 def json_of(found: SystemStudyResult) -> dict[str, Any]:
     """What is printed of a study with --json."""
     study = found.study
@@ -79,10 +88,7 @@ def json_of(found: SystemStudyResult) -> dict[str, Any]:
                 "refused": one.refused,
                 "reason": one.reason,
                 "least_margin": one.governing,
-                "figures": {
-                    name: None if q is None else {"q05": q.low, "median": q.median, "q95": q.high}
-                    for name, q in one.figures.items()
-                },
+                "figures": quantiles_json(one.figures),
             }
             for one in found.summaries
         ],

@@ -35,6 +35,8 @@ BUILD = "resources/strandspring/build.json"
 HASHES = "resources/strandspring/sha256.json"
 RELATED = "extra/org.fmi-standard.fmi-ls-ref"
 STIMULI, REFERENCE = f"{RELATED}/stimuli.csv", f"{RELATED}/reference.csv"
+# Of the FMU of a system.
+SYSTEM_STIMULI, SYSTEM_REFERENCE = (f"resources/strandspring/{name}.csv" for name in ("stimuli", "reference"))
 REFERENCE_OUTPUTS = ("force", "stiffness", "absorbed_energy")
 STEP = 1e-3  # of the experiment [s]
 _LAYERED = "http://fmi-standard.org/fmi-ls-manifest"
@@ -107,8 +109,9 @@ class BuildSettings:
         ------
         ModelError   If it holds none.
         """
+        text = text_in_fmu(fmu, BUILD)
         try:
-            content = json.loads(text_in_fmu(fmu, BUILD))
+            content = json.loads(text)
             settings = cls(**{field.name: content[field.name] for field in fields(cls)})
             types = [type(value).__name__ for value in astuple(settings)]
         except (ValueError, RecursionError, KeyError, TypeError):

@@ -19,8 +19,9 @@ from ..files import read_bytes
 from ..kernel.arrays import FloatArray
 from ..modelfile import MAXIMUM_FMU_BYTES
 from ..unpacking import unpacked
-from .check import OUTPUTS, compare_run
-from .papers import HASHES, REFERENCE, STIMULI
+from .check import OUTPUTS, CheckReport, compare_run
+from .papers import HASHES, REFERENCE, STIMULI, SYSTEM_REFERENCE, SYSTEM_STIMULI
+from .table_check import compare_table
 
 _DESCRIPTION = "modelDescription.xml"
 _ENCODING = re.compile(r"""\A\s*<\?xml[^>]*?encoding\s*=\s*["']([^"']*)""")
@@ -116,6 +117,8 @@ def _is_plain(content: bytes) -> bool:
 
 
 def _against_reference(path: Path, contents: dict[str, bytes]) -> list[Finding]:
+    if SYSTEM_REFERENCE in contents:
+        return _against_table(path, contents)
     try:
         stimuli, expected = _columns(contents[STIMULI], "displacement"), _columns(contents[REFERENCE], *OUTPUTS)
     except (KeyError, TypeError, ValueError, csv.Error):
@@ -123,7 +126,26 @@ def _against_reference(path: Path, contents: dict[str, bytes]) -> list[Finding]:
     displacement = stimuli[:, 0]
     if not (1 < displacement.size == len(expected) and np.isfinite(stimuli).all() and np.isfinite(expected).all()):
         return [Finding("run", f"{REFERENCE} or {STIMULI} is not a table of finite numbers; build the FMU again.")]
-    report = compare_run(path, displacement, expected)
+    return _findings(compare_run(path, displacement, expected))
+
+
+def _against_table(path: Path, contents: dict[str, bytes]) -> list[Finding]:
+    """The same for the FMU of a system."""
+    try:
+        inputs, outputs = (_whole(contents[name]) for name in (SYSTEM_STIMULI, SYSTEM_REFERENCE))
+        time = outputs.pop("time")
+        steps = np.diff(inputs.pop("time"))
+    except (KeyError, TypeError, ValueError, csv.Error):
+        inputs, outputs, time, steps = {}, {}, np.empty(0), np.empty(0)
+    columns = [*inputs.values(), *outputs.values(), time]
+    is_table = bool(outputs) and len({column.size for column in columns}) == 1
+    if not (is_table and np.isfinite(columns).all() and steps.size and steps[0] > 0.0):
+        text = f"{SYSTEM_REFERENCE} or {SYSTEM_STIMULI} is not a table of finite numbers; build the FMU again."
+        return [Finding("run", text)]
+    return _findings(compare_table(path, float(steps[0]), inputs, outputs))
+
+
+def _findings(report: CheckReport) -> list[Finding]:
     if report.problems:
         return [Finding("run", text) for text in report.problems]
     if report.not_run:
@@ -133,6 +155,13 @@ def _against_reference(path: Path, contents: dict[str, bytes]) -> list[Finding]:
         f"{report.force_difference:.1e} N."
     )
     return [Finding("run", text, is_problem=False)]
+
+
+def _whole(table: bytes) -> dict[str, FloatArray]:
+    """All columns of a table by name."""
+    header, *rows = csv.reader(io.StringIO(table.decode("ascii")))
+    columns = np.array(rows, dtype=np.float64).reshape(-1, len(header)).T
+    return dict(zip(header, columns, strict=True))
 
 
 def _columns(table: bytes, *names: str) -> FloatArray:

@@ -76,6 +76,7 @@ class Trace:
     error : ndarray, shape (P,), or None  Half-length of error bars.
     record : int or None                  Place of the record that it belongs to; None for all.
     cycles : tuple of (label, start, stop)   Which points belong to a cycle, where cycles can be chosen.
+    texts : tuple of str                  What each point is, where it has a name; for the page only.
     whole : int or None                   So many points draw the whole line, and those after them its cycles in detail;
                                           None if all points draw the line.
     """
@@ -90,6 +91,7 @@ class Trace:
     record: int | None = None
     cycles: tuple[tuple[str, int, int], ...] = ()
     whole: int | None = None
+    texts: tuple[str, ...] = ()
 
     @property
     def shown(self) -> int:

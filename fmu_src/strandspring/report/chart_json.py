@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import math
+from html import escape
 from typing import Any
 
 import numpy as np
@@ -83,6 +84,8 @@ def _trace(trace: Trace, chart: Chart) -> Json:
             "form": trace.form.value.replace(" ", "-"),
         },
     }
+    if trace.texts:
+        form |= {"text": [escape(text, quote=False) for text in trace.texts], "hovertemplate": f"%{{text}}<br>{hover}"}
     if trace.form is Form.BARS:
         width = float(trace.x[1] - trace.x[0])
         return form | {

@@ -8,9 +8,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from .._version import __version__
-from ..systems.answers import CandidateAnswer, CaseAnswer
-from ..systems.static_answer import SECANT_SHARE
-from ..systems.verdicts import Figure, Quantity, Verdict
+from ..answers.answers import CandidateAnswer, CaseAnswer
+from ..answers.case_cautions import CautionKind
+from ..answers.static_answer import SECANT_SHARE
+from ..answers.verdicts import Figure, Quantity, Verdict
 from .blocks import Block, Content, Facts, Gallery, Level, Notice, Section, Table, Text, Tile, Tiles
 from .chart import Figure as Drawing
 from .charts import motion_charts as charts
@@ -246,12 +247,12 @@ def _cautions(of: SimulationContent) -> Iterator[Block]:
 
 def _grouped(answers: Sequence[CaseAnswer]) -> Iterator[Block]:
     """The largest caution of each kind, with where others of its kind are."""
-    found: dict[object, list[tuple[float, str, str]]] = {}
+    found: dict[CautionKind, list[tuple[float, str, str]]] = {}
     for answer in answers:
         for caution in answer.cautions:
             where = f"{answer.candidate}, {answer.case.name}"
             found.setdefault(caution.kind, []).append((caution.measure, where, caution.text))
-    for cautions in found.values():
+    for cautions in (found[kind] for kind in CautionKind if kind in found):
         _, where, text = max(cautions, key=lambda one: one[0])
         others = [other for _, other, _ in cautions if other != where]
         more = f" Less so in: {'; '.join(others)}." if others else ""

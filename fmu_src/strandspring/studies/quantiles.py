@@ -4,16 +4,16 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from operator import attrgetter
-from typing import Protocol, overload
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..kernel.arrays import FloatArray
 from .definition import DONE, GridPoint, RunRow, Study
+from .summary_sequence import SummarySequence
 
 FIGURES = (
     "rest", "sag", "frequency", "transmissibility", "amplitude", "stiffness", "loss_factor", "isolation_frequency",
@@ -65,7 +65,7 @@ class Rows(Protocol):
     def __getitem__(self, run: int, /) -> RunRow: ...
 
 
-class Summaries(Sequence[GridPointSummary]):
+class Summaries(SummarySequence[GridPointSummary]):
     """Summaries of all grid points of a study, held as arrays: a grid may have a million points.
 
     Parameters
@@ -109,17 +109,8 @@ class Summaries(Sequence[GridPointSummary]):
     def __len__(self) -> int:
         return self._study.grid_size
 
-    @overload
-    def __getitem__(self, index: int) -> GridPointSummary: ...
-
-    @overload
-    def __getitem__(self, index: slice) -> list[GridPointSummary]: ...
-
-    def __getitem__(self, index: int | slice) -> GridPointSummary | list[GridPointSummary]:
-        """The summary of a grid point, or of several."""
-        if isinstance(index, slice):
-            return [self[k] for k in range(*index.indices(len(self)))]
-        index = range(len(self))[index]
+    def summary(self, index: int) -> GridPointSummary:
+        """The summary of a grid point."""
         refused, at_end, extrapolating = self._counts[index].tolist()
         return GridPointSummary(
             point=self._study.grid_point(index),
@@ -133,9 +124,6 @@ class Summaries(Sequence[GridPointSummary]):
                 for name, values in zip(FIGURES, self._quantiles[index], strict=True)
             },
         )
-
-    def __iter__(self) -> Iterator[GridPointSummary]:
-        return (self[index] for index in range(len(self)))
 
     @property
     def refused(self) -> int:

@@ -9,8 +9,8 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
+from ..errors import MountedSystemError
 from ..jobs.runners import Runner
-from ..systems.mounted import MountedSystemError
 from .execution import run_all
 from .journal import manifest_of
 from .system_study import SystemRow, SystemStudy

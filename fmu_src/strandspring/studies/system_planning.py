@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from itertools import chain
 from typing import Any
 
-from ..systems.chosen import chosen_candidates, chosen_cases
-from ..systems.drawn_springs import Drawn
-from ..systems.mounted import MountedSystemError
-from ..systems.named_files import HeldFiles, NamedFiles, named_models, named_records
-from ..systems.system_file import system_of_content
-from ..systems.system_tables import SystemTable
+from ..answers.drawn_springs import Drawn
+from ..errors import MountedSystemError
+from ..system_files.chosen import chosen_candidates, chosen_cases
+from ..system_files.named_files import HeldFiles, NamedFiles, named_models, named_records
+from ..system_files.system_file import system_of_content
+from ..system_files.system_tables import SystemTable
 from .system_study import SystemStudy
-from .varied import Given, varied
+from .varied import Given, varied, with_texts
 
 Names = str | Sequence[str] | None
 
@@ -46,8 +45,11 @@ def planned_study(
     file = system_of_content(content, files)
     table = SystemTable.model_validate(content)
     axes = tuple(varied(path, given, content, table) for path, given in vary.items())
-    described = [content, *(one.applied(content, table, k) for one in axes for k in range(len(one.values)))]
-    models, records = (chain.from_iterable(map(names, described)) for names in (named_models, named_records))
+    models: dict[str, None] = {}
+    records: dict[str, None] = {}
+    for one in with_texts(content, table, axes):
+        models |= dict.fromkeys(named_models(one))
+        records |= dict.fromkeys(named_records(one))
     chosen = [name for name, _ in chosen_candidates(file, candidates)]
     loads = [case.name for case in chosen_cases(file, cases)]
     return SystemStudy(

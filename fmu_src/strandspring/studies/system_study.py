@@ -10,18 +10,18 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..errors import StrandspringError
-from ..systems.answers import CaseAnswer, answer_case
-from ..systems.drawn_springs import Drawn
-from ..systems.mounted import MountedSystem, MountedSystemError
-from ..systems.named_files import HeldFiles
+from ..answers.answers import CaseAnswer, answer_case
+from ..answers.drawn_springs import Drawn
+from ..answers.verdicts import Quantity, Verdict
+from ..errors import MountedSystemError, StrandspringError
+from ..system_files.named_files import HeldFiles
+from ..system_files.system_file import SystemFile, system_of_content
+from ..system_files.system_tables import SystemTable
+from ..system_files.value_paths import Location
+from ..systems.mounted import MountedSystem
 from ..systems.rest import SHARES
-from ..systems.system_file import SystemFile, system_of_content
-from ..systems.system_tables import SystemTable
-from ..systems.value_paths import Location
-from ..systems.verdicts import Quantity, Verdict
 from .definition import DONE
-from .varied import Varied
+from .varied import Varied, with_texts
 
 OUTSIDE = "outside"
 _MOST_RUNS = 1_000_000
@@ -166,14 +166,7 @@ class SystemStudy:
 
     def distinct_files(self) -> Iterator[SystemFile]:
         """The description as it is, and with each text that is varied, as far as these are possible."""
-        contents = [self.content]
-        for one in self.varied:
-            contents += [
-                one.applied(self.content, self._table, k)
-                for k, value in enumerate(one.values)
-                if isinstance(value, str)
-            ]
-        for content in contents:
+        for content in with_texts(self.content, self._table, self.varied):
             with suppress(StrandspringError):
                 yield system_of_content(content, self.files)
 

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import Protocol, overload
+from typing import Protocol
 
 import numpy as np
 
-from ..systems.verdicts import Verdict
+from ..answers.verdicts import Verdict
 from .quantiles import SHARES, Quantiles, Reasons, quantiles
+from .summary_sequence import SummarySequence
 from .system_study import SystemRow, SystemStudy
 
 FIGURES = ("acceleration", "sway", "tilt", "stroke", "margin")
@@ -54,7 +54,7 @@ class Rows(Protocol):
     def __getitem__(self, run: int, /) -> SystemRow: ...
 
 
-class SystemSummaries(Sequence[SystemSummary]):
+class SystemSummaries(SummarySequence[SystemSummary]):
     """Summaries of all candidates at all grid points, held as arrays.
 
     Parameters
@@ -111,17 +111,8 @@ class SystemSummaries(Sequence[SystemSummary]):
     def __len__(self) -> int:
         return len(self._counts)
 
-    @overload
-    def __getitem__(self, index: int) -> SystemSummary: ...
-
-    @overload
-    def __getitem__(self, index: slice) -> list[SystemSummary]: ...
-
-    def __getitem__(self, index: int | slice) -> SystemSummary | list[SystemSummary]:
-        """The summary of a candidate at a grid point, or several; candidates come first."""
-        if isinstance(index, slice):
-            return [self[k] for k in range(*index.indices(len(self)))]
-        index = range(len(self))[index]
+    def summary(self, index: int) -> SystemSummary:
+        """The summary of a candidate at a grid point; candidates come first."""
         point, candidate = divmod(index, self._width)
         rank, passing, refused = self._counts[index].tolist()
         governing = int(self._governing[index])
@@ -139,9 +130,6 @@ class SystemSummaries(Sequence[SystemSummary]):
                 for name, values in zip(FIGURES, self._quantiles[index], strict=True)
             },
         )
-
-    def __iter__(self) -> Iterator[SystemSummary]:
-        return (self[index] for index in range(len(self)))
 
     @property
     def refused(self) -> int:

@@ -6,19 +6,20 @@ says, which keeps signs and what is different from place to place.
 
 from __future__ import annotations
 
+import copy
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from pydantic import ValidationError
 
+from ..errors import MountedSystemError
 from ..strict_json import is_finite
-from ..systems.mounted import MountedSystemError
-from ..systems.system_tables import SystemTable
-from ..systems.table_refusals import refusal
-from ..systems.value_paths import PLACES, Location, locations, value_at, with_value
+from ..system_files.system_tables import SystemTable
+from ..system_files.table_refusals import refusal
+from ..system_files.value_paths import PLACES, Location, locations, set_value, value_at
 
 MOST_VALUES = 10_000
 PERCENT = "%"
@@ -68,10 +69,14 @@ class Varied:
         table : SystemTable   The description as it was before anything was varied.
         index : int           Of the value.
         """
-        changed = dict(content)
+        changed = copy.deepcopy(dict(content))
         for location in self.locations:
-            changed = with_value(changed, table, location, self._written(self.values[index], content, table, location))
+            set_value(changed, table, location, self._written(self.values[index], content, table, location))
         return changed
+
+    def texts(self) -> Iterator[int]:
+        """Indices of the values that are texts, of which some may name files."""
+        return (index for index, value in enumerate(self.values) if isinstance(value, str))
 
     def _written(
         self, value: float | str, content: Mapping[str, Any], table: SystemTable, location: Location
@@ -91,6 +96,13 @@ class Varied:
         if unit:
             return f"{value!r} {unit}"
         return int(value) if value.is_integer() else value
+
+
+def with_texts(content: Mapping[str, Any], table: SystemTable, axes: Iterable[Varied]) -> Iterator[Mapping[str, Any]]:
+    """The content of a description as it is, and with each text that is varied: all that may name other files."""
+    yield content
+    for one in axes:
+        yield from (one.applied(content, table, index) for index in one.texts())
 
 
 def shown_alone(value: float | str) -> str:

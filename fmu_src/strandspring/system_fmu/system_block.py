@@ -10,11 +10,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..core.parameters import SCALARS, SpringParameters
+from ..errors import MountedSystemError
 from ..fmu.native.block import with_block
 from ..kernel.arrays import FloatArray
 from ..kernel.motion import CHANNEL
 from ..systems.loads import ChannelKind
-from ..systems.mounted import MountedSystem, MountedSystemError
+from ..systems.mounted import MountedSystem
 from ..systems.solving import arrays
 from .system_variables import SystemFmuOptions, base_vectors, system_start_values, system_variables
 

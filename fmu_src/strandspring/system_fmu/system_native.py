@@ -19,6 +19,7 @@ from ..modelfile import identifier
 from ..systems.mounted import MountedSystem
 from .system_block import SystemBlock, system_block
 from .system_page import system_page
+from .system_reference import reference_tables
 from .system_variables import SystemFmuOptions, system_start_values, system_units, system_variables
 
 _ABILITIES = {
@@ -60,7 +61,7 @@ def build_system_fmu(
 
     Raises
     ------
-    MountedSystemError   If the system is too large.
+    MountedSystemError   If the system is too large, or cannot rest within the identified ranges of its springs.
     StrandspringError    If an image has to be compiled and ziglang is missing or fails, or the folder cannot be written
                          to.
     """
@@ -93,6 +94,7 @@ def system_contents(
             "model.png": (files("strandspring.fmu") / "assets" / "model.png").read_bytes(),
             "documentation/index.html": system_page(system, options, tuple(sorted(p.name for p in platforms))).encode(),
             **licences(()),
+            **reference_tables(system, options),
             **binaries(name, platforms, SYSTEM, lambda image: block.filled(image, guid)),
             **{f"sources/{path}": text for path, text in sources.items()},
         }

@@ -9,8 +9,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..core.variables import Unit, Variable, units
+from ..errors import MountedSystemError
 from ..kernel.arrays import FloatArray
-from ..systems.mounted import MountedSystem, MountedSystemError, RigidBody, Vector
+from ..systems.mounted import MountedSystem, RigidBody, Vector
 
 LEAST_STEP = 1e-12  # [s]
 LARGEST_GRAVITY = 1e4  # [m/s^2]

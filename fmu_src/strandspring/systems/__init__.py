@@ -1,1 +1,1 @@
-"""Rigid bodies on hysteretic mounts: rest, modes, shock and random vibration in time; verdicts against limits."""
+"""Rigid bodies on hysteretic mounts; static pose, modes, motion in time, steady vibration by harmonic balance."""

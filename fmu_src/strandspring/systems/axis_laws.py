@@ -12,11 +12,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core.parameters import SpringParameters
+from ..errors import MountedSystemError
 from ..kernel.arrays import FloatArray
 from ..kernel.path import PathSolver
 from ..loops.modelled import steady_loop_figures
 from .axis_names import axis_names
-from .mounted import MountedSystem, MountedSystemError, Stops
+from .mounted import MountedSystem, Stops
 
 ComplexArray = NDArray[np.complex128]
 

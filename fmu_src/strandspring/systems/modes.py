@@ -18,9 +18,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..errors import MountedSystemError
 from ..kernel.arrays import FloatArray
 from .axis_laws import AxisLaws, ComplexArray
-from .mounted import MountedSystem, MountedSystemError
+from .mounted import MountedSystem
 from .small_motion import Pose, SmallMotion
 
 MOTIONS = ("x", "y", "z", "rx", "ry", "rz")

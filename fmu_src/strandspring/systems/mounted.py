@@ -15,7 +15,7 @@ from enum import Enum
 import numpy as np
 
 from ..core.parameters import SpringParameters
-from ..errors import StrandspringError
+from ..errors import MountedSystemError
 from ..kernel.arrays import FloatArray
 
 BASE = -1  # in place of the number of a body
@@ -27,10 +27,6 @@ _ROUNDING = 1e-9  # of lengths of unit vectors and of moments of inertia
 
 Vector = tuple[float, float, float]
 Matrix = tuple[Vector, Vector, Vector]
-
-
-class MountedSystemError(StrandspringError):
-    """Bodies on mounts that cannot be, or cannot be simulated as asked."""
 
 
 class Motion(Enum):

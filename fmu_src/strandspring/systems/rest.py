@@ -10,9 +10,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..errors import MountedSystemError
 from ..kernel.arrays import FloatArray
 from ..kernel.motion import CHANNEL, MotionSolver
-from .mounted import MountedSystem, MountedSystemError
+from .mounted import MountedSystem
 from .solving import nominal_pose, solver
 
 _ROUNDING = 1e-6  # of a static force, relative to the hysteretic force

@@ -7,10 +7,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..errors import MountedSystemError
 from ..isolation.system import Excitation
 from ..kernel.arrays import FloatArray
 from .axis_names import direction_name
-from .mounted import MountedSystemError, Vector
+from .mounted import Vector
 from .small_motion import SmallMotion
 
 _ROUNDING = 1e-13  # of the parts of a sum

@@ -16,10 +16,11 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
+from ..errors import MountedSystemError
 from ..kernel.arrays import FloatArray, floats
 from ..kernel.motion import MotionFigures, MotionSolver
 from .loads import ChannelKind, LoadCase
-from .mounted import Motion, MountedSystem, MountedSystemError
+from .mounted import Motion, MountedSystem
 from .rest import SHARES, RestPose, rest
 from .solving import channel_rows, solver
 from .stable_step import largest_stable_step

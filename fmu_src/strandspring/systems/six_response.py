@@ -16,12 +16,13 @@ from functools import cached_property, partial
 import numpy as np
 from numpy.typing import NDArray
 
+from ..errors import MountedSystemError
 from ..isolation.continuation import SteadyMotion, follow, refine_peak
 from ..isolation.response import checked_band, isolation_frequency
 from ..isolation.system import Excitation
 from ..kernel.arrays import FloatArray
 from .axis_laws import ComplexArray
-from .mounted import BASE, MountedSystem, MountedSystemError, Point
+from .mounted import BASE, MountedSystem, Point
 from .shaking import Shaking
 from .six_balance import AxisRanges, SixBalance
 from .small_motion import Pose

@@ -363,8 +363,8 @@ double motion_part(
     MotionBodyState bodies[MOTION_BODIES];
     size_t all = system->bodies * sizeof *bodies;
     motion_of_base(system, values, 0.0, acceleration);
-    motion_of_base(system, values, 1.0, state->base_spin);
-    int is_turning = dot3(state->base_spin, state->base_spin) > 0.0, has_dampers = state->has_dampers != 0.0;
+    int has_dampers = state->has_dampers != 0.0;
+    int is_turning = size3(state->end_spin) + size3(state->spin_slope) > 0.0;
     if (is_turning)
         moment_on_bodies(system, state, moment);
 
@@ -372,6 +372,8 @@ double motion_part(
     memcpy(bodies, state->body, all);
     double part = left;
     for (;;) {
+        for (int i = 0; i < 3; i++)
+            state->base_spin[i] = state->end_spin[i] - (left - 0.5 * part) * state->spin_slope[i];
         kick(system, state, acceleration, values, 0.5 * part, change);
         drift(system, state, part);
         motion_place_axes(system, state, displacements);
@@ -417,6 +419,18 @@ double motion_part(
         state->exchanged += fabs(work);
     }
     return part;
+}
+
+void motion_turn_base(const MotionSystem *system, MotionState *state, const double *values)
+{
+    double displacements[MOTION_AXES], spin[3];
+    motion_of_base(system, values, 1.0, spin);
+    if (memcmp(spin, state->end_spin, sizeof spin) == 0)
+        return;
+    memcpy(state->end_spin, spin, sizeof spin);
+    motion_place_axes(system, state, displacements);
+    take_forces(system, state, displacements);
+    take_rates(system, state);
 }
 
 int motion_step(const MotionSystem *system, MotionState *state, const double *values, double h)
@@ -485,9 +499,12 @@ void motion_accelerations(
         const MotionBody *body = system->body + b;
         const MotionBodyState *own = state->body + b;
         for (int i = 0; i < 3; i++)
-            linear[b][i] = (own->force[i] + force[b][i]) / body->mass + state->gravity[i] - of_base[i];
-        project(body->translations, body, linear[b]);
-        add3(linear[b], 1.0, of_base);
+            linear[b][i] = (own->force[i] + force[b][i]) / body->mass + state->gravity[i];
+        if (body->is_free == 0.0) {
+            add3(linear[b], -1.0, of_base);
+            turn3(body->translations, linear[b], linear[b]);
+            add3(linear[b], 1.0, of_base);
+        }
         memset(angular[b], 0, sizeof angular[b]);
         if (body->turns == 0.0)
             continue;

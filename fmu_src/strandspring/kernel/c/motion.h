@@ -87,7 +87,7 @@ typedef struct {
 
 typedef struct {
     double gravity[3];
-    /* The base's angular velocity: its average over the step; at the end of what is left of the step; and its slope. */
+    /* The base's angular velocity: its average over a part of a step; at the end of what is left of the step; its slope. */
     double base_spin[3], end_spin[3], spin_slope[3];
     /* Since the beginning [J]: dissipated by dampers; work of gravity, of the base and of forces from outside; sum of the
      * absolute values of the latter two. */
@@ -150,6 +150,9 @@ size_t motion_workspace(size_t bodies, size_t axes, size_t points);
  * diverges. */
 size_t motion_run(
     const MotionSystem *system, MotionState *state, size_t count, double h, const double *values, MotionRecord *record);
+
+/* The sense of a static force: -1, or 1 also where rounding is all there is. */
+SPRING_LOCAL double motion_sense(const MotionAxis *axis, double force);
 
 /* Bytes of each of the eleven structures, in their order here, for those who fill them from another language. */
 void motion_sizes(size_t *bytes);

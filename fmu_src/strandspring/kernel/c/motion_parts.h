@@ -21,6 +21,9 @@ SPRING_LOCAL void motion_apply(
 /* The base's acceleration (kind 0) or angular velocity (1) under channel values. */
 SPRING_LOCAL void motion_of_base(const MotionSystem *system, const double *values, double kind, double *motion);
 
+/* Gives the base the angular velocity of channel values at once, which dampers and rates feel. */
+SPRING_LOCAL void motion_turn_base(const MotionSystem *system, MotionState *state, const double *values);
+
 /* Goes on by `left`, or to where the first spring turns while *turns, which then falls by 1, is above 0. Returns how far; 0 if
  * a displacement is beyond LARGEST_DISPLACEMENT. */
 SPRING_LOCAL double motion_part(

@@ -82,6 +82,12 @@ static void rest_jacobian(RestProblem *rest, size_t count, double step, double *
     }
 }
 
+double motion_sense(const MotionAxis *axis, double force)
+{
+    static const double ROUNDING = 1e-6; /* relative to the hysteretic force */
+    return force < -ROUNDING * axis->parallel * axis->law->parameters.kappa_omega ? -1.0 : 1.0;
+}
+
 int motion_rest(
     const MotionSystem *system, const double *gravity, const double *omega, MotionState *state, double *pose,
     double *unbalance)

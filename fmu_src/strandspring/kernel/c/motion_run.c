@@ -328,6 +328,7 @@ size_t motion_run(
     begin(system, state, &watch, record);
     for (size_t c = 0; c < system->channels && count > 0; c++)
         loads[c] = values[c * count] - 0.5 * change_over(values + c * count, 0, count);
+    motion_turn_base(system, state, loads);
     take(system, state, loads, 0.0, 1, 0.0, &watch);
     write_row(system, state, &watch, 0, record);
     for (; k < count; k++) {
@@ -340,6 +341,7 @@ size_t motion_run(
         if (is_after_jump) {
             for (size_t c = 0; c < system->channels; c++)
                 course[c] = now[c] - 0.5 * change[c];
+            motion_turn_base(system, state, course);
             take(system, state, course, h * (double)k, 1, 0.0, &watch);
         }
         is_after_jump = is_jump(system, values, k, count);

@@ -10,15 +10,15 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
+from ...answers.answers import CaseAnswer
+from ...answers.courses import SRS_DAMPING, Courses
+from ...answers.verdicts import Quantity
 from ...kernel.arrays import FloatArray
 from ...loops.strokes import IndexArray
-from ...systems.answers import CaseAnswer
+from ...signals.shock_spectra import ShockSpectrum
+from ...signals.spectra import PowerSpectrum
 from ...systems.axis_names import axis_names
-from ...systems.courses import SRS_DAMPING, Courses
 from ...systems.mounted import STANDARD_GRAVITY
-from ...systems.shock_spectra import ShockSpectrum
-from ...systems.spectra import PowerSpectrum
-from ...systems.verdicts import Quantity
 from ..chart import Axis, Chart, Form, Role, Trace, joined
 from ..quantities import Unit, number, percent
 from ..thinning import visible
@@ -46,8 +46,9 @@ def acceleration_against_stroke(answers: Sequence[CaseAnswer]) -> Chart:
     for k, candidate in enumerate(dict.fromkeys(answer.candidate for answer in answers)):
         own = [mark for answer in answers if answer.candidate == candidate for mark in _marks(answer)]
         if own:
+            texts = [one[2].case.name for one in own]
             x, y = np.array([one[0] for one in own]), np.array([one[1] for one in own])
-            traces.append(Trace(candidate, x, y, _COLOURS[k % len(_COLOURS)], Form.MARKS))
+            traces.append(Trace(candidate, x, y, _COLOURS[k % len(_COLOURS)], Form.MARKS, texts=tuple(texts)))
         marks += own
     strokes = {figure.limit for answer in answers for figure in answer.of(Quantity.STROKE) if figure.limit is not None}
     limits = {figure.limit for answer in answers for figure in answer.of(Quantity.ACCELERATION) if figure.limit}

@@ -27,7 +27,8 @@ fmi2Component fmi2Instantiate(fmi2String instanceName, fmi2Type fmuType, fmi2Str
     instance->free = free_memory;
     if (!system_make(instance)) {
         (void)FMU_REFUSE(&log, "There is not enough memory for the tables of the springs.");
-        fmi2FreeInstance(instance);
+        system_release(instance);
+        free_memory(instance);
         return NULL;
     }
     fmu_begin(instance, CS_INSTANTIATED);

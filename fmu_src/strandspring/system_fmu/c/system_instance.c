@@ -193,7 +193,7 @@ static fmi2Status require_rest(Instance *instance)
         return fmi2Error;
     if (state->settings.omega_start != 0.0) {
         for (size_t a = 0; a < system->axes; a++)
-            omega[a] = state->axes[a].force < 0.0 ? -state->settings.omega_start : state->settings.omega_start;
+            omega[a] = state->settings.omega_start * motion_sense(system->axis + a, state->axes[a].force);
         if (find_rest(instance, omega, pose) != fmi2OK)
             return fmi2Error;
     }

@@ -18,7 +18,8 @@
 #include "../../core/c/fmi2_tables.h"
 #include "system_block.h"
 
-enum { SYSTEM_EXTRAPOLATING, SYSTEM_FIRST_INPUT, SYSTEM_PARAMETERS = sizeof(Settings) / sizeof(double) };
+enum { SYSTEM_EXTRAPOLATING, SYSTEM_FIRST_INPUT };
+enum { SYSTEM_PARAMETERS = sizeof(Settings) / sizeof(double) };
 
 /* The first value reference of each group behind the inputs. */
 typedef struct {

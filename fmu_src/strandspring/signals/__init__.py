@@ -1,0 +1,1 @@
+"""Pulses, sines, random vibration and records as functions of time; shock response and power spectra."""

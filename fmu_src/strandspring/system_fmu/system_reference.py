@@ -1,0 +1,110 @@
+"""A short run of a system by the kernel, which its FMU must repeat."""
+
+from __future__ import annotations
+
+import csv
+import io
+from dataclasses import replace
+
+import numpy as np
+
+from ..errors import MountedSystemError
+from ..fmu.papers import SYSTEM_REFERENCE, SYSTEM_STIMULI
+from ..kernel.arrays import FloatArray
+from ..kernel.motion import MotionFigures
+from ..systems.mounted import STANDARD_GRAVITY, MountedSystem
+from ..systems.rest import rest
+from ..systems.solving import solver
+from .system_block import channel_rows_of
+from .system_variables import SystemFmuOptions, base_directions, system_variables
+
+_STEPS, _PARTS = 250, 4  # of co-simulation, and of each of them
+_SHARE = 0.1  # of gravity and of weight, that is shaken with
+
+
+def reference_step(options: SystemFmuOptions) -> float:
+    """The step of co-simulation of the reference [s]."""
+    return _PARTS * options.step
+
+
+def reference_run(
+    system: MountedSystem, options: SystemFmuOptions
+) -> tuple[dict[str, FloatArray], dict[str, FloatArray]]:
+    """Inputs and outputs by name, each of shape (K,): constant inputs, whose values at the ends of steps are known.
+
+    Raises
+    ------
+    MountedSystemError   If the bodies cannot rest, or a spring rests outside its identified range.
+    """
+    bases = [(-1.0) ** k * _SHARE * STANDARD_GRAVITY for k in range(len(base_directions(system)))]
+    forces = [_SHARE * STANDARD_GRAVITY * system.bodies[force.body].mass for force in options.forces]
+    inputs = np.tile(np.array([*bases, *forces])[:, None], (1, _STEPS))
+    figures = expected_motion(system, options, inputs, options.step, _PARTS)
+    histories = (figures.accelerations, figures.sway, figures.forces, figures.displacements)
+    columns = np.hstack([np.asarray(history).reshape(_STEPS + 1, -1) for history in histories])[:-1].T
+    table = system_variables(system, options)
+    names = [v.name for v in table if v.causality == "output"][:-1]  # without the energy
+    given = [v.name for v in table if v.causality == "input"]
+    return dict(zip(given, inputs, strict=True)), dict(zip(names, columns, strict=True))
+
+
+def expected_motion(
+    system: MountedSystem, options: SystemFmuOptions, inputs: FloatArray, step: float, parts: int
+) -> MotionFigures:
+    """What the kernel gives for inputs that hold over steps of `parts` internal ones of `step` each.
+
+    Parameters
+    ----------
+    system : MountedSystem
+    options : SystemFmuOptions
+    inputs : ndarray, shape (C, K)    Of the FMU, over each step of co-simulation.
+    step : float                      Internal step [s].
+    parts : int
+
+    Returns
+    -------
+    MotionFigures                     With a row of its histories for each point of communication; sway is from rest.
+
+    Raises
+    ------
+    MountedSystemError                If the bodies cannot rest, a spring rests outside its identified range, or the
+                                      motion diverges.
+    """
+    motion = solver(system)
+    start = rest(system, options.omega_start, solve=motion)
+    figures = motion.run(
+        channel_rows_of(system, options),
+        np.repeat(inputs, parts, axis=1),
+        step,
+        np.array(system.gravity),
+        start.pose,
+        start.omega,
+        np.zeros(3),
+        stride=parts,
+        histories=True,
+    )
+    if figures.steps < inputs.shape[1] * parts:
+        raise MountedSystemError(
+            f"The motion diverges in the reference run of the FMU after {figures.steps * step:.3g} s; take a smaller "
+            "`step`, or mounts whose force does not fall beyond their identified range."
+        )
+    sway = np.asarray(figures.sway)
+    return replace(figures, sway=sway - sway[0])
+
+
+def reference_tables(system: MountedSystem, options: SystemFmuOptions) -> dict[str, bytes]:
+    """The same as two tables by their path in the FMU."""
+    time: FloatArray = reference_step(options) * np.arange(_STEPS, dtype=np.float64)
+    inputs, outputs = reference_run(system, options)
+    return {
+        SYSTEM_STIMULI: _table({"time": time, **inputs}),
+        SYSTEM_REFERENCE: _table({"time": time, **outputs}),
+    }
+
+
+def _table(columns: dict[str, FloatArray]) -> bytes:
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(columns)
+    writer.writerows(zip(*(map(repr, column.tolist()) for column in columns.values()), strict=True))
+    return text.getvalue().encode("ascii")
