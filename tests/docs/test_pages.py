@@ -25,6 +25,9 @@ from strandspring.intake import description_file
 from strandspring.records import content
 from strandspring.records.formats import reader_process
 from strandspring.records.source import MAX_ROWS
+from strandspring.system_files import system_file
+from strandspring.systems.mounted import MOST_AXES, MOST_BODIES
+from strandspring.systems.simulation import MOST_STEPS
 
 
 @pytest.fixture(scope="module")
@@ -60,6 +63,17 @@ def test_the_main_job_prints_what_the_readme_shows(folder: Path) -> None:
         assert re.search(r".*".join(pieces), said), line
     for backend in ("rubber_hinge", "rubber_hinge_python"):
         assert (folder / f"dist/{backend}.fmu").stat().st_size > 50_000
+
+
+def test_simulate_prints_what_the_page_shows(tmp_path: Path) -> None:
+    example = [sys.executable, "-m", "strandspring.examples.system_models", "systems"]
+    assert run(example, tmp_path).returncode == 0
+    again = run(example, tmp_path)  # Nothing is overwritten.
+    assert (again.returncode, again.stderr) == (1, "systems: File exists; give the name of a new folder.\n")
+    said = run([sys.executable, "-m", "strandspring", "simulate", "systems/electronics_box.toml"], tmp_path).stdout
+    (shown,) = blocks("systems", "text")
+    for line in shown.splitlines():
+        assert re.search(rf"^{re.escape(line)}", said, flags=re.MULTILINE), line
 
 
 def test_the_first_command_is_the_main_job_and_the_second_the_tests() -> None:
@@ -206,9 +220,15 @@ def test_the_bounds_of_files_are_those_of_the_program() -> None:
         f"| {modelfile.MAXIMUM_BYTES // 10**6} MB |",
         f"{modelfile.MAXIMUM_FMU_BYTES // 10**6} MB packed or unpacked, {unpacking._MOST_FILES:_} files",
         f"| {description_file._MAX_BYTES // 10**6} MB, {description_file._MAX_FILES:_} files |",
+        f"| {system_file._MAX_BYTES // 10**6} MB, {system_file._MOST_MODELS} model files, {MOST_BODIES} bodies, "
+        f"{MOST_AXES} axes of mounts, {MOST_STEPS // 10**6} million steps of a case |",
     )
     for bound in bounds:
         assert bound.replace("_", " ") in TEXTS["security"], bound
+
+
+def test_help_lists_all_pages() -> None:
+    assert set(PAGES) <= set(re.findall(r"[a-z-]+", help_of("docs")))
 
 
 def test_the_readme_is_short() -> None:

@@ -121,7 +121,8 @@ def build(
     bytes for the same platforms.
 
     The FMU of a SYSTEM.toml holds the bodies on the mounts of one candidate, for co-simulation: acceleration of the
-    base in, motion of points and forces of mounts out. It is native, and the other options for springs do not apply.
+    base in, motion of points and forces of mounts out. It is native; only --output, --platform, --author, --candidate
+    and --json apply.
 
     Without an argument the bundled measured record is identified, a rubber hinge on a tensile rig, and built with both
     back ends.

@@ -53,7 +53,8 @@ from .paths import PLOT_FILE, FileOfFormat, refuse_overwriting
 @click.option(
     "--histories",
     metavar="FOLDER",
-    help="Write the motion over time of each candidate in each case to a CSV file in this folder, some 20 MB each.",
+    help="Write the motion over time of each candidate in each case to a CSV file in this folder; such a file may have "
+    "tens of megabytes.",
 )
 @click.option("-o", "--output", metavar="OUT.csv", help="Write all figures of all cases to this file.")
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object instead of text.")
