@@ -40,6 +40,28 @@ PATIENCE = 5.0  # [s]
 ATTEMPTS = 4  # to reach a run before it ends
 ENDED_WITHIN = 10.0  # [s]
 SIGNALS = {name: signal.Signals[f"SIG{name}"] for name in ("KILL", "TERM", "INT", "HUP")}
+# A mass on four springs of in/model.json under shocks, as SYSTEM.toml.
+SYSTEM = """
+format = "strandspring-system"
+format_version = 1
+name = "mass"
+[[body]]
+name = "mass"
+mass = {mass}
+motion = {{ axis = [0, 0, 1] }}
+[mount_type.spring]
+axes = [{{ direction = "-z", model = "model.json" }}]
+[[mount]]
+name = "spring"
+type = "spring"
+places = [[0, 0, 0], [0, 0, 0], [0, 0, 0], [0, 0, 0]]
+[[case]]
+name = "shock"
+pulse = "half-sine"
+peak = "10 g"
+duration = "5 ms"
+directions = ["+z", "-z"]
+"""
 # What nobody should read who ends a command.
 UNWANTED = ("Traceback", "leaked", "Exception ignored", "Warning")
 
@@ -95,6 +117,11 @@ COMMANDS = {
         ("out/study.csv",),
         ("out/study.csv.part.jsonl",),
     ),
+    "simulate": Command(
+        "simulate in/system.toml --draws 20 -o out/figures.csv --report out/page.html --histories out/histories",
+        ("out/figures.csv", "out/page.html", "out/histories"),
+    ),
+    "build-system": Command("build in/system.toml -o out --platform linux64", ("out",)),
     "docs": Command("docs -o out/docs.html", ("out/docs.html",)),
 }
 
@@ -371,6 +398,7 @@ def write_inputs(folder: Path) -> None:
                 spring.save(folder / version / f"{stem}.json")
                 if stem == "worn":
                     spring.build_fmu(folder / version)
+        (folder / version / "system.toml").write_text(SYSTEM.format(mass=2.0 + number), encoding="utf-8")
 
 
 def main() -> None:

@@ -172,7 +172,7 @@ def test_impossible_paths_and_values_are_refused_before_anything_runs(path: str,
     [
         ({"vary": {"body.box.mass": [1.0, 2.0], "body.1.mass": [3.0]}}, "body.box.mass and body.1.mass vary the same"),
         ({"cases": "crash"}, "There is no load case 'crash'; there are shock"),
-        ({"candidates": "x"}, "There is no candidate 'x'; there are standard, softer"),
+        ({"candidates": "x"}, "There is no candidate 'x'; give one of 'standard', 'softer'"),
         ({"draws": -1}, "`draws` must be >= 0"),
         ({"draws": 10**6}, "A study must have from 1 to 1000000 runs, got 6000000"),
     ],

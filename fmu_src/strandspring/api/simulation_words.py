@@ -13,6 +13,7 @@ from ..answers.case_cautions import Caution, CautionKind
 from ..answers.static_answer import SECANT_SHARE
 from ..answers.verdicts import Figure, Quantity, Verdict
 from ..kernel.arrays import FloatArray
+from ..systems.axis_names import axis_names
 from ..systems.mounted import STANDARD_GRAVITY
 from .text import counted
 from .text_table import table_lines
@@ -120,7 +121,7 @@ def static_lines(one: CandidateAnswer, width: int | None = None) -> Iterator[str
     low, high = static.places.min(), static.places.max()
     yield (
         f"  springs at rest between {100.0 * low:.0f} and {100.0 * high:.0f} % of their identified ranges, with "
-        "friction"
+        f"friction; {_by_weight(one)}"
     )
     if static.tangent:
         rows = []
@@ -225,6 +226,17 @@ def _omega(share: float) -> str:
 def _range(figure: Figure) -> str:
     scale = SHOWN[figure.quantity][1]
     return f"{scale * figure.least:.4g} to {scale * figure.value:.4g}"
+
+
+def _by_weight(one: CandidateAnswer) -> str:
+    """Which way the weight moves the springs, which tells an axis of the wrong sense."""
+    static = one.static
+    if static is None:
+        return ""
+    nominal = np.array([axis.nominal for _, axis in one.system.axes()])
+    ways = static.poses[0].displacement - nominal
+    most = int(np.argmax(np.abs(ways)))
+    return f"without friction the weight moves {axis_names(one.system)[most]} by {1e3 * ways[most]:+.3g} mm"
 
 
 def _tiny(value: float) -> str:

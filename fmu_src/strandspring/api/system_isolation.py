@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
+from threadpoolctl import threadpool_limits
 
 from ..errors import MountedSystemError
 from ..files import write_csv
@@ -250,10 +251,12 @@ def isolate_system(
             for level in levels:
                 task = f"{one.label}, {shaking.name}, {shaking.level_text(level)}"
                 try:
-                    response = system_response(
-                        one.system, (one.rest.displacements, one.rest.rotations), shaking, level, frequencies,
-                        extrapolate=extrapolate, advance=partial(_advance, progress, task, done, total),
-                    )  # fmt: skip
+                    # Its systems of equations are too small to be shared among threads.
+                    with threadpool_limits(limits=1):
+                        response = system_response(
+                            one.system, (one.rest.displacements, one.rest.rotations), shaking, level, frequencies,
+                            extrapolate=extrapolate, advance=partial(_advance, progress, task, done, total),
+                        )  # fmt: skip
                 except (IsolationError, MountedSystemError) as refusal:
                     raise type(refusal)(f"{one.label}, {shaking.name}: {refusal}") from None
                 responses.append(response)

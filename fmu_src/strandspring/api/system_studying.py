@@ -45,6 +45,7 @@ _COLUMNS = {
     "tilt deg": ("tilt", math.degrees(1.0)),
     "stroke %": ("stroke", 100.0),
 }
+_DECIMALS = 9  # beyond which a figure is rounding
 _QUANTILES = {"median": "median", "5 %": "low", "95 %": "high"}
 _COLORS = {
     Verdict.PASSES: "tab:green",
@@ -266,7 +267,7 @@ def _cells(one: SystemSummary, quantile: str) -> list[str]:
     cells = []
     for name, scale in _COLUMNS.values():
         quantiles = one.figures[name]
-        cells.append("-" if quantiles is None else f"{scale * getattr(quantiles, quantile):.4g}")
+        cells.append("-" if quantiles is None else f"{round(scale * getattr(quantiles, quantile), _DECIMALS):.4g}")
     return cells
 
 

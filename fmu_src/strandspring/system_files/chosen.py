@@ -21,7 +21,7 @@ def chosen_candidates(file: SystemFile, wanted: str | Sequence[str] | None) -> l
     known = [name for name, _ in file.candidates]
     for name in names or ():
         if name not in known:
-            raise MountedSystemError(f"There is no candidate {name!r}; there are {', '.join(known)}.")
+            raise MountedSystemError(f"There is no candidate {name!r}; give one of {', '.join(map(repr, known))}.")
     return [(name, one) for name, one in file.candidates if names is None or name in names]
 
 
