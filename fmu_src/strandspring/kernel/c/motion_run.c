@@ -6,6 +6,7 @@
 enum { OF_POINT = 8, SIZES = 2, MEANS_OF_POINT = 9 };
 /* Where of_points of a point holds the greatest of each, and the time of the first; and where the means begin. */
 static const int GREATEST_AT[OF_POINT] = {0, 5, 2, 3, 4, 6, 7, 8};
+static const double LEAST_PART = 0.05;
 enum { TIME_AT = 1, MEANS_OF_POINT_AT = 9, MEANS_OF_AXIS_AT = 8 };
 
 /* What is looked at after each part of a step, in arrays without gaps, whose loops the compiler turns into few instructions.
@@ -42,7 +43,8 @@ static double *taken(double **workspace, size_t count)
 /* ---- extremes ------------------------------------------------------------------------------------------------------- */
 
 /* A peak is at the vertex of the parabola through the last three values, which lies between them where the middle one is the
- * greatest; where an outer one is and has a corner, it may. */
+ * greatest; where an outer one is and has a corner, it may. Where a step has ended early there is no parabola next to a part
+ * below LEAST_PART of the other: the error of a damper's force, at a velocity foreseen, over so short a time is no slope. */
 static void note_greatest(Watch *watch, size_t i)
 {
     const double *t = watch->time;
@@ -56,8 +58,11 @@ static void note_greatest(Watch *watch, size_t i)
     int may_be_peak = first < middle ? middle > last || is_sharp[2] : is_sharp[0] && first > last;
     if (!may_be_peak || is_sharp[1] || (first < greatest && middle < greatest && last < greatest) || t[1] <= t[0])
         return;
-    double left = (middle - first) / (t[1] - t[0]), right = (last - middle) / (t[2] - t[1]);
-    double bend = (right - left) / (t[2] - t[0]), slope = left + bend * (t[1] - t[0]);
+    double before = t[1] - t[0], after = t[2] - t[1];
+    if (before < LEAST_PART * after || after < LEAST_PART * before)
+        return;
+    double left = (middle - first) / before, right = (last - middle) / after;
+    double bend = (right - left) / (t[2] - t[0]), slope = left + bend * before;
     double way = -0.5 * slope / bend, vertex = middle + 0.5 * slope * way;
     if (bend < 0.0 && t[0] < t[1] + way && t[1] + way < t[2] && vertex > greatest) {
         watch->greatest[i] = vertex;
