@@ -10,10 +10,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from springs import spring
 from strandspring import SpringParameters
-from strandspring.kernel.motion import MotionFigures
+from strandspring.kernel.motion import Histories, MotionFigures
 from strandspring.systems.loads import LoadCase
 from strandspring.systems.mounted import Motion, Mount, MountAxis, MountedSystem, Point, RigidBody, Stops, Vector
-from strandspring.systems.solving import channel_rows, nominal_pose, solver
+from strandspring.systems.solving import channel_rows, solver
 
 FloatArray = NDArray[np.float64]
 
@@ -112,6 +112,7 @@ class KernelMotion:
     """What the kernel found, and the energy that is missing over what was exchanged."""
 
     figures: MotionFigures
+    histories: Histories
     pose: FloatArray
     imbalance: float
 
@@ -124,15 +125,16 @@ def kernel_motion(
     omegas = np.broadcast_to(np.asarray(omega, dtype=np.float64), axes).copy()
     gravity = np.array(system.gravity)
     at_rest = np.zeros(3) if case.weightless else gravity
-    pose, unbalance, is_found = kernel.rest(at_rest, omegas, nominal_pose(system))
+    pose, unbalance, is_found = kernel.rest(at_rest, omegas)
     assert is_found, unbalance
     count = round(case.duration / step)
-    averages = np.array([channel.signal.averages(step, count) for channel in case.channels]).reshape(-1, count)
-    figures = kernel.run(
-        channel_rows(system, case.channels), averages, step, gravity, pose, omegas, np.array(case.velocity),
-        round(case.settling / step), 1 if every is None else round(every / step), histories=True,
+    figures, histories = kernel.run_with_histories(
+        channel_rows(system, case.channels), case.averages(step, count), step, gravity, pose, omegas,
+        np.array(case.velocity), round(case.settling / step), 1 if every is None else round(every / step),
     )  # fmt: skip
     assert figures.steps == count
     before, after, absorbed, damped, in_stops, *works, exchanged = figures.energies.tolist()
     scale = exchanged + before + abs(works[0])
-    return KernelMotion(figures, pose, abs(after - before + absorbed + damped + in_stops - sum(works)) / scale)
+    return KernelMotion(
+        figures, histories, pose, abs(after - before + absorbed + damped + in_stops - sum(works)) / scale
+    )

@@ -203,9 +203,7 @@ def test_a_draw_is_the_case_with_the_drawn_springs(recoil: tuple[CaseAnswer, Dra
     found = CaseDraws(answer, drawn, 5).figures(3)
     system = drawn.system(answer.system, 5, 3)
     assert system != answer.system
-    alone = [
-        simulate_case(system, answer.case, (run.start.share,), 2.0 * run.step, histories=False) for run in answer.runs
-    ]
+    alone = [simulate_case(system, answer.case, (run.start.share,), 2.0 * run.step) for run in answer.runs]
     assert not isinstance(found, str)
     for k, name in enumerate(("acceleration", "sway")):
         assert found[k] == pytest.approx(max(one.worst(name)[0][0] for one in alone), rel=1e-9)

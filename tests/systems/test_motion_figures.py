@@ -131,8 +131,8 @@ def test_den_hartogs_dry_friction(ratio: float, share: float, published: float) 
     found = kernel_motion(
         one_mass(MountAxis(spring, UP, 0.0)), shaken(signal, 240.0 * period), period / 20_000, every=period / 1000
     )
-    assert found.figures.displacements is not None
-    last, before = found.figures.displacements[-1000:, 0], found.figures.displacements[-2000:-1000, 0]
+    displacement = found.histories.displacement[:, 0]
+    last, before = displacement[-1000:], displacement[-2000:-1000]
     amplitude = 0.5 * np.ptp(last)
     assert 0.5 * np.ptp(before) == pytest.approx(amplitude, rel=1e-6)  # steady
     assert amplitude / move == pytest.approx(expected, rel=3e-3)
@@ -204,13 +204,11 @@ def test_any_spring_under_white_noise_dissipates_a_quarter_of_mass_times_density
     """
     mass, density, duration, step = 1.5, 4.0, 200.0, 1e-4
     motion = kernel_motion(one_mass(axis, mass), random_case(density, duration, 4), step)
-    figures = motion.figures
-    assert figures.displacements is not None
-    mean_square = float(np.mean(np.diff(figures.displacements[:, 0]) ** 2)) / step**2
+    mean_square = float(np.mean(np.diff(motion.histories.displacement[:, 0]) ** 2)) / step**2
     scatter = 4.0 * mass * math.sqrt(0.5 * density * mean_square * duration)
     expected = 0.25 * mass * density * duration
     assert scatter < 0.2 * expected
-    _, kinetic, absorbed, damped = figures.energies[:4].tolist()
+    _, kinetic, absorbed, damped = motion.figures.energies[:4].tolist()
     assert kinetic + absorbed + damped == pytest.approx(expected, abs=scatter)
     assert kinetic < 0.02 * expected
     assert motion.imbalance < 1e-5
@@ -241,8 +239,7 @@ def test_six_natural_frequencies_by_time_stepping() -> None:
     system = MountedSystem((body,), mounts, points, NO_WEIGHT)
     push = Channel(ChannelKind.FORCE, half_sine(0.05, 0.02), unit(1.0, 2.0, 1.0), 0, (0.1, -0.15, 0.1))
     case = LoadCase("pushed", "force", 4.0, (push,), velocity=(1e-4, 1e-4, 1e-4))
-    accelerations = kernel_motion(system, case, 1e-4, every=2e-3).figures.accelerations
-    assert accelerations is not None
+    accelerations = kernel_motion(system, case, 1e-4, every=2e-3).histories.acceleration
     rows = accelerations[15:].reshape(-1, 6)
     time = 2e-3 * np.arange(rows.shape[0])
 
@@ -267,9 +264,7 @@ def test_period_of_duffing() -> None:
 
     speed = math.sqrt(square * A**2 + 0.5 * alpha * A**4)
     system = one_mass(MountAxis(elastic(0.0, square, 0.0, alpha), UP, 0.0))
-    displacements = kernel_motion(system, drop(1.0, 0.0, 0.0, speed), 1e-5).figures.displacements
-    assert displacements is not None
-    x = displacements[:, 0]
+    x = kernel_motion(system, drop(1.0, 0.0, 0.0, speed), 1e-5).histories.displacement[:, 0]
     before = np.flatnonzero((x[:-1] <= 0.0) & (x[1:] > 0.0))
     crossings = 1e-5 * (before + x[before] / (x[before] - x[before + 1]))
     assert crossings.size == 12

@@ -101,17 +101,18 @@ def solution(name: str) -> ReferenceMotion:
 def errors(name: str, step: float) -> FloatArray:
     """Of accelerations, displacements of springs, forces and energies absorbed, over the largest of each."""
     one, exact = CASES[name], solution(name)
-    figures = kernel_motion(one.system, one.case, step, one.omega, EVERY).figures
+    motion = kernel_motion(one.system, one.case, step, one.omega, EVERY)
+    histories = motion.histories
     axes = [axis for _, axis in one.system.axes()]
     displacements = [axis.nominal for axis in axes] + exact.stroke / [axis.series for axis in axes]
     corners = [corner for channel in one.channels for corner in channel.signal.corners]
     # A force from outside is known by its averages over steps: at its corners they leave it open.
     smooth = np.abs(TIMES[:, None] - corners).min(axis=1, initial=1.0) > 1e-9
     pairs = (
-        (figures.accelerations[smooth], exact.acceleration[smooth]),
-        (figures.displacements, displacements),
-        (figures.forces, exact.force),
-        (figures.of_axes[:, 5], exact.absorbed[-1]),
+        (histories.acceleration[smooth], exact.acceleration[smooth]),
+        (histories.displacement, displacements),
+        (histories.force, exact.force),
+        (motion.figures.of_axes[:, 5], exact.absorbed[-1]),
     )
     return np.array([np.abs(found - right).max() / np.abs(right).max() for found, right in pairs])
 
@@ -138,9 +139,8 @@ def test_motion_is_that_of_lsoda() -> None:
     """Of another method of another order, six degrees of freedom on inclined hysteretic mounts under a shock."""
     one = CASES["inclined"]
     exact = reference_motion(one.system, one.case, TIMES, omega=one.omega, rtol=1e-8, method=LSODA)
-    found = kernel_motion(one.system, one.case, 2e-5, one.omega, EVERY).figures
-    assert found.accelerations is not None
-    np.testing.assert_allclose(found.accelerations, exact.acceleration, atol=1e-5 * np.abs(exact.acceleration).max())
+    found = kernel_motion(one.system, one.case, 2e-5, one.omega, EVERY).histories
+    np.testing.assert_allclose(found.acceleration, exact.acceleration, atol=1e-5 * np.abs(exact.acceleration).max())
 
 
 def test_rest_is_that_of_the_reference() -> None:
@@ -199,7 +199,7 @@ def test_free_rotation_keeps_momentum_and_energy() -> None:
     errors = []
     for step in (1e-3, 5e-4):
         found = kernel_motion(system, case, step, every=0.05)
-        errors.append(np.abs(found.figures.accelerations[1:] - exact.acceleration[1:]).max())
+        errors.append(np.abs(found.histories.acceleration[1:] - exact.acceleration[1:]).max())
         assert found.figures.energies[1] == pytest.approx(exact.kinetic[-1, 0], rel=1e-4)
         assert found.imbalance < 1e-7
     assert errors[0] < 1e-3 * np.abs(exact.acceleration).max()
@@ -214,8 +214,7 @@ def test_motion_is_that_of_exudyn() -> None:
     state = start_of(system, case, np.zeros(12))
     pose = np.concatenate([state[:3], Rotation.from_quat(state[6:10]).as_rotvec()])
     other = exudyn_motion(system, case, 5e-5, 0.0, pose, every=20)
-    figures = kernel_motion(system, case, 2e-5, every=1e-3).figures
-    assert figures.accelerations is not None
-    assert figures.accelerations.shape == other.acceleration.shape
+    acceleration = kernel_motion(system, case, 2e-5, every=1e-3).histories.acceleration
+    assert acceleration.shape == other.acceleration.shape
     assert np.abs(other.acceleration).max() > 4.0 * GRAVITY
-    np.testing.assert_allclose(figures.accelerations, other.acceleration, atol=1e-5 * np.abs(other.acceleration).max())
+    np.testing.assert_allclose(acceleration, other.acceleration, atol=1e-5 * np.abs(other.acceleration).max())

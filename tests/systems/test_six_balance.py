@@ -22,7 +22,6 @@ from strandspring.systems.six_balance import SixBalance
 from strandspring.systems.six_response import system_response
 from strandspring.systems.small_motion import Pose, nominal_pose
 from strandspring.systems.solving import channel_rows, solver
-from strandspring.systems.solving import nominal_pose as nominal_quaternions
 
 INERTIA = ((0.25, 0.02, 0.0), (0.02, 0.30, -0.01), (0.0, -0.01, 0.35))
 STRAIGHT = SpringParameters((0.0, 9000.0), (1.0,), 20.0, 500.0, 1.0, 1.0, 0.0, -0.03, 0.03)
@@ -67,7 +66,7 @@ def against_a_stop() -> MountedSystem:
 def rest(system: MountedSystem) -> tuple[Pose, np.ndarray]:
     """Static equilibrium with omega = 0, also as the kernel takes it."""
     omega = np.zeros(len(list(system.axes())))
-    pose, _, is_found = solver(system).rest(np.array(system.gravity), omega, nominal_quaternions(system))
+    pose, _, is_found = solver(system).rest(np.array(system.gravity), omega)
     assert is_found
     rotations = Rotation.from_quat(pose[:, 3:], scalar_first=True).as_matrix()
     return (pose[:, :3], rotations), pose
@@ -179,7 +178,7 @@ def in_time(
     integral = np.cos(angles) if of_rate else np.sin(angles)
     values = level * np.diff(integral)[None] * per_period / (2.0 * np.pi)
     count = len(list(system.axes()))
-    figures = solver(system).run(
+    figures, histories = solver(system).run_with_histories(
         channel_rows(system, [channel]),
         values,
         1.0 / frequency / per_period,
@@ -187,11 +186,9 @@ def in_time(
         pose,
         np.zeros(count),
         np.zeros(3),
-        histories=True,
     )
     assert figures.steps == values.shape[1]
-    assert figures.accelerations is not None
-    last = figures.accelerations[-kept * per_period :]
+    last = histories.acceleration[-kept * per_period :]
     return np.einsum("tpk,t->pk", last, np.exp(-1j * angles[-kept * per_period :])) * 2.0 / len(last)
 
 

@@ -498,7 +498,7 @@ def test_examples_load_fit_the_schema_and_run(path: Path) -> None:
     file = load_system_file(path)
     assert len(file.candidates) * len(file.cases) > 1
     for _, system in file.candidates:
-        result = simulate_case(system, file.cases[0], shares=(0.0,), histories=False)
+        result = simulate_case(system, file.cases[0], shares=(0.0,))
         assert np.isfinite(result.runs[0].figures.acceleration).all()
 
 

@@ -48,10 +48,10 @@ def history(found: np.ndarray, system: MountedSystem) -> dict[str, np.ndarray]:
     ends = np.cumsum([3 * points, 3 * points, axes, axes])
     accelerations, sway, forces, displacements, energy = np.split(found, ends, axis=1)
     return {
-        "accelerations": accelerations.reshape(-1, points, 3),
+        "acceleration": accelerations.reshape(-1, points, 3),
         "sway": sway.reshape(-1, points, 3),
-        "forces": forces,
-        "displacements": displacements,
+        "force": forces,
+        "displacement": displacements,
         "energy": energy[:, 0],
     }
 
@@ -78,14 +78,14 @@ def test_motion_is_that_of_the_kernel_to_the_last_bit(case: Any, omega: float) -
     with NativeSystem(system_library(system, options)).begin(omega_start=omega) as one:
         found = history(one.run(inputs, STEP), system)
     parts = round(STEP / options.step)
-    expected = expected_motion(system, replace(options, omega_start=omega), inputs, STEP / parts, parts)
-    for kind in ("sway", "forces", "displacements"):
+    figures, expected = expected_motion(system, replace(options, omega_start=omega), inputs, STEP / parts, parts)
+    for kind in ("sway", "force", "displacement"):
         np.testing.assert_array_equal(found[kind], getattr(expected, kind), err_msg=kind)
     # Which the kernel computes relative to a base whose acceleration it interpolates: rounding.
-    largest = np.abs(expected.accelerations).max()
-    np.testing.assert_allclose(found["accelerations"], expected.accelerations, atol=1e-14 * largest)
+    largest = np.abs(expected.acceleration).max()
+    np.testing.assert_allclose(found["acceleration"], expected.acceleration, atol=1e-14 * largest)
     assert np.abs(found["sway"]).max() > 1e-3
-    assert found["energy"][-1] == expected.energies[2]
+    assert found["energy"][-1] == figures.energies[2]
 
 
 def test_equal_steps_are_equal_to_the_last_bit_whatever_was_read(case: Any) -> None:

@@ -127,7 +127,7 @@ def answer_case(
     with_courses : bool          Whether histories and spectra are wanted, too.
     """
     try:
-        found = simulate_case(system, case, shares, step, histories=False)
+        found = simulate_case(system, case, shares, step)
         uses = tuple(RangeUse.of(system, run) for run in found.runs)
         figures = tuple(_figures(found, uses, limits))
         drawn = courses(system, case, governing(found)) if with_courses else None

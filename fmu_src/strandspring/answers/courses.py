@@ -12,12 +12,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..errors import MountedSystemError
-from ..kernel.arrays import FloatArray, floats
+from ..kernel.arrays import FloatArray
+from ..kernel.motion import Histories
 from ..signals.shock_spectra import ShockSpectrum, octave_frequencies, shock_spectrum
 from ..signals.spectra import PowerSpectrum, power_spectrum
 from ..systems.loads import ChannelKind, LoadCase
 from ..systems.mounted import MountedSystem
-from ..systems.simulation import CaseRun, Histories, run_once
+from ..systems.simulation import CaseRun, run_with_histories
 from ..systems.solving import solver
 from .case_cautions import Caution, CautionKind
 
@@ -80,14 +81,9 @@ def courses(system: MountedSystem, case: LoadCase, run: CaseRun) -> Courses:
         # As many steps for one as the spectrum asks for and the rows allow.
         finer = min(math.ceil(step * _SAMPLES_PER_PERIOD * SRS_HIGHEST * (1.0 - _ROUNDING)), most // rows)
         step /= max(1, finer)
-    count = math.ceil(case.duration / step * (1.0 - _ROUNDING))
-    found = run_once(system, solver(system), case, run.start, step, count, histories=True, rows=most)
-    assert found.accelerations is not None and found.sway is not None  # noqa: S101, PT018 - histories were asked for
-    assert found.displacements is not None and found.forces is not None  # noqa: S101, PT018
-    interval = step * math.ceil(count / most)
-    time = floats(interval * np.arange(len(found.displacements)))
-    histories = Histories(time, found.accelerations, found.sway, found.displacements, found.forces)
-    base = _base_acceleration(case, interval, time.size)
+    histories = run_with_histories(system, solver(system), case, run.start, step, most)
+    interval = step * math.ceil(case.steps(step) / most)
+    base = _base_acceleration(case, interval, histories.time.size)
     cautions: tuple[Caution, ...] = ()
     if interval > step * (1.0 + _ROUNDING):
         sentence = (

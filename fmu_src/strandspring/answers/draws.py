@@ -6,10 +6,9 @@ counts.
 
 from __future__ import annotations
 
-import math
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -17,7 +16,6 @@ from ..errors import ModelError, MountedSystemError
 from ..kernel.arrays import FloatArray
 from ..kernel.motion import MotionSolver
 from ..systems.axis_laws import AxisLaws
-from ..systems.loads import LoadCase
 from ..systems.mounted import MountedSystem
 from ..systems.rest import rest
 from ..systems.simulation import CaseRun, Energies, RunFigures, check_balance, run_once
@@ -26,19 +24,6 @@ from .answers import CaseAnswer
 from .drawn_springs import Drawn
 from .range_use import ROUNDING, ways_used
 from .verdicts import CaseSpread, Quantiles, Quantity
-
-_ROUNDING = 1e-9  # of a number of steps
-
-
-@dataclass(frozen=True, eq=False)
-class _KnownSignal:
-    """A signal whose averages are known."""
-
-    shortest: float
-    known: FloatArray
-
-    def averages(self, step: float, count: int) -> FloatArray:  # noqa: ARG002
-        return self.known
 
 
 class CaseDraws:
@@ -54,8 +39,9 @@ class CaseDraws:
     def __init__(self, answer: CaseAnswer, drawn: Drawn, seed: int) -> None:
         self.answer, self._drawn, self._seed = answer, drawn, seed
         self._laws = AxisLaws(answer.system)
-        cases = {step: _with_known_signals(answer.case, step) for step in {run.step for run in answer.runs}}
-        self._cases = [cases[run.step] for run in answer.runs]
+        case = answer.case
+        averages = {step: case.averages(step, case.steps(step)) for step in {run.step for run in answer.runs}}
+        self._averages = [averages[run.step] for run in answer.runs]
 
     def figures(self, number: int) -> FloatArray | str:
         """The figures of a draw, in the order of `CaseAnswer.figures` up to the forces, or why there are none."""
@@ -63,16 +49,18 @@ class CaseDraws:
             system = self._drawn.system(self.answer.system, self._seed, number)
             kernel = solver(system)
             runs = [
-                self._once(system, kernel, case, run) for case, run in zip(self._cases, self.answer.runs, strict=True)
+                self._once(system, kernel, run, averages)
+                for run, averages in zip(self.answer.runs, self._averages, strict=True)
             ]
         except (ModelError, MountedSystemError) as problem:
             return str(problem)
         return np.asarray(np.max(runs, axis=0))
 
-    def _once(self, system: MountedSystem, kernel: MotionSolver, case: LoadCase, run: CaseRun) -> FloatArray:
+    def _once(self, system: MountedSystem, kernel: MotionSolver, run: CaseRun, averages: FloatArray) -> FloatArray:
         """The figures of a draw from one static equilibrium."""
+        case = self.answer.case
         start = rest(system, run.start.share, case.weightless, kernel)
-        found = run_once(system, kernel, case, start, run.step, _count(case, run.step))
+        found = run_once(system, kernel, case, start, run.step, averages)
         check_balance(case, Energies.of(found), run.step)
         of = RunFigures.of(found)
         strokes = np.maximum(*ways_used(self._laws, start.displacement, of.displacement_low, of.displacement_high))
@@ -97,17 +85,3 @@ class CaseDraws:
         )
         spread = CaseSpread(len(found), self._seed, len(refusals), reason, failing)
         return replace(self.answer, figures=with_spread, spread=spread)
-
-
-def _count(case: LoadCase, step: float) -> int:
-    """Steps that reach the end of a case."""
-    return math.ceil(case.duration / step * (1.0 - _ROUNDING))
-
-
-def _with_known_signals(case: LoadCase, step: float) -> LoadCase:
-    count = _count(case, step)
-    channels = (
-        replace(channel, signal=_KnownSignal(channel.signal.shortest, channel.signal.averages(step, count)))
-        for channel in case.channels
-    )
-    return replace(case, channels=tuple(channels))

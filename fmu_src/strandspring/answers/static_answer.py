@@ -56,7 +56,7 @@ def static_answer(system: MountedSystem, shares: tuple[float, ...] = SHARES) -> 
     gravity = np.array(system.gravity)
     down = gravity / (math.hypot(*system.gravity) or 1.0)
     refusals, found = [], []
-    pose = (poses[0].displacements, poses[0].rotations)
+    pose = poses[0].pose
     for share in (None, SECANT_SHARE):
         try:
             stiffness = None if share is None else secant_stiffness(system, pose, share=share)
@@ -64,7 +64,7 @@ def static_answer(system: MountedSystem, shares: tuple[float, ...] = SHARES) -> 
         except MountedSystemError as problem:
             refusals.append(f"No {'tangent' if share is None else 'secant'} modes: {problem}")
             found.append(())
-    turns = np.array([one.pose[:, 3:] for one in poses])
+    turns = np.array([one.coordinates[:, 3:] for one in poses])
     return StaticAnswer(
         poses=poses,
         sag=np.array([one.displacements @ down for one in poses]),

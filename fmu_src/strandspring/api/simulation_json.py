@@ -34,7 +34,7 @@ def candidate_json(one: CandidateAnswer) -> Json:
                 {
                     "body": body.name,
                     "displacement": pose.displacements[k].tolist(),
-                    "quaternion": pose.pose[k, 3:].tolist(),
+                    "quaternion": pose.coordinates[k, 3:].tolist(),
                     "sag": float(static.sag[at, k]),
                     "tilt": float(static.tilt[at, k]),
                 }

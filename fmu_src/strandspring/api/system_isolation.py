@@ -62,7 +62,7 @@ class IsolatedSystem:
     def rest_lines(self) -> list[str]:
         """Static equilibrium and modes in words."""
         lines = []
-        for body, pose in zip(self.system.bodies, self.rest.pose, strict=True):
+        for body, pose in zip(self.system.bodies, self.rest.coordinates, strict=True):
             tilt = math.degrees(2.0 * math.atan2(math.hypot(*pose[4:]), abs(pose[3])))
             x, y, z = (f"{round(1e3 * way, 6) + 0.0:.4g}" for way in pose[:3].tolist())
             lines.append(
@@ -232,7 +232,7 @@ def isolate_system(
     parts = []
     for label, system in description.candidates:
         pose = rest(system)
-        parts.append(IsolatedSystem(label, system, pose, modes(system, (pose.displacements, pose.rotations))))
+        parts.append(IsolatedSystem(label, system, pose, modes(system, pose.pose)))
     kind, about, levels, chosen = _levels(parts, base_displacement, base_acceleration, base_rotation, force)
     if at is not None and kind is not Excitation.FORCE:
         raise IsolationError("`at` says where a force acts; give `force`, too, or leave it out.")
@@ -254,7 +254,7 @@ def isolate_system(
                     # Its systems of equations are too small to be shared among threads.
                     with threadpool_limits(limits=1):
                         response = system_response(
-                            one.system, (one.rest.displacements, one.rest.rotations), shaking, level, frequencies,
+                            one.system, one.rest.pose, shaking, level, frequencies,
                             extrapolate=extrapolate, advance=partial(_advance, progress, task, done, total),
                         )  # fmt: skip
                 except (IsolationError, MountedSystemError) as refusal:
@@ -324,7 +324,7 @@ def _shaking(
 
 def _moves(one: IsolatedSystem, shaking: Shaking) -> bool:
     """Whether some body is free to follow an excitation."""
-    balance = SixBalance(one.system, (one.rest.displacements, one.rest.rotations), shaking, 1.0)
+    balance = SixBalance(one.system, one.rest.pose, shaking, 1.0)
     return bool(np.abs(balance.forcing(1.0)).max() > 0.0)
 
 

@@ -34,8 +34,6 @@ class MotionFigures:
     of_axes : ndarray, shape (A, 10)
     of_bodies : ndarray, shape (B, 2)
     energies : ndarray, shape (9,)        [J].
-    accelerations, sway : ndarray or None   Shape (rows, P, 3) [m/s^2], [m].
-    displacements, forces : ndarray or None   Shape (rows, A) [m], [N].
     """
 
     steps: int
@@ -43,16 +41,24 @@ class MotionFigures:
     of_axes: FloatArray
     of_bodies: FloatArray
     energies: FloatArray
-    accelerations: FloatArray | None = None
-    sway: FloatArray | None = None
-    displacements: FloatArray | None = None
-    forces: FloatArray | None = None
 
-    def first_row(self) -> tuple[FloatArray, FloatArray]:
-        """Displacements and forces at the beginning, of a run with histories."""
-        if self.displacements is None or self.forces is None:
-            raise ValueError("The run kept no histories.")
-        return self.displacements[0], self.forces[0]
+
+@dataclass(frozen=True, eq=False)
+class Histories:
+    """Time histories of a run, the first row at its beginning.
+
+    Attributes
+    ----------
+    time : ndarray, shape (K,)                      [s].
+    acceleration, sway : ndarray, shape (K, P, 3)   Of the points, absolute and from the nominal pose [m/s^2], [m].
+    displacement, force : ndarray, shape (K, A)     Of one spring, and of the axis [m], [N].
+    """
+
+    time: FloatArray
+    acceleration: FloatArray
+    sway: FloatArray
+    displacement: FloatArray
+    force: FloatArray
 
 
 class MotionSolver:
@@ -85,14 +91,27 @@ class MotionSolver:
             len, (self._bodies, self._mounts, self._axes, self._points)
         )
 
-    def rest(self, gravity: FloatArray, omega: FloatArray, pose: FloatArray) -> tuple[FloatArray, float, bool]:
+    @property
+    def nominal_pose(self) -> FloatArray:
+        """Displacement [m] and unit quaternion of each body in the nominal pose, shape (B, 7)."""
+        return np.tile([0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0], (self.bodies, 1))
+
+    def senses(self, forces: FloatArray) -> FloatArray:
+        """Sense of the static force of each axis, shape (A,): -1, or 1 also where it is 0 up to rounding."""
+        sense, axes = library().motion_sense, self._axes
+        return np.array([sense(address(axis), force) for axis, force in zip(axes, forces.tolist(), strict=True)])
+
+    def rest(
+        self, gravity: FloatArray, omega: FloatArray, pose: FloatArray | None = None
+    ) -> tuple[FloatArray, float, bool]:
         """The pose in which the bodies rest while each axis has its omega.
 
         Parameters
         ----------
         gravity : ndarray, shape (3,)    [m/s^2].
         omega : ndarray, shape (A,)
-        pose : ndarray, shape (B, 7)     Where to begin: displacement of the centre of gravity [m], unit quaternion.
+        pose : ndarray or None, shape (B, 7)   Where to begin: displacement of the centre of gravity [m], unit
+                                         quaternion; by default in the nominal pose.
 
         Returns
         -------
@@ -100,7 +119,7 @@ class MotionSolver:
         float                            The unbalance that remains [N].
         bool                             Whether it was found.
         """
-        found, unbalance = np.array(pose, dtype=np.float64), np.zeros(1)
+        found, unbalance = np.array(self.nominal_pose if pose is None else pose, dtype=np.float64), np.zeros(1)
         gravity, omega = floats(gravity), floats(omega)
         none = np.empty((0, CHANNEL))
         system, state = self._system(none), _State(self)
@@ -119,8 +138,6 @@ class MotionSolver:
         omega: FloatArray,
         velocity: FloatArray,
         settled: int = 0,
-        stride: int = 1,
-        histories: bool = False,
     ) -> MotionFigures:
         """Motion from rest in a pose under channel values that are averages over the steps.
 
@@ -133,27 +150,56 @@ class MotionSolver:
         pose : ndarray, shape (B, 7)        At the beginning.
         omega : ndarray, shape (A,)         Of each axis' springs at the beginning.
         settled : int                       The step from which means are taken.
-        stride : int                        Steps from row to row of the histories.
-        histories : bool                    Whether they are wanted.
         """
+        return self._run(channels, values, step, (gravity, pose, omega, velocity), settled)
+
+    def run_with_histories(
+        self,
+        channels: FloatArray,
+        values: FloatArray,
+        step: float,
+        gravity: FloatArray,
+        pose: FloatArray,
+        omega: FloatArray,
+        velocity: FloatArray,
+        settled: int = 0,
+        stride: int = 1,
+    ) -> tuple[MotionFigures, Histories]:
+        """The same motion as `run` with its histories, of which a row is kept every `stride` steps."""
+        rows = values.shape[1] // stride + 1
+        shapes = ((rows, self.points, 3), (rows, self.points, 3), (rows, self.axes), (rows, self.axes))
+        histories = [np.zeros(shape) for shape in shapes]
+        figures = self._run(channels, values, step, (gravity, pose, omega, velocity), settled, stride, histories)
+        time = floats(step * stride * np.arange(figures.steps // stride + 1))
+        return figures, Histories(time, *(history[: time.size] for history in histories))
+
+    def _run(
+        self,
+        channels: FloatArray,
+        values: FloatArray,
+        step: float,
+        beginning: Sequence[FloatArray],
+        settled: int,
+        stride: int = 1,
+        histories: Sequence[FloatArray] = (),
+    ) -> MotionFigures:
+        """A run from gravity, pose, omega and velocity, which fills the histories."""
         channels, values = floats(channels), floats(values)
-        count = values.shape[1]
-        arrays = [floats(array) for array in (gravity, pose, omega, velocity)]
+        arrays = [floats(array) for array in beginning]
         system, state = self._system(channels), _State(self)
         library().motion_begin(address(system), state.address, *map(address, arrays))
         figures = [np.zeros((self.points, OF_POINT)), np.zeros((self.axes, OF_AXIS)), np.zeros((self.bodies, OF_BODY))]
-        energies, rows = np.zeros(ENERGIES), count // stride + 1
-        shapes = ((rows, self.points, 3), (rows, self.points, 3), (rows, self.axes), (rows, self.axes))
-        courses = [np.zeros(shape) for shape in shapes] if histories else []
+        energies = np.zeros(ENERGIES)
         record = np.zeros(_RECORD, dtype=np.uint64)
         record[:4] = [*map(address, figures), address(energies)]
-        record[4 : 4 + len(courses)] = [address(course) for course in courses]
+        record[4 : 4 + len(histories)] = [address(history) for history in histories]
         workspace = np.empty(library().motion_workspace(self.bodies, self.axes, self.points))
         record[8:] = address(workspace), stride, settled
-        steps = library().motion_run(address(system), state.address, count, step, address(values), address(record))
+        steps = library().motion_run(
+            address(system), state.address, values.shape[1], step, address(values), address(record)
+        )
         of_points, of_axes, of_bodies = figures
-        kept = [course[: steps // stride + 1] for course in courses]
-        return MotionFigures(int(steps), of_points, of_axes, of_bodies, energies, *kept)
+        return MotionFigures(int(steps), of_points, of_axes, of_bodies, energies)
 
     def _system(self, channels: FloatArray) -> NDArray[np.uint64]:
         self._channels = channels

@@ -11,7 +11,7 @@ import numpy as np
 from ..errors import MountedSystemError
 from ..fmu.papers import SYSTEM_REFERENCE, SYSTEM_STIMULI
 from ..kernel.arrays import FloatArray
-from ..kernel.motion import MotionFigures
+from ..kernel.motion import Histories, MotionFigures
 from ..systems.mounted import STANDARD_GRAVITY, MountedSystem
 from ..systems.rest import rest
 from ..systems.solving import solver
@@ -39,9 +39,9 @@ def reference_run(
     bases = [(-1.0) ** k * _SHARE * STANDARD_GRAVITY for k in range(len(base_directions(system)))]
     forces = [_SHARE * STANDARD_GRAVITY * system.bodies[force.body].mass for force in options.forces]
     inputs = np.tile(np.array([*bases, *forces])[:, None], (1, _STEPS))
-    figures = expected_motion(system, options, inputs, options.step, _PARTS)
-    histories = (figures.accelerations, figures.sway, figures.forces, figures.displacements)
-    columns = np.hstack([np.asarray(history).reshape(_STEPS + 1, -1) for history in histories])[:-1].T
+    _, found = expected_motion(system, options, inputs, options.step, _PARTS)
+    histories = (found.acceleration, found.sway, found.force, found.displacement)
+    columns = np.hstack([history.reshape(_STEPS + 1, -1) for history in histories])[:-1].T
     table = system_variables(system, options)
     names = [v.name for v in table if v.causality == "output"][:-1]  # without the energy
     given = [v.name for v in table if v.causality == "input"]
@@ -50,7 +50,7 @@ def reference_run(
 
 def expected_motion(
     system: MountedSystem, options: SystemFmuOptions, inputs: FloatArray, step: float, parts: int
-) -> MotionFigures:
+) -> tuple[MotionFigures, Histories]:
     """What the kernel gives for inputs that hold over steps of `parts` internal ones of `step` each.
 
     Parameters
@@ -63,7 +63,8 @@ def expected_motion(
 
     Returns
     -------
-    MotionFigures                     With a row of its histories for each point of communication; sway is from rest.
+    MotionFigures
+    Histories                         A row for each point of communication; sway is from rest.
 
     Raises
     ------
@@ -72,24 +73,22 @@ def expected_motion(
     """
     motion = solver(system)
     start = rest(system, options.omega_start, solve=motion)
-    figures = motion.run(
+    figures, histories = motion.run_with_histories(
         channel_rows_of(system, options),
         np.repeat(inputs, parts, axis=1),
         step,
         np.array(system.gravity),
-        start.pose,
+        start.coordinates,
         start.omega,
         np.zeros(3),
         stride=parts,
-        histories=True,
     )
     if figures.steps < inputs.shape[1] * parts:
         raise MountedSystemError(
             f"The motion diverges in the reference run of the FMU after {figures.steps * step:.3g} s; take a smaller "
             "`step`, or mounts whose force does not fall beyond their identified range."
         )
-    sway = np.asarray(figures.sway)
-    return replace(figures, sway=sway - sway[0])
+    return figures, replace(histories, sway=histories.sway - histories.sway[0])
 
 
 def reference_tables(system: MountedSystem, options: SystemFmuOptions) -> dict[str, bytes]:

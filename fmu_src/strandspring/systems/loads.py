@@ -6,12 +6,17 @@ measured acceleration is never integrated twice.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from enum import Enum
 from typing import Protocol
 
+import numpy as np
+
 from ..kernel.arrays import FloatArray
 from .mounted import Vector
+
+_ROUNDING = 1e-12  # of a number of steps
 
 
 class ChannelKind(Enum):
@@ -81,6 +86,14 @@ class LoadCase:
     velocity: Vector = (0.0, 0.0, 0.0)
     weightless: bool = False
     text: str = ""
+
+    def steps(self, step: float) -> int:
+        """How many steps of this length [s] reach its end."""
+        return math.ceil(self.duration / step * (1.0 - _ROUNDING))
+
+    def averages(self, step: float, count: int) -> FloatArray:
+        """Mean of each channel over each of `count` steps, shape (C, count)."""
+        return np.array([channel.signal.averages(step, count) for channel in self.channels]).reshape(-1, count)
 
     @property
     def load_end(self) -> float:

@@ -14,9 +14,9 @@ from ..errors import MountedSystemError
 from ..kernel.arrays import FloatArray
 from ..kernel.motion import CHANNEL, MotionSolver
 from .mounted import MountedSystem
-from .solving import nominal_pose, solver
+from .small_motion import Pose
+from .solving import solver
 
-_ROUNDING = 1e-6  # of a static force, relative to the hysteretic force
 SHARES = (0.0, 1.0, -1.0)  # of full saturation of the hysteresis at rest
 
 
@@ -27,7 +27,7 @@ class RestPose:
     Attributes
     ----------
     share : float                       omega of every spring is the share times the sign of its static force.
-    pose : ndarray, shape (B, 7)        Of each body: displacement of its centre of gravity from the nominal pose [m],
+    coordinates : ndarray, shape (B, 7)   Of each body: displacement of its centre of gravity from the nominal pose [m],
                                         unit quaternion.
     omega : ndarray, shape (A,)         Of the springs of each axis.
     displacement : ndarray, shape (A,)  Of one spring of each axis [m].
@@ -35,7 +35,7 @@ class RestPose:
     """
 
     share: float
-    pose: FloatArray
+    coordinates: FloatArray
     omega: FloatArray
     displacement: FloatArray
     force: FloatArray
@@ -43,18 +43,23 @@ class RestPose:
     @property
     def displacements(self) -> FloatArray:
         """Of the centres of gravity from the nominal pose, shape (B, 3) [m]."""
-        return self.pose[:, :3]
+        return self.coordinates[:, :3]
 
     @property
     def rotations(self) -> FloatArray:
         """From each body's frame to the base's, shape (B, 3, 3)."""
-        w, x, y, z = self.pose[:, 3:].T
+        w, x, y, z = self.coordinates[:, 3:].T
         rows = [
             [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
             [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
             [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
         ]
         return np.moveaxis(np.array(rows), 2, 0)
+
+    @property
+    def pose(self) -> Pose:
+        """About which small motions are taken."""
+        return self.displacements, self.rotations
 
 
 def rest(
@@ -75,31 +80,33 @@ def rest(
     """
     kernel = solver(system) if solve is None else solve
     gravity = np.zeros(3) if weightless else np.array(system.gravity)
-    middle = _rest(system, kernel, gravity, 0.0, np.zeros(kernel.axes), nominal_pose(system))
+    middle = _rest(system, kernel, gravity, 0.0, np.zeros(kernel.axes), None)
     if share == 0.0:
         found = middle
     else:
-        # What rounding leaves of no force is none: its sign would differ from mount to mount.
-        friction = np.array([axis.parallel * axis.spring.kappa_omega for _, axis in system.axes()])
-        omega = share * np.where(middle.force < -_ROUNDING * friction, -1.0, 1.0)
-        found = _rest(system, kernel, gravity, share, omega, middle.pose)
+        found = _rest(system, kernel, gravity, share, share * kernel.senses(middle.force), middle.coordinates)
     _check_range(system, found)
     return found
 
 
 def _rest(
-    system: MountedSystem, kernel: MotionSolver, gravity: FloatArray, share: float, omega: FloatArray, begin: FloatArray
+    system: MountedSystem,
+    kernel: MotionSolver,
+    gravity: FloatArray,
+    share: float,
+    omega: FloatArray,
+    begin: FloatArray | None,
 ) -> RestPose:
-    pose, unbalance, is_found = kernel.rest(gravity, omega, begin)
+    coordinates, unbalance, is_found = kernel.rest(gravity, omega, begin)
     if not is_found:
         raise MountedSystemError(
             f"The bodies of {system.name or 'the system'} cannot rest on their mounts: forces of {unbalance:.3g} N "
             "remain unbalanced wherever they are; use stiffer or more mounts, another preload, or axes in all "
             "directions."
         )
-    none = np.empty((0, 0))
-    at = kernel.run(none.reshape(0, CHANNEL), none, 1.0, gravity, pose, omega, np.zeros(3), histories=True)
-    return RestPose(share, pose, omega, *at.first_row())
+    no_channels, no_steps = np.empty((0, CHANNEL)), np.empty((0, 0))
+    _, at = kernel.run_with_histories(no_channels, no_steps, 1.0, gravity, coordinates, omega, np.zeros(3))
+    return RestPose(share, coordinates, omega, at.displacement[0], at.force[0])
 
 
 def _check_range(system: MountedSystem, found: RestPose) -> None:

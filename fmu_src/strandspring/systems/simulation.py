@@ -17,8 +17,8 @@ from dataclasses import dataclass, fields
 import numpy as np
 
 from ..errors import MountedSystemError
-from ..kernel.arrays import FloatArray, floats
-from ..kernel.motion import MotionFigures, MotionSolver
+from ..kernel.arrays import FloatArray
+from ..kernel.motion import Histories, MotionFigures, MotionSolver
 from .loads import ChannelKind, LoadCase
 from .mounted import Motion, MountedSystem
 from .rest import SHARES, RestPose, rest
@@ -27,7 +27,6 @@ from .stable_step import largest_stable_step
 
 TOLERANCE = 1e-3  # of a figure, relative to the largest of its kind
 MOST_STEPS = 100_000_000
-_MOST_ROWS = 400_000  # of histories
 _OF_STABLE, _OF_SHORTEST, _LEAST_STEPS = 0.25, 0.1, 50.0  # the first step tried
 _LARGEST_RESIDUAL = 0.01  # of the energy balance, relative to what was exchanged
 
@@ -146,24 +145,6 @@ class Energies:
 
 
 @dataclass(frozen=True, eq=False)
-class Histories:
-    """Courses of a run, every row a time.
-
-    Attributes
-    ----------
-    time : ndarray, shape (K,)                 [s].
-    acceleration, sway : ndarray, shape (K, P, 3)   Of the points, absolute and from the nominal pose [m/s^2], [m].
-    displacement, force : ndarray, shape (K, A)     Of one spring, and of the axis [m], [N].
-    """
-
-    time: FloatArray
-    acceleration: FloatArray
-    sway: FloatArray
-    displacement: FloatArray
-    force: FloatArray
-
-
-@dataclass(frozen=True, eq=False)
 class CaseRun:
     """A load case from one static equilibrium.
 
@@ -173,7 +154,6 @@ class CaseRun:
     step : float               [s].
     figures, errors : RunFigures   And their numerical errors.
     energies : Energies
-    histories : Histories or None
     """
 
     start: RestPose
@@ -181,7 +161,6 @@ class CaseRun:
     figures: RunFigures
     errors: RunFigures
     energies: Energies
-    histories: Histories | None
 
 
 @dataclass(frozen=True, eq=False)
@@ -213,7 +192,6 @@ def simulate_case(
     shares: Sequence[float] = SHARES,
     step: float | None = None,
     tolerance: float = TOLERANCE,
-    histories: bool = True,
 ) -> CaseResult:
     """Simulate a load case from rest.
 
@@ -225,7 +203,6 @@ def simulate_case(
     step : float or None         Of the coarser of two runs [s]; if None, found so that the errors are within the
                                  tolerance.
     tolerance : float            Of acceleration, sway and stroke, relative to the largest of its kind.
-    histories : bool             Whether to keep the courses, of at most 400 000 rows.
 
     Raises
     ------
@@ -235,7 +212,7 @@ def simulate_case(
     _check_case(system, case)
     kernel = solver(system)
     runs = [
-        _run(system, kernel, case, rest(system, share, case.weightless, kernel), step, tolerance, histories)
+        _run(system, kernel, case, rest(system, share, case.weightless, kernel), step, tolerance)
         for share in dict.fromkeys(shares)
     ]
     return CaseResult(system, case, tuple(runs))
@@ -262,7 +239,7 @@ def first_step(system: MountedSystem, case: LoadCase, start: RestPose, step: flo
     ------
     MountedSystemError   If the given one is not stable, longer than the shortest pulse, or would take too many steps.
     """
-    stable = largest_stable_step(system, (start.displacements, start.rotations))
+    stable = largest_stable_step(system, start.pose)
     shortest = min((channel.signal.shortest for channel in case.channels), default=math.inf)
     if step is None:
         step = min(_OF_STABLE * stable, _OF_SHORTEST * shortest, case.duration / _LEAST_STEPS)
@@ -278,18 +255,13 @@ def first_step(system: MountedSystem, case: LoadCase, start: RestPose, step: flo
             f"`step` is {step:g} s, longer than the shortest pulse of {case.name}, {shortest:.4g} s; take at most a "
             "tenth of it."
         )
-    count = 2 * _count(case, step)
+    count = 2 * case.steps(step)
     if count > MOST_STEPS:
         raise MountedSystemError(
             f"{case.name} would take {count:.3g} steps of {0.5 * step:.3g} s, more than {MOST_STEPS:g}; shorten it, or "
             "give a longer `step`."
         )
     return step
-
-
-def _count(case: LoadCase, step: float) -> int:
-    """Steps that reach the end of a case."""
-    return math.ceil(case.duration / step * (1.0 - 1e-12))
 
 
 def _run(
@@ -299,14 +271,13 @@ def _run(
     start: RestPose,
     step: float | None,
     tolerance: float,
-    histories: bool,
 ) -> CaseRun:
     h = first_step(system, case, start, step)
-    coarse = RunFigures.of(run_once(system, kernel, case, start, h, _count(case, h)))
-    count = _count(case, h)
+    count = case.steps(h)
+    coarse = RunFigures.of(run_once(system, kernel, case, start, h, case.averages(h, count)))
     while True:
         h, count = 0.5 * h, 2 * count
-        found = run_once(system, kernel, case, start, h, count, histories)
+        found = run_once(system, kernel, case, start, h, case.averages(h, count))
         fine = RunFigures.of(found)
         errors = fine.combined(coarse, lambda new, old: np.abs(new - old) / 3.0)
         if step is not None or 2 * count > MOST_STEPS or _is_within(fine, errors, tolerance):
@@ -314,7 +285,7 @@ def _run(
         coarse = fine
     energies = Energies.of(found)
     check_balance(case, energies, h)
-    return CaseRun(start, h, fine, errors, energies, _histories(found, h, count))
+    return CaseRun(start, h, fine, errors, energies)
 
 
 def check_balance(case: LoadCase, energies: Energies, step: float) -> None:
@@ -337,35 +308,62 @@ def run_once(
     case: LoadCase,
     start: RestPose,
     step: float,
-    count: int,
-    histories: bool = False,
-    rows: int = _MOST_ROWS,
+    averages: FloatArray,
 ) -> MotionFigures:
-    """One run of `count` steps, with histories of at most so many rows and one.
+    """One run.
+
+    Parameters
+    ----------
+    system : MountedSystem
+    kernel : MotionSolver              Of the system.
+    case : LoadCase
+    start : RestPose
+    step : float                       [s].
+    averages : ndarray, shape (C, K)   Of the channels of the case over the steps.
+
+    Raises
+    ------
+    MountedSystemError                 If the motion diverges.
+    """
+    found = kernel.run(*_arguments(system, case, start, step, averages))
+    _check_finished(case, found, step, averages.shape[1])
+    return found
+
+
+def run_with_histories(
+    system: MountedSystem, kernel: MotionSolver, case: LoadCase, start: RestPose, step: float, rows: int
+) -> Histories:
+    """Histories of a run as `run_once` does it, of at most so many rows and one.
 
     Raises
     ------
     MountedSystemError   If the motion diverges.
     """
-    averages = np.array([channel.signal.averages(step, count) for channel in case.channels]).reshape(-1, count)
-    found = kernel.run(
-        channel_rows(system, case.channels), averages, step, np.array(system.gravity), start.pose, start.omega,
-        np.array(case.velocity), min(int(case.settling / step), count - 1), math.ceil(count / rows), histories,
+    count = case.steps(step)
+    arguments = _arguments(system, case, start, step, case.averages(step, count))
+    found, histories = kernel.run_with_histories(*arguments, stride=math.ceil(count / rows))
+    _check_finished(case, found, step, count)
+    return histories
+
+
+def _arguments(
+    system: MountedSystem, case: LoadCase, start: RestPose, step: float, averages: FloatArray
+) -> tuple[FloatArray, FloatArray, float, FloatArray, FloatArray, FloatArray, FloatArray, int]:
+    """What the kernel runs a case with."""
+    settled = min(int(case.settling / step), averages.shape[1] - 1)
+    return (
+        channel_rows(system, case.channels), averages, step, np.array(system.gravity), start.coordinates, start.omega,
+        np.array(case.velocity), settled,
     )  # fmt: skip
+
+
+def _check_finished(case: LoadCase, found: MotionFigures, step: float, count: int) -> None:
     if found.steps < count:
         raise MountedSystemError(
             f"{case.name}: the motion diverges {found.steps * step:.4g} s after its beginning, with steps of "
             f"{step:.3g} s; a spring whose force falls beyond its identified range may not stop the bodies: give stops "
             "or a shorter `step`."
         )
-    return found
-
-
-def _histories(found: MotionFigures, step: float, count: int) -> Histories | None:
-    if found.accelerations is None or found.sway is None or found.displacements is None or found.forces is None:
-        return None
-    time = floats(step * math.ceil(count / _MOST_ROWS) * np.arange(len(found.displacements)))
-    return Histories(time, found.accelerations, found.sway, found.displacements, found.forces)
 
 
 def _is_within(figures: RunFigures, errors: RunFigures, tolerance: float) -> bool:

@@ -73,11 +73,6 @@ def channel_rows(system: MountedSystem, channels: Sequence[Channel]) -> FloatArr
     return np.array(rows, dtype=np.float64).reshape(-1, CHANNEL)
 
 
-def nominal_pose(system: MountedSystem) -> FloatArray:
-    """Displacement and quaternion of each body in the nominal pose, shape (B, 7)."""
-    return np.tile([0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0], (len(system.bodies), 1))
-
-
 def _body(body: RigidBody) -> FloatArray:
     matrices = (body.translations, body.rotations, np.array(body.inertia), body.inverse_inertia)
     return np.concatenate(

@@ -152,7 +152,7 @@ size_t motion_run(
     const MotionSystem *system, MotionState *state, size_t count, double h, const double *values, MotionRecord *record);
 
 /* The sense of a static force: -1, or 1 also where rounding is all there is. */
-SPRING_LOCAL double motion_sense(const MotionAxis *axis, double force);
+double motion_sense(const MotionAxis *axis, double force);
 
 /* Bytes of each of the eleven structures, in their order here, for those who fill them from another language. */
 void motion_sizes(size_t *bytes);

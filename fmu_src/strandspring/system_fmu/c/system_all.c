@@ -8,6 +8,7 @@
 #ifdef FMI2_FUNCTION_PREFIX
 #define motion_begin FMU_PREFIXED(FMI2_FUNCTION_PREFIX, motion_begin)
 #define motion_rest FMU_PREFIXED(FMI2_FUNCTION_PREFIX, motion_rest)
+#define motion_sense FMU_PREFIXED(FMI2_FUNCTION_PREFIX, motion_sense)
 #define motion_sizes FMU_PREFIXED(FMI2_FUNCTION_PREFIX, motion_sizes)
 #endif
 
