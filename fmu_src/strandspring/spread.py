@@ -36,6 +36,15 @@ _NEGATIVE = -1e-6  # least eigenvalue of a correlation matrix, for coefficients 
 
 
 @dataclass(frozen=True)
+class Quantiles:
+    """5, 50 and 95 % quantiles of a figure over draws of springs, linear between the sorted draws."""
+
+    low: float
+    median: float
+    high: float
+
+
+@dataclass(frozen=True)
 class Spread:
     """Joint scatter of the parameters of a spring.
 

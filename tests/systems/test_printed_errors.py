@@ -15,7 +15,8 @@ from strandspring.signals.random_signal import RandomVibration
 from strandspring.systems.loads import Channel, ChannelKind, LoadCase, Signal
 from strandspring.systems.mounted import MountedSystem
 from strandspring.systems.rest import rest
-from strandspring.systems.simulation import CaseRun, RunFigures, run_once, simulate_case
+from strandspring.systems.run_figures import RunFigures
+from strandspring.systems.simulation import CaseRun, run_once, simulate_case
 from strandspring.systems.solving import solver
 
 # Of the largest true error of its kind: where the term in h^2 all but cancels, the error is smaller and of no order.

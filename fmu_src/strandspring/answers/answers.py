@@ -20,7 +20,8 @@ from ..systems.limits import Limits
 from ..systems.loads import LoadCase
 from ..systems.mounted import MountedSystem
 from ..systems.rest import SHARES
-from ..systems.simulation import CaseResult, CaseRun, RunFigures, simulate_case
+from ..systems.run_figures import RunFigures
+from ..systems.simulation import CaseResult, CaseRun, simulate_case
 from .case_cautions import Caution, case_cautions, system_cautions
 from .courses import Courses, courses
 from .range_use import RangeUse

@@ -15,15 +15,17 @@ import numpy as np
 from ..errors import ModelError, MountedSystemError
 from ..kernel.arrays import FloatArray
 from ..kernel.motion import MotionSolver
+from ..spread import Quantiles
 from ..systems.axis_laws import AxisLaws
 from ..systems.mounted import MountedSystem
 from ..systems.rest import rest
-from ..systems.simulation import CaseRun, Energies, RunFigures, check_balance, run_once
+from ..systems.run_figures import Energies, RunFigures
+from ..systems.simulation import CaseRun, check_balance, run_once
 from ..systems.solving import solver
 from .answers import CaseAnswer
 from .drawn_springs import Drawn
 from .range_use import ROUNDING, ways_used
-from .verdicts import CaseSpread, Quantiles, Quantity
+from .verdicts import CaseSpread, Quantity
 
 
 class CaseDraws:

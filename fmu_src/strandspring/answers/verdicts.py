@@ -6,6 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import Enum
 
+from ..spread import Quantiles
+
 
 class Verdict(Enum):
     """The verdict on a candidate in a load case; the value is how people name it."""
@@ -43,15 +45,6 @@ _UNITS = {
     Quantity.RMS_ACCELERATION: "m/s^2",
     Quantity.RMS_SWAY: "m",
 }
-
-
-@dataclass(frozen=True)
-class Quantiles:
-    """5, 50 and 95 % quantiles of a figure over draws of springs."""
-
-    low: float
-    median: float
-    high: float
 
 
 @dataclass(frozen=True)

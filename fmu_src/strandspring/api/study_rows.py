@@ -13,7 +13,7 @@ from ..errors import StrandspringError
 from ..jobs.cluster import Cluster, cluster_of
 from ..jobs.runners import Local, Runner
 from ..scratch import TemporaryFolder
-from ..studies.quantiles import Quantiles
+from ..spread import Quantiles
 
 if TYPE_CHECKING:
     import pandas as pd

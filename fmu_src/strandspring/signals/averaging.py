@@ -7,6 +7,7 @@ averages over both halves is the average over the whole.
 from __future__ import annotations
 
 import math
+from abc import ABC, abstractmethod
 from collections.abc import Callable
 
 import numpy as np
@@ -86,6 +87,27 @@ class StraightPieces:
             whole = self._area[right] - self._area[left + 1]
             means[across] = (tail + whole + head) / (edges[across + 1] - edges[across])
         return floats(means)
+
+
+class StraightSignal(ABC):
+    """A signal of straight pieces."""
+
+    @property
+    @abstractmethod
+    def _pieces(self) -> StraightPieces: ...
+
+    @property
+    def velocity_change(self) -> float:
+        """Its integral."""
+        return self._pieces.area
+
+    def at(self, time: ArrayLike) -> FloatArray:
+        """Its value at each time [s]; at a jump the one after it."""
+        return self._pieces.at(time)
+
+    def averages(self, step: float, count: int) -> FloatArray:
+        """Its mean over each of `count` steps, shape (count,)."""
+        return self._pieces.averages(step, count)
 
 
 def smooth_averages(

@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike
 
 from ..errors import MountedSystemError
 from ..kernel.arrays import FloatArray, floats
-from .averaging import LARGEST_SIGNAL, StraightPieces, check_duration, check_level, step_edges
+from .averaging import LARGEST_SIGNAL, StraightPieces, StraightSignal, check_duration, check_level, step_edges
 
 _MOST_POINTS = 1_000_000
 
@@ -76,7 +76,7 @@ class HalfSine(Pulse):
 
 
 @dataclass(frozen=True)
-class _StraightPulse(Pulse):
+class _StraightPulse(Pulse, StraightSignal):
     """A pulse of straight pieces."""
 
     def _corners(self) -> tuple[tuple[float, float], ...]:
@@ -87,19 +87,6 @@ class _StraightPulse(Pulse):
     def _pieces(self) -> StraightPieces:
         shares = np.array(self._corners())
         return StraightPieces(self.duration * shares[:, 0], self.peak * shares[:, 1])
-
-    @property
-    def velocity_change(self) -> float:
-        """Integral of the pulse."""
-        return self._pieces.area
-
-    def at(self, time: ArrayLike) -> FloatArray:
-        """Its value at each time [s]; at a jump the one after it."""
-        return self._pieces.at(time)
-
-    def averages(self, step: float, count: int) -> FloatArray:
-        """Its mean over each of `count` steps, shape (count,)."""
-        return self._pieces.averages(step, count)
 
 
 @dataclass(frozen=True)
@@ -194,7 +181,7 @@ class VelocityStep:
 
 
 @dataclass(frozen=True)
-class TabulatedPulse:
+class TabulatedPulse(StraightSignal):
     """A pulse by a table, such as the force of recoil: straight between its points, 0 before and after them.
 
     Parameters
@@ -247,16 +234,3 @@ class TabulatedPulse:
     def shortest(self) -> float:
         """From its first to its last point [s]."""
         return float(self.points[-1][0] - self.points[0][0])
-
-    @property
-    def velocity_change(self) -> float:
-        """Integral of the pulse."""
-        return self._pieces.area
-
-    def at(self, time: ArrayLike) -> FloatArray:
-        """Its value at each time [s]; at a jump the one after it."""
-        return self._pieces.at(time)
-
-    def averages(self, step: float, count: int) -> FloatArray:
-        """Its mean over each of `count` steps, shape (count,)."""
-        return self._pieces.averages(step, count)

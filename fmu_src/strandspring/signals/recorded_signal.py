@@ -6,17 +6,16 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from ..errors import MountedSystemError
 from ..kernel.arrays import FloatArray
-from .averaging import LARGEST_SIGNAL, StraightPieces
+from .averaging import LARGEST_SIGNAL, StraightPieces, StraightSignal
 
 _INTERVALS = 10.0
 
 
 @dataclass(frozen=True, eq=False)
-class RecordedSignal:
+class RecordedSignal(StraightSignal):
     """A record: straight between its samples, from time 0 at its first one. The arrays are copied and read-only.
 
     Parameters
@@ -75,16 +74,3 @@ class RecordedSignal:
         A tenth of it, one interval, resolves all that was recorded.
         """
         return min(_INTERVALS * float(np.median(np.diff(self.time))), self.duration)
-
-    @property
-    def velocity_change(self) -> float:
-        """Integral of the record."""
-        return self._pieces.area
-
-    def at(self, time: ArrayLike) -> FloatArray:
-        """Its value at each time from its first sample on [s]."""
-        return self._pieces.at(time)
-
-    def averages(self, step: float, count: int) -> FloatArray:
-        """Its mean over each of `count` steps, shape (count,)."""
-        return self._pieces.averages(step, count)

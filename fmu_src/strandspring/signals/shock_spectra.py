@@ -126,13 +126,6 @@ def shock_spectrum(
     return ShockSpectrum(f, extrema[0], extrema[1], extrema[2], extrema[3], damping, response, cautions)
 
 
-def damping_of_quality(quality: float) -> float:
-    """Share of critical damping of an oscillator with a quality factor > 0.5."""
-    if not quality > 0.5:
-        raise MountedSystemError(f"The quality factor of a shock response spectrum must be > 0.5, got {quality!r}.")
-    return 0.5 / quality
-
-
 def octave_frequencies(low: float, high: float, per_octave: int = 12) -> FloatArray:
     """Frequencies from low to high at equal ratios, at least `per_octave` in an octave, shape (F,) [Hz]."""
     if not 0.0 < low < high < math.inf:

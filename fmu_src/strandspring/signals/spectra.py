@@ -15,8 +15,6 @@ from ..kernel.arrays import FloatArray, floats
 from .averaging import LARGEST_SIGNAL, check_interval
 from .level_table import check_frequency
 
-_EULER = 0.5772156649015329
-
 
 @dataclass(frozen=True, eq=False)
 class PowerSpectrum:
@@ -61,12 +59,6 @@ class PowerSpectrum:
             return 0.0
         bandwidth = float(np.sum(self.density)) ** 2 / squares * self.resolution
         return 0.5 / math.sqrt(bandwidth * self.duration)
-
-    @property
-    def crossing_rate(self) -> float:
-        """Expected rate of crossings of the mean upwards, sqrt(integral of f^2*G/integral of G) [1/s]."""
-        total = float(np.sum(self.density))
-        return math.sqrt(float(np.sum(self.frequency**2 * self.density)) / total) if total > 0.0 else 0.0
 
     def root_mean_square_by_band(self, edges: ArrayLike) -> FloatArray:
         """Root mean square within each of the bands between rising edges [Hz], shape (E - 1,)."""
@@ -113,20 +105,3 @@ def power_spectrum(samples: ArrayLike, interval: float, resolution: float) -> Po
     correlation = float(window[:overlap] @ window[shift : shift + overlap] / (window @ window)) ** 2
     averages = segments / (1.0 + 2.0 * (segments - 1) / segments * correlation)
     return PowerSpectrum(floats(frequency), floats(density), averages, history.size * interval)
-
-
-def transmissibility_by_band(base: PowerSpectrum, response: PowerSpectrum, edges: ArrayLike) -> FloatArray:
-    """Root mean square of the response over that of the base in each band, shape (E - 1,); NaN without base motion."""
-    below = base.root_mean_square_by_band(edges)
-    above = response.root_mean_square_by_band(edges)
-    return np.divide(above, below, out=np.full_like(above, np.nan), where=below > 0.0)
-
-
-def expected_largest(root_mean_square: float, crossing_rate: float, duration: float) -> float:
-    """Expected largest magnitude of a Gaussian history with mean 0, by Davenport (1964).
-
-    (c + 0.5772/c) times its root mean square, with c = sqrt(2*ln(N)) and the number N of its half waves, twice the
-    crossing rate times the duration; for less than three half waves, as for three.
-    """
-    c = math.sqrt(2.0 * math.log(max(3.0, 2.0 * crossing_rate * duration)))
-    return (c + _EULER / c) * root_mean_square

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..kernel.arrays import FloatArray
+from ..spread import Quantiles
 from .definition import DONE, GridPoint, RunRow, Study
 from .summary_sequence import SummarySequence
 
@@ -24,15 +25,6 @@ _BLOCK = 1 << 16  # runs that are summed up at a time, unless a grid point has m
 _MOST_WORDINGS = 10_000  # reasons that are kept with their numbers
 
 _figures_of = attrgetter(*FIGURES)
-
-
-@dataclass(frozen=True)
-class Quantiles:
-    """Quantiles of 5, 50 and 95 % of one figure, linear between the sorted runs."""
-
-    low: float
-    median: float
-    high: float
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,8 @@ from typing import Protocol
 import numpy as np
 
 from ..answers.verdicts import Verdict
-from .quantiles import SHARES, Quantiles, Reasons, quantiles
+from ..spread import Quantiles
+from .quantiles import SHARES, Reasons, quantiles
 from .summary_sequence import SummarySequence
 from .system_study import SystemRow, SystemStudy
 

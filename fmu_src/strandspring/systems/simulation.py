@@ -1,7 +1,7 @@
 """A load case on a system in time: every run is repeated with half the step, and the difference is its printed error.
 
 The method is of second order (motion.h), so that a third of the change from step h to h/2 is the error of the finer
-run. The step is halved until the largest errors of acceleration, sway and stroke are within a tolerance.
+run. The step is halved until the largest errors of acceleration, sway and stroke are within `TOLERANCE`.
 
 A printed error is within 20 % of the true one where it is among the larger of its kind. It may be too small for a
 single figure whose term in h^2 happens to cancel, and for a peak within a step of a corner of its course, where the
@@ -11,8 +11,8 @@ error still falls with h^2 but depends on where the steps fall: take the largest
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, fields
+from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -22,6 +22,7 @@ from ..kernel.motion import Histories, MotionFigures, MotionSolver
 from .loads import ChannelKind, LoadCase
 from .mounted import Motion, MountedSystem
 from .rest import SHARES, RestPose, rest
+from .run_figures import Energies, RunFigures
 from .solving import channel_rows, solver
 from .stable_step import largest_stable_step
 
@@ -29,119 +30,6 @@ TOLERANCE = 1e-3  # of a figure, relative to the largest of its kind
 MOST_STEPS = 100_000_000
 _OF_STABLE, _OF_SHORTEST, _LEAST_STEPS = 0.25, 0.1, 50.0  # the first step tried
 _LARGEST_RESIDUAL = 0.01  # of the energy balance, relative to what was exchanged
-
-
-@dataclass(frozen=True, eq=False)
-class RunFigures:
-    """Extremes and means of a run; as errors, the standard of each [same unit].
-
-    Attributes
-    ----------
-    acceleration : ndarray, shape (P,)              Largest absolute acceleration of each point [m/s^2].
-    acceleration_time : ndarray, shape (P,)         When [s].
-    acceleration_components : ndarray, shape (P, 3) Largest magnitude of each component [m/s^2].
-    sway : ndarray, shape (P,)                      Largest distance from rest, relative to the base [m].
-    sway_components : ndarray, shape (P, 3)         Largest magnitude of each component [m].
-    rms_acceleration, rms_sway : ndarray, shape (P, 3)   From the settling on; of the sway about its mean [m/s^2], [m].
-    tilt : ndarray, shape (B,)                      Largest angle of each body from rest [rad].
-    displacement_low, displacement_high : ndarray, shape (A,)   Of one spring of each axis [m].
-    rms_displacement : ndarray, shape (A,)          Of one spring, about its mean, from the settling on [m].
-    force : ndarray, shape (A,)                     Largest magnitude of the axis' force, damper and stops included [N].
-    rate : ndarray, shape (A,)                      Largest speed of the axis [m/s].
-    omega_low, omega_high : ndarray, shape (A,)     [-].
-    absorbed : ndarray, shape (A,)                  By all springs of the axis [J].
-    """
-
-    acceleration: FloatArray
-    acceleration_time: FloatArray
-    acceleration_components: FloatArray
-    sway: FloatArray
-    sway_components: FloatArray
-    rms_acceleration: FloatArray
-    rms_sway: FloatArray
-    tilt: FloatArray
-    displacement_low: FloatArray
-    displacement_high: FloatArray
-    rms_displacement: FloatArray
-    force: FloatArray
-    rate: FloatArray
-    omega_low: FloatArray
-    omega_high: FloatArray
-    absorbed: FloatArray
-
-    @classmethod
-    def of(cls, found: MotionFigures) -> RunFigures:
-        """From what the kernel gives, in its order."""
-        points, axes = found.of_points, found.of_axes
-        return cls(
-            acceleration=points[:, 0],
-            acceleration_time=points[:, 1],
-            acceleration_components=points[:, 2:5],
-            sway=points[:, 5],
-            sway_components=points[:, 6:9],
-            rms_acceleration=np.sqrt(points[:, 9:12]),
-            rms_sway=_deviation(points[:, 12:15], points[:, 15:18]),
-            tilt=found.of_bodies[:, 0],
-            displacement_low=axes[:, 0],
-            displacement_high=axes[:, 1],
-            rms_displacement=_deviation(axes[:, 8], axes[:, 9]),
-            force=axes[:, 2],
-            rate=axes[:, 7],
-            omega_low=axes[:, 3],
-            omega_high=axes[:, 4],
-            absorbed=axes[:, 5],
-        )
-
-    def combined(self, other: RunFigures, how: Callable[[FloatArray, FloatArray], FloatArray]) -> RunFigures:
-        """Each figure of this and of another, combined."""
-        names = (field.name for field in fields(self))
-        return RunFigures(**{name: how(getattr(self, name), getattr(other, name)) for name in names})
-
-
-def _deviation(mean: FloatArray, square: FloatArray) -> FloatArray:
-    return np.asarray(np.sqrt(np.maximum(square - mean**2, 0.0)))
-
-
-@dataclass(frozen=True)
-class Energies:
-    """Energy balance of a run [J].
-
-    Attributes
-    ----------
-    kinetic_before, kinetic_after : float   Relative to the base's origin.
-    absorbed : float                        By the springs, stored energy included.
-    damped : float                          By viscous dampers.
-    stops : float                           Stored in bump stops.
-    gravity_work, base_work, load_work : float   Done by weight, base motion and forces from outside.
-    exchanged : float                       Sum of the magnitudes of the latter two, and the kinetic energy before.
-    """
-
-    kinetic_before: float
-    kinetic_after: float
-    absorbed: float
-    damped: float
-    stops: float
-    gravity_work: float
-    base_work: float
-    load_work: float
-    exchanged: float
-
-    @classmethod
-    def of(cls, found: MotionFigures) -> Energies:
-        """From what the kernel gives, in its order."""
-        before, after, absorbed, damped, stops, gravity, base, load, exchanged = found.energies.tolist()
-        return cls(before, after, absorbed, damped, stops, gravity, base, load, exchanged + before)
-
-    @property
-    def residual(self) -> float:
-        """What the integration has generated [J]."""
-        gained = self.kinetic_after - self.kinetic_before + self.absorbed + self.damped + self.stops
-        return gained - self.gravity_work - self.base_work - self.load_work
-
-    @property
-    def relative_residual(self) -> float:
-        """Its magnitude over what was exchanged; 0 if nothing was."""
-        return abs(self.residual) / self.exchanged if self.exchanged > 0.0 else 0.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -178,20 +66,12 @@ class CaseResult:
     case: LoadCase
     runs: tuple[CaseRun, ...]
 
-    def worst(self, name: str) -> tuple[FloatArray, FloatArray]:
-        """Largest of a figure over the runs, elementwise, and its numerical error there."""
-        values = np.array([getattr(run.figures, name) for run in self.runs])
-        errors = np.array([getattr(run.errors, name) for run in self.runs])
-        at = np.argmin(values, axis=0) if name.endswith("_low") else np.argmax(values, axis=0)
-        return np.take_along_axis(values, at[None], 0)[0], np.take_along_axis(errors, at[None], 0)[0]
-
 
 def simulate_case(
     system: MountedSystem,
     case: LoadCase,
     shares: Sequence[float] = SHARES,
     step: float | None = None,
-    tolerance: float = TOLERANCE,
 ) -> CaseResult:
     """Simulate a load case from rest.
 
@@ -202,7 +82,6 @@ def simulate_case(
     shares : sequence of float   Static equilibria from which it is run; see `rest`.
     step : float or None         Of the coarser of two runs [s]; if None, found so that the errors are within the
                                  tolerance.
-    tolerance : float            Of acceleration, sway and stroke, relative to the largest of its kind.
 
     Raises
     ------
@@ -212,7 +91,7 @@ def simulate_case(
     _check_case(system, case)
     kernel = solver(system)
     runs = [
-        _run(system, kernel, case, rest(system, share, case.weightless, kernel), step, tolerance)
+        _run(system, kernel, case, rest(system, share, case.weightless, kernel), step)
         for share in dict.fromkeys(shares)
     ]
     return CaseResult(system, case, tuple(runs))
@@ -270,7 +149,6 @@ def _run(
     case: LoadCase,
     start: RestPose,
     step: float | None,
-    tolerance: float,
 ) -> CaseRun:
     h = first_step(system, case, start, step)
     count = case.steps(h)
@@ -280,7 +158,7 @@ def _run(
         found = run_once(system, kernel, case, start, h, case.averages(h, count))
         fine = RunFigures.of(found)
         errors = fine.combined(coarse, lambda new, old: np.abs(new - old) / 3.0)
-        if step is not None or 2 * count > MOST_STEPS or _is_within(fine, errors, tolerance):
+        if step is not None or 2 * count > MOST_STEPS or _is_within(fine, errors):
             break
         coarse = fine
     energies = Energies.of(found)
@@ -366,9 +244,9 @@ def _check_finished(case: LoadCase, found: MotionFigures, step: float, count: in
         )
 
 
-def _is_within(figures: RunFigures, errors: RunFigures, tolerance: float) -> bool:
-    """Whether the errors of acceleration, sway and stroke are within a tolerance, or nothing moves."""
+def _is_within(figures: RunFigures, errors: RunFigures) -> bool:
+    """Whether the errors of acceleration, sway and stroke are within `TOLERANCE`, or nothing moves."""
     stroke = figures.displacement_high - figures.displacement_low
     strokes = np.maximum(errors.displacement_low, errors.displacement_high)
     pairs = ((figures.acceleration, errors.acceleration), (figures.sway, errors.sway), (stroke, strokes))
-    return all(error.max(initial=0.0) <= tolerance * value.max(initial=0.0) for value, error in pairs)
+    return all(error.max(initial=0.0) <= TOLERANCE * value.max(initial=0.0) for value, error in pairs)
