@@ -301,7 +301,8 @@ def trial(
             break
     # While Python loads, it does not answer yet: the system ends it, as by SIGKILL, or Python itself says where it was.
     has_answered = process.returncode in (0, 128 + number)
-    if not has_answered and process.returncode != -number:
+    is_loading = "Could not import runpy module" in place.printed()
+    if not has_answered and process.returncode != -number and not is_loading:
         remains.wrong.append(f"ended with {process.returncode}: {place.printed()}")
     if has_answered:
         remains.wrong += [f"printed {word!r}: {place.printed()}" for word in UNWANTED if word in place.printed()]
