@@ -166,9 +166,8 @@ def replacing(path: Path) -> Iterator[Path]:
         stem = f".{target.name[:40]}."
         _remove_abandoned(target.parent, stem)
         part = target.with_name(f"{stem}{secrets.token_hex(4)}.{_PART}")
-        held = part.open("xb")
     try:
-        with _refused_in_words(path):
+        with _refused_in_words(path), part.open("xb") as held:
             lock(held.fileno())
             yield part
             if mode is not None:
@@ -179,7 +178,6 @@ def replacing(path: Path) -> Iterator[Path]:
             part.replace(target)
             _sync_folder(target.parent)
     finally:
-        held.close()
         part.unlink(missing_ok=True)
 
 

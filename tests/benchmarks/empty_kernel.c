@@ -4,20 +4,6 @@
 
 #include <string.h>
 
-SpringNumber spring_number(double value)
-{
-    (void)value;
-    return (SpringNumber){""};
-}
-
-int spring_problem(const SpringParameters *parameters, char *text, size_t size)
-{
-    (void)parameters;
-    (void)text;
-    (void)size;
-    return 0;
-}
-
 void spring_tabulate(SpringTable *table, double n, double sigma, int with)
 {
     (void)with;

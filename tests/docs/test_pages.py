@@ -100,7 +100,7 @@ def test_commands_run_in_order(folder: Path) -> None:
     written = (
         "spring.json", "spring.html", "loop.html", "curves.png", "candidates.png", "study.csv",
         "dist/spring.fmu", "dist/spring_python.fmu", "dist/spring.ssv", "dist/spring.ssp",
-        "dist/StrandSpring/Records/spring.mo", "lot7_models/springs.csv",
+        "dist/StrandSpring/Records/spring.mo", "firmware/strandspring_c/spring_law.c", "lot7_models/springs.csv",
         "box.html", "sheet.png", "figures.csv", "masses.csv", "numbers.csv", "cradle.png", "dist/Electronics_box.fmu",
     )  # fmt: skip
     for name in written:

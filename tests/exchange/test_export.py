@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 from dataclasses import replace
 from pathlib import Path
 from xml.etree import ElementTree
@@ -163,9 +164,20 @@ def test_another_spring_is_added_to_the_library(terminal: Terminal) -> None:
     assert Path(order).read_text(encoding="utf-8").split() == ["SpringData", "StrandedWireMount", "_model", "mount"]
 
 
+def test_c_sources_go_to_a_folder_of_their_own(terminal: Terminal) -> None:
+    said = terminal("export", "mount.json", "--c", "-o", "firmware")
+    law = Path("firmware/strandspring_c/mount_law.c")
+    assert re.search(rf"\nC sources: {re.escape(str(law))} and what it needs; \d+ kB of constants\n$", said), said
+    assert {str(law), str(law.with_name("strandspring.h")), str(law.with_name("mount_example.c"))} <= files()
+    answer = json.loads(terminal("export", "mount.json", "--c", "--json"))
+    assert answer["c"] == str(Path("dist/strandspring_c/mount_law.c"))
+    terminal("export", "mount.json", "--c", "-o", "mount.c", status=2)
+    assert "The C sources are a folder; -o must be a folder, got mount.c." in terminal.err
+
+
 def test_json_lists_the_files_written(terminal: Terminal) -> None:
     answer = json.loads(terminal("export", "mount.json", "--ssv", "--json"))
-    written = {"ssv": str(Path("dist/mount.ssv")), "ssp": None, "modelica": None}
+    written = {"ssv": str(Path("dist/mount.ssv")), "ssp": None, "modelica": None, "c": None}
     assert answer == {"model": "mount.json", "name": "mount", "zero": 0.5 * (0.001 + 0.05), **written}
     answer = json.loads(terminal("export", "mount.json", "--modelica", "--json"))
     assert answer["modelica"] == str(Path("dist") / RECORD)

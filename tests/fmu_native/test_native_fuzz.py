@@ -27,21 +27,25 @@ DISCARDED = {
 # What the fuzzer must find: the file, what stands there, and what is put in its place.
 FAULTS = {
     "a state of another FMU is taken": (
-        "fmi2_bytes.c",
+        "fmu_bytes.c",
         "memcmp(bytes + GUID_AT, fmu_guid().text, FMU_GUID_SIZE) != 0",
         "0",
     ),
-    "a sensitivity is not serialized": ("fmi2_state.c", "fmu_double_field(cursor, &sensitivity->by_n);", ""),
-    "a state is not freed": ("fmi2_fmustate.c", "free(snapshot);", ""),
-    "a table is not released": ("fmi2_spring.c", "fmu_release(instance->shared);", ""),
+    "a sensitivity is not serialized": ("fmu_state.c", "fmu_double_field(cursor, &sensitivity->by_n);", ""),
+    "a state is not freed": ("fmu_snapshots.c", "free(snapshot);", ""),
+    "a table is not released": ("fmu_instance.c", "        fmu_release(instance->shared);\n", ""),
     "a reference too many": ("fmi2_arguments.h", "< instance->variables", "<= instance->variables"),
     "text of the host as a format": ("fmi2_log.c", '"%s", text);', "text);"),
-    "absurd parameters": ("spring.c", "|| size_problem(p, text, size)", "|| (0 && size_problem(p, text, size))"),
+    "absurd parameters": (
+        "spring_problem.c",
+        "|| size_problem(p, text, size)",
+        "|| (0 && size_problem(p, text, size))",
+    ),
     "an absurd displacement": ("spring_limits.h", "LARGEST_DISPLACEMENT = 1e9", "LARGEST_DISPLACEMENT = 1e200"),
-    "a rate that is not finite": ("fmi2_derivatives.c", "fabs(state->rate) > LARGEST_VELOCITY", "0"),
-    "a derivative that is not finite": ("fmi2_derivatives.c", "!isfinite(dvUnknown[i])", "0"),
-    "a state that makes an energy overflow": ("fmi2_sound.h", "fabs(memory->start_xi) <= LARGEST_START_XI", "1"),
-    "a trial is not forgotten": ("fmi2_instance.c", "instance->has_trial = 0;", ""),
+    "a rate that is not finite": ("fmu_derivatives.c", "fabs(state->rate) > LARGEST_VELOCITY", "0"),
+    "a derivative that is not finite": ("fmu_derivatives.c", "isfinite(sum)", "1"),
+    "a state whose energy is not finite": ("fmu_sound.h", "fabs(memory->energy) <= LARGEST_SUM", "1"),
+    "a trial is not forgotten": ("fmu_instance.c", "instance->has_trial = 0;", ""),
     "a step before initialization": ("fmi2_states.h", "(DoStep, CS_STEP)", "(DoStep, CS_STEP | CS_INITIALIZATION)"),
 }
 

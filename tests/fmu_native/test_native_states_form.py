@@ -236,7 +236,8 @@ def test_fmpy_simulates_it(tmp_path):
         places = np.rint(found["time"] * 4000).astype(int)
         errors.append(float(np.max(np.abs(found["omega"] - expected[places]))))
     print(errors)
-    assert errors[1] < 0.55 * errors[0] < 0.55 * 0.1
+    # Half, but for the places of the solver's steps.
+    assert errors[1] < 0.6 * errors[0] < 0.6 * 0.1
     assert messages == []
 
 

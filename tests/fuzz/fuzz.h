@@ -228,7 +228,7 @@ void free_instance(Slot *slot);
 Call next_call(const Slot *slot); /* one that leads on, most often */
 void move_on(Slot *slot);         /* some steps of the path */
 
-/* ---- main.c ------------------------------------------------------------------------------------------------------ */
+/* ---- watch.c, main.c --------------------------------------------------------------------------------------------- */
 
 typedef struct {
     long done[CALL_COUNT], discarded[CALL_COUNT], refused[CALL_COUNT];
@@ -240,5 +240,7 @@ extern const char *const call_names[CALL_COUNT];
 /* What is being done, printed if it fails; every call if `tracing`. */
 extern int tracing;
 void trace(const char *format, ...);
+/* Runs until there are so many sequences: the first has the seed, the next one the seed after it. */
+void do_runs(const char *first_seed, long sequences, void (*run)(long sequences));
 
 #endif

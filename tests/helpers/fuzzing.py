@@ -32,7 +32,8 @@ from kernel_tools import compiled
 from native_tools import library
 from springs import TABLE
 from strandspring import SpringParameters
-from strandspring.compiled.images import FMI_HEADERS, fmi_header
+from strandspring.compiled.images import FMI_HEADERS, FMU3, fmi_header
+from strandspring.fmu.native.block import USUAL, Form, values_source
 from strandspring.fmu.native.native_fmu import native_contents
 from strandspring.fmu.python_backed import fmu_contents
 from strandspring.modelfile import ModelFile
@@ -51,13 +52,24 @@ SANITIZED = (
 PLAIN = ("-O2", "-g", "-ftrivial-auto-var-init=pattern")
 # What the FMU takes from the C library is counted like what it takes from its host.
 COUNTED = ("-Dcalloc=library_calloc", "-Dfree=library_free")
+# What the fuzzers of systems and of FMI 3.0 have in common with that of FMI 2.0.
+SHARED = ("random", "host", "oracle", "bytes", "watch")
 # Freed memory is kept to find who uses it: 32 MB instead of 256, which is still that of a hundred instances.
 OPTIONS = {"ASAN_OPTIONS": "detect_leaks=1:quarantine_size_mb=32", "UBSAN_OPTIONS": "print_stacktrace=1"}
-# Sequences that share a seed (RUN in main.c).
+# Sequences that share a seed (RUN in watch.c).
 RUN = 50
 
 # FMUs by name: the spring, and whether omega and absorbed_energy are continuous states.
 FORMS = {"native": (SPRING, False), "table": (TABLE, False), "states": (SPRING, True)}
+
+# The same of FMI 3.0, with the form of the FMU.
+FORMS3 = {
+    "fmi3": (SPRING, USUAL),
+    "fmi3-table": (TABLE, USUAL),
+    "fmi3-states": (SPRING, Form(with_states=True)),
+    "fmi3-real-time": (SPRING, Form(real_time=True)),
+    "fmi3-no-energy": (SPRING, Form(real_time=True, no_energy=True)),
+}
 
 # How often each call was done, discarded and refused, and other counts.
 Statistics = dict[str, Any]
@@ -81,7 +93,7 @@ def write_python_sources(folder: Path, parameters: SpringParameters = SPRING) ->
             path = folder / name
             path.parent.mkdir(parents=True, exist_ok=True)
             path.write_bytes(content)
-    for name in FMI_HEADERS:
+    for name in FMI_HEADERS[2]:
         (folder / name).write_bytes(fmi_header(name))
     (folder / "fuzz_model.h").write_text(_description(folder, f'"{folder / "resources"}"'))
     return folder
@@ -96,6 +108,21 @@ def write_system_sources(folder: Path, system: MountedSystem = BOX, options: Sys
             path.write_bytes(content)
     text = _description(folder) + f"#define MODEL_LARGEST_STEP {options.largest_step!r}\n"
     (folder / "fuzz_model.h").write_text(text)
+    return folder
+
+
+def write_pair_sources(folder: Path, parameters: SpringParameters = SPRING, form: Form = USUAL) -> Path:
+    """The same for the FMUs of FMI 2.0 and FMI 3.0 of one spring, which have one GUID here."""
+    write_sources(folder, parameters, form.with_states)
+    for path, content in FMU3.sources().items():
+        (folder / Path(path).name).write_bytes(content)
+    for name in FMI_HEADERS[3]:
+        (folder / name).write_bytes(fmi_header(name))
+    guid = fmpy.read_model_description(str(folder), validate=False).guid
+    (folder / "spring_values.h").write_text(values_source(parameters, str(guid), form))
+    flags = f"enum {{ MODEL_REAL_TIME = {int(form.real_time)}, MODEL_NO_ENERGY = {int(form.no_energy)} }};\n"
+    with (folder / "fuzz_model.h").open("a") as file:
+        file.write(flags)
     return folder
 
 
@@ -174,7 +201,7 @@ def build_python(sources: Path, folder: Path) -> Path:
 def build_system(sources: Path, folder: Path, flags: tuple[str, ...] = SANITIZED) -> Path:
     """The fuzzer of systems with the FMU that the sources make."""
     folder.mkdir()
-    own = [FUZZER / f"{name}.c" for name in ("random", "host", "oracle", "bytes")]
+    own = [FUZZER / f"{name}.c" for name in SHARED]
     includes = (f"-I{sources}", f"-I{sources / 'core' / 'c'}", "-D_POSIX_C_SOURCE=200809L")
     objects = [
         compiled(folder / f"{unit.stem}.o", *flags, *includes, "-c", unit)
@@ -182,6 +209,22 @@ def build_system(sources: Path, folder: Path, flags: tuple[str, ...] = SANITIZED
     ]
     of_fmu = sources / "system_fmu" / "c" / "system_all.c"
     objects.append(compiled(folder / "fmu.o", *flags, *COUNTED, "-Wno-sign-conversion", "-c", of_fmu))
+    return link(objects, folder / "fuzz", flags)
+
+
+def build_pairs(sources: Path, folder: Path, flags: tuple[str, ...] = SANITIZED) -> Path:
+    """The fuzzer of pairs of FMUs, of FMI 2.0 and FMI 3.0, that the sources make."""
+    folder.mkdir()
+    own = [*(FUZZER / f"{name}.c" for name in SHARED), *FUZZER.glob("fmi3/*.c")]
+
+    def compile_unit(unit: Path) -> Path:
+        counted = COUNTED if unit.parent == sources else ()
+        return compiled(
+            folder / f"{unit.stem}.o", *flags, *counted, "-D_POSIX_C_SOURCE=200809L", f"-I{sources}", "-c", unit
+        )  # fmt: skip
+
+    with ThreadPoolExecutor(os.cpu_count()) as pool:
+        objects = list(pool.map(compile_unit, [sources / "all.c", sources / "fmi3_all.c", *own]))
     return link(objects, folder / "fuzz", flags)
 
 
@@ -232,7 +275,7 @@ def add_up(outcomes: Sequence[Outcome]) -> Statistics:
 def main() -> int:
     parser = argparse.ArgumentParser(description="Random sequences of FMI calls against the native FMU.")
     parser.add_argument("sequences", nargs="?", type=int, default=1_000_000)
-    parser.add_argument("--form", choices=(*FORMS, "python", "system"), default="native")
+    parser.add_argument("--form", choices=(*FORMS, *FORMS3, "python", "system"), default="native")
     parser.add_argument("--plain", action="store_true")
     parser.add_argument("--seed", type=int, default=1_000_000)
     parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1)
@@ -245,10 +288,14 @@ def main() -> int:
         elif given.form == "system":
             flags = PLAIN if given.plain else SANITIZED
             program = build_system(write_system_sources(folder / "sources"), folder / "objects", flags)
+        elif given.form in FORMS3:
+            flags = PLAIN if given.plain else SANITIZED
+            sources = write_pair_sources(folder / "sources", *FORMS3[given.form])
+            program = build_pairs(sources, folder / "objects", flags)
         else:
             sources = write_sources(folder / "sources", *FORMS[given.form])
             program = build(sources, folder / "objects", PLAIN if given.plain else SANITIZED)
-        run_one = run_system if given.form == "system" else run
+        run_one = run_system if given.form == "system" or given.form in FORMS3 else run
         if given.trace:
             print(run_one(program, given.seed, given.sequences, "trace").found)
             return 0

@@ -1,6 +1,6 @@
 /* Runs every function of spring.c and saturation.c over random springs and paths, for the sanitizers to watch; returns 0 if all outputs
  * are finite and omega stays within [-1, 1]. */
-#include "spring.h"
+#include "spring_problem.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -115,7 +115,7 @@ int main(int count, char **arguments)
             failed = 1;
             break;
         }
-        spring_tabulate(table, p.n, p.sigma, SPRING_WITH_DERIVATIVES | SPRING_WITH_MOMENTS);
+        spring_tabulate(table, p.n, p.sigma, SPRING_WITH_DERIVATIVES | SPRING_WITH_ENERGIES);
         spring_prepare(law, &p, table);
         failed = shake(law, trial % 4 ? uniform(-1.0, 1.0) : trial % 8 / 2.0 - 1.0, steps);
         /* A text that does not fit is cut, not written past its end. */

@@ -27,6 +27,10 @@ from strandspring.core.parameters import KNOTS, MAXIMUM_DEGREE, N_RANGE, SIGMA_R
 FloatArray = NDArray[np.float64]
 
 KERNEL = Path(strandspring.__file__).parent / "core" / "c"
+# Those without FMI.
+SOURCES = tuple(
+    KERNEL / f"{name}.c" for name in ("saturation", "saturation_lookup", "spline", "spring", "spring_problem")
+)
 HERE = Path(__file__).parent
 FLAGS = (
     "-std=c11", "-ffp-contract=off", "-Wall", "-Wextra", "-Wpedantic", "-Werror", "-Wshadow", "-Wconversion",
@@ -88,8 +92,10 @@ def build_folder() -> Path:
 @functools.cache
 def library() -> ctypes.CDLL:
     """The C files that travel inside an FMU and the test driver in one shared library."""
-    sources = KERNEL / "saturation.c", KERNEL / "spline.c", KERNEL / "spring.c", HERE / "kernel_driver.c"
-    kernel = ctypes.CDLL(str(compiled(build_folder() / "driver.so", "-O2", "-shared", "-fPIC", *sources, "-lm")))
+    driver = HERE / "kernel_driver.c"
+    kernel = ctypes.CDLL(
+        str(compiled(build_folder() / "driver.so", "-O2", "-shared", "-fPIC", *SOURCES, driver, "-lm"))
+    )
     kernel.driver_spring.restype = c_void_p
     kernel.driver_spring.argtypes = [POINTER(Parameters)]
     kernel.driver_free.argtypes = [c_void_p]
@@ -120,10 +126,10 @@ def problem(parameters: Parameters, size: int = 200) -> str:
 
 
 def limits() -> dict[str, int]:
-    """Room for pieces and buckets of a branch of W."""
-    room = (c_int * 2)()
+    """Room for pieces, buckets and blocks of a branch of W."""
+    room = (c_int * 3)()
     library().driver_limits(room)
-    return dict(zip(("pieces", "buckets"), room, strict=True))
+    return dict(zip(("pieces", "buckets", "blocks"), room, strict=True))
 
 
 class Kernel:
@@ -142,7 +148,7 @@ class Kernel:
 
     def taken(self) -> dict[str, int]:
         """What of `limits` this spring takes."""
-        counts = (c_int * 2)()
+        counts = (c_int * 3)()
         self._library.driver_taken(self._spring, counts)
         return dict(zip(limits(), counts, strict=True))
 

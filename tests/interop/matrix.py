@@ -37,8 +37,16 @@ def _native(model: ModelFile, folder: Path) -> Path:
     return build_native_fmu(model, folder, chosen_platforms("all"))
 
 
+def _native_by_fmi_3(model: ModelFile, folder: Path) -> Path:
+    return build_native_fmu(model, folder, chosen_platforms("host"), fmi=3)
+
+
 def build_with_states(model: ModelFile, folder: Path) -> Path:
     return build_native_fmu(model, folder, chosen_platforms("host"), with_states=True)
+
+
+def _with_states_by_fmi_3(model: ModelFile, folder: Path) -> Path:
+    return build_native_fmu(model, folder, chosen_platforms("host"), with_states=True, fmi=3)
 
 
 CO_SIMULATION, MODEL_EXCHANGE = "CoSimulation", "ModelExchange"
@@ -46,16 +54,20 @@ CO_SIMULATION, MODEL_EXCHANGE = "CoSimulation", "ModelExchange"
 
 @dataclass(frozen=True)
 class Kind:
-    """A kind of FMU: its column in the documentation, how it is built, and its interface as FMPy names it."""
+    """A kind of FMU: its column in the documentation, how it is built, and its interface as FMPy names it.
+
+    `build` makes it by FMI 2.0, and `build_by_fmi_3` by FMI 3.0 where it exists.
+    """
 
     title: str
     build: Callable[[ModelFile, Path], Path]
     interface: str
+    build_by_fmi_3: Callable[[ModelFile, Path], Path] | None = None
 
 
-NATIVE = Kind("native, co-simulation", _native, CO_SIMULATION)
-EXCHANGE = Kind("native, model exchange", _native, MODEL_EXCHANGE)
-STATES = Kind("native with states, model exchange", build_with_states, MODEL_EXCHANGE)
+NATIVE = Kind("native, co-simulation", _native, CO_SIMULATION, _native_by_fmi_3)
+EXCHANGE = Kind("native, model exchange", _native, MODEL_EXCHANGE, _native_by_fmi_3)
+STATES = Kind("native with states, model exchange", build_with_states, MODEL_EXCHANGE, _with_states_by_fmi_3)
 PYTHON = Kind("Python-backed, co-simulation", build_python_fmu, CO_SIMULATION)
 KINDS = (NATIVE, EXCHANGE, STATES, PYTHON)
 
@@ -70,12 +82,14 @@ class Tool:
     host : str               The module in `hosts` that runs it.
     results : mapping        How exact FMUs must be in it, or in words why it does not run them: by interface, and by
                              kind where that differs.
+    fmi_3 : str or None      In words why it does not run FMUs of FMI 3.0; None if they give the bits of FMI 2.0.
     missing : callable       Why it cannot be run on this computer, or None.
     """
 
     title: str
     host: str
     results: Mapping[Kind | str, Sampling | str]
+    fmi_3: str | None = None
     missing: Callable[[], str | None] = lambda: None
 
     def result(self, kind: Kind) -> Sampling | str:
@@ -97,7 +111,7 @@ _LATE = {CO_SIMULATION: Sampling.STEP_LATE, MODEL_EXCHANGE: "has no model exchan
 _HOST = {CO_SIMULATION: Sampling.SAME_TIME, MODEL_EXCHANGE: "not written for it"}
 
 TOOLS = (
-    Tool("`strandspring.simulate_fmu`", "with_strandspring", _SAME),
+    Tool("`strandspring.simulate_fmu`", "with_strandspring", _SAME, "takes FMI 2.0 only"),
     Tool("FMPy, `simulate_fmu`", "with_fmpy", _LATE | {EXCHANGE: Sampling.SAME_TIME, STATES: Sampling.STEP_LATE}),
     Tool(
         "PathSim (pathsim-fmi)", "with_pathsim",
@@ -107,19 +121,25 @@ TOOLS = (
         "CasADi", "with_casadi",
         {CO_SIMULATION: "has no co-simulation", EXCHANGE: "knows states only", STATES: Sampling.SAME_TIME},
     ),
-    Tool("CoFMUPy", "with_cofmupy", _SAME, _without_cofmupy),
+    Tool("CoFMUPy", "with_cofmupy", _SAME, missing=_without_cofmupy),
     Tool("FMU Manipulation Toolbox: check, and container in FMPy", "with_container", _LATE),
-    Tool("libcosim (libcosimpy)", "with_libcosimpy", _SAME),
+    Tool("libcosim (libcosimpy)", "with_libcosimpy", _SAME, "\"Unsupported FMI version\""),
     Tool("Ecos (ecospy)", "with_ecospy", _SAME),
-    Tool("host in C without Python", "with_c_host", _HOST),
-    Tool("the same for Windows, by wine", "with_wine", _HOST | {PYTHON: "needs Python for Windows"}, _without_wine),
+    Tool("host in C without Python", "with_c_host", _HOST, "not written for it"),
+    Tool(
+        "the same for Windows, by wine", "with_wine", _HOST | {PYTHON: "needs Python for Windows"},
+        "not written for it", _without_wine,
+    ),
 )  # fmt: skip
 
 
 def table() -> str:
     """The matrix as the documentation has it."""
-    heads = ["tool", *(kind.title for kind in KINDS)]
-    rows = [[tool.title, *(_cell(tool.result(kind)) for kind in KINDS)] for tool in TOOLS]
+    heads = ["tool", *(kind.title for kind in KINDS), "FMI 3.0"]
+    rows = [
+        [tool.title, *(_cell(tool.result(kind)) for kind in KINDS), f"- ({tool.fmi_3})" if tool.fmi_3 else "same bits"]
+        for tool in TOOLS
+    ]
     return "\n".join(f"| {' | '.join(row)} |" for row in (heads, ["---"] * len(heads), *rows))
 
 

@@ -38,9 +38,11 @@ def reference() -> tuple[np.ndarray, np.ndarray]:
 
 
 @pytest.fixture(scope="module")
-def fmus(tmp_path_factory: pytest.TempPathFactory) -> dict[Kind, Path]:
+def fmus(tmp_path_factory: pytest.TempPathFactory) -> dict[tuple[Kind, int], Path]:
+    """Each kind by each version of FMI that it has."""
     folder, model = tmp_path_factory.mktemp("fmus"), load_model(MODEL)
-    return {kind: kind.build(model, folder) for kind in KINDS}
+    builds = {(kind, fmi): build for kind in KINDS for fmi, build in ((2, kind.build), (3, kind.build_by_fmi_3))}
+    return {key: build(model, folder) for key, build in builds.items() if build}
 
 
 def rows_of(tool: Tool, kind: Kind, fmu: Path, folder: Path) -> list[np.ndarray]:
@@ -63,11 +65,13 @@ CELLS = [(tool, kind) for tool in TOOLS for kind in KINDS if isinstance(tool.res
 @pytest.mark.slow
 @pytest.mark.parametrize(("tool", "kind"), CELLS, ids=[f"{tool.host}-{kind.title}" for tool, kind in CELLS])
 def test_a_tool_gives_force_and_energy_of_the_model(
-    tool: Tool, kind: Kind, fmus: dict[Kind, Path], tmp_path: Path
+    tool: Tool, kind: Kind, fmus: dict[tuple[Kind, int], Path], tmp_path: Path
 ) -> None:
     if reason := tool.missing():
         pytest.skip(reason)
-    time, *outputs = rows_of(tool, kind, fmus[kind], tmp_path)
+    time, *outputs = rows_of(tool, kind, fmus[kind, 2], tmp_path)
+    if kind.build_by_fmi_3 and not tool.fmi_3:
+        assert all(map(np.array_equal, rows_of(tool, kind, fmus[kind, 3], tmp_path), (time, *outputs)))
     samples = np.rint(time / STEP).astype(int)
     # Every communication point once, but for the first in tools that report ends of steps only.
     assert np.array_equal(samples, np.arange(samples[0], len(TIMES)))

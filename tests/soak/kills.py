@@ -299,8 +299,8 @@ def trial(
             process.wait()
         if process.returncode != 0:
             break
-    # While Python loads, it does not answer yet: the system ends it, as by SIGKILL, or Python itself says where it was.
     has_answered = process.returncode in (0, 128 + number)
+    # While Python loads, it does not answer yet: the system ends it, as by SIGKILL, or Python itself says where it was.
     is_loading = "Could not import runpy module" in place.printed()
     if not has_answered and process.returncode != -number and not is_loading:
         remains.wrong.append(f"ended with {process.returncode}: {place.printed()}")

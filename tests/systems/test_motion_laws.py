@@ -269,8 +269,8 @@ def test_springs_create_no_energy(one: Drawn) -> None:
         )
         growth = axis.parallel * axis.series * (after - before)
         assert absorbed[number] >= growth - 1e-9 * abs(absorbed).max()
-    # Of second order, and stiffer systems are drawn than those held to 1e-5; other versions of hypothesis draw others.
-    assert motion.imbalance < 1e-4
+    # Of second order: stiffer systems are drawn than those held to 1e-5 at STEP.
+    assert kernel_motion(system, one.case, 0.5 * STEP, one.omega).imbalance < 2e-5
 
 
 # ---- bodies that are held ------------------------------------------------------------------------

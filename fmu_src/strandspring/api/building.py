@@ -44,12 +44,34 @@ class BuildOptions:
     zero : float                               Displacement of the model file at which that of the FMU is 0 [m].
     needs_execution_tool : bool                Of the Python-backed FMU.
     author : str
+    fmi : int                                  Version of FMI, 2 or 3.
+    real_time : bool                           Nothing is allocated after instantiation.
+    no_energy : bool                           The output absorbed_energy is left out.
     """
 
     platforms: Sequence[Platform] | None = None
     zero: float = 0.0
     needs_execution_tool: bool = False
     author: str = ""
+    fmi: int = 2
+    real_time: bool = False
+    no_energy: bool = False
+
+    def refuse_impossible(self, kinds: Sequence[Kind]) -> None:
+        """Raise BuildError if FMUs of these kinds cannot be built so."""
+        if self.fmi not in (2, 3):
+            raise BuildError(f"The version of FMI must be 2 or 3, got {self.fmi!r}.")
+        if "python" in kinds and self.fmi == 3:
+            raise BuildError("FMI 3.0 is for the native FMU; choose the native back end.")
+        if "python" in kinds and self.real_time:
+            raise BuildError("Real time is for the native FMU; choose the native back end.")
+        if self.no_energy and not self.real_time:
+            raise BuildError("Only an FMU for real time can leave out absorbed_energy; ask for real time, too.")
+        if self.no_energy and "states" in kinds:
+            raise BuildError(
+                "The form with states has absorbed_energy as a state, which the host integrates; build it without "
+                "leaving out the energy."
+            )
 
 
 def checked_author(author: str) -> str:
@@ -67,11 +89,16 @@ def build_all(
     Raises
     ------
     StrandspringError   If the folder is not writable, or an FMU cannot be built.
-    BuildError          If an FMU is not valid or answers otherwise than the model; nothing is then left behind.
+    BuildError          If the options do not go together, or an FMU is not valid or answers otherwise than the model;
+                        nothing is then left behind.
     """
+    options.refuse_impossible(kinds)
     jobs = [
         FmuJob(
-            fmu_path(folder, model.name, kind), kind, partial(_build, model, kind=kind, options=options), examine_fmu
+            fmu_path(folder, model.name, kind, options.fmi),
+            kind,
+            partial(_build, model, kind=kind, options=options),
+            examine_fmu,
         )
         for kind in kinds
     ]
@@ -82,7 +109,9 @@ def _build(model: ModelFile, folder: Path, kind: Kind, options: BuildOptions) ->
     platforms, zero, author = options.platforms, options.zero, options.author
     if kind == "python":
         return build_python_fmu(model, folder, platforms, zero, options.needs_execution_tool, author)
-    return build_native_fmu(model, folder, platforms, zero, author, kind == "states")
+    return build_native_fmu(
+        model, folder, platforms, zero, author, kind == "states", options.fmi, options.real_time, options.no_energy
+    )
 
 
 def build_fmu(
@@ -91,6 +120,9 @@ def build_fmu(
     *,
     backend: Literal["native", "python"] | None = None,
     states: bool = False,
+    fmi: Literal[2, 3] | None = None,
+    real_time: bool = False,
+    no_energy: bool = False,
     platforms: str | Sequence[str] | None = None,
     zero: str | float | None = None,
     author: str = "",
@@ -114,6 +146,13 @@ def build_fmu(
         one is given, else native.
     states : bool
         The native form with omega and absorbed_energy as continuous states, NAME_states.fmu, for model exchange.
+    fmi : 2, 3 or None
+        Version of FMI; NAME_fmi3.fmu is an FMU of FMI 3.0, which only the native back end can be. If None, that of the
+        FMU if one is given, else 2.
+    real_time : bool
+        A native FMU that allocates nothing after instantiation, for targets with a deadline.
+    no_energy : bool
+        Leave the output absorbed_energy out of an FMU for real time.
     platforms : str, sequence of str or None
         Of the binaries, such as "linux64" or "win64", or "host" or "all"; those that the installed package carries if
         None.
@@ -157,40 +196,73 @@ def build_fmu(
     chosen = None if platforms is None else chosen_platforms(",".join(_names(platforms)))
     source = path_of(model)
     if source is not None and is_system_file(source):
-        others = {"backend": backend, "states": states, "zero": zero, "needs_execution_tool": needs_execution_tool,
-                  "name": name}  # fmt: skip
+        others = {"backend": backend, "states": states, "fmi": fmi, "real_time": real_time, "no_energy": no_energy,
+                  "zero": zero, "needs_execution_tool": needs_execution_tool, "name": name}  # fmt: skip
         if given := [f"`{option}`" for option, value in others.items() if value is not None and value is not False]:
             raise BuildError(f"{', '.join(given)} cannot be given with a description of a system; leave that out.")
         return SystemToBuild.load(source, candidate, author).build(Path(folder), chosen, progress).path
     if candidate is not None:
         raise BuildError("`candidate` is for descriptions of systems (SYSTEM.toml); leave it out.")
-    inherited, author, needs = inherited_settings(model, backend, author, needs_execution_tool)
-    kind: Any = "states" if states else inherited or "native"
+    wanted = WantedSettings(backend, author, needs_execution_tool, fmi, real_time, no_energy).with_those_of(model)
+    kind: Any = "states" if states else wanted.backend or "native"
     if kind not in get_args(Kind) or (states and backend == "python"):
         raise BuildError(f'`backend` must be "native" or "python", and "native" with `states`, got {backend!r}.')
     if needs_execution_tool and kind != "python":
         raise BuildError('`needs_execution_tool` is for the Python-backed FMU; add backend="python".')
     content = _model(model, name)
-    options = BuildOptions(chosen, origin_of(model, zero, content.parameters), needs, author)
+    options = wanted.options(chosen, origin_of(model, zero, content.parameters))
     return build_all(content, Path(folder), (kind,), options, progress)[0].path
 
 
-def inherited_settings(
-    source: Any, backend: str | None, author: str, needs_execution_tool: bool
-) -> tuple[str | None, str, bool]:
-    """Back end, author and whether an execution tool is needed; where not given, those of the FMU that is the source.
+@dataclass(frozen=True)
+class WantedSettings:
+    """What was asked for; what was not is taken from the FMU that is the source, if it is one.
 
-    Raises
-    ------
-    ModelError   If the source is an FMU without them.
+    Attributes
+    ----------
+    backend : str or None           native, python, both, or states of an FMU that is the source.
+    author : str
+    needs_execution_tool : bool
+    fmi : int or None
+    real_time, no_energy : bool
     """
-    path = path_of(source)
-    if path is None or not is_fmu(path):
-        return backend, author, needs_execution_tool
-    before = BuildSettings.of_fmu(Path(path))
-    if backend in (None, before.backend, "both"):
-        needs_execution_tool = needs_execution_tool or before.needs_execution_tool
-    return backend or before.backend, author or before.author, needs_execution_tool
+
+    backend: str | None
+    author: str = ""
+    needs_execution_tool: bool = False
+    fmi: int | None = None
+    real_time: bool = False
+    no_energy: bool = False
+
+    def with_those_of(self, source: Any) -> WantedSettings:
+        """These and, where nothing was asked for, those of the FMU that is the source.
+
+        Raises
+        ------
+        ModelError   If the source is an FMU without them.
+        """
+        path = path_of(source)
+        if path is None or not is_fmu(path):
+            return self
+        before = BuildSettings.of_fmu(Path(path))
+        wanted = replace(self, backend=self.backend or before.backend, author=self.author or before.author)
+        if self.backend not in (None, before.backend, "both"):
+            return wanted
+        wanted = replace(wanted, needs_execution_tool=self.needs_execution_tool or before.needs_execution_tool)
+        if self.backend == "both":
+            return wanted
+        return replace(
+            wanted,
+            fmi=self.fmi or before.fmi,
+            real_time=self.real_time or before.real_time,
+            no_energy=self.no_energy or before.no_energy,
+        )
+
+    def options(self, platforms: Sequence[Platform] | None, zero: float) -> BuildOptions:
+        """The options of a build of them."""
+        return BuildOptions(
+            platforms, zero, self.needs_execution_tool, self.author, self.fmi or 2, self.real_time, self.no_energy
+        )
 
 
 def _names(platforms: str | Sequence[str]) -> Sequence[str]:

@@ -1,4 +1,4 @@
-"""`export`: a model's parameters for other tools, as SSP parameter values, an SSP system or a Modelica library."""
+"""`export`: a model for other tools: SSP parameter values, an SSP system, a Modelica library or C sources."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from pathlib import Path
 
 from ..coordinates import placed
 from ..errors import StrandspringError
+from ..exchange.c_sources import law_path, write_c_sources
 from ..exchange.modelica import LIBRARY, record_path, write_library
 from ..files import refuse_unwritable, write_text
 from ..fmu.ssv import parameter_values
@@ -30,6 +31,7 @@ class Exports:
     ssp : Path or None       File of an SSP system.
     ssp_mass : float or None Mass in the system [kg].
     modelica : Path or None  Folder for the Modelica library.
+    c : Path or None         Folder for the C sources.
     """
 
     model: ModelFile
@@ -38,6 +40,12 @@ class Exports:
     ssp: Path | None = None
     ssp_mass: float | None = None
     modelica: Path | None = None
+    c: Path | None = None
+
+    @property
+    def law(self) -> Path | None:
+        """C file of the spring."""
+        return None if self.c is None else law_path(self.c, self.model.name)
 
     @property
     def record(self) -> Path | None:
@@ -46,12 +54,12 @@ class Exports:
 
     def refuse_unwritable(self) -> None:
         """Raise StrandspringError if a file or the folder cannot be written."""
-        for path in (self.ssv, self.ssp, self.record):
+        for path in (self.ssv, self.ssp, self.record, self.law):
             if path is not None:
                 refuse_unwritable(path)
 
     def write(self, progress: Progress = unseen) -> list[Path]:
-        """Write the files; the parameter values, the system, and the spring's record in the Modelica library.
+        """Write the files; the parameter values, the system, the spring's record in the Modelica library, its C file.
 
         Raises
         ------
@@ -75,7 +83,11 @@ class Exports:
                 fmu = build_native_fmu(self.model, folder, zero=self.zero)
                 write_system(self.ssp, fmu, content, ShakenMass.suited(content.parameters, self.ssp_mass))
             written.append(self.ssp)
-        return written if self.record is None else [*written, self.record]
+        if self.record is not None:
+            written.append(self.record)
+        if self.c is not None:
+            written.append(write_c_sources(self.c, content, self.zero))
+        return written
 
 
 def export(
@@ -84,10 +96,11 @@ def export(
     *,
     ssv: bool = False,
     modelica: bool = False,
+    c: bool = False,
     ssp_mass: float | None = None,
     zero: str | float | None = None,
 ) -> list[Path]:
-    """Write a model's parameters as SSP parameter values, in an SSP system, or into a Modelica library.
+    """Write a model as SSP parameter values, in an SSP system, into a Modelica library, or as C sources.
 
     Parameters
     ----------
@@ -95,13 +108,16 @@ def export(
     folder : path
     ssv : bool               Write NAME.ssv, the parameter values of the model's FMU.
     modelica : bool          Write the Modelica library StrandSpring with a record of the spring, beside others.
+    c : bool                 Write C sources of the spring and its kernel for targets without FMI into the folder
+                             strandspring_c, beside other springs.
     ssp_mass : float or None Write NAME.ssp, the native FMU below this mass [kg] on a shaking base.
     zero : "rig", "middle", float or None
         Where displacement is counted from: a displacement of the record [m]; by default as in the model's FMU.
 
     Returns
     -------
-    list of Path             The files: NAME.ssv, NAME.ssp and the spring's record in the library, where asked for.
+    list of Path             The files: NAME.ssv, NAME.ssp, the spring's record in the library and its C file, where
+                             asked for.
 
     Raises
     ------
@@ -117,8 +133,8 @@ def export(
     ...     print([path.name for path in export(spring, folder, ssv=True, modelica=True)])
     ['mount.ssv', 'mount.mo']
     """
-    if not (ssv or modelica or ssp_mass is not None):
-        raise StrandspringError("Nothing to write; give `ssv`, `modelica` or `ssp_mass`.")
+    if not (ssv or modelica or c or ssp_mass is not None):
+        raise StrandspringError("Nothing to write; give `ssv`, `modelica`, `c` or `ssp_mass`.")
     if ssp_mass is not None and not (math.isfinite(ssp_mass) and ssp_mass > 0.0):
         raise StrandspringError(f"`ssp_mass` must be finite and > 0 [kg], got {ssp_mass!r}.")
     folder = Path(folder)
@@ -132,6 +148,7 @@ def export(
         ssp=None if ssp_mass is None else folder / f"{content.name}.ssp",
         ssp_mass=ssp_mass,
         modelica=folder if modelica else None,
+        c=folder if c else None,
     )
     refuse_unwritable(folder, is_folder=True)
     exports.refuse_unwritable()

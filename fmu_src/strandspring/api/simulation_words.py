@@ -10,11 +10,11 @@ import numpy as np
 
 from ..answers.answers import CandidateAnswer, CaseAnswer
 from ..answers.case_cautions import Caution, CautionKind
-from ..answers.static_answer import SECANT_SHARE
+from ..answers.static_answer import SECANT_SHARE, StaticAnswer
 from ..answers.verdicts import Figure, Quantity, Verdict
 from ..kernel.arrays import FloatArray
 from ..systems.axis_names import axis_names
-from ..systems.mounted import STANDARD_GRAVITY
+from ..systems.mounted import STANDARD_GRAVITY, MountedSystem
 from .text import counted
 from .text_table import table_lines
 
@@ -117,11 +117,12 @@ def static_lines(one: CandidateAnswer, width: int | None = None) -> Iterator[str
     for k, body in enumerate(one.system.bodies):
         tilt = math.degrees(static.tilt[:, k].max())
         moved = _moved(1e3 * np.array([pose.displacements[k] for pose in static.poses]))
-        yield f"  {body.name} rests {moved}, tilted by up to {_tiny(tilt)} degrees"
+        tilted = f", tilted by up to {_tiny(tilt)} degrees" if tilt >= _NOTHING else ""
+        yield f"  {body.name} rests {moved} {_friction(static)}{tilted}"
     low, high = static.places.min(), static.places.max()
     yield (
-        f"  springs at rest between {100.0 * low:.0f} and {100.0 * high:.0f} % of their identified ranges, with "
-        f"friction; {_by_weight(one)}"
+        f"  springs at rest between {100.0 * low:.0f} and {100.0 * high:.0f} % of their identified ranges, "
+        f"{_friction(static)}; {_by_weight(static, one.system)}"
     )
     if static.tangent:
         rows = []
@@ -150,7 +151,7 @@ def _moved(displacements: FloatArray) -> str:
         )
         if max(abs(low), abs(high)) >= _NOTHING
     ]
-    return f"at {', '.join(ranges)} mm from its nominal pose with friction" if ranges else "in its nominal pose"
+    return f"at {', '.join(ranges)} mm from its nominal pose" if ranges else "in its nominal pose"
 
 
 def rest_lines(answers: Sequence[CaseAnswer], width: int | None = None) -> Iterator[str]:
@@ -228,15 +229,18 @@ def _range(figure: Figure) -> str:
     return f"{scale * figure.least:.4g} to {scale * figure.value:.4g}"
 
 
-def _by_weight(one: CandidateAnswer) -> str:
+def _friction(static: StaticAnswer) -> str:
+    """What the static poses are of."""
+    return "with friction" if len(static.poses) > 1 else f"at omega {_omega(static.poses[0].share)}"
+
+
+def _by_weight(static: StaticAnswer, system: MountedSystem) -> str:
     """Which way the weight moves the springs, which tells an axis of the wrong sense."""
-    static = one.static
-    if static is None:
-        return ""
-    nominal = np.array([axis.nominal for _, axis in one.system.axes()])
+    nominal = np.array([axis.nominal for _, axis in system.axes()])
     ways = static.poses[0].displacement - nominal
     most = int(np.argmax(np.abs(ways)))
-    return f"without friction the weight moves {axis_names(one.system)[most]} by {1e3 * ways[most]:+.3g} mm"
+    at = "without friction" if static.poses[0].share == 0.0 else _friction(static)
+    return f"{at} the weight moves {axis_names(system)[most]} by {1e3 * ways[most]:+.3g} mm"
 
 
 def _tiny(value: float) -> str:

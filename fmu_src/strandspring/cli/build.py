@@ -8,7 +8,7 @@ from typing import Any
 import click
 from click.core import ParameterSource
 
-from ..api.building import BuildOptions, build_all, checked_author, inherited_settings
+from ..api.building import Kind, WantedSettings, build_all, checked_author
 from ..api.building_system import SystemToBuild
 from ..api.records import bundled_record
 from ..coordinates import zero_sentence
@@ -30,7 +30,10 @@ EXAMPLE_NAME = "rubber_hinge"
 EXAMPLE_COLUMNS = {"reverse": "displacement"}
 
 # Options that a system does not take.
-_OF_SPRINGS = ("backend", "states", "needs_execution_tool", "models", "name", "description", "zero")
+_OF_SPRINGS = (
+    "backend", "states", "fmi", "real_time", "no_energy", "needs_execution_tool",
+    "models", "name", "description", "zero",
+)  # fmt: skip
 
 # What each kind of FMU is for.
 _PURPOSES = {
@@ -71,6 +74,18 @@ def _author(_context: click.Context, _parameter: click.Parameter, author: str) -
     "velocity as a second input, for importers that evaluate FMUs as functions, CasADi among them.",
 )
 @click.option(
+    "--fmi",
+    type=click.Choice(["2", "3"]),
+    help="Version of FMI. 3: NAME_fmi3.fmu, with kE and kA as arrays and a flange as terminal; native only.  [default: "
+    "that of the FMU that is rebuilt, else 2]",
+)
+@click.option(
+    "--real-time",
+    is_flag=True,
+    help="Build native FMUs that allocate nothing after instantiation, for targets with a deadline.",
+)
+@click.option("--no-energy", is_flag=True, help="With --real-time: leave out the output absorbed_energy.")
+@click.option(
     "--platform",
     "platforms",
     metavar="NAME,...",
@@ -104,6 +119,9 @@ def build(
     output: str,
     backend: str | None,
     states: bool,
+    fmi: str | None,
+    real_time: bool,
+    no_energy: bool,
     platforms: tuple[Platform, ...] | None,
     needs_execution_tool: bool,
     models: str,
@@ -133,6 +151,7 @@ def build(
       strandspring build spring.json --platform linux64,win64
       strandspring build spring.json --zero 35
       strandspring build spring.json --states
+      strandspring build spring.json --fmi 3
       strandspring build loop.csv --name mount_a -o dist
       strandspring build box.toml --candidate softer
     """
@@ -142,14 +161,12 @@ def build(
         return
     if candidate is not None:
         raise click.UsageError("--candidate is for descriptions of systems (SYSTEM.toml); leave it out.")
+    wanted = WantedSettings(
+        backend, author, needs_execution_tool, None if fmi is None else int(fmi), real_time, no_energy
+    )
     if len(sources) == 1:
-        backend, author, needs_execution_tool = inherited_settings(sources[0], backend, author, needs_execution_tool)
-    if backend is None:
-        backend = "native" if sources else "both"
-    backends = ("native", "python") if backend == "both" else (backend,)
-    if needs_execution_tool and "python" not in backends:
-        raise click.UsageError("--needs-execution-tool is for the Python-backed FMU; add --backend python or both.")
-    kinds = tuple(dict.fromkeys((*backends, "states"))) if states else backends
+        wanted = wanted.with_those_of(sources[0])
+    kinds = _kinds(wanted, states, bool(sources))
     refuse_unwritable(Path(output), is_folder=True)
     of_records = {"name", "description", *options}
     method = method_options(options)
@@ -157,7 +174,7 @@ def build(
         _refuse_given(of_records, "records", f"{sources[0]} is a model file")
         model, model_path, identification = load_model(sources[0]), Path(sources[0]), None
         for one in kinds:
-            refuse_overwriting(sources, {"--output": fmu_path(output, model.name, one)})
+            refuse_overwriting(sources, {"--output": fmu_path(output, model.name, one, wanted.fmi or 2)})
     else:
         if not sources:
             sources, name = (str(bundled_record(Path(models))),), EXAMPLE_NAME if name is None else name
@@ -166,15 +183,13 @@ def build(
         refuse_unwritable(Path(models), is_folder=True)
         model_path = Path(models) / f"{chosen}.json"
         for one in kinds:
-            refuse_overwriting(
-                record_files(sources), {"--models": model_path, "--output": fmu_path(output, chosen, one)}
-            )
+            target = fmu_path(output, chosen, one, wanted.fmi or 2)
+            refuse_overwriting(record_files(sources), {"--models": model_path, "--output": target})
         model, identification = identified(sources, options, method, chosen, description)
         save_model(model_path, model)
     origin = origin_of(sources[0], zero, model.parameters)
     with reporting() as progress:
-        settings = BuildOptions(platforms, origin, needs_execution_tool, author)
-        built = build_all(model, Path(output), kinds, settings, progress)
+        built = build_all(model, Path(output), kinds, wanted.options(platforms, origin), progress)
     if as_json:
         result_json(
             {
@@ -185,7 +200,13 @@ def build(
                 "rmse": None if identification is None else identification.rmse,
                 "rnl": None if identification is None else identification.rnl,
                 "fmus": [
-                    {"path": str(fmu), "backend": kind, "binaries": binary_sizes(fmu), "check": report.summary}
+                    {
+                        "path": str(fmu),
+                        "backend": kind,
+                        "fmi": wanted.fmi or 2,
+                        "binaries": binary_sizes(fmu),
+                        "check": report.summary,
+                    }
                     for fmu, kind, report in built
                 ],
             }
@@ -197,8 +218,29 @@ def build(
     if sentence := zero_sentence(origin):
         result(sentence)
     for fmu, kind, report in built:
-        _print_fmu(fmu, _PURPOSES[kind])
+        _print_fmu(fmu, f"{_PURPOSES[kind]}{'; FMI 3.0' if wanted.fmi == 3 else ''}")
         result(f"Check: {report.summary}")
+
+
+def _kinds(wanted: WantedSettings, states: bool, has_sources: bool) -> tuple[Kind, ...]:
+    """The kinds of FMU to be built.
+
+    Raises
+    ------
+    UsageError   If what is wanted does not go together.
+    """
+    backend = wanted.backend
+    if backend is None:
+        backend = "native" if has_sources or wanted.fmi == 3 or wanted.real_time else "both"
+    backends: tuple[Any, ...] = ("native", "python") if backend == "both" else (backend,)
+    if wanted.needs_execution_tool and "python" not in backends:
+        raise click.UsageError("--needs-execution-tool is for the Python-backed FMU; add --backend python or both.")
+    kinds = tuple(dict.fromkeys((*backends, "states"))) if states else backends
+    try:
+        wanted.options(None, 0.0).refuse_impossible(kinds)
+    except BuildError as refusal:
+        raise click.UsageError(str(refusal)) from None
+    return kinds
 
 
 def _build_system(

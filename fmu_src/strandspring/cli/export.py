@@ -9,6 +9,7 @@ import click
 from ..api.exporting import Exports, refuse_package
 from ..coordinates import zero_sentence
 from ..errors import StrandspringError
+from ..exchange.c_sources import constant_bytes
 from ..exchange.modelica import LIBRARY, record_name
 from ..files import reason_of
 from ..modelfile import load_model
@@ -24,13 +25,15 @@ from .zero import origin_of, zero_option
 @click.option("--ssp", is_flag=True, help="Write an SSP system: the native FMU below a mass on a shaking base.")
 @click.option("--mass", type=FiniteRange(min=0.0, min_open=True, unit="kg"), metavar="KG", help="Mass for --ssp [kg].")
 @click.option("--modelica", is_flag=True, help="Write the Modelica library StrandSpring with a record of the spring.")
+@click.option("--c", "as_c", is_flag=True, help="Write C sources of the spring for targets without FMI.")
 @click.option(
     "-o",
     "--output",
     default="dist",
     show_default=True,
     metavar="DIR|FILE",
-    help="Folder, or file name ending in .ssv or .ssp; the Modelica library takes a folder, and keeps other springs.",
+    help="Folder, or file name ending in .ssv or .ssp; the Modelica library and C sources take a folder and keep other "
+    "springs.",
 )
 @zero_option
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object instead of text.")
@@ -40,11 +43,12 @@ def export(
     ssp: bool,
     mass: float | None,
     modelica: bool,
+    as_c: bool,
     output: str,
     zero: str | float | None,
     as_json: bool,
 ) -> None:
-    """Export a model's parameters as SSP parameter values, in an SSP system, or into a Modelica library.
+    """Export a model as SSP parameter values, in an SSP system, into a Modelica library, or as C sources.
 
     \b
     Examples:
@@ -52,15 +56,19 @@ def export(
       strandspring export spring.json --ssv -o system/resources/mount.ssv
       strandspring export spring.json --ssv --modelica -o dist
       strandspring export spring.json --ssp --mass 5
+      strandspring export spring.json --c -o firmware
     """
-    if not (ssv or ssp or modelica):
-        raise click.UsageError("Nothing to write; give --ssv, --ssp or --modelica.")
+    if not (ssv or ssp or modelica or as_c):
+        raise click.UsageError("Nothing to write; give --ssv, --ssp, --modelica or --c.")
     if ssp != (mass is not None):
         raise click.UsageError("--ssp and --mass KG go together.")
     content = load_model(model)
     # All paths are checked before anything is written.
     if modelica:
-        _check_folder(output)
+        _check_folder(output, f"The Modelica library {LIBRARY} is")
+        _refuse_package(output)
+    if as_c:
+        _check_folder(output, "The C sources are")
     exports = Exports(
         content,
         origin_of(model, zero, content.parameters),
@@ -68,15 +76,18 @@ def export(
         ssp=_output_path(output, f"{content.name}.ssp") if ssp else None,
         ssp_mass=mass,
         modelica=Path(output) if modelica else None,
+        c=Path(output) if as_c else None,
     )
-    refuse_overwriting([model], {"--ssv": exports.ssv, "--ssp": exports.ssp, "--modelica": exports.record})
+    refuse_overwriting(
+        [model], {"--ssv": exports.ssv, "--ssp": exports.ssp, "--modelica": exports.record, "--c": exports.law}
+    )
     exports.refuse_unwritable()
     with reporting() as progress:
         exports.write(progress)
     if modelica and record_name(content.name) != content.name:
         note(f"The record is named {record_name(content.name)}, because {content.name} is taken in Modelica.")
     if as_json:
-        written = {"ssv": exports.ssv, "ssp": exports.ssp, "modelica": exports.record}
+        written = {"ssv": exports.ssv, "ssp": exports.ssp, "modelica": exports.record, "c": exports.law}
         result_json(
             {
                 "model": model,
@@ -95,15 +106,20 @@ def export(
     if exports.modelica is not None:
         name = record_name(content.name)
         result(f"Modelica library: {exports.modelica / LIBRARY}, record {LIBRARY}.Records.{name}")
+    if exports.law is not None:
+        result(f"C sources: {exports.law} and what it needs; {constant_bytes() / 1000:.0f} kB of constants")
 
 
-def _check_folder(output: str) -> None:
-    """Refuse an output that cannot hold the folder of the Modelica library."""
+def _check_folder(output: str, what: str) -> None:
+    """Refuse an output that cannot hold a folder."""
     path = Path(output)
     if path.suffix and not path.is_dir():
-        raise click.UsageError(f"The Modelica library {LIBRARY} is a folder; -o must be a folder, got {output}.")
+        raise click.UsageError(f"{what} a folder; -o must be a folder, got {output}.")
+
+
+def _refuse_package(output: str) -> None:
     try:
-        refuse_package(path)
+        refuse_package(Path(output))
     except StrandspringError as refusal:
         raise click.UsageError(str(refusal)) from None
 

@@ -30,7 +30,11 @@ from .targets import FLAGS, Target
 _PACKAGE = Path(__file__).resolve().parent.parent
 PACKAGED = _PACKAGE / "compiled" / "images"
 
-FMI_HEADERS = ("fmi2FunctionTypes.h", "fmi2Functions.h", "fmi2TypesPlatform.h")
+# By version of FMI.
+FMI_HEADERS = {
+    2: ("fmi2FunctionTypes.h", "fmi2Functions.h", "fmi2TypesPlatform.h"),
+    3: ("fmi3FunctionTypes.h", "fmi3Functions.h", "fmi3PlatformTypes.h"),
+}
 
 _KEPT_FOR = 30 * 24 * 3600.0  # [s]
 
@@ -44,8 +48,9 @@ class Unit:
     name : str                  Of the library, without suffix.
     file : str                  To be compiled; it includes the others.
     parts : tuple of str        Folders of the sources, or single ones, below the package.
+    without : tuple of str      How the names of sources in these folders begin that are left out.
     flags : tuple of str        Besides those of every library.
-    fmi : bool                  Whether the headers of FMI are needed.
+    fmi : int                   The version of FMI whose headers are needed; 0: none.
     loads : bool                Whether it loads other libraries at run time.
     """
 
@@ -53,13 +58,20 @@ class Unit:
     file: str
     parts: tuple[str, ...]
     flags: tuple[str, ...] = ()
-    fmi: bool = False
+    fmi: int = 0
     loads: bool = False
+    without: tuple[str, ...] = ()
 
     def sources(self) -> dict[str, bytes]:
         """Content of each C file by its path below the package."""
         parts = [_PACKAGE / part for part in self.parts]
-        inside = [path for part in parts if part.is_dir() for path in part.iterdir() if path.suffix in (".c", ".h")]
+        inside = [
+            path
+            for part in parts
+            if part.is_dir()
+            for path in part.iterdir()
+            if path.suffix in (".c", ".h") and not path.name.startswith(self.without)
+        ]
         paths = [*inside, *(part for part in parts if not part.is_dir())]
         return {path.relative_to(_PACKAGE).as_posix(): path.read_bytes() for path in sorted(paths)}
 
@@ -71,43 +83,55 @@ class Unit:
         return f"{self.name}-{target.triple}-{digest.hexdigest()[:16]}{target.system.suffix}"
 
 
+def _core(names: str) -> tuple[str, ...]:
+    """Sources of core/c; a name without suffix stands for a source and its header."""
+    files = ((name,) if "." in name else (f"{name}.c", f"{name}.h") for name in names.split())
+    return tuple(f"core/c/{file}" for pair in files for file in pair)
+
+
 # Vectors of three are slower in pairs.
 KERNEL = Unit("kernel", "kernel/c/kernel.c", ("core/c", "kernel/c"), ("-O3", "-fno-slp-vectorize"))
 # -O3 makes it a tenth larger, and no step faster.
-FMU = Unit("spring", "core/c/all.c", ("core/c",), ("-O2", "-fvisibility=hidden"), fmi=True)
+FMU = Unit("spring", "core/c/all.c", ("core/c",), ("-O2", "-fvisibility=hidden"), fmi=2, without=("fmi3_",))
+# The same for FMI 3, whose header declares two callbacks without a prototype.
+FMU3 = Unit(
+    "spring3",
+    "core/c/fmi3_all.c",
+    ("core/c",),
+    (*FMU.flags, "-Wno-strict-prototypes"),
+    fmi=3,
+    without=("fmi2_", "all.c"),
+)
 # The binary of a Python-backed FMU, the same for all springs.
+_MESSAGES = (
+    "fmi2_api.h fmi2_calls.h fmi2_log fmi2_states.h fmu_log fmu_modes fmu_types.h spring_local.h spring_number.h"
+)
 BRIDGE = Unit(
     "bridge",
     "fmu/bridge/bridge.c",
-    ("fmu/bridge", *(f"core/c/{name}" for name in ("fmi2_api.h", "fmi2_calls.h", "fmi2_log.c", "fmi2_log.h",
-                                                   "fmi2_states.c", "fmi2_states.h", "spring_local.h",
-                                                   "spring_number.h"))),
+    ("fmu/bridge", *_core(_MESSAGES)),
     ("-O2", "-fvisibility=hidden"),
-    fmi=True,
+    fmi=2,
     loads=True,
-)  # fmt: skip
-
+)
 # The binary of the FMU of bodies on mounts, the same for all systems.
 SYSTEM = Unit(
     "system",
     "system_fmu/c/system_all.c",
     (
         "system_fmu/c",
-        *(f"core/c/{name}" for name in ("fmi2_api.h", "fmi2_arguments.c", "fmi2_arguments.h", "fmi2_bytes.c",
-                                        "fmi2_bytes.h", "fmi2_calls.h", "fmi2_fmustate.c", "fmi2_kinds.h",
-                                        "fmi2_life.c", "fmi2_life.h", "fmi2_log.c", "fmi2_log.h", "fmi2_own.h",
-                                        "fmi2_sound.h", "fmi2_states.c", "fmi2_states.h", "fmi2_tables.c",
-                                        "fmi2_tables.h", "numerics.h", "saturation.c", "saturation.h", "spline.c",
-                                        "spline.h", "spring.c", "spring.h", "spring_limits.h", "spring_local.h",
-                                        "spring_number.h")),
+        *_core(_MESSAGES),
+        *_core("fmi2_arguments fmi2_fmustate.c fmi2_life fmu_bytes fmu_kinds.h fmu_life fmu_own.h fmu_snapshots"),
+        *_core("fmu_sound.h fmu_tables numerics.h saturation saturation_index.h saturation_lookup.c spline spring"),
+        *_core("spring_library.h spring_limits.h"),
         *(f"kernel/c/{name}" for name in ("linear.c", "linear.h", "motion.c", "motion.h", "motion_parts.h",
                                           "motion_rest.c", "vectors.h")),
     ),
     ("-O2", "-fvisibility=hidden"),
-    fmi=True,
+    fmi=2,
 )  # fmt: skip
 # Those that become binaries of FMUs.
-OF_FMUS = (FMU, BRIDGE, SYSTEM)
+OF_FMUS = (FMU, FMU3, BRIDGE, SYSTEM)
 
 
 @cache
@@ -169,13 +193,13 @@ def compiled(unit: Unit, target: Target) -> bytes:
     """The image of a unit, compiled now."""
     sources = unit.sources()
     if unit.fmi:
-        sources |= {f"core/c/{name}": fmi_header(name) for name in FMI_HEADERS}
+        sources |= {f"core/c/{name}": fmi_header(name) for name in FMI_HEADERS[unit.fmi]}
     loading = target.system.loading if unit.loads else ()
     return zig.shared_library(target, sources, unit.file, unit.name, unit.flags, loading)
 
 
 def fmi_header(name: str) -> bytes:
-    """A header of FMI 2.0, which FMPy brings.
+    """A header of FMI, which FMPy brings.
 
     Raises
     ------

@@ -226,6 +226,10 @@ def _read_description(fmu: Path | str, name: str, parameters: Mapping[str, float
         description = fmpy.read_model_description(str(fmu))
     except Exception as problem:  # FMPy raises plain exceptions
         raise CosimulationError(f"{fmu} cannot be read as an FMU: {str(problem).strip()}") from None
+    if description.fmiVersion != "2.0":
+        raise CosimulationError(
+            f"{fmu} is an FMU of FMI {description.fmiVersion}, but this needs FMI 2.0: build it without --fmi 3."
+        )
     variables = {v.name for v in description.modelVariables}
     for missing in ("displacement", *Response._fields):
         if missing not in variables:

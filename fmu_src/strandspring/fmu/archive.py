@@ -16,6 +16,9 @@ from ..files import replacing
 from ..modelfile import ModelFile
 from .documentation import documentation_page
 
+# By version of FMI.
+_ICONS = {2: "model.png", 3: "terminalsAndIcons/icon.png"}
+_TYPES_OF_PLATFORM = {2: "fmi2TypesPlatform.h", 3: "fmi3PlatformTypes.h"}
 # The earliest time a zip archive can hold.
 _TIMESTAMP = (1980, 1, 1, 0, 0, 0)
 
@@ -45,21 +48,25 @@ def common_contents(
     others: tuple[str, ...] = (),
     platforms: tuple[str, ...] | None = None,
     with_states: bool = False,
+    fmi: int = 2,
+    left_out: frozenset[str] = frozenset(),
 ) -> dict[str, bytes]:
     """Description, icon, documentation and licences by their path in the FMU.
 
     The model's displacement is counted from `zero` [m]. `others` are the distributions of which the FMU holds parts,
-    besides ours; `platforms` are those of a native FMU, which may be the form with states.
+    besides ours; `platforms` are those of a native FMU, which may be the form with states, and `left_out` the variables
+    that it does not have.
     """
+    page = documentation_page(model, zero, platforms, with_states, fmi, left_out)
     contents = {
         "modelDescription.xml": description,
-        "model.png": (files(__package__) / "assets" / "model.png").read_bytes(),
-        "documentation/index.html": documentation_page(model, zero, platforms, with_states).encode("utf-8"),
+        _ICONS[fmi]: (files(__package__) / "assets" / "model.png").read_bytes(),
+        "documentation/index.html": page.encode("utf-8"),
     }
-    return {**contents, **licences(others)}
+    return {**contents, **licences(others, fmi)}
 
 
-def licences(others: tuple[str, ...]) -> dict[str, bytes]:
+def licences(others: tuple[str, ...], fmi: int = 2) -> dict[str, bytes]:
     """Our licence and those of what else an FMU holds parts of, FMI and other distributions, by path in the FMU.
 
     Raises
@@ -69,13 +76,18 @@ def licences(others: tuple[str, ...]) -> dict[str, bytes]:
     # FMI takes license.txt as the entry point.
     names = {"strandspring": "license", **{other: other for other in others}}
     texts = {name: _licence(distribution) for distribution, name in names.items()}
-    texts["fmi-headers"] = _licence_of_headers()
+    texts["fmi-headers"] = _licence_of_headers(fmi)
     return {f"documentation/licenses/{name}.txt": text.encode("utf-8") for name, text in texts.items() if text}
 
 
-def fmu_path(directory: str | Path, name: str, backend: str) -> Path:
-    """Where the FMU of a model of this name is written; all kinds may be written into one folder."""
-    return Path(directory) / f"{name}{'' if backend == 'native' else f'_{backend}'}.fmu"
+def fmu_name(name: str, backend: str, fmi: int = 2) -> str:
+    """The name of the FMU of a model of this name; all kinds may be written into one folder."""
+    return f"{name}{'' if fmi == 2 else f'_fmi{fmi}'}{'' if backend == 'native' else f'_{backend}'}"
+
+
+def fmu_path(directory: str | Path, name: str, backend: str, fmi: int = 2) -> Path:
+    """Where this FMU is written."""
+    return Path(directory) / f"{fmu_name(name, backend, fmi)}.fmu"
 
 
 def write_archive(path: Path, contents: Mapping[str, bytes]) -> Path:
@@ -97,9 +109,9 @@ def binary_sizes(fmu: Path) -> dict[str, int]:
     return {path[1]: size for path, size in parts if path[0] == "binaries"}
 
 
-def _licence_of_headers() -> str:
+def _licence_of_headers(fmi: int) -> str:
     """The copyright notice and the licence, which stand in the first comment of each header of FMI."""
-    header = fmi_header("fmi2TypesPlatform.h").decode("utf-8")
+    header = fmi_header(_TYPES_OF_PLATFORM[fmi]).decode("utf-8")
     found = re.search(r"Copyright .*?(?=\s*-*\s*\*/)", header, flags=re.DOTALL)
     if found is None:
         raise BuildError(f"The headers of fmpy {installed_version('fmpy')} hold no licence; install another fmpy.")

@@ -14,7 +14,6 @@ from typing import Any
 
 import fmpy
 import numpy as np
-from fmpy.fmi2 import FMU2Model, FMU2Slave
 from fmpy.model_description import ModelDescription
 from fmpy.validation import validate_fmu
 
@@ -26,7 +25,7 @@ from ..kernel.arrays import FloatArray
 from ..kernel.path import PathSolver
 from ..scratch import TemporaryFolder
 from .archive import binary_sizes
-from .fmpy_host import library_path
+from .fmpy_host import MODELS, SLAVES, library_path
 from .native.platforms import host_folder
 from .papers import STEP, slow_cycles
 
@@ -104,7 +103,7 @@ def examine_fmu(path: Path) -> CheckReport:
     displacement = slow_cycles(parameters)
     solver = PathSolver(parameters)
     expected = np.array([solver.force(displacement), solver.absorbed_energy(displacement)]).T
-    return compare_run(path, displacement, expected)
+    return compare_run(path, displacement, expected[:, : len(_references(description)[1])])
 
 
 def compare_run(path: Path, displacement: FloatArray, expected: FloatArray) -> CheckReport:
@@ -113,19 +112,19 @@ def compare_run(path: Path, displacement: FloatArray, expected: FloatArray) -> C
     Parameters
     ----------
     path : Path
-    displacement : ndarray, shape (K,)   [m].
-    expected : ndarray, shape (K, 2)     Force [N] and absorbed energy [J].
+    displacement : ndarray, shape (K,)        [m].
+    expected : ndarray, shape (K, 1 or 2)     Force [N] and, if the FMU has it, absorbed energy [J].
     """
-    not_run = why_not_here(path)
+    description = fmpy.read_model_description(str(path))
+    not_run = why_not_here(path, _fmi(description))
     if not_run:
         return CheckReport(path, (), not_run)
-    description = fmpy.read_model_description(str(path))
-    with_states = description.numberOfContinuousStates > 0
+    with_states = bool(description.derivatives)
     interfaces = {} if description.coSimulation is None else {"co-simulation": _by_steps}
     if description.modelExchange is not None:
         interfaces["model exchange"] = _by_states if with_states else _by_solver
     problems: tuple[str, ...] = ()
-    differences = np.zeros(2)
+    differences = np.zeros(expected.shape[1])
     seconds = 0.0
     try:
         # An interrupt inside a Python-backed FMU would be taken for its fault.
@@ -142,7 +141,7 @@ def compare_run(path: Path, displacement: FloatArray, expected: FloatArray) -> C
     except Exception as problem:  # FMPy raises plain exceptions
         return CheckReport(path, (f"It cannot be run: {problem}",))
     largest = np.max(np.abs(expected), axis=0)
-    for name, unit, difference, scale in zip(OUTPUTS, ("N", "J"), differences.tolist(), largest.tolist(), strict=True):
+    for name, unit, difference, scale in zip(OUTPUTS, ("N", "J"), differences.tolist(), largest.tolist(), strict=False):
         # Written so that NaN is a problem.
         if not difference <= FORCE_TOLERANCE * scale:
             problems += (f"Its {name} must be that of the model, but differs by up to {difference:.3g} {unit}.",)
@@ -151,16 +150,34 @@ def compare_run(path: Path, displacement: FloatArray, expected: FloatArray) -> C
 
 def described_spring(description: ModelDescription) -> SpringParameters:
     """The spring whose parameters are the start values in a model description."""
-    start = {v.name: float(v.start) for v in description.modelVariables if v.causality == "parameter"}
+    start = {
+        name: value
+        for v in description.modelVariables
+        if v.causality == "parameter"
+        for name, value in _scalars(v.name, str(v.start).split(), bool(v.dimensions)).items()
+    }
     counts = (sum(name.startswith(k) for name in start) for k in ("kE_", "kA_", "FE_knots_"))
     return spring_parameters(start, *counts)
 
 
+def _scalars(name: str, values: list[str], is_array: bool) -> dict[str, float]:
+    """Values by the names that they have in FMI 2.0, where elements of arrays are variables."""
+    return {f"{name}_{i}" if is_array else name: float(value) for i, value in enumerate(values)}
+
+
+def _fmi(description: ModelDescription) -> int:
+    """The version of FMI, 2 or 3."""
+    return int(description.fmiVersion[0])
+
+
 @contextmanager
-def running(path: Path, kind: type = FMU2Slave) -> Iterator[Any]:
-    """An instance of the FMU, before its initialization, as FMPy's FMU2Slave or FMU2Model."""
+def running(path: Path, model_exchange: bool = False) -> Iterator[Any]:
+    """An instance of the FMU, before its initialization, as FMPy's FMU2Slave or FMU2Model, or with their methods."""
     description = fmpy.read_model_description(str(path))
-    interface = description.modelExchange if kind is FMU2Model else description.coSimulation
+    fmi = _fmi(description)
+    kind, interface = (
+        (MODELS[fmi], description.modelExchange) if model_exchange else (SLAVES[fmi], description.coSimulation)
+    )
     with TemporaryFolder() as place:
         folder = str(place)
         fmpy.extract(str(path), unzipdir=folder)
@@ -169,7 +186,7 @@ def running(path: Path, kind: type = FMU2Slave) -> Iterator[Any]:
             unzipDirectory=folder,
             modelIdentifier=interface.modelIdentifier,
             instanceName="check",
-            libraryPath=library_path(folder, interface.modelIdentifier),
+            libraryPath=library_path(folder, interface.modelIdentifier, fmi),
         )
         one.instantiate()
         try:
@@ -179,7 +196,7 @@ def running(path: Path, kind: type = FMU2Slave) -> Iterator[Any]:
 
 
 def _by_steps(path: Path, description: ModelDescription, displacement: FloatArray) -> tuple[FloatArray, float]:
-    """Force [N] and absorbed energy [J], shape (K, 2), and time [s] of a run by co-simulation."""
+    """Force [N] and absorbed energy [J], shape (K, 1 or 2), and time [s] of a run by co-simulation."""
     given, outputs = _references(description)
     with running(path) as slave:
         found = _initialized(slave, given, outputs, float(displacement[0]))
@@ -196,7 +213,7 @@ def _by_steps(path: Path, description: ModelDescription, displacement: FloatArra
 def _by_solver(path: Path, description: ModelDescription, displacement: FloatArray) -> tuple[FloatArray, float]:
     """The same by model exchange, as a solver does that accepts every sample."""
     given, outputs = _references(description)
-    with running(path, FMU2Model) as model:
+    with running(path, model_exchange=True) as model:
         found = _initialized(model, given, outputs, float(displacement[0]))
         _continue(model)
         began = time.perf_counter()
@@ -223,7 +240,7 @@ def _by_states(path: Path, description: ModelDescription, displacement: FloatArr
     omega = PathSolver(parameters).omega(displacement)
     velocity = np.sign(np.diff(displacement, prepend=displacement[0]))
     found_rates = [[0.0, 0.0]]
-    with running(path, FMU2Model) as model:
+    with running(path, model_exchange=True) as model:
         found = _initialized(model, given, outputs, float(displacement[0]))
         _continue(model)
         began = time.perf_counter()
@@ -254,7 +271,7 @@ def _by_states(path: Path, description: ModelDescription, displacement: FloatArr
 
 def _references(description: ModelDescription) -> tuple[list[int], list[int]]:
     references = {v.name: v.valueReference for v in description.modelVariables}
-    return [references["displacement"]], [references[name] for name in OUTPUTS]
+    return [references["displacement"]], [references[name] for name in OUTPUTS if name in references]
 
 
 def _initialized(one: Any, given: list[int], outputs: list[int], displacement: float) -> list[float]:
@@ -274,9 +291,9 @@ def _continue(model: Any) -> None:
     model.enterContinuousTimeMode()
 
 
-def why_not_here(path: Path) -> str | None:
-    """Why this computer cannot run the FMU."""
-    if host_folder() in binary_sizes(path):
+def why_not_here(path: Path, fmi: int = 2) -> str | None:
+    """Why this computer cannot run an FMU of a version of FMI."""
+    if host_folder(fmi) in binary_sizes(path):
         return None
     computer = f"{platform.system()} {platform.machine().lower()}"
     return f"The FMU has no binary for this computer ({computer}), so it was not run."

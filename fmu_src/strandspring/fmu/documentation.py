@@ -10,19 +10,27 @@ from markupsafe import Markup
 
 from ..core.variables import start_values, variables
 from ..modelfile import ModelFile
+from .array_variables import StartValue, array_values, array_variables
 from .check_plot import loops_svg
 
 
 def documentation_page(
-    model: ModelFile, zero: float, platforms: tuple[str, ...] | None, with_states: bool = False
+    model: ModelFile,
+    zero: float,
+    platforms: tuple[str, ...] | None,
+    with_states: bool = False,
+    fmi: int = 2,
+    left_out: frozenset[str] = frozenset(),
 ) -> str:
     """HTML of one file: model, variables, behaviour, fit, provenance; the same arguments give the same text.
 
     The model's displacement is counted from `zero` [m]. `platforms` are those of a native FMU; None stands for a
-    Python-backed one, `with_states` for the form of a native one that has continuous states.
+    Python-backed one, `with_states` for the form of a native one that has continuous states, `fmi` for the version,
+    and `left_out` holds variables that the FMU does not have.
     """
     spring = model.parameters
-    start = start_values(spring, with_states)
+    start = (start_values if fmi == 2 else array_values)(spring, with_states)
+    table = (variables if fmi == 2 else array_variables)(*spring.counts, with_states=with_states)
     template = Environment(
         autoescape=True, trim_blocks=True, lstrip_blocks=True, undefined=StrictUndefined
     ).from_string((files(__package__) / "assets" / "documentation.html.j2").read_text(encoding="utf-8"))
@@ -33,7 +41,8 @@ def documentation_page(
         native=platforms is not None,
         with_states=with_states,
         platforms=platforms,
-        variables=[(v, start.get(v.name)) for v in variables(*spring.counts, with_states=with_states)],
+        fmi=fmi,
+        variables=[(v, _start(start.get(v.name))) for v in table if v.name not in left_out],
         # The SVG is made by ElementTree from numbers and fixed text.
         plot=Markup(loops_svg(spring)),  # noqa: S704
         facts={
@@ -42,6 +51,12 @@ def documentation_page(
             "Provenance": flat(model.provenance),
         },
     )
+
+
+def _start(value: StartValue | None) -> str:
+    if value is None:
+        return ""
+    return ", ".join(f"{one:.9g}" for one in (value if isinstance(value, tuple) else (value,)))
 
 
 def flat(content: Any, name: str = "") -> list[tuple[str, str]]:

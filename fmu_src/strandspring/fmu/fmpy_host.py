@@ -1,17 +1,52 @@
-"""The library of an FMU that FMPy must load on this computer.
+"""FMPy's instances of FMUs: the library that it must load on this computer, and one set of names for both versions.
 
-FMPy assumes that every computer has an x86 processor, so the path of the library is always given to it.
+FMPy assumes for FMI 2.0 that every computer has an x86 processor, so the path of the library is always given to it.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import fmpy
+from fmpy.fmi2 import FMU2Model, FMU2Slave
+from fmpy.fmi3 import FMU3Model, FMU3Slave
 
 from .native.platforms import host_folder
 
 
-def library_path(unzipped: str, model_identifier: str) -> str:
+def library_path(unzipped: str, model_identifier: str, fmi: int = 2) -> str:
     """The shared library of an unzipped FMU for this computer; FMPy raises if there is none."""
-    return str(Path(unzipped, "binaries", str(host_folder()), f"{model_identifier}{fmpy.sharedLibraryExtension}"))
+    return str(Path(unzipped, "binaries", str(host_folder(fmi)), f"{model_identifier}{fmpy.sharedLibraryExtension}"))
+
+
+class _NamesOfFmi2:
+    """Calls of FMI 3.0 under the names that FMPy gives those of FMI 2.0."""
+
+    def setupExperiment(self, startTime: float) -> None:  # noqa: N802
+        """Nothing: the start time is an argument of the next call, by default 0."""
+        if startTime != 0.0:
+            raise ValueError(f"the start time must be 0, got {startTime}")
+
+    def setReal(self: Any, references: Sequence[int], values: Sequence[float]) -> None:  # noqa: N802
+        """fmi3SetFloat64."""
+        self.setFloat64(references, values)
+
+    def getReal(self: Any, references: Sequence[int]) -> list[float]:  # noqa: N802
+        """fmi3GetFloat64."""
+        return list(self.getFloat64(references))
+
+
+class _Slave3(_NamesOfFmi2, FMU3Slave):  # type: ignore[misc]
+    pass
+
+
+class _Model3(_NamesOfFmi2, FMU3Model):  # type: ignore[misc]
+    newDiscreteStates = FMU3Model.updateDiscreteStates
+    getDerivatives = FMU3Model.getContinuousStateDerivatives
+
+
+# By version of FMI.
+SLAVES = {2: FMU2Slave, 3: _Slave3}
+MODELS = {2: FMU2Model, 3: _Model3}

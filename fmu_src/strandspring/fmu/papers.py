@@ -37,7 +37,6 @@ RELATED = "extra/org.fmi-standard.fmi-ls-ref"
 STIMULI, REFERENCE = f"{RELATED}/stimuli.csv", f"{RELATED}/reference.csv"
 # Of the FMU of a system.
 SYSTEM_STIMULI, SYSTEM_REFERENCE = (f"resources/strandspring/{name}.csv" for name in ("stimuli", "reference"))
-REFERENCE_OUTPUTS = ("force", "stiffness", "absorbed_energy")
 STEP = 1e-3  # of the experiment [s]
 _LAYERED = "http://fmi-standard.org/fmi-ls-manifest"
 _VARIED = ("kappa_omega", "rho", "sigma", "n")
@@ -73,8 +72,8 @@ def papers(of_record: ModelFile, settings: BuildSettings) -> dict[str, bytes]:
     of_record : ModelFile   In the record's coordinates.
     settings : BuildSettings
     """
-    related = dict(_related(of_record, settings.zero, settings.backend == "states"))
-    build = {"format": "strandspring-build", "version": __version__, **asdict(settings)}
+    related = dict(_related(of_record, settings))
+    build = {"format": "strandspring-build", "version": __version__, **settings.stored()}
     return {
         MODEL_IN_FMU: of_record.to_json().encode("utf-8"),
         BUILD: (json.dumps(build, indent=2, ensure_ascii=False) + "\n").encode("utf-8"),
@@ -94,12 +93,23 @@ class BuildSettings:
     zero : float                  Displacement of the record at which that of the FMU is 0 [m].
     author : str
     needs_execution_tool : bool   Of the Python-backed FMU.
+    fmi : int                     Version of FMI, 2 or 3.
+    real_time : bool              Whether nothing is allocated after instantiation.
+    no_energy : bool              Whether the output absorbed_energy is left out.
     """
 
     backend: str
     zero: float
     author: str
     needs_execution_tool: bool = False
+    fmi: int = 2
+    real_time: bool = False
+    no_energy: bool = False
+
+    def stored(self) -> dict[str, Any]:
+        """What an FMU says of them: those that came later only where they are not as before."""
+        given = asdict(self)
+        return {name: value for name, value in given.items() if name not in _LATER or value != _LATER[name]}
 
     @classmethod
     def of_fmu(cls, fmu: Path) -> BuildSettings:
@@ -112,13 +122,18 @@ class BuildSettings:
         text = text_in_fmu(fmu, BUILD)
         try:
             content = json.loads(text)
-            settings = cls(**{field.name: content[field.name] for field in fields(cls)})
+            settings = cls(**{field.name: ({**_LATER, **content})[field.name] for field in fields(cls)})
             types = [type(value).__name__ for value in astuple(settings)]
         except (ValueError, RecursionError, KeyError, TypeError):
             types = []
-        if types != [field.type for field in fields(cls)] or not abs(settings.zero) <= LARGEST_DISPLACEMENT:
+        is_sound = types == [field.type for field in fields(cls)] and settings.fmi in (2, 3)
+        if not is_sound or not abs(settings.zero) <= LARGEST_DISPLACEMENT:
             raise ModelError(f"{fmu}: {BUILD} is damaged; build the FMU from its model file again.")
         return settings
+
+
+# Settings that FMUs of before do not have.
+_LATER: Mapping[str, Any] = {"fmi": 2, "real_time": False, "no_energy": False}
 
 
 def model_version(of_record: ModelFile) -> str:
@@ -146,9 +161,10 @@ def slow_cycles(parameters: SpringParameters) -> FloatArray:
     return np.asarray(start + np.where(swing > 0.0, (high - start) * swing, (start - low) * swing), dtype=np.float64)
 
 
-def _related(of_record: ModelFile, zero: float, with_states: bool) -> Iterator[tuple[str, Related]]:
+def _related(of_record: ModelFile, settings: BuildSettings) -> Iterator[tuple[str, Related]]:
     """The related files by their name."""
-    spring = counted_from(zero, of_record.parameters)
+    with_states = settings.backend == "states"
+    spring = counted_from(settings.zero, of_record.parameters)
     path = slow_cycles(spring)
     solver = PathSolver(spring)
     time: FloatArray = STEP * np.arange(path.size, dtype=np.float64)
@@ -159,11 +175,13 @@ def _related(of_record: ModelFile, zero: float, with_states: bool) -> Iterator[t
         inputs["velocity"] = np.gradient(path, STEP)
     yield "stimuli.csv", Related(_table(("time", *inputs), time, *inputs.values()), "text/csv", "testcase",
                                  "Inputs of the experiment")  # fmt: skip
-    answers = (solver.force(path), solver.stiffness(path), solver.absorbed_energy(path))
-    yield "reference.csv", Related(_table(("time", *REFERENCE_OUTPUTS), time, *answers), "text/csv", "result",
+    answers = {"force": solver.force(path), "stiffness": solver.stiffness(path)}
+    if not settings.no_energy:
+        answers["absorbed_energy"] = solver.absorbed_energy(path)
+    yield "reference.csv", Related(_table(("time", *answers), time, *answers.values()), "text/csv", "result",
                                    "Reference result of the experiment")  # fmt: skip
     for name, (variant, about) in _variants(spring, of_record.uncertainty).items():
-        text = parameter_values(ModelFile(of_record.name, variant, about), with_states)
+        text = parameter_values(ModelFile(of_record.name, variant, about), with_states, settings.fmi)
         yield f"{name}.ssv", Related(text.encode("utf-8"), "application/x-ssp-parameter-set", "parameter", about)
     if of_record.uncertainty:
         text = json.dumps(of_record.uncertainty, indent=2, ensure_ascii=False, allow_nan=False) + "\n"

@@ -17,7 +17,8 @@ from ..core.facade import INSIDE_FMU
 from ..errors import BuildError
 from ..modelfile import ModelFile
 from .archive import common_contents, content_guid, fmu_path, installed_version, write_archive
-from .description import Backend, model_description
+from .description import model_description
+from .description_content import Backend
 from .native.platforms import Platform, binaries, default_platforms
 from .papers import BuildSettings, model_version, papers, sealed
 

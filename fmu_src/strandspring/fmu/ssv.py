@@ -1,7 +1,8 @@
-"""Parameter values of SSP 1.0 (System Structure Parameter Values, SSV), named as the FMU's parameters.
+"""Parameter values of SSP (System Structure Parameter Values, SSV), named as the FMU's parameters.
 
 Tools for systems of FMUs apply such a file to a spring FMU with the same number of coefficients, so another
-identification of the same mount needs no new FMU. Displacement is counted from the same zero as in the FMU.
+identification of the same mount needs no new FMU. Displacement is counted from the same zero as in the FMU. For FMI 2.0
+they are those of SSP 1.0; the arrays of FMI 3.0 need SSP 2.0.
 """
 
 from __future__ import annotations
@@ -12,30 +13,40 @@ from xml.etree.ElementTree import Element, SubElement, indent, tostring
 from .._version import __version__
 from ..core.variables import Unit, start_values, units, variables
 from ..modelfile import ModelFile
+from .array_variables import StartValue, array_units, array_values, array_variables
 
 _NAMESPACE = "http://ssp-standard.org/SSP1/SystemStructure"
 
 # Name, description, unit and value of a parameter.
-Row = tuple[str, str, str, float]
+Row = tuple[str, str, str | None, StartValue]
+
+# The element of a value, by version of SSP.
+_REAL = {1: "Real", 2: "Float64"}
 
 
-def parameter_values(model: ModelFile, with_states: bool = False) -> str:
+def parameter_values(model: ModelFile, with_states: bool = False, fmi: int = 2) -> str:
     """XML of an SSV file with every settable variable of the model's FMU; the same model gives the same text."""
     spring = model.parameters
+    if fmi == 3:
+        values = array_values(spring, with_states)
+        arrays = array_variables(*spring.counts, with_states=with_states)
+        settable = [(v.name, v.description, v.unit, values[v.name]) for v in arrays if v.name in values]
+        known = array_units(*spring.counts, with_states=with_states)
+        return parameter_set(model.name, model.description, settable, known, ssp=2)
     start = start_values(spring, with_states)
     table = variables(*spring.counts, with_states=with_states)
-    rows = [(v.name, v.description, str(v.unit), start[v.name]) for v in table if v.name in start]
+    rows = [(v.name, v.description, v.unit, start[v.name]) for v in table if v.name in start]
     return parameter_set(model.name, model.description, rows, units(*spring.counts[:2], with_states=with_states))
 
 
-def parameter_set(name: str, about: str, rows: Iterable[Row], known: Iterable[Unit]) -> str:
-    """XML of an SSV file with these parameters, whose units are among those known."""
+def parameter_set(name: str, about: str, rows: Iterable[Row], known: Iterable[Unit], ssp: int = 1) -> str:
+    """XML of an SSV file with these parameters, whose units are among those known, by a version of SSP."""
     root = Element(
         "ssv:ParameterSet",
         {
             "xmlns:ssv": f"{_NAMESPACE}ParameterValues",
             "xmlns:ssc": f"{_NAMESPACE}Common",
-            "version": "1.0",
+            "version": f"{ssp}.0",
             "name": name,
             **({"description": about} if about else {}),
             "generationTool": f"strandspring {__version__}",
@@ -45,8 +56,12 @@ def parameter_set(name: str, about: str, rows: Iterable[Row], known: Iterable[Un
     used = set()
     for variable, description, unit, value in rows:
         parameter = SubElement(parameters, "ssv:Parameter", {"name": variable, "description": description})
+        elements = value if isinstance(value, tuple) else (value,)
         # repr represents every float exactly.
-        SubElement(parameter, "ssv:Real", {"value": repr(value), "unit": unit})
+        attributes = {"value": " ".join(map(repr, elements)), **({} if unit is None else {"unit": unit})}
+        SubElement(parameter, f"ssv:{_REAL[ssp]}", attributes)
+        if isinstance(value, tuple):
+            SubElement(parameter, "ssc:Dimension", {"size": str(len(value))})
         used.add(unit)
     definitions = SubElement(root, "ssv:Units")
     for symbol in known:

@@ -120,7 +120,9 @@ def _against_reference(path: Path, contents: dict[str, bytes]) -> list[Finding]:
     if SYSTEM_REFERENCE in contents:
         return _against_table(path, contents)
     try:
-        stimuli, expected = _columns(contents[STIMULI], "displacement"), _columns(contents[REFERENCE], *OUTPUTS)
+        stimuli, reference = _columns(contents[STIMULI], "displacement"), _whole(contents[REFERENCE])
+        columns = [reference["force"], *(reference[name] for name in OUTPUTS[1:] if name in reference)]
+        expected = np.transpose(columns)
     except (KeyError, TypeError, ValueError, csv.Error):
         stimuli = expected = np.empty((0, 1))
     displacement = stimuli[:, 0]

@@ -81,7 +81,7 @@ class MotionSolver:
         axes: FloatArray,
         points: FloatArray,
     ) -> None:
-        laws = {spring: Law(spring, moments=True) for spring in dict.fromkeys(springs)}
+        laws = {spring: Law(spring, energies=True) for spring in dict.fromkeys(springs)}
         self._laws = tuple(laws.values())  # kept alive
         self._bodies, self._mounts, self._points = floats(bodies), floats(mounts), floats(points)
         self._axes = np.zeros((len(springs), 1 + AXIS))
@@ -202,7 +202,6 @@ class MotionSolver:
         return MotionFigures(int(steps), of_points, of_axes, of_bodies, energies)
 
     def _system(self, channels: FloatArray) -> NDArray[np.uint64]:
-        self._channels = channels
         system = np.zeros(_SYSTEM, dtype=np.uint64)
         parts = (self._bodies, self._mounts, self._axes, self._points, channels)
         system[:5] = [len(part) for part in parts]

@@ -41,12 +41,12 @@ class Law:
     Parameters
     ----------
     parameters : SpringParameters
-    moments : bool                  Whether energies will be asked for.
+    energies : bool                  Whether energies will be asked for.
     """
 
-    def __init__(self, parameters: SpringParameters, moments: bool = False) -> None:
+    def __init__(self, parameters: SpringParameters, energies: bool = False) -> None:
         kernel, p = library(), parameters
-        self._table = table(p.n, p.sigma, moments=moments)
+        self._table = table(p.n, p.sigma, energies=energies)
         self._memory = np.empty(kernel.kernel_law_size() // 8)
         kernel.kernel_prepare(self.address, packed(p), self._table.address)
 
@@ -98,6 +98,6 @@ class PathSolver:
         path = floats(path)
         found = np.empty_like(path)
         results = [address(found) if k == which else None for k in range(4)]
-        law = Law(self.parameters, moments=True) if which == 3 else self._law
+        law = Law(self.parameters, energies=True) if which == 3 else self._law
         library().spring_path(law.address, path.size, address(path), omega_start, *results)
         return found

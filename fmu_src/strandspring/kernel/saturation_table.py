@@ -12,22 +12,22 @@ import numpy as np
 from .arrays import FloatArray, address, floats
 from .library import library
 
-_WITH_DERIVATIVES, _WITH_MOMENTS, _COARSE = 1, 2, 4  # as in saturation.h
+_WITH_DERIVATIVES, WITH_ENERGIES, _COARSE = 1, 2, 4  # as in saturation.h
 
 
 class Table:
-    """W and its inverse for one pair (n, sigma); some 250 kB, made in a third of a millisecond.
+    """W and its inverse for one pair (n, sigma); some 160 kB, made in a third of a millisecond.
 
     Parameters
     ----------
     n, sigma : float     Within the bounds of `SpringParameters`.
     derivatives : bool   Tabulate the derivatives by n and sigma too, for `omega_with_derivatives`.
-    moments : bool       Tabulate what absorbed energies need.
+    energies : bool       Tabulate what absorbed energies need.
     coarse : bool        To 1e-8 only, in a quarter of the time.
     """
 
     def __init__(
-        self, n: float, sigma: float, derivatives: bool = False, moments: bool = False, coarse: bool = False
+        self, n: float, sigma: float, derivatives: bool = False, energies: bool = False, coarse: bool = False
     ) -> None:
         kernel = library()
         self.n = n
@@ -37,7 +37,7 @@ class Table:
             self.address,
             n,
             sigma,
-            _WITH_DERIVATIVES * derivatives + _WITH_MOMENTS * moments + _COARSE * coarse,
+            _WITH_DERIVATIVES * derivatives + WITH_ENERGIES * energies + _COARSE * coarse,
         )
 
     @property
@@ -60,9 +60,9 @@ class Table:
         return xi
 
 
-def table(n: float, sigma: float, derivatives: bool = False, moments: bool = False, coarse: bool = False) -> Table:
+def table(n: float, sigma: float, derivatives: bool = False, energies: bool = False, coarse: bool = False) -> Table:
     """The table of a pair (n, sigma), which springs share."""
-    return _shared(n, sigma, derivatives, moments, coarse)
+    return _shared(n, sigma, derivatives, energies, coarse)
 
 
 _shared = lru_cache(maxsize=16)(Table)

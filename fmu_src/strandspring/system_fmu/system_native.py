@@ -12,7 +12,8 @@ from pathlib import Path
 
 from ..compiled.images import FMI_HEADERS, SYSTEM, fmi_header
 from ..fmu.archive import content_guid, installed_version, licences, write_archive
-from ..fmu.description import Backend, Content, described
+from ..fmu.description import described
+from ..fmu.description_content import Backend, Content
 from ..fmu.native.platforms import Platform, binaries, default_platforms
 from ..fmu.papers import sealed
 from ..modelfile import identifier
@@ -107,4 +108,4 @@ def _version(block: SystemBlock) -> str:
 
 def _fixed_sources() -> dict[str, bytes]:
     """The C files that are the same for every system, by path."""
-    return {**SYSTEM.sources(), **{f"core/c/{name}": fmi_header(name) for name in FMI_HEADERS}}
+    return {**SYSTEM.sources(), **{f"core/c/{name}": fmi_header(name) for name in FMI_HEADERS[SYSTEM.fmi]}}

@@ -5,21 +5,13 @@
  * log, what is read is finite, copies made by states go on alike, and made-up states do no harm. */
 #include "../fuzz.h"
 
-#ifdef __SANITIZE_ADDRESS__
-#include <sanitizer/common_interface_defs.h>
-#else
-#define __sanitizer_set_death_callback(callback) (void)(callback)
-#endif
 #include <float.h>
 #include <math.h>
-#include <signal.h>
-#include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <unistd.h>
 
-enum { RUN = 50, LONGEST_RUN = 240 /* [s] */, INSTANCES = 3, KEPT = 4, MOST_REFERENCES = 40 };
+enum { INSTANCES = 3, KEPT = 4, MOST_REFERENCES = 40 };
 
 typedef struct {
     fmi2Component component;
@@ -33,61 +25,13 @@ typedef struct {
     Twin twin;
 } Kept;
 
-Statistics statistics;
-int tracing;
 #define NAMED(name) #name,
 const char *const call_names[CALL_COUNT] = {CALLS(NAMED)};
 #undef NAMED
 
 static System systems[INSTANCES];
 static Kept kept[KEPT];
-static unsigned long long seed;
 static size_t size_of_states;
-
-/* ---- of main.c ------------------------------------------------------------------------------------------------------ */
-
-void trace(const char *format, ...)
-{
-    va_list arguments;
-    if (!tracing)
-        return;
-    va_start(arguments, format);
-    vfprintf(stderr, format, arguments);
-    va_end(arguments);
-    fputc('\n', stderr);
-}
-
-static void print_seed(void)
-{
-    fprintf(stderr, "It happens with the seed %llu.\n", seed);
-}
-
-void __ubsan_on_report(void);
-void __ubsan_on_report(void)
-{
-    print_seed();
-}
-
-static void too_long(int signal_number)
-{
-    static const char text[] = "A run does not end.\n";
-    (void)signal_number;
-    (void)!write(STDERR_FILENO, text, sizeof text - 1);
-    print_seed();
-    abort();
-}
-
-void fail(const char *file, int line, const char *format, ...)
-{
-    va_list arguments;
-    va_start(arguments, format);
-    fprintf(stderr, "%s:%d: ", file, line);
-    vfprintf(stderr, format, arguments);
-    va_end(arguments);
-    fputc('\n', stderr);
-    print_seed();
-    _exit(1);
-}
 
 /* What bytes.c asks for. */
 size_t state_size(void)
@@ -503,7 +447,6 @@ static void compare_copies(System *of)
 static void run(long sequences)
 {
     long begun = 0;
-    random_seed(seed);
     for (int alive = 0; begun < sequences || alive > 0;) {
         System *of = systems + below(INSTANCES);
         carelessness = chance(60) ? 0 : 15;
@@ -539,17 +482,8 @@ int main(int count, char **arguments)
 {
     if (count < 3)
         return 2;
-    seed = strtoull(arguments[1], NULL, 10);
-    long sequences = atol(arguments[2]);
     tracing = count > 3 && strcmp(arguments[count - 1], "trace") == 0;
-    __sanitizer_set_death_callback(print_seed);
-    signal(SIGALRM, too_long);
-    while (statistics.sequences < sequences) {
-        long left = sequences - statistics.sequences;
-        alarm(LONGEST_RUN);
-        run(left < RUN ? left : RUN);
-        seed++;
-    }
+    do_runs(arguments[1], atol(arguments[2]), run);
     printf("{\n");
     print_counts("done", statistics.done);
     print_counts("discarded", statistics.discarded);

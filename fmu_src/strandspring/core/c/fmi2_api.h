@@ -15,4 +15,7 @@ fmi2GetRealTYPE fmi2GetReal;
 fmi2SetRealTYPE fmi2SetReal;
 #endif
 
+#define FMI_PREFIX "fmi2"
+#define FMI_ERROR fmi2Error
+
 #endif

@@ -2,7 +2,8 @@
 #ifndef FMI2_ARGUMENTS_H
 #define FMI2_ARGUMENTS_H
 
-#include "fmi2_own.h"
+#include "fmi2_states.h"
+#include "fmu_own.h"
 
 /* Value references must be those of variables of one type. */
 #define FMU_REQUIRE_VARIABLES(instance, call, references, count, values, type) \
@@ -25,6 +26,6 @@ static inline size_t fmu_first_of_other_type(
     return i;
 }
 
-SPRING_LOCAL fmi2Status fmu_refuse_type(const Instance *instance, fmi2ValueReference reference, VariableType expected);
+SPRING_COLD fmi2Status fmu_refuse_type(const Instance *instance, fmi2ValueReference reference, VariableType expected);
 
 #endif

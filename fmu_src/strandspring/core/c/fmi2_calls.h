@@ -4,9 +4,7 @@
 #define FMI2_CALLS_H
 
 #include "fmi2_states.h"
-#include "spring_number.h"
 
-#include <float.h>
 #include <math.h>
 
 const char *fmi2GetTypesPlatform(void)
@@ -24,7 +22,11 @@ fmi2Status fmi2SetDebugLogging(
 {
     FMU_REQUIRE(c, SetDebugLogging);
     FMU_REQUIRE_ARRAY(instance, SetDebugLogging, categories, nCategories);
-    return fmu_choose_categories(&instance->log, loggingOn, nCategories, categories);
+    int chosen = 0;
+    if (fmu_find_categories(&instance->log, nCategories, categories, &chosen) != FMU_OK)
+        return fmi2Error;
+    instance->log.categories = loggingOn ? chosen : 0;
+    return fmi2OK;
 }
 
 fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean toleranceDefined, fmi2Real tolerance, fmi2Real startTime,
@@ -33,29 +35,11 @@ fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean toleranceDefined, fm
     (void)toleranceDefined;
     (void)tolerance; /* the response is exact */
     FMU_REQUIRE(c, SetupExperiment);
-    if (!isfinite(startTime))
-        return FMU_REFUSE(&instance->log, "The start time must be finite [s], got %s.", spring_number(startTime).text);
-    if (stopTimeDefined && !(stopTime >= startTime))
-        return FMU_REFUSE(&instance->log, "The stop time must not be before the start time %s s, got %s.",
-                          spring_number(startTime).text, spring_number(stopTime).text);
+    double stop = stopTimeDefined ? stopTime : INFINITY;
+    if (fmu_require_experiment(&instance->log, startTime, stop) != FMU_OK)
+        return fmi2Error;
     instance->state.time = startTime;
-    instance->state.stop_time = stopTimeDefined ? stopTime : INFINITY;
-    return fmi2OK;
-}
-
-/* Refuses a step of co-simulation whose time or size cannot be. */
-static fmi2Status require_step(const Instance *instance, double time, double size)
-{
-    static const double ROUNDING = 1e-9; /* of times added up by the host */
-    double end = time + size, stop_time = instance->state.stop_time;
-    if (!(fabs(time) <= DBL_MAX))
-        return FMU_REFUSE(&instance->log, "The time of a step must be finite [s], got %s.", spring_number(time).text);
-    if (!(size >= 0.0 && end <= DBL_MAX))
-        return FMU_REFUSE(&instance->log, "The step size at time %s s must be finite and >= 0 [s], got %s.",
-                          spring_number(time).text, spring_number(size).text);
-    if (end > stop_time && end > stop_time + ROUNDING * fmax(fabs(end), fabs(stop_time)))
-        return FMU_REFUSE(&instance->log, "The step of %s s at time %s s must not go beyond the stop time %s s.",
-                          spring_number(size).text, spring_number(time).text, spring_number(stop_time).text);
+    instance->state.stop_time = stop;
     return fmi2OK;
 }
 

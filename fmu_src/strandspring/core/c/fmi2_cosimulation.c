@@ -6,7 +6,7 @@
  */
 #include "fmi2_arguments.h"
 #include "fmi2_calls.h"
-#include "fmi2_instance.h"
+#include "fmu_instance.h"
 
 #include <math.h>
 
@@ -39,7 +39,8 @@ fmi2Status fmi2DoStep(fmi2Component c, fmi2Real currentCommunicationPoint, fmi2R
 {
     (void)noSetFMUStatePriorToCurrentPoint;
     FMU_REQUIRE(c, DoStep);
-    if (require_step(instance, currentCommunicationPoint, communicationStepSize) != fmi2OK)
+    double stop_time = instance->state.stop_time;
+    if (fmu_require_step(&instance->log, currentCommunicationPoint, communicationStepSize, stop_time) != FMU_OK)
         return fmi2Error;
     return fmu_step(instance, currentCommunicationPoint, communicationStepSize);
 }

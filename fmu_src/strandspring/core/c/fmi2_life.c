@@ -2,38 +2,13 @@
 #include "fmi2_life.h"
 
 #include "fmi2_arguments.h"
-#include "fmi2_bytes.h"
 
-#include <stdlib.h>
-#include <string.h>
-
-Log fmu_first_log(fmi2String name, const fmi2CallbackFunctions *functions)
+FmuStatus fmi2_memory(const Log *log, const fmi2CallbackFunctions *functions, Memory *memory)
 {
-    int named = name != NULL && name[0] != '\0';
-    return (Log){functions->logger, functions->componentEnvironment, named ? name : "unnamed", LOG_ALL};
-}
-
-void *fmu_new_instance(Log *log, fmi2String name, fmi2String guid, const fmi2CallbackFunctions *functions, size_t size,
-                       fmi2CallbackFreeMemory *free_memory)
-{
-    Guid own = fmu_guid();
-    int own_memory = functions->allocateMemory == NULL && functions->freeMemory == NULL;
-    if (name == NULL || name[0] == '\0')
-        return FMU_REFUSE_POINTER(log, "The name of an instance must not be empty.");
-    if (guid == NULL || strcmp(guid, own.text) != 0)
-        return FMU_REFUSE_POINTER(log, "The GUID must be %s, got %s.", own.text,
-                                  guid == NULL ? "none" : fmu_printable(guid).text);
-    if (!own_memory && (functions->allocateMemory == NULL || functions->freeMemory == NULL))
-        return FMU_REFUSE_POINTER(log, "The callbacks allocateMemory and freeMemory must both be given or both be NULL.");
-    const size_t name_size = strlen(name) + 1, whole = size + name_size;
-    char *memory = own_memory ? calloc(1, whole) : functions->allocateMemory(1, whole);
-    if (memory == NULL)
-        return FMU_REFUSE_POINTER(log, "There is not enough memory for an instance.");
-    memset(memory, 0, size);
-    memcpy(memory + size, name, name_size);
-    log->instance_name = memory + size;
-    *free_memory = own_memory ? free : functions->freeMemory;
-    return memory;
+    *memory = (Memory){functions->allocateMemory, functions->freeMemory};
+    if ((functions->allocateMemory == NULL) != (functions->freeMemory == NULL))
+        return FMU_REFUSE(log, "The callbacks allocateMemory and freeMemory must both be given or both be NULL.");
+    return FMU_OK;
 }
 
 fmi2Status fmi2EnterInitializationMode(fmi2Component c)

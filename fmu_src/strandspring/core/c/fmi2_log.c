@@ -1,65 +1,19 @@
 #include "fmi2_log.h"
 
-#include <stdarg.h>
-#include <stdio.h>
-#include <string.h>
-
-static const struct {
-    const char *name;
-    int categories;
-} CATEGORIES[] = {
-    {"logAll", LOG_ALL},
-    {"logStatusWarning", LOG_WARNINGS},
-    {"logStatusError", LOG_ERRORS},
-};
-
-static int category_of(const char *name)
+static void write_message(const Log *log, FmuStatus status, const char *category, const char *text)
 {
-    for (size_t i = 0; i < sizeof CATEGORIES / sizeof *CATEGORIES; i++)
-        if (strcmp(name, CATEGORIES[i].name) == 0)
-            return CATEGORIES[i].categories;
-    return 0;
-}
-
-fmi2Status fmu_report(const Log *log, fmi2Status status, const char *format, ...)
-{
-    char text[512];
-    int category = status == fmi2Warning ? LOG_WARNINGS : LOG_ERRORS;
-    if (log->logger == NULL || !(log->categories & category))
-        return status;
-    va_list arguments;
-    va_start(arguments, format);
-    vsnprintf(text, sizeof text, format, arguments);
-    va_end(arguments);
     /* The logger takes a format, which text that holds a value of the host must not be. */
-    log->logger(log->environment, log->instance_name, status,
-                category == LOG_WARNINGS ? "logStatusWarning" : "logStatusError", "%s", text);
-    return status;
+    ((fmi2CallbackLogger)log->logger)(log->environment, log->instance_name, status, category, "%s", text);
 }
 
-ShortText fmu_printable(const char *text)
+Log fmi2_log(fmi2String name, const fmi2CallbackFunctions *functions)
 {
-    ShortText copy;
-    size_t length = 0;
-    while (text[length] != '\0' && length < sizeof copy.text - 1) {
-        char c = text[length];
-        /* FMI takes # as the mark of a value reference. */
-        copy.text[length++] = c >= ' ' && c <= '~' && c != '#' ? c : '?';
-    }
-    copy.text[length] = '\0';
-    return copy;
-}
-
-fmi2Status fmu_choose_categories(Log *log, fmi2Boolean logging, size_t count, const fmi2String names[])
-{
-    int chosen = 0;
-    for (size_t i = 0; i < count; i++) {
-        int category = names[i] == NULL ? 0 : category_of(names[i]);
-        if (category == 0)
-            return FMU_REFUSE(log, "A log category must be logAll, logStatusWarning or logStatusError, got %s.",
-                              names[i] == NULL ? "NULL" : fmu_printable(names[i]).text);
-        chosen |= category;
-    }
-    log->categories = !logging ? 0 : count == 0 ? LOG_ALL : chosen;
-    return fmi2OK;
+    int named = name != NULL && name[0] != '\0';
+    return (Log){
+        .write = functions->logger == NULL ? NULL : write_message,
+        .logger = (void (*)(void))functions->logger,
+        .environment = functions->componentEnvironment,
+        .instance_name = named ? name : "unnamed",
+        .categories = LOG_ALL,
+    };
 }

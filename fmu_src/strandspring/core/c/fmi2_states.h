@@ -1,35 +1,9 @@
-/* The state machines of FMI 2.0 (sections 3.2.3 and 4.2.4): which call is legal in which mode.
- *
- * A refused call changes nothing, so there is no mode of error; and since no step is ever pending, discarded or
- * cancelled, co-simulation knows one mode between initialization and termination.
- */
+/* Which call of FMI 2.0 is legal in which mode (sections 3.2.3 and 4.2.4 of the standard). */
 #ifndef FMI2_STATES_H
 #define FMI2_STATES_H
 
 #include "fmi2_api.h"
-#include "fmi2_log.h"
-
-enum {
-    ME_INSTANTIATED = 1 << 0,
-    ME_INITIALIZATION = 1 << 1,
-    ME_EVENT = 1 << 2,
-    ME_CONTINUOUS_TIME = 1 << 3,
-    ME_TERMINATED = 1 << 4,
-    CS_INSTANTIATED = 1 << 5,
-    CS_INITIALIZATION = 1 << 6,
-    CS_STEP = 1 << 7,
-    CS_TERMINATED = 1 << 8,
-
-    NO_MODE = 0,
-    INSTANTIATED = ME_INSTANTIATED | CS_INSTANTIATED,
-    INITIALIZATION = ME_INITIALIZATION | CS_INITIALIZATION,
-    TERMINATED = ME_TERMINATED | CS_TERMINATED,
-    ME_INITIALIZED = ME_EVENT | ME_CONTINUOUS_TIME,
-    INITIALIZED = ME_INITIALIZED | CS_STEP,
-    MODEL_EXCHANGE = ME_INSTANTIATED | ME_INITIALIZATION | ME_INITIALIZED | ME_TERMINATED,
-    CO_SIMULATION = CS_INSTANTIATED | CS_INITIALIZATION | CS_STEP | CS_TERMINATED,
-    ANY_MODE = MODEL_EXCHANGE | CO_SIMULATION
-};
+#include "fmu_modes.h"
 
 #define FMU_CALLS(CALL) \
     CALL(SetDebugLogging, ANY_MODE) \
@@ -73,27 +47,6 @@ enum {
     CALL(GetBooleanStatus, CS_STEP | CS_TERMINATED) \
     CALL(GetStringStatus, CS_STEP | CS_TERMINATED)
 
-#define FMU_ALLOWED(call, modes) ALLOWED_##call = (modes),
 enum { FMU_CALLS(FMU_ALLOWED) };
-#undef FMU_ALLOWED
-
-/* Declares `instance`, which component c is; the call must be allowed in its present mode. */
-#define FMU_REQUIRE(c, call) \
-    Instance *instance = (c); \
-    do { \
-        if (instance == NULL) \
-            return fmi2Error; \
-        if (!(instance->state.mode & ALLOWED_##call)) \
-            return fmu_refuse_call(&instance->log, instance->state.mode, "fmi2" #call, ALLOWED_##call); \
-    } while (0)
-
-/* A pointer to `count` elements may be NULL if there are none. */
-#define FMU_REQUIRE_ARRAY(instance, call, pointer, count) \
-    do { \
-        if ((count) > 0 && (pointer) == NULL) \
-            return FMU_REFUSE(&(instance)->log, "`%s` of %s must not be NULL.", #pointer, "fmi2" #call); \
-    } while (0)
-
-SPRING_LOCAL fmi2Status fmu_refuse_call(const Log *log, int mode, const char *call, int allowed);
 
 #endif

@@ -25,6 +25,15 @@ static inline int slope_count(int count)
     return count > 1 ? count - 1 : 1;
 }
 
+/* The derivative's coefficients, which may take the place of the polynomial's; returns their number. */
+static inline int derivative(const double *coefficients, int count, double *of)
+{
+    of[0] = 0.0;
+    for (int i = 1; i < count; i++)
+        of[i - 1] = i * coefficients[i];
+    return slope_count(count);
+}
+
 static inline double clip(double value, double low, double high)
 {
     value = low > value ? low : value;

@@ -1,6 +1,11 @@
 #include "numerics.h"
 #include "saturation.h"
+#include "saturation_index.h"
 
+/* Tables are made here, and looked up in saturation_lookup.c, which needs no mathematics library. */
+#ifndef SPRING_STEPS_ONLY
+
+#include <float.h>
 #include <math.h>
 #include <stdint.h>
 #include <string.h>
@@ -9,19 +14,19 @@ enum { DEGREE = SPRING_POWERS - 1 };
 
 static const double PI = 3.14159265358979323846;
 /* How finely W is tabulated: ln of the smallest |W| resolved, the logit above which W counts as 1, minus ln of what is
- * lost beside 1, and the width of a piece in the logit of W, or in ln|W| and in n*ln|W| on the falling branch. */
+ * lost beside 1, the width of a piece in the logit of W, or in ln|W| and in n*ln|W| on the falling branch, what of W a
+ * block need not resolve, and the share of it that counts as rounded. */
 typedef struct {
-    double lowest, highest, lost, width;
+    double lowest, highest, lost, width, unresolved, rounded;
 } Fineness;
 /* As in saturation.py. The nearest singularity, most often xi = 0, is 4.5 half widths away at least, and the polynomial's
  * error below 1e-13; above the highest logit 1 - W is below a rounding. */
-static const Fineness FINE = {-32.0, 36.5, 36.0, 0.45};
+static const Fineness FINE = {-32.0, 36.5, 36.0, 0.45, 5e-13, 1e-14};
 /* The nearest singularity is 2.2 half widths away, and the error of W below 1e-8. */
-static const Fineness COARSE = {-16.0, 20.0, 16.0, 0.9};
-/* W' never quite vanishes, so that one may divide by it. */
-static const double LEAST_SLOPE = 1e-15;
-/* Of a piece's half width, the most by which Newton's method moves: more is rounding, where W is nearly level. */
-static const double LARGEST_CORRECTION = 1e-6;
+static const Fineness COARSE = {-16.0, 20.0, 16.0, 0.9, 1e-7, 1e-7};
+/* Of what small loops absorb, how much a block may miss; and how many times its beginning the end of a block may be, or
+ * roundings would be large beside |W| at the beginning. */
+static const double LOOP_SHARE = 1e-7, WIDEST = 60.0;
 
 /* The order in which interpolation takes the nodes: each far from those before, or rounding errors grow. */
 static const int ORDER[SPRING_POWERS] = {0, 11, 6, 3, 9, 1, 8, 5, 10, 2, 7, 4};
@@ -41,15 +46,6 @@ typedef struct {
 } Nodes;
 
 /* ---- polynomials on a piece ---- */
-
-static double polynomial_slope(const double *c, double t)
-{
-    double square = t * t, fourth = square * square;
-    double low = (c[1] + 2.0 * c[2] * t) + (3.0 * c[3] + 4.0 * c[4] * t) * square;
-    double middle = (5.0 * c[5] + 6.0 * c[6] * t) + (7.0 * c[7] + 8.0 * c[8] * t) * square;
-    double high = (9.0 * c[9] + 10.0 * c[10] * t) + 11.0 * c[11] * square;
-    return low + fourth * (middle + fourth * high);
-}
 
 /* Where a polynomial is fitted: theta of each argument, in the order in which interpolation takes them, and the
  * 1/(theta[k] - theta[k - step]) that it divides by, one after the other. */
@@ -122,14 +118,7 @@ static void make_rule(Rule *rule)
         }
 }
 
-/* ---- look-up ---- */
-
-static int bucket_of(double z)
-{
-    uint64_t bits;
-    memcpy(&bits, &z, sizeof bits);
-    return (int)(bits >> 48);
-}
+/* ---- indices ---- */
 
 static double start_of_bucket(int bucket)
 {
@@ -139,53 +128,17 @@ static double start_of_bucket(int bucket)
     return z;
 }
 
-/* The last of the edges low .. high that is <= value, or edge low. */
-static int search(const double *edges, int low, int high, double value)
-{
-    while (low < high) {
-        int middle = (low + high + 1) / 2;
-        if (value < edges[middle])
-            high = middle - 1;
-        else
-            low = middle;
-    }
-    return low;
-}
-
 /* Of rising edges, which are positive from edge `from` on, or negative and then indexed by their size. */
 static void make_index(SpringIndex *index, const double *edges, int from, int pieces)
 {
     double low = fabs(edges[from]), high = fabs(edges[pieces]);
     int up = low < high;
-    index->first = bucket_of(up ? low : high);
-    int buckets = bucket_of(up ? high : low) - index->first + 1;
+    index->first = spring_bucket(up ? low : high);
+    int buckets = spring_bucket(up ? high : low) - index->first + 1;
     for (int k = 0; k <= buckets; k++) {
         double start = start_of_bucket(index->first + k);
-        index->piece[k] = (unsigned char)search(edges, 0, pieces - 1, up ? start : -start);
+        index->piece[k] = (unsigned char)spring_search(edges, 0, pieces - 1, up ? start : -start);
     }
-}
-
-static int find(const SpringIndex *index, const double *edges, double value)
-{
-    int bucket = bucket_of(fabs(value)) - index->first;
-    int here = index->piece[bucket], next = index->piece[bucket + 1];
-    return value >= 0.0 ? search(edges, here, next, value) : search(edges, next, here, value);
-}
-
-int spring_piece(const SpringBranch *branch, double z)
-{
-    if (z < branch->edges[1])
-        return 0;
-    return z < branch->edges[branch->pieces] ? find(&branch->of_xi, branch->edges, z) : branch->pieces;
-}
-
-double spring_on_piece(const SpringBranch *branch, int index, double z)
-{
-    if (index == branch->pieces)
-        return 1.0;
-    const SpringPiece *piece = &branch->piece[index];
-    double value = spring_polynomial(piece->coefficients, (z - piece->middle) * piece->per_half);
-    return value < 1.0 ? value : 1.0;
 }
 
 /* ---- the branches ---- */
@@ -385,19 +338,107 @@ static void tabulate_falling(const Rule *rule, const Fineness *is, SpringTable *
     make_indices(branch);
 }
 
-static void add_moments(SpringBranch *branch, int complement, double moments[][SPRING_MOMENTS])
+/* ---- blocks ---- */
+
+/* cos(pi*k/(2*SPRING_BLOCK_POWERS)); odd k are Chebyshev's nodes. */
+typedef struct {
+    double cosine[4 * SPRING_BLOCK_POWERS];
+} Chebyshev;
+
+/* |W| at Chebyshev's nodes between two edges. */
+static void sample(const Chebyshev *rule, const SpringBranch *branch, int from, int to, double *value)
 {
-    memset(moments[0], 0, sizeof moments[0]);
-    for (int i = 0; i < branch->pieces; i++) {
-        double half = 0.5 * (branch->edges[i + 1] - branch->edges[i]);
-        double middle = 0.5 * (branch->edges[i + 1] + branch->edges[i]);
-        memcpy(moments[i + 1], moments[i], sizeof moments[i]);
-        for (int k = 0; k < GAUSS_POINTS; k++) {
-            double z = middle + half * GAUSS_8[k][0], value = spring_on_piece(branch, i, z);
-            double share = half * GAUSS_8[k][1] * (complement ? 1.0 - value : value);
-            for (int m = 0; m < SPRING_MOMENTS; m++, share *= z)
-                moments[i + 1][m] += share;
+    double half = 0.5 * (branch->edges[to] - branch->edges[from]), middle = branch->edges[from] + half;
+    for (int k = 0, piece = to - 1; k < SPRING_BLOCK_POWERS; k++) {
+        double z = middle + half * rule->cosine[2 * k + 1];
+        while (piece > from && z < branch->edges[piece])
+            piece--;
+        value[k] = spring_on_piece(branch, piece, z);
+    }
+}
+
+/* The coefficient of Chebyshev's polynomial of degree m, m > 0 being twice as large. */
+static double share_of(const Chebyshev *rule, const double *value, int m)
+{
+    double total = 0.0;
+    for (int k = 0; k < SPRING_BLOCK_POWERS; k++)
+        total += value[k] * rule->cosine[m * (2 * k + 1) % (4 * SPRING_BLOCK_POWERS)];
+    return total * (m > 0 ? 2.0 : 1.0) / (double)SPRING_BLOCK_POWERS;
+}
+
+/* What of |W| a block between two edges need not resolve. Loops far below saturation absorb what |xi|^(n + 1) adds to |xi|. */
+static double unresolved_by(const SpringTable *table, const Fineness *is, const SpringBranch *branch, int from, int to)
+{
+    double first = branch->values[from];
+    return clip(LOOP_SHARE * first * pow(first, table->n), is->rounded * branch->values[to], is->unresolved);
+}
+
+/* Whether |W| between two edges is a polynomial, nearly. */
+static int is_smooth(
+    const Chebyshev *rule, const SpringTable *table, const Fineness *is, const SpringBranch *branch, int from, int to)
+{
+    double value[SPRING_BLOCK_POWERS], last = 0.0;
+    if (to > branch->pieces || (from == 0 && to > 1) || branch->edges[to] > WIDEST * branch->edges[from])
+        return 0;
+    sample(rule, branch, from, to, value);
+    for (int m = SPRING_BLOCK_POWERS - 3; m < SPRING_BLOCK_POWERS; m++)
+        last += fabs(share_of(rule, value, m));
+    return last < unresolved_by(table, is, branch, from, to);
+}
+
+/* The edge that ends a block. */
+static int end_of_block(
+    const Chebyshev *rule, const SpringTable *table, const Fineness *is, const SpringBranch *branch, int from)
+{
+    int to = from + 1, step = 1;
+    for (; is_smooth(rule, table, is, branch, from, to + step); step *= 2)
+        to += step;
+    for (step /= 2; step > 0; step /= 2)
+        if (is_smooth(rule, table, is, branch, from, to + step))
+            to += step;
+    return to;
+}
+
+static void add_block(const Chebyshev *rule, SpringBranch *branch, int from, int to)
+{
+    SpringBlocks *blocks = &branch->blocks;
+    int index = blocks->count++;
+    double value[SPRING_BLOCK_POWERS], later[SPRING_BLOCK_POWERS] = {0.0}, *c = blocks->coefficients[index];
+    sample(rule, branch, from, to, value);
+    memset(c, 0, sizeof blocks->coefficients[index]);
+    /* Clenshaw's recurrence, multiplied out: c = share + 2*theta*c - later. */
+    for (int m = SPRING_BLOCK_POWERS - 1; m >= 0; m--) {
+        double twice = m > 0 ? 2.0 : 1.0;
+        for (int k = SPRING_BLOCK_POWERS - 1; k >= 0; k--) {
+            double next = twice * (k > 0 ? c[k - 1] : 0.0) - later[k];
+            later[k] = c[k];
+            c[k] = next;
         }
+        c[0] += share_of(rule, value, m);
+    }
+    double total = 0.0;
+    for (int k = 0; k < SPRING_BLOCK_POWERS; k += 2)
+        total += c[k] * 2.0 / (k + 1);
+    double half = 0.5 * (branch->edges[to] - branch->edges[from]);
+    blocks->middle[index] = branch->edges[from] + half;
+    blocks->per_half[index] = 1.0 / half;
+    blocks->ends[index + 1] = branch->edges[to];
+    blocks->area[index + 1] = blocks->area[index] + half * total;
+    if (blocks->count % SPRING_RUN == 0)
+        blocks->run_middle[index / SPRING_RUN] =
+            0.5 * (blocks->ends[blocks->count] + blocks->ends[blocks->count - SPRING_RUN]);
+}
+
+static void add_blocks(const Chebyshev *rule, const SpringTable *table, const Fineness *is, SpringBranch *branch)
+{
+    SpringBlocks *blocks = &branch->blocks;
+    memset(blocks, 0, sizeof *blocks);
+    for (int k = 1; k < SPRING_BLOCK_ROOM; k++)
+        blocks->ends[k] = DBL_MAX;
+    for (int from = 0; from < branch->pieces;) {
+        int to = blocks->count < SPRING_BLOCKS - 1 ? end_of_block(rule, table, is, branch, from) : branch->pieces;
+        add_block(rule, branch, from, to);
+        from = to;
     }
 }
 
@@ -410,93 +451,14 @@ void spring_tabulate(SpringTable *table, double n, double sigma, int with)
     const Fineness *is = with & SPRING_COARSE ? &COARSE : &FINE;
     tabulate_rising(&rule, is, table, with);
     tabulate_falling(&rule, is, table, with);
-    if (with & SPRING_WITH_MOMENTS) {
-        add_moments(&table->rising, 0, table->rising.moments);
-        add_moments(&table->rising, 1, table->rising.missing);
-        add_moments(&table->falling, 0, table->falling.moments);
+    table->has_energies = (with & SPRING_WITH_ENERGIES) != 0;
+    if (table->has_energies) {
+        Chebyshev chebyshev;
+        for (int k = 0; k < 4 * SPRING_BLOCK_POWERS; k++)
+            chebyshev.cosine[k] = cos(PI * k / (double)(2 * SPRING_BLOCK_POWERS));
+        add_blocks(&chebyshev, table, is, &table->rising);
+        add_blocks(&chebyshev, table, is, &table->falling);
     }
 }
 
-double spring_saturation(const SpringTable *table, double xi)
-{
-    const SpringBranch *branch = xi >= 0.0 ? &table->rising : &table->falling;
-    double z = fabs(xi);
-    double value = spring_on_piece(branch, spring_piece(branch, z), z);
-    return xi >= 0.0 ? value : -value;
-}
-
-/* |xi| at which the tabulated |W| is `value`. */
-static double inverse_on(const SpringBranch *branch, double value)
-{
-    double complement = value - 1.0;
-    if (value < branch->values[1])
-        return value / branch->values[1] * branch->edges[1];
-    if (value >= branch->values[branch->pieces] || complement >= branch->complements[branch->pieces])
-        return branch->edges[branch->pieces];
-    int near_one = branch->complemented < branch->pieces && complement >= branch->complements[branch->complemented];
-    int index = near_one ? find(&branch->of_complement, branch->complements, complement)
-                         : find(&branch->of_value, branch->values, value);
-    const SpringPiece *inverse = &branch->inverse[index], *piece = &branch->piece[index];
-    double argument = index < branch->complemented ? value : complement;
-    double theta = spring_polynomial(inverse->coefficients, (argument - inverse->middle) * inverse->per_half);
-    double error = spring_polynomial(piece->coefficients, theta) - value;
-    double slope = polynomial_slope(piece->coefficients, theta);
-    if (fabs(error) < LARGEST_CORRECTION * slope)
-        theta -= error / slope;
-    return piece->middle + theta / piece->per_half;
-}
-
-double spring_inverse(const SpringTable *table, double u)
-{
-    return u >= 0.0 ? inverse_on(&table->rising, u) : -inverse_on(&table->falling, -u);
-}
-
-/* A place on a branch. */
-typedef struct {
-    const SpringBranch *branch;
-    int index;
-    double theta, value, slope; /* |W| and W' */
-} Place;
-
-static Place place_on_table(const SpringTable *table, double xi)
-{
-    Place at = {.branch = xi >= 0.0 ? &table->rising : &table->falling, .value = 1.0, .slope = LEAST_SLOPE};
-    double z = fabs(xi);
-    at.index = spring_piece(at.branch, z);
-    int beyond = at.index == at.branch->pieces;
-    if (beyond) {
-        if (xi >= 0.0)
-            return at;
-        /* No stroke begins before u = -1, where W' is 2 sigma: xi is there, but for rounding. */
-        at.index--;
-        z = at.branch->edges[at.index + 1];
-    }
-    const SpringPiece *piece = &at.branch->piece[at.index];
-    at.theta = (z - piece->middle) * piece->per_half;
-    double value = spring_polynomial(piece->coefficients, at.theta);
-    double slope = polynomial_slope(piece->coefficients, at.theta) * piece->per_half;
-    at.value = beyond || value > 1.0 ? 1.0 : value;
-    at.slope = slope > LEAST_SLOPE ? slope : LEAST_SLOPE;
-    return at;
-}
-
-double spring_saturation_slope(const SpringTable *table, double xi, double *slope)
-{
-    Place at = place_on_table(table, xi);
-    *slope = at.slope;
-    return xi >= 0.0 ? at.value : -at.value;
-}
-
-SpringSlopes spring_slopes(const SpringTable *table, double xi)
-{
-    Place at = place_on_table(table, xi);
-    double side = xi >= 0.0 ? 1.0 : -1.0;
-    SpringSlopes slopes = {.u = side * at.value, .slope = at.slope};
-    if (at.index < at.branch->pieces) {
-        slopes.by_n = side * spring_polynomial(at.branch->by_n[at.index], at.theta);
-        slopes.by_sigma = xi >= 0.0 ? 0.0 : -spring_polynomial(at.branch->by_sigma[at.index], at.theta);
-    } else {
-        slopes.slope = 0.0; /* saturated: nothing is passed on to the next stroke */
-    }
-    return slopes;
-}
+#endif

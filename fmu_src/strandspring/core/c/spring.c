@@ -1,23 +1,12 @@
 #include "spring.h"
 
 #include "numerics.h"
+#include "spring_library.h"
 
 #include <float.h>
-#include <math.h>
 #include <stdint.h>
-#include <stdio.h>
-#include <string.h>
 
-/* ---- parameters.py ---------------------------------------------------------------------------------------------- */
-
-/* Returns the number of coefficients of the derivative. */
-static int derivative(const double *coefficients, int count, double *of)
-{
-    of[0] = 0.0;
-    for (int i = 1; i < count; i++)
-        of[i - 1] = i * coefficients[i];
-    return slope_count(count);
-}
+/* ---- law.py ----------------------------------------------------------------------------------------------------- */
 
 static void antiderivative(const double *coefficients, int count, double *of)
 {
@@ -26,236 +15,114 @@ static void antiderivative(const double *coefficients, int count, double *of)
         of[i + 1] = coefficients[i] / (i + 1);
 }
 
-/* Returns the number of roots, at most the degree: there is one more of them than of the derivative at most. */
-static int roots(const double *coefficients, int count, double low, double high, double *found)
+/* A block or a run of them may be twice this share of the range, and the first blocks together this one. */
+static const double WIDEST_SHARE = 0.51, CORE_SHARE = 0.06;
+
+enum { MOST_POWER = SPRING_BLOCK_POWERS + SPRING_COEFFICIENTS };
+
+/* What prepares the works of whole blocks: FA(x + t) is the sum of taylor[k][m]*x^k*t^m. */
+typedef struct {
+    double taylor[SPRING_COEFFICIENTS][SPRING_COEFFICIENTS], two_by[MOST_POWER], factorial[SPRING_COEFFICIENTS];
+} Expansion;
+
+/* Over a whole block, x = middle + per_z*half*theta, FA expanded by powers of theta, whose integrals with |W| are easy,
+ * gives a polynomial of the middle. */
+static void prepare_block_work(SpringLaw *law, const Expansion *of, int falls, int index)
 {
-    if (count < 2)
-        return 0;
-    double slope[SPRING_COEFFICIENTS], corners[SPRING_COEFFICIENTS + 1];
-    int slopes = derivative(coefficients, count, slope);
-    corners[0] = low;
-    int last = 1 + roots(slope, slopes, low, high, corners + 1);
-    corners[last] = high;
-    int total = 0;
-    for (int i = 0; i < last; i++) {
-        double a = corners[i], b = corners[i + 1];
-        double at_left = polynomial(coefficients, count, a), at_right = polynomial(coefficients, count, b);
-        /* Not the sign of the product, which may underflow. */
-        if (at_left == 0.0 || at_right == 0.0 || (at_left > 0.0) == (at_right > 0.0))
-            continue;
-        for (double middle = 0.5 * (a + b); a < middle && middle < b; middle = 0.5 * (a + b)) {
-            double value = polynomial(coefficients, count, middle);
-            if (value != 0.0 && (value > 0.0) == (at_left > 0.0))
-                a = middle;
-            else
-                b = middle;
+    const SpringBlocks *blocks = falls ? &law->table->falling.blocks : &law->table->rising.blocks;
+    const double *c = blocks->coefficients[index];
+    int count = law->parameters.amplifier;
+    double half = 1.0 / blocks->per_half[index], reach = half / law->parameters.rho, moment[SPRING_COEFFICIENTS], power = half;
+    /* None that is wider than the range lies in it. */
+    if (reach > WIDEST_SHARE * (law->x_max - law->x_min))
+        return;
+    for (int m = 0; m < count; m++, power *= reach) {
+        double total = 0.0;
+        for (int k = m % 2; k < SPRING_BLOCK_POWERS; k += 2)
+            total += c[k] * of->two_by[k + m + 1];
+        moment[m] = power * total;
+    }
+    for (int k = 0; k < count; k++) {
+        double even = 0.0, odd = 0.0;
+        for (int m = 0; m + k < count; m += 2)
+            even += of->taylor[k][m] * moment[m];
+        for (int m = 1; m + k < count; m += 2)
+            odd += of->taylor[k][m] * moment[m];
+        law->block_work[falls][0][index / 2][k][index % 2] = even - odd;
+        law->block_work[falls][1][index / 2][k][index % 2] = even + odd;
+    }
+}
+
+/* Adds c(x + shift) to sum(x), as coefficients of one of two blocks lie. */
+static void add_shifted(const Expansion *of, const double (*c)[2], int count, double shift, double (*sum)[2])
+{
+    double scaled[SPRING_COEFFICIENTS], power[SPRING_COEFFICIENTS];
+    for (int k = 0; k < count; k++) {
+        scaled[k] = of->factorial[k] * c[k][0];
+        power[k] = k > 0 ? power[k - 1] * shift / k : 1.0;
+    }
+    for (int m = 0; m < count; m++) {
+        double total = 0.0;
+        for (int k = m; k < count; k++)
+            total += scaled[k] * power[k - m];
+        sum[m][0] += total / of->factorial[m];
+    }
+}
+
+/* Adds up the polynomials of each run of blocks, and of the first blocks. */
+static void prepare_runs(SpringLaw *law, const Expansion *of, int falls)
+{
+    const SpringBlocks *blocks = falls ? &law->table->falling.blocks : &law->table->rising.blocks;
+    int count = law->parameters.amplifier, core = 0;
+    double range = law->parameters.rho * (law->x_max - law->x_min);
+    while (core < blocks->count && blocks->ends[core + 1] <= CORE_SHARE * range)
+        core++;
+    if (core < blocks->count)
+        core -= core % SPRING_RUN;
+    law->core[falls] = core;
+    for (int grows = 0; grows < 2; grows++) {
+        double per_z = (grows ? 1.0 : -1.0) / law->parameters.rho, core_work[SPRING_COEFFICIENTS][2] = {{0.0}};
+        for (int i = 0; i < blocks->count; i++) {
+            int64_t run = i / SPRING_RUN;
+            const double(*work)[2] = (const double(*)[2])&law->block_work[falls][grows][i / 2][0][i % 2];
+            double(*sum)[2] = (double(*)[2])&law->run_work[falls][grows][run / 2][0][run % 2];
+            if (i < core)
+                add_shifted(of, work, count, per_z * (blocks->middle[i] - 0.5 * blocks->ends[core]), core_work);
+            if ((run + 1) * SPRING_RUN <= blocks->count
+                && blocks->ends[(run + 1) * SPRING_RUN] - blocks->ends[run * SPRING_RUN] <= 2.0 * WIDEST_SHARE * range)
+                add_shifted(of, work, count, per_z * (blocks->middle[i] - blocks->run_middle[run]), sum);
         }
-        found[total++] = a;
+        for (int k = 0; k < count; k++)
+            law->core_work[falls][grows][k] = core_work[k][0];
     }
-    return total;
 }
 
-static double least_value(const double *coefficients, int count, double low, double high, double *where)
+static void prepare_block_works(SpringLaw *law)
 {
-    double slope[SPRING_COEFFICIENTS], candidates[SPRING_COEFFICIENTS + 1];
-    int slopes = derivative(coefficients, count, slope);
-    candidates[0] = low;
-    int last = 1 + roots(slope, slopes, low, high, candidates + 1);
-    candidates[last] = high;
-    *where = low;
-    double least = polynomial(coefficients, count, low);
-    for (int i = 1; i <= last; i++) {
-        double value = polynomial(coefficients, count, candidates[i]);
-        if (value < least) {
-            least = value;
-            *where = candidates[i];
-        }
-    }
-    return least;
-}
-
-/* Writes a reason into `text`; its value is 1. */
-#define GIVE_REASON(...) (snprintf(text, size, __VA_ARGS__), 1)
-
-static int count_problem(const SpringParameters *p, char *text, size_t size)
-{
-    int is_table = p->knots != 0 || p->forces != 0;
-    if (is_table && p->elastic != 0)
-        return GIVE_REASON("`kE` must be empty where `FE_knots` gives FE as a table, got %d values.", p->elastic);
-    if (is_table && (p->knots < LEAST_KNOTS || p->knots > SPRING_KNOTS))
-        return GIVE_REASON("`FE_knots` must have between %d and %d knots, got %d.", LEAST_KNOTS, SPRING_KNOTS, p->knots);
-    if (p->forces != p->knots)
-        return GIVE_REASON("`FE_forces` must have one force for each of the %d knots, got %d.", p->knots, p->forces);
-    const struct {
-        const char *name;
-        int count;
-    } polynomials[] = {{"kE", p->elastic}, {"kA", p->amplifier}};
-    for (int i = is_table ? 1 : 0; i < 2; i++)
-        if (polynomials[i].count < 1 || polynomials[i].count > SPRING_COEFFICIENTS)
-            return GIVE_REASON("`%s` must have between 1 and %d coefficients, got %d.", polynomials[i].name,
-                               SPRING_COEFFICIENTS, polynomials[i].count);
-    return 0;
-}
-
-static int range_problem(const SpringParameters *p, char *text, size_t size)
-{
-    const struct {
-        const char *name;
-        double value;
-    } places[] = {{"displacement_offset", p->displacement_offset},
-                  {"displacement_min", p->displacement_min},
-                  {"displacement_max", p->displacement_max}};
-    for (int i = 0; i < 3; i++)
-        if (!(fabs(places[i].value) <= LARGEST_DISPLACEMENT))
-            return GIVE_REASON("`%s` must be within +-%g m, got %s.", places[i].name, LARGEST_DISPLACEMENT,
-                               spring_number(places[i].value).text);
-    SpringNumber low = spring_number(p->displacement_min), high = spring_number(p->displacement_max);
-    if (!(p->displacement_min < p->displacement_max))
-        return GIVE_REASON("`displacement_min` must be below `displacement_max` [m], got %s and %s.", low.text, high.text);
-    double width = p->displacement_max - p->displacement_min;
-    if (!(LEAST_WIDTH <= width && width <= LARGEST_WIDTH))
-        return GIVE_REASON("`displacement_min` must be below `displacement_max` by %g m to %g m, got %s and %s.",
-                           LEAST_WIDTH, LARGEST_WIDTH, low.text, high.text);
-    if (!(p->displacement_min <= p->displacement_offset && p->displacement_offset <= p->displacement_max))
-        return GIVE_REASON("`displacement_offset` must lie between `displacement_min` and `displacement_max` [m], got %s.",
-                           spring_number(p->displacement_offset).text);
-    return 0;
-}
-
-/* Of parameters over a range that is one. */
-static int size_problem(const SpringParameters *p, char *text, size_t size)
-{
-    const struct {
-        const char *name, *unit;
-        int count;
-        const double *values;
-        double largest;
-    } polynomials[] = {{"kE", " N", p->elastic, p->kE, LARGEST_FORCE}, {"kA", "", p->amplifier, p->kA, LARGEST_AMPLIFIER}};
-    double x_min = p->displacement_min - p->displacement_offset, x_max = p->displacement_max - p->displacement_offset;
-    double reach = -x_min > x_max ? -x_min : x_max, width = p->displacement_max - p->displacement_min;
-    double low = LEAST_SATURATION / width, high = LARGEST_SATURATION / width;
-    if (!(LEAST_FORCE <= p->kappa_omega && p->kappa_omega <= LARGEST_FORCE))
-        return GIVE_REASON("`kappa_omega` must be within [%g, %g] N, got %s.", LEAST_FORCE, LARGEST_FORCE,
-                           spring_number(p->kappa_omega).text);
-    if (!(low <= p->rho && p->rho <= high))
-        return GIVE_REASON("`rho` must be within [%.6g, %.6g] 1/m, %g to %g over the identified range, got %s.", low, high,
-                           LEAST_SATURATION, LARGEST_SATURATION, spring_number(p->rho).text);
-    for (int i = 0; i < 2; i++) {
-        double power = 1.0;
-        for (int k = 0; k < polynomials[i].count; k++, power *= reach)
-            if (!(fabs(polynomials[i].values[k]) <= polynomials[i].largest / power))
-                return GIVE_REASON("`%s_%d` must be within +-%.6g, %g%s over the identified range, got %s.",
-                                   polynomials[i].name, k, polynomials[i].largest / power, polynomials[i].largest,
-                                   polynomials[i].unit, spring_number(polynomials[i].values[k]).text);
-    }
-    for (int k = 0; k < p->forces; k++)
-        if (!(fabs(p->FE_forces[k]) <= LARGEST_FORCE))
-            return GIVE_REASON("`FE_forces_%d` must be within +-%g N, got %s.", k, LARGEST_FORCE,
-                               spring_number(p->FE_forces[k]).text);
-    return 0;
-}
-
-/* Of a range that is one. */
-static int knot_problem(const SpringParameters *p, char *text, size_t size)
-{
-    const struct {
-        const char *name;
-        int place;
-        double value;
-    } ends[] = {{"displacement_min", 0, p->displacement_min}, {"displacement_max", p->knots - 1, p->displacement_max}};
-    double least = LEAST_SPACING * (p->displacement_max - p->displacement_min);
-    for (int i = 0; i < 2; i++)
-        if (p->FE_knots[ends[i].place] != ends[i].value)
-            return GIVE_REASON("`FE_knots_%d` must be `%s`, %s m, got %s.", ends[i].place, ends[i].name,
-                               spring_number(ends[i].value).text, spring_number(p->FE_knots[ends[i].place]).text);
-    for (int i = 1; i < p->knots; i++)
-        if (!(p->FE_knots[i] - p->FE_knots[i - 1] >= least))
-            return GIVE_REASON("`FE_knots_%d` must lie above `FE_knots_%d` by %.6g m or more, %g of the range, "
-                               "got %s after %s.",
-                               i, i - 1, least, LEAST_SPACING, spring_number(p->FE_knots[i]).text,
-                               spring_number(p->FE_knots[i - 1]).text);
-    return 0;
-}
-
-int spring_problem(const SpringParameters *parameters, char *text, size_t size)
-{
-    const SpringParameters *p = parameters;
-    const struct {
-        const char *name;
-        double value;
-    } named[] = {
-        {"kappa_omega", p->kappa_omega},
-        {"rho", p->rho},
-        {"sigma", p->sigma},
-        {"n", p->n},
-        {"displacement_offset", p->displacement_offset},
-        {"displacement_min", p->displacement_min},
-        {"displacement_max", p->displacement_max},
-    };
-    const struct {
-        const char *name;
-        int count;
-        const double *values;
-    } columns[] = {{"kE", p->elastic, p->kE},
-                   {"FE_knots", p->knots, p->FE_knots},
-                   {"FE_forces", p->forces, p->FE_forces},
-                   {"kA", p->amplifier, p->kA}};
-
-    snprintf(text, size, "%s", "");
-    if (count_problem(p, text, size))
-        return 1;
-    for (size_t i = 0; i < sizeof columns / sizeof *columns; i++)
-        for (int k = 0; k < columns[i].count; k++)
-            if (!isfinite(columns[i].values[k]))
-                return GIVE_REASON("`%s_%d` must be finite, got %s.", columns[i].name, k,
-                                   spring_number(columns[i].values[k]).text);
-    for (size_t i = 0; i < sizeof named / sizeof *named; i++)
-        if (!isfinite(named[i].value))
-            return GIVE_REASON("`%s` must be finite, got %s.", named[i].name, spring_number(named[i].value).text);
-    if (p->kA[0] != 1.0)
-        return GIVE_REASON("`kA_0` must be 1 (kappa_omega carries the scale), got %s.",
-                           spring_number(p->kA[0]).text);
-    if (!(p->kappa_omega > 0.0))
-        return GIVE_REASON("`kappa_omega` must be > 0 [N], got %s.", spring_number(p->kappa_omega).text);
-    if (!(p->rho > 0.0))
-        return GIVE_REASON("`rho` must be > 0 [1/m], got %s.", spring_number(p->rho).text);
-    if (!(SIGMA_LOW <= p->sigma && p->sigma <= SIGMA_HIGH))
-        return GIVE_REASON("`sigma` must be within [%g, %g], got %s.", SIGMA_LOW, SIGMA_HIGH,
-                           spring_number(p->sigma).text);
-    if (!(N_LOW <= p->n && p->n <= N_HIGH))
-        return GIVE_REASON("`n` must be within [%g, %g], got %s.", N_LOW, N_HIGH, spring_number(p->n).text);
-    if (range_problem(p, text, size) || (p->knots && knot_problem(p, text, size)) || size_problem(p, text, size))
-        return 1;
-    double where;
-    double least = least_value(p->kA, p->amplifier, p->displacement_min - p->displacement_offset,
-                               p->displacement_max - p->displacement_offset, &where);
-    if (!(least > LEAST_AMPLIFIER))
-        return GIVE_REASON("the amplifier FA (coefficients `kA`) must be > 0 over the identified range, "
-                           "got %.6g at displacement %.6g m.",
-                           least, where + p->displacement_offset);
-    return 0;
-}
-
-/* ---- law.py ----------------------------------------------------------------------------------------------------- */
-
-void spring_prepare(SpringLaw *law, const SpringParameters *parameters, const SpringTable *table)
-{
-    law->parameters = *parameters;
-    law->table = table;
+    Expansion of = {.factorial = {1.0}};
     const SpringParameters *p = &law->parameters;
-    if (p->knots) {
-        spring_spline(&law->spline, p->knots, p->FE_knots, p->FE_forces, p->displacement_offset);
-    } else {
-        derivative(p->kE, p->elastic, law->dFE);
-        antiderivative(p->kE, p->elastic, law->FE_work);
+    for (int i = 0; i < p->amplifier; i++) {
+        double binomial = 1.0;
+        for (int m = 0; m <= i; m++) {
+            of.taylor[i - m][m] = binomial * p->kA[i];
+            binomial = binomial * (i - m) / (m + 1);
+        }
     }
-    derivative(p->kA, p->amplifier, law->dFA);
-    antiderivative(p->kA, p->amplifier, law->FA_work);
-    law->x_min = p->displacement_min - p->displacement_offset;
-    law->x_max = p->displacement_max - p->displacement_offset;
-    /* A polynomial of degree M may change by all of itself over 1/M^2 of half its range (Markov); per unit of xi. */
-    int degree = p->amplifier - 1;
-    law->roughness = 2.0 * degree * degree / p->rho / (law->x_max - law->x_min);
+    for (int i = 1; i < MOST_POWER; i++)
+        of.two_by[i] = 2.0 / i;
+    for (int i = 1; i < SPRING_COEFFICIENTS; i++)
+        of.factorial[i] = i * of.factorial[i - 1];
+    memset(law->block_work, 0, sizeof law->block_work);
+    memset(law->run_work, 0, sizeof law->run_work);
+    memset(law->core_work, 0, sizeof law->core_work);
+    memset(law->FA, 0, sizeof law->FA);
+    memcpy(law->FA, p->kA, (size_t)p->amplifier * sizeof *p->kA);
+    for (int falls = 0; falls < 2; falls++) {
+        int count = falls ? law->table->falling.blocks.count : law->table->rising.blocks.count;
+        for (int k = 0; k < count; k++)
+            prepare_block_work(law, &of, falls, k);
+        prepare_runs(law, &of, falls);
+    }
 }
 
 /* ---- restoring.py ----------------------------------------------------------------------------------------------- */
@@ -292,6 +159,35 @@ static double amplifier(const SpringLaw *law, double x)
     return polynomial(law->parameters.kA, law->parameters.amplifier, clip(x, law->x_min, law->x_max));
 }
 
+void spring_prepare(SpringLaw *law, const SpringParameters *parameters, const SpringTable *table)
+{
+    law->parameters = *parameters;
+    law->table = table;
+    const SpringParameters *p = &law->parameters;
+    if (p->knots) {
+        spring_spline(&law->spline, p->knots, p->FE_knots, p->FE_forces, p->displacement_offset);
+    } else {
+        derivative(p->kE, p->elastic, law->dFE);
+    }
+    derivative(p->kA, p->amplifier, law->dFA);
+    law->x_min = p->displacement_min - p->displacement_offset;
+    law->x_max = p->displacement_max - p->displacement_offset;
+    /* A polynomial of degree M may change by all of itself over 1/M^2 of half its range (Markov); per unit of xi. */
+    int degree = p->amplifier - 1;
+    law->roughness = 2.0 * degree * degree / p->rho / (law->x_max - law->x_min);
+    double end[2] = {law->x_min, law->x_max};
+    for (int k = 0; k < 2; k++) {
+        law->FE_outside[k] = elastic_inside(law, end[k]);
+        law->FE_slope_outside[k] = elastic_slope(law, end[k]);
+        law->FA_outside[k] = amplifier(law, end[k]);
+    }
+    memset(law->FE_work, 0, sizeof law->FE_work);
+    antiderivative(p->kE, p->elastic, law->FE_work);
+    law->has_energy = table != NULL && table->has_energies;
+    if (law->has_energy)
+        prepare_block_works(law);
+}
+
 double spring_force(const SpringLaw *law, const SpringMemory *memory)
 {
     double x = memory->displacement - law->parameters.displacement_offset;
@@ -303,7 +199,7 @@ double spring_stiffness(const SpringLaw *law, const SpringMemory *memory)
     const SpringParameters *p = &law->parameters;
     double x = memory->displacement - p->displacement_offset, omega = memory->omega;
     double u = memory->direction < 0 ? -omega : omega;
-    double slope = 1.0 + (u >= 0.0 ? -1.0 : 2.0 * p->sigma - 1.0) * pow(clip(fabs(u), 0.0, 1.0), p->n);
+    double slope = 1.0 + (u >= 0.0 ? -1.0 : 2.0 * p->sigma - 1.0) * spring_power(clip(fabs(u), 0.0, 1.0), p->n);
     double inside = clip(x, law->x_min, law->x_max);
     double amplifier_slope = x == inside ? polynomial(law->dFA, slope_count(p->amplifier), inside) : 0.0;
     double hysteretic = omega * amplifier_slope + polynomial(p->kA, p->amplifier, inside) * p->rho * slope;
@@ -312,223 +208,313 @@ double spring_stiffness(const SpringLaw *law, const SpringMemory *memory)
 
 /* ---- work.py ---------------------------------------------------------------------------------------------------- */
 
-enum { FEW_POINTS = 3 };
+/* Points are taken four at a time. */
+enum { MOST_GROUPS = 5, NODES = MOST_GROUPS * (MOST_GROUPS + 1) };
 
-static const double GAUSS_3[FEW_POINTS][2] = {
-    {-0.77459666924148338, 5.0 / 9.0}, {0.0, 8.0 / 9.0}, {0.77459666924148338, 5.0 / 9.0}};
-/* Up to this share of a piece, and of what FA may change in, 3 points are enough. */
-static const double NARROW = 0.05;
-/* Up to this, the powers of FA about the middle of a piece do not cancel. */
-static const double SMOOTH = 16.0;
-/* Of 1, 2, ... */
-static const double RECIPROCALS[SPRING_POWERS + SPRING_COEFFICIENTS] = {
-    1.0 / 1, 1.0 / 2, 1.0 / 3, 1.0 / 4, 1.0 / 5, 1.0 / 6, 1.0 / 7, 1.0 / 8, 1.0 / 9,
-    1.0 / 10, 1.0 / 11, 1.0 / 12, 1.0 / 13, 1.0 / 14, 1.0 / 15, 1.0 / 16, 1.0 / 17, 1.0 / 18,
-    1.0 / 19, 1.0 / 20, 1.0 / 21, 1.0 / 22, 1.0 / 23, 1.0 / 24, 1.0 / 25, 1.0 / 26, 1.0 / 27,
-    1.0 / 28, 1.0 / 29, 1.0 / 30, 1.0 / 31, 1.0 / 32, 1.0 / 33,
+/* The positive nodes of Gauss-Legendre's rules on [-1, 1] of 4, 8, ... 20 points, and their weights. */
+static const double NODE[NODES] = {
+    0.33998104358485626, 0.86113631159405258, 0.1834346424956498, 0.52553240991632899, 0.79666647741362674, 0.96028985649753623,
+    0.12523340851146892, 0.36783149899818019, 0.58731795428661745, 0.76990267419430469, 0.90411725637047486, 0.98156063424671925,
+    0.09501250983763744, 0.28160355077925891, 0.45801677765722739, 0.61787624440264375, 0.75540440835500303, 0.86563120238783174,
+    0.94457502307323258, 0.98940093499164993, 0.076526521133497334, 0.22778585114164508, 0.37370608871541956, 0.5108670019508271,
+    0.63605368072651503, 0.74633190646015079, 0.83911697182221882, 0.91223442825132591, 0.96397192727791379, 0.99312859918509492,
 };
-/* Where terms of the sum of moments may be so many times the work that full saturation does, it is not used. */
-static const double WORST_CANCELLATION = 300.0;
+static const double WEIGHT[NODES] = {
+    0.65214515486254614, 0.34785484513745386, 0.36268378337836198, 0.31370664587788729, 0.22238103445337447, 0.10122853629037626,
+    0.24914704581340279, 0.23349253653835481, 0.20316742672306592, 0.16007832854334623, 0.10693932599531843, 0.047175336386511827,
+    0.1894506104550685, 0.18260341504492359, 0.16915651939500254, 0.14959598881657673, 0.12462897125553387, 0.095158511682492785,
+    0.062253523938647893, 0.027152459411754095, 0.15275338713072585, 0.14917298647260375, 0.14209610931838205, 0.13168863844917663,
+    0.11819453196151842, 0.10193011981724044, 0.083276741576704749, 0.062672048334109064, 0.040601429800386941, 0.017614007139152118,
+};
+/* Where a part is so short, of a block's half width, and FA so smooth on it, 4 points and 8 points are enough; 12 and 16
+ * where FA is smooth. */
+static const double SHORT_4 = 0.06, ROUGH_4 = 1.0, SHORT_8 = 0.4, ROUGH_8 = 16.0, ROUGH_12 = 48.0, ROUGH_16 = 160.0;
+
+/* Two numbers, in one register where there are such: not all compilers find that out, nor at all settings. a*x + b is rounded
+ * twice in either form. */
+#if defined(__GNUC__) && (defined(__SSE2__) || defined(__aarch64__))
+#define PAIR_REGISTERS
+#define POLYNOMIAL inline
+typedef double Pair __attribute__((vector_size(2 * sizeof(double))));
+#define PAIR(first, second) ((Pair){first, second})
+#define OF_PAIR(pair, which) ((pair)[which])
+#define TIMES_PLUS(a, x, b) ((a) * (x) + (b))
+#else
+#define POLYNOMIAL SPRING_NOINLINE
+typedef struct {
+    double of[2];
+} Pair;
+#define PAIR(first, second) ((Pair){{first, second}})
+#define OF_PAIR(pair, which) ((pair).of[which])
+#define TIMES_PLUS(a, x, b) PAIR((a).of[0] * (x).of[0] + (b).of[0], (a).of[1] * (x).of[1] + (b).of[1])
+#endif
+
+static inline Pair twice(double value)
+{
+    return PAIR(value, value);
+}
+
+static inline Pair pair_of(const double *values)
+{
+    return PAIR(values[0], values[1]);
+}
+
+static inline Pair times_plus(Pair a, Pair x, Pair b)
+{
+    return TIMES_PLUS(a, x, b);
+}
+
+static inline Pair times(Pair a, Pair x)
+{
+    return times_plus(a, x, twice(0.0));
+}
+
+/* The polynomial of an even number of coefficients: of its even and of its odd part, since operations that wait for each other
+ * are what takes time. */
+static POLYNOMIAL Pair polynomial_at(const double *coefficients, int count, Pair x)
+{
+    Pair x_2 = times(x, x), even = twice(coefficients[count - 2]), odd = twice(coefficients[count - 1]);
+    for (int i = count - 4; i >= 0; i -= 2) {
+        even = times_plus(even, x_2, twice(coefficients[i]));
+        odd = times_plus(odd, x_2, twice(coefficients[i + 1]));
+    }
+    return times_plus(odd, x, even);
+}
+
+#ifdef PAIR_REGISTERS
+/* The same at two pairs. */
+static inline void polynomials_at(const double *coefficients, int count, Pair x, Pair y, Pair *at_x, Pair *at_y)
+{
+    Pair x_2 = times(x, x), y_2 = times(y, y), c = twice(coefficients[count - 2]);
+    Pair even_x = c, even_y = c, odd_x = twice(coefficients[count - 1]), odd_y = odd_x;
+    for (int i = count - 4; i >= 0; i -= 2) {
+        c = twice(coefficients[i]);
+        even_x = times_plus(even_x, x_2, c);
+        even_y = times_plus(even_y, y_2, c);
+        c = twice(coefficients[i + 1]);
+        odd_x = times_plus(odd_x, x_2, c);
+        odd_y = times_plus(odd_y, y_2, c);
+    }
+    *at_x = times_plus(odd_x, x, even_x);
+    *at_y = times_plus(odd_y, y, even_y);
+}
+#endif
+
+static inline int padded(int count)
+{
+    return count + count % 2;
+}
 
 /* Work of FE within the range, from the offset. */
 static double elastic_work_inside(const SpringLaw *law, double x)
 {
-    const SpringParameters *p = &law->parameters;
-    if (p->knots == 0)
-        return polynomial(law->FE_work, p->elastic + 1, x);
-    int i = spline_piece(&law->spline, p->knots, x);
+    int i = spline_piece(&law->spline, law->parameters.knots, x);
     return spline_work(&law->spline, i, x - law->spline.knots[i]);
 }
 
-/* Outside as if the slope of FE stayed what it is at the end. */
-static double elastic_work(const SpringLaw *law, double x)
+/* Of FE outside, as if its slope stayed what it is at the end. */
+static double elastic_work_outside(const SpringLaw *law, double out)
 {
-    double inside = clip(x, law->x_min, law->x_max);
-    double out = x - inside;
-    double work = elastic_work_inside(law, inside);
-    if (out == 0.0)
-        return work;
-    return work + out * (elastic_inside(law, inside) + 0.5 * elastic_slope(law, inside) * out);
+    return out * (law->FE_outside[out > 0.0] + 0.5 * law->FE_slope_outside[out > 0.0] * out);
 }
 
-/* Integral of FA from the offset to x. */
-static double amplifier_work(const SpringLaw *law, double x)
+/* Work of FE between two displacements. */
+SPRING_NOINLINE static double elastic_work(const SpringLaw *law, double before, double now)
 {
     const SpringParameters *p = &law->parameters;
-    double inside = clip(x, law->x_min, law->x_max);
-    return polynomial(law->FA_work, p->amplifier + 1, inside) + (x - inside) * polynomial(p->kA, p->amplifier, inside);
+    before -= p->displacement_offset;
+    now -= p->displacement_offset;
+    double from = clip(before, law->x_min, law->x_max), to = clip(now, law->x_min, law->x_max), work;
+    if (p->knots == 0) {
+        Pair both = polynomial_at(law->FE_work, p->elastic + 1 + (p->elastic + 1) % 2, PAIR(from, to));
+        work = OF_PAIR(both, 1) - OF_PAIR(both, 0);
+    } else {
+        work = elastic_work_inside(law, to) - elastic_work_inside(law, from);
+    }
+    return work + (elastic_work_outside(law, now - to) - elastic_work_outside(law, before - from));
 }
 
-/* A part of a stroke on one branch, x = x_at_zero + per_z*|xi|. The integrand is |W|*FA, or (1 - |W|)*FA. */
+/* What a stroke has still to do from xi to high, and the part of it that comes next, on one branch of W and on one side of
+ * each end of the range, where x = x_at_zero + per_z*|xi|. FA is constant outside. */
 typedef struct {
     const SpringLaw *law;
-    const SpringBranch *branch;
+    const SpringBlocks *blocks;
+    double xi, high, done;
+    double enters, leaves; /* xi at the ends of the range */
     double x_at_zero, per_z;
-    int complement;
+    double constant; /* FA, if its degree is 0 */
+    int degree, falls;
+    int block; /* that holds xi */
 } Part;
 
-/* Coefficients of FA by powers of t, x = origin + scale*t, as it is at x = `within`; returns their number. */
-static int expand_amplifier(const SpringLaw *law, double origin, double scale, double within, double *f)
+/* The block that holds z, counted without branches, which would often be mispredicted. */
+SPRING_NOINLINE static int block_of(const SpringBlocks *blocks, double z)
 {
-    int count = law->parameters.amplifier;
-    if (within < law->x_min || within > law->x_max) {
-        f[0] = amplifier(law, within);
-        return 1;
-    }
-    double power = 1.0;
-    memcpy(f, law->parameters.kA, (size_t)count * sizeof *f);
-    for (int m = 0; m < count; m++, power *= scale) {
-        for (int k = count - 2; k >= m; k--)
-            f[k] += origin * f[k + 1];
-        f[m] *= power;
-    }
-    return count;
+    const double *ends = blocks->ends + 1;
+    int below = 0, within = 0;
+    for (int k = 1; k < SPRING_BLOCKS / 8; k++)
+        below += ends[8 * k - 1] <= z;
+    ends += 8 * (size_t)below;
+    for (int k = 0; k < 8; k++)
+        within += ends[k] <= z;
+    return 8 * below + within;
 }
 
-/* Integral over |xi| from a to b on a piece over which FA changes little: that of a product of polynomials of theta. */
-static double smooth_work(const Part *part, const SpringPiece *piece, double a, double b)
+/* How many groups of points are exact for a product of that many coefficients, or as many as it needs; see SHORT_4. */
+static inline int groups_for(int coefficients, double length, double rough)
 {
-    double f[SPRING_COEFFICIENTS], product[SPRING_POWERS + SPRING_COEFFICIENTS] = {0.0};
-    double half = 1.0 / piece->per_half, from = (a - piece->middle) * piece->per_half, to = (b - piece->middle) * piece->per_half;
-    double sign = part->complement ? -1.0 : 1.0, at_from = 0.0, at_to = 0.0;
-    double origin = part->x_at_zero + part->per_z * piece->middle, within = part->x_at_zero + 0.5 * part->per_z * (a + b);
-    int count = expand_amplifier(part->law, origin, part->per_z * half, within, f);
-    for (int k = 0; k < count; k++) {
-        for (int i = 0; i < SPRING_POWERS; i++)
-            product[i + k] += sign * piece->coefficients[i] * f[k];
-        if (part->complement)
-            product[k] += f[k];
-    }
-    for (int i = SPRING_POWERS + count - 2; i >= 0; i--) {
-        double integrated = product[i] * RECIPROCALS[i];
-        at_from = (at_from + integrated) * from;
-        at_to = (at_to + integrated) * to;
-    }
-    return half * (at_to - at_from);
+    int exact = (coefficients + 7) / 8, groups = 3 + (rough >= ROUGH_12) + 2 * (rough >= ROUGH_16);
+    groups -= (length < SHORT_8) & (rough < ROUGH_8);
+    groups -= (length < SHORT_4) & (rough < ROUGH_4);
+    return groups < exact ? groups : exact;
 }
 
-/* Integral over |xi| from a to b, both on one piece. */
-static double piece_work(const Part *part, int index, double a, double b)
+/* Integral of |W|*FA over |xi| from a to b, both on one block, or beyond the last, where |W| = 1. */
+SPRING_NOINLINE static double cut_work(const Part *part, int block, double a, double b)
 {
-    const SpringLaw *law = part->law;
-    const SpringBranch *branch = part->branch;
-    if (index == branch->pieces)
-        return part->complement ? 0.0 : (b - a) * amplifier(law, part->x_at_zero + 0.5 * part->per_z * (a + b));
-    double rough = (b - a) * law->roughness, width = branch->edges[index + 1] - branch->edges[index];
-    int few = rough < NARROW && b - a < NARROW * width;
-    if (!few && width * law->roughness < SMOOTH)
-        return smooth_work(part, &branch->piece[index], a, b);
-    int most = law->parameters.amplifier / 2;
-    int panels = few || rough < 16.0 ? 1 : rough < 8.0 * most ? (int)(rough / 8.0) : most;
-    int points = few ? FEW_POINTS : GAUSS_POINTS;
-    const double(*rule)[2] = few ? GAUSS_3 : GAUSS_8;
-    double half = 0.5 * (b - a) / panels, total = 0.0;
-    for (int panel = 0; panel < panels; panel++)
-        for (int i = 0; i < points; i++) {
-            double z = a + half * (2 * panel + 1 + rule[i][0]);
-            double value = spring_on_piece(branch, index, z);
-            total += rule[i][1] * (part->complement ? 1.0 - value : value) *
-                     amplifier(law, part->x_at_zero + part->per_z * z);
+    const SpringBlocks *blocks = part->blocks;
+    double half = 0.5 * (b - a), middle = a + half, x = part->x_at_zero + part->per_z * middle, reach = part->per_z * half;
+    double theta = (middle - blocks->middle[block]) * blocks->per_half[block], length = half * blocks->per_half[block];
+    double rough = 2.0 * half * part->law->roughness, total = 0.0;
+    int saturated = block == blocks->count;
+    /* 2 groups for |W| alone; else exact for the degree of the product, or as many as it needs. */
+    int64_t groups = 2;
+    if (saturated && part->degree == 0)
+        return (b - a) * part->constant;
+    if (part->degree > 0)
+        groups = groups_for(part->degree + (saturated ? 1 : SPRING_BLOCK_POWERS), length, rough);
+    const double *node = NODE + groups * (groups - 1), *weight = WEIGHT + groups * (groups - 1);
+    const double *W = blocks->coefficients[saturated ? 0 : block], *FA = part->law->FA;
+    int count = padded(part->degree + 1);
+#ifdef PAIR_REGISTERS
+    for (int i = 0; i < 2 * groups; i += 2) {
+        Pair s = pair_of(node + i), left = twice(1.0), right = left;
+        if (!saturated)
+            polynomials_at(W, SPRING_BLOCK_POWERS, times_plus(s, twice(-length), twice(theta)),
+                           times_plus(s, twice(length), twice(theta)), &left, &right);
+        if (part->degree > 0) {
+            Pair FA_left, FA_right;
+            polynomials_at(FA, count, times_plus(s, twice(-reach), twice(x)), times_plus(s, twice(reach), twice(x)),
+                           &FA_left, &FA_right);
+            left = times(left, FA_left);
+            right = times(right, FA_right);
         }
-    return half * total;
+        for (int k = 0; k < 2; k++)
+            total += weight[i + k] * (OF_PAIR(left, k) + OF_PAIR(right, k));
+    }
+#else
+    /* The same in the same order, with fewer registers. */
+    for (int i = 0; i < 2 * groups; i++) {
+        Pair value = twice(1.0);
+        if (!saturated)
+            value = polynomial_at(W, SPRING_BLOCK_POWERS, PAIR(theta - node[i] * length, theta + node[i] * length));
+        if (part->degree > 0)
+            value = times(value, polynomial_at(FA, count, PAIR(x - node[i] * reach, x + node[i] * reach)));
+        total += weight[i] * (OF_PAIR(value, 0) + OF_PAIR(value, 1));
+    }
+#endif
+    return half * (part->degree > 0 ? total : total * part->constant);
 }
 
-/* The same over whole pieces from the moments, FA being expanded by powers of |xi|. Returns 0, which no work is, where the
- * terms would cancel: when xi = 0 lies many times the range away, or FA is of a high degree. */
-static double moments_work(const Part *part, int from, int to)
+/* The same over whole blocks: over the first ones together, over runs, and over others one by one, two at a time. */
+SPRING_NOINLINE static double whole_work(const Part *part, int from, int to)
 {
     const SpringLaw *law = part->law;
-    const SpringBranch *branch = part->branch;
-    const double(*moments)[SPRING_MOMENTS] = part->complement ? branch->missing : branch->moments;
-    const double *low = moments[from], *high = moments[to];
-    double reach = fabs(part->x_at_zero) + fabs(part->per_z) * branch->edges[to];
-    double within = part->x_at_zero + 0.5 * part->per_z * (branch->edges[from] + branch->edges[to]);
-    double f[SPRING_COEFFICIENTS], largest = 0.0, total = 0.0;
-    int count = expand_amplifier(law, part->x_at_zero, part->per_z, within, f);
-    for (int m = 0; m < count; m++)
-        total += f[m] * (high[m] - low[m]);
-    if (count == 1)
-        return total;
-    for (int k = count - 1; k >= 0; k--)
-        largest = largest * reach + fabs(law->parameters.kA[k]);
-    double saturated = (branch->edges[to] - branch->edges[from]) * amplifier(law, within);
-    return largest * high[0] < WORST_CANCELLATION * saturated ? total : 0.0;
-}
-
-static double pieces_work(const Part *part, int from, int to)
-{
-    double total = moments_work(part, from, to);
-    if (total != 0.0)
-        return total;
-    /* Piece by piece only where FA changes over a piece. */
-    int smooth = to;
-    while (smooth > from && part->branch->edges[smooth] * part->law->roughness > 1.0)
-        smooth--;
-    if (from < smooth && smooth < to)
-        total = moments_work(part, from, smooth);
-    for (int i = total == 0.0 ? from : smooth; i < to; i++)
-        total += piece_work(part, i, part->branch->edges[i], part->branch->edges[i + 1]);
+    const SpringBlocks *blocks = part->blocks;
+    if (part->degree == 0)
+        return (blocks->area[to] - blocks->area[from]) * part->constant;
+    double total = 0.0;
+    int count = padded(part->degree + 1), grows = part->per_z > 0.0, core = law->core[part->falls];
+    if (from == 0 && 0 < core && core <= to) {
+        double x = part->x_at_zero + part->per_z * (0.5 * blocks->ends[core]);
+        Pair work = polynomial_at(law->core_work[part->falls][grows], count, twice(x));
+        total = OF_PAIR(work, 0);
+        from = core;
+    }
+    while (from < to) {
+        int each = from % SPRING_RUN != 0 || to - from < SPRING_RUN, aligned = from - from % SPRING_RUN + SPRING_RUN;
+        int end = !each ? to - to % SPRING_RUN : aligned < to ? aligned : to, step = each ? 1 : SPRING_RUN;
+        int first = from / step, last = end / step;
+        const double *middle = each ? blocks->middle : blocks->run_middle;
+        const double(*work)[SPRING_PADDED][2] =
+            each ? law->block_work[part->falls][grows] : law->run_work[part->falls][grows];
+        for (int64_t pair = first / 2; 2 * pair < last; pair++) {
+            const double(*c)[2] = work[pair];
+            Pair x = times_plus(pair_of(middle + 2 * pair), twice(part->per_z), twice(part->x_at_zero)), x_2 = times(x, x);
+            Pair even = pair_of(c[count - 2]), odd = pair_of(c[count - 1]);
+            for (int m = count - 4; m >= 0; m -= 2) {
+                even = times_plus(even, x_2, pair_of(c[m]));
+                odd = times_plus(odd, x_2, pair_of(c[m + 1]));
+            }
+            even = times_plus(odd, x, even);
+            total += 2 * pair >= first ? OF_PAIR(even, 0) : 0.0;
+            total += 2 * pair + 1 < last ? OF_PAIR(even, 1) : 0.0;
+        }
+        from = end;
+    }
     return total;
 }
 
-/* Integral over |xi| from a to b, which crosses no end of the range. */
-static double branch_work(const Part *part, double a, double b)
+/* Goes on to the branch of W on which xi grows from here. */
+static void enter_branch(Part *part, double per_xi)
 {
-    const SpringBranch *branch = part->branch;
-    int from = spring_piece(branch, a), to = spring_piece(branch, b);
-    if (from == to)
-        return piece_work(part, from, a, b);
-    double total = piece_work(part, to, branch->edges[to], b);
-    if (a > branch->edges[from]) {
-        total += piece_work(part, from, a, branch->edges[from + 1]);
+    part->falls = part->xi < 0.0;
+    part->blocks = part->falls ? &part->law->table->falling.blocks : &part->law->table->rising.blocks;
+    part->per_z = part->falls ? -per_xi : per_xi;
+    part->block = part->xi == 0.0 ? 0 : block_of(part->blocks, fabs(part->xi));
+}
+
+SPRING_NOINLINE static void begin_work(Part *part, const SpringMemory *memory)
+{
+    const SpringLaw *law = part->law;
+    double offset = law->parameters.displacement_offset, rho = law->parameters.rho, per_xi = memory->direction / rho;
+    double start = memory->start - offset;
+    part->xi = memory->start_xi + rho * fabs((memory->energy_at - offset) - start);
+    part->high = memory->start_xi + rho * fabs((memory->displacement - offset) - start);
+    part->done = 0.0;
+    part->x_at_zero = start - memory->direction * memory->start_xi / rho;
+    int grows = memory->direction > 0;
+    part->enters = memory->direction * rho * ((grows ? law->x_min : law->x_max) - part->x_at_zero);
+    part->leaves = memory->direction * rho * ((grows ? law->x_max : law->x_min) - part->x_at_zero);
+    enter_branch(part, per_xi);
+}
+
+/* Where the next part ends: the integrand changes where the stroke crosses an end of the range, and at xi = 0. */
+static double end_of_part(const Part *part)
+{
+    double end = part->xi < 0.0 && 0.0 < part->high ? 0.0 : part->high;
+    if (part->xi < part->enters && part->enters < end)
+        end = part->enters;
+    return part->xi < part->leaves && part->leaves < end ? part->leaves : end;
+}
+
+/* Integral of omega*FA dx times rho over the next part. */
+SPRING_NOINLINE static void work_on(Part *part)
+{
+    const SpringLaw *law = part->law;
+    const double *ends = part->blocks->ends;
+    double end = end_of_part(part), a = fabs(part->falls ? end : part->xi), b = fabs(part->falls ? part->xi : end);
+    double middle = part->x_at_zero + 0.5 * part->per_z * (a + b);
+    int outside = middle < law->x_min || middle > law->x_max;
+    part->degree = outside ? 0 : law->parameters.amplifier - 1;
+    part->constant = outside ? law->FA_outside[middle > law->x_max] : law->FA[0];
+    part->xi = end;
+    int from = part->block, to = end == 0.0 ? 0 : block_of(part->blocks, fabs(end));
+    part->block = to;
+    if (part->falls) {
+        to = from;
+        from = part->block;
+    }
+    double total = cut_work(part, to, from < to ? ends[to] : a, b);
+    if (from < to && a > ends[from]) {
+        total += cut_work(part, from, a, ends[from + 1]);
         from++;
     }
-    return from == to ? total : total + pieces_work(part, from, to);
-}
-
-static double rising_work(const SpringLaw *law, int direction, double x_at_zero, double low, double high)
-{
-    const SpringParameters *p = &law->parameters;
-    const SpringBranch *branch = &law->table->rising;
-    Part part = {.law = law, .branch = branch, .x_at_zero = x_at_zero, .per_z = direction / p->rho};
-    int last = spring_piece(branch, high);
-    if (last < branch->complemented || (last < branch->pieces && spring_piece(branch, low) == last))
-        return p->kappa_omega / p->rho * branch_work(&part, low, high);
-    /* What full saturation would do less what is missing from it, which is much shorter. Not before W is 1/2, or little
-     * would be left. */
-    double a = x_at_zero + part.per_z * low, b = x_at_zero + part.per_z * high;
-    double saturated = direction * (amplifier_work(law, b) - amplifier_work(law, a));
-    part.complement = 1;
-    return p->kappa_omega * (saturated - branch_work(&part, low, high) / p->rho);
-}
-
-static double falling_work(const SpringLaw *law, int direction, double x_at_zero, double low, double high)
-{
-    const SpringParameters *p = &law->parameters;
-    Part part = {.law = law, .branch = &law->table->falling, .x_at_zero = x_at_zero, .per_z = -direction / p->rho};
-    return -p->kappa_omega / p->rho * branch_work(&part, fabs(high), fabs(low));
-}
-
-/* Integral of kappa_omega*omega*FA dx while xi grows from low to high on one stroke. */
-static double hysteretic_work(const SpringLaw *law, int direction, double x_at_zero, double low, double high)
-{
-    double total = 0.0;
-    /* Where the stroke crosses the ends of the range, and xi = 0, the integrand changes. */
-    for (int k = 0; k < 3; k++) {
-        double end = high;
-        if (k < 2) {
-            double x = (k == 0) == (direction > 0) ? law->x_min : law->x_max;
-            end = direction * law->parameters.rho * (x - x_at_zero);
-            if (!(low < end && end < high))
-                continue;
-        }
-        if (low < 0.0)
-            total += falling_work(law, direction, x_at_zero, low, end < 0.0 ? end : 0.0);
-        if (end > 0.0)
-            total += rising_work(law, direction, x_at_zero, low > 0.0 ? low : 0.0, end);
-        low = end;
-    }
-    return total;
+    if (from < to)
+        total += whole_work(part, from, to);
+    part->done += part->falls ? -total : total;
+    if (end == 0.0)
+        enter_branch(part, part->falls ? -part->per_z : part->per_z);
 }
 
 /* ---- stepper.py ------------------------------------------------------------------------------------------------- */
@@ -539,10 +525,39 @@ SpringMemory spring_start(double displacement, double omega)
         .displacement = displacement, .omega = omega, .start = displacement, .energy_at = displacement};
 }
 
-/* A new stroke, which goes in the other direction. */
+SPRING_NOINLINE static double energy_now(const SpringLaw *law, const SpringMemory *memory)
+{
+    if (memory->energy_at == memory->displacement || !law->has_energy)
+        return memory->energy;
+    Part part;
+    part.law = law;
+    begin_work(&part, memory);
+    while (part.xi < part.high)
+        work_on(&part);
+    double hysteretic = law->parameters.kappa_omega / law->parameters.rho * part.done;
+    return memory->energy + elastic_work(law, memory->energy_at, memory->displacement) + hysteretic;
+}
+
+double spring_absorbed_energy(const SpringLaw *law, const SpringMemory *memory)
+{
+    return energy_now(law, memory);
+}
+
+/* Integrates the energy up to now. */
+static inline void integrate_energy(const SpringLaw *law, SpringMemory *memory)
+{
+    memory->energy = energy_now(law, memory);
+    memory->energy_at = memory->displacement;
+}
+
+void spring_integrate(const SpringLaw *law, SpringMemory *memory)
+{
+    integrate_energy(law, memory);
+}
+
+/* A new stroke, which goes in the other direction; the energy is integrated up to here. */
 static void reverse(const SpringLaw *law, SpringMemory *memory, int direction)
 {
-    spring_integrate(law, memory);
     memory->start_xi = spring_inverse(law->table, direction * memory->omega);
     memory->start = memory->displacement;
     memory->direction = direction;
@@ -562,29 +577,12 @@ SpringMemory spring_trial(const SpringLaw *law, const SpringMemory *memory, doub
     if (travel == 0.0)
         return after;
     int direction = travel > 0.0 ? 1 : -1;
-    if (direction != memory->direction)
+    if (direction != memory->direction) {
+        integrate_energy(law, &after);
         reverse(law, &after, direction);
+    }
     continue_stroke(law, &after, displacement);
     return after;
-}
-
-double spring_absorbed_energy(const SpringLaw *law, const SpringMemory *memory)
-{
-    const SpringParameters *p = &law->parameters;
-    double before = memory->energy_at - p->displacement_offset, now = memory->displacement - p->displacement_offset;
-    if (before == now)
-        return memory->energy;
-    double elastic = elastic_work(law, now) - elastic_work(law, before);
-    double start = memory->start - p->displacement_offset;
-    double x_at_zero = start - memory->direction * memory->start_xi / p->rho;
-    double low = memory->start_xi + p->rho * fabs(before - start), high = memory->start_xi + p->rho * fabs(now - start);
-    return memory->energy + elastic + hysteretic_work(law, memory->direction, x_at_zero, low, high);
-}
-
-void spring_integrate(const SpringLaw *law, SpringMemory *memory)
-{
-    memory->energy = spring_absorbed_energy(law, memory);
-    memory->energy_at = memory->displacement;
 }
 
 /* ---- derivatives ------------------------------------------------------------------------------------------------ */
@@ -636,7 +634,9 @@ void spring_change(
     spring_integrate(before, memory);
     if (memory->direction == 0 || (old->rho == new->rho && old->sigma == new->sigma && old->n == new->n))
         return;
-    SpringSensitivity change = omega_derivatives(before, memory, sensitivity);
+    SpringSensitivity change = {0};
+    if (sensitivity != NULL)
+        change = omega_derivatives(before, memory, sensitivity);
     if (old->rho != new->rho)
         change.by_rho = 0.0;
     if (old->sigma != new->sigma)
@@ -645,7 +645,17 @@ void spring_change(
         change.by_n = 0.0;
     memory->start = memory->displacement;
     memory->start_xi = spring_inverse(after->table, memory->direction * memory->omega);
-    *sensitivity = inherited(after, memory, &change);
+    if (sensitivity != NULL)
+        *sensitivity = inherited(after, memory, &change);
+}
+
+/* A new stroke, and what it inherits. */
+SPRING_NOINLINE static void reverse_sensitivity(
+    const SpringLaw *law, SpringMemory *memory, SpringSensitivity *sensitivity, int direction)
+{
+    SpringSensitivity change = omega_derivatives(law, memory, sensitivity);
+    reverse(law, memory, direction);
+    *sensitivity = inherited(law, memory, &change);
 }
 
 void spring_commit(const SpringLaw *law, SpringMemory *memory, SpringSensitivity *sensitivity, double displacement)
@@ -653,14 +663,16 @@ void spring_commit(const SpringLaw *law, SpringMemory *memory, SpringSensitivity
     double travel = displacement - memory->displacement;
     if (travel == 0.0)
         return;
-    if (memory->direction == (travel > 0.0 ? 1 : -1)) {
-        continue_stroke(law, memory, displacement);
-        return;
+    int direction = travel > 0.0 ? 1 : -1;
+    if (direction != memory->direction) {
+        /* Before the sensitivity, so that the frames of both do not add up. */
+        integrate_energy(law, memory);
+        if (sensitivity != NULL)
+            reverse_sensitivity(law, memory, sensitivity, direction);
+        else
+            reverse(law, memory, direction);
     }
-    SpringMemory after = spring_trial(law, memory, displacement);
-    if (sensitivity != NULL)
-        *sensitivity = spring_trial_sensitivity(law, memory, sensitivity, &after);
-    *memory = after;
+    continue_stroke(law, memory, displacement);
 }
 
 /* x^i and its derivatives. */
@@ -703,14 +715,14 @@ SpringOmegaSlope spring_omega_slope(const SpringLaw *law, const SpringMemory *me
     int direction = memory->direction ? memory->direction : 1;
     double u = direction * memory->omega, size = clip(fabs(u), DBL_EPSILON, 1.0);
     double factor = u >= 0.0 ? -1.0 : 2.0 * law->parameters.sigma - 1.0;
-    double power = pow(clip(fabs(u), 0.0, 1.0), n);
+    double power = spring_power(clip(fabs(u), 0.0, 1.0), n);
     double value = 1.0 + factor * power;
     return (SpringOmegaSlope){
         .value = rho * value,
-        .by_omega = fabs(u) > 1.0 ? 0.0 : rho * (u >= 0.0 ? direction : -direction) * factor * n * pow(size, n - 1.0),
+        .by_omega = fabs(u) > 1.0 ? 0.0 : rho * (u >= 0.0 ? direction : -direction) * factor * n * spring_power(size, n) / size,
         .by_rho = value,
         .by_sigma = u >= 0.0 ? 0.0 : 2.0 * rho * power,
-        .by_n = rho * factor * power * log(size),
+        .by_n = rho * factor * power * spring_logarithm(size),
     };
 }
 

@@ -12,7 +12,6 @@
 #define SPRING_H
 
 #include "spring_limits.h"
-#include "spring_number.h"
 #include "saturation.h"
 #include "spline.h"
 #include "spring_local.h"
@@ -29,15 +28,29 @@ typedef struct {
     double displacement_offset, displacement_min, displacement_max;
 } SpringParameters;
 
+enum { SPRING_PADDED = SPRING_COEFFICIENTS + 1 }; /* an even number */
+
 /* What the functions need of one spring; the spline only if FE is a table. Many springs may share a table, which must outlive them. */
 typedef struct {
     SpringParameters parameters;
     double dFE[SPRING_COEFFICIENTS], dFA[SPRING_COEFFICIENTS];
-    double FE_work[SPRING_COEFFICIENTS + 1], FA_work[SPRING_COEFFICIENTS + 1];
+    double FE_work[SPRING_COEFFICIENTS + 1];
+    double FA[SPRING_PADDED]; /* kA and zeros */
     SpringSpline spline;
     double x_min, x_max;
+    double FE_outside[2], FE_slope_outside[2], FA_outside[2]; /* at x_min and at x_max, for what lies beyond */
     double roughness; /* how fast FA may change per unit of xi */
     const SpringTable *table;
+    int has_energy; /* whether the table has what energies need; without, a spring keeps the energy it has */
+    /* By branch (rising, falling), by whether x falls or grows with |xi|, by pairs of blocks and by power: coefficients of the
+     * work over each block at kappa_omega/rho = 1, a polynomial of x in the middle of the block. */
+    double block_work[2][2][SPRING_BLOCK_ROOM / 2][SPRING_PADDED][2];
+    /* The same over whole runs of blocks. */
+    double run_work[2][2][SPRING_RUNS / 2][SPRING_PADDED][2];
+    /* By branch the number of first blocks that are together short beside the range, and their work, a polynomial of x in
+     * the middle of all of them. */
+    int core[2];
+    double core_work[2][2][SPRING_PADDED];
 } SpringLaw;
 
 /* What the spring remembers of its path; see Memory in stepper.py. `energy` is what has been absorbed up to the displacement
@@ -71,10 +84,6 @@ typedef struct {
     double value, by_omega, by_rho, by_sigma, by_n;
 } SpringOmegaSlope;
 
-/* The first reason why the parameters are not a physically possible spring, written into text (always terminated), in
- * the words of spring_parameters() in variables.py. Returns 0 if they are possible, else 1. */
-SPRING_LOCAL int spring_problem(const SpringParameters *parameters, char *text, size_t size);
-
 /* Prepares a law; the parameters must be possible, and the table one of their n and sigma. It may be NULL for what needs no
  * path: force and stiffness, and the derivatives at an omega that is given. */
 SPRING_LOCAL void spring_prepare(SpringLaw *law, const SpringParameters *parameters, const SpringTable *table);
@@ -105,8 +114,8 @@ SPRING_LOCAL SpringSensitivity spring_trial_sensitivity(
 SPRING_LOCAL void spring_commit(
     const SpringLaw *law, SpringMemory *memory, SpringSensitivity *sensitivity, double displacement);
 
-/* Goes on with other parameters at the same displacement and with the same omega. The sensitivity by a parameter that changed
- * counts from here on. Both tables must have derivatives. */
+/* Goes on with other parameters at the same displacement and with the same omega, in the time of a step. Unless it is NULL, the
+ * sensitivity by a parameter that changed counts from here on, and both tables must have derivatives. */
 SPRING_LOCAL void spring_change(
     const SpringLaw *before, const SpringLaw *after, SpringMemory *memory, SpringSensitivity *sensitivity);
 

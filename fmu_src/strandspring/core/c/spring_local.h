@@ -3,8 +3,25 @@
 #ifndef SPRING_LOCAL_H
 #define SPRING_LOCAL_H
 
-#ifndef SPRING_LOCAL
-#define SPRING_LOCAL
+/* Where SPRING_STEPS_ONLY is defined, steps are taken by tables that were made elsewhere: there is no
+ * spring_tabulate, which needs a mathematics library, and tables hold no derivatives by n and sigma (those are NaN). */
+
+/* SPRING_APART stands for it where a function must not become part of its caller, whose stack would grow, and SPRING_COLD where it is
+ * rarely called besides. */
+#if defined(__GNUC__)
+#define SPRING_NOINLINE __attribute__((noinline, unused))
+#define SPRING_RARE __attribute__((cold))
+#else
+#define SPRING_NOINLINE
+#define SPRING_RARE
 #endif
+
+#ifdef SPRING_LOCAL
+#define SPRING_APART SPRING_NOINLINE static
+#else
+#define SPRING_LOCAL
+#define SPRING_APART SPRING_NOINLINE
+#endif
+#define SPRING_COLD SPRING_RARE SPRING_APART
 
 #endif

@@ -10,7 +10,8 @@
 
 #include "../../core/c/fmi2_api.h"
 #include "../../core/c/fmi2_log.c"
-#include "../../core/c/fmi2_states.c"
+#include "../../core/c/fmu_log.c"
+#include "../../core/c/fmu_modes.c"
 
 #include "python.c"
 #ifdef _WIN32
@@ -47,9 +48,8 @@ fmi2Component fmi2Instantiate(fmi2String instanceName, fmi2Type fmuType, fmi2Str
     (void)loggingOn;
     if (functions == NULL)
         return NULL;
-    int named = instanceName != NULL && instanceName[0] != '\0';
-    Log log = {functions->logger, functions->componentEnvironment, named ? instanceName : "unnamed", LOG_ALL};
-    if (!named)
+    Log log = fmi2_log(instanceName, functions);
+    if (instanceName == NULL || instanceName[0] == '\0')
         return FMU_REFUSE_POINTER(&log, "The name of an instance must not be empty.");
     if (fmuType != fmi2CoSimulation)
         return FMU_REFUSE_POINTER(&log, "The type must be fmi2CoSimulation (1), got %d.", (int)fmuType);
@@ -157,7 +157,8 @@ fmi2Status fmi2DoStep(fmi2Component c, fmi2Real currentCommunicationPoint, fmi2R
 {
     (void)noSetFMUStatePriorToCurrentPoint;
     FMU_REQUIRE(c, DoStep);
-    if (require_step(instance, currentCommunicationPoint, communicationStepSize) != fmi2OK)
+    double stop_time = instance->state.stop_time;
+    if (fmu_require_step(&instance->log, currentCommunicationPoint, communicationStepSize, stop_time) != FMU_OK)
         return fmi2Error;
     const double step[] = {currentCommunicationPoint, communicationStepSize};
     fmi2Status status =

@@ -1,6 +1,6 @@
 """One spring in the binary of a native FMU.
 
-The binary is compiled once for all springs. It holds a block of values (core/c/fmi2_block.h) that begins with a marker;
+The binary is compiled once for all springs. It holds a block of values (core/c/fmu_block.h) that begins with a marker;
 making an FMU of a spring means to overwrite the block. The same values as C source, for those who compile the FMU's
 sources, are those of `values_source`.
 """
@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import struct
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 from ...core.parameters import ARRAYS, SCALARS, SpringParameters
 from ...core.variables import start_values
@@ -16,15 +17,27 @@ from ...errors import BuildError
 from ...kernel.path import packed
 from .macho import is_macho, with_new_hashes
 
-# Marker: magic, size of the block, version of its layout. Then GUID, SpringParameters, omega_start, has_states.
+# Marker: magic, size of the block, version of its layout. Then GUID, SpringParameters, omega_start and the form.
 _MARKER = struct.Struct("<16sII")
-_MAGIC, _VERSION = b"strandspringfmu", 4
+_MAGIC, _VERSION = b"strandspringfmu", 5
 
 # What counts the values of each array.
 _COUNTS = {"kE": "elastic", "kA": "amplifier", "FE_knots": "knots", "FE_forces": "forces"}
 
 
-def filled(image: bytes, parameters: SpringParameters, guid: str, with_states: bool = False) -> bytes:
+@dataclass(frozen=True)
+class Form:
+    """The forms of an FMU: with continuous states; for a step with a deadline; without absorbed energy."""
+
+    with_states: bool = False
+    real_time: bool = False
+    no_energy: bool = False
+
+
+USUAL = Form()
+
+
+def filled(image: bytes, parameters: SpringParameters, guid: str, form: Form = USUAL) -> bytes:
     """An image with the values of one spring in its block, and the form of its FMU.
 
     Raises
@@ -33,7 +46,7 @@ def filled(image: bytes, parameters: SpringParameters, guid: str, with_states: b
     """
     start = start_values(parameters)
     values = struct.pack("<40s", guid.encode("ascii")) + packed(parameters)
-    values += struct.pack("<dq", start["omega_start"], with_states)
+    values += struct.pack("<dqqq", start["omega_start"], form.with_states, form.real_time, form.no_energy)
     return with_block(image, _MAGIC, _VERSION, values)
 
 
@@ -54,7 +67,7 @@ def with_block(image: bytes, magic: bytes, version: int, values: bytes) -> bytes
     return with_new_hashes(image) if is_macho(image) else image
 
 
-def values_source(parameters: SpringParameters, guid: str, with_states: bool = False) -> str:
+def values_source(parameters: SpringParameters, guid: str, form: Form = USUAL) -> str:
     """The text of spring_values.h."""
     start = start_values(parameters)
     # C11 has no empty initialisers.
@@ -72,7 +85,9 @@ def values_source(parameters: SpringParameters, guid: str, with_states: bool = F
 {scalars}
     }},
     .omega_start = {start["omega_start"].hex()},
-    .has_states = {int(with_states)},
+    .has_states = {int(form.with_states)},
+    .real_time = {int(form.real_time)},
+    .no_energy = {int(form.no_energy)},
 }},
 """
 

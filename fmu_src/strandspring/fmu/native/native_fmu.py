@@ -9,13 +9,16 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from ...compiled.images import FMI_HEADERS, FMU, fmi_header
+from ...compiled.images import FMI_HEADERS, FMU, FMU3, fmi_header
 from ...coordinates import placed
-from ...modelfile import ModelFile
-from ..archive import common_contents, content_guid, fmu_path, installed_version, write_archive
-from ..description import Backend, model_description
+from ...errors import BuildError
+from ...modelfile import LONGEST_NAME, ModelFile
+from ..archive import common_contents, content_guid, fmu_name, fmu_path, installed_version, write_archive
+from ..description import model_description
+from ..description_content import Backend
+from ..fmi3_files import BUILD_DESCRIPTION, TERMINALS, build_description, terminals
 from ..papers import BuildSettings, model_version, papers, sealed
-from .block import filled, values_source
+from .block import Form, filled, values_source
 from .platforms import Platform, binaries, default_platforms
 
 _STATE_AND_DERIVATIVES = {
@@ -23,9 +26,33 @@ _STATE_AND_DERIVATIVES = {
     "canNotUseMemoryManagementFunctions": "false",
     "providesDirectionalDerivative": "true",
 }
+_DERIVATIVES = {"providesDirectionalDerivatives": "true", "providesAdjointDerivatives": "true"}
 
-# Includes all other sources.
-_UNIT = "all.c"
+# Capabilities of co-simulation and of model exchange by version of FMI. On the straight paths between communication
+# points event mode, early return and intermediate update would bring nothing.
+_CO_SIMULATION = {
+    2: {
+        **_STATE_AND_DERIVATIVES,
+        "canInterpolateInputs": "true",
+        "maxOutputDerivativeOrder": "1",
+        "canRunAsynchronuously": "false",
+    },
+    3: {
+        **_DERIVATIVES,
+        "canHandleVariableCommunicationStepSize": "true",
+        "maxOutputDerivativeOrder": "1",
+        "providesIntermediateUpdate": "false",
+        "mightReturnEarlyFromDoStep": "false",
+        "canReturnEarlyAfterIntermediateUpdate": "false",
+        "hasEventMode": "false",
+    },
+}
+_MODEL_EXCHANGE = {
+    2: {**_STATE_AND_DERIVATIVES, "completedIntegratorStepNotNeeded": "false"},
+    3: {**_DERIVATIVES, "needsCompletedIntegratorStep": "true", "providesEvaluateDiscreteStates": "false"},
+}
+
+_UNITS = {2: FMU, 3: FMU3}
 
 
 def build_native_fmu(
@@ -35,10 +62,13 @@ def build_native_fmu(
     zero: float | None = None,
     author: str = "",
     with_states: bool = False,
+    fmi: int = 2,
+    real_time: bool = False,
+    no_energy: bool = False,
 ) -> Path:
-    """Write ``<directory>/<model.name>.fmu``, an FMI 2.0 FMU that runs without Python.
+    """Write ``<directory>/<model.name>.fmu``, an FMI 2.0 FMU that runs without Python, or ``<model.name>_fmi3.fmu``.
 
-    With states it is ``<model.name>_states.fmu``, for model exchange alone: `omega` and `absorbed_energy` are
+    With states its name ends in ``_states.fmu``, and it is for model exchange alone: `omega` and `absorbed_energy` are
     continuous states, `velocity` is a second input, and there is no memory besides. It is for importers that evaluate
     an FMU as a function, as for optimal control and linearisation; to them the usual form is an elastic spring.
 
@@ -52,6 +82,9 @@ def build_native_fmu(
                                         rig's zero if it lies within the identified range, else the middle of the range.
     author : str                        For the model description.
     with_states : bool
+    fmi : int                           Version of FMI, 2 or 3.
+    real_time : bool                    Nothing is allocated after instantiation.
+    no_energy : bool                    The output absorbed_energy is left out.
 
     Returns
     -------
@@ -63,8 +96,8 @@ def build_native_fmu(
                        to.
     """
     chosen = default_platforms() if platforms is None else platforms
-    contents = native_contents(model, chosen, zero, author, with_states)
-    return write_archive(fmu_path(directory, model.name, "states" if with_states else "native"), contents)
+    contents = native_contents(model, chosen, zero, author, with_states, fmi, real_time, no_energy)
+    return write_archive(fmu_path(directory, model.name, _backend_name(with_states), fmi), contents)
 
 
 def native_contents(
@@ -73,53 +106,65 @@ def native_contents(
     zero: float | None = None,
     author: str = "",
     with_states: bool = False,
+    fmi: int = 2,
+    real_time: bool = False,
+    no_energy: bool = False,
 ) -> dict[str, bytes]:
     """Every file of the native FMU by its path inside it."""
     of_record = model
     model, zero = placed(model, zero)
-    if with_states:
-        # Both forms may be linked into one program.
-        model = replace(model, name=f"{model.name}_states")
-    fixed = _fixed_sources()
+    settings = BuildSettings(
+        _backend_name(with_states), zero, author, fmi=fmi, real_time=real_time, no_energy=no_energy
+    )
+    # All forms may be linked into one program.
+    name = fmu_name(model.name, settings.backend, fmi)
+    if len(name) > LONGEST_NAME:
+        shorter = LONGEST_NAME - len(name) + len(model.name)
+        raise BuildError(f"{name} is too long for an FMU; give the model a name of at most {shorter} characters.")
+    model = replace(model, name=name)
+    unit, fixed, form = _UNITS[fmi], _fixed_sources(fmi), Form(with_states, real_time, no_energy)
+    listed = (Path(unit.file).name,)  # includes all other sources
     backend = Backend(
-        co_simulation=None
-        if with_states
-        else {
-            **_STATE_AND_DERIVATIVES,
-            "canInterpolateInputs": "true",
-            "maxOutputDerivativeOrder": "1",
-            "canRunAsynchronuously": "false",
-        },
-        model_exchange={**_STATE_AND_DERIVATIVES, "completedIntegratorStepNotNeeded": "false"},
-        sources=(_UNIT,),
+        co_simulation=None if with_states else _CO_SIMULATION[fmi],
+        model_exchange=_MODEL_EXCHANGE[fmi],
+        sources=listed,
         author=author,
         version=model_version(of_record),
         with_states=with_states,
+        fmi=fmi,
+        left_out=frozenset({"absorbed_energy"} if no_energy else ()),
     )
     tool = f"strandspring {installed_version('strandspring')}"
     spring = model.parameters
     # The binaries hold the GUID, so it comes from what they are made of.
-    values = values_source(spring, "", with_states).encode("ascii")
+    values = values_source(spring, "", form).encode("ascii")
     guid = content_guid([model_description(model, "", tool, backend), values], fixed)
-    sources = {**fixed, "spring_values.h": values_source(spring, guid, with_states).encode("ascii")}
-    settings = BuildSettings("states" if with_states else "native", zero, author)
+    sources = {**fixed, "spring_values.h": values_source(spring, guid, form).encode("ascii")}
+    of_fmi3 = {TERMINALS: terminals(), BUILD_DESCRIPTION: build_description(model.name, listed)}
     return sealed(
         {
             **common_contents(
                 model,
                 zero,
                 model_description(model, guid, tool, backend),
-                platforms=tuple(sorted(p.name for p in platforms)),
+                platforms=tuple(sorted({folder for platform in platforms for folder in platform.folders(fmi)})),
                 with_states=with_states,
+                fmi=fmi,
+                left_out=backend.left_out,
             ),
             **papers(of_record, settings),
-            **binaries(model.name, platforms, FMU, lambda image: filled(image, spring, guid, with_states)),
+            **binaries(model.name, platforms, unit, lambda image: filled(image, spring, guid, form), fmi),
             **{f"sources/{name}": content for name, content in sources.items()},
+            **(of_fmi3 if fmi == 3 else {}),
         }
     )
 
 
-def _fixed_sources() -> dict[str, bytes]:
-    """The C files that are the same for every model, by name."""
-    ours = {Path(path).name: content for path, content in FMU.sources().items()}
-    return {**ours, **{name: fmi_header(name) for name in FMI_HEADERS}}
+def _backend_name(with_states: bool) -> str:
+    return "states" if with_states else "native"
+
+
+def _fixed_sources(fmi: int) -> dict[str, bytes]:
+    """The C files that are the same for every model, by name; importers of FMI 3.0 have its headers."""
+    ours = {Path(path).name: content for path, content in _UNITS[fmi].sources().items()}
+    return ours if fmi == 3 else {**ours, **{name: fmi_header(name) for name in FMI_HEADERS[fmi]}}

@@ -18,7 +18,7 @@ class Platform:
     Attributes
     ----------
     name : str                    Of the folder, by FMI 2.0.4.
-    targets : tuple of Target     Several become one universal binary.
+    targets : tuple of Target     Several become one universal binary in FMI 2.0, and a folder each in FMI 3.0.
     """
 
     name: str
@@ -28,6 +28,10 @@ class Platform:
     def suffix(self) -> str:
         """Of the binary."""
         return self.targets[0].system.suffix
+
+    def folders(self, fmi: int) -> dict[str, tuple[Target, ...]]:
+        """The images of the binary in each folder, by the folder's name in a version of FMI, 2 or 3."""
+        return {self.name: self.targets} if fmi == 2 else {platform_tuple(target): (target,) for target in self.targets}
 
     @property
     def is_packaged(self) -> bool:
@@ -49,13 +53,28 @@ PLATFORMS = {
 }
 
 
-def host_folder() -> str | None:
-    """The folder below ``binaries/`` for this computer, if FMUs of ours can have one."""
+# What else people may call them: the names of FMI 3.0.
+_BY_FMI3 = {
+    "x86_64-linux": PLATFORMS["linux64"],
+    "x86_64-windows": PLATFORMS["win64"],
+    "x86_64-darwin": Platform("darwin64", (MACOS_X86,)),
+}
+
+
+def platform_tuple(target: Target) -> str:
+    """The name of a folder below ``binaries/`` by FMI 3.0."""
+    processor, system = target.triple.split("-")[:2]
+    return f"{processor}-{system.split('.')[0].replace('macos', 'darwin')}"
+
+
+def host_folder(fmi: int = 2) -> str | None:
+    """The folder below ``binaries/`` for this computer, if FMUs of ours can have one, by a version of FMI."""
     try:
         target = host_target()
     except BuildError:
         return None
-    return next(platform.name for platform in PLATFORMS.values() if target in platform.targets)
+    of_fmi2 = next(platform.name for platform in PLATFORMS.values() if target in platform.targets)
+    return of_fmi2 if fmi == 2 else platform_tuple(target)
 
 
 def default_platforms() -> tuple[Platform, ...]:
@@ -64,7 +83,7 @@ def default_platforms() -> tuple[Platform, ...]:
 
 
 def chosen_platforms(names: str) -> tuple[Platform, ...]:
-    """Platforms by their names with commas between, or all of them, or that of this computer.
+    """Platforms by their names in FMI 2.0 or 3.0 with commas between, or all of them, or that of this computer.
 
     Raises
     ------
@@ -77,15 +96,19 @@ def chosen_platforms(names: str) -> tuple[Platform, ...]:
         elif name == "host":
             host_target()  # or the reason why there is none
             chosen[str(host_folder())] = PLATFORMS[str(host_folder())]
-        elif name in PLATFORMS:
-            chosen[name] = PLATFORMS[name]
+        elif known := PLATFORMS.get(name) or _BY_FMI3.get(name):
+            chosen[known.name] = max(known, chosen.get(known.name, known), key=lambda one: len(one.targets))
         else:
             raise BuildError(f"A platform must be `host`, `all` or one of {', '.join(PLATFORMS)}, got {name[:40]!r}.")
     return tuple(chosen.values())
 
 
 def binaries(
-    name: str, platforms: Sequence[Platform], unit: Unit, finished: Callable[[bytes], bytes] = bytes
+    name: str,
+    platforms: Sequence[Platform],
+    unit: Unit,
+    finished: Callable[[bytes], bytes] = bytes,
+    fmi: int = 2,
 ) -> dict[str, bytes]:
     """The binaries of an FMU by their path inside it.
 
@@ -95,6 +118,7 @@ def binaries(
     platforms : sequence of Platform
     unit : Unit                         What the images are of.
     finished : callable                 Makes the binary of one FMU of an image.
+    fmi : int                           Version of FMI.
 
     Raises
     ------
@@ -103,6 +127,8 @@ def binaries(
     images = contents(unit, {target for platform in platforms for target in platform.targets})
     members = {}
     for platform in platforms:
-        parts = [finished(images[target]) for target in platform.targets]
-        members[f"binaries/{platform.name}/{name}{platform.suffix}"] = parts[0] if len(parts) == 1 else universal(parts)
+        for folder, targets in platform.folders(fmi).items():
+            parts = [finished(images[target]) for target in targets]
+            path = f"binaries/{folder}/{name}{platform.suffix}"
+            members[path] = parts[0] if len(parts) == 1 else universal(parts)
     return members

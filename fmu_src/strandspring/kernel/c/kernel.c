@@ -3,6 +3,7 @@
 #define SPRING_LOCAL static inline
 
 #include "../../core/c/saturation.c"
+#include "../../core/c/saturation_lookup.c"
 #include "../../core/c/spline.c"
 #include "../../core/c/spring.c"
 #include "path.c"

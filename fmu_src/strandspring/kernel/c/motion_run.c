@@ -6,7 +6,6 @@
 enum { OF_POINT = 8, SIZES = 2, MEANS_OF_POINT = 9 };
 /* Where of_points of a point holds the greatest of each, and the time of the first; and where the means begin. */
 static const int GREATEST_AT[OF_POINT] = {0, 5, 2, 3, 4, 6, 7, 8};
-static const double LEAST_PART = 0.05;
 enum { TIME_AT = 1, MEANS_OF_POINT_AT = 9, MEANS_OF_AXIS_AT = 8 };
 
 /* What is looked at after each part of a step, in arrays without gaps, whose loops the compiler turns into few instructions.
@@ -45,6 +44,7 @@ static double *taken(double **workspace, size_t count)
 /* A peak is at the vertex of the parabola through the last three values, which lies between them where the middle one is the
  * greatest; where an outer one is and has a corner, it may. Where a step has ended early there is no parabola next to a part
  * below LEAST_PART of the other: the error of a damper's force, at a velocity foreseen, over so short a time is no slope. */
+static const double LEAST_PART = 0.05;
 static void note_greatest(Watch *watch, size_t i)
 {
     const double *t = watch->time;

@@ -179,7 +179,7 @@ static void stiffnesses(const SpringLaw *law, size_t count, const double *omega,
     const SpringParameters *p = &law->parameters;
     for (size_t i = 0; i < count; i++) {
         double u = direction[i] < 0 ? -omega[i] : omega[i];
-        double slope = 1.0 + (u >= 0.0 ? -1.0 : law->table->curvature) * pow(fabs(u), p->n);
+        double slope = 1.0 + (u >= 0.0 ? -1.0 : law->table->curvature) * spring_power(fabs(u), p->n);
         double of_amplifier = at->out[i] == 0.0 ? at->dFA[i] : 0.0;
         stiffness[i] = at->dFE[i] + p->kappa_omega * (omega[i] * of_amplifier + at->FA[i] * p->rho * slope);
     }

@@ -9,7 +9,7 @@
 
 /* omega [-], force [N], tangent stiffness in the direction that led to each sample [N/m] (of loading before the first
  * motion), and energy absorbed since the first sample [J], at each of `count` displacements [m]. What is NULL is not
- * computed. The path starts at the first displacement with omega_start. Energies need a table with moments. */
+ * computed. The path starts at the first displacement with omega_start. Energies need a table with energies. */
 void spring_path(const SpringLaw *law, size_t count, const double *displacement, double omega_start, double *omega,
                  double *force, double *stiffness, double *energy);
 

@@ -1,6 +1,6 @@
 /* The block of the binary that holds one system of bodies on mounts.
  *
- * As with core/c/fmi2_block.h a binary is compiled once for all systems, and making an FMU of it means to overwrite the
+ * As with core/c/fmu_block.h a binary is compiled once for all systems, and making an FMU of it means to overwrite the
  * block; system_fmu/system_block.py does so, and writes the same values into system_values.h. Counts stand in front; the
  * values are, one behind the other:
  *
@@ -16,7 +16,7 @@
 #ifndef SYSTEM_BLOCK_H
 #define SYSTEM_BLOCK_H
 
-#include "../../core/c/fmi2_bytes.h"
+#include "../../core/c/fmu_bytes.h"
 #include "../../core/c/spring.h"
 #include "../../kernel/c/motion.h"
 

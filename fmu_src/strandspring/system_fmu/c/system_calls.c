@@ -16,19 +16,21 @@ fmi2Component fmi2Instantiate(fmi2String instanceName, fmi2Type fmuType, fmi2Str
     (void)loggingOn;
     if (functions == NULL)
         return NULL;
-    Log log = fmu_first_log(instanceName, functions);
+    Log log = fmi2_log(instanceName, functions);
     if (fmuType != fmi2CoSimulation)
         return FMU_REFUSE_POINTER(&log, "The type must be fmi2CoSimulation (1), got %d.", (int)fmuType);
-    fmi2CallbackFreeMemory free_memory;
-    Instance *instance = fmu_new_instance(&log, instanceName, fmuGUID, functions, system_instance_size(), &free_memory);
+    Memory memory;
+    if (fmi2_memory(&log, functions, &memory) != FMU_OK)
+        return NULL;
+    Instance *instance = fmu_new_instance(&log, instanceName, fmuGUID, "GUID", &memory, system_instance_size());
     if (instance == NULL)
         return NULL;
     instance->log = log;
-    instance->free = free_memory;
+    instance->memory = memory;
     if (!system_make(instance)) {
         (void)FMU_REFUSE(&log, "There is not enough memory for the tables of the springs.");
         system_release(instance);
-        free_memory(instance);
+        fmu_free_instance(instance, &memory);
         return NULL;
     }
     fmu_begin(instance, CS_INSTANTIATED);
@@ -41,7 +43,8 @@ void fmi2FreeInstance(fmi2Component c)
     if (instance == NULL)
         return;
     system_release(instance);
-    instance->free(instance);
+    Memory memory = instance->memory;
+    fmu_free_instance(instance, &memory);
 }
 
 /* Whether a variable may be set now. */
@@ -117,7 +120,8 @@ fmi2Status fmi2DoStep(fmi2Component c, fmi2Real currentCommunicationPoint, fmi2R
 {
     (void)noSetFMUStatePriorToCurrentPoint;
     FMU_REQUIRE(c, DoStep);
-    if (require_step(instance, currentCommunicationPoint, communicationStepSize) != fmi2OK)
+    double stop_time = instance->state.stop_time;
+    if (fmu_require_step(&instance->log, currentCommunicationPoint, communicationStepSize, stop_time) != FMU_OK)
         return fmi2Error;
     return system_step(instance, currentCommunicationPoint, communicationStepSize);
 }

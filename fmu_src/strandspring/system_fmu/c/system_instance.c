@@ -1,3 +1,4 @@
+#include "../../core/c/spring_number.h"
 #include "system_instance.h"
 
 #include <math.h>
@@ -154,14 +155,14 @@ static void warn_of_excursions(const Instance *instance, size_t count)
         const Excursion *excursion = instance->excursions + i;
         const SpringLaw *law = instance->system.axis[excursion->axis].law;
         SpringNumber low = spring_number(law->x_min), high = spring_number(law->x_max);
-        fmu_report(&instance->log, fmi2Warning,
+        fmu_report(&instance->log, FMU_WARNING,
                    "`%s` %s m lies outside the identified range [%s, %s] m: the force is extrapolated until it comes back.",
                    system_name(instance->first.displacement + excursion->axis).text,
                    spring_number(excursion->displacement).text, low.text, high.text);
     }
 }
 
-static fmi2Status find_rest(Instance *instance, const double *omega, double *pose)
+static FmuStatus find_rest(Instance *instance, const double *omega, double *pose)
 {
     const MotionSystem *system = &instance->system;
     State *state = &instance->state;
@@ -174,28 +175,28 @@ static fmi2Status find_rest(Instance *instance, const double *omega, double *pos
                           spring_number(gravity[0]).text, spring_number(gravity[1]).text, spring_number(gravity[2]).text,
                           spring_number(unbalance).text);
     motion_begin(system, &state->motion, gravity, pose, omega, still);
-    return fmi2OK;
+    return FMU_OK;
 }
 
 /* Takes the bodies to rest, unless they are there. omega of an axis is omega_start in the direction of its force at rest with
  * omega = 0. */
-static fmi2Status require_rest(Instance *instance)
+static FmuStatus require_rest(Instance *instance)
 {
     static const double NOMINAL[7] = {0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0};
     const MotionSystem *system = &instance->system;
     State *state = &instance->state;
     double pose[7 * MOTION_BODIES], omega[MOTION_AXES] = {0.0};
     if (state->is_at_rest || !(state->mode & INITIALIZATION))
-        return fmi2OK;
+        return FMU_OK;
     for (size_t b = 0; b < system->bodies; b++)
         memcpy(pose + 7 * b, NOMINAL, sizeof NOMINAL);
-    if (find_rest(instance, omega, pose) != fmi2OK)
-        return fmi2Error;
+    if (find_rest(instance, omega, pose) != FMU_OK)
+        return FMU_ERROR;
     if (state->settings.omega_start != 0.0) {
         for (size_t a = 0; a < system->axes; a++)
             omega[a] = state->settings.omega_start * motion_sense(system->axis + a, state->axes[a].force);
-        if (find_rest(instance, omega, pose) != fmi2OK)
-            return fmi2Error;
+        if (find_rest(instance, omega, pose) != FMU_OK)
+            return FMU_ERROR;
     }
     motion_sway(system, &state->motion, state->rest_sway);
     state->extrapolating = 0;
@@ -203,18 +204,18 @@ static fmi2Status require_rest(Instance *instance)
     (void)note_excursions(instance, 0);
     state->is_at_rest = 1;
     forget_outputs(instance);
-    return fmi2OK;
+    return FMU_OK;
 }
 
-fmi2Status fmu_end_initialization(Instance *instance)
+FmuStatus fmu_end_initialization(Instance *instance)
 {
     State *state = &instance->state;
-    if (require_rest(instance) != fmi2OK)
-        return fmi2Error;
+    if (require_rest(instance) != FMU_OK)
+        return FMU_ERROR;
     memset(state->is_outside, 0, sizeof state->is_outside);
     warn_of_excursions(instance, note_excursions(instance, 0));
     state->mode = CS_STEP;
-    return fmi2OK;
+    return FMU_OK;
 }
 
 /* ---- values --------------------------------------------------------------------------------------------------------- */
@@ -272,23 +273,23 @@ static double *given(Instance *instance, unsigned reference)
                : (double *)&state->settings + (reference - instance->first.parameter);
 }
 
-fmi2Status fmu_read(Instance *instance, const fmi2ValueReference references[], size_t count, double values[])
+FmuStatus fmu_read(Instance *instance, const unsigned references[], size_t count, double values[])
 {
     for (size_t i = 0; i < count; i++) {
         if (system_causality(instance, references[i]) != VARIABLE_OUTPUT) {
             values[i] = *given(instance, references[i]);
         } else {
-            if (require_rest(instance) != fmi2OK)
-                return fmi2Error;
+            if (require_rest(instance) != FMU_OK)
+                return FMU_ERROR;
             values[i] = output(instance, references[i]);
         }
     }
-    return fmi2OK;
+    return FMU_OK;
 }
 
-fmi2Status fmu_read_extrapolating(Instance *instance, int *extrapolating)
+FmuStatus fmu_read_extrapolating(Instance *instance, int *extrapolating)
 {
-    fmi2Status status = require_rest(instance);
+    FmuStatus status = require_rest(instance);
     *extrapolating = instance->state.extrapolating;
     return status;
 }
@@ -307,25 +308,25 @@ int system_are_possible(const Settings *settings)
     return 1;
 }
 
-fmi2Status system_require_value(const Instance *instance, unsigned reference, double value)
+FmuStatus system_require_value(const Instance *instance, unsigned reference, double value)
 {
     static const char *const UNITS[SYSTEM_PARAMETERS] = {" s", "", " m/s^2", " m/s^2", " m/s^2"};
     if (!isfinite(value))
         return FMU_REFUSE(&instance->log, "`%s` must be finite, got %s; the previous value is kept.",
                           system_name(reference).text, spring_number(value).text);
     if (reference < instance->first.parameter)
-        return fmi2OK;
+        return FMU_OK;
     unsigned parameter = reference - instance->first.parameter;
     SystemStart bounds = system_start();
     if (is_within(&bounds, parameter, value))
-        return fmi2OK;
+        return FMU_OK;
     return FMU_REFUSE(&instance->log, "`%s` must be within [%s, %s]%s, got %s; the previous value is kept.",
                       system_name(reference).text, spring_number(((const double *)&bounds.low)[parameter]).text,
                       spring_number(((const double *)&bounds.high)[parameter]).text, UNITS[parameter],
                       spring_number(value).text);
 }
 
-void system_write(Instance *instance, const fmi2ValueReference references[], size_t count, const double values[])
+void system_write(Instance *instance, const unsigned references[], size_t count, const double values[])
 {
     for (size_t i = 0; i < count; i++) {
         *given(instance, references[i]) = values[i];
@@ -347,7 +348,7 @@ static int is_possible(const Instance *instance)
     return 1;
 }
 
-static fmi2Status move(Instance *instance, size_t steps, double h)
+static FmuStatus move(Instance *instance, size_t steps, double h)
 {
     State *state = &instance->state;
     const MotionSystem *system = &instance->system;
@@ -362,15 +363,15 @@ static fmi2Status move(Instance *instance, size_t steps, double h)
                 values[c] = state->inputs[c] + state->slopes[c] * (((double)k + 0.5) * h);
         if (!motion_step(system, &state->motion, values, h) || !is_possible(instance)) {
             copy_motion(system, state, &instance->before);
-            return fmi2Error;
+            return FMU_ERROR;
         }
         excursions = note_excursions(instance, excursions);
     }
     warn_of_excursions(instance, excursions);
-    return fmi2OK;
+    return FMU_OK;
 }
 
-fmi2Status system_step(Instance *instance, double time, double size)
+FmuStatus system_step(Instance *instance, double time, double size)
 {
     State *state = &instance->state;
     double steps = ceil(size / state->settings.step * (1.0 - STEP_ROUNDING));
@@ -385,7 +386,7 @@ fmi2Status system_step(Instance *instance, double time, double size)
             return FMU_REFUSE(&instance->log, "The derivative %s of `%s` must keep it finite in the step at time %s s.",
                               spring_number(state->slopes[c]).text, system_name(SYSTEM_FIRST_INPUT + (unsigned)c).text,
                               spring_number(time).text);
-    if (size > 0.0 && move(instance, (size_t)steps, size / steps) != fmi2OK)
+    if (size > 0.0 && move(instance, (size_t)steps, size / steps) != FMU_OK)
         return FMU_REFUSE(&instance->log,
                           "The motion diverges in the step of %s s at time %s s: a displacement would be beyond %g m. Check the "
                           "inputs, or take a smaller `step`.",
@@ -397,5 +398,5 @@ fmi2Status system_step(Instance *instance, double time, double size)
     state->is_interpolated = 0;
     state->time = time + size;
     forget_outputs(instance);
-    return fmi2OK;
+    return FMU_OK;
 }

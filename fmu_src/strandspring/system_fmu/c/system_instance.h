@@ -11,11 +11,11 @@
 #ifndef SYSTEM_INSTANCE_H
 #define SYSTEM_INSTANCE_H
 
-#include "../../core/c/fmi2_api.h"
-#include "../../core/c/fmi2_kinds.h"
-#include "../../core/c/fmi2_log.h"
-#include "../../core/c/fmi2_states.h"
-#include "../../core/c/fmi2_tables.h"
+#include "../../core/c/fmu_kinds.h"
+#include "../../core/c/fmu_life.h"
+#include "../../core/c/fmu_log.h"
+#include "../../core/c/fmu_modes.h"
+#include "../../core/c/fmu_tables.h"
 #include "system_block.h"
 
 enum { SYSTEM_EXTRAPOLATING, SYSTEM_FIRST_INPUT };
@@ -28,7 +28,7 @@ typedef struct {
 
 /* Everything that an instance remembers; `motion` points to the arrays behind it. */
 typedef struct {
-    int mode; /* one of fmi2_states.h */
+    int mode; /* one of fmu_modes.h */
     double time, stop_time; /* [s]; stop_time is infinite if there is none */
     Settings settings;
     double inputs[MOTION_CHANNELS], slopes[MOTION_CHANNELS]; /* and their derivatives for the next step */
@@ -62,7 +62,7 @@ typedef struct {
     const SharedSpring **shared; /* whose tables the laws use */
     size_t springs;
     Log log;
-    fmi2CallbackFreeMemory free; /* the instance's own memory, which the system and its name follow */
+    Memory memory; /* the host's functions for the instance's own memory, which the system and its name follow */
 } Instance;
 
 static inline VariableType fmu_type(unsigned reference)
@@ -85,28 +85,28 @@ SPRING_LOCAL void system_release(Instance *instance);
 SPRING_LOCAL void fmu_begin(Instance *instance, int mode);
 
 /* Values by reference, which must be of a Real. What is calculated fails while the bodies find no rest. */
-SPRING_LOCAL fmi2Status fmu_read(
-    Instance *instance, const fmi2ValueReference references[], size_t count, double values[]);
+SPRING_LOCAL FmuStatus fmu_read(
+    Instance *instance, const unsigned references[], size_t count, double values[]);
 
 /* Whether a spring is outside its identified range, or was at the end of a step within the last step of co-simulation. */
-SPRING_LOCAL fmi2Status fmu_read_extrapolating(Instance *instance, int *extrapolating);
+SPRING_LOCAL FmuStatus fmu_read_extrapolating(Instance *instance, int *extrapolating);
 
 /* Refuses what no input or parameter may be. */
-SPRING_LOCAL fmi2Status system_require_value(const Instance *instance, unsigned reference, double value);
+SPRING_LOCAL FmuStatus system_require_value(const Instance *instance, unsigned reference, double value);
 
 /* Whether all parameters are what they may be. */
 SPRING_LOCAL int system_are_possible(const Settings *settings);
 
 /* Sets values that may be set. */
 SPRING_LOCAL void system_write(
-    Instance *instance, const fmi2ValueReference references[], size_t count, const double values[]);
+    Instance *instance, const unsigned references[], size_t count, const double values[]);
 
 SPRING_LOCAL VariableCausality system_causality(const Instance *instance, unsigned reference);
 
-SPRING_LOCAL fmi2Status fmu_end_initialization(Instance *instance);
+SPRING_LOCAL FmuStatus fmu_end_initialization(Instance *instance);
 
 /* A step of co-simulation, whose time and size are sound. */
-SPRING_LOCAL fmi2Status system_step(Instance *instance, double time, double size);
+SPRING_LOCAL FmuStatus system_step(Instance *instance, double time, double size);
 
 /* Takes the instance to a state of this FMU. */
 SPRING_LOCAL void fmu_restore(Instance *instance, const State *state);

@@ -1,4 +1,4 @@
-#include "../../core/c/fmi2_sound.h"
+#include "../../core/c/fmu_sound.h"
 #include "system_instance.h"
 
 #include <math.h>
@@ -22,7 +22,7 @@ static void doubles(Cursor *cursor, double *values, size_t count)
         fmu_double_field(cursor, values + i);
 }
 
-/* In this order after what stands before the fields of every state (fmi2_bytes.c). */
+/* In this order after what stands before the fields of every state (fmu_bytes.c). */
 static void fields(Cursor *cursor, State *state)
 {
     SystemCounts counts = system_counts();

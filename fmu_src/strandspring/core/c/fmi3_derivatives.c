@@ -1,0 +1,89 @@
+/* The calls of FMI 3.0 that ask for derivatives: sums of partial derivatives over knowns, or over unknowns. */
+#include "fmi3_arguments.h"
+#include "fmu_derivatives.h"
+
+/* A list of variables, as the host gives it. */
+typedef struct {
+    const fmi3ValueReference *references;
+    size_t count;
+} List;
+
+/* One by one the elements of a list: begins at 0, ends when `next` returns 0. */
+typedef struct {
+    const List *list;
+    size_t variable;
+    unsigned place, element;
+} Walk;
+
+static int next(const Instance *instance, Walk *walk)
+{
+    if (walk->variable == walk->list->count)
+        return 0;
+    Elements elements = fmi3_elements(instance, walk->list->references[walk->variable]);
+    walk->element = elements.first + walk->place;
+    if (++walk->place == elements.count) {
+        walk->place = 0;
+        walk->variable++;
+    }
+    return 1;
+}
+
+/* Whether all these derivatives can be given. */
+static FmuStatus require_derivatives(const Instance *instance, const List *unknowns, const List *knowns)
+{
+    for (Walk unknown = {.list = unknowns}; next(instance, &unknown);)
+        if (fmi3_require_derivable(instance, unknown.element) != FMU_OK ||
+            fmu_require_unknown(instance, unknown.element) != FMU_OK)
+            return FMU_ERROR;
+    for (Walk known = {.list = knowns}; next(instance, &known);) {
+        if (fmi3_require_derivable(instance, known.element) != FMU_OK ||
+            fmu_require_known(instance, known.element) != FMU_OK)
+            return FMU_ERROR;
+        for (Walk unknown = {.list = unknowns}; next(instance, &unknown);)
+            if (fmu_require_pair(instance, unknown.element, known.element) != FMU_OK)
+                return FMU_ERROR;
+    }
+    return FMU_OK;
+}
+
+/* For each element of `of` the sum over those of `over` of seed times partial derivative; `adjoint`: `over` are the unknowns. */
+static FmuStatus sums(Instance *instance, const List *of, const List *over, int adjoint, const double seeds[], double values[])
+{
+    Gradients at;
+    const double *seed = seeds;
+    for (Walk seeded = {.list = over}; next(instance, &seeded);)
+        if (fmu_require_seed(instance, seeded.element, *seed++) != FMU_OK)
+            return FMU_ERROR;
+    if (fmu_gradients(instance, &at) != FMU_OK)
+        return FMU_ERROR;
+    for (Walk one = {.list = of}; next(instance, &one);) {
+        double sum = 0.0;
+        seed = seeds;
+        for (Walk other = {.list = over}; next(instance, &other);)
+            sum += *seed++ * (adjoint ? fmu_partial(instance, &at, other.element, one.element)
+                                      : fmu_partial(instance, &at, one.element, other.element));
+        if (fmu_require_sum(instance, one.element, sum) != FMU_OK)
+            return FMU_DISCARD;
+        *values++ = sum;
+    }
+    return FMU_OK;
+}
+
+#define DERIVATIVE(call, of, over, adjoint) \
+    fmi3Status fmi3##call(fmi3Instance c, const fmi3ValueReference unknowns[], size_t nUnknowns, \
+                          const fmi3ValueReference knowns[], size_t nKnowns, const fmi3Float64 seed[], size_t nSeed, \
+                          fmi3Float64 sensitivity[], size_t nSensitivity) \
+    { \
+        FMU_REQUIRE(c, call); \
+        const List unknown_list = {unknowns, nUnknowns}, known_list = {knowns, nKnowns}; \
+        if (fmi3_require(instance, "fmi3" #call, (over).references, (over).count, "seed", seed, nSeed, VARIABLE_REAL) != \
+                FMU_OK || \
+            fmi3_require(instance, "fmi3" #call, (of).references, (of).count, "sensitivity", sensitivity, nSensitivity, \
+                         VARIABLE_REAL) != FMU_OK || \
+            require_derivatives(instance, &unknown_list, &known_list) != FMU_OK) \
+            return fmi3Error; \
+        return sums(instance, &(of), &(over), adjoint, seed, sensitivity); \
+    }
+
+DERIVATIVE(GetDirectionalDerivative, unknown_list, known_list, 0)
+DERIVATIVE(GetAdjointDerivative, known_list, unknown_list, 1)

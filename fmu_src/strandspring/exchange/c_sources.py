@@ -1,0 +1,172 @@
+"""A spring as C for those who link the kernel without FMI: its law and table as constants, and the kernel's sources.
+
+The kernel stands once in the folder, and each spring has files of its own beside it, so that any number of springs can
+be exported into the same folder. Their names and identifiers end in ``_law``: none is a word of C or of the kernel.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import hashlib
+import re
+from collections.abc import Iterator
+from importlib.resources import files
+from pathlib import Path
+from textwrap import fill, wrap
+
+from ..coordinates import zero_sentence
+from ..core.parameters import SpringParameters
+from ..files import write_text
+from ..kernel.library import library
+from ..kernel.path import packed
+from ..kernel.saturation_table import WITH_ENERGIES
+from ..kernel.structures import structures
+from ..modelfile import ModelFile
+
+FOLDER = "strandspring_c"
+# What steps are compiled of; saturation.c, for targets that make tables, is empty otherwise.
+STEP_SOURCES = ("saturation_lookup.c", "spline.c", "spring.c")
+_SOURCES = (*STEP_SOURCES, "saturation.c")
+_HEADER = "strandspring.h"
+_EXAMPLE_OF = "mount"
+_LOCAL = "spring_local.h"
+
+
+def law_path(folder: Path, name: str) -> Path:
+    """The C file of the spring `name` below `folder`."""
+    return folder / FOLDER / f"{name}_law.c"
+
+
+def constant_bytes() -> int:
+    """What a law and its table take of a target's memory for constants, where a pointer has 8 bytes."""
+    sizes = structures(steps_only=True)
+    return ctypes.sizeof(sizes["SpringTable"]) + ctypes.sizeof(sizes["SpringLaw"])
+
+
+def write_c_sources(folder: Path, model: ModelFile, zero: float) -> Path:
+    """Write the kernel and a spring into ``<folder>/strandspring_c``; the same model gives the same bytes.
+
+    Parameters
+    ----------
+    folder : Path      Made if it does not exist.
+    model : ModelFile  Its displacement is counted as by the FMU.
+    zero : float       Where 0 of that lies on the record [m].
+
+    Returns
+    -------
+    Path               The spring's C file.
+
+    Raises
+    ------
+    StrandspringError  If the folder cannot be written, or the kernel is missing and cannot be compiled.
+    """
+    texts = _kernel()
+    kernel = hashlib.sha256(repr(sorted(texts.items())).encode()).hexdigest()[:8]
+    texts[_LOCAL] = (
+        "/* Without this line, and with saturation.c, tables can be made here; see strandspring.h. */\n"
+        f"#define SPRING_STEPS_ONLY\n\n{texts[_LOCAL]}\n"
+        "/* The digest of these sources, of which a spring's table must be. */\n"
+        f"#define SPRING_KERNEL 0x{kernel}\n"
+    )
+    name = model.name
+    texts[f"{name}_example.c"] = re.sub(rf"\b{_EXAMPLE_OF}_law\b", f"{name}_law", _example(texts[_HEADER]))
+    texts[f"{name}_law.h"] = _law_header(model, zero)
+    # Last, as it is what the others are for.
+    texts[f"{name}_law.c"] = _law_source(model, kernel)
+    for file, text in texts.items():
+        write_text(folder / FOLDER / file, text)
+    return law_path(folder, name)
+
+
+def _example(header: str) -> str:
+    """The program in the header's first comment."""
+    lines = header[: header.index("*/")].splitlines()
+    first, last = lines.index(f' *     #include "{_EXAMPLE_OF}_law.h"'), lines.index(" *     }")
+    return "".join(f"{line[7:]}\n" for line in lines[first : last + 1])
+
+
+def _kernel() -> dict[str, str]:
+    """Every source of the kernel that a step needs, by name."""
+    texts = {_HEADER: (files(__package__) / "assets" / _HEADER).read_text(encoding="utf-8")}
+    wanted = [*_SOURCES, *_included(texts[_HEADER])]
+    while wanted:
+        name = wanted.pop()
+        if name not in texts:
+            texts[name] = (files("strandspring.core") / "c" / name).read_text(encoding="utf-8")
+            wanted += _included(texts[name])
+    return dict(sorted(texts.items()))
+
+
+def _included(text: str) -> list[str]:
+    return re.findall(r'^#include "(\w+\.h)"', text, re.MULTILINE)
+
+
+def _law_header(model: ModelFile, zero: float) -> str:
+    p, name = model.parameters, model.name
+    counted = zero_sentence(zero) or "Displacement is counted as in the record and in the FMU."
+    said = (
+        f"The spring {name}, identified from {p.displacement_min:.6g} m to {p.displacement_max:.6g} m. {counted} "
+        "Constant: it may lie in flash, and any number of threads may read it."
+    )
+    return (
+        fill(said, 110, initial_indent="/* ", subsequent_indent=" * ", break_long_words=False, break_on_hyphens=False)
+        + f' */\n#ifndef {name}_law_h\n#define {name}_law_h\n\n#include "{_HEADER}"\n\n'
+        "#ifdef __cplusplus\n"
+        f'extern "C" const SpringLaw {name}_law;\n'
+        "#else\n"
+        f"extern const SpringLaw {name}_law;\n"
+        "#endif\n\n#endif\n"
+    )
+
+
+def _law_source(model: ModelFile, kernel: str) -> str:
+    name = model.name
+    table, law = _constants(model.parameters)
+    return (
+        f"/* Written by strandspring; exact, for hexadecimal floats give every compiler the same bits. */\n"
+        f'#include "{name}_law.h"\n\n'
+        f"#if SPRING_KERNEL != 0x{kernel}\n"
+        '#error "This table is of other sources of the kernel; export the spring again."\n'
+        "#endif\n\n"
+        f"static const SpringTable {name}_table = {_initializer(table)};\n\n"
+        f"const SpringLaw {name}_law = {_initializer(law, table=f'&{name}_table')};\n"
+    )
+
+
+def _constants(parameters: SpringParameters) -> tuple[ctypes.Structure, ctypes.Structure]:
+    """Table and law, which are zero wherever the kernel writes nothing."""
+    table, law = (structures()[name]() for name in ("SpringTable", "SpringLaw"))
+    library().kernel_tabulate(ctypes.addressof(table), parameters.n, parameters.sigma, WITH_ENERGIES)
+    library().kernel_prepare(ctypes.addressof(law), packed(parameters), ctypes.addressof(table))
+    return table, law
+
+
+def _initializer(value: object, **pointers: str) -> str:
+    """A value as C writes it, without what is zero."""
+    if isinstance(value, ctypes.Structure):
+        fields = _fields(value, pointers)
+        return "{\n" + ",\n".join(f".{name} = {text}" for name, text in fields) + "}"
+    if isinstance(value, ctypes.Array):
+        count = next((k for k in range(len(value), 0, -1) if _is_set(value[k - 1])), 0)
+        zero = "0" if issubclass(value._type_, ctypes._SimpleCData) else "{0}"
+        items = [_initializer(value[k]) if _is_set(value[k]) else zero for k in range(count)]
+        return "{" + "\n".join(wrap(", ".join(items), 112, break_long_words=False, break_on_hyphens=False)) + "}"
+    if isinstance(value, float):
+        return value.hex().replace("inf", "INFINITY")
+    return str(value)
+
+
+def _fields(value: ctypes.Structure, pointers: dict[str, str]) -> Iterator[tuple[str, str]]:
+    for name, *_ in value._fields_:
+        field = getattr(value, name)
+        if name in pointers:
+            yield name, pointers[name]
+        elif _is_set(field):
+            yield name, _initializer(field)
+
+
+def _is_set(value: object) -> bool:
+    """Whether a value is other than what C gives to what is not initialized."""
+    if isinstance(value, float):
+        return value.hex() != "0x0.0p+0"
+    return any(bytes(value)) if isinstance(value, ctypes.Structure | ctypes.Array) else value != 0

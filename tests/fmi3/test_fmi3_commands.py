@@ -1,0 +1,92 @@
+"""`build --fmi 3` and the flags of the real-time profile: what goes together, what is refused, what is inherited."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from fmu_tools import SPRING
+from strandspring import Spring, build_fmu
+from strandspring.api.building import BuildOptions, WantedSettings
+from strandspring.errors import BuildError
+from strandspring.fmu.native.native_fmu import build_native_fmu
+from strandspring.fmu.python_backed import build_python_fmu
+from strandspring.modelfile import ModelFile, save_model
+from terminal import Terminal
+
+MODEL = ModelFile("spring", SPRING)
+
+# Arguments of the command and of the function, and what the refusal says.
+REFUSED: list[tuple[list[str], dict[str, Any], str]] = [
+    (["--fmi", "3", "--backend", "python"], {"fmi": 3, "backend": "python"}, "FMI 3.0 is for the native FMU"),
+    (["--real-time", "--backend", "python"], {"real_time": True, "backend": "python"}, "Real time is for the native"),
+    (["--no-energy"], {"no_energy": True}, "Only an FMU for real time can leave out absorbed_energy"),
+    (
+        ["--no-energy", "--real-time", "--states"],
+        {"no_energy": True, "real_time": True, "states": True},
+        "absorbed_energy as a state",
+    ),
+]
+
+
+@pytest.fixture
+def terminal(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Terminal:
+    """In a folder with spring.json and box.toml."""
+    monkeypatch.chdir(tmp_path)
+    save_model(Path("spring.json"), MODEL)
+    Path("box.toml").write_text("[body]\n")
+    return Terminal(capsys)
+
+
+@pytest.mark.parametrize(("arguments", "options", "says"), REFUSED, ids=[" ".join(one[0]) for one in REFUSED])
+def test_what_does_not_go_together_is_refused(
+    arguments: list[str], options: dict[str, Any], says: str, terminal: Terminal
+) -> None:
+    terminal("build", "spring.json", *arguments, status=2)
+    assert says in " ".join(terminal.err.split())
+    with pytest.raises(BuildError, match=says):
+        build_fmu(Spring(SPRING, "spring"), **options)
+    assert not Path("dist").exists()
+
+
+@pytest.mark.parametrize("option", [["--fmi", "3"], ["--real-time"], ["--no-energy"]])
+def test_systems_are_fmi_2(option: list[str], terminal: Terminal) -> None:
+    terminal("build", "box.toml", *option, status=2)
+    assert f"{option[0]} can only be given with a model or records" in " ".join(terminal.err.split())
+
+
+@pytest.mark.parametrize("options", [{"fmi": 3}, {"real_time": True}, {"no_energy": True}])
+@pytest.mark.usefixtures("terminal")
+def test_systems_are_fmi_2_in_python_too(options: dict[str, Any]) -> None:
+    with pytest.raises(BuildError, match=f"`{next(iter(options))}` cannot be given with a description of a system"):
+        build_fmu("box.toml", **options)
+
+
+def test_other_versions_are_refused(terminal: Terminal) -> None:
+    terminal("build", "spring.json", "--fmi", "1", status=2)
+    assert "'1' is not one of '2', '3'" in terminal.err
+    with pytest.raises(BuildError, match="The version of FMI must be 2 or 3, got 1"):
+        build_fmu(Spring(SPRING, "spring"), fmi=1)  # type: ignore[arg-type]
+
+
+def test_settings_are_those_of_the_fmu_unless_others_are_asked_for(tmp_path: Path) -> None:
+    fmu = build_native_fmu(MODEL, tmp_path, (), author="A", fmi=3, real_time=True, no_energy=True)
+    same = WantedSettings(None).with_those_of(fmu)
+    assert same == WantedSettings("native", "A", fmi=3, real_time=True, no_energy=True)
+    assert same.options(None, 0.5) == BuildOptions(None, 0.5, False, "A", 3, True, True)
+    assert WantedSettings(None, "B", fmi=2).with_those_of(fmu) == WantedSettings("native", "B", False, 2, True, True)
+    # Another back end takes the author only.
+    for backend in ("python", "both"):
+        other = WantedSettings(backend).with_those_of(fmu)
+        assert other == WantedSettings(backend, "A")
+        other.options(None, 0.0).refuse_impossible(("python",))
+    python = build_python_fmu(MODEL, tmp_path, ())
+    with pytest.raises(BuildError, match="choose the native back end"):
+        build_fmu(python, tmp_path / "dist", fmi=3)
+
+
+def test_an_fmu_of_before_has_the_settings_of_fmi_2(tmp_path: Path) -> None:
+    fmu = build_native_fmu(MODEL, tmp_path, ())
+    assert WantedSettings(None).with_those_of(fmu) == WantedSettings("native", "", False, 2, False, False)
