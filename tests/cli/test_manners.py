@@ -106,7 +106,8 @@ def slow(json):
     with replacing(Path("out.json")) as part:
         part.write_text("{")
         print("working", file=sys.stderr, flush=True)
-        time.sleep(60)
+        for _ in range(6000):  # not one long sleep: a signal just before it began would be handled only after it
+            time.sleep(0.01)
 
 program.LazyGroup.get_command = lambda *_: slow
 program.main(["slow", "--json"])

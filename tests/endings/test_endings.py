@@ -288,7 +288,8 @@ import click
 def busy():
     try:
         print("ready", flush=True)
-        time.sleep(60)
+        for _ in range(6000):  # not one long sleep: a signal just before it began would be handled only after it
+            time.sleep(0.01)
     finally:
         time.sleep(0.3)
         print("tidied up", flush=True)
@@ -308,7 +309,7 @@ def test_signals_that_follow_each_other_at_once_do_not_disturb_the_ending(start:
 
 
 def test_an_interrupt_while_code_is_made_gives_the_status_of_shells(start: Start, tmp_path: Path) -> None:
-    (tmp_path / "busy.py").write_text(BUSY.replace("time.sleep(60)", "exec('time.sleep(60)')"))
+    (tmp_path / "busy.py").write_text(BUSY.replace("time.sleep(0.01)", "exec('time.sleep(0.01)')"))
     process = start(
         "import os, sys; os.chdir(sys.argv[1]); os.execl(sys.executable, sys.executable, '-m', 'busy')", str(tmp_path)
     )
