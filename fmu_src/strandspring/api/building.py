@@ -135,7 +135,7 @@ def build_fmu(
 
     Records are identified with the defaults of `identify`, and its cautions become warnings. The FMU of a SYSTEM.toml
     is for co-simulation: base acceleration in, motion of points and forces of mounts out. Of the options it takes
-    `platforms`, `author` and `candidate`.
+    `fmi`, `platforms`, `author` and `candidate`.
 
     Parameters
     ----------
@@ -196,11 +196,12 @@ def build_fmu(
     chosen = None if platforms is None else chosen_platforms(",".join(_names(platforms)))
     source = path_of(model)
     if source is not None and is_system_file(source):
-        others = {"backend": backend, "states": states, "fmi": fmi, "real_time": real_time, "no_energy": no_energy,
-                  "zero": zero, "needs_execution_tool": needs_execution_tool, "name": name}  # fmt: skip
+        others = {"backend": backend, "states": states, "real_time": real_time, "no_energy": no_energy, "zero": zero,
+                  "needs_execution_tool": needs_execution_tool, "name": name}  # fmt: skip
         if given := [f"`{option}`" for option, value in others.items() if value is not None and value is not False]:
             raise BuildError(f"{', '.join(given)} cannot be given with a description of a system; leave that out.")
-        return SystemToBuild.load(source, candidate, author).build(Path(folder), chosen, progress).path
+        wanted_system = SystemToBuild.load(source, candidate, author, 2 if fmi is None else fmi)
+        return wanted_system.build(Path(folder), chosen, progress).path
     if candidate is not None:
         raise BuildError("`candidate` is for descriptions of systems (SYSTEM.toml); leave it out.")
     wanted = WantedSettings(backend, author, needs_execution_tool, fmi, real_time, no_energy).with_those_of(model)

@@ -42,7 +42,7 @@ class SystemToBuild:
     options: SystemFmuOptions
 
     @classmethod
-    def load(cls, path: str, candidate: str | None = None, author: str = "") -> SystemToBuild:
+    def load(cls, path: str, candidate: str | None = None, author: str = "", fmi: int = 2) -> SystemToBuild:
         """From a file.
 
         Raises
@@ -61,12 +61,13 @@ class SystemToBuild:
             file.options.rest_omega or 0.0,
             force_inputs(file.cases),
             author,
+            fmi,
         )
         return cls(file, name, system, options)
 
     def target(self, folder: Path) -> Path:
         """Where its FMU is written."""
-        return folder / f"{system_identifier(self.system)}.fmu"
+        return folder / f"{system_identifier(self.system, self.options.fmi)}.fmu"
 
     def build(self, folder: Path, platforms: Sequence[Platform] | None, progress: Progress = unseen) -> BuiltFmu:
         """Build, validate and run the FMU, and put it into the folder.

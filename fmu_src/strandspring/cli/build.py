@@ -31,7 +31,7 @@ EXAMPLE_COLUMNS = {"reverse": "displacement"}
 
 # Options that a system does not take.
 _OF_SPRINGS = (
-    "backend", "states", "fmi", "real_time", "no_energy", "needs_execution_tool",
+    "backend", "states", "real_time", "no_energy", "needs_execution_tool",
     "models", "name", "description", "zero",
 )  # fmt: skip
 
@@ -41,6 +41,8 @@ _PURPOSES = {
     "states": "native with states: model exchange for optimal control, linearisation and functional importers",
     "python": "Python-backed: the model as readable Python, for machines with Python 3.10 or newer",
 }
+
+_VERSIONS = {2: "", 3: "; FMI 3.0"}
 
 
 def _platforms(_context: click.Context, _parameter: click.Parameter, names: str | None) -> tuple[Platform, ...] | None:
@@ -76,8 +78,8 @@ def _author(_context: click.Context, _parameter: click.Parameter, author: str) -
 @click.option(
     "--fmi",
     type=click.Choice(["2", "3"]),
-    help="Version of FMI. 3: NAME_fmi3.fmu, with kE and kA as arrays and a flange as terminal; native only.  [default: "
-    "that of the FMU that is rebuilt, else 2]",
+    help="Version of FMI. 3: NAME_fmi3.fmu, of a spring with kE and kA as arrays and a flange as terminal; native only."
+    "  [default: that of the FMU that is rebuilt, else 2]",
 )
 @click.option(
     "--real-time",
@@ -139,8 +141,8 @@ def build(
     bytes for the same platforms.
 
     The FMU of a SYSTEM.toml holds the bodies on the mounts of one candidate, for co-simulation: acceleration of the
-    base in, motion of points and forces of mounts out. It is native; only --output, --platform, --author, --candidate
-    and --json apply.
+    base in, motion of points and forces of mounts out. It is native; only --output, --fmi, --platform, --author,
+    --candidate and --json apply.
 
     Without an argument the bundled measured record is identified, a rubber hinge on a tensile rig, and built with both
     back ends.
@@ -157,7 +159,7 @@ def build(
     """
     if len(sources) == 1 and is_system_file(sources[0]):
         _refuse_given({*_OF_SPRINGS, *options}, "a model or records", f"{sources[0]} describes a system")
-        _build_system(sources[0], Path(output), candidate, platforms, author, as_json)
+        _build_system(sources[0], Path(output), candidate, platforms, author, int(fmi or 2), as_json)
         return
     if candidate is not None:
         raise click.UsageError("--candidate is for descriptions of systems (SYSTEM.toml); leave it out.")
@@ -218,7 +220,7 @@ def build(
     if sentence := zero_sentence(origin):
         result(sentence)
     for fmu, kind, report in built:
-        _print_fmu(fmu, f"{_PURPOSES[kind]}{'; FMI 3.0' if wanted.fmi == 3 else ''}")
+        _print_fmu(fmu, _PURPOSES[kind] + _VERSIONS[wanted.fmi or 2])
         result(f"Check: {report.summary}")
 
 
@@ -249,17 +251,18 @@ def _build_system(
     candidate: str | None,
     platforms: tuple[Platform, ...] | None,
     author: str,
+    fmi: int,
     as_json: bool,
 ) -> None:
     refuse_unwritable(folder, is_folder=True)
-    found = SystemToBuild.load(source, candidate, author)
+    found = SystemToBuild.load(source, candidate, author, fmi)
     refuse_overwriting([source], {"--output": found.target(folder)})
     with reporting() as progress:
         built = found.build(folder, platforms, progress)
     inputs = [v.name for v in system_variables(found.system, found.options) if v.causality == "input"]
     step, stable = found.options.step, found.options.largest_step
     if as_json:
-        fmu = {"path": str(built.path), "backend": "native", "binaries": binary_sizes(built.path)}
+        fmu = {"path": str(built.path), "backend": "native", "fmi": fmi, "binaries": binary_sizes(built.path)}
         result_json(
             {
                 "system": source,
@@ -275,7 +278,8 @@ def _build_system(
     result(f"System: {found.file.name}, {found.candidate}")
     result(f"Inputs: {', '.join(inputs)}")
     result(f"Internal step: at most {step:g} s; stable up to {stable:.4g} s")
-    _print_fmu(built.path, "bodies on mounts: co-simulation in any simulator, with no Python on its machine")
+    purpose = "bodies on mounts: co-simulation in any simulator, with no Python on its machine"
+    _print_fmu(built.path, purpose + _VERSIONS[fmi])
     result(f"Check: {built.check.summary}")
 
 

@@ -103,35 +103,47 @@ FMU3 = Unit(
     without=("fmi2_", "all.c"),
 )
 # The binary of a Python-backed FMU, the same for all springs.
-_MESSAGES = (
-    "fmi2_api.h fmi2_calls.h fmi2_log fmi2_states.h fmu_log fmu_modes fmu_types.h spring_local.h spring_number.h"
-)
+_MESSAGES = "fmu_log fmu_modes fmu_types.h spring_local.h spring_number.h"
+_OF_FMI2 = "fmi2_api.h fmi2_calls.h fmi2_log fmi2_states.h"
 BRIDGE = Unit(
     "bridge",
     "fmu/bridge/bridge.c",
-    ("fmu/bridge", *_core(_MESSAGES)),
+    ("fmu/bridge", *_core(_MESSAGES), *_core(_OF_FMI2)),
     ("-O2", "-fvisibility=hidden"),
     fmi=2,
     loads=True,
 )
+# What both units of FMUs of bodies on mounts are made of, besides what is of a version of FMI.
+_OF_SYSTEMS = (
+    "system_fmu/c",
+    *_core(_MESSAGES),
+    *_core("fmu_bytes fmu_kinds.h fmu_life fmu_own.h fmu_snapshots fmu_sound.h fmu_tables numerics.h saturation"),
+    *_core("saturation_index.h saturation_lookup.c spline spring spring_library.h spring_limits.h"),
+    *(f"kernel/c/{name}" for name in ("linear.c", "linear.h", "motion.c", "motion.h", "motion_parts.h", "motion_rest.c",
+                                      "vectors.h")),
+)  # fmt: skip
 # The binary of the FMU of bodies on mounts, the same for all systems.
 SYSTEM = Unit(
     "system",
     "system_fmu/c/system_all.c",
-    (
-        "system_fmu/c",
-        *_core(_MESSAGES),
-        *_core("fmi2_arguments fmi2_fmustate.c fmi2_life fmu_bytes fmu_kinds.h fmu_life fmu_own.h fmu_snapshots"),
-        *_core("fmu_sound.h fmu_tables numerics.h saturation saturation_index.h saturation_lookup.c spline spring"),
-        *_core("spring_library.h spring_limits.h"),
-        *(f"kernel/c/{name}" for name in ("linear.c", "linear.h", "motion.c", "motion.h", "motion_parts.h",
-                                          "motion_rest.c", "vectors.h")),
-    ),
-    ("-O2", "-fvisibility=hidden"),
+    (*_OF_SYSTEMS, *_core(_OF_FMI2), *_core("fmi2_arguments fmi2_fmustate.c fmi2_life")),
+    FMU.flags,
     fmi=2,
-)  # fmt: skip
+    without=("system_all3", "system_calls3", "system_elements", "system_exchange3"),
+)
+SYSTEM3 = Unit(
+    "system3",
+    "system_fmu/c/system_all3.c",
+    (
+        *_OF_SYSTEMS,
+        *_core("fmi3_absent.c fmi3_api.h fmi3_arguments fmi3_calls.h fmi3_elements.h fmi3_fmustate.c fmi3_states.h"),
+    ),
+    FMU3.flags,
+    fmi=3,
+    without=("system_all.", "system_calls."),
+)
 # Those that become binaries of FMUs.
-OF_FMUS = (FMU, FMU3, BRIDGE, SYSTEM)
+OF_FMUS = (FMU, FMU3, BRIDGE, SYSTEM, SYSTEM3)
 
 
 @cache

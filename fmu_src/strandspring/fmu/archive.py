@@ -60,10 +60,15 @@ def common_contents(
     page = documentation_page(model, zero, platforms, with_states, fmi, left_out)
     contents = {
         "modelDescription.xml": description,
-        _ICONS[fmi]: (files(__package__) / "assets" / "model.png").read_bytes(),
+        **icon(fmi),
         "documentation/index.html": page.encode("utf-8"),
     }
     return {**contents, **licences(others, fmi)}
+
+
+def icon(fmi: int = 2) -> dict[str, bytes]:
+    """The icon by its path in the FMU."""
+    return {_ICONS[fmi]: (files(__package__) / "assets" / "model.png").read_bytes()}
 
 
 def licences(others: tuple[str, ...], fmi: int = 2) -> dict[str, bytes]:

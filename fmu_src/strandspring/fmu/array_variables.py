@@ -59,8 +59,17 @@ def array_variables(
         else v
         for v in table
     ]
-    time = TypedVariable("time", "independent", "continuous", "Simulation time", "s")
-    return (*table, time) if with_states else (*table, time, _INDICATOR)
+    return (*table, _TIME) if with_states else (*table, _TIME, _INDICATOR)
+
+
+def scalar_variables(table: Iterable[Variable]) -> tuple[TypedVariable, ...]:
+    """A table without arrays as FMI 3.0 has it: outputs depend on all parameters, too, and the time is a variable."""
+    typed = [_typed(variable) for variable in table]
+    parameters = tuple(variable.name for variable in typed if variable.causality == "parameter")
+    return (
+        *(replace(v, depends_on=(*v.depends_on, *parameters)) if v.causality == "output" else v for v in typed),
+        _TIME,
+    )
 
 
 @cache
@@ -112,6 +121,7 @@ def _gathered(name: str, elements: tuple[Variable, ...]) -> TypedVariable:
 
 
 _SECOND = Unit("s", s=1)
+_TIME = TypedVariable("time", "independent", "continuous", "Simulation time", "s")
 _INDICATOR = TypedVariable(
     REVERSAL_INDICATOR, "local", "continuous", "Event indicator: changes its sign where the displacement turns back",
     "1", initial="calculated", depends_on=("displacement", "displacement_min", "displacement_max", "time"),

@@ -116,7 +116,7 @@ def compare_run(path: Path, displacement: FloatArray, expected: FloatArray) -> C
     expected : ndarray, shape (K, 1 or 2)     Force [N] and, if the FMU has it, absorbed energy [J].
     """
     description = fmpy.read_model_description(str(path))
-    not_run = why_not_here(path, _fmi(description))
+    not_run = why_not_here(path, fmi_of(description))
     if not_run:
         return CheckReport(path, (), not_run)
     with_states = bool(description.derivatives)
@@ -165,7 +165,7 @@ def _scalars(name: str, values: list[str], is_array: bool) -> dict[str, float]:
     return {f"{name}_{i}" if is_array else name: float(value) for i, value in enumerate(values)}
 
 
-def _fmi(description: ModelDescription) -> int:
+def fmi_of(description: ModelDescription) -> int:
     """The version of FMI, 2 or 3."""
     return int(description.fmiVersion[0])
 
@@ -174,7 +174,7 @@ def _fmi(description: ModelDescription) -> int:
 def running(path: Path, model_exchange: bool = False) -> Iterator[Any]:
     """An instance of the FMU, before its initialization, as FMPy's FMU2Slave or FMU2Model, or with their methods."""
     description = fmpy.read_model_description(str(path))
-    fmi = _fmi(description)
+    fmi = fmi_of(description)
     kind, interface = (
         (MODELS[fmi], description.modelExchange) if model_exchange else (SLAVES[fmi], description.coSimulation)
     )

@@ -23,6 +23,13 @@ _ABILITIES = {
     "canGetAndSetFMUState": "true",
     "canSerializeFMUState": "true",
 }
+# Of co-simulation, where nothing happens between communication points that a host could take part in.
+NO_EVENTS = {
+    "providesIntermediateUpdate": "false",
+    "mightReturnEarlyFromDoStep": "false",
+    "canReturnEarlyAfterIntermediateUpdate": "false",
+    "hasEventMode": "false",
+}
 _TITLES = {"Output": "Output", "Derivative": "ContinuousStateDerivative", "InitialUnknown": "InitialUnknown"}
 
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from ..endings import kept_endings
 from ..kernel.arrays import FloatArray
-from .check import FORCE_TOLERANCE, CheckReport, running, why_not_here
+from .check import FORCE_TOLERANCE, CheckReport, fmi_of, running, why_not_here
 
 
 def compare_table(
@@ -27,10 +27,11 @@ def compare_table(
     outputs : mapping    Values of each output by name, shape (K,), at the beginning of each step. Names that are alike
                          up to the first "_" are of one kind.
     """
-    not_run = why_not_here(path)
+    description = fmpy.read_model_description(str(path))
+    not_run = why_not_here(path, fmi_of(description))
     if not_run:
         return CheckReport(path, (), not_run)
-    references = {v.name: v.valueReference for v in fmpy.read_model_description(str(path)).modelVariables}
+    references = {v.name: v.valueReference for v in description.modelVariables}
     if missing := [name for name in (*inputs, *outputs) if name not in references]:
         return CheckReport(path, (f"It has no variable {missing[0]!a}.",))
     given, asked = ([references[name] for name in names] for names in (inputs, outputs))

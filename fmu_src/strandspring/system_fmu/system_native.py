@@ -1,4 +1,4 @@
-"""The FMU of a system as one file: FMI 2.0 co-simulation in one binary per platform, with its C sources.
+"""The FMU of a system as one file: co-simulation in one binary per platform, with its C sources.
 
 The same system gives the same bytes, whatever the platform it is built on.
 """
@@ -7,29 +7,36 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Sequence
-from importlib.resources import files
 from pathlib import Path
 
-from ..compiled.images import FMI_HEADERS, SYSTEM, fmi_header
-from ..fmu.archive import content_guid, installed_version, licences, write_archive
+from ..compiled.images import FMI_HEADERS, SYSTEM, SYSTEM3, fmi_header
+from ..fmu.archive import content_guid, fmu_name, icon, installed_version, licences, write_archive
+from ..fmu.array_variables import scalar_variables
 from ..fmu.description import described
+from ..fmu.description3 import NO_EVENTS
 from ..fmu.description_content import Backend, Content
+from ..fmu.fmi3_files import BUILD_DESCRIPTION, build_description
 from ..fmu.native.platforms import Platform, binaries, default_platforms
 from ..fmu.papers import sealed
-from ..modelfile import identifier
+from ..modelfile import LONGEST_NAME, identifier
 from ..systems.mounted import MountedSystem
 from .system_block import SystemBlock, system_block
 from .system_page import system_page
 from .system_reference import reference_tables
 from .system_variables import SystemFmuOptions, system_start_values, system_units, system_variables
 
+UNITS = {2: SYSTEM, 3: SYSTEM3}
+# Capabilities by version of FMI.
 _ABILITIES = {
-    "needsExecutionTool": "false",
-    "canNotUseMemoryManagementFunctions": "false",
-    "providesDirectionalDerivative": "false",
-    "canInterpolateInputs": "true",
-    "maxOutputDerivativeOrder": "0",
-    "canRunAsynchronuously": "false",
+    2: {
+        "needsExecutionTool": "false",
+        "canNotUseMemoryManagementFunctions": "false",
+        "providesDirectionalDerivative": "false",
+        "canInterpolateInputs": "true",
+        "maxOutputDerivativeOrder": "0",
+        "canRunAsynchronuously": "false",
+    },
+    3: {"canHandleVariableCommunicationStepSize": "true", "maxOutputDerivativeOrder": "0", **NO_EVENTS},
 }
 _LOG_CATEGORIES = {
     "logStatusWarning": "A spring left its identified range.",
@@ -39,15 +46,18 @@ _LOG_CATEGORIES = {
 _VALUES = "system_fmu/c/system_values.h"
 
 
-def system_identifier(system: MountedSystem) -> str:
+def system_identifier(system: MountedSystem, fmi: int = 2) -> str:
     """The name of the system's FMU."""
-    return identifier(system.name or "system")
+    suffix = fmu_name("", "native", fmi)
+    return identifier(system.name or "system")[: LONGEST_NAME - len(suffix)] + suffix
 
 
 def build_system_fmu(
     system: MountedSystem, directory: Path, options: SystemFmuOptions, platforms: Sequence[Platform] | None = None
 ) -> Path:
-    """Write ``<directory>/<name of the system>.fmu``, an FMI 2.0 FMU for co-simulation that runs without Python.
+    """Write ``<directory>/<name of the system>.fmu``, an FMU for co-simulation that runs without Python.
+
+    That of FMI 3.0 is ``<directory>/<name of the system>_fmi3.fmu``.
 
     Parameters
     ----------
@@ -67,37 +77,45 @@ def build_system_fmu(
                          to.
     """
     chosen = default_platforms() if platforms is None else platforms
-    return write_archive(directory / f"{system_identifier(system)}.fmu", system_contents(system, options, chosen))
+    name = system_identifier(system, options.fmi)
+    return write_archive(directory / f"{name}.fmu", system_contents(system, options, chosen))
 
 
 def system_contents(
     system: MountedSystem, options: SystemFmuOptions, platforms: Sequence[Platform]
 ) -> dict[str, bytes]:
     """Every file of the FMU by its path inside it."""
-    name, block, fixed = system_identifier(system), system_block(system, options), _fixed_sources()
+    fmi, block = options.fmi, system_block(system, options)
+    name, unit, fixed = system_identifier(system, fmi), UNITS[fmi], _fixed_sources(fmi)
+    table = system_variables(system, options)
     tool = f"strandspring {installed_version('strandspring')}"
     content = Content(
         name,
         f"{system.name or 'Rigid bodies'}: base acceleration in, motion of points and forces of mounts out",
-        system_variables(system, options),
+        scalar_variables(table) if fmi == 3 else table,
         system_units(),
         system_start_values(system, options),
         log_categories=_LOG_CATEGORIES,
         step=options.step,
     )
-    backend = Backend(co_simulation=_ABILITIES, sources=(SYSTEM.file,), author=options.author, version=_version(block))
+    backend = Backend(
+        co_simulation=_ABILITIES[fmi], sources=(unit.file,), author=options.author, version=_version(block), fmi=fmi
+    )
     # The binaries hold the GUID, so it comes from what they are made of.
     guid = content_guid([described(content, "", tool, backend), block.source("").encode("ascii")], fixed)
     sources = {**fixed, _VALUES: block.source(guid).encode("ascii")}
     return sealed(
         {
             "modelDescription.xml": described(content, guid, tool, backend),
-            "model.png": (files("strandspring.fmu") / "assets" / "model.png").read_bytes(),
-            "documentation/index.html": system_page(system, options, tuple(sorted(p.name for p in platforms))).encode(),
-            **licences(()),
+            **icon(fmi),
+            "documentation/index.html": system_page(
+                system, options, unit, tuple(sorted({folder for p in platforms for folder in p.folders(fmi)}))
+            ).encode(),
+            **licences((), fmi),
             **reference_tables(system, options),
-            **binaries(name, platforms, SYSTEM, lambda image: block.filled(image, guid)),
+            **binaries(name, platforms, unit, lambda image: block.filled(image, guid), fmi),
             **{f"sources/{path}": text for path, text in sources.items()},
+            **({BUILD_DESCRIPTION: build_description(name, backend.sources)} if fmi == 3 else {}),
         }
     )
 
@@ -106,6 +124,7 @@ def _version(block: SystemBlock) -> str:
     return hashlib.sha256(block.source("").encode("ascii")).hexdigest()[:12]
 
 
-def _fixed_sources() -> dict[str, bytes]:
-    """The C files that are the same for every system, by path."""
-    return {**SYSTEM.sources(), **{f"core/c/{name}": fmi_header(name) for name in FMI_HEADERS[SYSTEM.fmi]}}
+def _fixed_sources(fmi: int) -> dict[str, bytes]:
+    """The C files that are the same for every system, by path; importers of FMI 3.0 have its headers."""
+    ours = UNITS[fmi].sources()
+    return ours if fmi == 3 else {**ours, **{f"core/c/{name}": fmi_header(name) for name in FMI_HEADERS[fmi]}}

@@ -6,12 +6,12 @@ from importlib.resources import files
 
 from jinja2 import Environment, StrictUndefined
 
-from ..compiled.images import SYSTEM
+from ..compiled.images import Unit
 from ..systems.mounted import MountedSystem
 from .system_variables import SystemFmuOptions, system_start_values, system_variables
 
 
-def system_page(system: MountedSystem, options: SystemFmuOptions, platforms: tuple[str, ...]) -> str:
+def system_page(system: MountedSystem, options: SystemFmuOptions, unit: Unit, platforms: tuple[str, ...]) -> str:
     """HTML of one file: the system, the FMU's behaviour, its variables; the same arguments give the same text."""
     template = Environment(
         autoescape=True, trim_blocks=True, lstrip_blocks=True, undefined=StrictUndefined
@@ -22,6 +22,6 @@ def system_page(system: MountedSystem, options: SystemFmuOptions, platforms: tup
         system=system,
         options=options,
         platforms=platforms,
-        unit=SYSTEM.file,
+        unit=unit,
         variables=[(variable, start.get(variable.name)) for variable in system_variables(system, options)],
     )

@@ -56,6 +56,7 @@ class SystemFmuOptions:
     omega_start : float            Of all springs at rest, in the direction of their static forces [-1, 1].
     forces : tuple of ForceInput
     author : str
+    fmi : int                      Version of FMI, 2 or 3.
 
     Raises
     ------
@@ -67,6 +68,7 @@ class SystemFmuOptions:
     omega_start: float = 0.0
     forces: tuple[ForceInput, ...] = ()
     author: str = ""
+    fmi: int = 2
 
     def __post_init__(self) -> None:
         if not LEAST_STEP <= self.step <= self.largest_step < np.inf:
@@ -76,6 +78,8 @@ class SystemFmuOptions:
             )
         if not -1.0 <= self.omega_start <= 1.0:
             raise MountedSystemError(f"`omega_start` must be within [-1, 1], got {self.omega_start!r}.")
+        if self.fmi not in (2, 3):
+            raise MountedSystemError(f"The version of FMI must be 2 or 3, got {self.fmi!r}.")
         if len(self.forces) > MOST_FORCES:
             raise MountedSystemError(
                 f"An FMU can have at most {MOST_FORCES} forces on bodies, got {len(self.forces)}; take some out."

@@ -5,6 +5,7 @@
 #include "fmi3_arguments.c"
 #include "fmi3_cosimulation.c"
 #include "fmi3_derivatives.c"
+#include "fmi3_elements.c"
 #include "fmi3_fmustate.c"
 #include "fmi3_model_exchange.c"
 #include "fmi3_spring.c"

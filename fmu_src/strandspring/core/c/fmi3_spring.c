@@ -1,27 +1,7 @@
 /* The beginning and end of a spring, and values of its variables. */
 #include "fmi3_arguments.h"
+#include "fmi3_calls.h"
 #include "fmu_model_exchange.h"
-
-#include <math.h>
-
-static void write_message(const Log *log, FmuStatus status, const char *category, const char *text)
-{
-    ((fmi3LogMessageCallback)log->logger)(log->environment, (fmi3Status)status, category, text);
-}
-
-/* Errors are logged even where logging is off. */
-static Log first_log(fmi3String name, fmi3InstanceEnvironment environment, fmi3LogMessageCallback logger, int logging)
-{
-    return (Log){
-        .write = logger == NULL ? NULL : write_message,
-        .logger = (void (*)(void))logger,
-        .environment = environment,
-        .instance_name = name,
-        .categories = logging ? LOG_ALL : LOG_ERRORS,
-    };
-}
-
-static const Memory C_LIBRARY = {NULL, NULL};
 
 fmi3Instance fmi3InstantiateModelExchange(
     fmi3String instanceName, fmi3String instantiationToken, fmi3String resourcePath, fmi3Boolean visible,
@@ -56,78 +36,9 @@ fmi3Instance fmi3InstantiateCoSimulation(
     return fmu_instantiate(&log, instanceName, instantiationToken, "instantiation token", &C_LIBRARY, CS_INSTANTIATED);
 }
 
-fmi3Instance fmi3InstantiateScheduledExecution(
-    fmi3String instanceName, fmi3String instantiationToken, fmi3String resourcePath, fmi3Boolean visible,
-    fmi3Boolean loggingOn, fmi3InstanceEnvironment instanceEnvironment, fmi3LogMessageCallback logMessage,
-    fmi3ClockUpdateCallback clockUpdate, fmi3LockPreemptionCallback lockPreemption,
-    fmi3UnlockPreemptionCallback unlockPreemption)
-{
-    (void)instantiationToken;
-    (void)resourcePath;
-    (void)visible;
-    (void)clockUpdate;
-    (void)lockPreemption;
-    (void)unlockPreemption;
-    Log log = first_log(instanceName, instanceEnvironment, logMessage, loggingOn);
-    return FMU_REFUSE_POINTER(&log, "This FMU has no clocks for scheduled execution; instantiate it for co-simulation.");
-}
-
 void fmi3FreeInstance(fmi3Instance c)
 {
     fmu_free(c);
-}
-
-const char *fmi3GetVersion(void)
-{
-    return fmi3Version;
-}
-
-fmi3Status fmi3SetDebugLogging(
-    fmi3Instance c, fmi3Boolean loggingOn, size_t nCategories, const fmi3String categories[])
-{
-    int chosen = 0;
-    FMU_REQUIRE(c, SetDebugLogging);
-    FMU_REQUIRE_ARRAY(instance, SetDebugLogging, categories, nCategories);
-    if (fmu_find_categories(&instance->log, nCategories, categories, &chosen) != FMU_OK)
-        return fmi3Error;
-    int before = instance->log.categories;
-    instance->log.categories = (loggingOn ? before | chosen : before & ~chosen) | LOG_ERRORS;
-    return fmi3OK;
-}
-
-fmi3Status fmi3EnterInitializationMode(fmi3Instance c, fmi3Boolean toleranceDefined, fmi3Float64 tolerance,
-                                       fmi3Float64 startTime, fmi3Boolean stopTimeDefined, fmi3Float64 stopTime)
-{
-    (void)toleranceDefined;
-    (void)tolerance; /* the response is exact */
-    FMU_REQUIRE(c, EnterInitializationMode);
-    double stop = stopTimeDefined ? stopTime : INFINITY;
-    if (fmu_require_experiment(&instance->log, startTime, stop) != FMU_OK)
-        return fmi3Error;
-    instance->state.time = startTime;
-    instance->state.stop_time = stop;
-    instance->state.mode = instance->state.mode & MODEL_EXCHANGE ? ME_INITIALIZATION : CS_INITIALIZATION;
-    return fmi3OK;
-}
-
-fmi3Status fmi3ExitInitializationMode(fmi3Instance c)
-{
-    FMU_REQUIRE(c, ExitInitializationMode);
-    return fmu_end_initialization(instance);
-}
-
-fmi3Status fmi3Terminate(fmi3Instance c)
-{
-    FMU_REQUIRE(c, Terminate);
-    instance->state.mode = instance->state.mode & MODEL_EXCHANGE ? ME_TERMINATED : CS_TERMINATED;
-    return fmi3OK;
-}
-
-fmi3Status fmi3Reset(fmi3Instance c)
-{
-    FMU_REQUIRE(c, Reset);
-    fmu_begin(instance, instance->state.mode & MODEL_EXCHANGE ? ME_INSTANTIATED : CS_INSTANTIATED);
-    return fmi3OK;
 }
 
 static FmuStatus read_element(Instance *instance, unsigned element, double *value)
@@ -190,12 +101,4 @@ fmi3Status fmi3GetBoolean(fmi3Instance c, const fmi3ValueReference valueReferenc
     for (size_t i = 0; i < nValues; i++)
         values[i] = fmu_extrapolating(instance) != 0;
     return fmi3OK;
-}
-
-fmi3Status fmi3SetBoolean(fmi3Instance c, const fmi3ValueReference valueReferences[], size_t nValueReferences,
-                          const fmi3Boolean values[], size_t nValues)
-{
-    FMU_REQUIRE(c, SetBoolean);
-    FMI3_REQUIRE_VALUES(instance, SetBoolean, VARIABLE_BOOLEAN);
-    return nValues == 0 ? fmi3OK : FMU_REFUSE(&instance->log, "`extrapolating` is calculated and cannot be set.");
 }

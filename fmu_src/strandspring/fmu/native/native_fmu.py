@@ -15,6 +15,7 @@ from ...errors import BuildError
 from ...modelfile import LONGEST_NAME, ModelFile
 from ..archive import common_contents, content_guid, fmu_name, fmu_path, installed_version, write_archive
 from ..description import model_description
+from ..description3 import NO_EVENTS
 from ..description_content import Backend
 from ..fmi3_files import BUILD_DESCRIPTION, TERMINALS, build_description, terminals
 from ..papers import BuildSettings, model_version, papers, sealed
@@ -41,10 +42,7 @@ _CO_SIMULATION = {
         **_DERIVATIVES,
         "canHandleVariableCommunicationStepSize": "true",
         "maxOutputDerivativeOrder": "1",
-        "providesIntermediateUpdate": "false",
-        "mightReturnEarlyFromDoStep": "false",
-        "canReturnEarlyAfterIntermediateUpdate": "false",
-        "hasEventMode": "false",
+        **NO_EVENTS,
     },
 }
 _MODEL_EXCHANGE = {

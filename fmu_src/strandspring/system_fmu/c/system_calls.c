@@ -2,7 +2,8 @@
 #include "../../core/c/fmi2_arguments.h"
 #include "../../core/c/fmi2_calls.h"
 #include "../../core/c/fmi2_life.h"
-#include "system_instance.h"
+#include "../../core/c/spring_number.h"
+#include "system_life.h"
 
 #include <math.h>
 
@@ -22,43 +23,12 @@ fmi2Component fmi2Instantiate(fmi2String instanceName, fmi2Type fmuType, fmi2Str
     Memory memory;
     if (fmi2_memory(&log, functions, &memory) != FMU_OK)
         return NULL;
-    Instance *instance = fmu_new_instance(&log, instanceName, fmuGUID, "GUID", &memory, system_instance_size());
-    if (instance == NULL)
-        return NULL;
-    instance->log = log;
-    instance->memory = memory;
-    if (!system_make(instance)) {
-        (void)FMU_REFUSE(&log, "There is not enough memory for the tables of the springs.");
-        system_release(instance);
-        fmu_free_instance(instance, &memory);
-        return NULL;
-    }
-    fmu_begin(instance, CS_INSTANTIATED);
-    return instance;
+    return system_instantiate(&log, instanceName, fmuGUID, "GUID", &memory);
 }
 
 void fmi2FreeInstance(fmi2Component c)
 {
-    Instance *instance = c;
-    if (instance == NULL)
-        return;
-    system_release(instance);
-    Memory memory = instance->memory;
-    fmu_free_instance(instance, &memory);
-}
-
-/* Whether a variable may be set now. */
-static fmi2Status require_settable(const Instance *instance, fmi2ValueReference reference)
-{
-    VariableCausality causality = system_causality(instance, reference);
-    if (causality == VARIABLE_INPUT)
-        return fmi2OK;
-    if (causality != VARIABLE_PARAMETER)
-        return FMU_REFUSE(&instance->log, "`%s` is calculated and cannot be set.", system_name(reference).text);
-    if (!(instance->state.mode & (INSTANTIATED | INITIALIZATION)))
-        return FMU_REFUSE(&instance->log, "`%s` is fixed after initialization; reset the instance to change it.",
-                          system_name(reference).text);
-    return fmi2OK;
+    system_free(c);
 }
 
 fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference vr[], size_t nvr, const fmi2Real value[])
@@ -66,7 +36,7 @@ fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference vr[], size_t nv
     FMU_REQUIRE(c, SetReal);
     FMU_REQUIRE_VARIABLES(instance, SetReal, vr, nvr, value, VARIABLE_REAL);
     for (size_t i = 0; i < nvr; i++)
-        if (require_settable(instance, vr[i]) != fmi2OK || system_require_value(instance, vr[i], value[i]) != fmi2OK)
+        if (system_require_change(instance, vr[i], value[i]) != FMU_OK)
             return fmi2Error;
     system_write(instance, vr, nvr, value);
     return fmi2OK;

@@ -186,8 +186,10 @@ static FmuStatus require_rest(Instance *instance)
     const MotionSystem *system = &instance->system;
     State *state = &instance->state;
     double pose[7 * MOTION_BODIES], omega[MOTION_AXES] = {0.0};
-    if (state->is_at_rest || !(state->mode & INITIALIZATION))
+    if (state->is_at_rest)
         return FMU_OK;
+    if (!(state->mode & INITIALIZATION))
+        return FMU_REFUSE(&instance->log, "Nothing calculated is known before initialization mode, in which the bodies come to rest.");
     for (size_t b = 0; b < system->bodies; b++)
         memcpy(pose + 7 * b, NOMINAL, sizeof NOMINAL);
     if (find_rest(instance, omega, pose) != FMU_OK)
@@ -308,7 +310,22 @@ int system_are_possible(const Settings *settings)
     return 1;
 }
 
-FmuStatus system_require_value(const Instance *instance, unsigned reference, double value)
+/* Whether a variable may be set now. */
+static FmuStatus require_settable(const Instance *instance, unsigned reference)
+{
+    VariableCausality causality = system_causality(instance, reference);
+    if (causality == VARIABLE_INPUT)
+        return FMU_OK;
+    if (causality != VARIABLE_PARAMETER)
+        return FMU_REFUSE(&instance->log, "`%s` is calculated and cannot be set.", system_name(reference).text);
+    if (!(instance->state.mode & (INSTANTIATED | INITIALIZATION)))
+        return FMU_REFUSE(&instance->log, "`%s` is fixed after initialization; reset the instance to change it.",
+                          system_name(reference).text);
+    return FMU_OK;
+}
+
+/* Refuses what no input or parameter may be. */
+static FmuStatus require_value(const Instance *instance, unsigned reference, double value)
 {
     static const char *const UNITS[SYSTEM_PARAMETERS] = {" s", "", " m/s^2", " m/s^2", " m/s^2"};
     if (!isfinite(value))
@@ -324,6 +341,11 @@ FmuStatus system_require_value(const Instance *instance, unsigned reference, dou
                       system_name(reference).text, spring_number(((const double *)&bounds.low)[parameter]).text,
                       spring_number(((const double *)&bounds.high)[parameter]).text, UNITS[parameter],
                       spring_number(value).text);
+}
+
+FmuStatus system_require_change(const Instance *instance, unsigned reference, double value)
+{
+    return require_settable(instance, reference) == FMU_OK ? require_value(instance, reference, value) : FMU_ERROR;
 }
 
 void system_write(Instance *instance, const unsigned references[], size_t count, const double values[])

@@ -84,15 +84,16 @@ SPRING_LOCAL void system_release(Instance *instance);
 /* Everything as it is after instantiation. */
 SPRING_LOCAL void fmu_begin(Instance *instance, int mode);
 
-/* Values by reference, which must be of a Real. What is calculated fails while the bodies find no rest. */
+/* Values by reference, which must be of a Real. What is calculated fails before initialization mode, and while the bodies find no
+ * rest. */
 SPRING_LOCAL FmuStatus fmu_read(
     Instance *instance, const unsigned references[], size_t count, double values[]);
 
 /* Whether a spring is outside its identified range, or was at the end of a step within the last step of co-simulation. */
 SPRING_LOCAL FmuStatus fmu_read_extrapolating(Instance *instance, int *extrapolating);
 
-/* Refuses what no input or parameter may be. */
-SPRING_LOCAL FmuStatus system_require_value(const Instance *instance, unsigned reference, double value);
+/* Refuses to set a variable now, or what no input or parameter may be. */
+SPRING_LOCAL FmuStatus system_require_change(const Instance *instance, unsigned reference, double value);
 
 /* Whether all parameters are what they may be. */
 SPRING_LOCAL int system_are_possible(const Settings *settings);

@@ -1,0 +1,15 @@
+/* The FMU of FMI 3.0 of bodies on mounts as one unit, as system_all.c is that of FMI 2.0. */
+#define SPRING_LOCAL static inline
+#define FMU_INSTANCE "../../system_fmu/c/system_instance.h"
+#define FMU_ELEMENTS "../../system_fmu/c/system_elements.h"
+#define FMU_FULL_NAME fmi3FullName
+
+#include "../../core/c/fmi3_api.h"
+#include "system_names.h"
+
+#include "../../core/c/fmi3_absent.c"
+#include "../../core/c/fmi3_arguments.c"
+#include "../../core/c/fmi3_fmustate.c"
+#include "system_calls3.c"
+#include "system_exchange3.c"
+#include "system_shared.c"
