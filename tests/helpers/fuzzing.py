@@ -4,8 +4,8 @@
 
 A sequence is the life of one instance. The test does a share of the million that this does by default; a seed that
 fails is repeated by `--seed SEED 1`, and `--trace` prints its calls. FORM is native, table (FE by forces at knots),
-states (omega and absorbed_energy are continuous states), python (the Python-backed FMU) or system (bodies on mounts,
-by tests/fuzz/system). `--plain` does without the
+states (omega and absorbed_energy are continuous states), python (the Python-backed FMU), system (bodies on mounts,
+by tests/fuzz/system) or one that begins with fmi3 or is system-fmi3 (FMI 3.0 beside FMI 2.0, by tests/fuzz/fmi3). `--plain` does without the
 sanitizers, which take four fifths of the time, and which the Python-backed FMU never has.
 """
 
@@ -32,7 +32,7 @@ from kernel_tools import compiled
 from native_tools import library
 from springs import TABLE
 from strandspring import SpringParameters
-from strandspring.compiled.images import FMI_HEADERS, FMU3, fmi_header
+from strandspring.compiled.images import FMI_HEADERS, FMU3, SYSTEM3, fmi_header
 from strandspring.fmu.native.block import USUAL, Form, values_source
 from strandspring.fmu.native.native_fmu import native_contents
 from strandspring.fmu.python_backed import fmu_contents
@@ -111,6 +111,18 @@ def write_system_sources(folder: Path, system: MountedSystem = BOX, options: Sys
     return folder
 
 
+def write_system_pair_sources(folder: Path) -> Path:
+    """The same for the FMUs of FMI 2.0 and FMI 3.0 of one system, which have one GUID here."""
+    write_system_sources(folder)
+    headers = {f"core/c/{name}": fmi_header(name) for name in FMI_HEADERS[3]}
+    for path, content in {**SYSTEM3.sources(), **headers}.items():
+        if not path.endswith("system_values.h"):
+            (folder / path).write_bytes(content)
+    with (folder / "fuzz_model.h").open("a") as file:
+        file.write("enum { MODEL_REAL_TIME, MODEL_NO_ENERGY = 0 };\n")
+    return folder
+
+
 def write_pair_sources(folder: Path, parameters: SpringParameters = SPRING, form: Form = USUAL) -> Path:
     """The same for the FMUs of FMI 2.0 and FMI 3.0 of one spring, which have one GUID here."""
     write_sources(folder, parameters, form.with_states)
@@ -147,6 +159,7 @@ def _description(folder: Path, resources: str = "NULL") -> str:
             name: sum(v.name.startswith(array) for v in variables)
             for name, array in (("ELASTIC", "kE_"), ("AMPLIFIER", "kA_"), ("KNOTS", "FE_knots_"))
         },
+        "INPUTS": sum(v.causality == "input" for v in variables),
         "STATES": len(states),
         "PYTHON": int(resources != "NULL"),
     }
@@ -209,6 +222,26 @@ def build_system(sources: Path, folder: Path, flags: tuple[str, ...] = SANITIZED
     ]
     of_fmu = sources / "system_fmu" / "c" / "system_all.c"
     objects.append(compiled(folder / "fmu.o", *flags, *COUNTED, "-Wno-sign-conversion", "-c", of_fmu))
+    return link(objects, folder / "fuzz", flags)
+
+
+def build_system_pairs(sources: Path, folder: Path, flags: tuple[str, ...] = SANITIZED) -> Path:
+    """The fuzzer of pairs of FMUs of systems, of FMI 2.0 and FMI 3.0, that the sources make."""
+    folder.mkdir()
+    own = [*(FUZZER / f"{name}.c" for name in SHARED), *FUZZER.glob("fmi3/*.c"), FUZZER / "system" / "exchange2.c"]
+    units = [sources / "system_fmu" / "c" / f"system_{name}.c" for name in ("all", "all3")]
+    includes = (f"-I{sources}", f"-I{sources / 'core' / 'c'}", "-D_POSIX_C_SOURCE=200809L")
+
+    def compile_unit(unit: Path) -> Path:
+        more = (
+            (*COUNTED, "-Wno-sign-conversion", "-Wno-strict-prototypes")
+            if unit in units
+            else ("-Wno-unused-parameter",)
+        )
+        return compiled(folder / f"{unit.stem}.o", *flags, *includes, *more, "-c", unit)
+
+    with ThreadPoolExecutor(os.cpu_count()) as pool:
+        objects = list(pool.map(compile_unit, [*units, *own]))
     return link(objects, folder / "fuzz", flags)
 
 
@@ -275,7 +308,7 @@ def add_up(outcomes: Sequence[Outcome]) -> Statistics:
 def main() -> int:
     parser = argparse.ArgumentParser(description="Random sequences of FMI calls against the native FMU.")
     parser.add_argument("sequences", nargs="?", type=int, default=1_000_000)
-    parser.add_argument("--form", choices=(*FORMS, *FORMS3, "python", "system"), default="native")
+    parser.add_argument("--form", choices=(*FORMS, *FORMS3, "python", "system", "system-fmi3"), default="native")
     parser.add_argument("--plain", action="store_true")
     parser.add_argument("--seed", type=int, default=1_000_000)
     parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1)
@@ -288,6 +321,9 @@ def main() -> int:
         elif given.form == "system":
             flags = PLAIN if given.plain else SANITIZED
             program = build_system(write_system_sources(folder / "sources"), folder / "objects", flags)
+        elif given.form == "system-fmi3":
+            flags = PLAIN if given.plain else SANITIZED
+            program = build_system_pairs(write_system_pair_sources(folder / "sources"), folder / "objects", flags)
         elif given.form in FORMS3:
             flags = PLAIN if given.plain else SANITIZED
             sources = write_pair_sources(folder / "sources", *FORMS3[given.form])
@@ -295,7 +331,7 @@ def main() -> int:
         else:
             sources = write_sources(folder / "sources", *FORMS[given.form])
             program = build(sources, folder / "objects", PLAIN if given.plain else SANITIZED)
-        run_one = run_system if given.form == "system" or given.form in FORMS3 else run
+        run_one = run_system if given.form.startswith("system") or given.form in FORMS3 else run
         if given.trace:
             print(run_one(program, given.seed, given.sequences, "trace").found)
             return 0

@@ -3,13 +3,22 @@
 
 #include <limits.h>
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 #define REFUSED(pair, call, ...) refused((pair), #call, fmi3##call((pair)->three, __VA_ARGS__))
 
 /* From the last one on. */
-static const char *const LAST_NAMES[] = {MODEL_STATES ? "`time`" : "`reversal_indicator`", "`time`"};
+static const char *const LAST_NAMES[] = {INDICATORS ? "`reversal_indicator`" : "`time`", "`time`"};
+
+/* The next one must name this variable, and say `more` of it. */
+static void must_name_variable(fmi3ValueReference reference, const char *more)
+{
+    static char text[100];
+    snprintf(text, sizeof text, "`%s`%s", described[reference - 1].name, more);
+    must_name(text);
+}
 
 static fmi3ValueReference unknown_reference(void)
 {
@@ -30,7 +39,7 @@ static void values(Pair *pair)
     fmi3ValueReference *references = list.references;
     size_t count = list.count, size = list.size, last = count - 1;
     double *numbers = list.values;
-    fmi3ValueReference calculated = chance(50) ? FORCE3 : (fmi3ValueReference)(REFERENCES - below(1 + !MODEL_STATES));
+    fmi3ValueReference calculated = chance(50) ? FORCE3 : (fmi3ValueReference)(REFERENCES - below(1 + INDICATORS));
     int sets = below(2), boolean = 0;
     switch (below(9)) {
     case 0: references[last] = unknown_reference(); break;
@@ -39,14 +48,17 @@ static void values(Pair *pair)
     case 3: numbers = NULL; break;
     case 4:
         references[last] = EXTRAPOLATING3;
-        must_name("`extrapolating` (value reference 5) is Boolean");
+        must_name_variable(EXTRAPOLATING3, OF_SYSTEM ? " (value reference 1) is Boolean" : " (value reference 5) is Boolean");
         break;
     case 5: boolean = 1; break;
     case 6: /* what is calculated */
         sets = 1;
         references = &calculated;
         count = size = 1;
-        must_name(calculated == FORCE3 ? "`force`" : LAST_NAMES[REFERENCES - calculated]);
+        if (calculated == FORCE3)
+            must_name_variable(FORCE3, "");
+        else
+            must_name(LAST_NAMES[REFERENCES - calculated]);
         break;
     case 7: /* what no variable can be */
         sets = 1;
@@ -223,8 +235,8 @@ static void others(Pair *pair)
         break;
     default:
         REFUSED(pair, GetOutputDerivatives, (fmi3ValueReference[]){FORCE3}, 1, which ? (fmi3Int32[]){2} : NULL, numbers, 1);
-        which = below(1 + !MODEL_STATES);
-        must_name(LAST_NAMES[which]);
+        which = below(1 + INDICATORS);
+        must_name(OF_SYSTEM ? NULL : LAST_NAMES[which]);
         REFUSED(pair, GetOutputDerivatives, (fmi3ValueReference[]){(fmi3ValueReference)(REFERENCES - which)}, 1,
                 (fmi3Int32[]){1}, numbers, 1);
     }

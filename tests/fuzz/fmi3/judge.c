@@ -27,6 +27,8 @@ size_t state_size(void)
 
 double usual_displacement(void)
 {
+    if (OF_SYSTEM)
+        return uniform(-0.05, 0.05);
     double low = described[variable("displacement_min")].start, high = described[variable("displacement_max")].start;
     return low + (high - low) * (chance(90) ? uniform(0.0, 1.0) : uniform(-1.0, 2.0));
 }
@@ -189,12 +191,12 @@ static fmi3Instance instantiate_three(
 int begin_pair(Pair *pair)
 {
     int wrong = careless() ? 1 + below(6) : 0;
-    *pair = (Pair){.exchange = MODEL_STATES || below(2), .logger = chance(90), .mode = INSTANTIATED};
+    *pair = (Pair){.exchange = !OF_SYSTEM && (MODEL_STATES || below(2)), .logger = chance(90), .mode = INSTANTIATED};
     pair->warns = pair->logger && below(2);
     trace("%ld: instantiate, wrong %d", (long)(pair - pairs), wrong);
     listen(pair);
     const char *const names[] = {NULL, ""}, *const tokens[] = {NULL, awkward_text()};
-    int type = wrong == 3 ? 2 : wrong == 4 || wrong == 5 ? 1 : !pair->exchange;
+    int type = wrong == 3 ? (OF_SYSTEM ? 2 * below(2) : 2) : wrong == 4 || wrong == 5 ? 1 : !pair->exchange;
     char *name = exactly("spring", 7);
     starving = wrong == 6;
     pair->three = instantiate_three(pair, wrong == 1 ? names[below(2)] : name, wrong == 2 ? tokens[below(2)] : MODEL_GUID, type,

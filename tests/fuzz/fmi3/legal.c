@@ -67,14 +67,17 @@ List some_variables(const char *kinds)
 
 static double usual_value(unsigned element)
 {
+    const char *name = described[element].name;
+    /* Never so small that a step of co-simulation takes long. */
+    if (strcmp(name, "step") == 0)
+        return MODEL_LARGEST_STEP * pow(10.0, uniform(-2.0, 0.2));
     if (careless())
         return awkward();
     if (element == 0)
         return usual_displacement();
     if (kind_of(element) != 'p')
-        return uniform(-1.0, 1.0);
+        return uniform(-1.0, 1.0) * (!OF_SYSTEM ? 1.0 : strncmp(name, "load_", 5) == 0 ? 1e3 : 1e2);
     double start = described[element].start;
-    const char *name = described[element].name;
     int is_fixed = strcmp(name, "kA_0") == 0 || strncmp(name, "FE_knots", 8) == 0 || strncmp(name, "displacement_", 13) == 0;
     if (chance(50) || is_fixed)
         return start;

@@ -1,4 +1,4 @@
-/* Random lives of pairs: an instance of the FMU of FMI 3.0 beside one of FMI 2.0 of the same spring, which does the same.
+/* Random lives of pairs: an instance of the FMU of FMI 3.0 beside one of FMI 2.0 of the same spring or system, which does the same.
  *
  * After every call the serialized states of both, and all that they return, are equal to the bit; what is refused by one is
  * refused by both in the same words, but where the versions differ. In between come calls to FMI 3.0 alone that
@@ -73,20 +73,27 @@ int is_legal(const Pair *pair, Call3 call);
 /* ---- variables by their places in FMI 3.0: arrays are one; the time and the event indicator come last --------- */
 
 enum {
-    ARRAYS = (MODEL_ELASTIC > 0) + 2 * (MODEL_KNOTS > 0) + 1,
-    REFERENCES = MODEL_VARIABLES - MODEL_ELASTIC - 2 * MODEL_KNOTS - MODEL_AMPLIFIER + ARRAYS + 1 + !MODEL_STATES,
+    OF_SYSTEM = MODEL_AMPLIFIER == 0, /* of bodies on mounts: for co-simulation alone, without derivatives */
+    INDICATORS = !MODEL_STATES && !OF_SYSTEM,
+    ARRAYS = (MODEL_ELASTIC > 0) + 2 * (MODEL_KNOTS > 0) + (MODEL_AMPLIFIER > 0),
+    REFERENCES = MODEL_VARIABLES - MODEL_ELASTIC - 2 * MODEL_KNOTS - MODEL_AMPLIFIER + ARRAYS + 1 + INDICATORS,
     TIME = MODEL_VARIABLES, /* elements: references of FMI 2.0, then these */
     INDICATOR,
     ABSORBED_ENERGY = 3,
-    EXTRAPOLATING,
-    /* In FMI 3.0 references count from 1, and a place is one less. */
-    DISPLACEMENT3 = 1,
-    FORCE3,
+    EXTRAPOLATING = OF_SYSTEM ? 0 : 4,
+    /* In FMI 3.0 references count from 1, and a place is one less. Of a system its first input and outputs stand for those of a
+     * spring. */
+    DISPLACEMENT3 = OF_SYSTEM ? 2 : 1,
+    FORCE3 = OF_SYSTEM ? 2 + MODEL_INPUTS : 2,
     STIFFNESS3,
     ENERGY3,
-    EXTRAPOLATING3,
+    EXTRAPOLATING3 = EXTRAPOLATING + 1,
     FIRST_ARRAY3 = 7,
 };
+
+#ifndef MODEL_LARGEST_STEP
+#define MODEL_LARGEST_STEP 0.0 /* of systems [s] */
+#endif
 
 /* Some variables, at times the same one twice, with arrays among scalars, and their elements; all on the heap and of exactly this
  * size. */

@@ -2,7 +2,8 @@
 #define SPRING_LOCAL static inline
 #define FMU_INSTANCE "../../system_fmu/c/system_instance.h"
 #define FMU_ELEMENTS "../../system_fmu/c/system_elements.h"
-#define FMU_FULL_NAME fmi3FullName
+/* Other names than in system_all.c, beside which it may stand in one program. */
+#define FMU_FULL_NAME(name) fmi3FullName(fmi3_##name)
 
 #include "../../core/c/fmi3_api.h"
 #include "system_names.h"
