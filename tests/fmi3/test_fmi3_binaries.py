@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import zipfile
+from dataclasses import replace
 from pathlib import Path
 
 import lief
@@ -14,6 +15,8 @@ from native_tools import HEADERS
 from strandspring.fmu.native.native_fmu import build_native_fmu
 from strandspring.fmu.native.platforms import chosen_platforms
 from strandspring.modelfile import ModelFile
+from strandspring.system_fmu.system_native import build_system_fmu
+from system_fmu_tools import BOX, BOX_OPTIONS
 
 FUNCTIONS = set(re.findall(r"FMI3_Export fmi3\w+TYPE +(fmi3\w+);", (HEADERS / "fmi3Functions.h").read_text()))
 MACHINES = {
@@ -22,14 +25,18 @@ MACHINES = {
 }  # fmt: skip
 
 
-@pytest.fixture(scope="module")
-def binaries(tmp_path_factory: pytest.TempPathFactory) -> dict[str, bytes]:
+@pytest.fixture(scope="module", params=["spring", "system"])
+def binaries(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> dict[str, bytes]:
     """By their folder."""
-    folder = tmp_path_factory.mktemp("all")
-    fmu = build_native_fmu(ModelFile("spring", SPRING), folder, chosen_platforms("all"), zero=0.0, fmi=3)
+    folder, platforms = tmp_path_factory.mktemp("all"), chosen_platforms("all")
+    if request.param == "spring":
+        fmu = build_native_fmu(ModelFile("spring", SPRING), folder, platforms, zero=0.0, fmi=3)
+    else:
+        fmu = build_system_fmu(BOX, folder, replace(BOX_OPTIONS, fmi=3), platforms)
     with zipfile.ZipFile(fmu) as archive:
         names = [name for name in archive.namelist() if name.startswith("binaries/")]
-        assert {Path(name).stem for name in names} == {"spring_fmi3"}
+        assert {Path(name).stem for name in names} == {fmu.stem}
+        assert fmu.stem.endswith("_fmi3")
         return {name.split("/")[1]: archive.read(name) for name in names}
 
 

@@ -22,7 +22,7 @@ NUMBERS = {"GetNumberOfContinuousStates", "GetNumberOfEventIndicators"}
 # What the fuzzer must find: the form, the file, what stands there, and what is put in its place.
 FAULTS = {
     "a number of values is not checked": ("fmi3", "fmi3_arguments.c", "if (value_count != expected)", "if (0)"),
-    "a reference too many": ("fmi3", "fmi3_arguments.c", "left <= last - first", "left <= last - first + 1"),
+    "a reference too many": ("fmi3", "fmi3_elements.c", "left <= last - first", "left <= last - first + 1"),
     "an array is set in part": (
         "fmi3",
         "fmi3_spring.c",
@@ -37,11 +37,11 @@ FAULTS = {
     ),
     "errors can be silenced": (
         "fmi3",
-        "fmi3_spring.c",
+        "fmi3_calls.h",
         "(loggingOn ? before | chosen : before & ~chosen) | LOG_ERRORS",
         "loggingOn ? before | chosen : before & ~chosen",
     ),
-    "a stop time is forgotten": ("fmi3", "fmi3_spring.c", "instance->state.stop_time = stop;", ""),
+    "a stop time is forgotten": ("fmi3", "fmi3_calls.h", "instance->state.stop_time = stop;", ""),
     "a step before initialization": (
         "fmi3",
         "fmi3_states.h",

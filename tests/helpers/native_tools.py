@@ -54,10 +54,12 @@ class Library:
         description = fmpy.read_model_description(str(folder))
         self.guid = str(description.guid)
         self.references = {v.name: v.valueReference for v in description.modelVariables}
-        (self.path,) = (folder / "binaries" / str(host_folder())).iterdir()
+        fmi = int(description.fmiVersion[0])
+        (self.path,) = (folder / "binaries" / str(host_folder(fmi))).iterdir()
         self.resources = (folder / "resources").as_uri().encode()
         self.functions = ctypes.CDLL(str(self.path))
-        self.functions.fmi2Instantiate.restype = c_void_p
+        instantiate = "fmi2Instantiate" if fmi == 2 else "fmi3InstantiateCoSimulation"
+        getattr(self.functions, instantiate).restype = c_void_p
 
 
 @functools.cache

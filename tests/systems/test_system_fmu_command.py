@@ -58,6 +58,25 @@ def test_examples_are_built(terminal: Terminal, name: str, candidate: str | None
     assert f"Internal step: at most {told['step']:g} s; stable up to " in said
 
 
+def test_examples_are_built_for_fmi_3(terminal: Terminal) -> None:
+    arguments = ("build", "systems/gun_cradle.toml", "--candidate", "four springs", "--fmi", "3", "--author", "A")
+    told = json.loads(terminal(*arguments, "-o", "out", "--json"))
+    (fmu,) = told["fmus"]
+    assert (fmu["fmi"], fmu["backend"]) == (3, "native")
+    assert Path(fmu["path"]) == Path("out/Gun_cradle_fmi3.fmu")
+    assert fmu["check"].startswith("valid; 250 steps of co-simulation took ")
+    again = build_fmu("systems/gun_cradle.toml", "again", candidate="four springs", fmi=3, author="A")
+    assert again.read_bytes() == Path(fmu["path"]).read_bytes()
+    assert "FMI 3.0" in terminal(*arguments, "-o", "out")
+    assert "The reference comes out of co-simulation in 250 steps" in terminal("verify", str(again))
+    # Beside that of FMI 2.0.
+    two = json.loads(terminal("build", "systems/gun_cradle.toml", "--candidate", "four springs", "-o", "out", "--json"))
+    assert (two["fmus"][0]["fmi"], two["inputs"]) == (2, told["inputs"])
+    assert sorted(path.name for path in Path("out").iterdir()) == ["Gun_cradle.fmu", "Gun_cradle_fmi3.fmu"]
+    with pytest.raises(MountedSystemError, match=r"^The version of FMI must be 2 or 3, got 4\.$"):
+        build_fmu("systems/gun_cradle.toml", candidate="four springs", fmi=4)  # type: ignore[arg-type]
+
+
 def test_it_is_verified(terminal: Terminal, tmp_path: Path) -> None:
     fmu = build_fmu("systems/two_stage_platform.toml", "out")
     said = terminal("verify", str(fmu))

@@ -1,4 +1,7 @@
-"""Random sequences of FMI calls against the FMU of a system, under sanitizers (tests/fuzz/system/systems.c)."""
+"""Random sequences of FMI calls against the FMU of a system, under sanitizers.
+
+By tests/fuzz/system/systems.c that of FMI 2.0, by tests/fuzz/fmi3 that of FMI 3.0 beside it.
+"""
 
 from __future__ import annotations
 
@@ -6,7 +9,15 @@ from pathlib import Path
 
 import pytest
 
-from fuzzing import PLAIN, add_up, build_system, run_system, write_system_sources
+from fuzzing import (
+    PLAIN,
+    add_up,
+    build_system,
+    build_system_pairs,
+    run_system,
+    write_system_pair_sources,
+    write_system_sources,
+)
 
 FIRST_SEED, SEQUENCES = 40_000, 600
 # What a stepping instance cannot do.
@@ -16,8 +27,35 @@ NEVER_DONE = {"GetStatus", "GetIntegerStatus", "GetStringStatus"}
 FAULTS = {
     "a refused step leaves its traces": ("system_instance.c", "copy_motion(system, state, &instance->before);", ""),
     "energies are not serialized": ("system_state.c", "&memory->energy);", "&(double){0.0});"),
-    "a table is not released": ("system_calls.c", "    system_release(instance);", ""),
+    "a table is not released": ("system_life.c", "    system_release(instance);\n    Memory", "    Memory"),
     "a value that is not finite": ("system_instance.c", "if (!isfinite(value))", "if (0)"),
+}
+
+# The same where FMI 3.0 stands beside FMI 2.0, which stays sound.
+FAULTS3 = {
+    "the time is off": ("values[i] = instance->state.time;", "values[i] = instance->state.time + 1.0;"),
+    "a value is not checked": ("return system_require_change(instance, element, value);", "return FMU_OK;"),
+    "a value is set elsewhere": (
+        "system_write(instance, &(unsigned){fmi3_elements(instance, valueReferences[i]).first}",
+        "system_write(instance, &(unsigned){fmi3_elements(instance, valueReferences[0]).first}",
+    ),
+    "what was right is set though another value is wrong": (
+        "values[i]) != FMU_OK)\n            return fmi3Error;\n",
+        "values[i]) != FMU_OK)\n            return fmi3Error;\n        else\n"
+        "            system_write(instance, &(unsigned){valueReferences[i] - 1}, 1, values + i);\n",
+    ),
+    "a step is not judged": ("system_step(instance, currentCommunicationPoint, communicationStepSize) != FMU_OK", "0"),
+    "the wrong time is reached": ("*lastSuccessfulTime = instance->state.time", "*lastSuccessfulTime = stop_time"),
+    "event mode is not refused": ("if (eventModeUsed)", "if (0)"),
+    "an instance is not freed": ("    system_free(c);", "    (void)c;"),
+    "a flag is lost": ("values[i] = extrapolating != 0;", "values[i] = 0;"),
+}
+# Legal in model exchange alone.
+OF_EXCHANGE = {
+    *("EnterEventMode", "EvaluateDiscreteStates", "UpdateDiscreteStates", "EnterContinuousTimeMode"),
+    *("CompletedIntegratorStep", "SetTime", "SetContinuousStates", "GetContinuousStates", "GetEventIndicators"),
+    *("GetContinuousStateDerivatives", "GetNominalsOfContinuousStates", "GetNumberOfContinuousStates"),
+    "GetNumberOfEventIndicators",
 }
 
 
@@ -46,3 +84,29 @@ def test_the_fuzzer_finds(fault: str, tmp_path: Path) -> None:
     path.write_text(content.replace(text, other))
     program = build_system(sources, tmp_path / "objects", (*PLAIN, "-Wno-unused"))
     assert run_system(program, FIRST_SEED, SEQUENCES).found != ""
+
+
+@pytest.mark.slow
+def test_random_lives_of_both_versions(tmp_path: Path) -> None:
+    program = build_system_pairs(write_system_pair_sources(tmp_path / "sources"), tmp_path / "objects")
+    outcome = run_system(program, FIRST_SEED, SEQUENCES)
+    assert outcome.found == "", outcome.found
+    total = outcome.statistics
+    assert total["sequences"] == SEQUENCES
+    # The adjoint is asked for where the other is refused.
+    assert {call for call, count in total["done"].items() if count == 0} == {*OF_EXCHANGE, "GetAdjointDerivative"}
+    assert min(total["hostile"], total["compared"]) > 3000
+    assert total["damaged"] > 50
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("fault", FAULTS3)
+def test_the_fuzzer_finds_in_fmi_3(fault: str, tmp_path: Path) -> None:
+    sources = write_system_pair_sources(tmp_path / "sources")
+    path = sources / "system_fmu" / "c" / "system_calls3.c"
+    content = path.read_text()
+    text, other = FAULTS3[fault]
+    assert content.count(text) == 1
+    path.write_text(content.replace(text, other))
+    program = build_system_pairs(sources, tmp_path / "objects", (*PLAIN, "-Wno-unused", "-Wno-unused-parameter"))
+    assert "with the seed" in run_system(program, FIRST_SEED, SEQUENCES).found

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import fmpy
@@ -29,10 +30,12 @@ def with_fmpy(fmu: Path) -> np.ndarray:
 
     def record(time: float, recorder: fmpy.simulation.Recorder) -> bool:
         del time
-        rows.append(recorder.fmu.getReal([references[name] for name in OUTPUTS]))
+        read = recorder.fmu.getReal if description.fmiVersion == "2.0" else recorder.fmu.getFloat64
+        rows.append(list(read([references[name] for name in OUTPUTS])))
         return True
 
-    references = {v.name: v.valueReference for v in fmpy.read_model_description(str(fmu)).modelVariables}
+    description = fmpy.read_model_description(str(fmu))
+    references = {v.name: v.valueReference for v in description.modelVariables}
     fmpy.simulate_fmu(
         str(fmu),
         stop_time=STEP * COUNT,
@@ -81,13 +84,15 @@ def with_ecos(fmu: Path) -> np.ndarray:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("importer", [with_fmpy, with_libcosim, with_ecos])
-def test_importers_get_the_motion(importer: Callable[[Path], np.ndarray], tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    ("importer", "fmi"), [(with_fmpy, 2), (with_libcosim, 2), (with_ecos, 2), (with_fmpy, 3), (with_ecos, 3)]
+)
+def test_importers_get_the_motion(importer: Callable[[Path], np.ndarray], fmi: int, tmp_path: Path) -> None:
     if importer is with_libcosim:
         pytest.importorskip("libcosimpy")
     if importer is with_ecos:
         pytest.importorskip("ecospy")
-    fmu = build_system_fmu(BOX, tmp_path, BOX_OPTIONS, chosen_platforms("host"))
+    fmu = build_system_fmu(BOX, tmp_path, replace(BOX_OPTIONS, fmi=fmi), chosen_platforms("host"))
     with NativeSystem().begin() as one:
         expected = []
         for k, value in enumerate(VALUES.tolist()):
