@@ -42,6 +42,7 @@ def documentation_page(
         with_states=with_states,
         platforms=platforms,
         fmi=fmi,
+        left_out=left_out,
         variables=[(v, _start(start.get(v.name))) for v in table if v.name not in left_out],
         # The SVG is made by ElementTree from numbers and fixed text.
         plot=Markup(loops_svg(spring)),  # noqa: S704
