@@ -420,6 +420,14 @@ BAD: list[tuple[Callable[[Content], None], str]] = [
 ]  # fmt: skip
 
 
+def test_a_candidate_that_nothing_holds_is_named(folder: Path) -> None:
+    content = box()
+    change("mount", 0, "places", to=[[0, 0, 0]])(content)
+    change("candidate", to=[{"name": "lean"}])(content)
+    with pytest.raises(MountedSystemError, match=r"system.toml, candidate 'lean': no mount holds box against rotation"):
+        loaded(content, folder)
+
+
 @pytest.mark.parametrize(("damage", "refusal"), BAD, ids=[refusal[:60] for _, refusal in BAD])
 def test_mistakes_are_refused_in_one_sentence(folder: Path, damage: Callable[[Content], None], refusal: str) -> None:
     content = box()
