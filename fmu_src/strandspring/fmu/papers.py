@@ -133,8 +133,8 @@ class BuildSettings:
         return settings
 
 
-# Settings that FMUs of before do not have.
-_LATER: Mapping[str, Any] = {"fmi": 2, "real_time": False, "no_energy": False}
+# Settings that FMUs of before do not have, by the values that hold for these.
+_LATER = {one.name: one.default for one in fields(BuildSettings) if one.name in ("fmi", "real_time", "no_energy")}
 
 
 def model_version(of_record: ModelFile) -> str:
