@@ -10,6 +10,7 @@ import fmpy
 import pytest
 
 from fmu_tools import SPRING
+from native_tools import write_flat
 from realtime_tools import FLAGS, HERE, WILD, cc
 from springs import TABLE
 from strandspring import SpringParameters
@@ -26,14 +27,9 @@ STEPS = {2: ("fmi2_cosimulation.c", "fmi2Status fmi2DoStep("), 3: ("fmi3_cosimul
 
 
 def write_sources(folder: Path, parameters: SpringParameters = SPRING, fmi: int = 2, no_energy: bool = False) -> Path:
-    """The sources of an FMU for real time, with its model description."""
-    folder.mkdir()
-    contents = native_contents(
-        ModelFile("spring", parameters), (), zero=0.0, fmi=fmi, real_time=True, no_energy=no_energy
-    )
-    for name, content in contents.items():
-        if name == "modelDescription.xml" or name.startswith("sources/"):
-            (folder / Path(name).name).write_bytes(content)
+    """The sources of an FMU for real time, with its model description and the headers of FMI."""
+    model = ModelFile("spring", parameters)
+    write_flat(folder, native_contents(model, (), zero=0.0, fmi=fmi, real_time=True, no_energy=no_energy))
     for name in FMI_HEADERS[fmi]:
         (folder / name).write_bytes(fmi_header(name))
     return folder
