@@ -11,15 +11,12 @@ import pytest
 
 from fmu_tools import SPRING
 from native_tools import write_flat
-from realtime_tools import FLAGS, HERE, WILD, cc
-from springs import TABLE
+from realtime_tools import FLAGS, HERE, MOST_STACK, SPRINGS, cc
 from strandspring import SpringParameters
 from strandspring.compiled.images import FMI_HEADERS, fmi_header
 from strandspring.fmu.native.native_fmu import native_contents
 from strandspring.modelfile import ModelFile
 
-MOST_STACK = 512  # [B]
-SPRINGS = {"usual": SPRING, "wild": WILD, "table": TABLE}
 OUTPUTS = ("force", "stiffness", "absorbed_energy", "omega")
 # By version of FMI: the unit of the sources, and the file and function of a step.
 UNITS = {2: "all.c", 3: "fmi3_all.c"}
