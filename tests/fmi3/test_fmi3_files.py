@@ -21,7 +21,6 @@ from fmu_tools import SPRING, run_python
 from springs import TABLE
 from strandspring.compiled.images import FMU
 from strandspring.compiled.targets import LINUX_X86, MACOS_ARM, MACOS_X86
-from strandspring.cosimulation.fmu_spring import CosimulationError, FmuSpring
 from strandspring.errors import BuildError, ModelError
 from strandspring.fmu.fmi3_files import BUILD_DESCRIPTION, TERMINALS
 from strandspring.fmu.native import native_fmu, platforms
@@ -231,12 +230,6 @@ def test_forms_and_versions_have_identifiers_of_their_own(tmp_path: Path) -> Non
     descriptions = [fmpy.read_model_description(str(path)) for path in paths]
     assert len({d.guid for d in descriptions}) == len({d.modelName for d in descriptions[:4]}) + 1 == 5
     assert {path.stem for path in paths[:4]} == {d.modelName for d in descriptions[:4]}
-
-
-def test_a_host_for_fmi_2_says_that_this_is_fmi_3(tmp_path: Path) -> None:
-    fmu = build_native_fmu(MODEL, tmp_path, (), fmi=3)
-    with pytest.raises(CosimulationError, match=r"is an FMU of FMI 3.0, but this needs FMI 2.0: build it without"):
-        FmuSpring(fmu)
 
 
 def test_binaries_lie_where_each_version_has_them(monkeypatch: pytest.MonkeyPatch) -> None:
