@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import os
+import re
 import zipfile
 from dataclasses import replace
 from importlib.resources import files
@@ -246,3 +247,15 @@ def test_names_leave_room_for_the_ending(fmi: int, with_states: bool, longest: i
     native_contents(replace(MODEL, name="a" * longest), (), with_states=with_states, fmi=fmi)
     with pytest.raises(BuildError, match=f"is too long for an FMU; give the model a name of at most {longest} char"):
         native_contents(replace(MODEL, name="a" * (longest + 1)), (), with_states=with_states, fmi=fmi)
+
+
+@pytest.mark.parametrize("fmi", [2, 3])
+@pytest.mark.parametrize("with_states", [False, True])
+def test_the_page_calls_the_fmus_by_the_names_of_their_files(with_states: bool, fmi: int, tmp_path: Path) -> None:
+    page = native_contents(MODEL, (), with_states=with_states, fmi=fmi)["documentation/index.html"].decode()
+    own, other = (
+        build_native_fmu(MODEL, tmp_path, (), zero=0.0, with_states=states, fmi=fmi).stem
+        for states in (with_states, not with_states)
+    )
+    assert set(re.findall(r"[\w.]+(?=\.fmu\b)", page)) == ({own} if with_states else {own, other})
+    assert re.findall(r"-o ([\w.]+)\.so\b", page) == [own]
