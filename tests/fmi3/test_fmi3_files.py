@@ -126,6 +126,26 @@ def test_documentation_is_that_of_fmi_3(contents: dict[str, bytes]) -> None:
     assert "<td>absorbed_energy</td>" not in less
 
 
+@pytest.mark.parametrize("fmi", [2, 3])
+def test_documentation_tells_what_real_time_changes(fmi: int) -> None:
+    def words(**form: bool) -> str:
+        page = native_contents(MODEL, (), fmi=fmi, **form)["documentation/index.html"].decode()
+        return " ".join(page.split())
+
+    usual, timed, less = words(), words(real_time=True), words(real_time=True, no_energy=True)
+    of_time = ("nothing is allocated after instantiation", "by rho, sigma, n and omega_start are refused")
+    assert all(told in timed and told in less and told not in usual for told in of_time)
+    # A step writes no warning.
+    assert "one warning is logged per excursion" in usual
+    assert "and warnings" in usual or "warnings and errors" in usual
+    assert "warning" not in timed
+    assert "<code>absorbed_energy</code> is left out" in less
+    assert "<code>absorbed_energy</code> is left out" not in timed
+    # Without it there are no derivatives of it.
+    refused = "absorbed_energy by displacement is the force; those by parameters are refused"
+    assert [refused in page for page in (usual, timed, less)] == [True, True, False]
+
+
 def test_documentation_names_the_folders_of_binaries(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(platforms, "contents", lambda _unit, targets: dict.fromkeys(targets, IMAGE))
     monkeypatch.setattr(native_fmu, "filled", lambda image, *_: image)

@@ -21,12 +21,13 @@ def documentation_page(
     with_states: bool = False,
     fmi: int = 2,
     left_out: frozenset[str] = frozenset(),
+    real_time: bool = False,
 ) -> str:
     """HTML of one file: model, variables, behaviour, fit, provenance; the same arguments give the same text.
 
     The model's displacement is counted from `zero` [m]. `platforms` are those of a native FMU; None stands for a
     Python-backed one, `with_states` for the form of a native one that has continuous states, `fmi` for the version,
-    and `left_out` holds variables that the FMU does not have.
+    `left_out` holds variables that the FMU does not have, and `real_time` says whether it was built for a deadline.
     """
     spring = model.parameters
     start = (start_values if fmi == 2 else array_values)(spring, with_states)
@@ -42,6 +43,8 @@ def documentation_page(
         with_states=with_states,
         platforms=platforms,
         fmi=fmi,
+        left_out=left_out,
+        real_time=real_time,
         variables=[(v, _start(start.get(v.name))) for v in table if v.name not in left_out],
         # The SVG is made by ElementTree from numbers and fixed text.
         plot=Markup(loops_svg(spring)),  # noqa: S704
