@@ -233,7 +233,8 @@ def _read_description(fmu: Path | str, name: str, parameters: Mapping[str, float
     variables = {v.name for v in description.modelVariables}
     for missing in ("displacement", *Response._fields):
         if missing not in variables:
-            raise CosimulationError(f"{fmu} is not a spring FMU: it has no variable `{missing}`.")
+            why = "build it without --no-energy" if missing == "absorbed_energy" else "give the FMU of a spring"
+            raise CosimulationError(f"{fmu} has no variable `{missing}`, which this needs: {why}.")
     settable = {v.name for v in description.modelVariables if v.causality == "parameter"}
     for unknown in sorted(parameters.keys() - settable):
         raise CosimulationError(f"{name}: {fmu} has no parameter `{unknown}`.")
