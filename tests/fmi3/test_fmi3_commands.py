@@ -10,9 +10,8 @@ import numpy as np
 import pytest
 
 from fmu_tools import SPRING
-from strandspring import Spring, build_fmu, simulate_fmu
+from strandspring import Spring, build_fmu
 from strandspring.api.building import BuildOptions, WantedSettings
-from strandspring.cosimulation.fmu_spring import CosimulationError
 from strandspring.errors import BuildError
 from strandspring.fmu.native.native_fmu import build_native_fmu
 from strandspring.fmu.python_backed import build_python_fmu
@@ -112,9 +111,3 @@ def test_flags_of_other_libraries_are_stored_as_ours(tmp_path: Path) -> None:
     flag: Any = np.True_
     fmu = build_fmu(Spring(SPRING, "spring"), tmp_path, real_time=flag, no_energy=flag, platforms="host")
     assert WantedSettings(None).with_those_of(fmu) == WantedSettings("native", "", False, 2, True, True)
-
-
-def test_an_fmu_without_energy_is_refused_for_what_it_lacks(tmp_path: Path) -> None:
-    fmu = build_fmu(Spring(SPRING, "spring"), tmp_path, real_time=True, no_energy=True, platforms="host")
-    with pytest.raises(CosimulationError, match="`absorbed_energy`, which this needs: build it without --no-energy"):
-        simulate_fmu(fmu, [0.0, 0.001])

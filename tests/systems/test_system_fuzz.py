@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from fuzzing import PLAIN, add_up, build_system, run_system, write_system_sources
+from fuzzing import PLAIN, add_up, build_system, run_alone, write_system_sources
 
 FIRST_SEED, SEQUENCES = 40_000, 600
 # What a stepping instance cannot do.
@@ -24,7 +24,7 @@ FAULTS = {
 @pytest.mark.slow
 def test_random_sequences_of_calls(tmp_path: Path) -> None:
     program = build_system(write_system_sources(tmp_path / "sources"), tmp_path / "objects")
-    outcome = run_system(program, FIRST_SEED, SEQUENCES)
+    outcome = run_alone(program, FIRST_SEED, SEQUENCES)
     assert outcome.found == "", outcome.found
     total = add_up([outcome])
     print(f"seed {FIRST_SEED}: {total['sequences']} sequences, {total['calls']} calls")
@@ -45,4 +45,4 @@ def test_the_fuzzer_finds(fault: str, tmp_path: Path) -> None:
     assert text in content
     path.write_text(content.replace(text, other))
     program = build_system(sources, tmp_path / "objects", (*PLAIN, "-Wno-unused"))
-    assert run_system(program, FIRST_SEED, SEQUENCES).found != ""
+    assert run_alone(program, FIRST_SEED, SEQUENCES).found != ""

@@ -260,10 +260,15 @@ class WantedSettings:
             no_energy=self.no_energy or before.no_energy,
         )
 
+    @property
+    def version(self) -> int:
+        """The version of FMI that is built."""
+        return self.fmi or BuildOptions.fmi
+
     def options(self, platforms: Sequence[Platform] | None, zero: float) -> BuildOptions:
         """The options of a build of them."""
         return BuildOptions(
-            platforms, zero, self.needs_execution_tool, self.author, self.fmi or 2, self.real_time, self.no_energy
+            platforms, zero, self.needs_execution_tool, self.author, self.version, self.real_time, self.no_energy
         )
 
 

@@ -174,7 +174,7 @@ def build(
         _refuse_given(of_records, "records", f"{sources[0]} is a model file")
         model, model_path, identification = load_model(sources[0]), Path(sources[0]), None
         for one in kinds:
-            refuse_overwriting(sources, {"--output": fmu_path(output, model.name, one, wanted.fmi or 2)})
+            refuse_overwriting(sources, {"--output": fmu_path(output, model.name, one, wanted.version)})
     else:
         if not sources:
             sources, name = (str(bundled_record(Path(models))),), EXAMPLE_NAME if name is None else name
@@ -183,7 +183,7 @@ def build(
         refuse_unwritable(Path(models), is_folder=True)
         model_path = Path(models) / f"{chosen}.json"
         for one in kinds:
-            target = fmu_path(output, chosen, one, wanted.fmi or 2)
+            target = fmu_path(output, chosen, one, wanted.version)
             refuse_overwriting(record_files(sources), {"--models": model_path, "--output": target})
         model, identification = identified(sources, options, method, chosen, description)
         save_model(model_path, model)
@@ -203,7 +203,7 @@ def build(
                     {
                         "path": str(fmu),
                         "backend": kind,
-                        "fmi": wanted.fmi or 2,
+                        "fmi": wanted.version,
                         "real_time": wanted.real_time,
                         "no_energy": wanted.no_energy,
                         "binaries": binary_sizes(fmu),
@@ -228,7 +228,7 @@ def _settings_apart(wanted: WantedSettings) -> list[str]:
     """What sets native FMUs apart from the usual ones, which for real time the file's name does not say."""
     of_energy = " without absorbed_energy" if wanted.no_energy else ""
     return [
-        *(["FMI 3.0"] if wanted.fmi == 3 else []),
+        *(["FMI 3.0"] if wanted.version == 3 else []),
         *([f"for real time{of_energy}"] if wanted.real_time else []),
     ]
 
@@ -242,7 +242,7 @@ def _kinds(wanted: WantedSettings, states: bool, has_sources: bool) -> tuple[Kin
     """
     backend = wanted.backend
     if backend is None:
-        backend = "native" if has_sources or wanted.fmi == 3 or wanted.real_time else "both"
+        backend = "native" if has_sources or wanted.version == 3 or wanted.real_time else "both"
     backends: tuple[Any, ...] = ("native", "python") if backend == "both" else (backend,)
     if wanted.needs_execution_tool and "python" not in backends:
         raise click.UsageError("--needs-execution-tool is for the Python-backed FMU; add --backend python or both.")

@@ -56,7 +56,7 @@ def common_contents(
 
     The model's displacement is counted from `zero` [m]. `others` are the distributions of which the FMU holds parts,
     besides ours; `platforms` are those of a native FMU, which may be the form with states, `left_out` the variables
-    that it does not have, and `real_time` whether it was built for a deadline.
+    that it does not have, and `real_time` says that it has a deadline.
     """
     page = documentation_page(model, zero, platforms, with_states, fmi, left_out, real_time)
     contents = {

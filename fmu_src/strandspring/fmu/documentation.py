@@ -8,10 +8,10 @@ from typing import Any
 from jinja2 import Environment, StrictUndefined
 from markupsafe import Markup
 
-from ..core.variables import start_values, variables
 from ..modelfile import ModelFile
-from .array_variables import StartValue, array_values, array_variables
+from .array_variables import StartValue
 from .check_plot import loops_svg
+from .described_variables import described_variables
 
 
 def documentation_page(
@@ -27,11 +27,10 @@ def documentation_page(
 
     The model's displacement is counted from `zero` [m]. `platforms` are those of a native FMU; None stands for a
     Python-backed one, `with_states` for the form of a native one that has continuous states, `fmi` for the version,
-    `left_out` holds variables that the FMU does not have, and `real_time` says whether it was built for a deadline.
+    `left_out` holds variables that the FMU does not have, and `real_time` stands for the FMU with a deadline.
     """
     spring = model.parameters
-    start = (start_values if fmi == 2 else array_values)(spring, with_states)
-    table = (variables if fmi == 2 else array_variables)(*spring.counts, with_states=with_states)
+    table, _, start = described_variables(spring, with_states, fmi)
     template = Environment(
         autoescape=True, trim_blocks=True, lstrip_blocks=True, undefined=StrictUndefined
     ).from_string((files(__package__) / "assets" / "documentation.html.j2").read_text(encoding="utf-8"))

@@ -75,7 +75,8 @@ static double usual_value(unsigned element)
         return uniform(-1.0, 1.0);
     double start = described[element].start;
     const char *name = described[element].name;
-    int is_fixed = strcmp(name, "kA_0") == 0 || strncmp(name, "FE_knots", 8) == 0 || strncmp(name, "displacement_", 13) == 0;
+    int is_fixed =
+        strcmp(name, "kA_0") == 0 || strncmp(name, "FE_knots", 8) == 0 || strncmp(name, "displacement_", 13) == 0;
     if (chance(50) || is_fixed)
         return start;
     if (start == 0.0)

@@ -1,9 +1,9 @@
-/* Random lives of pairs: an instance of the FMU of FMI 3.0 beside one of FMI 2.0 of the same spring, which does the same.
+/* Random lives of pairs: an instance of FMI 3.0 beside one of FMI 2.0 of the same spring, which does the same.
  *
- * After every call the serialized states of both, and all that they return, are equal to the bit; what is refused by one is
- * refused by both in the same words, but where the versions differ. In between come calls to FMI 3.0 alone that
- * must be refused: an error, one message, and no byte of the state changed. Which call is legal in which mode is said in
- * legal.c after the standard, not after the headers of the FMU.
+ * After every call the serialized states of both, and all that they return, are equal to the bit; what is refused by
+ * one is refused by both in the same words, but where the versions differ. In between come calls to FMI 3.0 alone that
+ * must be refused: an error, one message, and no byte of the state changed. Which call is legal in which mode is said
+ * in legal.c after the standard, not after the headers of the FMU.
  */
 #ifndef PAIRS_H
 #define PAIRS_H
@@ -14,9 +14,10 @@
 
 /* ---- legal.c ----------------------------------------------------------------------------------------------------- */
 
-/* In the order of the modes: model exchange instantiated, in initialization, event and continuous-time mode, terminated;
- * co-simulation instantiated, in initialization mode, in step mode, terminated. x: the standard allows the call (sections 2.3,
- * 3.2 and 4.2 of FMI 3.0.2); o: it does not list it there, but this FMU answers as in FMI 2.0; -: refused. */
+/* In the order of the modes: model exchange instantiated, in initialization, event and continuous-time mode,
+ * terminated; co-simulation instantiated, in initialization mode, in step mode, terminated. x: the standard allows the
+ * call (sections 2.3, 3.2 and 4.2 of FMI 3.0.2); o: it does not list it there, but this FMU answers as in FMI 2.0;
+ * -: refused. */
 #define FMI3_CALLS(CALL) \
     CALL(EnterInitializationMode, "x---- x---") \
     CALL(ExitInitializationMode, "-x--- -x--") \
@@ -88,8 +89,8 @@ enum {
     FIRST_ARRAY3 = 7,
 };
 
-/* Some variables, at times the same one twice, with arrays among scalars, and their elements; all on the heap and of exactly this
- * size. */
+/* Some variables, at times the same one twice, with arrays among scalars, and their elements; all on the heap and of
+ * exactly this size. */
 typedef struct {
     size_t count, size;
     fmi3ValueReference *references;
@@ -108,8 +109,8 @@ int holds(const List *list, unsigned element);
 
 /* Expect messages for this pair. */
 void listen(Pair *pair);
-/* Judges a call of both: the status of FMI 3.0 and the one expected, that of FMI 2.0 where it can do the same; `same_words`: the
- * messages, too. Whether it was done. */
+/* Judges a call of both: the status of FMI 3.0 and the one expected, that of FMI 2.0 where it can do the same;
+ * `same_words`: the messages, too. Whether it was done. */
 int settled(Pair *pair, Call3 call, int status, int expected, int same_words);
 /* A call to FMI 3.0 alone that must be refused. */
 void refused(Pair *pair, const char *call, fmi3Status status);

@@ -302,24 +302,87 @@ static void moment_on_bodies(const MotionSystem *system, const MotionState *stat
     }
 }
 
+/* Springs are taken so many at once, in passes: operations of one spring wait for each other, those of several do not. */
+enum { AT_ONCE = 32 };
+
+/* Springs that go on in their strokes, and where: omega is sign times the polynomial of theta. */
+typedef struct {
+    const double *coefficients[AT_ONCE];
+    double theta[AT_ONCE], sign[AT_ONCE];
+    SpringMemory *memory[AT_ONCE];
+    size_t count;
+} Strokes;
+
+/* The last pass of spring_commit. */
+static void saturate(const Strokes *strokes)
+{
+    for (size_t k = 0; k < strokes->count; k++) {
+        double value = spring_polynomial(strokes->coefficients[k], strokes->theta[k]);
+        strokes->memory[k]->omega = strokes->sign[k] * (value < 1.0 ? value : 1.0);
+    }
+}
+
+/* spring_commit, whose omega is left to saturate() where the spring goes on in its stroke. */
+static inline void go_on(const SpringLaw *law, SpringMemory *memory, double displacement, Strokes *strokes)
+{
+    if (!((displacement - memory->displacement) * memory->direction > 0.0)) {
+        spring_commit(law, memory, NULL, displacement);
+        return;
+    }
+    double xi = memory->start_xi + law->parameters.rho * fabs(displacement - memory->start), z = fabs(xi);
+    const SpringBranch *branch = xi >= 0.0 ? &law->table->rising : &law->table->falling;
+    double sign = xi >= 0.0 ? memory->direction : -memory->direction;
+    int index = spring_piece(branch, z);
+    memory->displacement = displacement;
+    if (index == branch->pieces) {
+        memory->omega = sign;
+        return;
+    }
+    const SpringPiece *piece = &branch->piece[index];
+    size_t k = strokes->count++;
+    strokes->coefficients[k] = piece->coefficients;
+    strokes->theta[k] = (z - piece->middle) * piece->per_half;
+    strokes->sign[k] = sign;
+    strokes->memory[k] = memory;
+}
+
+/* Takes the springs to new displacements, and the forces of all axes but their dampers'. */
+static void take_springs(const MotionSystem *system, MotionState *state, const double *displacements)
+{
+    for (size_t first = 0; first < system->axes; first += AT_ONCE) {
+        size_t end = first + AT_ONCE < system->axes ? first + AT_ONCE : system->axes;
+        double displacement[AT_ONCE];
+        Strokes strokes;
+        strokes.count = 0;
+        for (size_t a = first; a < end; a++)
+            displacement[a - first] = system->axis[a].nominal + displacements[a] / system->axis[a].series;
+        for (size_t a = first; a < end; a++)
+            go_on(system->axis[a].law, &state->axis[a].memory, displacement[a - first], &strokes);
+        saturate(&strokes);
+        for (size_t a = first; a < end; a++) {
+            const MotionAxis *axis = system->axis + a;
+            MotionAxisState *own = state->axis + a;
+            own->displacement = displacements[a];
+            own->force = axis->parallel * spring_force(axis->law, &own->memory);
+            own->force += motion_stop_force(axis, displacement[a - first]);
+        }
+    }
+}
+
 /* Takes the springs to new displacements, and the forces of all mounts at the present velocities. */
 static void take_forces(const MotionSystem *system, MotionState *state, const double *displacements)
 {
+    take_springs(system, state, displacements);
     motion_clear_forces(system, state->body);
     for (size_t m = 0; m < system->mounts; m++) {
         const MotionMount *mount = system->mount + m;
         const MotionAxis *axis = system->axis + (size_t)mount->first, *end = axis + (size_t)mount->axes;
         MotionAxisState *own = state->axis + (size_t)mount->first;
-        const double *way = displacements + (size_t)mount->first;
         double velocity[3] = {0.0, 0.0, 0.0}, x = 0.0, y = 0.0, z = 0.0;
         if (state->has_dampers != 0.0)
             velocity_between(mount, state->reach + m, state, velocity);
-        for (; axis < end; axis++, own++, way++) {
-            double displacement = axis->nominal + *way / axis->series;
-            own->displacement = *way;
-            spring_commit(axis->law, &own->memory, NULL, displacement);
-            double force = axis->parallel * spring_force(axis->law, &own->memory);
-            force += motion_stop_force(axis, displacement) + axis->damping * dot3(own->direction, velocity);
+        for (; axis < end; axis++, own++) {
+            double force = own->force + axis->damping * dot3(own->direction, velocity);
             own->force = force;
             x -= force * own->direction[0];
             y -= force * own->direction[1];
