@@ -124,6 +124,16 @@ def test_documentation_is_that_of_fmi_3(contents: dict[str, bytes]) -> None:
     assert "<td>absorbed_energy</td>" not in less
 
 
+@pytest.mark.parametrize("fmi", [2, 3])
+def test_documentation_tells_that_derivatives_of_the_energy_are_refused(fmi: int) -> None:
+    told = "absorbed_energy with respect to displacement is the force; with respect to parameters it is refused"
+    pages = [
+        " ".join(native_contents(MODEL, (), fmi=fmi, **form)["documentation/index.html"].decode().split())
+        for form in ({}, {"real_time": True, "no_energy": True}, {"with_states": True})
+    ]
+    assert [told in page for page in pages] == [True, False, False]
+
+
 def test_documentation_names_the_folders_of_binaries(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(platforms, "contents", lambda _unit, targets: dict.fromkeys(targets, IMAGE))
     monkeypatch.setattr(native_fmu, "filled", lambda image, *_: image)

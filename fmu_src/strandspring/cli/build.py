@@ -204,6 +204,8 @@ def build(
                         "path": str(fmu),
                         "backend": kind,
                         "fmi": wanted.version,
+                        "real_time": wanted.real_time,
+                        "no_energy": wanted.no_energy,
                         "binaries": binary_sizes(fmu),
                         "check": report.summary,
                     }
@@ -218,8 +220,17 @@ def build(
     if sentence := zero_sentence(origin):
         result(sentence)
     for fmu, kind, report in built:
-        _print_fmu(fmu, f"{_PURPOSES[kind]}{'; FMI 3.0' if wanted.version == 3 else ''}")
+        _print_fmu(fmu, "; ".join((_PURPOSES[kind], *_settings_apart(wanted))))
         result(f"Check: {report.summary}")
+
+
+def _settings_apart(wanted: WantedSettings) -> list[str]:
+    """What sets native FMUs apart from the usual ones, which for real time the file's name does not say."""
+    of_energy = " without absorbed_energy" if wanted.no_energy else ""
+    return [
+        *(["FMI 3.0"] if wanted.version == 3 else []),
+        *([f"for real time{of_energy}"] if wanted.real_time else []),
+    ]
 
 
 def _kinds(wanted: WantedSettings, states: bool, has_sources: bool) -> tuple[Kind, ...]:

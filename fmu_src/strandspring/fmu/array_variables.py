@@ -44,8 +44,9 @@ class TypedVariable(Variable):
 
 _SECOND = Unit("s", s=1)
 _INDICATOR = TypedVariable(
-    REVERSAL_INDICATOR, "local", "continuous", "Event indicator: changes its sign where the displacement turns back",
-    "1", initial="calculated", depends_on=("displacement", "displacement_min", "displacement_max", "time"),
+    REVERSAL_INDICATOR, "local", "continuous",
+    "Event indicator of model exchange: changes its sign where the displacement turns back", "1",
+    initial="calculated", depends_on=("displacement", "displacement_min", "displacement_max", "time"),
 )  # fmt: skip
 
 
