@@ -1,5 +1,5 @@
-/* The opponent of harmonic balance: velocity Verlet on the kernel's spring, from static equilibrium until periods repeat.
- * Includes the kernel, so that both are compiled alike. */
+/* The opponent of harmonic balance: velocity Verlet on the kernel's spring, from static equilibrium until periods
+ * repeat. Includes the kernel, so that both are compiled alike. */
 #include "kernel.c"
 
 enum { STEPS = 512, AGREE = 3 };
@@ -11,8 +11,8 @@ typedef struct {
     double repeat; /* of the motion, within which three periods in a row must repeat */
 } Shaking;
 
-/* found: cosine and sine of the first harmonic of the mount's displacement, and half its stroke, over the last period [m].
- * Returns the number of periods, 0 if `most` are not enough. */
+/* found: cosine and sine of the first harmonic of the mount's displacement, and half its stroke, over the last period
+ * [m]. Returns the number of periods, 0 if `most` are not enough. */
 int verlet(const SpringLaw *law, const Shaking *s, int most, double *found)
 {
     double h = 1.0 / (s->frequency * STEPS), half = 0.5 * h / s->mass, per_series = 1.0 / s->series;
@@ -25,7 +25,8 @@ int verlet(const SpringLaw *law, const Shaking *s, int most, double *found)
     Stroke stroke = {.displacement = s->start * per_series, .start = s->start * per_series};
     double offset = law->parameters.displacement_offset;
     double z = s->start, speed = 0.0, last_cosine = 0.0, last_sine = 0.0;
-    double push = s->static_load + s->strength - s->parallel * restoring_force(law, stroke.displacement - offset, stroke.omega);
+    double push =
+        s->static_load + s->strength - s->parallel * restoring_force(law, stroke.displacement - offset, stroke.omega);
     for (int period = 1, agreed = 0; period <= most; period++) {
         double a = 0.0, b = 0.0, low = z, high = z;
         for (int i = 0; i < STEPS; i++) {

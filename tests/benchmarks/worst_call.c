@@ -2,7 +2,6 @@
 #include "fmi3FunctionTypes.h"
 #include "ticks.h"
 
-
 typedef struct {
     fmi3SetFloat64TYPE *set;
     fmi3DoStepTYPE *step;
@@ -14,7 +13,8 @@ typedef struct {
 
 int worst_calls(const Calls *calls, double start_time, int count, const double *displacement, unsigned *ticks);
 
-/* Once along a path: ticks[k] becomes the fewer of what it was and what step k took, less those of measuring. Returns the worst status. */
+/* Once along a path: ticks[k] becomes the fewer of what it was and what step k took, less those of measuring. Returns
+ * the worst status. */
 int worst_calls(const Calls *calls, double start_time, int count, const double *displacement, unsigned *ticks)
 {
     unsigned long long empty = ticks_of_nothing();

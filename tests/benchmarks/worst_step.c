@@ -15,8 +15,8 @@ typedef struct {
 Spring *worst_spring(const SpringParameters *parameters, int with);
 void worst_free(Spring *spring);
 double worst_tabulate(const SpringParameters *parameters, int with, int rounds);
-double worst_steps(const Spring *spring, int energies, int count, const double *displacement, int rounds, size_t evicted,
-                   unsigned *ticks);
+double worst_steps(const Spring *spring, int energies, int count, const double *displacement, int rounds,
+                   size_t evicted, unsigned *ticks);
 void worst_sizes(size_t sizes[3]);
 
 Spring *worst_spring(const SpringParameters *parameters, int with)
@@ -55,10 +55,10 @@ double worst_tabulate(const SpringParameters *parameters, int with, int rounds)
     return least;
 }
 
-/* The fewest ticks of each step over several rounds along the same path, less those of measuring. With `evicted`, so many
- * bytes of other memory are written before each step. */
-double worst_steps(const Spring *spring, int energies, int count, const double *displacement, int rounds, size_t evicted,
-                   unsigned *ticks)
+/* The fewest ticks of each step over several rounds along the same path, less those of measuring. With `evicted`, so
+ * many bytes of other memory are written before each step. */
+double worst_steps(const Spring *spring, int energies, int count, const double *displacement, int rounds,
+                   size_t evicted, unsigned *ticks)
 {
     const SpringLaw *law = &spring->law;
     double sum = 0.0;

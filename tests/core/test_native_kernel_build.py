@@ -15,10 +15,10 @@ import pytest
 
 import kernel_tools
 from fmu_tools import SPRING
-from kernel_tools import SCALARS, SOURCES, Kernel, c_parameters, compiled
+from kernel_tools import SOURCES, Kernel, c_parameters, compiled
 from springs import TABLE, spring
 from strandspring import SpringParameters
-from strandspring.core.parameters import N_RANGE, SIGMA_RANGE
+from strandspring.core.parameters import N_RANGE, SCALARS, SIGMA_RANGE
 
 BAD = {
     "no kE": {"kE": ()},

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 from fmu_tools import SPRING
-from kernel_tools import SCALARS, Kernel, c_parameters
+from kernel_tools import Kernel, c_parameters
 from springs import EXAMPLES, along, force_scale
 from strandspring import SpringParameters
-from strandspring.core.parameters import N_RANGE, SIGMA_RANGE
+from strandspring.core.parameters import N_RANGE, SCALARS, SIGMA_RANGE
 from strandspring.kernel.points import omega_with_derivatives
 
 

@@ -4,23 +4,35 @@ from __future__ import annotations
 
 import zipfile
 from pathlib import Path
+from typing import Any
 
 import fmpy
 import numpy as np
 import pytest
 
 from fmu_tools import SPRING, built, wandering_path
+from springs import TABLE
 from strandspring import Spring, simulate_fmu
-from strandspring.cosimulation import CosimulationError
+from strandspring.core.parameters import SpringParameters
+from strandspring.cosimulation import CosimulationError, FmuSpring
+from strandspring.fmu.native.native_fmu import build_native_fmu
+from strandspring.fmu.native.platforms import chosen_platforms
+from strandspring.modelfile import ModelFile
 
 # The same closed form in C and in Python, stroke by stroke: rounding of the mathematics libraries.
 RTOL = 1e-12
 
 
-@pytest.fixture(scope="module", params=["native", "python"])
+def native(folder: Path, spring: SpringParameters = SPRING, **form: Any) -> Path:
+    return build_native_fmu(ModelFile("spring", spring), folder, chosen_platforms("host"), zero=0.0, **form)
+
+
+@pytest.fixture(scope="module", params=["native", "native by FMI 3.0", "python"])
 def fmu(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Path:
     if request.param == "native":
         return request.getfixturevalue("native_fmu")
+    if request.param == "native by FMI 3.0":
+        return native(tmp_path_factory.mktemp("fmi3"), fmi=3)
     return built(tmp_path_factory.mktemp("python"))
 
 
@@ -61,6 +73,75 @@ def test_parameters_replace_those_of_the_model(fmu: Path) -> None:
     path = [0.02, 0.03, 0.015]
     changed = simulate_fmu(fmu, path, parameters={"omega_start": 0.3})
     np.testing.assert_allclose(changed.force, Spring(SPRING).response(path, 0.3), rtol=RTOL)
+
+
+@pytest.mark.parametrize("spring", [SPRING, TABLE], ids=["polynomial", "table"])
+def test_fmi_3_gives_the_bits_of_fmi_2(spring: SpringParameters, tmp_path: Path) -> None:
+    path, changes = wandering_path(spring, 300, seed=11), {"rho": 1.2 * spring.rho, "omega_start": -0.4}
+    arrays = {"kA": (1.0, *(0.9 * value for value in spring.kA[1:]))}
+    arrays["FE_forces" if spring.FE_forces else "kE"] = [1.1 * v for v in spring.FE_forces or spring.kE]
+    elements = {f"{name}_{i}": value for name, values in arrays.items() for i, value in enumerate(values)}
+    time = 3.0 + np.cumsum(np.random.default_rng(8).uniform(1e-4, 1e-2, path.size))
+    before, after = native(tmp_path, spring), native(tmp_path, spring, fmi=3)
+    for by_elements, by_arrays in (({}, {}), (changes | elements, changes | arrays)):
+        found = simulate_fmu(after, path, time, by_arrays)
+        for name, expected in vars(simulate_fmu(before, path, time, by_elements)).items():
+            np.testing.assert_array_equal(getattr(found, name), expected, err_msg=name)
+
+
+@pytest.mark.parametrize(
+    ("fmi", "parameters", "sentence"),
+    [
+        (3, {"kE": [1.0, 2.0]}, "`kE` must be an array of 4 numbers, got the shape (2,)"),
+        (3, {"kE": 1.0}, "`kE` must be an array of 4 numbers, got the shape ()"),
+        (
+            3,
+            {"kE_1": 1.0},
+            "has no parameter `kE_1`; in FMI 3.0 it is an element of the array `kE`: give that with",
+        ),
+        (2, {"kE": [1.0, 2.0, 3.0, 4.0]}, "in FMI 2.0 its elements are parameters: give `kE_0` and so on"),
+        (2, {"rho": [1.0]}, "`rho` must be a number, got the shape (1,)"),
+        (3, {"rho": "stiff"}, "`rho` must be a number, got 'stiff'"),
+        (3, {"kA": [2.0, 1.0, 1.0]}, "fmi3ExitInitializationMode failed. `kA_0` must be 1"),
+        (3, {"rho": np.nan}, "fmi3SetFloat64 failed. `rho` must be finite, got nan"),
+    ],
+)
+def test_parameters_that_do_not_fit_are_refused(
+    fmi: int, parameters: dict[str, Any], sentence: str, tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    fmu = native(tmp_path, fmi=fmi)
+    with pytest.raises(CosimulationError) as refused:
+        simulate_fmu(fmu, [0.02, 0.03], parameters=parameters)
+    assert sentence in str(refused.value)
+    assert capfd.readouterr() == ("", "")
+
+
+@pytest.mark.parametrize("fmi", [2, 3])
+def test_other_forms_are_refused_with_their_option(fmi: int, tmp_path: Path) -> None:
+    with pytest.raises(CosimulationError, match=r"has no co-simulation: build it without --states"):
+        simulate_fmu(native(tmp_path, fmi=fmi, with_states=True), [0.02])
+    lean = native(tmp_path, fmi=fmi, real_time=True, no_energy=True)
+    with pytest.raises(CosimulationError, match=r"has no output `absorbed_energy`: build it without --no-energy"):
+        simulate_fmu(lean, [0.02])
+
+
+def test_masters_have_all_of_fmi_3_but_derivatives_of_the_displacement(tmp_path: Path) -> None:
+    answers = []
+    for fmi in (2, 3):
+        with FmuSpring(native(tmp_path, fmi=fmi)) as spring:
+            found = [spring.start(0.02, 2.0), spring.trial(0.03), spring.directional_derivative()]
+            with spring.rollback():
+                found.append(spring.commit(2.0, 0.1, 0.025))
+            found += [spring.trial(0.03), spring.commit(2.0, 0.1, 0.2)]
+            assert spring.can_interpolate == (fmi == 2)
+            answers.append([found, list(spring.messages)])
+            if fmi == 3:
+                with pytest.raises(CosimulationError, match="build it with --backend native and --fmi 2"):
+                    spring.commit_curve(2.1, 0.1, 0.2, 0.0, 0.0)
+    assert answers[0] == answers[1]
+    (found, messages), _ = answers
+    assert found[1] == found[4]
+    assert "identified range" in messages[0]  # one excursion
 
 
 @pytest.mark.parametrize(

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from fmu_tools import SPRING
@@ -69,6 +71,8 @@ def test_other_versions_are_refused(terminal: Terminal) -> None:
     assert "'1' is not one of '2', '3'" in terminal.err
     with pytest.raises(BuildError, match="The version of FMI must be 2 or 3, got 1"):
         build_fmu(Spring(SPRING, "spring"), fmi=1)  # type: ignore[arg-type]
+    with pytest.raises(BuildError, match=r"The version of FMI must be 2 or 3, got 3\.0"):
+        build_fmu(Spring(SPRING, "spring"), fmi=3.0)  # type: ignore[arg-type]
 
 
 def test_settings_are_those_of_the_fmu_unless_others_are_asked_for(tmp_path: Path) -> None:
@@ -90,3 +94,20 @@ def test_settings_are_those_of_the_fmu_unless_others_are_asked_for(tmp_path: Pat
 def test_an_fmu_of_before_has_the_settings_of_fmi_2(tmp_path: Path) -> None:
     fmu = build_native_fmu(MODEL, tmp_path, ())
     assert WantedSettings(None).with_those_of(fmu) == WantedSettings("native", "", False, 2, False, False)
+
+
+def test_what_was_built_says_that_it_is_for_real_time(terminal: Terminal) -> None:
+    """The names of the files do not."""
+    terminal("build", "spring.json", "--platform", "host", "--real-time")
+    assert "on its machine; for real time\n" in terminal.out
+    terminal("build", "spring.json", "--platform", "host", "--real-time", "--no-energy", "--fmi", "3")
+    assert "; FMI 3.0; for real time without absorbed_energy\n" in terminal.out
+    terminal("build", "spring.json", "--platform", "host", "--fmi", "3", "--json")
+    (usual,) = json.loads(terminal.out)["fmus"]
+    assert (usual["fmi"], usual["real_time"], usual["no_energy"]) == (3, False, False)
+
+
+def test_flags_of_other_libraries_are_stored_as_ours(tmp_path: Path) -> None:
+    flag: Any = np.True_
+    fmu = build_fmu(Spring(SPRING, "spring"), tmp_path, real_time=flag, no_energy=flag, platforms="host")
+    assert WantedSettings(None).with_those_of(fmu) == WantedSettings("native", "", False, 2, True, True)

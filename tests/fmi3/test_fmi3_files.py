@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import os
+import re
 import zipfile
 from dataclasses import replace
 from importlib.resources import files
@@ -21,7 +22,6 @@ from fmu_tools import SPRING, run_python
 from springs import TABLE
 from strandspring.compiled.images import FMU
 from strandspring.compiled.targets import LINUX_X86, MACOS_ARM, MACOS_X86
-from strandspring.cosimulation.fmu_spring import CosimulationError, FmuSpring
 from strandspring.errors import BuildError, ModelError
 from strandspring.fmu.fmi3_files import BUILD_DESCRIPTION, TERMINALS
 from strandspring.fmu.native import native_fmu, platforms
@@ -55,14 +55,12 @@ def schema_errors(name: str, content: bytes) -> list[str]:
         ("fmi3ModelDescription", "modelDescription.xml"),
         ("fmi3TerminalsAndIcons", TERMINALS),
         ("fmi3BuildDescription", BUILD_DESCRIPTION),
-        ("fmi3LayeredStandardManifest", ""),  # whose schema must refuse what is none
     ],
 )
 def test_schemas(schema: str, path: str, contents: dict[str, bytes]) -> None:
-    if path:
-        assert schema_errors(schema, contents[path]) == []
-    else:
-        assert schema_errors(schema, contents[TERMINALS])
+    assert schema_errors(schema, contents[path]) == []
+    # What the schema is not of, it refuses.
+    assert schema_errors("fmi3LayeredStandardManifest", contents[path])
 
 
 def test_the_terminal_is_a_flange_of_variables_that_are_there(contents: dict[str, bytes]) -> None:
@@ -124,6 +122,16 @@ def test_documentation_is_that_of_fmi_3(contents: dict[str, bytes]) -> None:
     less = native_contents(MODEL, (), fmi=3, real_time=True, no_energy=True)["documentation/index.html"].decode()
     assert "<td>absorbed_energy</td>" in page
     assert "<td>absorbed_energy</td>" not in less
+
+
+@pytest.mark.parametrize("fmi", [2, 3])
+def test_documentation_tells_that_derivatives_of_the_energy_are_refused(fmi: int) -> None:
+    told = "absorbed_energy with respect to displacement is the force; with respect to parameters it is refused"
+    pages = [
+        " ".join(native_contents(MODEL, (), fmi=fmi, **form)["documentation/index.html"].decode().split())
+        for form in ({}, {"real_time": True, "no_energy": True}, {"with_states": True})
+    ]
+    assert [told in page for page in pages] == [True, False, False]
 
 
 def test_documentation_names_the_folders_of_binaries(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -213,7 +221,6 @@ def test_same_bytes_in_other_processes(tmp_path: Path) -> None:
 import sys
 from pathlib import Path
 from fmu_tools import SPRING
-from strandspring.fmu.native import native_fmu, platforms
 from strandspring.fmu.native.native_fmu import build_native_fmu
 from strandspring.modelfile import ModelFile
 for states in (False, True):
@@ -230,16 +237,10 @@ for states in (False, True):
 
 def test_forms_and_versions_have_identifiers_of_their_own(tmp_path: Path) -> None:
     paths = [build_native_fmu(MODEL, tmp_path, (), with_states=s, fmi=fmi) for s in (False, True) for fmi in (2, 3)]
-    paths.append(build_python_fmu(replace(MODEL), tmp_path, ()))
+    paths.append(build_python_fmu(MODEL, tmp_path, ()))
     descriptions = [fmpy.read_model_description(str(path)) for path in paths]
     assert len({d.guid for d in descriptions}) == len({d.modelName for d in descriptions[:4]}) + 1 == 5
     assert {path.stem for path in paths[:4]} == {d.modelName for d in descriptions[:4]}
-
-
-def test_a_host_for_fmi_2_says_that_this_is_fmi_3(tmp_path: Path) -> None:
-    fmu = build_native_fmu(MODEL, tmp_path, (), fmi=3)
-    with pytest.raises(CosimulationError, match=r"is an FMU of FMI 3.0, but this needs FMI 2.0: build it without"):
-        FmuSpring(fmu)
 
 
 def test_binaries_lie_where_each_version_has_them(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -256,3 +257,15 @@ def test_names_leave_room_for_the_ending(fmi: int, with_states: bool, longest: i
     native_contents(replace(MODEL, name="a" * longest), (), with_states=with_states, fmi=fmi)
     with pytest.raises(BuildError, match=f"is too long for an FMU; give the model a name of at most {longest} char"):
         native_contents(replace(MODEL, name="a" * (longest + 1)), (), with_states=with_states, fmi=fmi)
+
+
+@pytest.mark.parametrize("fmi", [2, 3])
+@pytest.mark.parametrize("with_states", [False, True])
+def test_the_page_calls_the_fmus_by_the_names_of_their_files(with_states: bool, fmi: int, tmp_path: Path) -> None:
+    page = native_contents(MODEL, (), with_states=with_states, fmi=fmi)["documentation/index.html"].decode()
+    own, other = (
+        build_native_fmu(MODEL, tmp_path, (), zero=0.0, with_states=states, fmi=fmi).stem
+        for states in (with_states, not with_states)
+    )
+    assert set(re.findall(r"[\w.]+(?=\.fmu\b)", page)) == ({own} if with_states else {own, other})
+    assert re.findall(r"-o ([\w.]+)\.so\b", page) == [own]

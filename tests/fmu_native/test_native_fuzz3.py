@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from fuzzing import COUNTED, FORMS3, SANITIZED, build_pairs, link, run_system, write_pair_sources
+from fuzzing import COUNTED, FORMS3, SANITIZED, build_pairs, link, run_alone, write_pair_sources
 from kernel_tools import compiled
 
 # Of the million that `python tests/helpers/fuzzing.py --form fmi3` does.
@@ -105,7 +105,7 @@ def program_of(form: str, folders: dict[str, Path]) -> Path:
 @pytest.mark.slow
 @pytest.mark.parametrize("form", FORMS3)
 def test_random_lives_of_both_versions(form: str, folders: dict[str, Path]) -> None:
-    outcome = run_system(program_of(form, folders), FIRST_SEED, SEQUENCES)
+    outcome = run_alone(program_of(form, folders), FIRST_SEED, SEQUENCES)
     assert outcome.found == "", outcome.found
     total = outcome.statistics
     assert total["sequences"] == SEQUENCES
@@ -133,5 +133,5 @@ def test_planted_faults_are_found(fault: str, folders: dict[str, Path], tmp_path
     # FMI 2.0 stays sound beside it.
     flags = (*SANITIZED, *COUNTED, "-Wno-unused", "-Wno-unused-parameter")
     objects["fmi3_all"] = compiled(tmp_path / "faulty.o", *flags, "-c", folder / "fmi3_all.c")
-    outcome = run_system(link(list(objects.values()), tmp_path / "fuzz"), FIRST_SEED, SEQUENCES)
+    outcome = run_alone(link(list(objects.values()), tmp_path / "fuzz"), FIRST_SEED, SEQUENCES)
     assert "with the seed" in outcome.found

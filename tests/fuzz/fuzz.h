@@ -39,8 +39,8 @@ typedef struct {
 
 /* Since the last call of host_listen. */
 extern Messages messages;
-/* Blocks given out by the counting allocator and not yet returned: for instances and states, and tables, which instances
- * share. */
+/* Blocks given out by the counting allocator and not yet returned: for instances and states, and tables, which
+ * instances share. */
 extern long blocks, tables;
 /* The allocator gives nothing while this is set. */
 extern int starving;
@@ -75,8 +75,8 @@ typedef enum { NO, YES, UNSURE } Answer;
 typedef struct {
     const char *name;
     char type;      /* R, I, B or S */
-    char causality; /* i(nput), o(utput), l(ocal) or p(arameter); of the form with states omega is a s(tate), absorbed_energy
-                     * one that is an O(utput), too, and their derivatives are r(ates) */
+    char causality; /* i(nput), o(utput), l(ocal) or p(arameter); of the form with states omega is a s(tate),
+                     * absorbed_energy one that is an O(utput), too, and their derivatives are r(ates) */
     int tunable;
     double start;
 } Described;

@@ -25,7 +25,10 @@ int instantiate(Slot *slot)
     char *name = copy_of(name_of_instance()), *guid = copy_of(guid_of_instance());
     int lost = MODEL_PYTHON && careless();
     char *place = copy_of(MODEL_PYTHON && !lost ? MODEL_RESOURCES : places[below(5)]);
-    int type = careless() ? (int[]){-1, 2, INT_MAX, INT_MIN}[below(4)] : MODEL_STATES ? fmi2ModelExchange : MODEL_PYTHON ? fmi2CoSimulation : below(2);
+    int type = careless()     ? (int[]){-1, 2, INT_MAX, INT_MIN}[below(4)]
+               : MODEL_STATES ? fmi2ModelExchange
+               : MODEL_PYTHON ? fmi2CoSimulation
+                              : below(2);
     int counting = chance(80) && !MODEL_PYTHON, logging = chance(90), half = careless();
     fmi2CallbackFunctions given = host_callbacks(slot, logging, counting);
     if (half)
@@ -33,8 +36,9 @@ int instantiate(Slot *slot)
     /* The host may do with its copy what it likes afterwards. */
     fmi2CallbackFunctions *functions = careless() && chance(20) ? NULL : exactly(&given, sizeof given);
     starving = counting && careless();
-    int refused = functions == NULL || name == NULL || *name == '\0' || lost || type < MODEL_PYTHON || type > (MODEL_STATES ? 0 : 1) || guid == NULL ||
-                  strcmp(guid, MODEL_GUID) != 0 || (half && counting) || starving;
+    int refused = functions == NULL || name == NULL || *name == '\0' || lost || type < MODEL_PYTHON ||
+                  type > (MODEL_STATES ? 0 : 1) || guid == NULL || strcmp(guid, MODEL_GUID) != 0 ||
+                  (half && counting) || starving;
     long before = blocks;
     trace("%ld: fmi2Instantiate, type %d", (long)(slot - slots), type);
     host_listen(slot, NULL);

@@ -66,7 +66,8 @@ static Twin committed(Trial *trial)
 {
     Twin after = trial->slot->twin;
     int warning = twin_commit(&after);
-    if (after.mode != UNKNOWN) /* in the form with states a velocity that is not the rate of displacement gives one, too */
+    /* In the form with states a velocity that is not the rate of displacement gives one, too. */
+    if (after.mode != UNKNOWN)
         trial->warnings = after.moved || MODEL_STATES ? -1 : warning;
     return after;
 }
@@ -133,7 +134,7 @@ static void set_time(Trial *trial)
         twin->time = time;
 }
 
-/* There are no continuous states and one event indicator; or two states, omega and absorbed_energy, and no indicator. */
+/* There are no continuous states and one event indicator, or two states, omega and absorbed_energy, and none. */
 static void continuous(Trial *trial)
 {
     static const size_t states = MODEL_STATES ? 2 : 0, indicators = MODEL_STATES ? 0 : 1;

@@ -115,7 +115,7 @@ static Answer amplifier_positive(const Twin *twin, double low, double high)
     return least > doubt + 1e-9 ? YES : least < -1e-12 * size ? NO : UNSURE;
 }
 
-/* Whether the knots of FE rise from one end of the range to the other; not sure of their least distance, a thousandth. */
+/* Whether the knots of FE rise from one end of the range to the other; unsure of their least distance, a thousandth. */
 static Answer knots_rise(const Twin *twin, double low, double high)
 {
     if (MODEL_KNOTS == 0)
@@ -227,8 +227,8 @@ static double end_of_step(const Twin *twin, double size)
     return named(twin, "displacement") + size * (twin->velocity + 0.5 * size * twin->acceleration);
 }
 
-/* Whether a path through a step stays where displacements may be, and no faster than they may; unsure where rounding has a
- * say. */
+/* Whether a path through a step stays where displacements may be, and no faster than they may; unsure where rounding
+ * has a say. */
 static Answer path_possible(const Twin *twin, double size)
 {
     long double x = named(twin, "displacement"), v = twin->velocity, a = twin->acceleration, turn = -v / a;

@@ -1,12 +1,12 @@
-"""Random sequences of FMI calls against the C sources of the native FMU, under sanitizers (tests/fuzz/fuzz.h).
+"""Random sequences of FMI calls against the C sources of FMUs, under sanitizers (tests/fuzz/fuzz.h).
 
     python tests/helpers/fuzzing.py [SEQUENCES] [--form FORM] [--plain] [--seed SEED] [--jobs N] [--trace]
 
 A sequence is the life of one instance. The test does a share of the million that this does by default; a seed that
 fails is repeated by `--seed SEED 1`, and `--trace` prints its calls. FORM is native, table (FE by forces at knots),
-states (omega and absorbed_energy are continuous states), python (the Python-backed FMU), system (bodies on mounts,
-by tests/fuzz/system), or one with fmi3 in its name (FMI 3.0 beside FMI 2.0, by tests/fuzz/fmi3). `--plain` does without
-the sanitizers, which take four fifths of the time, and which the Python-backed FMU never has.
+states (omega and absorbed_energy are continuous states), one of FORMS3 (FMI 3.0 beside FMI 2.0, by tests/fuzz/fmi3),
+python (the Python-backed FMU), system (bodies on mounts, by tests/fuzz/system) or system-fmi3 (as FORMS3). `--plain`
+does without the sanitizers, which take four fifths of the time, and which the Python-backed FMU never has.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ import fmpy
 import strandspring
 from fmu_tools import OTHER, SPRING
 from kernel_tools import compiled
-from native_tools import library
+from native_tools import library, write_flat
 from springs import TABLE
 from strandspring import SpringParameters
 from strandspring.compiled.images import FMI_HEADERS, FMU3, SYSTEM3, fmi_header
@@ -53,7 +53,7 @@ PLAIN = ("-O2", "-g", "-ftrivial-auto-var-init=pattern")
 # What the FMU takes from the C library is counted like what it takes from its host.
 COUNTED = ("-Dcalloc=library_calloc", "-Dfree=library_free")
 # What the fuzzers of systems and of FMI 3.0 have in common with that of FMI 2.0.
-SHARED = ("random", "host", "oracle", "bytes", "watch")
+SHARED = tuple(FUZZER / f"{name}.c" for name in ("random", "host", "oracle", "bytes", "watch"))
 # Freed memory is kept to find who uses it: 32 MB instead of 256, which is still that of a hundred instances.
 OPTIONS = {"ASAN_OPTIONS": "detect_leaks=1:quarantine_size_mb=32", "UBSAN_OPTIONS": "print_stacktrace=1"}
 # Sequences that share a seed (RUN in watch.c).
@@ -77,11 +77,7 @@ Statistics = dict[str, Any]
 
 def write_sources(folder: Path, parameters: SpringParameters = SPRING, with_states: bool = False) -> Path:
     """The C sources of the native FMU of a spring, and what its model description says of it for the fuzzer."""
-    folder.mkdir()
-    model = ModelFile("spring", parameters)
-    for name, content in native_contents(model, (), zero=0.0, with_states=with_states).items():
-        if name == "modelDescription.xml" or name.startswith("sources/"):
-            (folder / Path(name).name).write_bytes(content)
+    write_flat(folder, native_contents(ModelFile("spring", parameters), (), zero=0.0, with_states=with_states))
     (folder / "fuzz_model.h").write_text(_description(folder))
     return folder
 
@@ -176,17 +172,33 @@ def _description(folder: Path, resources: str = "NULL") -> str:
 
 def build(sources: Path, folder: Path, flags: tuple[str, ...] = SANITIZED) -> Path:
     """The fuzzer with the FMU that the sources make."""
+    return _build([sources / "all.c"], [*FUZZER.glob("*.c")], folder, flags)
+
+
+def build_pairs(sources: Path, folder: Path, flags: tuple[str, ...] = SANITIZED) -> Path:
+    """The fuzzer of pairs of FMUs, of FMI 2.0 and FMI 3.0, that the sources make."""
+    return _build([sources / "all.c", sources / "fmi3_all.c"], [*SHARED, *FUZZER.glob("fmi3/*.c")], folder, flags)
+
+
+def build_system_pairs(sources: Path, folder: Path, flags: tuple[str, ...] = SANITIZED) -> Path:
+    """The same of FMUs of systems."""
+    of_fmus = [sources / "system_fmu" / "c" / name for name in ("system_all.c", "system_all3.c")]
+    own = [*SHARED, *FUZZER.glob("fmi3/*.c"), FUZZER / "system" / "exchange2.c"]
+    more = ("-Wno-sign-conversion", f"-I{sources}", f"-I{sources / 'core' / 'c'}")
+    return _build(of_fmus, own, folder, (*flags, *more))
+
+
+def _build(of_fmus: list[Path], own: list[Path], folder: Path, flags: tuple[str, ...]) -> Path:
+    """A fuzzer of its own units and those of FMUs, whose sources lie in one folder."""
     folder.mkdir()
+    options = ("-D_POSIX_C_SOURCE=200809L", f"-I{of_fmus[0].parent}")
 
     def compile_unit(unit: Path) -> Path:
-        counted = COUNTED if unit.parent == sources else ()
-        return compiled(
-            folder / f"{unit.stem}.o", *flags, *counted, "-D_POSIX_C_SOURCE=200809L", f"-I{sources}", "-c", unit
-        )  # fmt: skip
+        counted = COUNTED if unit in of_fmus else ()
+        return compiled(folder / f"{unit.stem}.o", *flags, *counted, *options, "-c", unit)
 
     with ThreadPoolExecutor(os.cpu_count()) as pool:
-        objects = list(pool.map(compile_unit, [sources / "all.c", *FUZZER.glob("*.c")]))
-    return link(objects, folder / "fuzz", flags)
+        return link(list(pool.map(compile_unit, [*of_fmus, *own])), folder / "fuzz", flags)
 
 
 def build_python(sources: Path, folder: Path) -> Path:
@@ -214,46 +226,13 @@ def build_python(sources: Path, folder: Path) -> Path:
 def build_system(sources: Path, folder: Path, flags: tuple[str, ...] = SANITIZED) -> Path:
     """The fuzzer of systems with the FMU that the sources make."""
     folder.mkdir()
-    own = [FUZZER / f"{name}.c" for name in SHARED]
     includes = (f"-I{sources}", f"-I{sources / 'core' / 'c'}", "-D_POSIX_C_SOURCE=200809L")
     objects = [
         compiled(folder / f"{unit.stem}.o", *flags, *includes, "-c", unit)
-        for unit in (*own, FUZZER / "system" / "systems.c")
+        for unit in (*SHARED, FUZZER / "system" / "systems.c")
     ]
     of_fmu = sources / "system_fmu" / "c" / "system_all.c"
     objects.append(compiled(folder / "fmu.o", *flags, *COUNTED, "-Wno-sign-conversion", "-c", of_fmu))
-    return link(objects, folder / "fuzz", flags)
-
-
-def build_system_pairs(sources: Path, folder: Path, flags: tuple[str, ...] = SANITIZED) -> Path:
-    """The fuzzer of pairs of FMUs of systems, of FMI 2.0 and FMI 3.0, that the sources make."""
-    folder.mkdir()
-    own = [*(FUZZER / f"{name}.c" for name in SHARED), *FUZZER.glob("fmi3/*.c"), FUZZER / "system" / "exchange2.c"]
-    units = [sources / "system_fmu" / "c" / f"system_{name}.c" for name in ("all", "all3")]
-    counted = (*COUNTED, "-Wno-sign-conversion")
-    includes = (f"-I{sources}", f"-I{sources / 'core' / 'c'}", "-D_POSIX_C_SOURCE=200809L")
-
-    def compile_unit(unit: Path) -> Path:
-        return compiled(folder / f"{unit.stem}.o", *flags, *includes, *(counted if unit in units else ()), "-c", unit)
-
-    with ThreadPoolExecutor(os.cpu_count()) as pool:
-        objects = list(pool.map(compile_unit, [*units, *own]))
-    return link(objects, folder / "fuzz", flags)
-
-
-def build_pairs(sources: Path, folder: Path, flags: tuple[str, ...] = SANITIZED) -> Path:
-    """The fuzzer of pairs of FMUs, of FMI 2.0 and FMI 3.0, that the sources make."""
-    folder.mkdir()
-    own = [*(FUZZER / f"{name}.c" for name in SHARED), *FUZZER.glob("fmi3/*.c")]
-
-    def compile_unit(unit: Path) -> Path:
-        counted = COUNTED if unit.parent == sources else ()
-        return compiled(
-            folder / f"{unit.stem}.o", *flags, *counted, "-D_POSIX_C_SOURCE=200809L", f"-I{sources}", "-c", unit
-        )  # fmt: skip
-
-    with ThreadPoolExecutor(os.cpu_count()) as pool:
-        objects = list(pool.map(compile_unit, [sources / "all.c", sources / "fmi3_all.c", *own]))
     return link(objects, folder / "fuzz", flags)
 
 
@@ -270,18 +249,14 @@ class Outcome:
 
 
 def run(program: Path, seed: int, sequences: int, *more: str) -> Outcome:
-    """Do so many sequences from a seed on."""
+    """Do so many sequences from a seed on, beside another FMU."""
     other = library(OTHER)
-    return run_program([str(program), str(seed), str(sequences), str(other.path), other.guid, *more])
+    return run_alone(program, seed, sequences, str(other.path), other.guid, *more)
 
 
-def run_system(program: Path, seed: int, sequences: int, *more: str) -> Outcome:
-    """The same of a fuzzer of systems."""
-    return run_program([str(program), str(seed), str(sequences), *more])
-
-
-def run_program(command: list[str]) -> Outcome:
-    """What a fuzzer finds."""
+def run_alone(program: Path, seed: int, sequences: int, *more: str) -> Outcome:
+    """The same of a fuzzer of systems or of pairs, which takes no other FMU."""
+    command = [str(program), str(seed), str(sequences), *more]
     done = subprocess.run(
         command, capture_output=True, text=True, errors="replace", env={**os.environ, **OPTIONS}, check=False
     )
@@ -301,8 +276,22 @@ def add_up(outcomes: Sequence[Outcome]) -> Statistics:
     }
 
 
+def program_of(form: str, folder: Path, flags: tuple[str, ...]) -> Path:
+    """The fuzzer of a form, with its sources and objects in the folder."""
+    sources, objects = folder / "sources", folder / "objects"
+    if form == "python":
+        return build_python(write_python_sources(sources), objects)
+    if form == "system":
+        return build_system(write_system_sources(sources), objects, flags)
+    if form == "system-fmi3":
+        return build_system_pairs(write_system_pair_sources(sources), objects, flags)
+    if form in FORMS3:
+        return build_pairs(write_pair_sources(sources, *FORMS3[form]), objects, flags)
+    return build(write_sources(sources, *FORMS[form]), objects, flags)
+
+
 def main() -> int:
-    parser = argparse.ArgumentParser(description="Random sequences of FMI calls against the native FMU.")
+    parser = argparse.ArgumentParser(description="Random sequences of FMI calls against FMUs.")
     parser.add_argument("sequences", nargs="?", type=int, default=1_000_000)
     parser.add_argument("--form", choices=(*FORMS, *FORMS3, "python", "system", "system-fmi3"), default="native")
     parser.add_argument("--plain", action="store_true")
@@ -311,23 +300,8 @@ def main() -> int:
     parser.add_argument("--trace", action="store_true")
     given = parser.parse_args()
     with tempfile.TemporaryDirectory(prefix="strandspring-fuzz-") as temporary:
-        folder = Path(temporary)
-        if given.form == "python":
-            program = build_python(write_python_sources(folder / "sources"), folder / "objects")
-        elif given.form == "system":
-            flags = PLAIN if given.plain else SANITIZED
-            program = build_system(write_system_sources(folder / "sources"), folder / "objects", flags)
-        elif given.form == "system-fmi3":
-            flags = PLAIN if given.plain else SANITIZED
-            program = build_system_pairs(write_system_pair_sources(folder / "sources"), folder / "objects", flags)
-        elif given.form in FORMS3:
-            flags = PLAIN if given.plain else SANITIZED
-            sources = write_pair_sources(folder / "sources", *FORMS3[given.form])
-            program = build_pairs(sources, folder / "objects", flags)
-        else:
-            sources = write_sources(folder / "sources", *FORMS[given.form])
-            program = build(sources, folder / "objects", PLAIN if given.plain else SANITIZED)
-        run_one = run_system if given.form.startswith("system") or given.form in FORMS3 else run
+        program = program_of(given.form, Path(temporary), PLAIN if given.plain else SANITIZED)
+        run_one = run_alone if given.form.startswith("system") or given.form in FORMS3 else run
         if given.trace:
             print(run_one(program, given.seed, given.sequences, "trace").found)
             return 0

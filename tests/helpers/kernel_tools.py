@@ -23,6 +23,8 @@ import strandspring
 from springs import along, spring
 from strandspring import SpringParameters
 from strandspring.core.parameters import KNOTS, MAXIMUM_DEGREE, N_RANGE, SIGMA_RANGE
+from strandspring.kernel.path import packed
+from strandspring.kernel.structures import structures
 
 FloatArray = NDArray[np.float64]
 
@@ -36,40 +38,13 @@ FLAGS = (
     "-std=c11", "-ffp-contract=off", "-Wall", "-Wextra", "-Wpedantic", "-Werror", "-Wshadow", "-Wconversion",
 )  # fmt: skip
 
-SCALARS = ("kappa_omega", "rho", "sigma", "n", "displacement_offset", "displacement_min", "displacement_max")
-_COEFFICIENTS = c_double * (MAXIMUM_DEGREE + 1)
-_KNOTS = c_double * KNOTS[1]
-
-
-class Parameters(Structure):
-    """SpringParameters of spring.h."""
-
-    _fields_ = [
-        ("elastic", c_int),
-        ("amplifier", c_int),
-        ("knots", c_int),
-        ("forces", c_int),
-        ("kE", _COEFFICIENTS),
-        ("kA", _COEFFICIENTS),
-        ("FE_knots", _KNOTS),
-        ("FE_forces", _KNOTS),
-        *((name, c_double) for name in SCALARS),
-    ]
+Parameters = structures()["SpringParameters"]
 
 
 class Gradient(Structure):
-    """SpringGradient of spring.h."""
+    """SpringGradient of spring.h, its fields named by what they are derivatives by."""
 
-    _fields_ = [
-        ("displacement", c_double),
-        ("place", c_double),
-        ("kE", _COEFFICIENTS),
-        ("kA", _COEFFICIENTS),
-        ("FE_knots", _KNOTS),
-        ("FE_forces", _KNOTS),
-        *((name, c_double) for name in SCALARS),
-        ("omega_start", c_double),
-    ]
+    _fields_ = [(name.removeprefix("by_"), kind) for name, kind, *_ in structures()["SpringGradient"]._fields_]
 
 
 def compiled(output: Path, *arguments: str | Path, compiler: tuple[str, ...] = ("cc",)) -> Path:
@@ -109,12 +84,7 @@ def library() -> ctypes.CDLL:
 
 def c_parameters(parameters: SpringParameters) -> Parameters:
     """The same spring for C."""
-    p = parameters
-    return Parameters(
-        len(p.kE), len(p.kA), len(p.FE_knots), len(p.FE_forces), _COEFFICIENTS(*p.kE), _COEFFICIENTS(*p.kA),
-        _KNOTS(*p.FE_knots), _KNOTS(*p.FE_forces), p.kappa_omega, p.rho, p.sigma, p.n,
-        p.displacement_offset, p.displacement_min, p.displacement_max,
-    )  # fmt: skip
+    return Parameters.from_buffer_copy(packed(parameters))
 
 
 def problem(parameters: Parameters, size: int = 200) -> str:

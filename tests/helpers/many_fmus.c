@@ -4,7 +4,7 @@
  *
  * together   instances of all FMUs take steps by turns: each gives the bits that it gives alone
  * fork       a child goes on with its copies of all instances and frees them; so does the parent
- * threads    COUNT rounds in each of eight threads with instances of their own; and instances that go from thread to thread
+ * threads    COUNT rounds in each of eight threads with instances of their own; and instances that change threads
  * states     states are freed, and taken, by other instances than their makers, which are gone, as is their memory
  * reload     COUNT times every library is loaded, used and unloaded
  * lives      COUNT instances made and freed; prints resident pages ten times on the way

@@ -7,7 +7,7 @@ import functools
 import itertools
 import re
 import zipfile
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from ctypes import byref, c_double, c_int, c_size_t, c_uint, c_void_p
 from importlib.resources import files
 from pathlib import Path
@@ -39,6 +39,15 @@ def close(found: Any, expected: Any, tolerance: float = ROUNDING) -> None:
     """Compare with rounding measured in the largest value."""
     expected = np.asarray(expected)
     np.testing.assert_allclose(found, expected, rtol=tolerance, atol=tolerance * np.abs(expected).max())
+
+
+def write_flat(folder: Path, contents: Mapping[str, bytes]) -> Path:
+    """The model description and the C sources of a native FMU, all in one new folder."""
+    folder.mkdir()
+    for name, content in contents.items():
+        if name == "modelDescription.xml" or name.startswith("sources/"):
+            (folder / Path(name).name).write_bytes(content)
+    return folder
 
 
 class Library:

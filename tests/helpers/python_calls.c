@@ -1,11 +1,11 @@
 /* A host without Python for the tests of the Python-backed FMU.
  *
- *     python_calls LIBRARY GUID RESOURCES path       displacements on standard input, forces on standard output, as doubles
+ *     python_calls LIBRARY GUID RESOURCES path       doubles: displacements on standard input, forces on output
  *     python_calls LIBRARY GUID RESOURCES cycles     instances made and freed; prints resident pages on the way
  *     python_calls LIBRARY GUID RESOURCES threads    instances in several threads at once, from the first call on
  *
- * With further LIBRARY GUID RESOURCES before the task, path gives a force of each FMU for each displacement. Exit status
- * 1, with the line, if something is not as it must be.
+ * With further LIBRARY GUID RESOURCES before the task, path gives a force of each FMU for each displacement. Exit
+ * status 1, with the line, if something is not as it must be.
  */
 #define _POSIX_C_SOURCE 200809L
 #include "fmi2Functions.h"

@@ -12,7 +12,8 @@ import lief
 import numpy as np
 from numpy.polynomial import chebyshev
 
-from springs import spring
+from fmu_tools import SPRING
+from springs import TABLE, spring
 from strandspring import SpringParameters
 from strandspring.exchange.c_sources import STEP_SOURCES, law_path, write_c_sources
 from strandspring.modelfile import ModelFile
@@ -23,6 +24,8 @@ _WILD = chebyshev.cheb2poly([1.0, *[0.0] * 19, 0.9])
 WILD = spring(
     n=0.22, sigma=3.0, saturations=20.0, amplifier=tuple(float(c) for c in np.trim_zeros(_WILD[1:] / _WILD[0], "b"))
 )
+SPRINGS = {"usual": SPRING, "wild": WILD, "table": TABLE}
+MOST_STACK = 512  # of a step, as strandspring.h says [B]
 WARNINGS = ("-Wall", "-Wextra", "-Wpedantic", "-Werror")
 FLAGS = ("-std=c11", "-ffp-contract=off")
 ZIG = (sys.executable, "-m", "ziglang")

@@ -111,7 +111,7 @@ _LATE = {CO_SIMULATION: Sampling.STEP_LATE, MODEL_EXCHANGE: "has no model exchan
 _HOST = {CO_SIMULATION: Sampling.SAME_TIME, MODEL_EXCHANGE: "not written for it"}
 
 TOOLS = (
-    Tool("`strandspring.simulate_fmu`", "with_strandspring", _SAME, "takes FMI 2.0 only"),
+    Tool("`strandspring.simulate_fmu`", "with_strandspring", _SAME),
     Tool("FMPy, `simulate_fmu`", "with_fmpy", _LATE | {EXCHANGE: Sampling.SAME_TIME, STATES: Sampling.STEP_LATE}),
     Tool(
         "PathSim (pathsim-fmi)", "with_pathsim",

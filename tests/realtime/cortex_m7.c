@@ -29,4 +29,5 @@ void _start(void)
         ;
 }
 
-__attribute__((section(".start"), used)) static const void *const vectors[2] = {stack_top, (const void *)(uintptr_t)_start};
+__attribute__((section(".start"), used)) static const void *const vectors[2] = {stack_top,
+                                                                                (const void *)(uintptr_t)_start};

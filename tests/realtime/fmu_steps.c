@@ -1,4 +1,4 @@
-/* Steps of an FMU whose sources are linked in: counts what it takes from the allocator meanwhile, and the stack of each call.
+/* Steps of an FMU whose sources are linked in: counts what they take from the allocator, and the stack of each call.
  *
  *     fmu_steps GUID LOW HIGH DISPLACEMENT OUTPUT...
  *
@@ -17,7 +17,8 @@
 
 enum { STEPS = 6000, MOST_OUTPUTS = 8, CALLS = 3 };
 
-extern void *__libc_malloc(size_t size), *__libc_calloc(size_t count, size_t size), *__libc_realloc(void *old, size_t size);
+extern void *__libc_malloc(size_t size), *__libc_calloc(size_t count, size_t size);
+extern void *__libc_realloc(void *old, size_t size);
 extern void __libc_free(void *memory);
 
 static int counting;

@@ -1,5 +1,5 @@
-/* A path of a spring that strandspring has exported, for the host and for targets without an operating system: prints digests of
- * the bits of all outputs, and the most stack that a step takes. */
+/* A path of a spring that strandspring has exported, for the host and for targets without an operating system: prints
+ * digests of the bits of all outputs, and the most stack that a step takes. */
 #include "mount_law.h"
 
 #include "adversary.h"

@@ -10,15 +10,13 @@ import fmpy
 import pytest
 
 from fmu_tools import SPRING
-from realtime_tools import FLAGS, HERE, WILD, cc
-from springs import TABLE
+from native_tools import write_flat
+from realtime_tools import FLAGS, HERE, MOST_STACK, SPRINGS, cc
 from strandspring import SpringParameters
 from strandspring.compiled.images import FMI_HEADERS, fmi_header
 from strandspring.fmu.native.native_fmu import native_contents
 from strandspring.modelfile import ModelFile
 
-MOST_STACK = 512  # [B]
-SPRINGS = {"usual": SPRING, "wild": WILD, "table": TABLE}
 OUTPUTS = ("force", "stiffness", "absorbed_energy", "omega")
 # By version of FMI: the unit of the sources, and the file and function of a step.
 UNITS = {2: "all.c", 3: "fmi3_all.c"}
@@ -26,14 +24,9 @@ STEPS = {2: ("fmi2_cosimulation.c", "fmi2Status fmi2DoStep("), 3: ("fmi3_cosimul
 
 
 def write_sources(folder: Path, parameters: SpringParameters = SPRING, fmi: int = 2, no_energy: bool = False) -> Path:
-    """The sources of an FMU for real time, with its model description."""
-    folder.mkdir()
-    contents = native_contents(
-        ModelFile("spring", parameters), (), zero=0.0, fmi=fmi, real_time=True, no_energy=no_energy
-    )
-    for name, content in contents.items():
-        if name == "modelDescription.xml" or name.startswith("sources/"):
-            (folder / Path(name).name).write_bytes(content)
+    """The sources of an FMU for real time, with its model description and the headers of FMI."""
+    model = ModelFile("spring", parameters)
+    write_flat(folder, native_contents(model, (), zero=0.0, fmi=fmi, real_time=True, no_energy=no_energy))
     for name in FMI_HEADERS[fmi]:
         (folder / name).write_bytes(fmi_header(name))
     return folder

@@ -11,11 +11,20 @@ import pytest
 
 from fmu_tools import SPRING
 from pages import TEXTS
-from realtime_tools import MACHINES, MEMORY, WILD, Machine, Sizes, bits, exported, figures, on_host, sizes, steps
-from springs import TABLE
-
-MOST_STACK = 512  # [B]
-SPRINGS = {"usual": SPRING, "wild": WILD, "table": TABLE}
+from realtime_tools import (
+    MACHINES,
+    MEMORY,
+    MOST_STACK,
+    SPRINGS,
+    Machine,
+    Sizes,
+    bits,
+    exported,
+    figures,
+    on_host,
+    sizes,
+    steps,
+)  # fmt: skip
 
 
 @pytest.fixture(scope="module", params=SPRINGS)
@@ -57,34 +66,23 @@ def test_steps_need_no_library_and_no_variables(machine: Machine, sources: Path,
     assert 0.8 < constants / (1000.0 * int(stated_constants)) <= 1.0
 
 
+# A declaration, and a term that is added to the force.
 FAULTS = {
-    "a logarithm": ("spring.c", "double force = elastic_inside(law, inside);", "double log(double);\n", "log(inside)"),
-    "errno": (
-        "spring.c",
-        "double force = elastic_inside(law, inside);",
-        "int *__errno_location(void);\n",
-        "*__errno_location()",
-    ),
-    "an allocation": (
-        "spring.c",
-        "double force = elastic_inside(law, inside);",
-        "void *malloc(unsigned long);\n",
-        "(malloc(8) != NULL)",
-    ),
+    "a logarithm": ("double log(double);\n", "log(inside)"),
+    "errno": ("int *__errno_location(void);\n", "*__errno_location()"),
+    "an allocation": ("void *malloc(unsigned long);\n", "(malloc(8) != NULL)"),
 }
 
 
 @pytest.mark.parametrize("fault", FAULTS)
 def test_planted_libraries_are_found(fault: str, tmp_path: Path) -> None:
-    law = exported(tmp_path, SPRING)
-    name, line, declaration, term = FAULTS[fault]
-    text = (law.parent / name).read_text()
+    source = exported(tmp_path, SPRING).parent / "spring.c"
+    line, (declaration, term) = "double force = elastic_inside(law, inside);", FAULTS[fault]
+    text = source.read_text()
     assert line in text, "the fault cannot be planted: the source has changed"
-    (law.parent / name).write_text(declaration + text.replace(line, f"{line} force += {term};"))
+    source.write_text(declaration + text.replace(line, f"{line} force += {term};"))
     machine = MACHINES["cortex_m7"]
-    found = sizes(
-        machine.compiled(tmp_path / "o.o", "-Wno-incompatible-library-redeclaration", "-c", law.parent / name)
-    )
+    found = sizes(machine.compiled(tmp_path / "o.o", "-Wno-incompatible-library-redeclaration", "-c", source))
     assert not {name for name in found.lacks if not name.startswith("spring_")} <= MEMORY
 
 

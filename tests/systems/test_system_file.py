@@ -360,6 +360,15 @@ BAD: list[tuple[Callable[[Content], None], str]] = [
     (change("limits", "acceleration", to={"bord": 1}), "limits.acceleration: 'bord' is not a point; use"),
     (change("limits", "acceleration", to="15 mm"), "limits.acceleration: must be an acceleration such as '15 g'"),
     (change("limits", "stroke", to=1.5), "limits.stroke: must be <= 1, got 1.5."),
+    (
+        change("limits", "stroke", to="90 %"),
+        "limits.stroke: must be a number (share of the identified range that springs may use), got '90 %'; write 0.9.",
+    ),
+    (change("limits", "stroke", to="9 mm"), "got '9 mm'; write the number alone, without quotation marks."),
+    (change("limits", "stroke", to="most"), "limits.stroke: must be a number, got 'most'."),
+    (change(*AXIS, "parallel", to="2"), "axes[1].parallel: must be a whole number, got '2'; write 2."),
+    (change(*AXIS, "parallel", to="2.5"), "axes[1].parallel: must be a whole number, got '2.5'."),
+    (change("run", to={"rest_omega": "-50%"}), "direction of the static force), got '-50%'; write -0.5."),
     (change("run", to={"rest_omega": 2}), "run.rest_omega: must be <= 1, got 2."),
     (change("run", to={"rest_omega": "none"}), "run.rest_omega: must be 'unknown', got 'none'."),
     (change("run", to={"draws": -1}), "run.draws: must be >= 0, got -1."),
@@ -377,6 +386,10 @@ BAD: list[tuple[Callable[[Content], None], str]] = [
     (case_of(drop={}), "case[1].drop: must have either `height` or `velocity`"),
     (case_of(pulse="trapezoid", peak=1, duration=1, rise=2), "The rise and the fall of a trapezoid must be"),
     (case_of(pulse="velocity-step", peak=1), "case[1]: a velocity step has `velocity`"),
+    (
+        change("case", to=[{"name": "c", "record": RECORD | {"scale": "2.5"}}]),
+        "case[1].record.scale: must be a number, got '2.5'; write 2.5.",
+    ),
     (case_of(sine=SINE | {"displacement": 1}), "case[1].sine: must have either `amplitude` or `displacement`"),
     (case_of(sine=SINE, settling=99), "`settling` of 99 s must be shorter"),
     (case_of(sine=SINE | {"soft_start": 9}), "`soft_start` must be at most 1 s"),
@@ -405,6 +418,14 @@ BAD: list[tuple[Callable[[Content], None], str]] = [
     (case_of(force={"body": "bx", "table": [[0, 0], [1, 1]]}), "'bx' is not a body; use 'box' if you mean that."),
     (case_of(force={"table": [[1, 0], [0, 1]]}), "The times of a pulse by a table must be >= 0 and never fall"),
 ]  # fmt: skip
+
+
+def test_a_candidate_that_nothing_holds_is_named(folder: Path) -> None:
+    content = box()
+    change("mount", 0, "places", to=[[0, 0, 0]])(content)
+    change("candidate", to=[{"name": "lean"}])(content)
+    with pytest.raises(MountedSystemError, match=r"system.toml, candidate 'lean': no mount holds box against rotation"):
+        loaded(content, folder)
 
 
 @pytest.mark.parametrize(("damage", "refusal"), BAD, ids=[refusal[:60] for _, refusal in BAD])

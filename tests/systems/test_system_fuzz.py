@@ -14,7 +14,7 @@ from fuzzing import (
     add_up,
     build_system,
     build_system_pairs,
-    run_system,
+    run_alone,
     write_system_pair_sources,
     write_system_sources,
 )
@@ -62,7 +62,7 @@ OF_EXCHANGE = {
 @pytest.mark.slow
 def test_random_sequences_of_calls(tmp_path: Path) -> None:
     program = build_system(write_system_sources(tmp_path / "sources"), tmp_path / "objects")
-    outcome = run_system(program, FIRST_SEED, SEQUENCES)
+    outcome = run_alone(program, FIRST_SEED, SEQUENCES)
     assert outcome.found == "", outcome.found
     total = add_up([outcome])
     print(f"seed {FIRST_SEED}: {total['sequences']} sequences, {total['calls']} calls")
@@ -83,13 +83,13 @@ def test_the_fuzzer_finds(fault: str, tmp_path: Path) -> None:
     assert text in content
     path.write_text(content.replace(text, other))
     program = build_system(sources, tmp_path / "objects", (*PLAIN, "-Wno-unused"))
-    assert run_system(program, FIRST_SEED, SEQUENCES).found != ""
+    assert run_alone(program, FIRST_SEED, SEQUENCES).found != ""
 
 
 @pytest.mark.slow
 def test_random_lives_of_both_versions(tmp_path: Path) -> None:
     program = build_system_pairs(write_system_pair_sources(tmp_path / "sources"), tmp_path / "objects")
-    outcome = run_system(program, FIRST_SEED, SEQUENCES)
+    outcome = run_alone(program, FIRST_SEED, SEQUENCES)
     assert outcome.found == "", outcome.found
     total = outcome.statistics
     assert total["sequences"] == SEQUENCES
@@ -109,4 +109,4 @@ def test_the_fuzzer_finds_in_fmi_3(fault: str, tmp_path: Path) -> None:
     assert content.count(text) == 1
     path.write_text(content.replace(text, other))
     program = build_system_pairs(sources, tmp_path / "objects", (*PLAIN, "-Wno-unused", "-Wno-unused-parameter"))
-    assert "with the seed" in run_system(program, FIRST_SEED, SEQUENCES).found
+    assert "with the seed" in run_alone(program, FIRST_SEED, SEQUENCES).found

@@ -59,7 +59,7 @@ class BuildOptions:
 
     def refuse_impossible(self, kinds: Sequence[Kind]) -> None:
         """Raise BuildError if FMUs of these kinds cannot be built so."""
-        if self.fmi not in (2, 3):
+        if not isinstance(self.fmi, int) or self.fmi not in (2, 3):
             raise BuildError(f"The version of FMI must be 2 or 3, got {self.fmi!r}.")
         if "python" in kinds and self.fmi == 3:
             raise BuildError("FMI 3.0 is for the native FMU; choose the native back end.")
@@ -70,7 +70,7 @@ class BuildOptions:
         if self.no_energy and "states" in kinds:
             raise BuildError(
                 "The form with states has absorbed_energy as a state, which the host integrates; build it without "
-                "leaving out the energy."
+                "leaving out the energy, from the model file where the source is an FMU that leaves it out."
             )
 
 
@@ -204,7 +204,9 @@ def build_fmu(
         return wanted_system.build(Path(folder), chosen, progress).path
     if candidate is not None:
         raise BuildError("`candidate` is for descriptions of systems (SYSTEM.toml); leave it out.")
-    wanted = WantedSettings(backend, author, needs_execution_tool, fmi, real_time, no_energy).with_those_of(model)
+    # FMUs hold these as JSON, which knows no bool of NumPy.
+    flags = bool(real_time), bool(no_energy)
+    wanted = WantedSettings(backend, author, bool(needs_execution_tool), fmi, *flags).with_those_of(model)
     kind: Any = "states" if states else wanted.backend or "native"
     if kind not in get_args(Kind) or (states and backend == "python"):
         raise BuildError(f'`backend` must be "native" or "python", and "native" with `states`, got {backend!r}.')
@@ -259,10 +261,15 @@ class WantedSettings:
             no_energy=self.no_energy or before.no_energy,
         )
 
+    @property
+    def version(self) -> int:
+        """The version of FMI that is built."""
+        return self.fmi or BuildOptions.fmi
+
     def options(self, platforms: Sequence[Platform] | None, zero: float) -> BuildOptions:
         """The options of a build of them."""
         return BuildOptions(
-            platforms, zero, self.needs_execution_tool, self.author, self.fmi or 2, self.real_time, self.no_energy
+            platforms, zero, self.needs_execution_tool, self.author, self.version, self.real_time, self.no_energy
         )
 
 

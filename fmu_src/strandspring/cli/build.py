@@ -8,7 +8,7 @@ from typing import Any
 import click
 from click.core import ParameterSource
 
-from ..api.building import Kind, WantedSettings, build_all, checked_author
+from ..api.building import BuildOptions, Kind, WantedSettings, build_all, checked_author
 from ..api.building_system import SystemToBuild
 from ..api.records import bundled_record
 from ..coordinates import zero_sentence
@@ -41,8 +41,6 @@ _PURPOSES = {
     "states": "native with states: model exchange for optimal control, linearisation and functional importers",
     "python": "Python-backed: the model as readable Python, for machines with Python 3.10 or newer",
 }
-
-_VERSIONS = {2: "", 3: "; FMI 3.0"}
 
 
 def _platforms(_context: click.Context, _parameter: click.Parameter, names: str | None) -> tuple[Platform, ...] | None:
@@ -159,7 +157,7 @@ def build(
     """
     if len(sources) == 1 and is_system_file(sources[0]):
         _refuse_given({*_OF_SPRINGS, *options}, "a model or records", f"{sources[0]} describes a system")
-        _build_system(sources[0], Path(output), candidate, platforms, author, int(fmi or 2), as_json)
+        _build_system(sources[0], Path(output), candidate, platforms, author, int(fmi or BuildOptions.fmi), as_json)
         return
     if candidate is not None:
         raise click.UsageError("--candidate is for descriptions of systems (SYSTEM.toml); leave it out.")
@@ -176,7 +174,7 @@ def build(
         _refuse_given(of_records, "records", f"{sources[0]} is a model file")
         model, model_path, identification = load_model(sources[0]), Path(sources[0]), None
         for one in kinds:
-            refuse_overwriting(sources, {"--output": fmu_path(output, model.name, one, wanted.fmi or 2)})
+            refuse_overwriting(sources, {"--output": fmu_path(output, model.name, one, wanted.version)})
     else:
         if not sources:
             sources, name = (str(bundled_record(Path(models))),), EXAMPLE_NAME if name is None else name
@@ -185,7 +183,7 @@ def build(
         refuse_unwritable(Path(models), is_folder=True)
         model_path = Path(models) / f"{chosen}.json"
         for one in kinds:
-            target = fmu_path(output, chosen, one, wanted.fmi or 2)
+            target = fmu_path(output, chosen, one, wanted.version)
             refuse_overwriting(record_files(sources), {"--models": model_path, "--output": target})
         model, identification = identified(sources, options, method, chosen, description)
         save_model(model_path, model)
@@ -205,7 +203,9 @@ def build(
                     {
                         "path": str(fmu),
                         "backend": kind,
-                        "fmi": wanted.fmi or 2,
+                        "fmi": wanted.version,
+                        "real_time": wanted.real_time,
+                        "no_energy": wanted.no_energy,
                         "binaries": binary_sizes(fmu),
                         "check": report.summary,
                     }
@@ -220,8 +220,17 @@ def build(
     if sentence := zero_sentence(origin):
         result(sentence)
     for fmu, kind, report in built:
-        _print_fmu(fmu, _PURPOSES[kind] + _VERSIONS[wanted.fmi or 2])
+        _print_fmu(fmu, "; ".join((_PURPOSES[kind], *_settings_apart(wanted))))
         result(f"Check: {report.summary}")
+
+
+def _settings_apart(wanted: WantedSettings) -> list[str]:
+    """What sets native FMUs apart from the usual ones, which for real time the file's name does not say."""
+    of_energy = " without absorbed_energy" if wanted.no_energy else ""
+    return [
+        *(["FMI 3.0"] if wanted.version == 3 else []),
+        *([f"for real time{of_energy}"] if wanted.real_time else []),
+    ]
 
 
 def _kinds(wanted: WantedSettings, states: bool, has_sources: bool) -> tuple[Kind, ...]:
@@ -233,7 +242,7 @@ def _kinds(wanted: WantedSettings, states: bool, has_sources: bool) -> tuple[Kin
     """
     backend = wanted.backend
     if backend is None:
-        backend = "native" if has_sources or wanted.fmi == 3 or wanted.real_time else "both"
+        backend = "native" if has_sources or wanted.version == 3 or wanted.real_time else "both"
     backends: tuple[Any, ...] = ("native", "python") if backend == "both" else (backend,)
     if wanted.needs_execution_tool and "python" not in backends:
         raise click.UsageError("--needs-execution-tool is for the Python-backed FMU; add --backend python or both.")
@@ -279,7 +288,7 @@ def _build_system(
     result(f"Inputs: {', '.join(inputs)}")
     result(f"Internal step: at most {step:g} s; stable up to {stable:.4g} s")
     purpose = "bodies on mounts: co-simulation in any simulator, with no Python on its machine"
-    _print_fmu(built.path, purpose + _VERSIONS[fmi])
+    _print_fmu(built.path, "; ".join((purpose, *_settings_apart(WantedSettings("native", fmi=fmi)))))
     result(f"Check: {built.check.summary}")
 
 

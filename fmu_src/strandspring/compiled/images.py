@@ -48,7 +48,7 @@ class Unit:
     name : str                  Of the library, without suffix.
     file : str                  To be compiled; it includes the others.
     parts : tuple of str        Folders of the sources, or single ones, below the package.
-    without : tuple of str      How the names of sources in these folders begin that are left out.
+    without : tuple of str      Sources in these folders whose names begin like this are left out.
     flags : tuple of str        Besides those of every library.
     fmi : int                   The version of FMI whose headers are needed; 0: none.
     loads : bool                Whether it loads other libraries at run time.
@@ -102,9 +102,10 @@ FMU3 = Unit(
     fmi=3,
     without=("fmi2_", "all.c"),
 )
-# The binary of a Python-backed FMU, the same for all springs.
+# What calls and messages are made of whatever the version of FMI, and those of FMI 2.0, whatever the FMU is of.
 _MESSAGES = "fmu_log fmu_modes fmu_types.h spring_local.h spring_number.h"
 _OF_FMI2 = "fmi2_api.h fmi2_calls.h fmi2_log fmi2_states.h"
+# The binary of a Python-backed FMU, the same for all springs.
 BRIDGE = Unit(
     "bridge",
     "fmu/bridge/bridge.c",

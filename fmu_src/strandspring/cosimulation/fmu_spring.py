@@ -1,30 +1,33 @@
 """One instance of a spring FMU, run through FMPy: trial displacements, steps that commit, rollback.
 
-Works with either back end. The FMU's force is a direct feed-through of its displacement, so a trial needs no step. FMI
-2.0 does not require that of an FMU; where it must not be relied on, step within `FmuSpring.rollback`.
+Works with either back end and either version of FMI. The FMU's force is a direct feed-through of its displacement, so a
+trial needs no step. FMI does not require that of an FMU; where it must not be relied on, step within
+`FmuSpring.rollback`.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from contextlib import contextmanager
 from ctypes import c_double, c_uint
+from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import fmpy
+import numpy as np
 from fmpy.fmi1 import FMICallException
-from fmpy.fmi2 import FMU2Slave
 from fmpy.model_description import ModelDescription
+from numpy.typing import ArrayLike
 
-from ..core.parameters import LARGEST_DISPLACEMENT
+from ..core.parameters import ARRAYS, LARGEST_DISPLACEMENT
 from ..errors import StrandspringError
-from ..fmu.fmpy_host import library_path
+from ..fmu.fmpy_host import SLAVES, fmi_version, library_path
 from ..scratch import TemporaryFolder
 from .messages import Messages
 
-_MODEL_VALUES: Mapping[str, float] = {}
+_MODEL_VALUES: Mapping[str, ArrayLike] = {}
 
 
 class CosimulationError(StrandspringError):
@@ -60,7 +63,8 @@ class FmuSpring:
     ----------
     fmu : path
     name : str                           Name of the instance, at the beginning of its error messages.
-    parameters : mapping of str to float   Values of FMU parameters that replace those of the model, by name.
+    parameters : mapping of str to float or array_like   Values of FMU parameters that replace those of the model, by
+                                         their names in the FMU; an array of FMI 3.0 has all its elements.
 
     Attributes
     ----------
@@ -71,22 +75,28 @@ class FmuSpring:
 
     Raises
     ------
-    CosimulationError   If the file is not a spring FMU, has no such parameter, or cannot be run on this computer.
+    CosimulationError   If the file is not a spring FMU for co-simulation with all outputs, has no such parameter or a
+                        parameter of another size, or cannot be run on this computer.
     """
 
-    def __init__(self, fmu: Path | str, name: str = "spring", parameters: Mapping[str, float] = _MODEL_VALUES) -> None:
-        description = _read_description(fmu, name, parameters)
-        interface = description.coSimulation
+    def __init__(
+        self, fmu: Path | str, name: str = "spring", parameters: Mapping[str, ArrayLike] = _MODEL_VALUES
+    ) -> None:
+        description = _read_description(fmu)
+        given = _checked(parameters, fmu, name, description)
+        interface, fmi = description.coSimulation, fmi_version(description)
         references = {variable.name: variable.valueReference for variable in description.modelVariables}
-        values = {variable.name: variable.start for variable in description.modelVariables} | dict(parameters)
+        starts = {variable.name: [variable.start] for variable in description.modelVariables} | given
         self.name = name
-        self.displacement_min = float(values["displacement_min"])
-        self.displacement_max = float(values["displacement_max"])
+        self.displacement_min = float(starts["displacement_min"][0])
+        self.displacement_max = float(starts["displacement_max"][0])
         self.can_interpolate = bool(interface.canInterpolateInputs)
         self.committed_displacement = math.nan
-        self.messages = Messages()
-        self._has_derivatives = bool(interface.providesDirectionalDerivative)
-        self._parameters = {references[name]: value for name, value in parameters.items()}
+        self.messages = Messages(fmi)
+        # FMPy does not read what FMI 3.0 says of them, and all springs of that version have them.
+        self._has_derivatives = fmi == 3 or bool(interface.providesDirectionalDerivative)
+        self._parameters = [references[name] for name in given]
+        self._parameter_values = [value for values in given.values() for value in values]
         self._displacement = references["displacement"]
         self._force = references["force"]
         # FMPy's own calls by lists take longer than the FMU itself.
@@ -97,14 +107,14 @@ class FmuSpring:
         unzipped = str(self._folder.path)
         try:
             fmpy.extract(str(fmu), unzipdir=unzipped)
-            self._slave = FMU2Slave(
+            self._slave = SLAVES[fmi](
                 guid=description.guid,
                 unzipDirectory=unzipped,
                 modelIdentifier=interface.modelIdentifier,
                 instanceName=name,
-                libraryPath=library_path(unzipped, interface.modelIdentifier),
+                libraryPath=library_path(unzipped, interface.modelIdentifier, fmi),
             )
-            self._slave.instantiate(callbacks=self.messages.callbacks)
+            self._slave.instantiate(**self.messages.arguments)
         except Exception as problem:  # FMPy raises plain exceptions
             self._folder.close()
             raise CosimulationError(f"{name}: {fmu} cannot be run here: {problem}") from None
@@ -129,10 +139,10 @@ class FmuSpring:
 
     def start(self, displacement: float, time: float = 0.0) -> Response:
         """Begin the path at a displacement [m] and time [s]."""
-        self._call(self._slave.setupExperiment, None, time)
+        self._call(partial(self._slave.setupExperiment, startTime=time))
         self._call(self._slave.enterInitializationMode)
         if self._parameters:
-            self._call(self._slave.setReal, list(self._parameters), list(self._parameters.values()))
+            self._call(self._slave.setReal, self._parameters, self._parameter_values)
         self._set(displacement)
         self._call(self._slave.exitInitializationMode)
         self.committed_displacement = displacement
@@ -165,8 +175,8 @@ class FmuSpring:
         """
         if not self.can_interpolate:
             raise CosimulationError(
-                f"{self.name}: the FMU accepts no derivatives of its displacement; build it with --backend native, or "
-                "choose a straight input path."
+                f"{self.name}: the FMU accepts no derivatives of its displacement; build it with --backend native and "
+                "--fmi 2, or choose a straight input path."
             )
         self._set(displacement)
         self._call(
@@ -177,7 +187,7 @@ class FmuSpring:
         return self._get()
 
     def directional_derivative(self) -> float:
-        """d force/d displacement at the displacement set last, by fmi2GetDirectionalDerivative [N/m].
+        """d force/d displacement at the displacement set last, by the FMU's directional derivative [N/m].
 
         Raises
         ------
@@ -220,21 +230,57 @@ class FmuSpring:
             raise CosimulationError(f"{self.name}: {problem.function} failed. {reason}") from None
 
 
-def _read_description(fmu: Path | str, name: str, parameters: Mapping[str, float]) -> ModelDescription:
-    """The model description, if it is that of a spring with these parameters."""
+def _read_description(fmu: Path | str) -> ModelDescription:
+    """The model description, if it is that of a spring that can be moved by co-simulation."""
     try:
         description = fmpy.read_model_description(str(fmu))
     except Exception as problem:  # FMPy raises plain exceptions
         raise CosimulationError(f"{fmu} cannot be read as an FMU: {str(problem).strip()}") from None
-    if description.fmiVersion != "2.0":
+    if fmi_version(description) not in SLAVES:
         raise CosimulationError(
-            f"{fmu} is an FMU of FMI {description.fmiVersion}, but this needs FMI 2.0: build it without --fmi 3."
+            f"{fmu} is an FMU of FMI {description.fmiVersion}, but this needs FMI 2.0 or 3.0: build it again."
         )
     variables = {v.name for v in description.modelVariables}
-    for missing in ("displacement", *Response._fields):
+    for missing in ("displacement", "force", "stiffness"):
         if missing not in variables:
             raise CosimulationError(f"{fmu} is not a spring FMU: it has no variable `{missing}`.")
-    settable = {v.name for v in description.modelVariables if v.causality == "parameter"}
-    for unknown in sorted(parameters.keys() - settable):
-        raise CosimulationError(f"{name}: {fmu} has no parameter `{unknown}`.")
+    if description.coSimulation is None:
+        raise CosimulationError(f"{fmu} has no co-simulation: build it without --states.")
+    if "absorbed_energy" not in variables:
+        raise CosimulationError(f"{fmu} has no output `absorbed_energy`: build it without --no-energy.")
     return description
+
+
+def _checked(
+    parameters: Mapping[str, ArrayLike], fmu: Path | str, name: str, description: ModelDescription
+) -> dict[str, list[float]]:
+    """Values of parameters by name, if the FMU has those and they have as many values."""
+    sizes = {
+        v.name: int(v.dimensions[0].start) if v.dimensions else None
+        for v in description.modelVariables
+        if v.causality == "parameter"
+    }
+    for unknown in sorted(parameters.keys() - sizes.keys()):
+        raise CosimulationError(f"{name}: {fmu} has no parameter `{unknown}`{_instead(unknown, sizes)}.")
+    checked = {}
+    for parameter, value in parameters.items():
+        size = sizes[parameter]
+        expected = "a number" if size is None else f"an array of {size} numbers"
+        try:
+            values = np.array(value, dtype=float)
+        except (TypeError, ValueError):
+            raise CosimulationError(f"{name}: `{parameter}` must be {expected}, got {value!r}.") from None
+        if values.shape != (() if size is None else (size,)):
+            raise CosimulationError(f"{name}: `{parameter}` must be {expected}, got the shape {values.shape}.")
+        checked[parameter] = np.atleast_1d(values).tolist()
+    return checked
+
+
+def _instead(unknown: str, parameters: Collection[str]) -> str:
+    """What to write for coefficients by their names in the other version of FMI."""
+    array = unknown.rpartition("_")[0]
+    if array in ARRAYS and array in parameters:
+        return f"; in FMI 3.0 it is an element of the array `{array}`: give that with all its elements"
+    if unknown in ARRAYS and f"{unknown}_0" in parameters:
+        return f"; in FMI 2.0 its elements are parameters: give `{unknown}_0` and so on"
+    return ""

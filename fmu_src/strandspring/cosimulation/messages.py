@@ -20,31 +20,42 @@ class Messages(list[str]):
 
     Attributes
     ----------
-    callbacks : fmi2CallbackFunctions   Argument for instantiating the FMU.
+    arguments : dict   Of FMPy's method that instantiates the FMU, by a version of FMI, 2 or 3.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, fmi: int) -> None:
         super().__init__()
-        self.callbacks = fmi2CallbackFunctions()
+        # In FMI 3.0 an instance has a logger of its own, and warnings come where logging is on.
+        self.arguments: dict[str, Any] = (
+            {"callbacks": self._callbacks()} if fmi == 2 else {"loggingOn": True, "logMessage": self._append}
+        )
+
+    def _append(self, _environment: Any, _status: int, _category: bytes, message: bytes) -> None:
+        self.append(message.decode("utf-8", "replace"))
+
+    def _callbacks(self) -> fmi2CallbackFunctions:
+        """What hands the messages of an instance of FMI 2.0 to this list."""
+        callbacks = fmi2CallbackFunctions()
         # FMPy's proxy, which fills in placeholders, forwards to the logger registered last. So there is one logger for
         # all, and the environment identifies the instance.
-        self.callbacks.logger = _LOGGER
-        self.callbacks.allocateMemory = defaultCallbacks.allocateMemory
-        self.callbacks.freeMemory = defaultCallbacks.freeMemory
-        self.callbacks.componentEnvironment = next(_keys)
-        _instances[self.callbacks.componentEnvironment] = self
+        callbacks.logger = _LOGGER
+        callbacks.allocateMemory = defaultCallbacks.allocateMemory
+        callbacks.freeMemory = defaultCallbacks.freeMemory
+        callbacks.componentEnvironment = next(_keys)
+        _instances[callbacks.componentEnvironment] = self
         if _proxies is not None:
-            _proxies.addLoggerProxy(byref(self.callbacks))
+            _proxies.addLoggerProxy(byref(callbacks))
+        return callbacks
 
 
 _keys = count(1)
 _instances: WeakValueDictionary[int, Messages] = WeakValueDictionary()
 
 
-def _receive(environment: int, _name: Any, _status: int, _category: Any, message: bytes) -> None:
+def _receive(environment: int, _name: Any, status: int, category: bytes, message: bytes) -> None:
     messages = _instances.get(environment)
     if messages is not None:
-        messages.append(message.decode("utf-8", "replace"))
+        messages._append(environment, status, category, message)
 
 
 _LOGGER = fmi2CallbackLoggerTYPE(_receive)

@@ -1,4 +1,4 @@
-"""A spring as C for those who link the kernel without FMI: its law and table as constants, and the kernel's sources.
+"""A spring as C for programs that link the kernel without FMI: law and table as constants, and the kernel's sources.
 
 The kernel stands once in the folder, and each spring has files of its own beside it, so that any number of springs can
 be exported into the same folder. Their names and identifiers end in ``_law``: none is a word of C or of the kernel.
@@ -123,7 +123,7 @@ def _law_source(model: ModelFile, kernel: str) -> str:
     name = model.name
     table, law = _constants(model.parameters)
     return (
-        f"/* Written by strandspring; exact, for hexadecimal floats give every compiler the same bits. */\n"
+        "/* Written by strandspring; exact, for hexadecimal floats give every compiler the same bits. */\n"
         f'#include "{name}_law.h"\n\n'
         f"#if SPRING_KERNEL != 0x{kernel}\n"
         '#error "This table is of other sources of the kernel; export the spring again."\n'

@@ -50,14 +50,15 @@ def common_contents(
     with_states: bool = False,
     fmi: int = 2,
     left_out: frozenset[str] = frozenset(),
+    real_time: bool = False,
 ) -> dict[str, bytes]:
     """Description, icon, documentation and licences by their path in the FMU.
 
     The model's displacement is counted from `zero` [m]. `others` are the distributions of which the FMU holds parts,
-    besides ours; `platforms` are those of a native FMU, which may be the form with states, and `left_out` the variables
-    that it does not have.
+    besides ours; `platforms` are those of a native FMU, which may be the form with states, `left_out` the variables
+    that it does not have, and `real_time` says that it has a deadline.
     """
-    page = documentation_page(model, zero, platforms, with_states, fmi, left_out)
+    page = documentation_page(model, zero, platforms, with_states, fmi, left_out, real_time)
     contents = {
         "modelDescription.xml": description,
         **icon(fmi),

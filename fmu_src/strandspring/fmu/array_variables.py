@@ -42,6 +42,15 @@ class TypedVariable(Variable):
         return "Float64" if self.unit or self.size else "Boolean"
 
 
+_SECOND = Unit("s", s=1)
+_TIME = TypedVariable("time", "independent", "continuous", "Simulation time", "s")
+_INDICATOR = TypedVariable(
+    REVERSAL_INDICATOR, "local", "continuous",
+    "Event indicator of model exchange: changes its sign where the displacement turns back", "1",
+    initial="calculated", depends_on=("displacement", "displacement_min", "displacement_max", "time"),
+)  # fmt: skip
+
+
 @cache
 def array_variables(
     elastic: int, amplifier: int, knots: int = 0, with_states: bool = False
@@ -118,11 +127,3 @@ def _gathered(name: str, elements: tuple[Variable, ...]) -> TypedVariable:
         maximum=None,
         size=len(elements),
     )
-
-
-_SECOND = Unit("s", s=1)
-_TIME = TypedVariable("time", "independent", "continuous", "Simulation time", "s")
-_INDICATOR = TypedVariable(
-    REVERSAL_INDICATOR, "local", "continuous", "Event indicator: changes its sign where the displacement turns back",
-    "1", initial="calculated", depends_on=("displacement", "displacement_min", "displacement_max", "time"),
-)  # fmt: skip

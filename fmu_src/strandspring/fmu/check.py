@@ -25,7 +25,7 @@ from ..kernel.arrays import FloatArray
 from ..kernel.path import PathSolver
 from ..scratch import TemporaryFolder
 from .archive import binary_sizes
-from .fmpy_host import MODELS, SLAVES, library_path
+from .fmpy_host import MODELS, SLAVES, fmi_version, library_path
 from .native.platforms import host_folder
 from .papers import STEP, slow_cycles
 
@@ -116,7 +116,7 @@ def compare_run(path: Path, displacement: FloatArray, expected: FloatArray) -> C
     expected : ndarray, shape (K, 1 or 2)     Force [N] and, if the FMU has it, absorbed energy [J].
     """
     description = fmpy.read_model_description(str(path))
-    not_run = why_not_here(path, fmi_of(description))
+    not_run = why_not_here(path, fmi_version(description))
     if not_run:
         return CheckReport(path, (), not_run)
     with_states = bool(description.derivatives)
@@ -165,16 +165,11 @@ def _scalars(name: str, values: list[str], is_array: bool) -> dict[str, float]:
     return {f"{name}_{i}" if is_array else name: float(value) for i, value in enumerate(values)}
 
 
-def fmi_of(description: ModelDescription) -> int:
-    """The version of FMI, 2 or 3."""
-    return int(description.fmiVersion[0])
-
-
 @contextmanager
 def running(path: Path, model_exchange: bool = False) -> Iterator[Any]:
     """An instance of the FMU, before its initialization, as FMPy's FMU2Slave or FMU2Model, or with their methods."""
     description = fmpy.read_model_description(str(path))
-    fmi = fmi_of(description)
+    fmi = fmi_version(description)
     kind, interface = (
         (MODELS[fmi], description.modelExchange) if model_exchange else (SLAVES[fmi], description.coSimulation)
     )

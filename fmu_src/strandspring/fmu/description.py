@@ -4,31 +4,26 @@ from __future__ import annotations
 
 import os
 from datetime import datetime, timezone
-from xml.etree.ElementTree import Element, SubElement, indent, tostring
+from xml.etree.ElementTree import Element, SubElement
 
-from ..core.variables import Unit, nominal_values, start_values, units, variables
+from ..core.variables import Unit, nominal_values
 from ..errors import BuildError
 from ..modelfile import ModelFile
 from . import description2, description3
-from .array_variables import array_units, array_values, array_variables
+from .described_variables import described_variables
 from .description_content import Backend, Content
+from .xml_parts import base_unit, xml_file
 
 _VERSIONS = {2: description2, 3: description3}
 
 
 def model_description(model: ModelFile, guid: str, generation_tool: str, backend: Backend) -> bytes:
     """The description of one spring as UTF-8 XML; the same arguments give the same bytes."""
-    spring, with_states = model.parameters, backend.with_states
-    has_arrays = backend.fmi == 3
     content = Content(
         model.name,
         model.description or "Hysteretic spring: displacement in, restoring force out",
-        (array_variables if has_arrays else variables)(*spring.counts, with_states=with_states),
-        array_units(*spring.counts, with_states=with_states)
-        if has_arrays
-        else units(*spring.counts[:2], with_states=with_states),
-        (array_values if has_arrays else start_values)(spring, with_states),
-        nominal_values(spring) if with_states else {},
+        *described_variables(model.parameters, backend.with_states, backend.fmi),
+        nominal_values(model.parameters) if backend.with_states else {},
     )
     return described(content, guid, generation_tool, backend)
 
@@ -64,8 +59,7 @@ def described(content: Content, guid: str, generation_tool: str, backend: Backen
     )
     version.append_variables(SubElement(root, "ModelVariables"), content, backend)
     version.append_structure(SubElement(root, "ModelStructure"), content, backend)
-    indent(root)
-    return bytes(tostring(root, encoding="UTF-8", xml_declaration=True)) + b"\n"
+    return xml_file(root)
 
 
 def _generation_date() -> dict[str, str]:
@@ -88,7 +82,6 @@ def _generation_date() -> dict[str, str]:
 def _append_units(parent: Element, all_units: tuple[Unit, ...]) -> None:
     for unit in all_units:
         element = SubElement(parent, "Unit", {"name": unit.name})
-        exponents = {"kg": unit.kg, "m": unit.m, "s": unit.s}
-        SubElement(element, "BaseUnit", {name: str(power) for name, power in exponents.items() if power})
+        SubElement(element, "BaseUnit", base_unit(unit))
         for name, factor in unit.displayed:
             SubElement(element, "DisplayUnit", {"name": name, "factor": repr(factor)})

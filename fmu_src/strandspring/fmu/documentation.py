@@ -8,10 +8,10 @@ from typing import Any
 from jinja2 import Environment, StrictUndefined
 from markupsafe import Markup
 
-from ..core.variables import start_values, variables
 from ..modelfile import ModelFile
-from .array_variables import StartValue, array_values, array_variables
+from .array_variables import StartValue
 from .check_plot import loops_svg
+from .described_variables import described_variables
 
 
 def documentation_page(
@@ -21,16 +21,16 @@ def documentation_page(
     with_states: bool = False,
     fmi: int = 2,
     left_out: frozenset[str] = frozenset(),
+    real_time: bool = False,
 ) -> str:
     """HTML of one file: model, variables, behaviour, fit, provenance; the same arguments give the same text.
 
     The model's displacement is counted from `zero` [m]. `platforms` are those of a native FMU; None stands for a
     Python-backed one, `with_states` for the form of a native one that has continuous states, `fmi` for the version,
-    and `left_out` holds variables that the FMU does not have.
+    `left_out` holds variables that the FMU does not have, and `real_time` stands for the FMU with a deadline.
     """
     spring = model.parameters
-    start = (start_values if fmi == 2 else array_values)(spring, with_states)
-    table = (variables if fmi == 2 else array_variables)(*spring.counts, with_states=with_states)
+    table, _, start = described_variables(spring, with_states, fmi)
     template = Environment(
         autoescape=True, trim_blocks=True, lstrip_blocks=True, undefined=StrictUndefined
     ).from_string((files(__package__) / "assets" / "documentation.html.j2").read_text(encoding="utf-8"))
@@ -42,6 +42,8 @@ def documentation_page(
         with_states=with_states,
         platforms=platforms,
         fmi=fmi,
+        left_out=left_out,
+        real_time=real_time,
         variables=[(v, _start(start.get(v.name))) for v in table if v.name not in left_out],
         # The SVG is made by ElementTree from numbers and fixed text.
         plot=Markup(loops_svg(spring)),  # noqa: S704

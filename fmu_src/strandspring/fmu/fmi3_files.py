@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from xml.etree.ElementTree import Element, SubElement, indent, tostring
+from xml.etree.ElementTree import Element, SubElement
 
 from .description3 import VERSION
+from .xml_parts import xml_file
 
 TERMINALS = "terminalsAndIcons/terminalsAndIcons.xml"
 BUILD_DESCRIPTION = "sources/buildDescription.xml"
@@ -41,7 +42,7 @@ def terminals() -> bytes:
     for variable, member, kind in (("displacement", "s", "signal"), ("force", "f", "inflow")):
         attributes = {"variableName": variable, "memberName": member, "variableKind": kind}
         SubElement(flange, "TerminalMemberVariable", attributes)
-    return _xml(root)
+    return xml_file(root)
 
 
 def build_description(identifier: str, sources: Sequence[str]) -> bytes:
@@ -59,9 +60,4 @@ def build_description(identifier: str, sources: Sequence[str]) -> bytes:
         if platform is not None:
             library = {"name": "m", "external": "true", "description": "Mathematical functions of the C library"}
             SubElement(configuration, "Library", library)
-    return _xml(root)
-
-
-def _xml(root: Element) -> bytes:
-    indent(root)
-    return bytes(tostring(root, encoding="UTF-8", xml_declaration=True)) + b"\n"
+    return xml_file(root)

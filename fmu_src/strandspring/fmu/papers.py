@@ -17,7 +17,7 @@ from dataclasses import asdict, astuple, dataclass, fields, replace
 from itertools import islice
 from pathlib import Path
 from typing import Any, NamedTuple
-from xml.etree.ElementTree import Element, SubElement, indent, tostring
+from xml.etree.ElementTree import Element, SubElement
 
 import numpy as np
 
@@ -30,6 +30,7 @@ from ..kernel.arrays import FloatArray
 from ..kernel.path import PathSolver
 from ..modelfile import MODEL_IN_FMU, ModelFile, text_in_fmu
 from .ssv import parameter_values
+from .xml_parts import xml_file
 
 BUILD = "resources/strandspring/build.json"
 HASHES = "resources/strandspring/sha256.json"
@@ -132,8 +133,8 @@ class BuildSettings:
         return settings
 
 
-# Settings that FMUs of before do not have.
-_LATER: Mapping[str, Any] = {"fmi": 2, "real_time": False, "no_energy": False}
+# Settings that FMUs of before do not have, by the values that hold for these.
+_LATER = {one.name: one.default for one in fields(BuildSettings) if one.name in ("fmi", "real_time", "no_energy")}
 
 
 def model_version(of_record: ModelFile) -> str:
@@ -234,7 +235,7 @@ def _experiments(stop: float) -> bytes:
     )
     SubElement(experiment, "Stimuli", {"source": "stimuli.csv"})
     SubElement(experiment, "References", {"source": "reference.csv"})
-    return _xml(root)
+    return xml_file(root)
 
 
 def _manifest(related: Mapping[str, Related]) -> bytes:
@@ -252,9 +253,4 @@ def _manifest(related: Mapping[str, Related]) -> bytes:
     for name, one in related.items():
         attributes = {"type": one.media_type, "source": name, "role": one.role, "description": one.description}
         SubElement(root, "Related", attributes)
-    return _xml(root)
-
-
-def _xml(root: Element) -> bytes:
-    indent(root)
-    return bytes(tostring(root, encoding="UTF-8", xml_declaration=True)) + b"\n"
+    return xml_file(root)

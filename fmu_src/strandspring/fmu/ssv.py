@@ -11,32 +11,27 @@ from collections.abc import Iterable
 from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
 from .._version import __version__
-from ..core.variables import Unit, start_values, units, variables
+from ..core.variables import Unit
 from ..modelfile import ModelFile
-from .array_variables import StartValue, array_units, array_values, array_variables
+from .array_variables import StartValue
+from .described_variables import described_variables
+from .xml_parts import base_unit
 
 _NAMESPACE = "http://ssp-standard.org/SSP1/SystemStructure"
 
 # Name, description, unit and value of a parameter.
 Row = tuple[str, str, str | None, StartValue]
 
-# The element of a value, by version of SSP.
+# The version of SSP by that of FMI, and the element of a value by that of SSP.
+_SSP = {2: 1, 3: 2}
 _REAL = {1: "Real", 2: "Float64"}
 
 
 def parameter_values(model: ModelFile, with_states: bool = False, fmi: int = 2) -> str:
     """XML of an SSV file with every settable variable of the model's FMU; the same model gives the same text."""
-    spring = model.parameters
-    if fmi == 3:
-        values = array_values(spring, with_states)
-        arrays = array_variables(*spring.counts, with_states=with_states)
-        settable = [(v.name, v.description, v.unit, values[v.name]) for v in arrays if v.name in values]
-        known = array_units(*spring.counts, with_states=with_states)
-        return parameter_set(model.name, model.description, settable, known, ssp=2)
-    start = start_values(spring, with_states)
-    table = variables(*spring.counts, with_states=with_states)
+    table, known, start = described_variables(model.parameters, with_states, fmi)
     rows = [(v.name, v.description, v.unit, start[v.name]) for v in table if v.name in start]
-    return parameter_set(model.name, model.description, rows, units(*spring.counts[:2], with_states=with_states))
+    return parameter_set(model.name, model.description, rows, known, _SSP[fmi])
 
 
 def parameter_set(name: str, about: str, rows: Iterable[Row], known: Iterable[Unit], ssp: int = 1) -> str:
@@ -66,8 +61,7 @@ def parameter_set(name: str, about: str, rows: Iterable[Row], known: Iterable[Un
     definitions = SubElement(root, "ssv:Units")
     for symbol in known:
         if symbol.name in used:
-            exponents = {"kg": symbol.kg, "m": symbol.m, "s": symbol.s}
             definition = SubElement(definitions, "ssc:Unit", {"name": symbol.name})
-            SubElement(definition, "ssc:BaseUnit", {name: str(power) for name, power in exponents.items() if power})
+            SubElement(definition, "ssc:BaseUnit", base_unit(symbol))
     indent(root)
     return '<?xml version="1.0" encoding="UTF-8"?>\n' + tostring(root, encoding="unicode") + "\n"

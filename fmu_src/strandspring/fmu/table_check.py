@@ -11,7 +11,8 @@ import numpy as np
 
 from ..endings import kept_endings
 from ..kernel.arrays import FloatArray
-from .check import FORCE_TOLERANCE, CheckReport, fmi_of, running, why_not_here
+from .check import FORCE_TOLERANCE, CheckReport, running, why_not_here
+from .fmpy_host import fmi_version
 
 
 def compare_table(
@@ -28,7 +29,7 @@ def compare_table(
                          up to the first "_" are of one kind.
     """
     description = fmpy.read_model_description(str(path))
-    not_run = why_not_here(path, fmi_of(description))
+    not_run = why_not_here(path, fmi_version(description))
     if not_run:
         return CheckReport(path, (), not_run)
     references = {v.name: v.valueReference for v in description.modelVariables}

@@ -41,7 +41,7 @@ class Law:
     Parameters
     ----------
     parameters : SpringParameters
-    energies : bool                  Whether energies will be asked for.
+    energies : bool              Whether energies will be asked for.
     """
 
     def __init__(self, parameters: SpringParameters, energies: bool = False) -> None:

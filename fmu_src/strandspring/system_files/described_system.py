@@ -78,9 +78,7 @@ def mounted_systems(table: SystemTable, models: Models) -> tuple[tuple[str, Moun
                     raise MountedSystemError(
                         f"{quoted(name)} is not a mount type; {suggestion(name, list(table.mount_type))}"
                     )
-        system = _system(
-            table, bodies, points, candidate.types, build, f"candidate[{k + 1}] {quoted(candidate.name)}: "
-        )
+        system = _system(table, bodies, points, candidate.types, build, f"candidate {quoted(candidate.name)}: ")
         systems.append((candidate.name, system))
         axes += sum(len(mount.axes) for mount in system.mounts)
         if axes > _MOST_AXES_OF_ALL:

@@ -6,10 +6,20 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from difflib import get_close_matches
-from functools import partial
-from typing import Annotated, Any
+from functools import cache, partial
+from types import UnionType
+from typing import Annotated, Any, Union, get_args, get_origin
 
-from pydantic import BaseModel, ConfigDict, Field, GetCoreSchemaHandler, PlainValidator, model_validator
+from pydantic import (
+    BaseModel,
+    ConfigDict,
+    Field,
+    GetCoreSchemaHandler,
+    PlainValidator,
+    ValidationInfo,
+    field_validator,
+    model_validator,
+)
 
 from ..records.units import quoted
 from ..strict_json import is_finite
@@ -47,6 +57,23 @@ class Table(BaseModel):
                     raise ValueError(f"{quoted(key)} is not a key here; {suggestion(key, known)}")
         return content
 
+    @field_validator("*", mode="before")
+    @classmethod
+    def _check_text(cls, value: Any, info: ValidationInfo) -> Any:
+        """Refuse text with a number where only the number can stand, and say how to write it."""
+        name = str(info.field_name)
+        kind = _number_alone(cls, name) if isinstance(value, str) else None
+        number = None if kind is None else q.begins_with(value)
+        if number is None or (kind is int and number % 1.0 != 0.0 and not math.isnan(number)):
+            return value
+        about = (cls.model_fields[name].description or "").rstrip(".")
+        meaning = f" ({about[:1].lower()}{about[1:]})" if about else ""
+        # Fifteen digits are exact.
+        written = f"{number:.15g}" if abs(number) < 1e15 else "the number alone, without quotation marks"
+        raise ValueError(
+            f"must be a {'whole number' if kind is int else 'number'}{meaning}, got {quoted(value)}; write {written}"
+        )
+
 
 @dataclass(frozen=True, eq=False)
 class ReadBy:
@@ -67,6 +94,25 @@ class ReadBy:
 
     def __get_pydantic_json_schema__(self, _core: Any, _handler: Any) -> dict[str, Any]:
         return dict(self.schema)
+
+
+@cache
+def _number_alone(table: type[Table], name: str) -> type | None:
+    """float or int if that is what stands in a field, whether text may stand there or not; None if neither."""
+    field = table.model_fields[name]
+    return _number_in(field.annotation, field.metadata)
+
+
+def _number_in(annotation: Any, metadata: Sequence[Any]) -> type | None:
+    if any(isinstance(one, ReadBy) for one in metadata):
+        return None
+    if annotation in (float, int):
+        return annotation  # type: ignore[no-any-return]
+    if get_origin(annotation) is Annotated:
+        inner, *own = get_args(annotation)
+        return _number_in(inner, own)
+    forms = get_args(annotation) if get_origin(annotation) in (Union, UnionType) else ()
+    return next(filter(None, (_number_in(form, ()) for form in forms)), None)
 
 
 def _read_quantity(least: float, *kinds: q.Quantity) -> Callable[[Any], float]:

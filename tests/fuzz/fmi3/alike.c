@@ -34,7 +34,8 @@ static void enter_initialization(Pair *pair)
     }
 }
 
-static void change_mode(Pair *pair, Call3 call, fmi3Status (*three)(fmi3Instance), fmi2Status (*two)(fmi2Component), Mode mode)
+static void change_mode(Pair *pair, Call3 call, fmi3Status (*three)(fmi3Instance), fmi2Status (*two)(fmi2Component),
+                        Mode mode)
 {
     fmi3Status status = three(pair->three);
     if (both_done(pair, call, status, is_legal(pair, call) ? (int)two(pair->two) : NOT_LEGAL, 1))
@@ -89,7 +90,8 @@ static fmi2FMUstate go_ahead(Pair *pair)
 
 static void go_back(Pair *pair, fmi2FMUstate before)
 {
-    CHECK(before == NULL || (fmi2SetFMUstate(pair->two, before) == fmi2OK && fmi2FreeFMUstate(pair->two, &before) == fmi2OK),
+    CHECK(before == NULL ||
+              (fmi2SetFMUstate(pair->two, before) == fmi2OK && fmi2FreeFMUstate(pair->two, &before) == fmi2OK),
           "FMI 2.0 does not go back");
 }
 
@@ -129,7 +131,8 @@ static void get_float64(Pair *pair)
     int is_early = OF_SYSTEM && pair->mode == INSTANTIATED && holds_outputs(&list);
     fmi2Status status = is_early ? fmi2Error : read_two(pair, &list, two);
     if (returns)
-        CHECK(fmi3SetFMUState(pair->three, before) == fmi3OK && fmi3FreeFMUState(pair->three, &before) == fmi3OK, "no way back");
+        CHECK(fmi3SetFMUState(pair->three, before) == fmi3OK && fmi3FreeFMUState(pair->three, &before) == fmi3OK,
+              "no way back");
     if (both_done(pair, CALL3_GetFloat64, three, (int)status, !is_early))
         for (size_t i = 0; i < list.size; i++) {
             if (list.elements[i] == INDICATOR && !has_indicator(pair))
@@ -179,21 +182,26 @@ static void get_boolean(Pair *pair)
 static void set_boolean(Pair *pair)
 {
     size_t count = chance(50) ? 0 : 1;
-    fmi3Status three = fmi3SetBoolean(pair->three, (fmi3ValueReference[]){EXTRAPOLATING3}, count, (fmi3Boolean[]){1}, count);
-    BOTH(pair, SetBoolean, three, fmi2SetBoolean(pair->two, (fmi2ValueReference[]){EXTRAPOLATING}, count, (fmi2Boolean[]){1}));
+    fmi3Status three =
+        fmi3SetBoolean(pair->three, (fmi3ValueReference[]){EXTRAPOLATING3}, count, (fmi3Boolean[]){1}, count);
+    BOTH(pair, SetBoolean, three,
+         fmi2SetBoolean(pair->two, (fmi2ValueReference[]){EXTRAPOLATING}, count, (fmi2Boolean[]){1}));
 }
 
 /* ---- derivatives ------------------------------------------------------------------------------------------------- */
 
 static double seed_value(void)
 {
-    return careless() ? awkward() : chance(80) ? uniform(-1.0, 1.0) : chance(50) ? 0.0 : pow(10.0, uniform(-12.0, 12.0));
+    return careless()   ? awkward()
+           : chance(80) ? uniform(-1.0, 1.0)
+           : chance(50) ? 0.0
+                        : pow(10.0, uniform(-12.0, 12.0));
 }
 
 static fmi3Status directional(Pair *pair, const List *unknowns, const List *knowns, const double *seeds, double *values)
 {
-    return fmi3GetDirectionalDerivative(pair->three, unknowns->references, unknowns->count, knowns->references, knowns->count, seeds,
-                                        knowns->size, values, unknowns->size);
+    return fmi3GetDirectionalDerivative(pair->three, unknowns->references, unknowns->count, knowns->references,
+                                        knowns->count, seeds, knowns->size, values, unknowns->size);
 }
 
 /* The transpose has the same products: <w, J s> = <J' w, s>, each up to rounding of the sum of its terms' sizes. */
@@ -201,14 +209,15 @@ static void compare_transpose(Pair *pair, const List *unknowns, const List *know
 {
     static const double ROUNDING = 1e-12;
     size_t rows = unknowns->size, columns = knowns->size;
-    double *weights = exactly(unknowns->values, rows * sizeof *weights), *column = exactly(unknowns->values, rows * sizeof *column);
+    double *weights = exactly(unknowns->values, rows * sizeof *weights),
+           *column = exactly(unknowns->values, rows * sizeof *column);
     double *adjoint = exactly(knowns->values, columns * sizeof *adjoint), *unit = calloc(columns, sizeof *unit);
     double sums[2] = {0.0, 0.0}, size = 0.0;
     for (size_t i = 0; i < rows; i++)
         weights[i] = uniform(-1.0, 1.0) * (chance(20) ? 1e6 : 1.0);
     listen(pair);
-    fmi3Status status = fmi3GetAdjointDerivative(pair->three, unknowns->references, unknowns->count, knowns->references, knowns->count,
-                                                 weights, rows, adjoint, columns);
+    fmi3Status status = fmi3GetAdjointDerivative(pair->three, unknowns->references, unknowns->count, knowns->references,
+                                                 knowns->count, weights, rows, adjoint, columns);
     settled(pair, CALL3_GetAdjointDerivative, (int)status, fmi3OK, 0);
     CHECK(unit != NULL, "the test has no memory");
     for (size_t k = 0; k < columns; k++) {
@@ -227,7 +236,8 @@ static void compare_transpose(Pair *pair, const List *unknowns, const List *know
     }
     for (size_t i = 0; i < rows; i++)
         sums[1] += weights[i] * unknowns->values[i];
-    CHECK(fabs(sums[0] - sums[1]) <= ROUNDING * size + DBL_MIN, "the products of the Jacobian are %.17g and %.17g", sums[0], sums[1]);
+    CHECK(fabs(sums[0] - sums[1]) <= ROUNDING * size + DBL_MIN, "the products of the Jacobian are %.17g and %.17g",
+          sums[0], sums[1]);
     statistics3.transposed++;
     free(weights);
     free(column);
@@ -249,8 +259,8 @@ static void compare_derivatives(Pair *pair, Call3 call)
     }
     fmi3Status three = directional(pair, &unknowns, &knowns, knowns.values, unknowns.values);
     int legal = is_legal(pair, CALL3_GetDirectionalDerivative);
-    fmi2Status status = legal ? fmi2GetDirectionalDerivative(pair->two, unknowns.elements, unknowns.size, knowns.elements, knowns.size,
-                                                             knowns.values, two)
+    fmi2Status status = legal ? fmi2GetDirectionalDerivative(pair->two, unknowns.elements, unknowns.size,
+                                                             knowns.elements, knowns.size, knowns.values, two)
                               : fmi2Error;
     if (settled(pair, CALL3_GetDirectionalDerivative, (int)three, (int)status, 0)) {
         check_equal(unknowns.values, two, unknowns.size, "fmi3GetDirectionalDerivative");
@@ -260,8 +270,8 @@ static void compare_derivatives(Pair *pair, Call3 call)
         for (size_t i = 0; i < unknowns.size; i++)
             two[i] = 1.0;
         listen(pair);
-        three = fmi3GetAdjointDerivative(pair->three, unknowns.references, unknowns.count, knowns.references, knowns.count, two,
-                                         unknowns.size, knowns.values, knowns.size);
+        three = fmi3GetAdjointDerivative(pair->three, unknowns.references, unknowns.count, knowns.references,
+                                         knowns.count, two, unknowns.size, knowns.values, knowns.size);
         settled(pair, CALL3_GetAdjointDerivative, (int)three, fmi3Error, 0);
     }
     free(two);
@@ -276,13 +286,15 @@ static void compare_rates(Pair *pair)
     fmi3Int32 *orders = allocated(list.count * sizeof *orders);
     for (size_t i = 0; i < list.count; i++)
         orders[i] = careless() ? below(4) - 1 : 1;
-    fmi3Status three = fmi3GetOutputDerivatives(pair->three, list.references, list.count, orders, list.values, list.size);
+    fmi3Status three =
+        fmi3GetOutputDerivatives(pair->three, list.references, list.count, orders, list.values, list.size);
     /* In FMI 2.0 each element has an order; arrays are refused for what they are. */
     fmi2Integer *orders2 = allocated(list.size * sizeof *orders2);
     for (size_t i = 0; i < list.size; i++)
         orders2[i] = list.size == list.count ? orders[i] : 1;
     int legal = is_legal(pair, CALL3_GetOutputDerivatives);
-    fmi2Status status = legal ? fmi2GetRealOutputDerivatives(pair->two, list.elements, list.size, orders2, two) : fmi2Error;
+    fmi2Status status =
+        legal ? fmi2GetRealOutputDerivatives(pair->two, list.elements, list.size, orders2, two) : fmi2Error;
     if (settled(pair, CALL3_GetOutputDerivatives, (int)three, (int)status, 0))
         check_equal(list.values, two, list.size, "fmi3GetOutputDerivatives");
     free(two);
@@ -296,7 +308,8 @@ static void compare_rates(Pair *pair)
 static void evaluate_discrete_states(Pair *pair)
 {
     fmi3Status status = fmi3EvaluateDiscreteStates(pair->three);
-    settled(pair, CALL3_EvaluateDiscreteStates, (int)status, is_legal(pair, CALL3_EvaluateDiscreteStates) ? fmi3OK : fmi3Error, 0);
+    settled(pair, CALL3_EvaluateDiscreteStates, (int)status,
+            is_legal(pair, CALL3_EvaluateDiscreteStates) ? fmi3OK : fmi3Error, 0);
 }
 
 static void update_discrete_states(Pair *pair)
@@ -304,7 +317,8 @@ static void update_discrete_states(Pair *pair)
     fmi3Boolean flags[5] = {1, 1, 1, 1, 1};
     fmi3Float64 next = NAN;
     fmi2EventInfo two;
-    fmi3Status three = fmi3UpdateDiscreteStates(pair->three, &flags[0], &flags[1], &flags[2], &flags[3], &flags[4], &next);
+    fmi3Status three =
+        fmi3UpdateDiscreteStates(pair->three, &flags[0], &flags[1], &flags[2], &flags[3], &flags[4], &next);
     if (BOTH(pair, UpdateDiscreteStates, three, fmi2NewDiscreteStates(pair->two, &two)))
         CHECK(!(flags[0] || flags[1] || flags[2] || flags[3] || flags[4]), "an event leads to another one");
 }
@@ -320,7 +334,8 @@ static void completed_step(Pair *pair)
 
 static void set_time(Pair *pair)
 {
-    double time = careless() ? awkward() : pair->time + uniform(-0.1, 1.0) * (chance(10) ? 0.0 : pow(10.0, uniform(-6.0, 0.0)));
+    double time =
+        careless() ? awkward() : pair->time + uniform(-0.1, 1.0) * (chance(10) ? 0.0 : pow(10.0, uniform(-6.0, 0.0)));
     fmi3Status three = fmi3SetTime(pair->three, time);
     if (BOTH(pair, SetTime, three, fmi2SetTime(pair->two, time)))
         pair->time = time;
@@ -360,7 +375,8 @@ static void get_number(Pair *pair, Call3 call, fmi3Status (*three)(fmi3Instance,
 /* A system would take long for some of them. */
 static double awkward_size(void)
 {
-    return OF_SYSTEM ? (double[]){NAN, INFINITY, -INFINITY, -1.0, -5e-324, 5e-324, DBL_MAX, 1e18, -0.0}[below(9)] : awkward();
+    static const double quick[] = {NAN, INFINITY, -INFINITY, -1.0, -5e-324, 5e-324, DBL_MAX, 1e18, -0.0};
+    return OF_SYSTEM ? quick[below(sizeof quick / sizeof *quick)] : awkward();
 }
 
 static void do_step(Pair *pair)

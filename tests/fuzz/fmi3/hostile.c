@@ -48,7 +48,8 @@ static void values(Pair *pair)
     case 3: numbers = NULL; break;
     case 4:
         references[last] = EXTRAPOLATING3;
-        must_name_variable(EXTRAPOLATING3, OF_SYSTEM ? " (value reference 1) is Boolean" : " (value reference 5) is Boolean");
+        must_name_variable(
+            EXTRAPOLATING3, OF_SYSTEM ? " (value reference 1) is Boolean" : " (value reference 5) is Boolean");
         break;
     case 5: boolean = 1; break;
     case 6: /* what is calculated */
@@ -85,7 +86,13 @@ static void other_types(Pair *pair)
     size_t count = (size_t)below(3), sizes[2] = {1, 1};
     fmi3ValueReference list[2] = {chance(80) ? 1 + (fmi3ValueReference)below(REFERENCES) : unknown_reference(), 0};
     const fmi3ValueReference *references = chance(10) ? NULL : list;
-    union { double number[2]; fmi3UInt64 integer[2]; fmi3String text[2]; fmi3Binary binary[2]; fmi3Clock clock[2]; } v, w;
+    union {
+        double number[2];
+        fmi3UInt64 integer[2];
+        fmi3String text[2];
+        fmi3Binary binary[2];
+        fmi3Clock clock[2];
+    } v, w;
     fmi3IntervalQualifier qualifiers[2];
     fmi3Status status;
     fmi3Instance c = pair->three;
@@ -144,9 +151,13 @@ static void derivatives(Pair *pair)
     int adjoint = below(2);
     switch (below(9)) {
     case 0:
-        unknowns[below(2)] = (fmi3ValueReference[]){DISPLACEMENT3, EXTRAPOLATING3, FIRST_ARRAY3, REFERENCES, unknown_reference()}[below(5)];
+        unknowns[below(2)] = (fmi3ValueReference[]){DISPLACEMENT3, EXTRAPOLATING3, FIRST_ARRAY3, REFERENCES,
+                                                    unknown_reference()}[below(5)];
         break;
-    case 1: knowns[0] = (fmi3ValueReference[]){FORCE3, EXTRAPOLATING3, STIFFNESS3, REFERENCES, unknown_reference()}[below(5)]; break;
+    case 1:
+        knowns[0] =
+            (fmi3ValueReference[]){FORCE3, EXTRAPOLATING3, STIFFNESS3, REFERENCES, unknown_reference()}[below(5)];
+        break;
     case 2: rows += (size_t)(chance(50) ? 1 : -1); break;
     case 3: columns += (size_t)(chance(50) ? 1 : -1); break;
     case 4: knowns[1] = FORCE3; columns = 2; break; /* a known that is an output */
@@ -234,7 +245,8 @@ static void others(Pair *pair)
         REFUSED(pair, GetNumberOfContinuousStates, NULL);
         break;
     default:
-        REFUSED(pair, GetOutputDerivatives, (fmi3ValueReference[]){FORCE3}, 1, which ? (fmi3Int32[]){2} : NULL, numbers, 1);
+        REFUSED(pair, GetOutputDerivatives, (fmi3ValueReference[]){FORCE3}, 1, which ? (fmi3Int32[]){2} : NULL, numbers,
+                1);
         which = below(1 + INDICATORS);
         must_name(OF_SYSTEM ? NULL : LAST_NAMES[which]);
         REFUSED(pair, GetOutputDerivatives, (fmi3ValueReference[]){(fmi3ValueReference)(REFERENCES - which)}, 1,
@@ -258,12 +270,14 @@ static void no_instance(Pair *pair)
     fmi3FMUState state = NULL;
     const fmi3ValueReference first[] = {0};
     const fmi3Status statuses[] = {
-        fmi3EnterInitializationMode(NULL, 0, 0.0, 0.0, 0, 0.0), fmi3ExitInitializationMode(NULL), fmi3Terminate(NULL), fmi3Reset(NULL),
-        fmi3GetFloat64(NULL, first, 1, &number, 1), fmi3SetFloat64(NULL, first, 1, &number, 1), fmi3GetInt32(NULL, first, 1, NULL, 1),
-        fmi3GetBoolean(NULL, first, 1, &flag, 1), fmi3GetFMUState(NULL, &state), fmi3SetFMUState(NULL, pair->probe3),
-        fmi3FreeFMUState(NULL, &state), fmi3SerializedFMUStateSize(NULL, pair->probe3, &size), fmi3EnterEventMode(NULL),
-        fmi3SetTime(NULL, 0.0), fmi3GetEventIndicators(NULL, &number, 1), fmi3SetDebugLogging(NULL, 1, 0, NULL), fmi3EnterStepMode(NULL),
-        fmi3GetClock(NULL, first, 1, NULL), fmi3GetDirectionalDerivative(NULL, first, 1, first, 1, &number, 1, &number, 1),
+        fmi3EnterInitializationMode(NULL, 0, 0.0, 0.0, 0, 0.0), fmi3ExitInitializationMode(NULL), fmi3Terminate(NULL),
+        fmi3Reset(NULL), fmi3GetFloat64(NULL, first, 1, &number, 1), fmi3SetFloat64(NULL, first, 1, &number, 1),
+        fmi3GetInt32(NULL, first, 1, NULL, 1), fmi3GetBoolean(NULL, first, 1, &flag, 1), fmi3GetFMUState(NULL, &state),
+        fmi3SetFMUState(NULL, pair->probe3), fmi3FreeFMUState(NULL, &state),
+        fmi3SerializedFMUStateSize(NULL, pair->probe3, &size), fmi3EnterEventMode(NULL), fmi3SetTime(NULL, 0.0),
+        fmi3GetEventIndicators(NULL, &number, 1), fmi3SetDebugLogging(NULL, 1, 0, NULL), fmi3EnterStepMode(NULL),
+        fmi3GetClock(NULL, first, 1, NULL),
+        fmi3GetDirectionalDerivative(NULL, first, 1, first, 1, &number, 1, &number, 1),
         fmi3GetAdjointDerivative(NULL, first, 1, first, 1, &number, 1, &number, 1), fmi3EvaluateDiscreteStates(NULL),
         fmi3DoStep(NULL, 0.0, 0.1, 1, &flag, &flag, &flag, &number),
     };
@@ -288,8 +302,8 @@ static void left_out(Pair *pair)
 
 void be_hostile(Pair *pair)
 {
-    static void (*const calls[])(Pair *) = {values, values, values, other_types, absent, derivatives, derivatives, states, states, others,
-                                            others, logging, no_instance, left_out};
+    static void (*const calls[])(Pair *) = {values, values, values, other_types, absent, derivatives, derivatives,
+                                            states, states, others, others, logging, no_instance, left_out};
     int before = carelessness;
     carelessness = 0;
     listen(pair);

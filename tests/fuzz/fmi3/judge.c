@@ -87,13 +87,15 @@ static void check_messages(const Pair *pair, const char *call, int status, int w
     Messages count = said[1].count;
     int told = pair == NULL || pair->logger;
     CHECK(count.errors == (told && status == fmi3Error) && count.discards == (told && status == fmi3Discard),
-          "fmi3%s gives %d messages of errors and %d of discards with the status %d", call, count.errors, count.discards, status);
+          "fmi3%s gives %d messages of errors and %d of discards with the status %d", call, count.errors,
+          count.discards, status);
     CHECK(count.warnings == warnings, "fmi3%s gives %d warnings where %d are due", call, count.warnings, warnings);
 }
 
 static void check_memory(const char *call, int holds_states)
 {
-    CHECK(holds_states || blocks == blocks_before, "fmi3%s keeps or loses %ld blocks of memory", call, blocks - blocks_before);
+    CHECK(holds_states || blocks == blocks_before, "fmi3%s keeps or loses %ld blocks of memory", call,
+          blocks - blocks_before);
     CHECK(!MODEL_REAL_TIME || tables == tables_before, "fmi3%s allocates after instantiation", call);
 }
 
@@ -132,8 +134,8 @@ int settled(Pair *pair, Call3 call, int status, int expected, int same_words)
     const char *name = call3_names[call];
     trace("    status %d, expected %d", status, expected);
     statistics.calls++;
-    CHECK(status == expected, "fmi3%s returns %d where %d is expected (mode %d, %s)", name, status, expected, (int)pair->mode,
-          pair->exchange ? "model exchange" : "co-simulation");
+    CHECK(status == expected, "fmi3%s returns %d where %d is expected (mode %d, %s)", name, status, expected,
+          (int)pair->mode, pair->exchange ? "model exchange" : "co-simulation");
     check_messages(pair, name, status, pair->warns ? said[0].count.warnings : 0);
     CHECK(!same_words || !pair->logger || status == fmi3OK || same_text(said[0].text, said[1].text),
           "FMI 2.0 says `%s`, FMI 3.0 `%s`", said[0].text, said[1].text);
@@ -153,8 +155,8 @@ void refused(Pair *pair, const char *call, fmi3Status status)
 {
     trace("    hostile fmi3%s: status %d", call, (int)status);
     statistics3.hostile++;
-    CHECK(status == fmi3Error, "fmi3%s returns %d where it must be refused (mode %d, %s)", call, (int)status, (int)pair->mode,
-          pair->exchange ? "model exchange" : "co-simulation");
+    CHECK(status == fmi3Error, "fmi3%s returns %d where it must be refused (mode %d, %s)", call, (int)status,
+          (int)pair->mode, pair->exchange ? "model exchange" : "co-simulation");
     check_messages(pair, call, fmi3Error, 0);
     int of_mode = strstr(said[1].text, " must be called ") != NULL;
     CHECK(expected_name == NULL || !pair->logger || of_mode || strstr(said[1].text, expected_name) != NULL,
@@ -168,23 +170,25 @@ void refused(Pair *pair, const char *call, fmi3Status status)
 void check_equal(const double *three, const double *two, size_t count, const char *of)
 {
     for (size_t i = 0; i < count; i++)
-        CHECK(memcmp(&three[i], &two[i], sizeof *two) == 0, "value %zu of %s is %.17g in FMI 3.0 and %.17g in FMI 2.0", i, of, three[i],
-              two[i]);
+        CHECK(memcmp(&three[i], &two[i], sizeof *two) == 0, "value %zu of %s is %.17g in FMI 3.0 and %.17g in FMI 2.0",
+              i, of, three[i], two[i]);
     statistics3.compared += (long)count;
 }
 
 /* ---- the beginning and end of a pair ----------------------------------------------------------------------------- */
 
-static fmi3Instance instantiate_three(
-    Pair *pair, const char *name, const char *token, int type, int events, size_t intermediate, fmi3LogMessageCallback logger)
+static fmi3Instance instantiate_three(Pair *pair, const char *name, const char *token, int type, int events,
+                                      size_t intermediate, fmi3LogMessageCallback logger)
 {
     static const fmi3ValueReference none[1] = {0};
     switch (type) {
     case 0: return fmi3InstantiateModelExchange(name, token, NULL, below(2), pair->warns, pair, logger);
     case 1:
-        return fmi3InstantiateCoSimulation(name, token, awkward_text(), below(2), pair->warns, events, below(2), none, intermediate,
-                                           pair, logger, NULL);
-    default: return fmi3InstantiateScheduledExecution(name, token, NULL, below(2), pair->warns, pair, logger, NULL, NULL, NULL);
+        return fmi3InstantiateCoSimulation(name, token, awkward_text(), below(2), pair->warns, events, below(2), none,
+                                           intermediate, pair, logger, NULL);
+    default:
+        return fmi3InstantiateScheduledExecution(name, token, NULL, below(2), pair->warns, pair, logger, NULL, NULL,
+                                                 NULL);
     }
 }
 
@@ -199,8 +203,9 @@ int begin_pair(Pair *pair)
     int type = wrong == 3 ? (OF_SYSTEM ? 2 * below(2) : 2) : wrong == 4 || wrong == 5 ? 1 : !pair->exchange;
     char *name = exactly("spring", 7);
     starving = wrong == 6;
-    pair->three = instantiate_three(pair, wrong == 1 ? names[below(2)] : name, wrong == 2 ? tokens[below(2)] : MODEL_GUID, type,
-                                    wrong == 4, wrong == 5, pair->logger ? log_three : NULL);
+    pair->three =
+        instantiate_three(pair, wrong == 1 ? names[below(2)] : name, wrong == 2 ? tokens[below(2)] : MODEL_GUID, type,
+                          wrong == 4, wrong == 5, pair->logger ? log_three : NULL);
     starving = 0;
     memset(name, '!', 6);
     free(name);
@@ -212,7 +217,8 @@ int begin_pair(Pair *pair)
     }
     fmi2CallbackFunctions callbacks = host_callbacks(pair, 1, 1);
     callbacks.logger = log_two;
-    pair->two = fmi2Instantiate("spring", pair->exchange ? fmi2ModelExchange : fmi2CoSimulation, MODEL_GUID, NULL, &callbacks, 0, 0);
+    pair->two = fmi2Instantiate("spring", pair->exchange ? fmi2ModelExchange : fmi2CoSimulation, MODEL_GUID, NULL,
+                                &callbacks, 0, 0);
     CHECK(pair->two != NULL, "FMI 2.0 gives no instance");
     look_at(pair);
     return 1;
@@ -222,8 +228,8 @@ void end_pair(Pair *pair)
 {
     trace("%ld: free", (long)(pair - pairs));
     listen(pair);
-    CHECK(fmi2FreeFMUstate(pair->two, &pair->probe2) == fmi2OK && fmi3FreeFMUState(pair->three, &pair->probe3) == fmi3OK &&
-              pair->probe3 == NULL,
+    CHECK(fmi2FreeFMUstate(pair->two, &pair->probe2) == fmi2OK &&
+              fmi3FreeFMUState(pair->three, &pair->probe3) == fmi3OK && pair->probe3 == NULL,
           "a state is not freed");
     fmi2FreeInstance(pair->two);
     fmi3FreeInstance(pair->three);

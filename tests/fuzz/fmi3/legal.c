@@ -78,7 +78,8 @@ static double usual_value(unsigned element)
     if (kind_of(element) != 'p')
         return uniform(-1.0, 1.0) * (!OF_SYSTEM ? 1.0 : strncmp(name, "load_", 5) == 0 ? 1e3 : 1e2);
     double start = described[element].start;
-    int is_fixed = strcmp(name, "kA_0") == 0 || strncmp(name, "FE_knots", 8) == 0 || strncmp(name, "displacement_", 13) == 0;
+    int is_fixed =
+        strcmp(name, "kA_0") == 0 || strncmp(name, "FE_knots", 8) == 0 || strncmp(name, "displacement_", 13) == 0;
     if (chance(50) || is_fixed)
         return start;
     if (start == 0.0)

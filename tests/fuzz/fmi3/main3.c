@@ -10,8 +10,10 @@
 static Call3 next_of_both(const Pair *pair)
 {
     static const Call3 forth[][4] = {
-        [INSTANTIATED] = {CALL3_EnterInitializationMode, CALL3_EnterInitializationMode, CALL3_SetFloat64, CALL3_GetFloat64},
-        [INITIALIZATION] = {CALL3_ExitInitializationMode, CALL3_ExitInitializationMode, CALL3_SetFloat64, CALL3_GetFloat64},
+        [INSTANTIATED] = {CALL3_EnterInitializationMode, CALL3_EnterInitializationMode, CALL3_SetFloat64,
+                          CALL3_GetFloat64},
+        [INITIALIZATION] = {CALL3_ExitInitializationMode, CALL3_ExitInitializationMode, CALL3_SetFloat64,
+                            CALL3_GetFloat64},
         [EVENT] = {CALL3_EnterContinuousTimeMode, CALL3_SetFloat64, CALL3_GetFloat64, CALL3_UpdateDiscreteStates},
         [CONTINUOUS_TIME] = {CALL3_CompletedIntegratorStep, CALL3_SetFloat64, CALL3_GetFloat64, CALL3_EnterEventMode},
         [STEP] = {CALL3_DoStep, CALL3_SetFloat64, CALL3_GetFloat64, CALL3_GetDirectionalDerivative},
@@ -64,9 +66,9 @@ int main(int count, char **arguments)
     printf("{\n");
     print_counts("done", statistics3.done);
     print_counts("refused", statistics3.refused);
-    printf("  \"sequences\": %ld, \"calls\": %ld, \"hostile\": %ld, \"compared\": %ld,\n", statistics.sequences, statistics.calls,
-           statistics3.hostile, statistics3.compared);
-    printf("  \"damaged\": %ld, \"discarded\": %ld, \"transposed\": %ld\n}\n", statistics3.damaged, statistics3.discarded,
-           statistics3.transposed);
+    printf("  \"sequences\": %ld, \"calls\": %ld, \"hostile\": %ld, \"compared\": %ld,\n", statistics.sequences,
+           statistics.calls, statistics3.hostile, statistics3.compared);
+    printf("  \"damaged\": %ld, \"discarded\": %ld, \"transposed\": %ld\n}\n", statistics3.damaged,
+           statistics3.discarded, statistics3.transposed);
     return 0;
 }

@@ -1,9 +1,10 @@
-/* Random lives of pairs: an instance of the FMU of FMI 3.0 beside one of FMI 2.0 of the same spring or system, which does the same.
+/* Random lives of pairs: an instance of FMI 3.0 beside one of FMI 2.0 of the same spring, or of the same system of bodies
+ * on mounts, which does the same.
  *
- * After every call the serialized states of both, and all that they return, are equal to the bit; what is refused by one is
- * refused by both in the same words, but where the versions differ. In between come calls to FMI 3.0 alone that
- * must be refused: an error, one message, and no byte of the state changed. Which call is legal in which mode is said in
- * legal.c after the standard, not after the headers of the FMU.
+ * After every call the serialized states of both, and all that they return, are equal to the bit; what is refused by
+ * one is refused by both in the same words, but where the versions differ. In between come calls to FMI 3.0 alone that
+ * must be refused: an error, one message, and no byte of the state changed. Which call is legal in which mode is said
+ * in legal.c after the standard, not after the headers of the FMU.
  */
 #ifndef PAIRS_H
 #define PAIRS_H
@@ -14,9 +15,10 @@
 
 /* ---- legal.c ----------------------------------------------------------------------------------------------------- */
 
-/* In the order of the modes: model exchange instantiated, in initialization, event and continuous-time mode, terminated;
- * co-simulation instantiated, in initialization mode, in step mode, terminated. x: the standard allows the call (sections 2.3,
- * 3.2 and 4.2 of FMI 3.0.2); o: it does not list it there, but this FMU answers as in FMI 2.0; -: refused. */
+/* In the order of the modes: model exchange instantiated, in initialization, event and continuous-time mode,
+ * terminated; co-simulation instantiated, in initialization mode, in step mode, terminated. x: the standard allows the
+ * call (sections 2.3, 3.2 and 4.2 of FMI 3.0.2); o: it does not list it there, but this FMU answers as in FMI 2.0;
+ * -: refused. */
 #define FMI3_CALLS(CALL) \
     CALL(EnterInitializationMode, "x---- x---") \
     CALL(ExitInitializationMode, "-x--- -x--") \
@@ -81,8 +83,8 @@ enum {
     INDICATOR,
     ABSORBED_ENERGY = 3,
     EXTRAPOLATING = OF_SYSTEM ? 0 : 4,
-    /* In FMI 3.0 references count from 1, and a place is one less. Of a system its first input and outputs stand for those of a
-     * spring. */
+    /* In FMI 3.0 references count from 1, and a place is one less. Of a system its first input and outputs stand for
+     * those of a spring. */
     DISPLACEMENT3 = OF_SYSTEM ? 2 : 1,
     FORCE3 = OF_SYSTEM ? 2 + MODEL_INPUTS : 2,
     STIFFNESS3,
@@ -95,8 +97,8 @@ enum {
 #define MODEL_LARGEST_STEP 0.0 /* of systems [s] */
 #endif
 
-/* Some variables, at times the same one twice, with arrays among scalars, and their elements; all on the heap and of exactly this
- * size. */
+/* Some variables, at times the same one twice, with arrays among scalars, and their elements; all on the heap and of
+ * exactly this size. */
 typedef struct {
     size_t count, size;
     fmi3ValueReference *references;
@@ -115,8 +117,8 @@ int holds(const List *list, unsigned element);
 
 /* Expect messages for this pair. */
 void listen(Pair *pair);
-/* Judges a call of both: the status of FMI 3.0 and the one expected, that of FMI 2.0 where it can do the same; `same_words`: the
- * messages, too. Whether it was done. */
+/* Judges a call of both: the status of FMI 3.0 and the one expected, that of FMI 2.0 where it can do the same;
+ * `same_words`: the messages, too. Whether it was done. */
 int settled(Pair *pair, Call3 call, int status, int expected, int same_words);
 /* A call to FMI 3.0 alone that must be refused. */
 void refused(Pair *pair, const char *call, fmi3Status status);

@@ -82,7 +82,8 @@ static void deserialize(Pair *pair, Kept *state)
     fmi3Status status = fmi3DeserializeFMUState(pair->three, made.bytes, made.size, &three);
     fmi2Status expected = fmi2DeSerializeFMUstate(pair->two, (const fmi2Byte *)made.bytes, made.size, &two);
     int taken = settled(pair, CALL3_DeserializeFMUState, (int)status, (int)expected, 1);
-    CHECK(made.quality == CRAFTED || taken == (made.quality == SOUND), "a state is %s", taken ? "taken though it is damaged" : "refused");
+    CHECK(made.quality == CRAFTED || taken == (made.quality == SOUND), "a state is %s",
+          taken ? "taken though it is damaged" : "refused");
     statistics3.damaged += made.quality != SOUND;
     free(made.bytes);
     if (taken && made.quality == SOUND) {
@@ -103,9 +104,11 @@ static void deserialize(Pair *pair, Kept *state)
     List all = some_variables("iolpsOr");
     double *values = allocated(all.size * sizeof *values);
     listen(pair);
-    CHECK(fmi3GetFMUState(pair->three, &back3) == fmi3OK && fmi2GetFMUstate(pair->two, &back2) == fmi2OK, "a state cannot be taken");
+    CHECK(fmi3GetFMUState(pair->three, &back3) == fmi3OK && fmi2GetFMUstate(pair->two, &back2) == fmi2OK,
+          "a state cannot be taken");
     listen(pair);
-    if (settled(pair, CALL3_SetFMUState, (int)fmi3SetFMUState(pair->three, three), (int)fmi2SetFMUstate(pair->two, two), 0)) {
+    if (settled(pair, CALL3_SetFMUState, (int)fmi3SetFMUState(pair->three, three), (int)fmi2SetFMUstate(pair->two, two),
+                0)) {
         listen(pair);
         fmi2Status of_two = fmi2GetReal(pair->two, all.elements, all.size, values);
         int differ = of_two != fmi2OK; /* before initialization, or where parameters are no spring */
@@ -115,7 +118,8 @@ static void deserialize(Pair *pair, Kept *state)
             check_equal(all.values, values, all.size, "a crafted state");
     }
     listen(pair);
-    CHECK(fmi3SetFMUState(pair->three, back3) == fmi3OK && fmi2SetFMUstate(pair->two, back2) == fmi2OK, "there is no way back");
+    CHECK(fmi3SetFMUState(pair->three, back3) == fmi3OK && fmi2SetFMUstate(pair->two, back2) == fmi2OK,
+          "there is no way back");
     CHECK(fmi3FreeFMUState(pair->three, &back3) == fmi3OK && fmi2FreeFMUstate(pair->two, &back2) == fmi2OK &&
               fmi3FreeFMUState(pair->three, &three) == fmi3OK && fmi2FreeFMUstate(pair->two, &two) == fmi2OK,
           "a state is not freed");

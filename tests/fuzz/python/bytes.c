@@ -33,8 +33,9 @@ static int length_of(const unsigned char *bytes)
 
 static void replace_number(Text *in)
 {
-    static const char *const strange[] = {"NaN", "Infinity", "-Infinity", "1e999", "true", "null", "[]", "{}", "\"\"", "-0.0",
-                                          "123456789012345678901234567890", "3", "-1", "[[0.0]]", "1e154", "\"\xff\""};
+    static const char *const strange[] = {"NaN", "Infinity", "-Infinity", "1e999", "true", "null", "[]", "{}", "\"\"",
+                                          "-0.0", "123456789012345678901234567890", "3", "-1", "[[0.0]]",
+                                          "1e154", "\"\xff\""};
     char number[40];
     int from = below(in->size), to;
     while (from < in->size && !isdigit((unsigned char)in->text[from]))

@@ -1,5 +1,5 @@
-/* The Python-backed FMU as the fuzzer takes it: without model exchange, which its binary does not have, and with serialized
- * states of one size: blanks follow what the binary (bridge.c) writes, which JSON allows. */
+/* The Python-backed FMU as the fuzzer takes it: without model exchange, which its binary does not have, and with
+ * serialized states of one size: blanks follow what the binary (bridge.c) writes, which JSON allows. */
 #include "../fuzz.h"
 
 #include <string.h>

@@ -1,4 +1,5 @@
-/* Calls of FMI 2.0 for model exchange, which the FMU of a system does not have; no pair of tests/fuzz/fmi3 comes to them. */
+/* Calls of FMI 2.0 for model exchange, which the FMU of a system does not have; no pair of tests/fuzz/fmi3 comes to
+ * them. */
 #include "../fuzz.h"
 
 #define ABSENT(call) FAIL("fmi2" #call " is called, which a system does not have")

@@ -1,8 +1,8 @@
 /*     fuzz SEED SEQUENCES [trace]
  *
- * The same for the FMU of a system of bodies on mounts: random calls, judged by the state machine of oracle.c and by what the
- * documentation of this FMU says of its values; a refused call changes no byte of the state, each has one sentence in the
- * log, what is read is finite, copies made by states go on alike, and made-up states do no harm. */
+ * The same for the FMU of a system of bodies on mounts: random calls, judged by the state machine of oracle.c and by
+ * what the documentation of this FMU says of its values; a refused call changes no byte of the state, each has one
+ * sentence in the log, what is read is finite, copies made by states go on alike, and made-up states do no harm. */
 #include "../fuzz.h"
 
 #include <float.h>
@@ -44,7 +44,7 @@ double usual_displacement(void)
     return uniform(-0.05, 0.05);
 }
 
-/* ---- looking -------------------------------------------------------------------------------------------------------- */
+/* ---- looking ----------------------------------------------------------------------------------------------------- */
 
 static unsigned char *bytes_of(fmi2Component component)
 {
@@ -70,7 +70,8 @@ static int judge(System *of, Call call, Answer may, fmi2Status status, int looks
     trace("    status %d, may %d", (int)status, (int)may);
     statistics.calls++;
     CHECK(status == fmi2OK || status == fmi2Error || status == fmi2Discard, "the status is %d", (int)status);
-    CHECK(may == UNSURE || (may == YES) == (status == fmi2OK), "fmi2%s has the status %d", call_names[call], (int)status);
+    CHECK(may == UNSURE || (may == YES) == (status == fmi2OK), "fmi2%s has the status %d", call_names[call],
+          (int)status);
     CHECK(messages.errors + messages.discards == (status != fmi2OK), "there are %d messages with the status %d",
           messages.errors + messages.discards, (int)status);
     unsigned char *before = of->bytes;
@@ -78,7 +79,9 @@ static int judge(System *of, Call call, Answer may, fmi2Status status, int looks
     if (status != fmi2OK || looks)
         CHECK(memcmp(before, of->bytes, size_of_states) == 0, "the state has changed with the status %d", (int)status);
     free(before);
-    ++*(status == fmi2OK ? statistics.done + call : status == fmi2Discard ? statistics.discarded + call : statistics.refused + call);
+    ++*(status == fmi2OK        ? statistics.done + call
+        : status == fmi2Discard ? statistics.discarded + call
+                                : statistics.refused + call);
     return status == fmi2OK;
 }
 
@@ -87,7 +90,7 @@ static Answer both(Answer one, Answer other)
     return one == NO || other == NO ? NO : one == YES && other == YES ? YES : UNSURE;
 }
 
-/* ---- calls ---------------------------------------------------------------------------------------------------------- */
+/* ---- calls ------------------------------------------------------------------------------------------------------- */
 
 typedef struct {
     size_t count;
@@ -211,8 +214,8 @@ static void get_derivatives(System *of, Answer may, Call call)
     may = both(may, chosen.sound && chosen.count == 0 ? YES : NO);
     fmi2Status status = call == CALL_GetRealOutputDerivatives
                             ? fmi2GetRealOutputDerivatives(of->component, chosen.at, chosen.count, orders, values)
-                            : fmi2GetDirectionalDerivative(of->component, chosen.at, chosen.count, chosen.at, chosen.count,
-                                                           seeds, values);
+                            : fmi2GetDirectionalDerivative(of->component, chosen.at, chosen.count, chosen.at,
+                                                           chosen.count, seeds, values);
     judge(of, call, may, status, 1);
 }
 
@@ -332,8 +335,8 @@ static void use_states(System *of, Call call)
 static void call_one(System *of)
 {
     static const Call forth[][6] = {
-        [INSTANTIATED] = {CALL_SetupExperiment, CALL_EnterInitializationMode, CALL_EnterInitializationMode, CALL_SetReal,
-                          CALL_SetFMUstate, CALL_DeSerializeFMUstate},
+        [INSTANTIATED] = {CALL_SetupExperiment, CALL_EnterInitializationMode, CALL_EnterInitializationMode,
+                          CALL_SetReal, CALL_SetFMUstate, CALL_DeSerializeFMUstate},
         [INITIALIZATION] = {CALL_SetReal, CALL_GetReal, CALL_ExitInitializationMode, CALL_ExitInitializationMode,
                             CALL_GetBoolean, CALL_ExitInitializationMode},
         [STEP] = {CALL_SetReal, CALL_DoStep, CALL_DoStep, CALL_GetReal, CALL_SetRealInputDerivatives, CALL_GetBoolean},
@@ -367,7 +370,7 @@ static void call_one(System *of)
     }
 }
 
-/* ---- lives ---------------------------------------------------------------------------------------------------------- */
+/* ---- lives ------------------------------------------------------------------------------------------------------- */
 
 static fmi2Component made(System *of, const fmi2CallbackFunctions *functions)
 {
@@ -388,7 +391,8 @@ static int instantiate_one(System *of)
         host_listen(of, NULL);
         fmi2Component found = fmi2Instantiate(name, (fmi2Type)type, guid, NULL, &functions, 0, 0);
         starving = 0;
-        CHECK((found != NULL) == right && messages.errors == !right, "an instance is wrongly %s", right ? "refused" : "made");
+        CHECK((found != NULL) == right && messages.errors == !right, "an instance is wrongly %s",
+              right ? "refused" : "made");
         if (found != NULL)
             fmi2FreeInstance(found);
         return 0;

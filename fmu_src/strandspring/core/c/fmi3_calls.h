@@ -1,5 +1,5 @@
-/* Calls of FMI 3.0 that the FMU of a spring and that of a system answer alike, and what they need at the beginning of an instance.
- * Included once in each, as fmi2_calls.h is. */
+/* Calls of FMI 3.0 that the FMU of a spring and that of a system answer alike, and what they need at the beginning of an
+ * instance. Included once in each, as fmi2_calls.h is. */
 #ifndef FMI3_CALLS_H
 #define FMI3_CALLS_H
 

@@ -1,6 +1,7 @@
-/* Variables of FMI 3.0 by their value references, which are those of the model description: for a spring the variables in the order of
- * fmu_variables.h, each array as one, then the time and, but for the form with states, the event indicator, counted from 1: some
- * importers read dependencies, which are value references in FMI 3.0, as the indices that they are in FMI 2.0.
+/* Variables of FMI 3.0 by their value references, which are those of the model description: for a spring the variables in
+ * the order of fmu_variables.h, each array as one, then the time and, but for the form with states, the event indicator,
+ * counted from 1: some importers read dependencies, which are value references in FMI 3.0, as the indices that they are in
+ * FMI 2.0.
  *
  * Another FMU names with FMU_ELEMENTS the header that defines its fmi3_elements, and defines fmi3_name.
  */
@@ -10,7 +11,8 @@
 #include "fmi3_states.h"
 #include "fmu_own.h"
 
-/* The elements of one variable by their references in FMI 2.0, beyond whose last are the time and the event indicator. */
+/* The elements of one variable by their references in FMI 2.0, beyond whose last are the time and the event
+ * indicator. */
 typedef struct {
     unsigned first, count; /* 0: there is no such variable */
 } Elements;

@@ -77,7 +77,9 @@ FmuStatus fmu_require_known(const Instance *instance, unsigned known)
     if (causality != VARIABLE_INPUT && causality != VARIABLE_PARAMETER && !fmu_is_state(settings, known))
         return FMU_REFUSE(&instance->log, "`%s` is calculated; there are no derivatives with respect to it.",
                           fmu_name(settings, known).text);
-    if (settings->real_time && !(instance->state.mode & INITIALIZATION) && fmu_shapes_path(settings, known))
+    /* With states there is no path since the beginning, of which derivatives would be kept: omega is given. */
+    if (settings->real_time && !settings->has_states && !(instance->state.mode & INITIALIZATION) &&
+        fmu_shapes_path(settings, known))
         return FMU_REFUSE(&instance->log,
                           "An FMU for real time gives no derivatives with respect to `%s` after initialization; build one "
                           "without --real-time.",

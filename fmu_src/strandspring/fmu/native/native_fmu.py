@@ -149,6 +149,7 @@ def native_contents(
                 with_states=with_states,
                 fmi=fmi,
                 left_out=backend.left_out,
+                real_time=real_time,
             ),
             **papers(of_record, settings),
             **binaries(model.name, platforms, unit, lambda image: filled(image, spring, guid, form), fmi),

@@ -1,5 +1,5 @@
-/* The calls of FMI 3.0 for co-simulation that differ from those of a spring. Inputs hold over a step: FMI 3.0 has no derivatives of
- * inputs, and there is no intermediate update. */
+/* The calls of FMI 3.0 for co-simulation that differ from those of a spring. Inputs hold over a step: FMI 3.0 has no
+ * derivatives of inputs, and there is no intermediate update. */
 #include "../../core/c/fmi3_arguments.h"
 #include "../../core/c/fmi3_calls.h"
 #include "system_life.h"
@@ -36,7 +36,8 @@ fmi3Instance fmi3InstantiateCoSimulation(
     if (eventModeUsed)
         return FMU_REFUSE_POINTER(&log, "`eventModeUsed` must be false: this FMU has no event mode in co-simulation.");
     if (nRequiredIntermediateVariables > 0)
-        return FMU_REFUSE_POINTER(&log, "`nRequiredIntermediateVariables` must be 0: this FMU has no intermediate update.");
+        return FMU_REFUSE_POINTER(
+            &log, "`nRequiredIntermediateVariables` must be 0: this FMU has no intermediate update.");
     return system_instantiate(&log, instanceName, instantiationToken, "instantiation token", &C_LIBRARY);
 }
 

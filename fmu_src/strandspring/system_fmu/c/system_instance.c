@@ -189,7 +189,8 @@ static FmuStatus require_rest(Instance *instance)
     if (state->is_at_rest)
         return FMU_OK;
     if (!(state->mode & INITIALIZATION))
-        return FMU_REFUSE(&instance->log, "Nothing calculated is known before initialization mode, in which the bodies come to rest.");
+        return FMU_REFUSE(&instance->log, "Nothing calculated is known before initialization mode, in which the bodies "
+                                          "come to rest.");
     for (size_t b = 0; b < system->bodies; b++)
         memcpy(pose + 7 * b, NOMINAL, sizeof NOMINAL);
     if (find_rest(instance, omega, pose) != FMU_OK)

@@ -84,8 +84,8 @@ SPRING_LOCAL void system_release(Instance *instance);
 /* Everything as it is after instantiation. */
 SPRING_LOCAL void fmu_begin(Instance *instance, int mode);
 
-/* Values by reference, which must be of a Real. What is calculated fails before initialization mode, and while the bodies find no
- * rest. */
+/* Values by reference, which must be of a Real. What is calculated fails before initialization mode, and while the bodies
+ * find no rest. */
 SPRING_LOCAL FmuStatus fmu_read(
     Instance *instance, const unsigned references[], size_t count, double values[]);
 
