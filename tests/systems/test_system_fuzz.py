@@ -46,7 +46,7 @@ FAULTS3 = {
     ),
     "a step is not judged": ("system_step(instance, currentCommunicationPoint, communicationStepSize) != FMU_OK", "0"),
     "the wrong time is reached": ("*lastSuccessfulTime = instance->state.time", "*lastSuccessfulTime = stop_time"),
-    "event mode is not refused": ("if (eventModeUsed)", "if (0)"),
+    "event mode is not refused": ("require_plain_steps(&log, eventModeUsed,", "require_plain_steps(&log, 0,"),
     "an instance is not freed": ("    system_free(c);", "    (void)c;"),
     "a flag is lost": ("values[i] = extrapolating != 0;", "values[i] = 0;"),
 }

@@ -14,7 +14,7 @@ FmuStatus fmi2_memory(const Log *log, const fmi2CallbackFunctions *functions, Me
 fmi2Status fmi2EnterInitializationMode(fmi2Component c)
 {
     FMU_REQUIRE(c, EnterInitializationMode);
-    instance->state.mode = instance->state.mode & MODEL_EXCHANGE ? ME_INITIALIZATION : CS_INITIALIZATION;
+    instance->state.mode = fmu_of_kind(instance->state.mode, INITIALIZATION);
     return fmi2OK;
 }
 
@@ -27,14 +27,14 @@ fmi2Status fmi2ExitInitializationMode(fmi2Component c)
 fmi2Status fmi2Terminate(fmi2Component c)
 {
     FMU_REQUIRE(c, Terminate);
-    instance->state.mode = instance->state.mode & MODEL_EXCHANGE ? ME_TERMINATED : CS_TERMINATED;
+    instance->state.mode = fmu_of_kind(instance->state.mode, TERMINATED);
     return fmi2OK;
 }
 
 fmi2Status fmi2Reset(fmi2Component c)
 {
     FMU_REQUIRE(c, Reset);
-    fmu_begin(instance, instance->state.mode & MODEL_EXCHANGE ? ME_INSTANTIATED : CS_INSTANTIATED);
+    fmu_begin(instance, fmu_of_kind(instance->state.mode, INSTANTIATED));
     return fmi2OK;
 }
 

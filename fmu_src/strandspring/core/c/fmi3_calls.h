@@ -25,6 +25,16 @@ static Log first_log(fmi3String name, fmi3InstanceEnvironment environment, fmi3L
     };
 }
 
+/* Steps of co-simulation have neither events nor intermediate updates. */
+static FmuStatus require_plain_steps(const Log *log, int event_mode, size_t intermediate_variables)
+{
+    if (event_mode)
+        return FMU_REFUSE(log, "`eventModeUsed` must be false: this FMU has no event mode in co-simulation.");
+    if (intermediate_variables > 0)
+        return FMU_REFUSE(log, "`nRequiredIntermediateVariables` must be 0: this FMU has no intermediate update.");
+    return FMU_OK;
+}
+
 static const Memory C_LIBRARY = {NULL, NULL};
 
 fmi3Instance fmi3InstantiateScheduledExecution(
@@ -72,7 +82,7 @@ fmi3Status fmi3EnterInitializationMode(fmi3Instance c, fmi3Boolean toleranceDefi
         return fmi3Error;
     instance->state.time = startTime;
     instance->state.stop_time = stop;
-    instance->state.mode = instance->state.mode & MODEL_EXCHANGE ? ME_INITIALIZATION : CS_INITIALIZATION;
+    instance->state.mode = fmu_of_kind(instance->state.mode, INITIALIZATION);
     return fmi3OK;
 }
 
@@ -85,14 +95,14 @@ fmi3Status fmi3ExitInitializationMode(fmi3Instance c)
 fmi3Status fmi3Terminate(fmi3Instance c)
 {
     FMU_REQUIRE(c, Terminate);
-    instance->state.mode = instance->state.mode & MODEL_EXCHANGE ? ME_TERMINATED : CS_TERMINATED;
+    instance->state.mode = fmu_of_kind(instance->state.mode, TERMINATED);
     return fmi3OK;
 }
 
 fmi3Status fmi3Reset(fmi3Instance c)
 {
     FMU_REQUIRE(c, Reset);
-    fmu_begin(instance, instance->state.mode & MODEL_EXCHANGE ? ME_INSTANTIATED : CS_INSTANTIATED);
+    fmu_begin(instance, fmu_of_kind(instance->state.mode, INSTANTIATED));
     return fmi3OK;
 }
 

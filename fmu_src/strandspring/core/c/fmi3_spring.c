@@ -29,10 +29,8 @@ fmi3Instance fmi3InstantiateCoSimulation(
     if (fmu_start_settings().has_states)
         return FMU_REFUSE_POINTER(&log, "This form of the FMU has continuous states and no solver; instantiate it for model "
                                         "exchange.");
-    if (eventModeUsed)
-        return FMU_REFUSE_POINTER(&log, "`eventModeUsed` must be false: this FMU has no event mode in co-simulation.");
-    if (nRequiredIntermediateVariables > 0)
-        return FMU_REFUSE_POINTER(&log, "`nRequiredIntermediateVariables` must be 0: this FMU has no intermediate update.");
+    if (require_plain_steps(&log, eventModeUsed, nRequiredIntermediateVariables) != FMU_OK)
+        return NULL;
     return fmu_instantiate(&log, instanceName, instantiationToken, "instantiation token", &C_LIBRARY, CS_INSTANTIATED);
 }
 

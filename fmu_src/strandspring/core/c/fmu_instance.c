@@ -425,7 +425,7 @@ FmuStatus fmu_end_initialization(Instance *instance)
                           spring_number(state->memory.omega).text);
     commit(instance);
     state->watch = fmu_watch_from(state->time, state->displacement);
-    state->mode = state->mode & MODEL_EXCHANGE ? ME_EVENT : CS_STEP;
+    state->mode = fmu_of_kind(state->mode, ME_EVENT | CS_STEP);
     return FMU_OK;
 }
 

@@ -20,7 +20,7 @@ enum { MODE_COUNT = sizeof MODES / sizeof *MODES };
 
 FmuStatus fmu_refuse_call(const Log *log, int mode, const char *call, int allowed)
 {
-    int kind = mode & MODEL_EXCHANGE ? MODEL_EXCHANGE : CO_SIMULATION;
+    int kind = fmu_of_kind(mode, ANY_MODE);
     char expected[160] = "";
     const char *actual = "";
     if (allowed == NO_MODE)

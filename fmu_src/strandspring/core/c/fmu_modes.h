@@ -34,6 +34,12 @@ enum {
     ANY_MODE = MODEL_EXCHANGE | CO_SIMULATION
 };
 
+/* Those of the modes that belong to the kind of an instance, model exchange or co-simulation, which is in `mode`. */
+static inline int fmu_of_kind(int mode, int modes)
+{
+    return modes & (mode & MODEL_EXCHANGE ? MODEL_EXCHANGE : CO_SIMULATION);
+}
+
 /* For the list of calls of a version: the modes in which each is legal, as ALLOWED_call. */
 #define FMU_ALLOWED(call, modes) ALLOWED_##call = (modes),
 

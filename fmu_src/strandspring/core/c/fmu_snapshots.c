@@ -53,7 +53,7 @@ FmuStatus fmu_return_to_snapshot(Instance *instance, const char *call, const voi
     const Snapshot *snapshot = held;
     if (require_snapshot(instance, call, snapshot) != FMU_OK)
         return FMU_ERROR;
-    int kind = instance->state.mode & MODEL_EXCHANGE ? MODEL_EXCHANGE : CO_SIMULATION;
+    int kind = fmu_of_kind(instance->state.mode, ANY_MODE);
     if (!(snapshot->state.mode & kind))
         return FMU_REFUSE(&instance->log, "The state must be one of %s, but it is one of %s.",
                           kind == MODEL_EXCHANGE ? "model exchange" : "co-simulation",

@@ -33,11 +33,8 @@ fmi3Instance fmi3InstantiateCoSimulation(
     (void)requiredIntermediateVariables;
     (void)intermediateUpdate;
     Log log = first_log(instanceName, instanceEnvironment, logMessage, loggingOn);
-    if (eventModeUsed)
-        return FMU_REFUSE_POINTER(&log, "`eventModeUsed` must be false: this FMU has no event mode in co-simulation.");
-    if (nRequiredIntermediateVariables > 0)
-        return FMU_REFUSE_POINTER(
-            &log, "`nRequiredIntermediateVariables` must be 0: this FMU has no intermediate update.");
+    if (require_plain_steps(&log, eventModeUsed, nRequiredIntermediateVariables) != FMU_OK)
+        return NULL;
     return system_instantiate(&log, instanceName, instantiationToken, "instantiation token", &C_LIBRARY);
 }
 
