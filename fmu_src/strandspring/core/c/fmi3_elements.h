@@ -3,7 +3,7 @@
  * counted from 1: some importers read dependencies, which are value references in FMI 3.0, as the indices that they are in
  * FMI 2.0.
  *
- * Another FMU names with FMU_ELEMENTS the header that defines its fmi3_elements, and defines fmi3_name.
+ * Another FMU names with FMU_ELEMENTS the header that defines its fmi3_elements, and defines fmi3_name and fmi3_value_beyond.
  */
 #ifndef FMI3_ELEMENTS_H
 #define FMI3_ELEMENTS_H
@@ -19,6 +19,9 @@ typedef struct {
 
 /* The name of the variable that an element belongs to, or of the element where FMI 2.0 has one. */
 SPRING_LOCAL VariableName fmi3_name(const Instance *instance, unsigned element);
+
+/* The value of an element beyond the last variable of FMI 2.0. */
+SPRING_LOCAL double fmi3_value_beyond(const Instance *instance, unsigned element);
 
 #ifdef FMU_ELEMENTS
 #include FMU_ELEMENTS

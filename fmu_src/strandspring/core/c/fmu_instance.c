@@ -2,6 +2,8 @@
 
 #include "fmu_block.h"
 #include "numerics.h"
+#include "spring_number.h"
+#include "spring_problem.h"
 
 #include <float.h>
 #include <math.h>
@@ -56,7 +58,11 @@ typedef struct {
 Instance *fmu_instantiate(
     Log *log, const char *name, const char *guid, const char *guid_name, const Memory *memory, int mode)
 {
-    size_t buffers = fmu_start_settings().real_time ? sizeof(Buffers) : 0;
+    Settings start = fmu_start_settings();
+    if (mode == CS_INSTANTIATED && start.has_states)
+        return FMU_REFUSE_POINTER(log, "This form of the FMU has continuous states and no solver; instantiate it for model "
+                                       "exchange.");
+    size_t buffers = start.real_time ? sizeof(Buffers) : 0;
     Instance *instance = fmu_new_instance(log, name, guid, guid_name, memory, sizeof *instance + buffers);
     if (instance == NULL)
         return NULL;
@@ -143,8 +149,7 @@ SPRING_COLD FmuStatus make_law(Instance *instance, const Settings *settings)
     return FMU_OK;
 }
 
-/* Prepares the law of the present parameters, unless it is there. */
-static FmuStatus require_law(Instance *instance)
+FmuStatus fmu_require_law(Instance *instance)
 {
     return instance->law != NULL ? FMU_OK : make_law(instance, &instance->state.settings);
 }
@@ -153,7 +158,7 @@ static FmuStatus require_law(Instance *instance)
 SPRING_APART const SpringMemory *make_trial(Instance *instance)
 {
     const State *state = &instance->state;
-    if (require_law(instance) != FMU_OK)
+    if (fmu_require_law(instance) != FMU_OK)
         return NULL;
     if (instance->has_states)
         instance->trial = state->memory;
@@ -235,7 +240,7 @@ SPRING_COLD FmuStatus change_parameters(Instance *instance, const Settings *sett
         state->settings = *settings;
         return FMU_OK;
     }
-    if (require_law(instance) != FMU_OK)
+    if (fmu_require_law(instance) != FMU_OK)
         return FMU_ERROR;
     /* The old law must last until it has been left. */
     const SpringLaw *before = instance->law;
@@ -445,7 +450,7 @@ SPRING_COLD void watch_velocity(Instance *instance, int jumped)
 FmuStatus fmu_accept(Instance *instance, int jumped)
 {
     State *state = &instance->state;
-    if (require_law(instance) != FMU_OK)
+    if (fmu_require_law(instance) != FMU_OK)
         return FMU_ERROR;
     commit(instance);
     if (instance->has_states)
@@ -490,7 +495,7 @@ static void commit_line(Instance *instance, double size)
 FmuStatus fmu_step(Instance *instance, double time, double size)
 {
     State *state = &instance->state;
-    if (require_law(instance) != FMU_OK)
+    if (fmu_require_law(instance) != FMU_OK)
         return FMU_ERROR;
     if (!state->interpolated)
         commit_line(instance, size);

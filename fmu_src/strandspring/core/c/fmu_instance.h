@@ -8,7 +8,6 @@
 #ifndef FMU_INSTANCE_H
 #define FMU_INSTANCE_H
 
-#include "fmu_block.h"
 #include "fmu_life.h"
 #include "fmu_log.h"
 #include "fmu_modes.h"
@@ -88,6 +87,9 @@ static inline FmuStatus fmu_read_extrapolating(const Instance *instance, int *ex
     return FMU_OK;
 }
 
+/* Prepares the law of the present parameters, unless it is there. */
+SPRING_LOCAL FmuStatus fmu_require_law(Instance *instance);
+
 /* The memory where the path to the displacement set last ends: the committed one or a trial; the law is then present.
  * NULL while the parameters are not a possible spring, or where the memory for its table is missing. */
 SPRING_LOCAL const SpringMemory *fmu_reach(Instance *instance);
@@ -102,8 +104,19 @@ SPRING_LOCAL FmuStatus fmu_end_initialization(Instance *instance);
  * at an event. */
 SPRING_LOCAL FmuStatus fmu_accept(Instance *instance, int jumped);
 
-/* Commits the path through a step of co-simulation, whose time and size are sound. */
+/* Commits the path through a step of co-simulation, whose time and size are sound: straight to the displacement set last or,
+ * if derivatives have been set, the parabola that begins there. */
 SPRING_APART FmuStatus fmu_step(Instance *instance, double time, double size);
+
+/* The same where no derivatives can be set; `reached` becomes the time that it reaches, unless it is refused. The step comes last,
+ * so that it needs no more stack. */
+static inline FmuStatus fmu_step_to(Instance *instance, double time, double size, double *reached)
+{
+    if (fmu_require_law(instance) != FMU_OK)
+        return FMU_ERROR;
+    *reached = time + size;
+    return fmu_step(instance, time, size);
+}
 
 /* Takes the instance to a state of this FMU. */
 SPRING_LOCAL void fmu_restore(Instance *instance, const State *state);

@@ -12,8 +12,6 @@
 
 #include "fmu_instance.h"
 
-enum { FMU_MOST_STATES = 2 };
-
 SPRING_LOCAL FmuStatus fmu_enter_continuous_time(Instance *instance);
 
 /* Accepts a point; whether `extrapolating`, which is discrete, must change, which it may at events only. */
@@ -21,14 +19,17 @@ SPRING_LOCAL FmuStatus fmu_complete_step(Instance *instance, int *needs_event);
 
 SPRING_LOCAL FmuStatus fmu_set_time(Instance *instance, double time);
 
-/* How many there are, 0 or 1, and its value. */
-SPRING_LOCAL int fmu_indicators(const Instance *instance);
+/* How many event indicators there are, 0 or 1, and their values. */
+SPRING_LOCAL size_t fmu_indicators(const Instance *instance);
 SPRING_LOCAL double fmu_indicator(const Instance *instance);
+SPRING_LOCAL FmuStatus fmu_get_indicators(const Instance *instance, double values[]);
 
-/* How many there are, and of each its variable, that of its rate, and its nominal value. */
-SPRING_LOCAL int fmu_states(const Instance *instance);
-SPRING_LOCAL unsigned fmu_state(int i);
-SPRING_LOCAL unsigned fmu_state_rate(const Instance *instance, int i);
-SPRING_LOCAL double fmu_state_nominal(int i);
+/* How many continuous states there are, and arrays of so many values: of the states in the order of their variables, of their
+ * rates, and their nominals: the energy that the hysteretic force takes on a way through the whole range, as identified, and 1. */
+SPRING_LOCAL size_t fmu_states(const Instance *instance);
+SPRING_LOCAL FmuStatus fmu_set_states(Instance *instance, const double values[]);
+SPRING_LOCAL FmuStatus fmu_get_states(Instance *instance, double values[]);
+SPRING_LOCAL FmuStatus fmu_get_rates(Instance *instance, double values[]);
+SPRING_LOCAL FmuStatus fmu_get_nominals(const Instance *instance, double values[]);
 
 #endif

@@ -71,7 +71,8 @@ static inline int fmu_of_kind(int mode, int modes)
 
 SPRING_COLD FmuStatus fmu_refuse_call(const Log *log, int mode, const char *call, int allowed);
 
-/* Refuses a step of co-simulation whose time or size cannot be. */
+/* Refuses a step of co-simulation whose time or size cannot be: an error, for discarding it would ask the host to try a smaller
+ * one. */
 SPRING_COLD FmuStatus fmu_require_strange_step(const Log *log, double time, double size, double stop_time);
 static inline FmuStatus fmu_require_step(const Log *log, double time, double size, double stop_time)
 {

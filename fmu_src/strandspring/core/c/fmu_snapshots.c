@@ -12,6 +12,16 @@ typedef struct {
     State state;
 } Snapshot;
 
+/* The size of the serialized form, which is the same for all states of one FMU. */
+static size_t serialized_size(void)
+{
+    State any;
+    Cursor cursor = {NULL, NULL, fmu_fields_at()};
+    fmu_blank_state(&any);
+    fmu_state_fields(&cursor, &any);
+    return cursor.position;
+}
+
 static FmuStatus refuse_null(const Instance *instance, const char *call, const char *name)
 {
     return FMU_REFUSE(&instance->log, "`%s` of %s must not be NULL.", name, call);
@@ -81,7 +91,7 @@ FmuStatus fmu_size_of_snapshot(const Instance *instance, const char *call, const
         return FMU_ERROR;
     if (size == NULL)
         return refuse_null(instance, call, "size");
-    *size = fmu_state_size();
+    *size = serialized_size();
     return FMU_OK;
 }
 
@@ -93,10 +103,12 @@ FmuStatus fmu_write_snapshot(
         return FMU_ERROR;
     if (bytes == NULL)
         return refuse_null(instance, call, "serializedState");
-    if (size != fmu_state_size())
+    if (size != serialized_size())
         return FMU_REFUSE(&instance->log, "A serialized state must have %.0f bytes, got %.0f.",
-                          (double)fmu_state_size(), (double)size);
-    fmu_state_write(&snapshot->state, bytes);
+                          (double)serialized_size(), (double)size);
+    Cursor cursor = {NULL, bytes, fmu_fields_at()};
+    fmu_state_fields(&cursor, (State *)&snapshot->state); /* which it only reads */
+    fmu_write_head(bytes, size);
     return FMU_OK;
 }
 
@@ -109,7 +121,13 @@ FmuStatus fmu_read_snapshot(
         return refuse_null(instance, call, bytes == NULL ? "serializedState" : "state");
     if (*held != NULL && require_snapshot(instance, call, *held) != FMU_OK)
         return FMU_ERROR;
-    if (fmu_state_read(&state, bytes, size, problem, sizeof problem))
+    const char *foreign = fmu_foreign(bytes, size, serialized_size());
+    if (foreign != NULL)
+        return FMU_REFUSE(&instance->log, "%s", foreign);
+    Cursor cursor = {bytes, NULL, fmu_fields_at()};
+    fmu_blank_state(&state);
+    fmu_state_fields(&cursor, &state);
+    if (fmu_state_problem(&state, problem, sizeof problem))
         return FMU_REFUSE(&instance->log, "%s", problem);
     return keep(instance, call, &state, held);
 }

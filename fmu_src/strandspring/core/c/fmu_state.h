@@ -2,12 +2,9 @@
 #ifndef FMU_STATE_H
 #define FMU_STATE_H
 
+#include "fmu_bytes.h"
 #include "fmu_reversal.h"
 #include "fmu_variables.h"
-#include "spring_number.h"
-#include "spring_problem.h"
-
-#include <stddef.h>
 
 /* Plain numbers, so that a copy is a snapshot. */
 typedef struct {
@@ -26,14 +23,14 @@ typedef struct {
     Settings settings;
 } State;
 
-/* The size of the serialized form, which is the same for all states of one FMU. */
-SPRING_LOCAL size_t fmu_state_size(void);
+/* What must be there before the fields are read or counted. */
+SPRING_LOCAL void fmu_blank_state(State *state);
 
-SPRING_LOCAL void fmu_state_write(const State *state, unsigned char *bytes);
+/* Reads, writes or counts all that is serialized, in this order behind what stands before the fields of every state
+ * (fmu_bytes.h). Writing only reads the state. */
+SPRING_LOCAL void fmu_state_fields(Cursor *cursor, State *state);
 
-/* Reads a state written by the same FMU, and checks that it can be one. Returns 0, or 1 with the reason in `problem`
- * (always terminated) if it is none; *state is then undefined. */
-SPRING_LOCAL int fmu_state_read(
-    State *state, const unsigned char *bytes, size_t size, char *problem, size_t problem_size);
+/* Whether no instance can have a state that has been read; the reason is then in `problem`, always terminated. */
+SPRING_LOCAL int fmu_state_problem(const State *state, char *problem, size_t size);
 
 #endif

@@ -1,5 +1,5 @@
 /* The storage class of every function that is not one of FMI's: none, so that each file can be compiled by itself;
- * all.c makes it static. */
+ * fmi2_all.c and the like make it static. */
 #ifndef SPRING_LOCAL_H
 #define SPRING_LOCAL_H
 

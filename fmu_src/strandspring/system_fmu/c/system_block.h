@@ -27,11 +27,11 @@ enum { SYSTEM_VALUES = 32768, SYSTEM_NAMES = 131072, SYSTEM_NAME = 64 };
 /* Values of the fixed parameters, in the order of their value references. */
 typedef struct {
     double step, omega_start, gravity[3];
-} Settings;
+} SystemSettings;
 
 /* Start values, and the bounds of what may be set. */
 typedef struct {
-    Settings settings, low, high;
+    SystemSettings settings, low, high;
 } SystemStart;
 
 typedef struct {

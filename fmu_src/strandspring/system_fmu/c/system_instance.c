@@ -9,83 +9,6 @@ static const double MOST_STEPS = 1e8;
 /* Of a step: what hosts' rounding of times may add to it. */
 static const double STEP_ROUNDING = 1e-9;
 
-/* ---- the system ----------------------------------------------------------------------------------------------------- */
-
-/* Where parts of the memory behind an instance begin. */
-typedef struct {
-    size_t laws, shared, bodies, mounts, axes, points, channels, end;
-} Layout;
-
-static size_t room(size_t *end, int64_t count, size_t size)
-{
-    size_t begin = *end, whole = (size_t)count * size;
-    *end = begin + (whole + 7) / 8 * 8;
-    return begin;
-}
-
-static Layout layout(void)
-{
-    SystemCounts counts = system_counts();
-    Layout at = {.end = 0};
-    (void)room(&at.end, 1, sizeof(Instance));
-    at.laws = room(&at.end, counts.springs, sizeof(SpringLaw));
-    at.shared = room(&at.end, counts.springs, sizeof(SharedSpring *));
-    at.bodies = room(&at.end, counts.bodies, sizeof(MotionBody));
-    at.mounts = room(&at.end, counts.mounts, sizeof(MotionMount));
-    at.axes = room(&at.end, counts.axes, sizeof(MotionAxis));
-    at.points = room(&at.end, counts.points, sizeof(MotionPoint));
-    at.channels = room(&at.end, counts.channels, sizeof(MotionChannel));
-    return at;
-}
-
-size_t system_instance_size(void)
-{
-    return layout().end;
-}
-
-int system_make(Instance *instance)
-{
-    SystemCounts counts = system_counts();
-    Layout at = layout();
-    char *memory = (char *)instance;
-    MotionBody *bodies = (void *)(memory + at.bodies);
-    MotionMount *mounts = (void *)(memory + at.mounts);
-    MotionAxis *axes = (void *)(memory + at.axes);
-    MotionPoint *points = (void *)(memory + at.points);
-    MotionChannel *channels = (void *)(memory + at.channels);
-    instance->laws = (void *)(memory + at.laws);
-    instance->shared = (void *)(memory + at.shared);
-    system_parts(instance->laws, bodies, mounts, axes, points, channels);
-    instance->system = (MotionSystem){
-        .bodies = (size_t)counts.bodies, .mounts = (size_t)counts.mounts, .axes = (size_t)counts.axes,
-        .points = (size_t)counts.points, .channels = (size_t)counts.channels, .body = bodies, .mount = mounts,
-        .axis = axes, .point = points, .channel = channels};
-    for (; instance->springs < (size_t)counts.springs; instance->springs++) {
-        SpringLaw *law = instance->laws + instance->springs;
-        SpringParameters parameters = law->parameters;
-        const SharedSpring *shared = fmu_acquire(&parameters);
-        if (shared == NULL)
-            return 0;
-        instance->shared[instance->springs] = shared;
-        spring_prepare(law, &parameters, &shared->table);
-    }
-    Groups *first = &instance->first;
-    first->acceleration = SYSTEM_FIRST_INPUT + (unsigned)counts.channels;
-    first->sway = first->acceleration + 3 * (unsigned)counts.points;
-    first->force = first->sway + 3 * (unsigned)counts.points;
-    first->displacement = first->force + (unsigned)counts.axes;
-    first->energy = first->displacement + (unsigned)counts.axes;
-    first->parameter = first->energy + 1;
-    instance->variables = first->parameter + SYSTEM_PARAMETERS;
-    return 1;
-}
-
-void system_release(Instance *instance)
-{
-    for (size_t i = 0; i < instance->springs; i++)
-        fmu_release(instance->shared[i]);
-}
-
 /* ---- states --------------------------------------------------------------------------------------------------------- */
 
 /* Lets the motion of a state point to the state's own arrays. */
@@ -302,7 +225,7 @@ static int is_within(const SystemStart *bounds, unsigned parameter, double value
     return value >= ((const double *)&bounds->low)[parameter] && value <= ((const double *)&bounds->high)[parameter];
 }
 
-int system_are_possible(const Settings *settings)
+int system_are_possible(const SystemSettings *settings)
 {
     SystemStart bounds = system_start();
     for (unsigned i = 0; i < SYSTEM_PARAMETERS; i++)
@@ -344,18 +267,16 @@ static FmuStatus require_value(const Instance *instance, unsigned reference, dou
                       spring_number(value).text);
 }
 
-FmuStatus system_require_change(const Instance *instance, unsigned reference, double value)
+FmuStatus fmu_require_change(const Instance *instance, unsigned reference, double value)
 {
     return require_settable(instance, reference) == FMU_OK ? require_value(instance, reference, value) : FMU_ERROR;
 }
 
-void system_write(Instance *instance, const unsigned references[], size_t count, const double values[])
+void fmu_change(Instance *instance, unsigned reference, double value)
 {
-    for (size_t i = 0; i < count; i++) {
-        *given(instance, references[i]) = values[i];
-        if (references[i] >= instance->first.parameter)
-            instance->state.is_at_rest = 0;
-    }
+    *given(instance, reference) = value;
+    if (reference >= instance->first.parameter)
+        instance->state.is_at_rest = 0;
     instance->has_accelerations = 0;
 }
 
@@ -394,7 +315,7 @@ static FmuStatus move(Instance *instance, size_t steps, double h)
     return FMU_OK;
 }
 
-FmuStatus system_step(Instance *instance, double time, double size)
+FmuStatus fmu_step(Instance *instance, double time, double size)
 {
     State *state = &instance->state;
     double steps = ceil(size / state->settings.step * (1.0 - STEP_ROUNDING));

@@ -5,10 +5,8 @@
 
 #include "fmu_all.c"
 #include "fmi2_arguments.c"
-#include "fmi2_cosimulation.c"
 #include "fmi2_derivatives.c"
 #include "fmi2_fmustate.c"
 #include "fmi2_life.c"
 #include "fmi2_log.c"
 #include "fmi2_model_exchange.c"
-#include "fmi2_spring.c"
