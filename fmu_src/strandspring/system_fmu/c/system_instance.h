@@ -127,6 +127,9 @@ static inline FmuStatus fmu_step_to(Instance *instance, double time, double size
     return status;
 }
 
+/* The part of a state that no motion has, "motion" or "springs", or NULL. */
+SPRING_LOCAL const char *system_impossible_motion(const State *state);
+
 /* Takes the instance to a state of this FMU. */
 SPRING_LOCAL void fmu_restore(Instance *instance, const State *state);
 
