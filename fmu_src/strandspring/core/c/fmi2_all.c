@@ -1,6 +1,6 @@
-/* The FMU of FMI 2.0 as one unit, of which the other files are parts. No name but those of FMI's functions leaves it, so that
- * several FMUs can be linked into one program, each with its FMI2_FUNCTION_PREFIX. Inline, so that compilers do not warn of
- * functions that only others need. */
+/* The FMU of FMI 2.0 as one unit, of which the other files are parts. No name but those of FMI's functions leaves it,
+ * so that several FMUs can be linked into one program, each with its FMI2_FUNCTION_PREFIX. Inline, so that compilers do
+ * not warn of functions that only others need. */
 #define SPRING_LOCAL static inline
 
 #include "fmu_all.c"

@@ -6,8 +6,9 @@
 #include <math.h>
 
 /* Whether all these derivatives can be given. */
-static FmuStatus require_derivatives(const Instance *instance, const fmi2ValueReference unknowns[], size_t unknown_count,
-                                     const fmi2ValueReference knowns[], size_t known_count, const double seeds[])
+static FmuStatus require_derivatives(
+    const Instance *instance, const fmi2ValueReference unknowns[], size_t unknown_count,
+    const fmi2ValueReference knowns[], size_t known_count, const double seeds[])
 {
     for (size_t k = 0; k < known_count; k++)
         if (fmu_require_seed(instance, knowns[k], seeds[k]) != FMU_OK)

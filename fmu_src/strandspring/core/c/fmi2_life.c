@@ -19,7 +19,8 @@ fmi2Component fmi2Instantiate(fmi2String instanceName, fmi2Type fmuType, fmi2Str
         return FMU_REFUSE_POINTER(&log, "The type must be fmi2ModelExchange (0) or fmi2CoSimulation (1), got %d.",
                                   (int)fmuType);
     if ((memory.allocate == NULL) != (memory.free == NULL))
-        return FMU_REFUSE_POINTER(&log, "The callbacks allocateMemory and freeMemory must both be given or both be NULL.");
+        return FMU_REFUSE_POINTER(
+            &log, "The callbacks allocateMemory and freeMemory must both be given or both be NULL.");
     int mode = fmuType == fmi2ModelExchange ? ME_INSTANTIATED : CS_INSTANTIATED;
     return fmu_instantiate(&log, instanceName, fmuGUID, "GUID", &memory, mode);
 }

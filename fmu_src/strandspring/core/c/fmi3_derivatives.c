@@ -1,5 +1,5 @@
-/* The calls of FMI 3.0 about derivatives: by variables, which are sums of partial derivatives over knowns or over unknowns,
- * and by time. */
+/* The calls of FMI 3.0 about derivatives: by variables, which are sums of partial derivatives over knowns or over
+ * unknowns, and by time. */
 #include "fmi3_arguments.h"
 #include "fmu_derivatives.h"
 
@@ -47,8 +47,10 @@ static FmuStatus require_derivatives(const Instance *instance, const List *unkno
     return FMU_OK;
 }
 
-/* For each element of `of` the sum over those of `over` of seed times partial derivative; `adjoint`: `over` are the unknowns. */
-static FmuStatus sums(Instance *instance, const List *of, const List *over, int adjoint, const double seeds[], double values[])
+/* For each element of `of` the sum over those of `over` of seed times partial derivative; `adjoint`: `over` are the
+ * unknowns. */
+static FmuStatus sums(Instance *instance, const List *of, const List *over, int adjoint, const double seeds[],
+                      double values[])
 {
     Gradients at;
     const double *seed = seeds;
@@ -77,10 +79,10 @@ static FmuStatus sums(Instance *instance, const List *of, const List *over, int 
     { \
         FMU_REQUIRE(c, call); \
         const List unknown_list = {unknowns, nUnknowns}, known_list = {knowns, nKnowns}; \
-        if (fmi3_require(instance, "fmi3" #call, (over).references, (over).count, "seed", seed, nSeed, VARIABLE_REAL) != \
-                FMU_OK || \
-            fmi3_require(instance, "fmi3" #call, (of).references, (of).count, "sensitivity", sensitivity, nSensitivity, \
+        if (fmi3_require(instance, "fmi3" #call, (over).references, (over).count, "seed", seed, nSeed, \
                          VARIABLE_REAL) != FMU_OK || \
+            fmi3_require(instance, "fmi3" #call, (of).references, (of).count, "sensitivity", sensitivity, \
+                         nSensitivity, VARIABLE_REAL) != FMU_OK || \
             require_derivatives(instance, &unknown_list, &known_list) != FMU_OK) \
             return fmi3Error; \
         return sums(instance, &(of), &(over), adjoint, seed, sensitivity); \
@@ -99,7 +101,8 @@ fmi3Status fmi3GetOutputDerivatives(fmi3Instance c, const fmi3ValueReference val
     /* Outputs are no arrays. */
     for (size_t i = 0; i < nValueReferences; i++) {
         unsigned output = fmi3_elements(instance, valueReferences[i]).first;
-        if (fmi3_require_derivable(instance, output) != FMU_OK || fmu_require_rate(instance, output, orders[i]) != FMU_OK)
+        if (fmi3_require_derivable(instance, output) != FMU_OK ||
+            fmu_require_rate(instance, output, orders[i]) != FMU_OK)
             return fmi3Error;
     }
     if (nValueReferences == 0)

@@ -71,7 +71,8 @@ fmi3Instance fmi3InstantiateScheduledExecution(
     (void)lockPreemption;
     (void)unlockPreemption;
     Log log = first_log(instanceName, instanceEnvironment, logMessage, loggingOn);
-    return FMU_REFUSE_POINTER(&log, "This FMU has no clocks for scheduled execution; instantiate it for co-simulation.");
+    return FMU_REFUSE_POINTER(
+        &log, "This FMU has no clocks for scheduled execution; instantiate it for co-simulation.");
 }
 
 const char *fmi3GetVersion(void)

@@ -97,7 +97,8 @@ static const char *damaged_field(const State *state)
         return "flags";
     if (!fmu_watch_is_sound(&state->watch))
         return "watch";
-    return state->mode & (INITIALIZED | TERMINATED) && !(fabs(state->settings.omega_start) <= 1.0) ? "omega_start" : NULL;
+    int begun = state->mode & (INITIALIZED | TERMINATED);
+    return begun && !(fabs(settings.omega_start) <= 1.0) ? "omega_start" : NULL;
 }
 
 int fmu_state_problem(const State *state, char *problem, size_t size)

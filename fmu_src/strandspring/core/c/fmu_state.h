@@ -8,18 +8,18 @@
 
 /* Plain numbers, so that a copy is a snapshot. */
 typedef struct {
-    int mode;                               /* one of fmu_modes.h */
-    double time, stop_time;                 /* [s]; stop_time is infinite if there is none */
-    double displacement;                    /* as set last [m] */
-    double velocity, acceleration;          /* input derivatives for the next step, or the input velocity [m/s], [m/s^2] */
-    int interpolated;                       /* whether they were set */
-    SpringMemory memory;                    /* the committed path, once initialization has ended; or what the states say */
-    SpringSensitivity sensitivity;          /* that belongs to it */
-    double rate;                            /* of the displacement at the end of the last step [m/s]; absurd after a jump */
-    int energy_wanted;                      /* whether absorbed_energy has been read, so that each step pays for it */
-    int side;                               /* where the path ended: -1 below the range, +1 above it, 0 inside */
-    int extrapolating;                      /* what the discrete output holds in continuous-time mode */
-    ReversalWatch watch;                    /* of model exchange */
+    int mode;                           /* one of fmu_modes.h */
+    double time, stop_time;             /* [s]; stop_time is infinite if there is none */
+    double displacement;                /* as set last [m] */
+    double velocity, acceleration;      /* input derivatives for the next step, or the input velocity [m/s], [m/s^2] */
+    int interpolated;                   /* whether they were set */
+    SpringMemory memory;                /* the committed path, once initialization has ended; or what the states say */
+    SpringSensitivity sensitivity;      /* that belongs to it */
+    double rate;                        /* of the displacement at the end of the last step [m/s]; absurd after a jump */
+    int energy_wanted;                  /* whether absorbed_energy has been read, so that each step pays for it */
+    int side;                           /* where the path ended: -1 below the range, +1 above it, 0 inside */
+    int extrapolating;                  /* what the discrete output holds in continuous-time mode */
+    ReversalWatch watch;                /* of model exchange */
     Settings settings;
 } State;
 

@@ -6,8 +6,8 @@
 /* Where SPRING_STEPS_ONLY is defined, steps are taken by tables that were made elsewhere: there is no
  * spring_tabulate, which needs a mathematics library, and tables hold no derivatives by n and sigma (those are NaN). */
 
-/* SPRING_APART stands for it where a function must not become part of its caller, whose stack would grow, and SPRING_COLD where it is
- * rarely called besides. */
+/* SPRING_APART stands for it where a function must not become part of its caller, whose stack would grow, and
+ * SPRING_COLD where it is rarely called besides. */
 #if defined(__GNUC__)
 #define SPRING_NOINLINE __attribute__((noinline, unused))
 #define SPRING_RARE __attribute__((cold))

@@ -1,5 +1,5 @@
-/* The calls of FMI 3.0 about derivatives, and the names of elements. Inputs hold over a step: FMI 3.0 has no derivatives of inputs,
- * and there is no intermediate update. */
+/* The calls of FMI 3.0 about derivatives, and the names of elements. Inputs hold over a step: FMI 3.0 has no
+ * derivatives of inputs, and there is no intermediate update. */
 #include "../../core/c/fmi3_arguments.h"
 
 VariableName fmi3_name(const Instance *instance, unsigned element)

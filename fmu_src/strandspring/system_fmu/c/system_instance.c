@@ -9,7 +9,7 @@ static const double MOST_STEPS = 1e8;
 /* Of a step: what hosts' rounding of times may add to it. */
 static const double STEP_ROUNDING = 1e-9;
 
-/* ---- states --------------------------------------------------------------------------------------------------------- */
+/* ---- states ------------------------------------------------------------------------------------------------------ */
 
 /* Lets the motion of a state point to the state's own arrays. */
 static void join_motion(State *state)
@@ -54,7 +54,7 @@ static void copy_motion(const MotionSystem *system, State *to, const State *from
     join_motion(to);
 }
 
-/* ---- rest ----------------------------------------------------------------------------------------------------------- */
+/* ---- rest -------------------------------------------------------------------------------------------------------- */
 
 /* Notes which springs are outside their ranges; those that were inside before are added to the excursions. */
 static size_t note_excursions(Instance *instance, size_t count)
@@ -79,7 +79,8 @@ static void warn_of_excursions(const Instance *instance, size_t count)
         const SpringLaw *law = instance->system.axis[excursion->axis].law;
         SpringNumber low = spring_number(law->x_min), high = spring_number(law->x_max);
         fmu_report(&instance->log, FMU_WARNING,
-                   "`%s` %s m lies outside the identified range [%s, %s] m: the force is extrapolated until it comes back.",
+                   "`%s` %s m lies outside the identified range [%s, %s] m: the force is extrapolated until it comes "
+                   "back.",
                    system_name(instance->first.displacement + excursion->axis).text,
                    spring_number(excursion->displacement).text, low.text, high.text);
     }
@@ -93,16 +94,16 @@ static FmuStatus find_rest(Instance *instance, const double *omega, double *pose
     double unbalance;
     if (!motion_rest(system, gravity, omega, &state->motion, pose, &unbalance))
         return FMU_REFUSE(&instance->log,
-                          "The bodies find no static equilibrium under gravity (%s, %s, %s) m/s^2: %s N remain unbalanced. "
-                          "Change gravity, or build the FMU with mounts that can carry the bodies.",
-                          spring_number(gravity[0]).text, spring_number(gravity[1]).text, spring_number(gravity[2]).text,
-                          spring_number(unbalance).text);
+                          "The bodies find no static equilibrium under gravity (%s, %s, %s) m/s^2: %s N remain "
+                          "unbalanced. Change gravity, or build the FMU with mounts that can carry the bodies.",
+                          spring_number(gravity[0]).text, spring_number(gravity[1]).text,
+                          spring_number(gravity[2]).text, spring_number(unbalance).text);
     motion_begin(system, &state->motion, gravity, pose, omega, still);
     return FMU_OK;
 }
 
-/* Takes the bodies to rest, unless they are there. omega of an axis is omega_start in the direction of its force at rest with
- * omega = 0. */
+/* Takes the bodies to rest, unless they are there. omega of an axis is omega_start in the direction of its force at
+ * rest with omega = 0. */
 static FmuStatus require_rest(Instance *instance)
 {
     static const double NOMINAL[7] = {0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0};
@@ -144,7 +145,7 @@ FmuStatus fmu_end_initialization(Instance *instance)
     return FMU_OK;
 }
 
-/* ---- values --------------------------------------------------------------------------------------------------------- */
+/* ---- values ------------------------------------------------------------------------------------------------------ */
 
 VariableCausality system_causality(const Instance *instance, unsigned reference)
 {
@@ -280,7 +281,7 @@ void fmu_change(Instance *instance, unsigned reference, double value)
     instance->has_accelerations = 0;
 }
 
-/* ---- steps ---------------------------------------------------------------------------------------------------------- */
+/* ---- steps ------------------------------------------------------------------------------------------------------- */
 
 static FmuStatus move(Instance *instance, size_t steps, double h)
 {
@@ -313,7 +314,8 @@ FmuStatus fmu_step(Instance *instance, double time, double size)
     double steps = ceil(size / state->settings.step * (1.0 - STEP_ROUNDING));
     if (!(steps <= MOST_STEPS))
         return FMU_REFUSE(&instance->log,
-                          "The step of %s s at time %s s would take more than %.0f steps of `step` %s s; take a shorter one.",
+                          "The step of %s s at time %s s would take more than %.0f steps of `step` %s s; take a "
+                          "shorter one.",
                           spring_number(size).text, spring_number(time).text, MOST_STEPS,
                           spring_number(state->settings.step).text);
     steps = fmax(steps, 1.0);
@@ -324,8 +326,8 @@ FmuStatus fmu_step(Instance *instance, double time, double size)
                               spring_number(time).text);
     if (size > 0.0 && move(instance, (size_t)steps, size / steps) != FMU_OK)
         return FMU_REFUSE(&instance->log,
-                          "The motion diverges in the step of %s s at time %s s: a displacement would be beyond %g m, or "
-                          "another value beyond %g. Check the inputs, or take a smaller `step`.",
+                          "The motion diverges in the step of %s s at time %s s: a displacement would be beyond %g m, "
+                          "or another value beyond %g. Check the inputs, or take a smaller `step`.",
                           spring_number(size).text, spring_number(time).text, LARGEST_DISPLACEMENT, LARGEST_SUM);
     for (size_t c = 0; c < instance->system.channels; c++) {
         state->inputs[c] += state->slopes[c] * size;

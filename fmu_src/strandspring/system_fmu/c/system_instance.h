@@ -1,13 +1,13 @@
 /* One instance of bodies on mounts as FMI sees it.
  *
- * Variables by value reference: `extrapolating`; the inputs, which are the channels of motion.h; the absolute acceleration of each
- * point in x, y and z; how far each point has moved from rest in x, y and z; the force of each axis of a mount; the displacement of
- * one spring of each axis; absorbed_energy; the parameters, as in SystemSettings.
+ * Variables by value reference: `extrapolating`; the inputs, which are the channels of motion.h; the absolute
+ * acceleration of each point in x, y and z; how far each point has moved from rest in x, y and z; the force of each
+ * axis of a mount; the displacement of one spring of each axis; absorbed_energy; the parameters, as in SystemSettings.
  *
- * When initialization ends, all bodies are at rest under gravity. A step of co-simulation is cut into equal steps of `step` at
- * most. Inputs hold, or go straight on with their derivatives, over a step of co-simulation, after which they keep the value
- * that they have reached. A call that returns an error has changed nothing. Nothing is allocated after instantiation, except
- * for states that the host asks for. */
+ * When initialization ends, all bodies are at rest under gravity. A step of co-simulation is cut into equal steps of
+ * `step` at most. Inputs hold, or go straight on with their derivatives, over a step of co-simulation, after which they
+ * keep the value that they have reached. A call that returns an error has changed nothing. Nothing is allocated after
+ * instantiation, except for states that the host asks for. */
 #ifndef SYSTEM_INSTANCE_H
 #define SYSTEM_INSTANCE_H
 
@@ -76,7 +76,8 @@ static inline VariableName fmu_variable_name(const Instance *instance, unsigned 
     return system_name(reference);
 }
 
-/* A new instance for co-simulation, as fmu_new_instance makes its memory; NULL, after a message, if there can be none. */
+/* A new instance for co-simulation, as fmu_new_instance makes its memory; NULL, after a message, if there can be
+ * none. */
 SPRING_LOCAL Instance *fmu_instantiate(
     Log *log, const char *name, const char *guid, const char *guid_name, const Memory *memory, int mode);
 
@@ -86,12 +87,13 @@ SPRING_LOCAL void fmu_free(Instance *instance);
 /* Everything as it is after instantiation. */
 SPRING_LOCAL void fmu_begin(Instance *instance, int mode);
 
-/* Values by reference, which must be of a Real. What is calculated fails before initialization mode, and while the bodies
- * find no rest. */
+/* Values by reference, which must be of a Real. What is calculated fails before initialization mode, and while the
+ * bodies find no rest. */
 SPRING_LOCAL FmuStatus fmu_read(
     Instance *instance, const unsigned references[], size_t count, double values[]);
 
-/* Whether a spring is outside its identified range, or was at the end of a step within the last step of co-simulation. */
+/* Whether a spring is outside its identified range, or was at the end of a step within the last step of
+ * co-simulation. */
 SPRING_LOCAL FmuStatus fmu_read_extrapolating(Instance *instance, int *extrapolating);
 
 /* Refuses to set a variable now, or what no input or parameter may be. */
