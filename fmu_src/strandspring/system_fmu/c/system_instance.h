@@ -139,7 +139,7 @@ SPRING_LOCAL void fmu_restore(Instance *instance, const State *state);
 SPRING_LOCAL void fmu_blank_state(State *state);
 
 /* Reads, writes or counts all that is serialized, in this order behind what stands before the fields of every state
- * (fmu_bytes.h). Writing only reads the state. */
+ * (fmu_bytes.h). Only reading changes the state. */
 SPRING_LOCAL void fmu_state_fields(Cursor *cursor, State *state);
 
 /* Whether no instance can have a state that has been read; the reason is then in `problem`, always terminated. */
