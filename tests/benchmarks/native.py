@@ -101,7 +101,7 @@ def without_kernel(native: Loadable, folder: Path) -> Loadable:
     """The native FMU with an empty kernel."""
     sources = {path.name: path.read_bytes() for path in (native.library.parents[2] / "sources").iterdir()}
     sources |= {"spring.c": (HERE / "empty_kernel.c").read_bytes(), "saturation.c": b"", "saturation_lookup.c": b""}
-    return Loadable("empty kernel", native.guid, compiled(sources, "all.c", folder / "empty.so"))
+    return Loadable("empty kernel", native.guid, compiled(sources, "fmi2_all.c", folder / "empty.so"))
 
 
 def program(source: str, folder: Path) -> Path:

@@ -109,8 +109,8 @@ def test_planted_faults_are_found(fault: str, sources: Path, program: Path, tmp_
     assert sound in text, f"the fault cannot be planted: {name} has changed"
     (folder / name).write_text(text.replace(sound, faulty))
     objects = {path.stem: path for path in program.parent.glob("*.o")}
-    objects["all"] = compiled(
-        tmp_path / "faulty.o", *SANITIZED, *COUNTED, "-Wno-format-security", "-Wno-unused", "-c", folder / "all.c"
+    objects["fmi2_all"] = compiled(
+        tmp_path / "faulty.o", *SANITIZED, *COUNTED, "-Wno-format-security", "-Wno-unused", "-c", folder / "fmi2_all.c"
     )
     outcome = run(link(list(objects.values()), tmp_path / "fuzz"), FIRST_SEED, SEQUENCES)
     assert "with the seed" in outcome.found

@@ -67,7 +67,7 @@ def test_many_instances_in_many_threads():
 
 def from_sources(name: str, *flags: str | Path) -> Path:
     """Compiled with the C sources of the FMU of SPRING."""
-    return compiled(build_folder() / name, *flags, library().folder / "sources" / "all.c", "-lm")
+    return compiled(build_folder() / name, *flags, library().folder / "sources" / "fmi2_all.c", "-lm")
 
 
 def test_threads_share_nothing_that_changes():
@@ -94,7 +94,7 @@ def test_two_springs_linked_into_one_program():
     objects = [
         compiled(
             build_folder() / f"{prefix}.o",
-            "-O2", "-fPIC", f"-DFMI2_FUNCTION_PREFIX={prefix}", "-c", library(of).folder / "sources" / "all.c",
+            "-O2", "-fPIC", f"-DFMI2_FUNCTION_PREFIX={prefix}", "-c", library(of).folder / "sources" / "fmi2_all.c",
         )
         for prefix, of in springs.items()
     ]  # fmt: skip

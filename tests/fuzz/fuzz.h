@@ -237,6 +237,9 @@ typedef struct {
 } Statistics;
 extern Statistics statistics;
 extern const char *const call_names[CALL_COUNT];
+/* In JSON: how often each call was made, and all of the statistics. */
+void print_counts(const char *name, int count, const char *const calls[], const long counts[]);
+void print_statistics(void);
 /* What is being done, printed if it fails; every call if `tracing`. */
 extern int tracing;
 void trace(const char *format, ...);

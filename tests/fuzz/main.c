@@ -9,10 +9,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define NAMED(name) #name,
-const char *const call_names[CALL_COUNT] = {CALLS(NAMED)};
-#undef NAMED
-
 /* Several instances live side by side; each life has some 40 calls. */
 static void run(long sequences)
 {
@@ -43,14 +39,6 @@ static void run(long sequences)
     CHECK(blocks + tables == 0, "%ld blocks of memory are never returned", blocks + tables);
 }
 
-static void print_counts(const char *name, const long *counts)
-{
-    printf("  \"%s\": {", name);
-    for (int i = 0; i < CALL_COUNT; i++)
-        printf("%s\"%s\": %ld", i ? ", " : "", call_names[i], counts[i]);
-    printf("},\n");
-}
-
 int main(int count, char **arguments)
 {
     if (count < 5)
@@ -59,13 +47,6 @@ int main(int count, char **arguments)
     open_other(arguments[3], arguments[4]);
     do_runs(arguments[1], atol(arguments[2]), run);
     close_other();
-    printf("{\n");
-    print_counts("done", statistics.done);
-    print_counts("discarded", statistics.discarded);
-    print_counts("refused", statistics.refused);
-    printf("  \"sequences\": %ld, \"calls\": %ld, \"starved\": %ld, \"copies\": %ld,\n", statistics.sequences,
-           statistics.calls, statistics.starved, statistics.copies);
-    printf("  \"crafted_taken\": %ld, \"crafted_refused\": %ld\n}\n", statistics.crafted_taken,
-           statistics.crafted_refused);
+    print_statistics();
     return 0;
 }

@@ -14,6 +14,10 @@
 
 enum { RUN = 50, LONGEST_RUN = 240 /* [s] */ };
 
+#define NAMED(name) #name,
+const char *const call_names[CALL_COUNT] = {CALLS(NAMED)};
+#undef NAMED
+
 Statistics statistics;
 int tracing;
 
@@ -74,4 +78,24 @@ void do_runs(const char *first_seed, long sequences, void (*run)(long sequences)
         run(left < RUN ? left : RUN);
         seed++;
     }
+}
+
+void print_counts(const char *name, int count, const char *const calls[], const long counts[])
+{
+    printf("  \"%s\": {", name);
+    for (int i = 0; i < count; i++)
+        printf("%s\"%s\": %ld", i ? ", " : "", calls[i], counts[i]);
+    printf("},\n");
+}
+
+void print_statistics(void)
+{
+    printf("{\n");
+    print_counts("done", CALL_COUNT, call_names, statistics.done);
+    print_counts("discarded", CALL_COUNT, call_names, statistics.discarded);
+    print_counts("refused", CALL_COUNT, call_names, statistics.refused);
+    printf("  \"sequences\": %ld, \"calls\": %ld, \"starved\": %ld, \"copies\": %ld,\n", statistics.sequences,
+           statistics.calls, statistics.starved, statistics.copies);
+    printf("  \"crafted_taken\": %ld, \"crafted_refused\": %ld\n}\n", statistics.crafted_taken,
+           statistics.crafted_refused);
 }

@@ -172,12 +172,12 @@ def _description(folder: Path, resources: str = "NULL") -> str:
 
 def build(sources: Path, folder: Path, flags: tuple[str, ...] = SANITIZED) -> Path:
     """The fuzzer with the FMU that the sources make."""
-    return _build([sources / "all.c"], [*FUZZER.glob("*.c")], folder, flags)
+    return _build([sources / "fmi2_all.c"], [*FUZZER.glob("*.c")], folder, flags)
 
 
 def build_pairs(sources: Path, folder: Path, flags: tuple[str, ...] = SANITIZED) -> Path:
     """The fuzzer of pairs of FMUs, of FMI 2.0 and FMI 3.0, that the sources make."""
-    return _build([sources / "all.c", sources / "fmi3_all.c"], [*SHARED, *FUZZER.glob("fmi3/*.c")], folder, flags)
+    return _build([sources / "fmi2_all.c", sources / "fmi3_all.c"], [*SHARED, *FUZZER.glob("fmi3/*.c")], folder, flags)
 
 
 def build_system_pairs(sources: Path, folder: Path, flags: tuple[str, ...] = SANITIZED) -> Path:

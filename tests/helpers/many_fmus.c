@@ -12,25 +12,14 @@
  * Exit status 1, with the line, if something is not as it must be.
  */
 #define _DEFAULT_SOURCE /* MAP_ANONYMOUS */
-#include "fmi2Functions.h"
+#include "host_check.h"
 
 #include <dlfcn.h>
 #include <pthread.h>
-#include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 #include <sys/mman.h>
 #include <sys/wait.h>
 #include <unistd.h>
-
-#define CHECK(condition) \
-    do { \
-        if (!(condition)) { \
-            fprintf(stderr, "line %d: %s\n", __LINE__, #condition); \
-            exit(1); \
-        } \
-    } while (0)
-#define OK(call) CHECK((call) == fmi2OK)
 
 /* Value references of the variable table. */
 static const fmi2ValueReference OUTPUTS[] = {1, 2, 3};

@@ -8,23 +8,12 @@
  * status 1, with the line, if something is not as it must be.
  */
 #define _POSIX_C_SOURCE 200809L
-#include "fmi2Functions.h"
+#include "host_check.h"
 
 #include <dlfcn.h>
 #include <pthread.h>
 #include <stdarg.h>
-#include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
-
-#define CHECK(condition) \
-    do { \
-        if (!(condition)) { \
-            fprintf(stderr, "line %d: %s\n", __LINE__, #condition); \
-            exit(1); \
-        } \
-    } while (0)
-#define OK(call) CHECK((call) == fmi2OK)
 
 /* Value references of the variable table. */
 static const fmi2ValueReference DISPLACEMENT = 0, FORCE = 1;

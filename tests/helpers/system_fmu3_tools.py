@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ctypes
 import functools
+import math
 from ctypes import byref, c_bool, c_double, c_size_t, c_uint, c_void_p
 from dataclasses import replace
 from types import TracebackType
@@ -74,7 +75,7 @@ class NativeSystem3(NativeSystem):
 
     def go(self, time: float, size: float) -> int:
         """fmi3DoStep, which never ends early."""
-        event, end, early, reached = c_bool(True), c_bool(True), c_bool(True), c_double()
+        event, end, early, reached = c_bool(True), c_bool(True), c_bool(True), c_double(math.nan)
         status = int(
             self.DoStep(
                 c_double(time), c_double(size), c_bool(True), byref(event), byref(end), byref(early), byref(reached)
@@ -83,6 +84,8 @@ class NativeSystem3(NativeSystem):
         if status == OK:
             assert [event.value, end.value, early.value] == [False, False, False]
             assert reached.value == time + size
+        else:  # refused by itself, or since no step may be done
+            assert reached.value == self.get("time")[0] or math.isnan(reached.value)
         return status
 
     def set_so_many(self, count: int, **values: float) -> int:

@@ -417,7 +417,7 @@ def test_calls_in_a_wrong_state_are_refused() -> None:
         assert one.go(0.0, 1e-3) == ERROR
     refused = Native(system_library(), MODEL_EXCHANGE)
     assert refused.component is None
-    assert refused.said == "The type must be fmi2CoSimulation (1), got 0."
+    assert refused.said == "This FMU has a solver of its own; instantiate it for co-simulation."
     refused = Native(system_library(), CO_SIMULATION, guid="{other}")
     assert refused.component is None
     assert refused.said.startswith("The GUID must be {")

@@ -27,28 +27,33 @@ NEVER_DONE = {"GetStatus", "GetIntegerStatus", "GetStringStatus"}
 FAULTS = {
     "a refused step leaves its traces": ("system_instance.c", "copy_motion(system, state, &instance->before);", ""),
     "energies are not serialized": ("system_state.c", "&memory->energy);", "&(double){0.0});"),
-    "a table is not released": ("system_life.c", "    system_release(instance);\n    Memory", "    Memory"),
+    "a table is not released": ("system_life.c", "        fmu_release(instance->shared[i]);\n", "        ;\n"),
     "a value that is not finite": ("system_instance.c", "if (!isfinite(value))", "if (0)"),
 }
 
 # The same where FMI 3.0 stands beside FMI 2.0, which stays sound.
+LIFE3, CALLS3 = "core/c/fmi3_life.c", "system_fmu/c/system_calls3.c"
+INSTANCE = "system_fmu/c/system_instance.h"
 FAULTS3 = {
-    "the time is off": ("values[i] = instance->state.time;", "values[i] = instance->state.time + 1.0;"),
-    "a value is not checked": ("return system_require_change(instance, element, value);", "return FMU_OK;"),
+    "the time is off": (CALLS3, "return instance->state.time;", "return instance->state.time + 1.0;"),
+    "a value is not checked": (LIFE3, "return fmu_require_change(instance, element, value);", "return FMU_OK;"),
     "a value is set elsewhere": (
-        "system_write(instance, &(unsigned){fmi3_elements(instance, valueReferences[i]).first}",
-        "system_write(instance, &(unsigned){fmi3_elements(instance, valueReferences[0]).first}",
+        LIFE3,
+        "fmu_change(instance, elements.first + k,",
+        "fmu_change(instance, fmi3_elements(instance, valueReferences[0]).first,",
     ),
     "what was right is set though another value is wrong": (
-        "values[i]) != FMU_OK)\n            return fmi3Error;\n",
-        "values[i]) != FMU_OK)\n            return fmi3Error;\n        else\n"
-        "            system_write(instance, &(unsigned){valueReferences[i] - 1}, 1, values + i);\n",
+        LIFE3,
+        "*value++) != FMU_OK)\n                return fmi3Error;\n",
+        "*value++) != FMU_OK)\n                return fmi3Error;\n            else\n"
+        "                fmu_change(instance, elements.first + k, value[-1]);\n",
     ),
-    "a step is not judged": ("system_step(instance, currentCommunicationPoint, communicationStepSize) != FMU_OK", "0"),
-    "the wrong time is reached": ("*lastSuccessfulTime = instance->state.time", "*lastSuccessfulTime = stop_time"),
-    "event mode is not refused": ("require_plain_steps(&log, eventModeUsed,", "require_plain_steps(&log, 0,"),
-    "an instance is not freed": ("    system_free(c);", "    (void)c;"),
-    "a flag is lost": ("values[i] = extrapolating != 0;", "values[i] = 0;"),
+    "a step is not judged": (LIFE3, "return fmu_step_to(", "return fmi3OK * fmu_step_to("),
+    "the wrong time is reached": (INSTANCE, "*reached = instance->state.time", "*reached = time"),
+    "a refused step reaches its end": (INSTANCE, "*reached = instance->state.time", "*reached = time + size"),
+    "event mode is not refused": (LIFE3, "if (eventModeUsed)", "if (0)"),
+    "an instance is not freed": (LIFE3, "    fmu_free(c);", "    (void)c;"),
+    "a flag is lost": (LIFE3, "values[i] = extrapolating != 0;", "values[i] = 0;"),
 }
 # Legal in model exchange alone.
 OF_EXCHANGE = {
@@ -103,9 +108,9 @@ def test_random_lives_of_both_versions(tmp_path: Path) -> None:
 @pytest.mark.parametrize("fault", FAULTS3)
 def test_the_fuzzer_finds_in_fmi_3(fault: str, tmp_path: Path) -> None:
     sources = write_system_pair_sources(tmp_path / "sources")
-    path = sources / "system_fmu" / "c" / "system_calls3.c"
+    file, text, other = FAULTS3[fault]
+    path = sources / file
     content = path.read_text()
-    text, other = FAULTS3[fault]
     assert content.count(text) == 1
     path.write_text(content.replace(text, other))
     program = build_system_pairs(sources, tmp_path / "objects", (*PLAIN, "-Wno-unused", "-Wno-unused-parameter"))

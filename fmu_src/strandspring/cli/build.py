@@ -10,6 +10,7 @@ from click.core import ParameterSource
 
 from ..api.building import BuildOptions, Kind, WantedSettings, build_all, checked_author
 from ..api.building_system import SystemToBuild
+from ..api.fmus_in_place import BuiltFmu
 from ..api.records import bundled_record
 from ..coordinates import zero_sentence
 from ..errors import BuildError
@@ -191,28 +192,15 @@ def build(
     with reporting() as progress:
         built = build_all(model, Path(output), kinds, wanted.options(platforms, origin), progress)
     if as_json:
-        result_json(
-            {
-                "model": str(model_path),
-                "name": model.name,
-                "parameters": model.parameters.as_dict(),
-                "zero": origin,
-                "rmse": None if identification is None else identification.rmse,
-                "rnl": None if identification is None else identification.rnl,
-                "fmus": [
-                    {
-                        "path": str(fmu),
-                        "backend": kind,
-                        "fmi": wanted.version,
-                        "real_time": wanted.real_time,
-                        "no_energy": wanted.no_energy,
-                        "binaries": binary_sizes(fmu),
-                        "check": report.summary,
-                    }
-                    for fmu, kind, report in built
-                ],
-            }
-        )
+        answers = {
+            "model": str(model_path),
+            "name": model.name,
+            "parameters": model.parameters.as_dict(),
+            "zero": origin,
+            "rmse": None if identification is None else identification.rmse,
+            "rnl": None if identification is None else identification.rnl,
+        }
+        result_json({**answers, "fmus": [_facts(one, wanted) for one in built]})
         return
     if identification is not None:
         result("\n".join(identification.lines()))
@@ -222,6 +210,19 @@ def build(
     for fmu, kind, report in built:
         _print_fmu(fmu, "; ".join((_PURPOSES[kind], *_settings_apart(wanted))))
         result(f"Check: {report.summary}")
+
+
+def _facts(built: BuiltFmu, wanted: WantedSettings) -> dict[str, object]:
+    """What --json says of an FMU."""
+    return {
+        "path": str(built.path),
+        "backend": built.kind,
+        "fmi": wanted.version,
+        "real_time": wanted.real_time,
+        "no_energy": wanted.no_energy,
+        "binaries": binary_sizes(built.path),
+        "check": built.check.summary,
+    }
 
 
 def _settings_apart(wanted: WantedSettings) -> list[str]:

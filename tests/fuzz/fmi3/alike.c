@@ -386,7 +386,10 @@ static void do_step(Pair *pair)
     fmi3Boolean event = 1, end = 1, early = 1;
     double last = NAN, reached = time + size;
     fmi3Status three = fmi3DoStep(pair->three, time, size, below(2), &event, &end, &early, &last);
-    if (!BOTH(pair, DoStep, three, fmi2DoStep(pair->two, time, size, 1)))
+    int done = BOTH(pair, DoStep, three, fmi2DoStep(pair->two, time, size, 1));
+    if (!done && is_legal(pair, CALL3_DoStep))
+        check_equal(&last, &pair->time, 1, "lastSuccessfulTime of a refused step");
+    if (!done)
         return;
     CHECK(!event && !end && !early, "a step ends early");
     check_equal(&last, &reached, 1, "lastSuccessfulTime");

@@ -49,14 +49,6 @@ static void run(long sequences)
     CHECK(blocks + tables == 0, "%ld blocks of memory are never returned", blocks + tables);
 }
 
-static void print_counts(const char *name, const long *counts)
-{
-    printf("  \"%s\": {", name);
-    for (int i = 0; i < CALL3_COUNT; i++)
-        printf("%s\"%s\": %ld", i ? ", " : "", call3_names[i], counts[i]);
-    printf("},\n");
-}
-
 int main(int count, char **arguments)
 {
     if (count < 3)
@@ -64,8 +56,8 @@ int main(int count, char **arguments)
     tracing = count > 3;
     do_runs(arguments[1], atol(arguments[2]), run);
     printf("{\n");
-    print_counts("done", statistics3.done);
-    print_counts("refused", statistics3.refused);
+    print_counts("done", CALL3_COUNT, call3_names, statistics3.done);
+    print_counts("refused", CALL3_COUNT, call3_names, statistics3.refused);
     printf("  \"sequences\": %ld, \"calls\": %ld, \"hostile\": %ld, \"compared\": %ld,\n", statistics.sequences,
            statistics.calls, statistics3.hostile, statistics3.compared);
     printf("  \"damaged\": %ld, \"discarded\": %ld, \"transposed\": %ld\n}\n", statistics3.damaged,

@@ -1,5 +1,5 @@
-/* Random lives of pairs: an instance of FMI 3.0 beside one of FMI 2.0 of the same spring, or of the same system of bodies
- * on mounts, which does the same.
+/* Random lives of pairs: an instance of FMI 3.0 beside one of FMI 2.0 of the same spring, or of the same system of
+ * bodies on mounts, which does the same.
  *
  * After every call the serialized states of both, and all that they return, are equal to the bit; what is refused by
  * one is refused by both in the same words, but where the versions differ. In between come calls to FMI 3.0 alone that

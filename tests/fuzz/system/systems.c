@@ -25,10 +25,6 @@ typedef struct {
     Twin twin;
 } Kept;
 
-#define NAMED(name) #name,
-const char *const call_names[CALL_COUNT] = {CALLS(NAMED)};
-#undef NAMED
-
 static System systems[INSTANCES];
 static Kept kept[KEPT];
 static size_t size_of_states;
@@ -474,27 +470,12 @@ static void run(long sequences)
     CHECK(blocks + tables == 0, "%ld blocks of memory are never returned", blocks + tables);
 }
 
-static void print_counts(const char *name, const long *counts)
-{
-    printf("  \"%s\": {", name);
-    for (int i = 0; i < CALL_COUNT; i++)
-        printf("%s\"%s\": %ld", i ? ", " : "", call_names[i], counts[i]);
-    printf("},\n");
-}
-
 int main(int count, char **arguments)
 {
     if (count < 3)
         return 2;
     tracing = count > 3 && strcmp(arguments[count - 1], "trace") == 0;
     do_runs(arguments[1], atol(arguments[2]), run);
-    printf("{\n");
-    print_counts("done", statistics.done);
-    print_counts("discarded", statistics.discarded);
-    print_counts("refused", statistics.refused);
-    printf("  \"sequences\": %ld, \"calls\": %ld, \"starved\": %ld, \"copies\": %ld,\n", statistics.sequences,
-           statistics.calls, statistics.starved, statistics.copies);
-    printf("  \"crafted_taken\": %ld, \"crafted_refused\": %ld\n}\n", statistics.crafted_taken,
-           statistics.crafted_refused);
+    print_statistics();
     return 0;
 }

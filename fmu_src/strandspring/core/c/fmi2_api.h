@@ -10,9 +10,6 @@
 #define FMU_PASTE(prefix, name) prefix##name
 #define FMU_PREFIXED(prefix, name) FMU_PASTE(prefix, name)
 #define fmi2FullName(name) FMU_PREFIXED(FMI2_FUNCTION_PREFIX, name)
-/* Used before they are defined; the header has declared their names without the prefix. */
-fmi2GetRealTYPE fmi2GetReal;
-fmi2SetRealTYPE fmi2SetReal;
 #endif
 
 #define FMI_PREFIX "fmi2"

@@ -1,5 +1,5 @@
-/* Calls of FMI 2.0 that the binaries of both back ends answer alike. Included once in each, where an `Instance` with the
- * fields `log`, `state.mode`, `state.time` and `state.stop_time` is declared. */
+/* Calls of FMI 2.0 that the binaries of both back ends answer alike. Included once in each, where an `Instance` with
+ * the fields `log`, `state.mode`, `state.time` and `state.stop_time` is declared. */
 #ifndef FMI2_CALLS_H
 #define FMI2_CALLS_H
 

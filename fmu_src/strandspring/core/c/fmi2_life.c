@@ -1,14 +1,33 @@
 /* The calls of FMI 2.0 that the FMU of a spring and that of a system answer alike. */
-#include "fmi2_life.h"
-
 #include "fmi2_arguments.h"
+#include "fmi2_calls.h"
+#include "fmi2_log.h"
 
-FmuStatus fmi2_memory(const Log *log, const fmi2CallbackFunctions *functions, Memory *memory)
+fmi2Component fmi2Instantiate(fmi2String instanceName, fmi2Type fmuType, fmi2String fmuGUID,
+                              fmi2String fmuResourceLocation, const fmi2CallbackFunctions *functions,
+                              fmi2Boolean visible, fmi2Boolean loggingOn)
 {
-    *memory = (Memory){functions->allocateMemory, functions->freeMemory};
-    if ((functions->allocateMemory == NULL) != (functions->freeMemory == NULL))
-        return FMU_REFUSE(log, "The callbacks allocateMemory and freeMemory must both be given or both be NULL.");
-    return FMU_OK;
+    (void)fmuResourceLocation;
+    (void)visible;
+    /* Warnings and errors are no debug logging: fmi2SetDebugLogging can silence them. */
+    (void)loggingOn;
+    if (functions == NULL)
+        return NULL;
+    Log log = fmi2_log(instanceName, functions);
+    const Memory memory = {functions->allocateMemory, functions->freeMemory};
+    if (fmuType != fmi2ModelExchange && fmuType != fmi2CoSimulation)
+        return FMU_REFUSE_POINTER(&log, "The type must be fmi2ModelExchange (0) or fmi2CoSimulation (1), got %d.",
+                                  (int)fmuType);
+    if ((memory.allocate == NULL) != (memory.free == NULL))
+        return FMU_REFUSE_POINTER(
+            &log, "The callbacks allocateMemory and freeMemory must both be given or both be NULL.");
+    int mode = fmuType == fmi2ModelExchange ? ME_INSTANTIATED : CS_INSTANTIATED;
+    return fmu_instantiate(&log, instanceName, fmuGUID, "GUID", &memory, mode);
+}
+
+void fmi2FreeInstance(fmi2Component c)
+{
+    fmu_free(c);
 }
 
 fmi2Status fmi2EnterInitializationMode(fmi2Component c)
@@ -41,17 +60,30 @@ fmi2Status fmi2Reset(fmi2Component c)
 fmi2Status fmi2GetReal(fmi2Component c, const fmi2ValueReference vr[], size_t nvr, fmi2Real value[])
 {
     FMU_REQUIRE(c, GetReal);
-    FMU_REQUIRE_VARIABLES(instance, GetReal, vr, nvr, value, VARIABLE_REAL);
+    FMI2_REQUIRE_VARIABLES(instance, GetReal, vr, nvr, value, VARIABLE_REAL);
     return fmu_read(instance, vr, nvr, value);
+}
+
+fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference vr[], size_t nvr, const fmi2Real value[])
+{
+    FMU_REQUIRE(c, SetReal);
+    FMI2_REQUIRE_VARIABLES(instance, SetReal, vr, nvr, value, VARIABLE_REAL);
+    for (size_t i = 0; i < nvr; i++)
+        if (fmu_require_change(instance, vr[i], value[i]) != FMU_OK)
+            return fmi2Error;
+    fmu_open_changes(instance);
+    for (size_t i = 0; i < nvr; i++)
+        fmu_change(instance, vr[i], value[i]);
+    return fmu_apply_changes(instance);
 }
 
 /* The one Boolean is `extrapolating`. */
 fmi2Status fmi2GetBoolean(fmi2Component c, const fmi2ValueReference vr[], size_t nvr, fmi2Boolean value[])
 {
     FMU_REQUIRE(c, GetBoolean);
-    FMU_REQUIRE_VARIABLES(instance, GetBoolean, vr, nvr, value, VARIABLE_BOOLEAN);
+    FMI2_REQUIRE_VARIABLES(instance, GetBoolean, vr, nvr, value, VARIABLE_BOOLEAN);
     int extrapolating;
-    if (fmu_read_extrapolating(instance, &extrapolating) != fmi2OK)
+    if (fmu_read_extrapolating(instance, &extrapolating) != FMU_OK)
         return fmi2Error;
     for (size_t i = 0; i < nvr; i++)
         value[i] = extrapolating ? fmi2True : fmi2False;
@@ -61,7 +93,7 @@ fmi2Status fmi2GetBoolean(fmi2Component c, const fmi2ValueReference vr[], size_t
 fmi2Status fmi2SetBoolean(fmi2Component c, const fmi2ValueReference vr[], size_t nvr, const fmi2Boolean value[])
 {
     FMU_REQUIRE(c, SetBoolean);
-    FMU_REQUIRE_VARIABLES(instance, SetBoolean, vr, nvr, value, VARIABLE_BOOLEAN);
+    FMI2_REQUIRE_VARIABLES(instance, SetBoolean, vr, nvr, value, VARIABLE_BOOLEAN);
     if (nvr == 0)
         return fmi2OK;
     return FMU_REFUSE(&instance->log, "`%s` is calculated and cannot be set.",
@@ -73,7 +105,7 @@ fmi2Status fmi2SetBoolean(fmi2Component c, const fmi2ValueReference vr[], size_t
     fmi2Status fmi2##call(fmi2Component c, const fmi2ValueReference vr[], size_t nvr, Type value[]) \
     { \
         FMU_REQUIRE(c, call); \
-        FMU_REQUIRE_VARIABLES(instance, call, vr, nvr, value, type); \
+        FMI2_REQUIRE_VARIABLES(instance, call, vr, nvr, value, type); \
         return fmi2OK; \
     }
 
@@ -81,3 +113,14 @@ EXCHANGE_NONE(GetInteger, fmi2Integer, VARIABLE_INTEGER)
 EXCHANGE_NONE(GetString, fmi2String, VARIABLE_STRING)
 EXCHANGE_NONE(SetInteger, const fmi2Integer, VARIABLE_INTEGER)
 EXCHANGE_NONE(SetString, const fmi2String, VARIABLE_STRING)
+
+fmi2Status fmi2DoStep(fmi2Component c, fmi2Real currentCommunicationPoint, fmi2Real communicationStepSize,
+                      fmi2Boolean noSetFMUStatePriorToCurrentPoint)
+{
+    (void)noSetFMUStatePriorToCurrentPoint;
+    FMU_REQUIRE(c, DoStep);
+    double stop_time = instance->state.stop_time;
+    if (fmu_require_step(&instance->log, currentCommunicationPoint, communicationStepSize, stop_time) != FMU_OK)
+        return fmi2Error;
+    return fmu_step(instance, currentCommunicationPoint, communicationStepSize);
+}

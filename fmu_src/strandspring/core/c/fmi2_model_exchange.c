@@ -48,37 +48,33 @@ fmi2Status fmi2GetEventIndicators(fmi2Component c, fmi2Real eventIndicators[], s
 {
     FMU_REQUIRE(c, GetEventIndicators);
     FMU_REQUIRE_COUNT(instance, GetEventIndicators, eventIndicators, ni, fmu_indicators(instance));
-    if (ni > 0)
-        eventIndicators[0] = fmu_indicator(instance);
-    return fmi2OK;
+    return fmu_get_indicators(instance, eventIndicators);
 }
 
 fmi2Status fmi2SetContinuousStates(fmi2Component c, const fmi2Real x[], size_t nx)
 {
     FMU_REQUIRE(c, SetContinuousStates);
     FMU_REQUIRE_COUNT(instance, SetContinuousStates, x, nx, fmu_states(instance));
-    return fmi2SetReal(c, (fmi2ValueReference[]){fmu_state(0), fmu_state(1)}, nx, x);
+    return fmu_set_states(instance, x);
 }
 
 fmi2Status fmi2GetContinuousStates(fmi2Component c, fmi2Real x[], size_t nx)
 {
     FMU_REQUIRE(c, GetContinuousStates);
     FMU_REQUIRE_COUNT(instance, GetContinuousStates, x, nx, fmu_states(instance));
-    return fmu_read(instance, (unsigned[]){fmu_state(0), fmu_state(1)}, nx, x);
+    return fmu_get_states(instance, x);
 }
 
 fmi2Status fmi2GetDerivatives(fmi2Component c, fmi2Real derivatives[], size_t nx)
 {
     FMU_REQUIRE(c, GetDerivatives);
     FMU_REQUIRE_COUNT(instance, GetDerivatives, derivatives, nx, fmu_states(instance));
-    return fmu_read(instance, (unsigned[]){fmu_state_rate(instance, 0), fmu_state_rate(instance, 1)}, nx, derivatives);
+    return fmu_get_rates(instance, derivatives);
 }
 
 fmi2Status fmi2GetNominalsOfContinuousStates(fmi2Component c, fmi2Real x_nominal[], size_t nx)
 {
     FMU_REQUIRE(c, GetNominalsOfContinuousStates);
     FMU_REQUIRE_COUNT(instance, GetNominalsOfContinuousStates, x_nominal, nx, fmu_states(instance));
-    for (size_t i = 0; i < nx; i++)
-        x_nominal[i] = fmu_state_nominal((int)i);
-    return fmi2OK;
+    return fmu_get_nominals(instance, x_nominal);
 }

@@ -1,4 +1,5 @@
-/* Calls of FMI 3.0 about what this FMU does not have: other types, clocks, structural parameters, dependencies of elements. */
+/* Calls of FMI 3.0 about what this FMU does not have: other types, clocks, structural parameters, dependencies of
+ * elements. */
 #include "fmi3_arguments.h"
 
 /* Declares `instance`, which may be in any mode. */

@@ -11,8 +11,8 @@ SPRING_COLD FmuStatus refuse(const Instance *instance, const char *call, fmi3Val
     if (elements.count == 0)
         return FMU_REFUSE(&instance->log, "There is no variable with value reference %u, which was given to %s.",
                           (unsigned)reference, call);
-    return FMU_REFUSE(&instance->log, "`%s` (value reference %u) is %s, not %s.", fmi3_name(instance, elements.first).text,
-                      (unsigned)reference, type_name(elements.first), type);
+    return FMU_REFUSE(&instance->log, "`%s` (value reference %u) is %s, not %s.",
+                      fmi3_name(instance, elements.first).text, (unsigned)reference, type_name(elements.first), type);
 }
 
 FmuStatus fmi3_require(const Instance *instance, const char *call, const fmi3ValueReference references[], size_t count,
@@ -28,8 +28,8 @@ FmuStatus fmi3_require(const Instance *instance, const char *call, const fmi3Val
         expected += elements.count;
     }
     if (value_count != expected)
-        return FMU_REFUSE(&instance->log, "`%s` of %s must have %.0f elements, as the variables have, got %.0f.", name, call,
-                          (double)expected, (double)value_count);
+        return FMU_REFUSE(&instance->log, "`%s` of %s must have %.0f elements, as the variables have, got %.0f.", name,
+                          call, (double)expected, (double)value_count);
     return FMU_OK;
 }
 

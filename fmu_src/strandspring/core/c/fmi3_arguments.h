@@ -12,8 +12,8 @@ SPRING_APART FmuStatus fmi3_require(
 /* The same for the arguments that all calls which get or set values have. */
 #define FMI3_REQUIRE_VALUES(instance, call, type) \
     do { \
-        if (fmi3_require(instance, FMI_PREFIX #call, valueReferences, nValueReferences, "values", values, nValues, type) != \
-            FMU_OK) \
+        if (fmi3_require(instance, FMI_PREFIX #call, valueReferences, nValueReferences, "values", values, nValues, \
+                         type) != FMU_OK) \
             return fmi3Error; \
     } while (0)
 

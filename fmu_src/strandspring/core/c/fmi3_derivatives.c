@@ -1,4 +1,5 @@
-/* The calls of FMI 3.0 that ask for derivatives: sums of partial derivatives over knowns, or over unknowns. */
+/* The calls of FMI 3.0 about derivatives: by variables, which are sums of partial derivatives over knowns or over
+ * unknowns, and by time. */
 #include "fmi3_arguments.h"
 #include "fmu_derivatives.h"
 
@@ -46,8 +47,10 @@ static FmuStatus require_derivatives(const Instance *instance, const List *unkno
     return FMU_OK;
 }
 
-/* For each element of `of` the sum over those of `over` of seed times partial derivative; `adjoint`: `over` are the unknowns. */
-static FmuStatus sums(Instance *instance, const List *of, const List *over, int adjoint, const double seeds[], double values[])
+/* For each element of `of` the sum over those of `over` of seed times partial derivative; `adjoint`: `over` are the
+ * unknowns. */
+static FmuStatus sums(Instance *instance, const List *of, const List *over, int adjoint, const double seeds[],
+                      double values[])
 {
     Gradients at;
     const double *seed = seeds;
@@ -76,10 +79,10 @@ static FmuStatus sums(Instance *instance, const List *of, const List *over, int 
     { \
         FMU_REQUIRE(c, call); \
         const List unknown_list = {unknowns, nUnknowns}, known_list = {knowns, nKnowns}; \
-        if (fmi3_require(instance, "fmi3" #call, (over).references, (over).count, "seed", seed, nSeed, VARIABLE_REAL) != \
-                FMU_OK || \
-            fmi3_require(instance, "fmi3" #call, (of).references, (of).count, "sensitivity", sensitivity, nSensitivity, \
+        if (fmi3_require(instance, "fmi3" #call, (over).references, (over).count, "seed", seed, nSeed, \
                          VARIABLE_REAL) != FMU_OK || \
+            fmi3_require(instance, "fmi3" #call, (of).references, (of).count, "sensitivity", sensitivity, \
+                         nSensitivity, VARIABLE_REAL) != FMU_OK || \
             require_derivatives(instance, &unknown_list, &known_list) != FMU_OK) \
             return fmi3Error; \
         return sums(instance, &(of), &(over), adjoint, seed, sensitivity); \
@@ -87,3 +90,25 @@ static FmuStatus sums(Instance *instance, const List *of, const List *over, int 
 
 DERIVATIVE(GetDirectionalDerivative, unknown_list, known_list, 0)
 DERIVATIVE(GetAdjointDerivative, known_list, unknown_list, 1)
+
+fmi3Status fmi3GetOutputDerivatives(fmi3Instance c, const fmi3ValueReference valueReferences[], size_t nValueReferences,
+                                    const fmi3Int32 orders[], fmi3Float64 values[], size_t nValues)
+{
+    Gradients at;
+    FMU_REQUIRE(c, GetOutputDerivatives);
+    FMU_REQUIRE_ARRAY(instance, GetOutputDerivatives, orders, nValueReferences);
+    FMI3_REQUIRE_VALUES(instance, GetOutputDerivatives, VARIABLE_REAL);
+    /* Outputs are no arrays. */
+    for (size_t i = 0; i < nValueReferences; i++) {
+        unsigned output = fmi3_elements(instance, valueReferences[i]).first;
+        if (fmi3_require_derivable(instance, output) != FMU_OK ||
+            fmu_require_rate(instance, output, orders[i]) != FMU_OK)
+            return fmi3Error;
+    }
+    if (nValueReferences == 0)
+        return fmi3OK;
+    FmuStatus status = fmu_gradients_of_path(instance, &at);
+    for (size_t i = 0; i < nValueReferences && status == FMU_OK; i++)
+        values[i] = fmu_rate(instance, &at, fmi3_elements(instance, valueReferences[i]).first);
+    return status;
+}

@@ -1,5 +1,7 @@
 #include "fmi3_elements.h"
 
+#include "fmu_model_exchange.h"
+
 Elements fmi3_elements_of_other(const Instance *instance, fmi3ValueReference reference)
 {
     const SpringParameters *p = &instance->state.settings.spring;
@@ -19,6 +21,11 @@ VariableName fmi3_name(const Instance *instance, unsigned element)
     if (element < instance->variables)
         return fmu_variable_name(instance, element);
     return element == instance->variables ? (VariableName){"time"} : (VariableName){"reversal_indicator"};
+}
+
+double fmi3_value_beyond(const Instance *instance, unsigned element)
+{
+    return element == instance->variables ? instance->state.time : fmu_indicator(instance);
 }
 
 FmuStatus fmi3_require_derivable(const Instance *instance, unsigned element)

@@ -64,7 +64,7 @@ fmi3Status fmi3GetNumberOfEventIndicators(fmi3Instance c, size_t *nEventIndicato
 {
     FMU_REQUIRE(c, GetNumberOfEventIndicators);
     FMU_REQUIRE_ARRAY(instance, GetNumberOfEventIndicators, nEventIndicators, 1);
-    *nEventIndicators = (size_t)fmu_indicators(instance);
+    *nEventIndicators = fmu_indicators(instance);
     return fmi3OK;
 }
 
@@ -72,7 +72,7 @@ fmi3Status fmi3GetNumberOfContinuousStates(fmi3Instance c, size_t *nContinuousSt
 {
     FMU_REQUIRE(c, GetNumberOfContinuousStates);
     FMU_REQUIRE_ARRAY(instance, GetNumberOfContinuousStates, nContinuousStates, 1);
-    *nContinuousStates = (size_t)fmu_states(instance);
+    *nContinuousStates = fmu_states(instance);
     return fmi3OK;
 }
 
@@ -80,44 +80,33 @@ fmi3Status fmi3GetEventIndicators(fmi3Instance c, fmi3Float64 eventIndicators[],
 {
     FMU_REQUIRE(c, GetEventIndicators);
     FMU_REQUIRE_COUNT(instance, GetEventIndicators, eventIndicators, nEventIndicators, fmu_indicators(instance));
-    if (nEventIndicators > 0)
-        eventIndicators[0] = fmu_indicator(instance);
-    return fmi3OK;
+    return fmu_get_indicators(instance, eventIndicators);
 }
 
 fmi3Status fmi3SetContinuousStates(fmi3Instance c, const fmi3Float64 continuousStates[], size_t nContinuousStates)
 {
     FMU_REQUIRE(c, SetContinuousStates);
     FMU_REQUIRE_COUNT(instance, SetContinuousStates, continuousStates, nContinuousStates, fmu_states(instance));
-    for (size_t i = 0; i < nContinuousStates; i++)
-        if (fmu_require_change(instance, fmu_state((int)i), continuousStates[i]) != FMU_OK)
-            return fmi3Error;
-    fmu_open_changes(instance);
-    for (size_t i = 0; i < nContinuousStates; i++)
-        fmu_change(instance, fmu_state((int)i), continuousStates[i]);
-    return fmu_apply_changes(instance);
+    return fmu_set_states(instance, continuousStates);
 }
 
 fmi3Status fmi3GetContinuousStates(fmi3Instance c, fmi3Float64 continuousStates[], size_t nContinuousStates)
 {
     FMU_REQUIRE(c, GetContinuousStates);
     FMU_REQUIRE_COUNT(instance, GetContinuousStates, continuousStates, nContinuousStates, fmu_states(instance));
-    return fmu_read(instance, (unsigned[]){fmu_state(0), fmu_state(1)}, nContinuousStates, continuousStates);
+    return fmu_get_states(instance, continuousStates);
 }
 
 fmi3Status fmi3GetContinuousStateDerivatives(fmi3Instance c, fmi3Float64 derivatives[], size_t nContinuousStates)
 {
     FMU_REQUIRE(c, GetContinuousStateDerivatives);
     FMU_REQUIRE_COUNT(instance, GetContinuousStateDerivatives, derivatives, nContinuousStates, fmu_states(instance));
-    return fmu_read(instance, (unsigned[]){fmu_state_rate(instance, 0), fmu_state_rate(instance, 1)}, nContinuousStates,
-                    derivatives);
+    return fmu_get_rates(instance, derivatives);
 }
 
 fmi3Status fmi3GetNominalsOfContinuousStates(fmi3Instance c, fmi3Float64 nominals[], size_t nContinuousStates)
 {
     FMU_REQUIRE(c, GetNominalsOfContinuousStates);
     FMU_REQUIRE_COUNT(instance, GetNominalsOfContinuousStates, nominals, nContinuousStates, fmu_states(instance));
-    for (size_t i = 0; i < nContinuousStates; i++)
-        nominals[i] = fmu_state_nominal((int)i);
-    return fmi3OK;
+    return fmu_get_nominals(instance, nominals);
 }

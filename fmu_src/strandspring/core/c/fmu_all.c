@@ -1,4 +1,4 @@
-/* What the FMUs of both versions of FMI share; part of all.c and fmi3_all.c. */
+/* What the FMUs of both versions of FMI share; part of fmi2_all.c and fmi3_all.c. */
 #include "fmu_block.c"
 #include "fmu_bytes.c"
 #include "fmu_derivatives.c"

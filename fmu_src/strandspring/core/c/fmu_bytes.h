@@ -19,7 +19,8 @@ SPRING_LOCAL Guid fmu_guid(void);
 /* An address that identifies the FMU within its process. */
 SPRING_LOCAL const void *fmu_identity(void);
 
-/* Copies from a block that is volatile, since compilers would take for constants what is overwritten in the finished binary. */
+/* Copies from a block that is volatile, since compilers would take for constants what is overwritten in the finished
+ * binary. */
 SPRING_LOCAL void fmu_copy_block(void *to, const volatile void *from, size_t size);
 
 /* A position in the bytes of a state; without either pointer fields are only counted. */
@@ -39,7 +40,8 @@ SPRING_LOCAL void fmu_int_field(Cursor *cursor, int *value);
 /* Writes what stands before the fields of a state of so many bytes, once these are there. */
 SPRING_LOCAL void fmu_write_head(unsigned char *bytes, size_t size);
 
-/* The reason why bytes are not a state of this FMU, whose states have `expected` bytes, apart from its fields; NULL if there is none. */
+/* The reason why bytes are not a state of this FMU, whose states have `expected` bytes, apart from its fields; NULL if
+ * there is none. */
 SPRING_LOCAL const char *fmu_foreign(const unsigned char *bytes, size_t size, size_t expected);
 
 #endif

@@ -56,8 +56,9 @@ static double partial_of_states_form(const Gradients *at, unsigned unknown, unsi
 double fmu_partial(const Instance *instance, const Gradients *at, unsigned unknown, unsigned known)
 {
     const State *state = &instance->state;
-    return instance->has_states ? partial_of_states_form(at, unknown, known, state)
-                                : partial_of_usual_form(at, unknown, known, &state->settings, state->mode & INITIALIZATION);
+    if (instance->has_states)
+        return partial_of_states_form(at, unknown, known, state);
+    return partial_of_usual_form(at, unknown, known, &state->settings, state->mode & INITIALIZATION);
 }
 
 FmuStatus fmu_require_unknown(const Instance *instance, unsigned unknown)
@@ -81,8 +82,8 @@ FmuStatus fmu_require_known(const Instance *instance, unsigned known)
     if (settings->real_time && !settings->has_states && !(instance->state.mode & INITIALIZATION) &&
         fmu_shapes_path(settings, known))
         return FMU_REFUSE(&instance->log,
-                          "An FMU for real time gives no derivatives with respect to `%s` after initialization; build one "
-                          "without --real-time.",
+                          "An FMU for real time gives no derivatives with respect to `%s` after initialization; build "
+                          "one without --real-time.",
                           fmu_name(settings, known).text);
     return FMU_OK;
 }
@@ -132,8 +133,8 @@ FmuStatus fmu_gradients_of_path(Instance *instance, Gradients *at)
         return FMU_ERROR;
     if (fabs(state->rate) > LARGEST_VELOCITY)
         return fmu_report(&instance->log, FMU_DISCARD,
-                          "The outputs have no derivatives, for `displacement` moved at %s m/s in the last step; take steps "
-                          "in which it moves at %g m/s or less.",
+                          "The outputs have no derivatives, for `displacement` moved at %s m/s in the last step; take "
+                          "steps in which it moves at %g m/s or less.",
                           spring_number(state->rate).text, LARGEST_VELOCITY);
     const SpringSensitivity *sensitivity = state->settings.real_time ? NULL : &state->sensitivity;
     spring_gradient(instance->law, &state->memory, sensitivity, &at->of_force, &at->of_stiffness);

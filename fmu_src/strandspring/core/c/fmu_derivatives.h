@@ -11,8 +11,8 @@ typedef struct {
     double force;
 } Gradients;
 
-/* An unknown must be an output or the rate of a state; a known an input, a state or a parameter. `absorbed_energy` is the sum over a
- * path, of which derivatives by parameters are not kept. */
+/* An unknown must be an output or the rate of a state; a known an input, a state or a parameter. `absorbed_energy` is
+ * the sum over a path, of which derivatives by parameters are not kept. */
 SPRING_LOCAL FmuStatus fmu_require_unknown(const Instance *instance, unsigned unknown);
 SPRING_LOCAL FmuStatus fmu_require_known(const Instance *instance, unsigned known);
 SPRING_LOCAL FmuStatus fmu_require_pair(const Instance *instance, unsigned unknown, unsigned known);
@@ -23,8 +23,8 @@ SPRING_LOCAL FmuStatus fmu_require_sum(const Instance *instance, unsigned refere
 SPRING_LOCAL FmuStatus fmu_gradients(Instance *instance, Gradients *at);
 SPRING_LOCAL double fmu_partial(const Instance *instance, const Gradients *at, unsigned unknown, unsigned known);
 
-/* Derivatives by time of outputs at the end of the last step, whatever displacement has been set since: first of all whether the
- * output has one of this order, then d(output)/dt. */
+/* Derivatives by time of outputs at the end of the last step, whatever displacement has been set since: first of all
+ * whether the output has one of this order, then d(output)/dt. */
 SPRING_LOCAL FmuStatus fmu_require_rate(const Instance *instance, unsigned output, int order);
 SPRING_LOCAL FmuStatus fmu_gradients_of_path(Instance *instance, Gradients *at);
 SPRING_LOCAL double fmu_rate(const Instance *instance, const Gradients *at, unsigned output);

@@ -2,6 +2,8 @@
 
 #include "fmu_block.h"
 #include "numerics.h"
+#include "spring_number.h"
+#include "spring_problem.h"
 
 #include <float.h>
 #include <math.h>
@@ -56,7 +58,11 @@ typedef struct {
 Instance *fmu_instantiate(
     Log *log, const char *name, const char *guid, const char *guid_name, const Memory *memory, int mode)
 {
-    size_t buffers = fmu_start_settings().real_time ? sizeof(Buffers) : 0;
+    Settings start = fmu_start_settings();
+    if (mode == CS_INSTANTIATED && start.has_states)
+        return FMU_REFUSE_POINTER(
+            log, "This form of the FMU has continuous states and no solver; instantiate it for model exchange.");
+    size_t buffers = start.real_time ? sizeof(Buffers) : 0;
     Instance *instance = fmu_new_instance(log, name, guid, guid_name, memory, sizeof *instance + buffers);
     if (instance == NULL)
         return NULL;
@@ -114,7 +120,8 @@ SPRING_COLD FmuStatus refuse_memory(const Instance *instance)
     return FMU_REFUSE(&instance->log, "There is not enough memory for the tables of this spring.");
 }
 
-/* Prepares the law of some parameters. The present one stays as it is, but for a shared one that is no longer acquired. */
+/* Prepares the law of some parameters. The present one stays as it is, but for a shared one that is no longer
+ * acquired. */
 SPRING_COLD FmuStatus make_law(Instance *instance, const Settings *settings)
 {
     char problem[256];
@@ -143,8 +150,7 @@ SPRING_COLD FmuStatus make_law(Instance *instance, const Settings *settings)
     return FMU_OK;
 }
 
-/* Prepares the law of the present parameters, unless it is there. */
-static FmuStatus require_law(Instance *instance)
+FmuStatus fmu_require_law(Instance *instance)
 {
     return instance->law != NULL ? FMU_OK : make_law(instance, &instance->state.settings);
 }
@@ -153,7 +159,7 @@ static FmuStatus require_law(Instance *instance)
 SPRING_APART const SpringMemory *make_trial(Instance *instance)
 {
     const State *state = &instance->state;
-    if (require_law(instance) != FMU_OK)
+    if (fmu_require_law(instance) != FMU_OK)
         return NULL;
     if (instance->has_states)
         instance->trial = state->memory;
@@ -211,7 +217,8 @@ FmuStatus fmu_read(Instance *instance, const unsigned references[], size_t count
             int is_velocity = fmu_causality(&state->settings, references[i]) == VARIABLE_INPUT;
             values[i] = is_velocity ? state->velocity : *fmu_setting(&state->settings, references[i]);
         } else if (references[i] == SPRING_ABSORBED_ENERGY && state->settings.no_energy) {
-            return FMU_REFUSE(&instance->log, "`absorbed_energy` is left out of this FMU; build it with energy to read it.");
+            return FMU_REFUSE(
+                &instance->log, "`absorbed_energy` is left out of this FMU; build it with energy to read it.");
         } else {
             const SpringMemory *reached = fmu_reach(instance);
             if (reached == NULL)
@@ -235,7 +242,7 @@ SPRING_COLD FmuStatus change_parameters(Instance *instance, const Settings *sett
         state->settings = *settings;
         return FMU_OK;
     }
-    if (require_law(instance) != FMU_OK)
+    if (fmu_require_law(instance) != FMU_OK)
         return FMU_ERROR;
     /* The old law must last until it has been left. */
     const SpringLaw *before = instance->law;
@@ -438,14 +445,15 @@ SPRING_COLD void watch_velocity(Instance *instance, int jumped)
     else if (fmu_velocity_accept(watch, state->time, state->displacement, state->velocity, fmu_range(state)))
         fmu_report(&instance->log, FMU_WARNING,
                    "`velocity` must be the rate of `displacement`, but up to time %s s their steps differ by %.0f %%: "
-                   "omega and the force are wrong. Connect `velocity`, or take the FMU for co-simulation, which needs none.",
+                   "omega and the force are wrong. Connect `velocity`, or take the FMU for co-simulation, which needs "
+                   "none.",
                    spring_number(state->time).text, 100.0 * watch->difference / watch->distance);
 }
 
 FmuStatus fmu_accept(Instance *instance, int jumped)
 {
     State *state = &instance->state;
-    if (require_law(instance) != FMU_OK)
+    if (fmu_require_law(instance) != FMU_OK)
         return FMU_ERROR;
     commit(instance);
     if (instance->has_states)
@@ -467,8 +475,8 @@ SPRING_COLD FmuStatus commit_parabola(Instance *instance, double time, double si
     double rate = v + a * size;
     if (!(fabs(end) <= LARGEST_DISPLACEMENT && fabs(vertex) <= LARGEST_DISPLACEMENT && fabs(rate) <= LARGEST_VELOCITY))
         return FMU_REFUSE(&instance->log,
-                          "The derivatives %s m/s and %s m/s^2 of `displacement` must keep it within +-%g m, and its rate "
-                          "within +-%g m/s, in the step at time %s s.",
+                          "The derivatives %s m/s and %s m/s^2 of `displacement` must keep it within +-%g m, and its "
+                          "rate within +-%g m/s, in the step at time %s s.",
                           spring_number(v).text, spring_number(a).text, LARGEST_DISPLACEMENT, LARGEST_VELOCITY,
                           spring_number(time).text);
     commit_at(instance, x);
@@ -490,7 +498,7 @@ static void commit_line(Instance *instance, double size)
 FmuStatus fmu_step(Instance *instance, double time, double size)
 {
     State *state = &instance->state;
-    if (require_law(instance) != FMU_OK)
+    if (fmu_require_law(instance) != FMU_OK)
         return FMU_ERROR;
     if (!state->interpolated)
         commit_line(instance, size);

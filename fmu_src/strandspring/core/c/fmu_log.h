@@ -13,7 +13,8 @@ enum { LOG_WARNINGS = 1, LOG_ERRORS = 2, LOG_ALL = LOG_WARNINGS | LOG_ERRORS };
 /* Where messages go; copied from what the host gave. */
 typedef struct Log Log;
 struct Log {
-    void (*write)(const Log *log, FmuStatus status, const char *category, const char *text); /* calls `logger`; may be NULL */
+    /* Calls `logger`; may be NULL. */
+    void (*write)(const Log *log, FmuStatus status, const char *category, const char *text);
     void (*logger)(void); /* of the version of FMI */
     void *environment;
     const char *instance_name;

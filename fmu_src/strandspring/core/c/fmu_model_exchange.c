@@ -1,5 +1,6 @@
 #include "fmu_model_exchange.h"
 
+#include "fmu_block.h"
 #include "spring_number.h"
 
 #include <math.h>
@@ -29,7 +30,7 @@ FmuStatus fmu_set_time(Instance *instance, double time)
     return FMU_OK;
 }
 
-int fmu_indicators(const Instance *instance)
+size_t fmu_indicators(const Instance *instance)
 {
     return instance->has_states ? 0 : 1;
 }
@@ -40,25 +41,52 @@ double fmu_indicator(const Instance *instance)
     return fmu_watch_indicator(&state->watch, state->time, state->displacement, fmu_range(state));
 }
 
-int fmu_states(const Instance *instance)
+FmuStatus fmu_get_indicators(const Instance *instance, double values[])
 {
-    return instance->has_states ? FMU_MOST_STATES : 0;
+    if (!instance->has_states)
+        values[0] = fmu_indicator(instance);
+    return FMU_OK;
 }
 
-unsigned fmu_state(int i)
+enum { MOST_STATES = 2 };
+static const unsigned STATES[MOST_STATES] = {SPRING_ABSORBED_ENERGY, SPRING_OMEGA};
+
+size_t fmu_states(const Instance *instance)
 {
-    return i == 0 ? SPRING_ABSORBED_ENERGY : SPRING_OMEGA;
+    return instance->has_states ? MOST_STATES : 0;
 }
 
-unsigned fmu_state_rate(const Instance *instance, int i)
+FmuStatus fmu_set_states(Instance *instance, const double values[])
 {
-    return fmu_first_own(&instance->state.settings) + (i == 0 ? OWN_POWER : OWN_OMEGA_RATE);
+    size_t count = fmu_states(instance);
+    for (size_t i = 0; i < count; i++)
+        if (fmu_require_change(instance, STATES[i], values[i]) != FMU_OK)
+            return FMU_ERROR;
+    fmu_open_changes(instance);
+    for (size_t i = 0; i < count; i++)
+        fmu_change(instance, STATES[i], values[i]);
+    return fmu_apply_changes(instance);
 }
 
-/* The energy that the hysteretic force takes on a way through the whole range, as identified, and 1. */
-double fmu_state_nominal(int i)
+FmuStatus fmu_get_states(Instance *instance, double values[])
+{
+    return fmu_read(instance, STATES, fmu_states(instance), values);
+}
+
+FmuStatus fmu_get_rates(Instance *instance, double values[])
+{
+    unsigned first_own = fmu_first_own(&instance->state.settings);
+    const unsigned rates[MOST_STATES] = {first_own + OWN_POWER, first_own + OWN_OMEGA_RATE};
+    return fmu_read(instance, rates, fmu_states(instance), values);
+}
+
+FmuStatus fmu_get_nominals(const Instance *instance, double values[])
 {
     Settings start = fmu_start_settings();
     const SpringParameters *spring = &start.spring;
-    return i == 0 ? spring->kappa_omega * (spring->displacement_max - spring->displacement_min) : 1.0;
+    const double nominals[MOST_STATES] = {
+        spring->kappa_omega * (spring->displacement_max - spring->displacement_min), 1.0};
+    for (size_t i = 0; i < fmu_states(instance); i++)
+        values[i] = nominals[i];
+    return FMU_OK;
 }

@@ -46,8 +46,8 @@ FmuStatus fmu_require_strange_step(const Log *log, double time, double size, dou
     if (!(fabs(time) <= DBL_MAX))
         return FMU_REFUSE(log, "The time of a step must be finite [s], got %s.", spring_number(time).text);
     if (!(size >= 0.0 && end <= DBL_MAX))
-        return FMU_REFUSE(log, "The step size at time %s s must be finite and >= 0 [s], got %s.", spring_number(time).text,
-                          spring_number(size).text);
+        return FMU_REFUSE(log, "The step size at time %s s must be finite and >= 0 [s], got %s.",
+                          spring_number(time).text, spring_number(size).text);
     if (end > stop_time && end > stop_time + ROUNDING * fmax(fabs(end), fabs(stop_time)))
         return FMU_REFUSE(log, "The step of %s s at time %s s must not go beyond the stop time %s s.",
                           spring_number(size).text, spring_number(time).text, spring_number(stop_time).text);

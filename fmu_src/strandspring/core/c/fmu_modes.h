@@ -1,5 +1,6 @@
-/* The modes of an instance, which FMI 2.0 (sections 3.2.3 and 4.2.4) and FMI 3.0 (sections 2.3, 3.2 and 4.2) have in common, and the
- * checks at the beginning of a call. Which call is legal in which mode is said in fmi2_states.h and fmi3_states.h.
+/* The modes of an instance, which FMI 2.0 (sections 3.2.3 and 4.2.4) and FMI 3.0 (sections 2.3, 3.2 and 4.2) have in
+ * common, and the checks at the beginning of a call. Which call is legal in which mode is said in fmi2_states.h and
+ * fmi3_states.h.
  *
  * A refused call changes nothing, so there is no mode of error; and since no step is ever pending, discarded or
  * cancelled, co-simulation knows one mode between initialization and termination.
@@ -43,7 +44,8 @@ static inline int fmu_of_kind(int mode, int modes)
 /* For the list of calls of a version: the modes in which each is legal, as ALLOWED_call. */
 #define FMU_ALLOWED(call, modes) ALLOWED_##call = (modes),
 
-/* Declares `instance`, which c is; the call must be allowed in its present mode. FMI_PREFIX and FMI_ERROR are those of the version. */
+/* Declares `instance`, which c is; the call must be allowed in its present mode. FMI_PREFIX and FMI_ERROR are those of
+ * the version. */
 #define FMU_REQUIRE(c, call) \
     Instance *instance = (c); \
     do { \
@@ -71,7 +73,8 @@ static inline int fmu_of_kind(int mode, int modes)
 
 SPRING_COLD FmuStatus fmu_refuse_call(const Log *log, int mode, const char *call, int allowed);
 
-/* Refuses a step of co-simulation whose time or size cannot be. */
+/* Refuses a step of co-simulation whose time or size cannot be: an error, for discarding it would ask the host to try a
+ * smaller one. */
 SPRING_COLD FmuStatus fmu_require_strange_step(const Log *log, double time, double size, double stop_time);
 static inline FmuStatus fmu_require_step(const Log *log, double time, double size, double stop_time)
 {

@@ -5,8 +5,9 @@
  *     Instance            with `log`, `variables` and `state`
  *     State               with `mode`, `time` and `stop_time`; a copy of it is a snapshot
  *     fmu_type, fmu_variable_name, fmu_identity
- *     fmu_begin, fmu_end_initialization, fmu_read, fmu_read_extrapolating, fmu_restore
- *     fmu_state_size, fmu_state_write, fmu_state_read
+ *     fmu_instantiate, fmu_free, fmu_begin, fmu_end_initialization, fmu_step, fmu_step_to, fmu_restore
+ *     fmu_read, fmu_read_extrapolating, fmu_require_change, fmu_open_changes, fmu_change, fmu_apply_changes
+ *     fmu_blank_state, fmu_state_fields, fmu_state_problem
  */
 #ifndef FMU_OWN_H
 #define FMU_OWN_H

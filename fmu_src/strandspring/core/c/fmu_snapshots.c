@@ -12,6 +12,15 @@ typedef struct {
     State state;
 } Snapshot;
 
+/* Takes the fields of a state from bytes, or writes them, or neither; only the first changes it. Returns the size of
+ * the serialized form, which is the same for all states of one FMU. */
+static size_t serialize(const State *state, const unsigned char *from, unsigned char *to)
+{
+    Cursor cursor = {from, to, fmu_fields_at()};
+    fmu_state_fields(&cursor, (State *)state);
+    return cursor.position;
+}
+
 static FmuStatus refuse_null(const Instance *instance, const char *call, const char *name)
 {
     return FMU_REFUSE(&instance->log, "`%s` of %s must not be NULL.", name, call);
@@ -81,7 +90,7 @@ FmuStatus fmu_size_of_snapshot(const Instance *instance, const char *call, const
         return FMU_ERROR;
     if (size == NULL)
         return refuse_null(instance, call, "size");
-    *size = fmu_state_size();
+    *size = serialize(&((const Snapshot *)held)->state, NULL, NULL);
     return FMU_OK;
 }
 
@@ -93,10 +102,12 @@ FmuStatus fmu_write_snapshot(
         return FMU_ERROR;
     if (bytes == NULL)
         return refuse_null(instance, call, "serializedState");
-    if (size != fmu_state_size())
-        return FMU_REFUSE(&instance->log, "A serialized state must have %.0f bytes, got %.0f.",
-                          (double)fmu_state_size(), (double)size);
-    fmu_state_write(&snapshot->state, bytes);
+    size_t expected = serialize(&snapshot->state, NULL, NULL);
+    if (size != expected)
+        return FMU_REFUSE(&instance->log, "A serialized state must have %.0f bytes, got %.0f.", (double)expected,
+                          (double)size);
+    (void)serialize(&snapshot->state, NULL, bytes);
+    fmu_write_head(bytes, size);
     return FMU_OK;
 }
 
@@ -109,7 +120,12 @@ FmuStatus fmu_read_snapshot(
         return refuse_null(instance, call, bytes == NULL ? "serializedState" : "state");
     if (*held != NULL && require_snapshot(instance, call, *held) != FMU_OK)
         return FMU_ERROR;
-    if (fmu_state_read(&state, bytes, size, problem, sizeof problem))
+    fmu_blank_state(&state);
+    const char *foreign = fmu_foreign(bytes, size, serialize(&state, NULL, NULL));
+    if (foreign != NULL)
+        return FMU_REFUSE(&instance->log, "%s", foreign);
+    (void)serialize(&state, bytes, NULL);
+    if (fmu_state_problem(&state, problem, sizeof problem))
         return FMU_REFUSE(&instance->log, "%s", problem);
     return keep(instance, call, &state, held);
 }

@@ -6,8 +6,8 @@
 
 #include <stddef.h>
 
-/* `call` names the call for messages. A state given by the host must be one of this FMU; a state that is taken or read goes where
- * `held` points, into the memory of the one that is there, if any. */
+/* `call` names the call for messages. A state given by the host must be one of this FMU; a state that is taken or read
+ * goes where `held` points, into the memory of the one that is there, if any. */
 SPRING_LOCAL FmuStatus fmu_take_snapshot(const Instance *instance, const char *call, void **held);
 SPRING_LOCAL FmuStatus fmu_return_to_snapshot(Instance *instance, const char *call, const void *held);
 SPRING_LOCAL FmuStatus fmu_free_snapshot(const Instance *instance, const char *call, void **held);

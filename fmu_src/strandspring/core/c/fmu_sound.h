@@ -5,6 +5,7 @@
 #include "spring.h"
 
 #include <math.h>
+#include <stdio.h>
 
 static inline int fmu_is_flag(int value)
 {
@@ -22,6 +23,14 @@ static inline int fmu_memory_is_sound(const SpringMemory *memory)
     return fabs(memory->displacement) <= LARGEST_DISPLACEMENT && fabs(memory->start) <= LARGEST_DISPLACEMENT &&
            fabs(memory->energy_at) <= LARGEST_DISPLACEMENT && fabs(memory->energy) <= LARGEST_SUM &&
            fabs(memory->start_xi) <= LARGEST_START_XI && fmu_is_side(memory->direction);
+}
+
+/* Whether a field is named that no instance can have; the message is then in `problem`. */
+static inline int fmu_is_damaged(const char *field, char *problem, size_t size)
+{
+    if (field != NULL)
+        snprintf(problem, size, "The serialized state is damaged in its field `%s`.", field);
+    return field != NULL;
 }
 
 #endif

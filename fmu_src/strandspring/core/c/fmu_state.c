@@ -3,13 +3,16 @@
 #include "fmu_block.h"
 #include "fmu_modes.h"
 #include "fmu_sound.h"
+#include "spring_problem.h"
 
 #include <math.h>
-#include <stdio.h>
-#include <string.h>
 
-/* In this order after what stands before the fields of every state (fmu_bytes.c). */
-static void fields(Cursor *cursor, State *state)
+void fmu_blank_state(State *state)
+{
+    state->settings = fmu_start_settings(); /* for the numbers of coefficients */
+}
+
+void fmu_state_fields(Cursor *cursor, State *state)
 {
     SpringMemory *memory = &state->memory;
     SpringSensitivity *sensitivity = &state->sensitivity;
@@ -47,22 +50,6 @@ static void fields(Cursor *cursor, State *state)
     fmu_int_field(cursor, &watch->heading);
     fmu_double_field(cursor, &watch->turn);
     fmu_double_field(cursor, &watch->slack);
-}
-
-size_t fmu_state_size(void)
-{
-    State any = {.settings = fmu_start_settings()};
-    Cursor cursor = {NULL, NULL, fmu_fields_at()};
-    fields(&cursor, &any);
-    return cursor.position;
-}
-
-void fmu_state_write(const State *state, unsigned char *bytes)
-{
-    State copy = *state;
-    Cursor cursor = {NULL, bytes, fmu_fields_at()};
-    fields(&cursor, &copy);
-    fmu_write_head(bytes, cursor.position);
 }
 
 static int is_sound(const SpringMemory *memory, const SpringSensitivity *sensitivity)
@@ -110,23 +97,12 @@ static const char *damaged_field(const State *state)
         return "flags";
     if (!fmu_watch_is_sound(&state->watch))
         return "watch";
-    return state->mode & (INITIALIZED | TERMINATED) && !(fabs(state->settings.omega_start) <= 1.0) ? "omega_start" : NULL;
+    int begun = state->mode & (INITIALIZED | TERMINATED);
+    return begun && !(fabs(settings.omega_start) <= 1.0) ? "omega_start" : NULL;
 }
 
-int fmu_state_read(State *state, const unsigned char *bytes, size_t size, char *problem, size_t problem_size)
+int fmu_state_problem(const State *state, char *problem, size_t size)
 {
-    const char *reason = fmu_foreign(bytes, size, fmu_state_size());
-    if (reason != NULL) {
-        snprintf(problem, problem_size, "%s", reason);
-        return 1;
-    }
-    Cursor cursor = {bytes, NULL, fmu_fields_at()};
-    state->settings = fmu_start_settings(); /* for the numbers of coefficients */
-    fields(&cursor, state);
-    const char *field = damaged_field(state);
-    if (field != NULL) {
-        snprintf(problem, problem_size, "The serialized state is damaged in its field `%s`.", field);
-        return 1;
-    }
-    return state->mode & (INITIALIZED | TERMINATED) ? spring_problem(&state->settings.spring, problem, problem_size) : 0;
+    return fmu_is_damaged(damaged_field(state), problem, size) ||
+           (state->mode & (INITIALIZED | TERMINATED) && spring_problem(&state->settings.spring, problem, size));
 }

@@ -1,9 +1,9 @@
 /* Whether the input velocity is the rate of the displacement, as the form with states needs it.
  *
- * A host that leaves it at 0, or gives another one, gets no hysteresis or a wrong one, and nothing else would tell. So the
- * displacement is compared with the integral of the velocity over the accepted points, by the trapezoidal rule; both
- * differences and distances add up. Its error is a small share of the distance where a solver resolves the motion, and
- * an input that lags behind by a step of a twentieth of a period makes 16 %.
+ * A host that leaves it at 0, or gives another one, gets no hysteresis or a wrong one, and nothing else would tell. So
+ * the displacement is compared with the integral of the velocity over the accepted points, by the trapezoidal rule;
+ * both differences and distances add up. Its error is a small share of the distance where a solver resolves the motion,
+ * and an input that lags behind by a step of a twentieth of a period makes 16 %.
  *
  * This is no part of the state of the FMU: no value depends on it.
  */

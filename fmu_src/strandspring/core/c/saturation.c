@@ -19,8 +19,8 @@ static const double PI = 3.14159265358979323846;
 typedef struct {
     double lowest, highest, lost, width, unresolved, rounded;
 } Fineness;
-/* As in saturation.py. The nearest singularity, most often xi = 0, is 4.5 half widths away at least, and the polynomial's
- * error below 1e-13; above the highest logit 1 - W is below a rounding. */
+/* As in saturation.py. The nearest singularity, most often xi = 0, is 4.5 half widths away at least, and the
+ * polynomial's error below 1e-13; above the highest logit 1 - W is below a rounding. */
 static const Fineness FINE = {-32.0, 36.5, 36.0, 0.45, 5e-13, 1e-14};
 /* The nearest singularity is 2.2 half widths away, and the error of W below 1e-8. */
 static const Fineness COARSE = {-16.0, 20.0, 16.0, 0.9, 1e-7, 1e-7};
@@ -186,8 +186,8 @@ static void integrate(const Rule *rule, double half, const double *rate, double 
     }
 }
 
-/* |xi| at the nodes of a piece. W' may be 2000, so that the roundings of a hundred pieces would count: what they lose is
- * carried from piece to piece. */
+/* |xi| at the nodes of a piece. W' may be 2000, so that the roundings of a hundred pieces would count: what they lose
+ * is carried from piece to piece. */
 static void integrate_xi(const Rule *rule, double half, double *z, double *lost, Nodes *nodes)
 {
     integrate(rule, half, nodes->rate, 0.0, nodes->z);
@@ -366,7 +366,8 @@ static double share_of(const Chebyshev *rule, const double *value, int m)
     return total * (m > 0 ? 2.0 : 1.0) / (double)SPRING_BLOCK_POWERS;
 }
 
-/* What of |W| a block between two edges need not resolve. Loops far below saturation absorb what |xi|^(n + 1) adds to |xi|. */
+/* What of |W| a block between two edges need not resolve. Loops far below saturation absorb what |xi|^(n + 1) adds to
+ * |xi|. */
 static double unresolved_by(const SpringTable *table, const Fineness *is, const SpringBranch *branch, int from, int to)
 {
     double first = branch->values[from];

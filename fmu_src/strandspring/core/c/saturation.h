@@ -23,9 +23,9 @@ enum {
     SPRING_RUNS = SPRING_BLOCKS / SPRING_RUN
 };
 
-/* A polynomial on a short interval: of theta = (argument - middle)*per_half, -1 <= theta <= 1. |W| is one of |xi|, and the
- * theta of that one is a polynomial of |W|, or of 1 - |W| near saturation; the latter is only where Newton's method for the
- * former begins. */
+/* A polynomial on a short interval: of theta = (argument - middle)*per_half, -1 <= theta <= 1. |W| is one of |xi|, and
+ * the theta of that one is a polynomial of |W|, or of 1 - |W| near saturation; the latter is only where Newton's method
+ * for the former begins. */
 typedef struct {
     double middle, per_half, coefficients[SPRING_POWERS];
 } SpringPiece;
@@ -37,8 +37,8 @@ typedef struct {
     unsigned char piece[SPRING_BUCKETS + 1];
 } SpringIndex;
 
-/* Runs of pieces, as long as |W| is one polynomial of degree 15 on each of them: theta = (|xi| - middle)*per_half. With it
- * integrals of |W| times FA, of degree 20, are exact by Gauss's rule of 20 points. */
+/* Runs of pieces, as long as |W| is one polynomial of degree 15 on each of them: theta = (|xi| - middle)*per_half. With
+ * it integrals of |W| times FA, of degree 20, are exact by Gauss's rule of 20 points. */
 typedef struct {
     int count;
     double ends[SPRING_BLOCK_ROOM];              /* |xi| between the blocks; beyond the last one infinite */
@@ -77,7 +77,8 @@ typedef struct {
     double u, slope, by_n, by_sigma;
 } SpringSlopes;
 
-/* What a table holds besides W and its inverse, each of which takes about half as long to fill again; and how finely. */
+/* What a table holds besides W and its inverse, each of which takes about half as long to fill again; and how
+ * finely. */
 enum {
     SPRING_WITH_DERIVATIVES = 1, /* by n and sigma */
     SPRING_WITH_ENERGIES = 2,    /* the blocks */
@@ -100,7 +101,8 @@ SPRING_LOCAL double spring_saturation_slope(const SpringTable *table, double xi,
 /* W and its derivatives at xi; those by n and sigma are valid if the table has been filled with them. */
 SPRING_LOCAL SpringSlopes spring_slopes(const SpringTable *table, double xi);
 
-/* u^n, 0 <= u <= 1, within 3e-16, and ln u, u > 0, within 3e-16 of itself: the same bits on every machine, without errno. */
+/* u^n, 0 <= u <= 1, within 3e-16, and ln u, u > 0, within 3e-16 of itself: the same bits on every machine, without
+ * errno. */
 SPRING_LOCAL double spring_power(double u, double n);
 SPRING_LOCAL double spring_logarithm(double u);
 

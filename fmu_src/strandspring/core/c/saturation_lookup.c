@@ -140,8 +140,9 @@ SpringSlopes spring_slopes(const SpringTable *table, double xi)
 double spring_logarithm(double u)
 {
     /* ln((1 + s)/(1 - s)) = 2 s (1 + s^2/3 + s^4/5 + ...). */
-    static const double SERIES[SPRING_POWERS] = {2.0,        2.0 / 3.0,  2.0 / 5.0,  2.0 / 7.0,  2.0 / 9.0,  2.0 / 11.0,
-                                                 2.0 / 13.0, 2.0 / 15.0, 2.0 / 17.0, 2.0 / 19.0, 2.0 / 21.0, 2.0 / 23.0};
+    static const double SERIES[SPRING_POWERS] = {
+        2.0,        2.0 / 3.0,  2.0 / 5.0,  2.0 / 7.0,  2.0 / 9.0,  2.0 / 11.0,
+        2.0 / 13.0, 2.0 / 15.0, 2.0 / 17.0, 2.0 / 19.0, 2.0 / 21.0, 2.0 / 23.0};
     int exponent = -1023;
     if (u < DBL_MIN) {
         u *= 18014398509481984.0;

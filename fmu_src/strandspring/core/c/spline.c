@@ -1,7 +1,7 @@
 #include "spline.h"
 
-/* The equations of the second derivatives at the inner knots. `first` and `last` say how far those at the ends lie on the
- * lines through their neighbours: M_0 = M_1 + first*(M_1 - M_2). */
+/* The equations of the second derivatives at the inner knots. `first` and `last` say how far those at the ends lie on
+ * the lines through their neighbours: M_0 = M_1 + first*(M_1 - M_2). */
 typedef struct {
     int size;
     double width[SPRING_KNOTS - 1];
@@ -15,7 +15,8 @@ static void make_equations(BendEquations *equations, int count, const double *kn
     int size = equations->size = count - 2;
     for (int k = 0; k < count - 1; k++)
         h[k] = knots[k + 1] - knots[k];
-    /* NOLINTBEGIN(clang-analyzer-core.UndefinedBinaryOperatorResult): a table that has been checked has 7 knots or more. */
+    /* NOLINTBEGIN(clang-analyzer-core.UndefinedBinaryOperatorResult): a table that has been checked has 7 knots or
+     * more. */
     for (int k = 0; k < size; k++) {
         equations->lower[k] = h[k] / 6.0;
         equations->diagonal[k] = (h[k] + h[k + 1]) / 3.0;
@@ -30,7 +31,8 @@ static void make_equations(BendEquations *equations, int count, const double *kn
     equations->lower[size - 1] -= equations->last * h[size] / 6.0;
 }
 
-/* Solves them, the solution replacing the right side. The diagonal dominates, so that elimination needs no interchange. */
+/* Solves them, the solution replacing the right side. The diagonal dominates, so that elimination needs no
+ * interchange. */
 static void solve(const BendEquations *equations, double *right)
 {
     double diagonal[SPRING_KNOTS - 2] = {equations->diagonal[0]};
@@ -84,8 +86,8 @@ void spring_spline(SpringSpline *spline, int count, const double *knots, const d
         spline->work[k] -= at_offset;
 }
 
-/* What is asked for is linear in the two forces and the two second derivatives at the ends of the piece. The latter solve
- * T*M = D*forces, so that the weights of a row of theirs, w, are D^T of the solution of T^T*z = w. */
+/* What is asked for is linear in the two forces and the two second derivatives at the ends of the piece. The latter
+ * solve T*M = D*forces, so that the weights of a row of theirs, w, are D^T of the solution of T^T*z = w. */
 static void weights_of_forces(
     const SpringSpline *spline, int count, double x, double by_force, double by_slope, double *weights)
 {
@@ -117,9 +119,10 @@ static void weights_of_forces(
     }
 }
 
-/* When knot k moves, FE changes by -FE' there, so that it passes through the force at the new place; its second derivative,
- * which must be continuous at the new place, changes by a step of -J at the old one, J being the step of the third. With
- * g = -J/2*(x - knot)^2 beyond the knot, the change less g is the spline through what it is at the knots. */
+/* When knot k moves, FE changes by -FE' there, so that it passes through the force at the new place; its second
+ * derivative, which must be continuous at the new place, changes by a step of -J at the old one, J being the step of
+ * the third. With g = -J/2*(x - knot)^2 beyond the knot, the change less g is the spline through what it is at the
+ * knots. */
 void spring_spline_gradient(
     const SpringSpline *spline, int count, double x, double by_force, double by_slope, double *by_forces,
     double *by_knots)

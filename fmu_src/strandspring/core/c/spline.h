@@ -9,8 +9,8 @@
 
 enum { SPLINE_POWERS = 4 };
 
-/* Between neighbouring knots FE is a polynomial of x - knots[i], with coefficients cubic[i]; work[i] is its work from the
- * offset (x = 0) to the knot. */
+/* Between neighbouring knots FE is a polynomial of x - knots[i], with coefficients cubic[i]; work[i] is its work from
+ * the offset (x = 0) to the knot. */
 typedef struct {
     double knots[SPRING_KNOTS];
     double cubic[SPRING_KNOTS - 1][SPLINE_POWERS];
@@ -21,8 +21,8 @@ typedef struct {
 SPRING_LOCAL void spring_spline(
     SpringSpline *spline, int count, const double *knots, const double *forces, double offset);
 
-/* Writes the derivatives of by_force*FE(x) + by_slope*FE'(x) with respect to the forces at the knots and to the places of
- * the knots. */
+/* Writes the derivatives of by_force*FE(x) + by_slope*FE'(x) with respect to the forces at the knots and to the places
+ * of the knots. */
 SPRING_LOCAL void spring_spline_gradient(
     const SpringSpline *spline, int count, double x, double by_force, double by_slope, double *by_forces,
     double *by_knots);

@@ -32,7 +32,8 @@ static void prepare_block_work(SpringLaw *law, const Expansion *of, int falls, i
     const SpringBlocks *blocks = falls ? &law->table->falling.blocks : &law->table->rising.blocks;
     const double *c = blocks->coefficients[index];
     int count = law->parameters.amplifier;
-    double half = 1.0 / blocks->per_half[index], reach = half / law->parameters.rho, moment[SPRING_COEFFICIENTS], power = half;
+    double half = 1.0 / blocks->per_half[index], reach = half / law->parameters.rho;
+    double moment[SPRING_COEFFICIENTS], power = half;
     /* None that is wider than the range lies in it. */
     if (reach > WIDEST_SHARE * (law->x_max - law->x_min))
         return;
@@ -213,25 +214,27 @@ enum { MOST_GROUPS = 5, NODES = MOST_GROUPS * (MOST_GROUPS + 1) };
 
 /* The positive nodes of Gauss-Legendre's rules on [-1, 1] of 4, 8, ... 20 points, and their weights. */
 static const double NODE[NODES] = {
-    0.33998104358485626, 0.86113631159405258, 0.1834346424956498, 0.52553240991632899, 0.79666647741362674, 0.96028985649753623,
-    0.12523340851146892, 0.36783149899818019, 0.58731795428661745, 0.76990267419430469, 0.90411725637047486, 0.98156063424671925,
-    0.09501250983763744, 0.28160355077925891, 0.45801677765722739, 0.61787624440264375, 0.75540440835500303, 0.86563120238783174,
-    0.94457502307323258, 0.98940093499164993, 0.076526521133497334, 0.22778585114164508, 0.37370608871541956, 0.5108670019508271,
-    0.63605368072651503, 0.74633190646015079, 0.83911697182221882, 0.91223442825132591, 0.96397192727791379, 0.99312859918509492,
+    0.33998104358485626, 0.86113631159405258, 0.1834346424956498, 0.52553240991632899, 0.79666647741362674,
+    0.96028985649753623, 0.12523340851146892, 0.36783149899818019, 0.58731795428661745, 0.76990267419430469,
+    0.90411725637047486, 0.98156063424671925, 0.09501250983763744, 0.28160355077925891, 0.45801677765722739,
+    0.61787624440264375, 0.75540440835500303, 0.86563120238783174, 0.94457502307323258, 0.98940093499164993,
+    0.076526521133497334, 0.22778585114164508, 0.37370608871541956, 0.5108670019508271, 0.63605368072651503,
+    0.74633190646015079, 0.83911697182221882, 0.91223442825132591, 0.96397192727791379, 0.99312859918509492,
 };
 static const double WEIGHT[NODES] = {
-    0.65214515486254614, 0.34785484513745386, 0.36268378337836198, 0.31370664587788729, 0.22238103445337447, 0.10122853629037626,
-    0.24914704581340279, 0.23349253653835481, 0.20316742672306592, 0.16007832854334623, 0.10693932599531843, 0.047175336386511827,
-    0.1894506104550685, 0.18260341504492359, 0.16915651939500254, 0.14959598881657673, 0.12462897125553387, 0.095158511682492785,
-    0.062253523938647893, 0.027152459411754095, 0.15275338713072585, 0.14917298647260375, 0.14209610931838205, 0.13168863844917663,
-    0.11819453196151842, 0.10193011981724044, 0.083276741576704749, 0.062672048334109064, 0.040601429800386941, 0.017614007139152118,
+    0.65214515486254614, 0.34785484513745386, 0.36268378337836198, 0.31370664587788729, 0.22238103445337447,
+    0.10122853629037626, 0.24914704581340279, 0.23349253653835481, 0.20316742672306592, 0.16007832854334623,
+    0.10693932599531843, 0.047175336386511827, 0.1894506104550685, 0.18260341504492359, 0.16915651939500254,
+    0.14959598881657673, 0.12462897125553387, 0.095158511682492785, 0.062253523938647893, 0.027152459411754095,
+    0.15275338713072585, 0.14917298647260375, 0.14209610931838205, 0.13168863844917663, 0.11819453196151842,
+    0.10193011981724044, 0.083276741576704749, 0.062672048334109064, 0.040601429800386941, 0.017614007139152118,
 };
-/* Where a part is so short, of a block's half width, and FA so smooth on it, 4 points and 8 points are enough; 12 and 16
- * where FA is smooth. */
+/* Where a part is so short, of a block's half width, and FA so smooth on it, 4 points and 8 points are enough; 12 and
+ * 16 where FA is smooth. */
 static const double SHORT_4 = 0.06, ROUGH_4 = 1.0, SHORT_8 = 0.4, ROUGH_8 = 16.0, ROUGH_12 = 48.0, ROUGH_16 = 160.0;
 
-/* Two numbers, in one register where there are such: not all compilers find that out, nor at all settings. a*x + b is rounded
- * twice in either form. */
+/* Two numbers, in one register where there are such: not all compilers find that out, nor at all settings. a*x + b is
+ * rounded twice in either form. */
 #if defined(__GNUC__) && (defined(__SSE2__) || defined(__aarch64__))
 #define PAIR_REGISTERS
 #define POLYNOMIAL inline
@@ -269,8 +272,8 @@ static inline Pair times(Pair a, Pair x)
     return times_plus(a, x, twice(0.0));
 }
 
-/* The polynomial of an even number of coefficients: of its even and of its odd part, since operations that wait for each other
- * are what takes time. */
+/* The polynomial of an even number of coefficients: of its even and of its odd part, since operations that wait for
+ * each other are what takes time. */
 static POLYNOMIAL Pair polynomial_at(const double *coefficients, int count, Pair x)
 {
     Pair x_2 = times(x, x), even = twice(coefficients[count - 2]), odd = twice(coefficients[count - 1]);
@@ -334,8 +337,8 @@ SPRING_NOINLINE static double elastic_work(const SpringLaw *law, double before, 
     return work + (elastic_work_outside(law, now - to) - elastic_work_outside(law, before - from));
 }
 
-/* What a stroke has still to do from xi to high, and the part of it that comes next, on one branch of W and on one side of
- * each end of the range, where x = x_at_zero + per_z*|xi|. FA is constant outside. */
+/* What a stroke has still to do from xi to high, and the part of it that comes next, on one branch of W and on one side
+ * of each end of the range, where x = x_at_zero + per_z*|xi|. FA is constant outside. */
 typedef struct {
     const SpringLaw *law;
     const SpringBlocks *blocks;
@@ -373,7 +376,8 @@ static inline int groups_for(int coefficients, double length, double rough)
 SPRING_NOINLINE static double cut_work(const Part *part, int block, double a, double b)
 {
     const SpringBlocks *blocks = part->blocks;
-    double half = 0.5 * (b - a), middle = a + half, x = part->x_at_zero + part->per_z * middle, reach = part->per_z * half;
+    double half = 0.5 * (b - a), middle = a + half;
+    double x = part->x_at_zero + part->per_z * middle, reach = part->per_z * half;
     double theta = (middle - blocks->middle[block]) * blocks->per_half[block], length = half * blocks->per_half[block];
     double rough = 2.0 * half * part->law->roughness, total = 0.0;
     int saturated = block == blocks->count;
@@ -440,7 +444,8 @@ SPRING_NOINLINE static double whole_work(const Part *part, int from, int to)
             each ? law->block_work[part->falls][grows] : law->run_work[part->falls][grows];
         for (int64_t pair = first / 2; 2 * pair < last; pair++) {
             const double(*c)[2] = work[pair];
-            Pair x = times_plus(pair_of(middle + 2 * pair), twice(part->per_z), twice(part->x_at_zero)), x_2 = times(x, x);
+            Pair x = times_plus(pair_of(middle + 2 * pair), twice(part->per_z), twice(part->x_at_zero));
+            Pair x_2 = times(x, x);
             Pair even = pair_of(c[count - 2]), odd = pair_of(c[count - 1]);
             for (int m = count - 4; m >= 0; m -= 2) {
                 even = times_plus(even, x_2, pair_of(c[m]));
@@ -698,8 +703,8 @@ static double elastic_bend(const SpringLaw *law, double x)
     return spline_bend(&law->spline, i, x - law->spline.knots[i]);
 }
 
-/* An output depends on x = displacement - offset, and on x held between min - offset and max - offset, `inside`. A table of
- * FE stays where its knots are when the offset moves: of_table is its part of the two derivatives. */
+/* An output depends on x = displacement - offset, and on x held between min - offset and max - offset, `inside`. A
+ * table of FE stays where its knots are when the offset moves: of_table is its part of the two derivatives. */
 static void place(SpringGradient *gradient, int side, double by_x, double by_inside, double of_table)
 {
     gradient->by_place = by_x + (side == 0 ? by_inside : 0.0);
@@ -719,7 +724,9 @@ SpringOmegaSlope spring_omega_slope(const SpringLaw *law, const SpringMemory *me
     double value = 1.0 + factor * power;
     return (SpringOmegaSlope){
         .value = rho * value,
-        .by_omega = fabs(u) > 1.0 ? 0.0 : rho * (u >= 0.0 ? direction : -direction) * factor * n * spring_power(size, n) / size,
+        .by_omega = fabs(u) > 1.0
+                        ? 0.0
+                        : rho * (u >= 0.0 ? direction : -direction) * factor * n * spring_power(size, n) / size,
         .by_rho = value,
         .by_sigma = u >= 0.0 ? 0.0 : 2.0 * rho * power,
         .by_n = rho * factor * power * spring_logarithm(size),

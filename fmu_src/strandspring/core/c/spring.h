@@ -1,12 +1,12 @@
 /* Hysteretic spring of the modified normalized Bouc-Wen model (Zhao et al. 2013), one step at a time.
  *
- * The Python files beside this folder are the readable specification: parameters.py, spline.py, restoring.py, work.py and
- * stepper.py derive what is computed here, and tests hold the values of both together. The verbs are those of path-dependent
- * materials: a trial leaves the memory as it is, a commit advances it.
+ * The Python files beside this folder are the readable specification: parameters.py, spline.py, restoring.py, work.py
+ * and stepper.py derive what is computed here, and tests hold the values of both together. The verbs are those of
+ * path-dependent materials: a trial leaves the memory as it is, a commit advances it.
  *
- * C11 and its mathematics library. No global that changes, no allocation: the caller owns all memory, and one SpringLaw may
- * be read by any number of threads at once. Doubles must be of IEEE 754. Compile without contraction to fused multiply-add
- * (-ffp-contract=off) and without -ffast-math, or the last bits differ from machine to machine.
+ * C11 and its mathematics library. No global that changes, no allocation: the caller owns all memory, and one SpringLaw
+ * may be read by any number of threads at once. Doubles must be of IEEE 754. Compile without contraction to fused
+ * multiply-add (-ffp-contract=off) and without -ffast-math, or the last bits differ from machine to machine.
  */
 #ifndef SPRING_H
 #define SPRING_H
@@ -30,7 +30,8 @@ typedef struct {
 
 enum { SPRING_PADDED = SPRING_COEFFICIENTS + 1 }; /* an even number */
 
-/* What the functions need of one spring; the spline only if FE is a table. Many springs may share a table, which must outlive them. */
+/* What the functions need of one spring; the spline only if FE is a table. Many springs may share a table, which must
+ * outlive them. */
 typedef struct {
     SpringParameters parameters;
     double dFE[SPRING_COEFFICIENTS], dFA[SPRING_COEFFICIENTS];
@@ -42,20 +43,20 @@ typedef struct {
     double roughness; /* how fast FA may change per unit of xi */
     const SpringTable *table;
     int has_energy; /* whether the table has what energies need; without, a spring keeps the energy it has */
-    /* By branch (rising, falling), by whether x falls or grows with |xi|, by pairs of blocks and by power: coefficients of the
-     * work over each block at kappa_omega/rho = 1, a polynomial of x in the middle of the block. */
+    /* By branch (rising, falling), by whether x falls or grows with |xi|, by pairs of blocks and by power: coefficients
+     * of the work over each block at kappa_omega/rho = 1, a polynomial of x in the middle of the block. */
     double block_work[2][2][SPRING_BLOCK_ROOM / 2][SPRING_PADDED][2];
     /* The same over whole runs of blocks. */
     double run_work[2][2][SPRING_RUNS / 2][SPRING_PADDED][2];
-    /* By branch the number of first blocks that are together short beside the range, and their work, a polynomial of x in
-     * the middle of all of them. */
+    /* By branch the number of first blocks that are together short beside the range, and their work, a polynomial of x
+     * in the middle of all of them. */
     int core[2];
     double core_work[2][2][SPRING_PADDED];
 } SpringLaw;
 
-/* What the spring remembers of its path; see Memory in stepper.py. `energy` is what has been absorbed up to the displacement
- * `energy_at` of the present stroke; the rest is integrated when asked for. Ordered so that what each step writes is not copied
- * in one machine word with what it leaves, which would make the next step wait for it. */
+/* What the spring remembers of its path; see Memory in stepper.py. `energy` is what has been absorbed up to the
+ * displacement `energy_at` of the present stroke; the rest is integrated when asked for. Ordered so that what each step
+ * writes is not copied in one machine word with what it leaves, which would make the next step wait for it. */
 typedef struct {
     double displacement, omega;
     double start, start_xi;
@@ -84,8 +85,8 @@ typedef struct {
     double value, by_omega, by_rho, by_sigma, by_n;
 } SpringOmegaSlope;
 
-/* Prepares a law; the parameters must be possible, and the table one of their n and sigma. It may be NULL for what needs no
- * path: force and stiffness, and the derivatives at an omega that is given. */
+/* Prepares a law; the parameters must be possible, and the table one of their n and sigma. It may be NULL for what
+ * needs no path: force and stiffness, and the derivatives at an omega that is given. */
 SPRING_LOCAL void spring_prepare(SpringLaw *law, const SpringParameters *parameters, const SpringTable *table);
 
 /* The memory at the start of a path. */
@@ -103,27 +104,27 @@ SPRING_LOCAL double spring_absorbed_energy(const SpringLaw *law, const SpringMem
 /* Integrates the energy up to now, so that asking again costs little. */
 SPRING_LOCAL void spring_integrate(const SpringLaw *law, SpringMemory *memory);
 
-/* The sensitivity that belongs to `after`, which spring_trial made of `before`. Costs nothing while the direction holds. The
- * table must have derivatives. */
+/* The sensitivity that belongs to `after`, which spring_trial made of `before`. Costs nothing while the direction
+ * holds. The table must have derivatives. */
 SPRING_LOCAL SpringSensitivity spring_trial_sensitivity(
     const SpringLaw *law, const SpringMemory *before, const SpringSensitivity *sensitivity, const SpringMemory *after);
 
-/* Advances the memory along a straight path to displacement [m] and, unless it is NULL, its sensitivity. This takes a third
- * of the time of a trial while the direction holds, for what a step has just written is not copied, which would have to wait
- * for it. */
+/* Advances the memory along a straight path to displacement [m] and, unless it is NULL, its sensitivity. This takes a
+ * third of the time of a trial while the direction holds, for what a step has just written is not copied, which would
+ * have to wait for it. */
 SPRING_LOCAL void spring_commit(
     const SpringLaw *law, SpringMemory *memory, SpringSensitivity *sensitivity, double displacement);
 
-/* Goes on with other parameters at the same displacement and with the same omega, in the time of a step. Unless it is NULL, the
- * sensitivity by a parameter that changed counts from here on, and both tables must have derivatives. */
+/* Goes on with other parameters at the same displacement and with the same omega, in the time of a step. Unless it is
+ * NULL, the sensitivity by a parameter that changed counts from here on, and both tables must have derivatives. */
 SPRING_LOCAL void spring_change(
     const SpringLaw *before, const SpringLaw *after, SpringMemory *memory, SpringSensitivity *sensitivity);
 
 /* Exact derivatives of force and stiffness where the path ends. The force's derivative by displacement is the tangent
  * stiffness; a path that has not moved yet (direction 0) answers for the loading direction. For n < 1 the stiffness has
  * a cusp at omega = 0, where its derivative is that of the nearest omega a double resolves beside 1, 2e-16, so that it
- * stays finite. Without a sensitivity (NULL) omega is given, whatever the path to it, and by_omega_start is the derivative
- * by omega. */
+ * stays finite. Without a sensitivity (NULL) omega is given, whatever the path to it, and by_omega_start is the
+ * derivative by omega. */
 SPRING_LOCAL void spring_gradient(
     const SpringLaw *law, const SpringMemory *memory, const SpringSensitivity *sensitivity,
     SpringGradient *of_force, SpringGradient *of_stiffness);

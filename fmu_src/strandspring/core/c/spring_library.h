@@ -1,5 +1,5 @@
-/* The little that a step takes from the C library: what compilers build in where there is none (-ffreestanding), as on targets
- * without an operating system. They may still call memcpy and memset, which such a target must have. */
+/* The little that a step takes from the C library: what compilers build in where there is none (-ffreestanding), as on
+ * targets without an operating system. They may still call memcpy and memset, which such a target must have. */
 #ifndef SPRING_LIBRARY_H
 #define SPRING_LIBRARY_H
 

@@ -1,4 +1,5 @@
-/* The limits of what is a spring, and of a state of its FMU, as parameters.py says them and why; a test compares the two. */
+/* The limits of what is a spring, and of a state of its FMU, as parameters.py says them and why; a test compares the
+ * two. */
 #ifndef SPRING_LIMITS_H
 #define SPRING_LIMITS_H
 

@@ -7,8 +7,8 @@
 #include <stdio.h>
 #include <string.h>
 
-/* Roots between low and high, rising; returns their number, at most the degree. Those of each derivative lie between those of the
- * next, from the linear one on. */
+/* Roots between low and high, rising; returns their number, at most the degree. Those of each derivative lie between
+ * those of the next, from the linear one on. */
 static int roots(const double *coefficients, int count, double low, double high, double *found)
 {
     int total = 0;
@@ -69,7 +69,8 @@ static int count_problem(const SpringParameters *p, char *text, size_t size)
     if (is_table && p->elastic != 0)
         return GIVE_REASON("`kE` must be empty where `FE_knots` gives FE as a table, got %d values.", p->elastic);
     if (is_table && (p->knots < LEAST_KNOTS || p->knots > SPRING_KNOTS))
-        return GIVE_REASON("`FE_knots` must have between %d and %d knots, got %d.", LEAST_KNOTS, SPRING_KNOTS, p->knots);
+        return GIVE_REASON("`FE_knots` must have between %d and %d knots, got %d.", LEAST_KNOTS, SPRING_KNOTS,
+                           p->knots);
     if (p->forces != p->knots)
         return GIVE_REASON("`FE_forces` must have one force for each of the %d knots, got %d.", p->knots, p->forces);
     const struct {
@@ -97,13 +98,15 @@ static int range_problem(const SpringParameters *p, char *text, size_t size)
                                spring_number(places[i].value).text);
     SpringNumber low = spring_number(p->displacement_min), high = spring_number(p->displacement_max);
     if (!(p->displacement_min < p->displacement_max))
-        return GIVE_REASON("`displacement_min` must be below `displacement_max` [m], got %s and %s.", low.text, high.text);
+        return GIVE_REASON("`displacement_min` must be below `displacement_max` [m], got %s and %s.", low.text,
+                           high.text);
     double width = p->displacement_max - p->displacement_min;
     if (!(LEAST_WIDTH <= width && width <= LARGEST_WIDTH))
         return GIVE_REASON("`displacement_min` must be below `displacement_max` by %g m to %g m, got %s and %s.",
                            LEAST_WIDTH, LARGEST_WIDTH, low.text, high.text);
     if (!(p->displacement_min <= p->displacement_offset && p->displacement_offset <= p->displacement_max))
-        return GIVE_REASON("`displacement_offset` must lie between `displacement_min` and `displacement_max` [m], got %s.",
+        return GIVE_REASON("`displacement_offset` must lie between `displacement_min` and `displacement_max` [m], got "
+                           "%s.",
                            spring_number(p->displacement_offset).text);
     return 0;
 }
@@ -116,7 +119,8 @@ static int size_problem(const SpringParameters *p, char *text, size_t size)
         int count;
         const double *values;
         double largest;
-    } polynomials[] = {{"kE", " N", p->elastic, p->kE, LARGEST_FORCE}, {"kA", "", p->amplifier, p->kA, LARGEST_AMPLIFIER}};
+    } polynomials[] = {
+        {"kE", " N", p->elastic, p->kE, LARGEST_FORCE}, {"kA", "", p->amplifier, p->kA, LARGEST_AMPLIFIER}};
     double x_min = p->displacement_min - p->displacement_offset, x_max = p->displacement_max - p->displacement_offset;
     double reach = -x_min > x_max ? -x_min : x_max, width = p->displacement_max - p->displacement_min;
     double low = LEAST_SATURATION / width, high = LARGEST_SATURATION / width;
@@ -124,8 +128,8 @@ static int size_problem(const SpringParameters *p, char *text, size_t size)
         return GIVE_REASON("`kappa_omega` must be within [%g, %g] N, got %s.", LEAST_FORCE, LARGEST_FORCE,
                            spring_number(p->kappa_omega).text);
     if (!(low <= p->rho && p->rho <= high))
-        return GIVE_REASON("`rho` must be within [%.6g, %.6g] 1/m, %g to %g over the identified range, got %s.", low, high,
-                           LEAST_SATURATION, LARGEST_SATURATION, spring_number(p->rho).text);
+        return GIVE_REASON("`rho` must be within [%.6g, %.6g] 1/m, %g to %g over the identified range, got %s.", low,
+                           high, LEAST_SATURATION, LARGEST_SATURATION, spring_number(p->rho).text);
     for (int i = 0; i < 2; i++) {
         double power = 1.0;
         for (int k = 0; k < polynomials[i].count; k++, power *= reach)

@@ -42,12 +42,14 @@ static size_t balance_size(size_t harmonics, size_t samples)
 size_t balance_workspace(size_t harmonics, size_t samples)
 {
     size_t count = 2 * harmonics + 1;
-    return 2 * balance_size(harmonics, samples) + 5 * count + count * count + spring_periodic_workspace(harmonics, samples);
+    return 2 * balance_size(harmonics, samples) + 5 * count + count * count +
+           spring_periodic_workspace(harmonics, samples);
 }
 
 static double *lay_balance(size_t count, size_t samples, double *workspace, Balance *balance)
 {
-    double **of_coefficients[] = {&balance->z, &balance->residual, &balance->by_frequency, &balance->period.coefficients};
+    double **of_coefficients[] = {
+        &balance->z, &balance->residual, &balance->by_frequency, &balance->period.coefficients};
     for (size_t i = 0; i < sizeof of_coefficients / sizeof *of_coefficients; i++, workspace += count)
         *of_coefficients[i] = workspace;
     double **of_samples[] = {&balance->period.displacement, &balance->period.rate, &balance->period.omega,
@@ -95,7 +97,8 @@ static int balance_motion(BalancedMass *mass, double frequency, const BalanceRoo
         double order = (double)(i > harmonics ? i - harmonics : i);
         /* The derivative of a cosine is a sine's coefficient, and the other way round. */
         double speed = i > harmonics ? -order * balance->z[i - harmonics] : order * balance->z[i + harmonics];
-        double per_frequency = mass->damping * speed, stiffness = -mass->mass * (order * frequency) * (order * frequency);
+        double per_frequency = mass->damping * speed;
+        double stiffness = -mass->mass * (order * frequency) * (order * frequency);
         double spring = mass->parallel * balance->period.coefficients[i], inertia = stiffness * balance->z[i];
         double damping = per_frequency * frequency;
         balance->residual[i] = spring + inertia + damping;
@@ -116,8 +119,8 @@ static int balance_motion(BalancedMass *mass, double frequency, const BalanceRoo
     return 1;
 }
 
-/* The force on the mass is not taken from the second derivative of the motion, whose few harmonics would smear the kinks of
- * the springs' force. */
+/* The force on the mass is not taken from the second derivative of the motion, whose few harmonics would smear the
+ * kinks of the springs' force. */
 static BalancedMotion sum_up(const BalancedMass *mass, double frequency, const Balance *balance)
 {
     const SpringPeriod *period = &balance->period;

@@ -5,8 +5,8 @@
  *
  *     -m*(k*Omega)^2*z_k + c*k*Omega*z'_k + P*[r(z/S)]_k = L*[k = 0] + F*[k = 1, cosine],
  *
- * with F = forcing + forcing_by_square*Omega^2. The springs' force is taken in time, where a whole period follows at once,
- * and brought back by its projection. Newton's method solves the balance with its exact Jacobian. */
+ * with F = forcing + forcing_by_square*Omega^2. The springs' force is taken in time, where a whole period follows at
+ * once, and brought back by its projection. Newton's method solves the balance with its exact Jacobian. */
 #ifndef BALANCE_H
 #define BALANCE_H
 
@@ -36,8 +36,8 @@ typedef struct {
 
 size_t balance_workspace(size_t harmonics, size_t samples);
 
-/* The unbalanced force of a motion [N], its derivatives by the coefficients [N/m] and by Omega [N s], and the largest term
- * of the balance, by which tolerances are scaled [N]. Returns 0 if the motion does not move.
+/* The unbalanced force of a motion [N], its derivatives by the coefficients [N/m] and by Omega [N s], and the largest
+ * term of the balance, by which tolerances are scaled [N]. Returns 0 if the motion does not move.
  *
  * z, residual, by_frequency   N
  * jacobian                    N rows of N */
@@ -49,8 +49,8 @@ int balance_at(
  * returned; 0 if there is no convergence. */
 int balance_solve(BalancedMass *mass, double frequency, double *z, BalancedMotion *motion);
 
-/* The steady motions at rising frequencies, each predicted along the tangent of the one before and reached in several steps
- * if need be. Ends where a motion would not be continuous with the one before, or beyond the limits.
+/* The steady motions at rising frequencies, each predicted along the tangent of the one before and reached in several
+ * steps if need be. Ends where a motion would not be continuous with the one before, or beyond the limits.
  *
  * log, z        ln(Omega) and coefficients of the steady motion to start from
  * count, logs   the wanted ln(Omega), rising, all above `log`

@@ -140,8 +140,8 @@ void fourier_add_sums(
         sines[k] += fourier_dot(count, sine_row(basis, k) + span.from, signal + span.from);
 }
 
-/* The sums with cosines are those of the signal's even part about phase 0, the sums with sines those of its odd part; half the
- * samples of each are enough. */
+/* The sums with cosines are those of the signal's even part about phase 0, the sums with sines those of its odd part;
+ * half the samples of each are enough. */
 void fourier_sums(
     const FourierBasis *basis, const double *signal, size_t last, double *cosines, double *sines, double *workspace)
 {
@@ -172,7 +172,8 @@ void fourier_coefficients(const FourierBasis *basis, const double *signal, doubl
 void fourier_product(const FourierBasis *basis, const double *signal, double *matrix, double *workspace)
 {
     size_t harmonics = basis->harmonics, size = fourier_size(basis);
-    double *c = workspace + 2 * basis->samples + harmonics, *s = c + 3 * harmonics + 1, scale = 1.0 / (double)basis->samples;
+    double *c = workspace + 2 * basis->samples + harmonics, *s = c + 3 * harmonics + 1;
+    double scale = 1.0 / (double)basis->samples;
     fourier_sums(basis, signal, 2 * harmonics, c, s, workspace);
     s[0] = 0.0;
     for (size_t k = 0; k <= 2 * harmonics; k++) {

@@ -35,13 +35,13 @@ SPRING_LOCAL double fourier_dot(size_t count, const double *a, const double *b);
 /* The samples of a series with coefficients c, and of its derivative by the phase, K each. */
 SPRING_LOCAL void fourier_samples(const FourierBasis *basis, const double *c, double *value, double *rate);
 
-/* The turning points of a series by rising phase, and the N functions of the basis at each; returns their number, which is
- * even. turns has room for K, columns for K rows of N. */
+/* The turning points of a series by rising phase, and the N functions of the basis at each; returns their number, which
+ * is even. turns has room for K, columns for K rows of N. */
 SPRING_LOCAL size_t fourier_turns(
     const FourierBasis *basis, const double *c, const double *rate, Turn *turns, double *columns);
 
-/* Adds the sums of a signal's samples in a span with the cosines and sines of orders up to `last`; the sine of order k at
- * index k. */
+/* Adds the sums of a signal's samples in a span with the cosines and sines of orders up to `last`; the sine of order k
+ * at index k. */
 SPRING_LOCAL void fourier_add_sums(
     const FourierBasis *basis, const double *signal, Span span, size_t last, double *cosines, double *sines);
 
@@ -52,8 +52,8 @@ SPRING_LOCAL void fourier_sums(
 /* The coefficients of a signal. workspace: 2K. */
 SPRING_LOCAL void fourier_coefficients(const FourierBasis *basis, const double *signal, double *c, double *workspace);
 
-/* The N x N matrix by which the coefficients of a series turn into those of its product with a signal, sample by sample.
- * workspace: 2K + 2*(3H + 1). */
+/* The N x N matrix by which the coefficients of a series turn into those of its product with a signal, sample by
+ * sample. workspace: 2K + 2*(3H + 1). */
 SPRING_LOCAL void fourier_product(const FourierBasis *basis, const double *signal, double *matrix, double *workspace);
 
 #endif

@@ -2,8 +2,8 @@
 
 #include <math.h>
 
-/* Step of the travel over the length in which z changes, most steps between two displacements, rate below which z stays, and
- * where a z that grows is held. */
+/* Step of the travel over the length in which z changes, most steps between two displacements, rate below which z
+ * stays, and where a z that grows is held. */
 #define GENERALISED_STEP 0.4
 #define GENERALISED_MOST 20000
 #define GENERALISED_STILL 1e-10

@@ -8,8 +8,8 @@
  *
  *     dz/dx = rho*(1 - |z|^n * psi),   psi = b1*s*y + b2*c*s + b3*c*y + b4*s + b5*y + b6*c,
  *
- * s = sgn(dx), y = sgn(z), c = sgn(x). Between two displacements x goes straight; Runge-Kutta steps of order 4 are short
- * against the length over which z saturates and end where x changes sign. */
+ * s = sgn(dx), y = sgn(z), c = sgn(x). Between two displacements x goes straight; Runge-Kutta steps of order 4 are
+ * short against the length over which z saturates and end where x changes sign. */
 void generalised_path(size_t count, const double *displacement, double rho, double n, const double *beta, double *z);
 
 #endif

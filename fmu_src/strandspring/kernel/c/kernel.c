@@ -1,5 +1,5 @@
-/* The compiled kernel of the package as one unit: what travels inside FMUs, what only the package needs, and here what the
- * package calls to make tables and laws. The caller owns all memory; arrays are contiguous. */
+/* The compiled kernel of the package as one unit: what travels inside FMUs, what only the package needs, and here what
+ * the package calls to make tables and laws. The caller owns all memory; arrays are contiguous. */
 #define SPRING_LOCAL static inline
 
 #include "../../core/c/saturation.c"

@@ -4,8 +4,8 @@
 #include <string.h>
 
 void spring_line_sums(size_t strokes, const int64_t *begin, size_t points, const double *travel, const double *u,
-                      const double *step, const double *per_change, const double *weight, const double *target, size_t count,
-                      const double *n, const double *powers, double *sums)
+                      const double *step, const double *per_change, const double *weight, const double *target,
+                      size_t count, const double *n, const double *powers, double *sums)
 {
     memset(sums, 0, 5 * count * sizeof *sums);
     for (size_t k = 0; k < count; k++) {

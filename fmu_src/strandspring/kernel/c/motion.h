@@ -1,21 +1,22 @@
-/* Rigid bodies on hysteretic mounts in time: explicit velocity Verlet with finite rotations, in coordinates fixed to the base.
+/* Rigid bodies on hysteretic mounts in time: explicit velocity Verlet with finite rotations, in coordinates fixed to
+ * the base.
  *
- * A body has the displacement x of its centre of gravity from the nominal pose and the rotation R from its own frame to the
- * base's. V is the velocity of its centre of gravity less that of the base's origin, L its angular momentum, both inertial and
- * in components of the base's frame. With the base's acceleration a and angular velocity W, the force F and the moment T
- * about the centre of gravity,
+ * A body has the displacement x of its centre of gravity from the nominal pose and the rotation R from its own frame to
+ * the base's. V is the velocity of its centre of gravity less that of the base's origin, L its angular momentum, both
+ * inertial and in components of the base's frame. With the base's acceleration a and angular velocity W, the force F
+ * and the moment T about the centre of gravity,
  *
  *     V' = F/m + g - a - W x V,   L' = T - W x L,   x' = V - W x (centre + x).
  *
- * A step kicks V and L by half a step, lets the bodies drift freely over it in the inertial frame, turns all vectors back by
- * the base's rotation, and kicks again. a, W and the forces from outside are averages over the step. The damper's force at
- * the end is taken at the velocity V + h*V' foreseen at the beginning. A step ends early where a spring turns or
- * meets or leaves a stop, by the parabola of its displacement, and the rest of it follows: so the error has no jumps and
- * falls with h^2.
+ * A step kicks V and L by half a step, lets the bodies drift freely over it in the inertial frame, turns all vectors
+ * back by the base's rotation, and kicks again. a, W and the forces from outside are averages over the step. The
+ * damper's force at the end is taken at the velocity V + h*V' foreseen at the beginning. A step ends early where a
+ * spring turns or meets or leaves a stop, by the parabola of its displacement, and the rest of it follows: so the error
+ * has no jumps and falls with h^2.
  *
- * The axis e of a mount is fixed to what it stands on, and its displacement is d = e.(P - Q), where P is the body's place of
- * the mount and Q the support's. Each spring is at nominal + d/S. The body takes the force -(P*r + c*d' + stop) along e at P,
- * and the support the opposite at the same place.
+ * The axis e of a mount is fixed to what it stands on, and its displacement is d = e.(P - Q), where P is the body's
+ * place of the mount and Q the support's. Each spring is at nominal + d/S. The body takes the force -(P*r + c*d' +
+ * stop) along e at P, and the support the opposite at the same place.
  *
  * The caller owns all memory. One MotionSystem may be read by any number of threads at once. */
 #ifndef MOTION_H
@@ -25,7 +26,8 @@
 
 #include <stddef.h>
 
-enum { MOTION_BODIES = 8, MOTION_AXES = 600, MOTION_POINTS = 64, MOTION_CHANNELS = 64, MOTION_OF_POINT = 18, MOTION_OF_AXIS = 10, MOTION_OF_BODY = 2, MOTION_ENERGIES = 9 };
+enum { MOTION_BODIES = 8, MOTION_AXES = 600, MOTION_POINTS = 64, MOTION_CHANNELS = 64 };
+enum { MOTION_OF_POINT = 18, MOTION_OF_AXIS = 10, MOTION_OF_BODY = 2, MOTION_ENERGIES = 9 };
 
 /* Matrices are of rows. What is held has no part in `translations` and `inverse_inertia`. */
 typedef struct {
@@ -52,8 +54,8 @@ typedef struct {
     double place[3], body;
 } MotionPoint;
 
-/* kind: 0 acceleration of the base [m/s^2], 1 its angular velocity [rad/s], 2 force on a body [N], whose place and direction
- * turn with it. */
+/* kind: 0 acceleration of the base [m/s^2], 1 its angular velocity [rad/s], 2 force on a body [N], whose place and
+ * direction turn with it. */
 typedef struct {
     double direction[3], place[3], kind, body;
 } MotionChannel;
@@ -67,8 +69,8 @@ typedef struct {
     const MotionChannel *channel;
 } MotionSystem;
 
-/* turn: unit quaternion, real part first; rotation: its matrix; force and torque: of the mounts, about the centre of gravity;
- * spin: angular velocity in the base's frame. */
+/* turn: unit quaternion, real part first; rotation: its matrix; force and torque: of the mounts, about the centre of
+ * gravity; spin: angular velocity in the base's frame. */
 typedef struct {
     double x[3], turn[4], V[3], L[3];
     double rotation[9], force[3], torque[3], spin[3];
@@ -80,17 +82,23 @@ typedef struct {
     double direction[3];
 } MotionAxisState;
 
+<<<<<<< HEAD
 /* Where a mount acts: in the base's frame, from the body's centre of gravity, from the support's. */
+=======
+/* Where a mount acts: in the base's frame, from the body's centre of gravity, from the support's, from the support's
+ * place. */
+>>>>>>> 148b9f441a1a02d4abfbfae62d93e50fc795f4ba
 typedef struct {
     double place[3], arm[3], support_arm[3];
 } MotionReach;
 
 typedef struct {
     double gravity[3];
-    /* The base's angular velocity: its average over a part of a step; at the end of what is left of the step; its slope. */
+    /* The base's angular velocity: its average over a part of a step; at the end of what is left of the step; its
+     * slope. */
     double base_spin[3], end_spin[3], spin_slope[3];
-    /* Since the beginning [J]: dissipated by dampers; work of gravity, of the base and of forces from outside; sum of the
-     * absolute values of the latter two. */
+    /* Since the beginning [J]: dissipated by dampers; work of gravity, of the base and of forces from outside; sum of
+     * the absolute values of the latter two. */
     double damped, gravity_work, base_work, load_work, exchanged;
     double has_dampers, has_loads; /* 0 if there are none */
     MotionBodyState *body;
@@ -98,13 +106,14 @@ typedef struct {
     MotionAxisState *axis;
 } MotionState;
 
-/* The state at rest in a pose of bodies (x and turn of each), with omega of each axis' springs; bodies move with a velocity
- * relative to the base's origin. */
+/* The state at rest in a pose of bodies (x and turn of each), with omega of each axis' springs; bodies move with a
+ * velocity relative to the base's origin. */
 void motion_begin(
     const MotionSystem *system, MotionState *state, const double *gravity, const double *pose, const double *omega,
     const double *velocity);
 
-/* One step of h [s] under channel values that are averages over it. Returns 0 if a displacement is beyond LARGEST_DISPLACEMENT. */
+/* One step of h [s] under channel values that are averages over it. Returns 0 if a displacement is beyond
+ * LARGEST_DISPLACEMENT. */
 SPRING_LOCAL int motion_step(const MotionSystem *system, MotionState *state, const double *values, double h);
 
 /* Of each point, 3 each: absolute acceleration [m/s^2] under channel values, where what is held moves with the base; place in
@@ -112,9 +121,9 @@ SPRING_LOCAL int motion_step(const MotionSystem *system, MotionState *state, con
 SPRING_LOCAL void motion_of_points(
     const MotionSystem *system, const MotionState *state, const double *values, double *accelerations, double *sway);
 
-/* The pose in which all bodies rest under gravity while each axis has its omega: Levenberg and Marquardt's method from the
- * pose given, which is replaced; `state` is workspace. Returns 1 if it was found. `unbalance` is what remains of the forces, and
- * of the moments over the largest distance of a mount [N]. */
+/* The pose in which all bodies rest under gravity while each axis has its omega: Levenberg and Marquardt's method from
+ * the pose given, which is replaced; `state` is workspace. Returns 1 if it was found. `unbalance` is what remains of
+ * the forces, and of the moments over the largest distance of a mount [N]. */
 int motion_rest(
     const MotionSystem *system, const double *gravity, const double *omega, MotionState *state, double *pose,
     double *unbalance);
@@ -122,14 +131,14 @@ int motion_rest(
 /* What a run gives, over all its steps; the caller's arrays.
  *
  * of_points   MOTION_OF_POINT each: largest absolute acceleration and its time; largest |ax|, |ay|, |az|; largest
- *             distance from the place at the beginning, and its three largest components; mean squares of ax, ay, az, means
- *             of the three components of the way from the beginning, and their mean squares [SI]
- * of_axes     MOTION_OF_AXIS each: least and greatest displacement of one spring; largest |force| of the axis; least and
- *             greatest omega; energy absorbed by all springs; displacement of one spring at the beginning; largest |rate|;
- *             mean and mean square of the way of one spring from the nominal pose
+ *             distance from the place at the beginning, and its three largest components; mean squares of ax, ay, az,
+ *             means of the three components of the way from the beginning, and their mean squares [SI]
+ * of_axes     MOTION_OF_AXIS each: least and greatest displacement of one spring; largest |force| of the axis; least
+ *             and greatest omega; energy absorbed by all springs; displacement of one spring at the beginning; largest
+ *             |rate|; mean and mean square of the way of one spring from the nominal pose
  * of_bodies   MOTION_OF_BODY each: largest angle of rotation from the pose at the beginning [rad] and its time
- * energies    kinetic at the beginning and the end, absorbed by springs, damped, in stops, work of gravity, of the base, of
- *             forces; sum of the absolute values of what was exchanged
+ * energies    kinetic at the beginning and the end, absorbed by springs, damped, in stops, work of gravity, of the
+ *             base, of forces; sum of the absolute values of what was exchanged
  * accelerations, sway (3 per point), displacements (of one spring), forces (of the axis) at the beginning and every
  * `stride` steps, where not NULL
  * workspace   motion_workspace doubles

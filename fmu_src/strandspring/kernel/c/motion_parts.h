@@ -24,8 +24,8 @@ SPRING_LOCAL void motion_of_base(const MotionSystem *system, const double *value
 /* Gives the base the angular velocity of channel values at once, which dampers and rates feel. */
 SPRING_LOCAL void motion_turn_base(const MotionSystem *system, MotionState *state, const double *values);
 
-/* Goes on by `left`, or to where the first spring turns while *turns, which then falls by 1, is above 0. Returns how far; 0 if
- * a displacement is beyond LARGEST_DISPLACEMENT. */
+/* Goes on by `left`, or to where the first spring turns while *turns, which then falls by 1, is above 0. Returns how
+ * far; 0 if a displacement is beyond LARGEST_DISPLACEMENT. */
 SPRING_LOCAL double motion_part(
     const MotionSystem *system, MotionState *state, const double *values, double left, size_t *turns);
 

@@ -59,8 +59,8 @@ static void displace(RestProblem *rest, const double *way)
     }
 }
 
-/* Derivatives of the residual by central differences, a row for each unknown; lost digits do no harm, since the residual
- * decides. */
+/* Derivatives of the residual by central differences, a row for each unknown; lost digits do no harm, since the
+ * residual decides. */
 static void rest_jacobian(RestProblem *rest, size_t count, double step, double *jacobian)
 {
     double way[UNKNOWNS] = {0.0}, low[UNKNOWNS], high[UNKNOWNS];

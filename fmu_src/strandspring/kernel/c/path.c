@@ -64,8 +64,8 @@ static void step(const SpringLaw *law, Stroke *at, double displacement)
 }
 
 /* The number of the next displacements that neither turn back nor leave a piece of W, with theta at each. */
-static size_t run_along(const SpringLaw *law, const Stroke *at, const SpringPiece *piece, double side, double low, double high,
-                        size_t count, const double *displacement, double *theta)
+static size_t run_along(const SpringLaw *law, const Stroke *at, const SpringPiece *piece, double side, double low,
+                        double high, size_t count, const double *displacement, double *theta)
 {
     double rho = law->parameters.rho, way = at->direction, last = at->displacement;
     size_t i = 0;
@@ -80,7 +80,8 @@ static size_t run_along(const SpringLaw *law, const Stroke *at, const SpringPiec
 }
 
 /* omega and direction at the samples of a block. */
-static void follow(const SpringLaw *law, Stroke *stroke, size_t count, const double *displacement, double *omega, int *direction)
+static void follow(const SpringLaw *law, Stroke *stroke, size_t count, const double *displacement, double *omega,
+                   int *direction)
 {
     double theta[BLOCK];
     for (size_t i = 0; i < count;) {
@@ -162,7 +163,8 @@ static int prepare_block(const SpringLaw *law, size_t count, const double *displ
 }
 
 /* Paper eq. (10); FE is continued along its tangent, FA stays what it is at the end of the range. */
-static void forces(const SpringLaw *law, size_t count, const double *omega, const Polynomials *at, int any, double *force)
+static void forces(const SpringLaw *law, size_t count, const double *omega, const Polynomials *at, int any,
+                   double *force)
 {
     double kappa = law->parameters.kappa_omega;
     if (any)
@@ -173,8 +175,8 @@ static void forces(const SpringLaw *law, size_t count, const double *omega, cons
             force[i] = at->FE[i] + kappa * omega[i] * at->FA[i];
 }
 
-static void stiffnesses(const SpringLaw *law, size_t count, const double *omega, const int *direction, const Polynomials *at,
-                        double *stiffness)
+static void stiffnesses(const SpringLaw *law, size_t count, const double *omega, const int *direction,
+                        const Polynomials *at, double *stiffness)
 {
     const SpringParameters *p = &law->parameters;
     for (size_t i = 0; i < count; i++) {
@@ -185,7 +187,8 @@ static void stiffnesses(const SpringLaw *law, size_t count, const double *omega,
     }
 }
 
-static void energies(const SpringLaw *law, SpringMemory *memory, size_t count, const double *displacement, double *energy)
+static void energies(const SpringLaw *law, SpringMemory *memory, size_t count, const double *displacement,
+                     double *energy)
 {
     for (size_t i = 0; i < count; i++) {
         spring_commit(law, memory, NULL, displacement[i]);
@@ -244,8 +247,8 @@ typedef struct {
     double xi, by[4];
 } Beginning;
 
-static void begin_strokes(const SpringTable *table, double rho, double omega_start, size_t strokes, const int64_t *direction,
-                          const double *length, int derivatives, Beginning *begin)
+static void begin_strokes(const SpringTable *table, double rho, double omega_start, size_t strokes,
+                          const int64_t *direction, const double *length, int derivatives, Beginning *begin)
 {
     double u = 0.0, change[4] = {0.0, 0.0, 0.0, 0.0};
     for (size_t k = 0; k < strokes; k++) {
@@ -273,9 +276,9 @@ static void begin_strokes(const SpringTable *table, double rho, double omega_sta
 }
 
 /* As spring_at_points, for one rho. */
-static void at_points(const SpringTable *table, double rho, double omega_start, size_t strokes, const int64_t *direction,
-                      const double *length, size_t points, const int64_t *stroke, const double *travel,
-                      Beginning *begin, double *omega, double *derivatives)
+static void at_points(const SpringTable *table, double rho, double omega_start, size_t strokes,
+                      const int64_t *direction, const double *length, size_t points, const int64_t *stroke,
+                      const double *travel, Beginning *begin, double *omega, double *derivatives)
 {
     int piece = 0, falling_piece = 0;
     begin_strokes(table, rho, omega_start, strokes, direction, length, derivatives != NULL, begin);

@@ -17,8 +17,8 @@ void spring_path(const SpringLaw *law, size_t count, const double *displacement,
 void spring_force_at(const SpringLaw *law, size_t count, const double *displacement, const double *omega, double *force,
                      double *by_displacement, double *by_omega);
 
-/* omega at points of consecutive strokes for each rho (`rates` rows of `points`), and, unless `derivatives` is NULL, its
- * derivatives by rho, sigma, n and omega_start (4 rows of `points` for each rho; the table must have derivatives).
+/* omega at points of consecutive strokes for each rho (`rates` rows of `points`), and, unless `derivatives` is NULL,
+ * its derivatives by rho, sigma, n and omega_start (4 rows of `points` for each rho; the table must have derivatives).
  *
  * direction, length   of each stroke: +1 or -1, alternating; [m]
  * stroke, travel      of each point: the stroke it is on, and how far from its beginning [m]

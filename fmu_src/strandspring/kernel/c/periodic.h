@@ -22,10 +22,11 @@ typedef struct {
 /* Doubles of workspace. */
 size_t spring_periodic_workspace(size_t harmonics, size_t samples);
 
-/* The steady period under a displacement of the given coefficients. Returns the number of its strokes, which is even; 0 if
- * the displacement does not move, and then *period holds nothing.
+/* The steady period under a displacement of the given coefficients. Returns the number of its strokes, which is even; 0
+ * if the displacement does not move, and then *period holds nothing.
  *
- * start   omega at the highest displacement where the search for it begins, within [-1, 1]; replaced by what was found */
+ * start   omega at the highest displacement where the search for it begins, within [-1, 1]; replaced by what was
+ * found */
 size_t spring_periodic(
     const SpringLaw *law, const FourierBasis *basis, const double *coefficients, double *start, double *workspace,
     SpringPeriod *period);

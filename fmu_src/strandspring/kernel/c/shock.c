@@ -6,8 +6,8 @@
 #define SHOCK_SERIES 1.0
 #define SHOCK_PI 3.14159265358979323846
 
-/* A step of w*h = theta. With p = w^2*z, q = w*z' and primes for d/d(w*t), p' = q and q' = -2*zeta*q - p - x; for x straight
- * over the step from x0 by dx,
+/* A step of w*h = theta. With p = w^2*z, q = w*z' and primes for d/d(w*t), p' = q and q' = -2*zeta*q - p - x; for x
+ * straight over the step from x0 by dx,
  *
  *     p1 = p + s*q - u*(p + x0) - ramp_p*dx,   q1 = q - s*(p + x0) - d*q - ramp_q*dx,
  *
@@ -58,7 +58,8 @@ static void shock_residual(double y0, double m0, double zeta, double *most, doub
     if (y0 == 0.0 && m0 == 0.0)
         return;
     double k = (m0 + zeta * y0) / beta;
-    /* y' = exp(-zeta*t)*(m0*cos(beta*t) - n*sin(beta*t)) is 0 at tan(beta*t) = m0/n; the next extremum is half a period on. */
+    /* y' = exp(-zeta*t)*(m0*cos(beta*t) - n*sin(beta*t)) is 0 at tan(beta*t) = m0/n; the next extremum is half a period
+     * on. */
     double n = zeta * k + beta * y0;
     double phase = atan2(m0, n);
     if (phase < 0.0)

@@ -31,7 +31,8 @@ static double two_strokes(const SpringTable *table, double way)
     return xi;
 }
 
-void spring_steady(const SpringTable *table, size_t strokes, const double *way, int direction, double *omega, double *xi)
+void spring_steady(const SpringTable *table, size_t strokes, const double *way, int direction, double *omega,
+                   double *xi)
 {
     if (strokes == 2) {
         xi[0] = xi[1] = two_strokes(table, way[0]);

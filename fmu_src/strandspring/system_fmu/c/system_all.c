@@ -1,5 +1,5 @@
-/* The FMU of bodies on mounts as one unit. No name but those of FMI's functions leaves it, as with core/c/all.c, but for
- * those of system_names.h. */
+/* The FMU of bodies on mounts as one unit. No name but those of FMI's functions leaves it, as with core/c/fmi2_all.c,
+ * but for those of system_names.h. */
 #define SPRING_LOCAL static inline
 #define FMU_INSTANCE "../../system_fmu/c/system_instance.h"
 #define FMU_FULL_NAME fmi2FullName

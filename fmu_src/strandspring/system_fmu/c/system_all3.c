@@ -11,6 +11,7 @@
 #include "../../core/c/fmi3_absent.c"
 #include "../../core/c/fmi3_arguments.c"
 #include "../../core/c/fmi3_fmustate.c"
+#include "../../core/c/fmi3_life.c"
 #include "system_calls3.c"
 #include "system_exchange3.c"
 #include "system_shared.c"

@@ -1,7 +1,6 @@
 #include "system_block.h"
 
 #include <math.h> /* INFINITY, of stops */
-#include <string.h>
 
 /* Volatile, since it is overwritten in the finished binary. */
 static const volatile SystemBlock system_block = {
@@ -62,8 +61,9 @@ static void take_spring(const volatile double **next, SpringParameters *spring)
     take(next, spring->kA, (size_t)spring->amplifier);
     take(next, spring->FE_knots, (size_t)spring->knots);
     take(next, spring->FE_forces, (size_t)spring->forces);
-    double *const scalars[] = {&spring->kappa_omega,         &spring->rho,              &spring->sigma,           &spring->n,
-                               &spring->displacement_offset, &spring->displacement_min, &spring->displacement_max};
+    double *const scalars[] = {
+        &spring->kappa_omega,         &spring->rho,              &spring->sigma,           &spring->n,
+        &spring->displacement_offset, &spring->displacement_min, &spring->displacement_max};
     for (size_t i = 0; i < sizeof scalars / sizeof *scalars; i++)
         take(next, scalars[i], 1);
 }

@@ -1,8 +1,8 @@
 /* The block of the binary that holds one system of bodies on mounts.
  *
  * As with core/c/fmu_block.h a binary is compiled once for all systems, and making an FMU of it means to overwrite the
- * block; system_fmu/system_block.py does so, and writes the same values into system_values.h. Counts stand in front; the
- * values are, one behind the other:
+ * block; system_fmu/system_block.py does so, and writes the same values into system_values.h. Counts stand in front;
+ * the values are, one behind the other:
  *
  *     SystemStart
  *     each spring      the four counts of SpringParameters, the values used of its arrays, its scalars
@@ -27,11 +27,11 @@ enum { SYSTEM_VALUES = 32768, SYSTEM_NAMES = 131072, SYSTEM_NAME = 64 };
 /* Values of the fixed parameters, in the order of their value references. */
 typedef struct {
     double step, omega_start, gravity[3];
-} Settings;
+} SystemSettings;
 
 /* Start values, and the bounds of what may be set. */
 typedef struct {
-    Settings settings, low, high;
+    SystemSettings settings, low, high;
 } SystemStart;
 
 typedef struct {

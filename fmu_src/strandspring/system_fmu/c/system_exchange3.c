@@ -1,5 +1,5 @@
-/* The calls of FMI 3.0 for model exchange and event mode, which are legal in no mode of this FMU. They are there since FMPy
- * runs no FMU that lacks a function. */
+/* The calls of FMI 3.0 for model exchange and event mode, which are legal in no mode of this FMU. They are there since
+ * FMPy runs no FMU that lacks a function. */
 #include "../../core/c/fmi3_arguments.h"
 
 /* The instance is never in a mode that allows the call. */

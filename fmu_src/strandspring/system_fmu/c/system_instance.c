@@ -9,84 +9,7 @@ static const double MOST_STEPS = 1e8;
 /* Of a step: what hosts' rounding of times may add to it. */
 static const double STEP_ROUNDING = 1e-9;
 
-/* ---- the system ----------------------------------------------------------------------------------------------------- */
-
-/* Where parts of the memory behind an instance begin. */
-typedef struct {
-    size_t laws, shared, bodies, mounts, axes, points, channels, end;
-} Layout;
-
-static size_t room(size_t *end, int64_t count, size_t size)
-{
-    size_t begin = *end, whole = (size_t)count * size;
-    *end = begin + (whole + 7) / 8 * 8;
-    return begin;
-}
-
-static Layout layout(void)
-{
-    SystemCounts counts = system_counts();
-    Layout at = {.end = 0};
-    (void)room(&at.end, 1, sizeof(Instance));
-    at.laws = room(&at.end, counts.springs, sizeof(SpringLaw));
-    at.shared = room(&at.end, counts.springs, sizeof(SharedSpring *));
-    at.bodies = room(&at.end, counts.bodies, sizeof(MotionBody));
-    at.mounts = room(&at.end, counts.mounts, sizeof(MotionMount));
-    at.axes = room(&at.end, counts.axes, sizeof(MotionAxis));
-    at.points = room(&at.end, counts.points, sizeof(MotionPoint));
-    at.channels = room(&at.end, counts.channels, sizeof(MotionChannel));
-    return at;
-}
-
-size_t system_instance_size(void)
-{
-    return layout().end;
-}
-
-int system_make(Instance *instance)
-{
-    SystemCounts counts = system_counts();
-    Layout at = layout();
-    char *memory = (char *)instance;
-    MotionBody *bodies = (void *)(memory + at.bodies);
-    MotionMount *mounts = (void *)(memory + at.mounts);
-    MotionAxis *axes = (void *)(memory + at.axes);
-    MotionPoint *points = (void *)(memory + at.points);
-    MotionChannel *channels = (void *)(memory + at.channels);
-    instance->laws = (void *)(memory + at.laws);
-    instance->shared = (void *)(memory + at.shared);
-    system_parts(instance->laws, bodies, mounts, axes, points, channels);
-    instance->system = (MotionSystem){
-        .bodies = (size_t)counts.bodies, .mounts = (size_t)counts.mounts, .axes = (size_t)counts.axes,
-        .points = (size_t)counts.points, .channels = (size_t)counts.channels, .body = bodies, .mount = mounts,
-        .axis = axes, .point = points, .channel = channels};
-    for (; instance->springs < (size_t)counts.springs; instance->springs++) {
-        SpringLaw *law = instance->laws + instance->springs;
-        SpringParameters parameters = law->parameters;
-        const SharedSpring *shared = fmu_acquire(&parameters);
-        if (shared == NULL)
-            return 0;
-        instance->shared[instance->springs] = shared;
-        spring_prepare(law, &parameters, &shared->table);
-    }
-    Groups *first = &instance->first;
-    first->acceleration = SYSTEM_FIRST_INPUT + (unsigned)counts.channels;
-    first->sway = first->acceleration + 3 * (unsigned)counts.points;
-    first->force = first->sway + 3 * (unsigned)counts.points;
-    first->displacement = first->force + (unsigned)counts.axes;
-    first->energy = first->displacement + (unsigned)counts.axes;
-    first->parameter = first->energy + 1;
-    instance->variables = first->parameter + SYSTEM_PARAMETERS;
-    return 1;
-}
-
-void system_release(Instance *instance)
-{
-    for (size_t i = 0; i < instance->springs; i++)
-        fmu_release(instance->shared[i]);
-}
-
-/* ---- states --------------------------------------------------------------------------------------------------------- */
+/* ---- states ------------------------------------------------------------------------------------------------------ */
 
 /* Lets the motion of a state point to the state's own arrays. */
 static void join_motion(State *state)
@@ -131,7 +54,7 @@ static void copy_motion(const MotionSystem *system, State *to, const State *from
     join_motion(to);
 }
 
-/* ---- rest ----------------------------------------------------------------------------------------------------------- */
+/* ---- rest -------------------------------------------------------------------------------------------------------- */
 
 /* Notes which springs are outside their ranges; those that were inside before are added to the excursions. */
 static size_t note_excursions(Instance *instance, size_t count)
@@ -156,7 +79,8 @@ static void warn_of_excursions(const Instance *instance, size_t count)
         const SpringLaw *law = instance->system.axis[excursion->axis].law;
         SpringNumber low = spring_number(law->x_min), high = spring_number(law->x_max);
         fmu_report(&instance->log, FMU_WARNING,
-                   "`%s` %s m lies outside the identified range [%s, %s] m: the force is extrapolated until it comes back.",
+                   "`%s` %s m lies outside the identified range [%s, %s] m: the force is extrapolated until it comes "
+                   "back.",
                    system_name(instance->first.displacement + excursion->axis).text,
                    spring_number(excursion->displacement).text, low.text, high.text);
     }
@@ -170,16 +94,16 @@ static FmuStatus find_rest(Instance *instance, const double *omega, double *pose
     double unbalance;
     if (!motion_rest(system, gravity, omega, &state->motion, pose, &unbalance))
         return FMU_REFUSE(&instance->log,
-                          "The bodies find no static equilibrium under gravity (%s, %s, %s) m/s^2: %s N remain unbalanced. "
-                          "Change gravity, or build the FMU with mounts that can carry the bodies.",
-                          spring_number(gravity[0]).text, spring_number(gravity[1]).text, spring_number(gravity[2]).text,
-                          spring_number(unbalance).text);
+                          "The bodies find no static equilibrium under gravity (%s, %s, %s) m/s^2: %s N remain "
+                          "unbalanced. Change gravity, or build the FMU with mounts that can carry the bodies.",
+                          spring_number(gravity[0]).text, spring_number(gravity[1]).text,
+                          spring_number(gravity[2]).text, spring_number(unbalance).text);
     motion_begin(system, &state->motion, gravity, pose, omega, still);
     return FMU_OK;
 }
 
-/* Takes the bodies to rest, unless they are there. omega of an axis is omega_start in the direction of its force at rest with
- * omega = 0. */
+/* Takes the bodies to rest, unless they are there. omega of an axis is omega_start in the direction of its force at
+ * rest with omega = 0. */
 static FmuStatus require_rest(Instance *instance)
 {
     static const double NOMINAL[7] = {0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0};
@@ -221,7 +145,7 @@ FmuStatus fmu_end_initialization(Instance *instance)
     return FMU_OK;
 }
 
-/* ---- values --------------------------------------------------------------------------------------------------------- */
+/* ---- values ------------------------------------------------------------------------------------------------------ */
 
 VariableCausality system_causality(const Instance *instance, unsigned reference)
 {
@@ -298,7 +222,7 @@ static int is_within(const SystemStart *bounds, unsigned parameter, double value
     return value >= ((const double *)&bounds->low)[parameter] && value <= ((const double *)&bounds->high)[parameter];
 }
 
-int system_are_possible(const Settings *settings)
+int system_are_possible(const SystemSettings *settings)
 {
     SystemStart bounds = system_start();
     for (unsigned i = 0; i < SYSTEM_PARAMETERS; i++)
@@ -340,22 +264,29 @@ static FmuStatus require_value(const Instance *instance, unsigned reference, dou
                       spring_number(value).text);
 }
 
-FmuStatus system_require_change(const Instance *instance, unsigned reference, double value)
+FmuStatus fmu_require_change(const Instance *instance, unsigned reference, double value)
 {
     return require_settable(instance, reference) == FMU_OK ? require_value(instance, reference, value) : FMU_ERROR;
 }
 
-void system_write(Instance *instance, const unsigned references[], size_t count, const double values[])
+void fmu_change(Instance *instance, unsigned reference, double value)
 {
+<<<<<<< HEAD
     for (size_t i = 0; i < count; i++) {
         *given(instance, references[i]) = values[i];
         if (references[i] >= instance->first.parameter)
             instance->state.is_at_rest = 0;
     }
     instance->has_points = 0;
+=======
+    *given(instance, reference) = value;
+    if (reference >= instance->first.parameter)
+        instance->state.is_at_rest = 0;
+    instance->has_accelerations = 0;
+>>>>>>> 148b9f441a1a02d4abfbfae62d93e50fc795f4ba
 }
 
-/* ---- steps ---------------------------------------------------------------------------------------------------------- */
+/* ---- steps ------------------------------------------------------------------------------------------------------- */
 
 static FmuStatus move(Instance *instance, size_t steps, double h)
 {
@@ -382,13 +313,14 @@ static FmuStatus move(Instance *instance, size_t steps, double h)
     return FMU_OK;
 }
 
-FmuStatus system_step(Instance *instance, double time, double size)
+FmuStatus fmu_step(Instance *instance, double time, double size)
 {
     State *state = &instance->state;
     double steps = ceil(size / state->settings.step * (1.0 - STEP_ROUNDING));
     if (!(steps <= MOST_STEPS))
         return FMU_REFUSE(&instance->log,
-                          "The step of %s s at time %s s would take more than %.0f steps of `step` %s s; take a shorter one.",
+                          "The step of %s s at time %s s would take more than %.0f steps of `step` %s s; take a "
+                          "shorter one.",
                           spring_number(size).text, spring_number(time).text, MOST_STEPS,
                           spring_number(state->settings.step).text);
     steps = fmax(steps, 1.0);
@@ -399,8 +331,8 @@ FmuStatus system_step(Instance *instance, double time, double size)
                               spring_number(time).text);
     if (size > 0.0 && move(instance, (size_t)steps, size / steps) != FMU_OK)
         return FMU_REFUSE(&instance->log,
-                          "The motion diverges in the step of %s s at time %s s: a displacement would be beyond %g m, or "
-                          "another value beyond %g. Check the inputs, or take a smaller `step`.",
+                          "The motion diverges in the step of %s s at time %s s: a displacement would be beyond %g m, "
+                          "or another value beyond %g. Check the inputs, or take a smaller `step`.",
                           spring_number(size).text, spring_number(time).text, LARGEST_DISPLACEMENT, LARGEST_SUM);
     for (size_t c = 0; c < instance->system.channels; c++) {
         state->inputs[c] += state->slopes[c] * size;

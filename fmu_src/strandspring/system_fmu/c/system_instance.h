@@ -1,13 +1,13 @@
 /* One instance of bodies on mounts as FMI sees it.
  *
- * Variables by value reference: `extrapolating`; the inputs, which are the channels of motion.h; the absolute acceleration of each
- * point in x, y and z; how far each point has moved from rest in x, y and z; the force of each axis of a mount; the displacement of
- * one spring of each axis; absorbed_energy; the parameters, as in Settings.
+ * Variables by value reference: `extrapolating`; the inputs, which are the channels of motion.h; the absolute
+ * acceleration of each point in x, y and z; how far each point has moved from rest in x, y and z; the force of each
+ * axis of a mount; the displacement of one spring of each axis; absorbed_energy; the parameters, as in SystemSettings.
  *
- * When initialization ends, all bodies are at rest under gravity. A step of co-simulation is cut into equal steps of `step` at
- * most. Inputs hold, or go straight on with their derivatives, over a step of co-simulation, after which they keep the value
- * that they have reached. A call that returns an error has changed nothing. Nothing is allocated after instantiation, except
- * for states that the host asks for. */
+ * When initialization ends, all bodies are at rest under gravity. A step of co-simulation is cut into equal steps of
+ * `step` at most. Inputs hold, or go straight on with their derivatives, over a step of co-simulation, after which they
+ * keep the value that they have reached. A call that returns an error has changed nothing. Nothing is allocated after
+ * instantiation, except for states that the host asks for. */
 #ifndef SYSTEM_INSTANCE_H
 #define SYSTEM_INSTANCE_H
 
@@ -19,7 +19,7 @@
 #include "system_block.h"
 
 enum { SYSTEM_EXTRAPOLATING, SYSTEM_FIRST_INPUT };
-enum { SYSTEM_PARAMETERS = sizeof(Settings) / sizeof(double) };
+enum { SYSTEM_PARAMETERS = sizeof(SystemSettings) / sizeof(double) };
 
 /* The first value reference of each group behind the inputs. */
 typedef struct {
@@ -30,7 +30,7 @@ typedef struct {
 typedef struct {
     int mode; /* one of fmu_modes.h */
     double time, stop_time; /* [s]; stop_time is infinite if there is none */
-    Settings settings;
+    SystemSettings settings;
     double inputs[MOTION_CHANNELS], slopes[MOTION_CHANNELS]; /* and their derivatives for the next step */
     int is_interpolated;                                     /* whether these were set */
     int is_at_rest;                                          /* whether the rest of these settings has been found */
@@ -76,38 +76,58 @@ static inline VariableName fmu_variable_name(const Instance *instance, unsigned 
     return system_name(reference);
 }
 
-/* Bytes of an instance with its system, and makes it of memory that is zero. Returns 0 if the memory for a table is missing. */
-SPRING_LOCAL size_t system_instance_size(void);
-SPRING_LOCAL int system_make(Instance *instance);
-SPRING_LOCAL void system_release(Instance *instance);
+/* A new instance for co-simulation, as fmu_new_instance makes its memory; NULL, after a message, if there can be
+ * none. */
+SPRING_LOCAL Instance *fmu_instantiate(
+    Log *log, const char *name, const char *guid, const char *guid_name, const Memory *memory, int mode);
+
+/* NULL is allowed. */
+SPRING_LOCAL void fmu_free(Instance *instance);
 
 /* Everything as it is after instantiation. */
 SPRING_LOCAL void fmu_begin(Instance *instance, int mode);
 
-/* Values by reference, which must be of a Real. What is calculated fails before initialization mode, and while the bodies
- * find no rest. */
+/* Values by reference, which must be of a Real. What is calculated fails before initialization mode, and while the
+ * bodies find no rest. */
 SPRING_LOCAL FmuStatus fmu_read(
     Instance *instance, const unsigned references[], size_t count, double values[]);
 
-/* Whether a spring is outside its identified range, or was at the end of a step within the last step of co-simulation. */
+/* Whether a spring is outside its identified range, or was at the end of a step within the last step of
+ * co-simulation. */
 SPRING_LOCAL FmuStatus fmu_read_extrapolating(Instance *instance, int *extrapolating);
 
 /* Refuses to set a variable now, or what no input or parameter may be. */
-SPRING_LOCAL FmuStatus system_require_change(const Instance *instance, unsigned reference, double value);
+SPRING_LOCAL FmuStatus fmu_require_change(const Instance *instance, unsigned reference, double value);
 
 /* Whether all parameters are what they may be. */
-SPRING_LOCAL int system_are_possible(const Settings *settings);
+SPRING_LOCAL int system_are_possible(const SystemSettings *settings);
 
-/* Sets values that may be set. */
-SPRING_LOCAL void system_write(
-    Instance *instance, const unsigned references[], size_t count, const double values[]);
+/* Sets values that may be set, one by one. */
+static inline void fmu_open_changes(const Instance *instance)
+{
+    (void)instance;
+}
+SPRING_LOCAL void fmu_change(Instance *instance, unsigned reference, double value);
+static inline FmuStatus fmu_apply_changes(const Instance *instance)
+{
+    (void)instance;
+    return FMU_OK;
+}
 
 SPRING_LOCAL VariableCausality system_causality(const Instance *instance, unsigned reference);
 
 SPRING_LOCAL FmuStatus fmu_end_initialization(Instance *instance);
 
 /* A step of co-simulation, whose time and size are sound. */
-SPRING_LOCAL FmuStatus system_step(Instance *instance, double time, double size);
+SPRING_LOCAL FmuStatus fmu_step(Instance *instance, double time, double size);
+
+/* The same; `reached` becomes the time that it reaches, unless it is refused. */
+static inline FmuStatus fmu_step_to(Instance *instance, double time, double size, double *reached)
+{
+    FmuStatus status = fmu_step(instance, time, size);
+    *reached = instance->state.time;
+    return status;
+}
 
 /* The part of a state that no motion has, "motion" or "springs", or NULL. */
 SPRING_LOCAL const char *system_impossible_motion(const State *state);
@@ -115,14 +135,14 @@ SPRING_LOCAL const char *system_impossible_motion(const State *state);
 /* Takes the instance to a state of this FMU. */
 SPRING_LOCAL void fmu_restore(Instance *instance, const State *state);
 
-/* The size of the serialized form, which is the same for all states of one FMU. */
-SPRING_LOCAL size_t fmu_state_size(void);
+/* What must be there before the fields are read or counted. */
+SPRING_LOCAL void fmu_blank_state(State *state);
 
-SPRING_LOCAL void fmu_state_write(const State *state, unsigned char *bytes);
+/* Reads, writes or counts all that is serialized, in this order behind what stands before the fields of every state
+ * (fmu_bytes.h). Only reading changes the state. */
+SPRING_LOCAL void fmu_state_fields(Cursor *cursor, State *state);
 
-/* Reads a state written by the same FMU, and checks that it can be one. Returns 0, or 1 with the reason in `problem`
- * (always terminated) if it is none; *state is then undefined. */
-SPRING_LOCAL int fmu_state_read(
-    State *state, const unsigned char *bytes, size_t size, char *problem, size_t problem_size);
+/* Whether no instance can have a state that has been read; the reason is then in `problem`, always terminated. */
+SPRING_LOCAL int fmu_state_problem(const State *state, char *problem, size_t size);
 
 #endif

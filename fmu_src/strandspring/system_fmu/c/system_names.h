@@ -1,5 +1,5 @@
-/* Functions of the kernel that are not static; they take the prefix of FMI's functions, which FMU_FULL_NAME puts before a
- * name, so that several FMUs can be linked into one program. */
+/* Functions of the kernel that are not static; they take the prefix of FMI's functions, which FMU_FULL_NAME puts before
+ * a name, so that several FMUs can be linked into one program. */
 #ifndef SYSTEM_NAMES_H
 #define SYSTEM_NAMES_H
 

@@ -3,7 +3,6 @@
 #include "system_instance.h"
 
 #include <math.h>
-#include <stdio.h>
 
 /* All but the memories of springs are numbers of eight bytes, one behind the other. */
 enum {
@@ -23,8 +22,12 @@ static void doubles(Cursor *cursor, double *values, size_t count)
         fmu_double_field(cursor, values + i);
 }
 
-/* In this order after what stands before the fields of every state (fmu_bytes.c). */
-static void fields(Cursor *cursor, State *state)
+void fmu_blank_state(State *state)
+{
+    *state = (State){0};
+}
+
+void fmu_state_fields(Cursor *cursor, State *state)
 {
     SystemCounts counts = system_counts();
     fmu_int_field(cursor, &state->mode);
@@ -53,21 +56,6 @@ static void fields(Cursor *cursor, State *state)
         fmu_int_field(cursor, &memory->direction);
         doubles(cursor, &axis->displacement, OF_AXIS);
     }
-}
-
-size_t fmu_state_size(void)
-{
-    State none;
-    Cursor cursor = {NULL, NULL, fmu_fields_at()};
-    fields(&cursor, &none);
-    return cursor.position;
-}
-
-void fmu_state_write(const State *state, unsigned char *bytes)
-{
-    Cursor cursor = {NULL, bytes, fmu_fields_at()};
-    fields(&cursor, (State *)state); /* which it only reads */
-    fmu_write_head(bytes, cursor.position);
 }
 
 /* Of the square of a unit quaternion, with room for a host that rounds otherwise. */
@@ -127,18 +115,7 @@ static const char *damaged_field(const State *state)
     return system_impossible_motion(state);
 }
 
-int fmu_state_read(State *state, const unsigned char *bytes, size_t size, char *problem, size_t problem_size)
+int fmu_state_problem(const State *state, char *problem, size_t size)
 {
-    const char *reason = fmu_foreign(bytes, size, fmu_state_size());
-    if (reason != NULL) {
-        snprintf(problem, problem_size, "%s", reason);
-        return 1;
-    }
-    Cursor cursor = {bytes, NULL, fmu_fields_at()};
-    *state = (State){0};
-    fields(&cursor, state);
-    const char *field = damaged_field(state);
-    if (field != NULL)
-        snprintf(problem, problem_size, "The serialized state is damaged in its field `%s`.", field);
-    return field != NULL;
+    return fmu_is_damaged(damaged_field(state), problem, size);
 }

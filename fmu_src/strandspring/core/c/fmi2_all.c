@@ -1,0 +1,12 @@
+/* The FMU of FMI 2.0 as one unit, of which the other files are parts. No name but those of FMI's functions leaves it,
+ * so that several FMUs can be linked into one program, each with its FMI2_FUNCTION_PREFIX. Inline, so that compilers do
+ * not warn of functions that only others need. */
+#define SPRING_LOCAL static inline
+
+#include "fmu_all.c"
+#include "fmi2_arguments.c"
+#include "fmi2_derivatives.c"
+#include "fmi2_fmustate.c"
+#include "fmi2_life.c"
+#include "fmi2_log.c"
+#include "fmi2_model_exchange.c"
