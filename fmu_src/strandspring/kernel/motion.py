@@ -18,7 +18,7 @@ from .path import Law
 
 # Numbers of each structure of motion.h.
 BODY, MOUNT, AXIS, POINT, CHANNEL = 42, 10, 10, 4, 8
-_BODY_STATE, _REACH, _AXIS_STATE, _STATE = 31, 12, 13, 22
+_BODY_STATE, _REACH, _AXIS_STATE, _STATE = 31, 9, 13, 22
 _SYSTEM, _RECORD = 10, 11
 OF_POINT, OF_AXIS, OF_BODY, ENERGIES = 18, 10, 2, 9
 

@@ -16,8 +16,10 @@ static inline void spin_of(const MotionBody *body, const MotionBodyState *state,
 
 /* ---- kinematics of mounts ------------------------------------------------------------------------------------------- */
 
+/* Reach of a mount, and the way to its place from the support's. */
 static void reach_of(
-    const MotionSystem *system, const MotionMount *mount, const MotionBodyState *bodies, MotionReach *reach)
+    const MotionSystem *system, const MotionMount *mount, const MotionBodyState *bodies, MotionReach *reach,
+    double *between)
 {
     const MotionBody *body = system->body + (int)mount->body;
     const MotionBodyState *state = bodies + (int)mount->body;
@@ -26,7 +28,7 @@ static void reach_of(
         reach->place[i] = body->center[i] + state->x[i] + reach->arm[i];
     if (mount->support < 0.0) {
         for (int i = 0; i < 3; i++)
-            reach->between[i] = reach->place[i] - mount->support_place[i];
+            between[i] = reach->place[i] - mount->support_place[i];
         return;
     }
     const MotionBody *support = system->body + (int)mount->support;
@@ -35,7 +37,7 @@ static void reach_of(
     turn3(under->rotation, mount->support_place, place);
     for (int i = 0; i < 3; i++) {
         reach->support_arm[i] = reach->place[i] - support->center[i] - under->x[i];
-        reach->between[i] = reach->support_arm[i] - place[i];
+        between[i] = reach->support_arm[i] - place[i];
     }
 }
 
@@ -48,6 +50,8 @@ static void velocity_between(
     add3(velocity, 1.0, body->V);
     double of_support[3];
     if (mount->support < 0.0) {
+        if (is_zero3(state->end_spin))
+            return;
         cross3(state->end_spin, reach->place, of_support);
     } else {
         const MotionBodyState *under = state->body + (int)mount->support;
@@ -68,13 +72,14 @@ void motion_place_axes(const MotionSystem *system, MotionState *state, double *d
     for (size_t m = 0; m < system->mounts; m++) {
         const MotionMount *mount = system->mount + m;
         MotionReach *reach = state->reach + m;
-        reach_of(system, mount, state->body, reach);
-        size_t first = (size_t)mount->first, end = first + (size_t)mount->axes;
-        for (size_t a = first; a < end; a++) {
+        double between[3];
+        reach_of(system, mount, state->body, reach, between);
+        int first = (int)mount->first, end = first + (int)mount->axes;
+        for (int a = first; a < end; a++) {
             double *direction = state->axis[a].direction;
             if (mount->support >= 0.0)
                 turn3(state->body[(int)mount->support].rotation, system->axis[a].direction, direction);
-            displacements[a] = dot3(direction, reach->between);
+            displacements[a] = dot3(direction, between);
         }
     }
 }
@@ -206,7 +211,7 @@ static void kick(
 static void drift(const MotionSystem *system, MotionState *state, double h)
 {
     double back[3], q[4], base[9];
-    int turns = state->base_spin[0] != 0.0 || state->base_spin[1] != 0.0 || state->base_spin[2] != 0.0;
+    int turns = !is_zero3(state->base_spin);
     if (turns) {
         for (int i = 0; i < 3; i++)
             back[i] = -h * state->base_spin[i];
@@ -245,7 +250,7 @@ static void drift(const MotionSystem *system, MotionState *state, double h)
             quaternion_product(q, own->turn, own->turn);
         }
         if (turns || body->turns != 0.0)
-            rotation_of(own->turn, own->rotation);
+            next_rotation(own->turn, own->rotation);
     }
 }
 
@@ -265,14 +270,14 @@ static double passage(double displacement, double rate, double bend, double limi
 static double first_corner(const MotionSystem *system, const MotionState *state, const double *displacements, double h)
 {
     double first = h, per_h = 1.0 / h, from = NEAR_END * h, to = (1.0 - NEAR_END) * h;
-    for (size_t a = 0; a < system->axes; a++) {
-        const MotionAxis *axis = system->axis + a;
-        double displacement = state->axis[a].displacement, rate = state->axis[a].rate;
-        double bend = (displacements[a] - displacement) * per_h - rate;
+    const MotionAxis *axis = system->axis;
+    const MotionAxisState *own = state->axis;
+    for (size_t a = 0; a < system->axes; a++, axis++, own++) {
+        double rate = own->rate, bend = (displacements[a] - own->displacement) * per_h - rate;
         if (axis->stop_stiffness > 0.0) {
             const double stops[2] = {axis->stop_low, axis->stop_high};
             for (int k = 0; k < 2; k++) {
-                double s = passage(displacement, rate, bend, axis->series * (stops[k] - axis->nominal), h);
+                double s = passage(own->displacement, rate, bend, axis->series * (stops[k] - axis->nominal), h);
                 first = from < s && s < to && s < first ? s : first;
             }
         }
@@ -325,13 +330,14 @@ static void saturate(const Strokes *strokes)
 /* spring_commit, whose omega is left to saturate() where the spring goes on in its stroke. */
 static inline void go_on(const SpringLaw *law, SpringMemory *memory, double displacement, Strokes *strokes)
 {
-    if (!((displacement - memory->displacement) * memory->direction > 0.0)) {
+    double direction = memory->direction;
+    if (!((displacement - memory->displacement) * direction > 0.0)) {
         spring_commit(law, memory, NULL, displacement);
         return;
     }
     double xi = memory->start_xi + law->parameters.rho * fabs(displacement - memory->start), z = fabs(xi);
     const SpringBranch *branch = xi >= 0.0 ? &law->table->rising : &law->table->falling;
-    double sign = xi >= 0.0 ? memory->direction : -memory->direction;
+    double sign = xi >= 0.0 ? direction : -direction;
     int index = spring_piece(branch, z);
     memory->displacement = displacement;
     if (index == branch->pieces) {
@@ -350,21 +356,21 @@ static inline void go_on(const SpringLaw *law, SpringMemory *memory, double disp
 static void take_springs(const MotionSystem *system, MotionState *state, const double *displacements)
 {
     for (size_t first = 0; first < system->axes; first += AT_ONCE) {
-        size_t end = first + AT_ONCE < system->axes ? first + AT_ONCE : system->axes;
-        double displacement[AT_ONCE];
+        size_t left = system->axes - first, count = left < AT_ONCE ? left : AT_ONCE;
+        const MotionAxis *axis = system->axis + first;
+        MotionAxisState *own = state->axis + first;
+        double displacement[AT_ONCE]; /* all divisions first, which take long */
         Strokes strokes;
         strokes.count = 0;
-        for (size_t a = first; a < end; a++)
-            displacement[a - first] = system->axis[a].nominal + displacements[a] / system->axis[a].series;
-        for (size_t a = first; a < end; a++)
-            go_on(system->axis[a].law, &state->axis[a].memory, displacement[a - first], &strokes);
+        for (size_t k = 0; k < count; k++)
+            displacement[k] = axis[k].nominal + displacements[first + k] / axis[k].series;
+        for (size_t k = 0; k < count; k++)
+            go_on(axis[k].law, &own[k].memory, displacement[k], &strokes);
         saturate(&strokes);
-        for (size_t a = first; a < end; a++) {
-            const MotionAxis *axis = system->axis + a;
-            MotionAxisState *own = state->axis + a;
-            own->displacement = displacements[a];
-            own->force = axis->parallel * spring_force(axis->law, &own->memory);
-            own->force += motion_stop_force(axis, displacement[a - first]);
+        for (size_t k = 0; k < count; k++) {
+            own[k].displacement = displacements[first + k];
+            own[k].force = axis[k].parallel * spring_force(axis[k].law, &own[k].memory)
+                           + motion_stop_force(axis + k, displacement[k]);
         }
     }
 }
@@ -376,17 +382,18 @@ static void take_forces(const MotionSystem *system, MotionState *state, const do
     motion_clear_forces(system, state->body);
     for (size_t m = 0; m < system->mounts; m++) {
         const MotionMount *mount = system->mount + m;
-        const MotionAxis *axis = system->axis + (size_t)mount->first, *end = axis + (size_t)mount->axes;
-        MotionAxisState *own = state->axis + (size_t)mount->first;
-        double velocity[3] = {0.0, 0.0, 0.0}, x = 0.0, y = 0.0, z = 0.0;
-        if (state->has_dampers != 0.0)
+        int first = (int)mount->first, end = first + (int)mount->axes;
+        double velocity[3], x = 0.0, y = 0.0, z = 0.0;
+        if (state->has_dampers != 0.0) {
             velocity_between(mount, state->reach + m, state, velocity);
-        for (; axis < end; axis++, own++) {
-            double force = own->force + axis->damping * dot3(own->direction, velocity);
-            own->force = force;
-            x -= force * own->direction[0];
-            y -= force * own->direction[1];
-            z -= force * own->direction[2];
+            for (int a = first; a < end; a++)
+                state->axis[a].force += system->axis[a].damping * dot3(state->axis[a].direction, velocity);
+        }
+        for (int a = first; a < end; a++) {
+            const MotionAxisState *own = state->axis + a;
+            x -= own->force * own->direction[0];
+            y -= own->force * own->direction[1];
+            z -= own->force * own->direction[2];
         }
         const double force[3] = {x, y, z};
         motion_apply(mount, state->reach + m, force, state->body);
@@ -397,10 +404,10 @@ static void take_rates(const MotionSystem *system, MotionState *state)
 {
     for (size_t m = 0; m < system->mounts; m++) {
         const MotionMount *mount = system->mount + m;
-        size_t first = (size_t)mount->first, end = first + (size_t)mount->axes;
+        int first = (int)mount->first, end = first + (int)mount->axes;
         double velocity[3];
         velocity_between(mount, state->reach + m, state, velocity);
-        for (size_t a = first; a < end; a++)
+        for (int a = first; a < end; a++)
             state->axis[a].rate = dot3(state->axis[a].direction, velocity);
     }
 }
@@ -427,7 +434,7 @@ double motion_part(
     size_t all = system->bodies * sizeof *bodies;
     motion_of_base(system, values, 0.0, acceleration);
     int has_dampers = state->has_dampers != 0.0;
-    int is_turning = size3(state->end_spin) + size3(state->spin_slope) > 0.0;
+    int is_turning = !is_zero3(state->end_spin) || !is_zero3(state->spin_slope);
     if (is_turning)
         moment_on_bodies(system, state, moment);
 
@@ -546,8 +553,8 @@ void motion_begin(
 
 /* ---- what is asked for ---------------------------------------------------------------------------------------------- */
 
-void motion_accelerations(
-    const MotionSystem *system, const MotionState *state, const double *values, double *accelerations)
+void motion_of_points(
+    const MotionSystem *system, const MotionState *state, const double *values, double *accelerations, double *sway)
 {
     double force[MOTION_BODIES][3], torque[MOTION_BODIES][3], linear[MOTION_BODIES][3], angular[MOTION_BODIES][3];
     double of_base[3];
@@ -561,8 +568,9 @@ void motion_accelerations(
     for (size_t b = 0; b < system->bodies; b++) {
         const MotionBody *body = system->body + b;
         const MotionBodyState *own = state->body + b;
+        double per_mass = 1.0 / body->mass;
         for (int i = 0; i < 3; i++)
-            linear[b][i] = (own->force[i] + force[b][i]) / body->mass + state->gravity[i];
+            linear[b][i] = (own->force[i] + force[b][i]) * per_mass + state->gravity[i];
         if (body->is_free == 0.0) {
             add3(linear[b], -1.0, of_base);
             turn3(body->translations, linear[b], linear[b]);
@@ -571,16 +579,12 @@ void motion_accelerations(
         memset(angular[b], 0, sizeof angular[b]);
         if (body->turns == 0.0)
             continue;
-        /* Euler's equations in the body's frame. */
-        double moment[3], momentum[3], spin[3], gyroscopic[3];
+        /* Euler's equations: moments turn the angular momentum, and the rest of them the body. */
+        double gyroscopic[3];
+        cross3(own->spin, own->L, gyroscopic);
         add3(torque[b], 1.0, own->torque);
-        turn_back3(own->rotation, torque[b], moment);
-        turn_back3(own->rotation, own->spin, spin);
-        turn3(body->inertia, spin, momentum);
-        cross3(spin, momentum, gyroscopic);
-        add3(moment, -1.0, gyroscopic);
-        turn3(body->inverse_inertia, moment, moment);
-        turn3(own->rotation, moment, angular[b]);
+        add3(torque[b], -1.0, gyroscopic);
+        spin_of(body, own, torque[b], angular[b]);
     }
     for (size_t p = 0; p < system->points; p++) {
         int b = (int)system->point[p].body;
@@ -590,19 +594,10 @@ void motion_accelerations(
         cross3(angular[b], arm, tangential);
         cross3(own->spin, arm, centripetal);
         cross3(own->spin, centripetal, centripetal);
-        for (int i = 0; i < 3; i++)
+        for (int i = 0; i < 3; i++) {
             accelerations[3 * p + i] = linear[b][i] + tangential[i] + centripetal[i];
-    }
-}
-
-void motion_sway(const MotionSystem *system, const MotionState *state, double *sway)
-{
-    for (size_t p = 0; p < system->points; p++) {
-        const MotionBodyState *own = state->body + (int)system->point[p].body;
-        double arm[3];
-        turn3(own->rotation, system->point[p].place, arm);
-        for (int i = 0; i < 3; i++)
             sway[3 * p + i] = own->x[i] + arm[i] - system->point[p].place[i];
+        }
     }
 }
 

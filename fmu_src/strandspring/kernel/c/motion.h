@@ -80,9 +80,9 @@ typedef struct {
     double direction[3];
 } MotionAxisState;
 
-/* Where a mount acts: in the base's frame, from the body's centre of gravity, from the support's, from the support's place. */
+/* Where a mount acts: in the base's frame, from the body's centre of gravity, from the support's. */
 typedef struct {
-    double place[3], arm[3], support_arm[3], between[3];
+    double place[3], arm[3], support_arm[3];
 } MotionReach;
 
 typedef struct {
@@ -107,12 +107,10 @@ void motion_begin(
 /* One step of h [s] under channel values that are averages over it. Returns 0 if a displacement is beyond LARGEST_DISPLACEMENT. */
 SPRING_LOCAL int motion_step(const MotionSystem *system, MotionState *state, const double *values, double h);
 
-/* Absolute acceleration of each point [m/s^2], 3 each, under channel values; what is held moves with the base. */
-SPRING_LOCAL void motion_accelerations(
-    const MotionSystem *system, const MotionState *state, const double *values, double *accelerations);
-
-/* Place of each point in the base's frame, less its place in the nominal pose [m], 3 each. */
-SPRING_LOCAL void motion_sway(const MotionSystem *system, const MotionState *state, double *sway);
+/* Of each point, 3 each: absolute acceleration [m/s^2] under channel values, where what is held moves with the base; place in
+ * the base's frame less that in the nominal pose [m]. */
+SPRING_LOCAL void motion_of_points(
+    const MotionSystem *system, const MotionState *state, const double *values, double *accelerations, double *sway);
 
 /* The pose in which all bodies rest under gravity while each axis has its omega: Levenberg and Marquardt's method from the
  * pose given, which is replaced; `state` is workspace. Returns 1 if it was found. `unbalance` is what remains of the forces, and

@@ -3,10 +3,10 @@
 #include "../../core/c/numerics.h"
 
 /* Of a point: the squares of the sizes of acceleration and way from the beginning, then the components of both. */
-enum { OF_POINT = 8, SIZES = 2, MEANS_OF_POINT = 9 };
+enum { OF_POINT = 8, SIZES = 2, COURSES = OF_POINT - SIZES };
 /* Where of_points of a point holds the greatest of each, and the time of the first; and where the means begin. */
 static const int GREATEST_AT[OF_POINT] = {0, 5, 2, 3, 4, 6, 7, 8};
-enum { TIME_AT = 1, MEANS_OF_POINT_AT = 9, MEANS_OF_AXIS_AT = 8 };
+enum { TIME_AT = 1, MEANS_OF_POINT_AT = 9 };
 
 /* What is looked at after each part of a step, in arrays without gaps, whose loops the compiler turns into few instructions.
  *
@@ -14,21 +14,22 @@ enum { TIME_AT = 1, MEANS_OF_POINT_AT = 9, MEANS_OF_AXIS_AT = 8 };
  * values     of the three last times, the newest last: OF_POINT of each point, the square of the sine of half the tilt of each
  *            body, |rate| of each axis, |force| of each axis
  * greatest   of each of these, and when
- * now        displacement of a spring of each axis, omega of each axis; the lowest and highest of each
- * squares    now and before: what means are taken of, MEANS_OF_POINT of each point, way of each axis, its square; their sums */
+ * low, high  displacement of a spring of each axis, omega of each axis; stroke: where each spring turned last
+ * courses    what means are taken of: COURSES of each point, displacement of each axis; their sums and those of their squares */
 typedef struct {
     double time[3];
     int is_sharp[3]; /* no course is smooth where a part of a step ends at a turn, or a load jumps */
-    size_t watched, means;
-    double weight;                 /* of the values last taken in the means */
+    size_t watched, averaged;
+    int near;                      /* how often the three last values may still hold a peak */
+    double weight;                 /* in the means, of the time before the values last taken */
     double turn[MOTION_BODIES][4]; /* at the beginning */
-    double *accelerations, *sway, *start, *values[3], *greatest, *at, *now, *low, *high, *squares[2], *sums;
+    double *accelerations, *sway, *start, *values[3], *greatest, *at, *low, *high, *stroke, *courses, *sums, *squares;
 } Watch;
 
 size_t motion_workspace(size_t bodies, size_t axes, size_t points)
 {
-    size_t watched = OF_POINT * points + bodies + 2 * axes, means = MEANS_OF_POINT * points + 2 * axes;
-    return 9 * points + 5 * watched + 6 * axes + 3 * means;
+    size_t watched = OF_POINT * points + bodies + 2 * axes, averaged = COURSES * points + axes;
+    return 9 * points + 5 * watched + 5 * axes + 3 * averaged;
 }
 
 static double *taken(double **workspace, size_t count)
@@ -70,63 +71,55 @@ static void note_greatest(Watch *watch, size_t i)
     }
 }
 
-/* Whether any value is greater than the greatest so far, or follows one that is. */
-static int is_greatest_near(
-    size_t count, const double *restrict middle, const double *restrict last, const double *restrict greatest)
+static int is_any_greater(size_t count, const double *restrict last, const double *restrict greatest)
 {
     int is_any = 0;
     for (size_t i = 0; i < count; i++)
-        is_any |= (last[i] > greatest[i]) | ((middle[i] >= greatest[i]) & (middle[i] > last[i]));
+        is_any |= last[i] > greatest[i];
     return is_any;
 }
 
-static void widen(size_t count, const double *restrict now, double *restrict low, double *restrict high)
+static void add_means(
+    size_t count, double weight, const double *restrict courses, double *restrict sums, double *restrict squares)
 {
     for (size_t i = 0; i < count; i++) {
-        low[i] = now[i] < low[i] ? now[i] : low[i];
-        high[i] = now[i] > high[i] ? now[i] : high[i];
+        double part = weight * courses[i];
+        sums[i] += part;
+        squares[i] += part * courses[i];
     }
 }
 
-static void add_pairs(
-    size_t count, double weight, const double *restrict now, const double *restrict before, double *restrict sums)
-{
-    for (size_t i = 0; i < count; i++)
-        sums[i] += weight * (before[i] + now[i]);
-}
-
 /* Extremes and sums with the values last taken. This is done when the next are taken: read at once, in pairs, what has just been
- * written one by one would have to be waited for. */
-static void settle(Watch *watch, size_t axes)
+ * written one by one would have to be waited for. `next` is the weight of the time after them. */
+static void settle(Watch *watch, double next)
 {
-    if (watch->is_sharp[0] || watch->is_sharp[2] ||
-        is_greatest_near(watch->watched, watch->values[1], watch->values[2], watch->greatest))
+    if (is_any_greater(watch->watched, watch->values[2], watch->greatest))
+        watch->near = 3;
+    if (watch->near > 0) {
+        watch->near--;
         for (size_t i = 0; i < watch->watched; i++)
             note_greatest(watch, i);
-    widen(2 * axes, watch->now, watch->low, watch->high);
-    if (watch->weight != 0.0)
-        add_pairs(watch->means, 0.5 * watch->weight, watch->squares[0], watch->squares[1], watch->sums);
+    }
+    if (watch->weight + next != 0.0)
+        add_means(watch->averaged, 0.5 * (watch->weight + next), watch->courses, watch->sums, watch->squares);
 }
 
 /* ---- after each part of a step -------------------------------------------------------------------------------------- */
 
 static void take_points(const MotionSystem *system, const MotionState *state, const double *loads, Watch *watch)
 {
-    motion_accelerations(system, state, loads, watch->accelerations);
-    motion_sway(system, state, watch->sway);
+    motion_of_points(system, state, loads, watch->accelerations, watch->sway);
     for (size_t p = 0; p < system->points; p++) {
         const double *a = watch->accelerations + 3 * p;
-        double *value = watch->values[2] + OF_POINT * p, *square = watch->squares[0] + MEANS_OF_POINT * p;
-        double *way = square + 3;
+        double *value = watch->values[2] + OF_POINT * p, *course = watch->courses + COURSES * p, *way = course + 3;
         for (int i = 0; i < 3; i++) {
+            course[i] = a[i];
             way[i] = watch->sway[3 * p + i] - watch->start[3 * p + i];
-            square[i] = a[i] * a[i];
-            square[6 + i] = way[i] * way[i];
             value[SIZES + i] = fabs(a[i]);
             value[SIZES + 3 + i] = fabs(way[i]);
         }
-        value[0] = square[0] + square[1] + square[2];
-        value[1] = square[6] + square[7] + square[8];
+        value[0] = dot3(a, a);
+        value[1] = dot3(way, way);
     }
 }
 
@@ -143,21 +136,31 @@ static void take_bodies(const MotionSystem *system, const MotionState *state, Wa
     }
 }
 
+static void widen(Watch *watch, size_t axes, size_t a, double displacement, double omega)
+{
+    watch->low[a] = fmin(watch->low[a], displacement);
+    watch->high[a] = fmax(watch->high[a], displacement);
+    watch->low[axes + a] = fmin(watch->low[axes + a], omega);
+    watch->high[axes + a] = fmax(watch->high[axes + a], omega);
+}
+
+/* Displacement and omega of a spring are extreme where a stroke begins, or at the end. */
 static void take_axes(const MotionSystem *system, const MotionState *state, Watch *watch)
 {
     size_t axes = system->axes;
     double *rate = watch->values[2] + OF_POINT * system->points + system->bodies, *force = rate + axes;
-    double *displacement = watch->now, *omega = displacement + axes;
-    double *way = watch->squares[0] + MEANS_OF_POINT * system->points;
+    double *course = watch->courses + COURSES * system->points;
     for (size_t a = 0; a < axes; a++) {
         const MotionAxisState *own = state->axis + a;
-        displacement[a] = own->memory.displacement;
-        omega[a] = own->memory.omega;
+        const SpringMemory *memory = &own->memory;
+        if (memory->start != watch->stroke[a]) {
+            watch->stroke[a] = memory->start;
+            widen(watch, axes, a, memory->start,
+                  memory->direction * spring_saturation(system->axis[a].law->table, memory->start_xi));
+        }
         rate[a] = fabs(own->rate);
         force[a] = fabs(own->force);
-        /* The displacement of the axis is 0 in the nominal pose. */
-        way[a] = own->displacement;
-        way[axes + a] = own->displacement * own->displacement;
+        course[a] = own->displacement; /* 0 in the nominal pose */
     }
 }
 
@@ -166,13 +169,11 @@ static void take(
     const MotionSystem *system, const MotionState *state, const double *loads, double time, int is_sharp, double weight,
     Watch *watch)
 {
-    settle(watch, system->axes);
-    double *oldest = watch->values[0], *before = watch->squares[0];
+    settle(watch, weight);
+    double *oldest = watch->values[0];
     watch->values[0] = watch->values[1];
     watch->values[1] = watch->values[2];
     watch->values[2] = oldest;
-    watch->squares[0] = watch->squares[1];
-    watch->squares[1] = before;
     for (int i = 0; i < 2; i++) {
         watch->time[i] = watch->time[i + 1];
         watch->is_sharp[i] = watch->is_sharp[i + 1];
@@ -224,10 +225,11 @@ static void write_row(
 
 static void begin(const MotionSystem *system, const MotionState *state, Watch *watch, MotionRecord *record)
 {
+    static const double UNLOADED[MOTION_CHANNELS] = {0.0};
     size_t points = system->points, axes = system->axes;
     double *workspace = record->workspace;
     *watch = (Watch){.is_sharp = {0, 0, 1}, .watched = OF_POINT * points + system->bodies + 2 * axes,
-                     .means = MEANS_OF_POINT * points + 2 * axes};
+                     .averaged = COURSES * points + axes};
     watch->accelerations = taken(&workspace, 3 * points);
     watch->sway = taken(&workspace, 3 * points);
     watch->start = taken(&workspace, 3 * points);
@@ -235,20 +237,21 @@ static void begin(const MotionSystem *system, const MotionState *state, Watch *w
         watch->values[i] = taken(&workspace, watch->watched);
     watch->greatest = taken(&workspace, watch->watched);
     watch->at = taken(&workspace, watch->watched);
-    watch->now = taken(&workspace, 2 * axes);
     watch->low = taken(&workspace, 2 * axes);
     watch->high = taken(&workspace, 2 * axes);
-    for (int i = 0; i < 2; i++)
-        watch->squares[i] = taken(&workspace, watch->means);
-    watch->sums = taken(&workspace, watch->means);
-    motion_sway(system, state, watch->start);
+    watch->stroke = taken(&workspace, axes);
+    watch->courses = taken(&workspace, watch->averaged);
+    watch->sums = taken(&workspace, watch->averaged);
+    watch->squares = taken(&workspace, watch->averaged);
+    motion_of_points(system, state, UNLOADED, watch->accelerations, watch->start);
     for (size_t b = 0; b < system->bodies; b++)
         memcpy(watch->turn[b], state->body[b].turn, sizeof watch->turn[b]);
     for (size_t a = 0; a < axes; a++) {
         const SpringMemory *memory = &state->axis[a].memory;
         record->of_axes[MOTION_OF_AXIS * a + 6] = memory->displacement;
-        watch->now[a] = watch->low[a] = watch->high[a] = memory->displacement;
-        watch->now[axes + a] = watch->low[axes + a] = watch->high[axes + a] = memory->omega;
+        watch->stroke[a] = memory->start;
+        watch->low[a] = watch->high[a] = memory->displacement;
+        watch->low[axes + a] = watch->high[axes + a] = memory->omega;
     }
     record->energies[0] = kinetic_energy(system, state);
     record->energies[4] = -stop_energy(system, state);
@@ -256,21 +259,25 @@ static void begin(const MotionSystem *system, const MotionState *state, Watch *w
 
 static void end(const MotionSystem *system, const MotionState *state, Watch *watch, size_t steps, MotionRecord *record)
 {
-    settle(watch, system->axes);
+    settle(watch, 0.0);
     size_t points = system->points, bodies = system->bodies, axes = system->axes;
     double per_step = 1.0 / (double)(steps > 0 ? steps : 1), absorbed = 0.0;
-    const double *greatest = watch->greatest, *at = watch->at, *sums = watch->sums;
+    const double *greatest = watch->greatest, *at = watch->at, *sums = watch->sums, *squares = watch->squares;
     for (size_t p = 0; p < points; p++) {
         double *found = record->of_points + MOTION_OF_POINT * p;
         for (int i = 0; i < OF_POINT; i++)
             found[GREATEST_AT[i]] = i < SIZES ? sqrt(greatest[OF_POINT * p + i]) : greatest[OF_POINT * p + i];
         found[TIME_AT] = at[OF_POINT * p];
-        for (int i = 0; i < MEANS_OF_POINT; i++)
-            found[MEANS_OF_POINT_AT + i] = per_step * sums[MEANS_OF_POINT * p + i];
+        for (int i = 0; i < 3; i++) {
+            found[MEANS_OF_POINT_AT + i] = per_step * squares[COURSES * p + i];
+            found[MEANS_OF_POINT_AT + 3 + i] = per_step * sums[COURSES * p + 3 + i];
+            found[MEANS_OF_POINT_AT + 6 + i] = per_step * squares[COURSES * p + 3 + i];
+        }
     }
     greatest += OF_POINT * points;
     at += OF_POINT * points;
-    sums += MEANS_OF_POINT * points;
+    sums += COURSES * points;
+    squares += COURSES * points;
     for (size_t b = 0; b < bodies; b++) {
         record->of_bodies[MOTION_OF_BODY * b] = 2.0 * asin(clip(sqrt(greatest[b]), 0.0, 1.0));
         record->of_bodies[MOTION_OF_BODY * b + 1] = at[b];
@@ -279,8 +286,9 @@ static void end(const MotionSystem *system, const MotionState *state, Watch *wat
     for (size_t a = 0; a < axes; a++) {
         const MotionAxis *axis = system->axis + a;
         double energy = axis->parallel * axis->series * spring_absorbed_energy(axis->law, &state->axis[a].memory);
-        double way = per_step * sums[a], square = per_step * sums[axes + a];
+        double way = per_step * sums[a], square = per_step * squares[a];
         double start = record->of_axes[MOTION_OF_AXIS * a + 6];
+        widen(watch, axes, a, state->axis[a].memory.displacement, state->axis[a].memory.omega);
         const double found[MOTION_OF_AXIS] = {
             watch->low[a],         watch->high[a], greatest[axes + a], watch->low[axes + a], watch->high[axes + a], energy,
             start,                 greatest[a],    way / axis->series, square / axis->series / axis->series};

@@ -10,6 +10,11 @@ static inline double dot3(const double *a, const double *b)
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 }
 
+static inline int is_zero3(const double *a)
+{
+    return a[0] == 0.0 && a[1] == 0.0 && a[2] == 0.0;
+}
+
 static inline void cross3(const double *a, const double *b, double *c)
 {
     double x = a[1] * b[2] - a[2] * b[1], y = a[2] * b[0] - a[0] * b[2], z = a[0] * b[1] - a[1] * b[0];
@@ -44,8 +49,8 @@ static inline void quaternion_of(const double *rotation, double *q)
 {
     double square = 0.25 * dot3(rotation, rotation), sine, cosine; /* of the half angle; sine over the half angle */
     if (square < 1e-4) {
-        sine = 1.0 - square / 6.0 * (1.0 - square / 20.0 * (1.0 - square / 42.0));
-        cosine = 1.0 - square / 2.0 * (1.0 - square / 12.0 * (1.0 - square / 30.0));
+        sine = 1.0 - square * (1.0 / 6.0 - square * (1.0 / 120.0 - square * (1.0 / 5040.0)));
+        cosine = 1.0 - square * (1.0 / 2.0 - square * (1.0 / 24.0 - square * (1.0 / 720.0)));
     } else {
         double half = sqrt(square);
         sine = sin(half) / half;
@@ -71,18 +76,32 @@ static inline double size3(const double *a)
     return sqrt(dot3(a, a));
 }
 
-/* Makes q a unit quaternion and writes its matrix. */
-static inline void rotation_of(double *q, double *matrix)
+static inline void matrix_of(const double *q, double *matrix)
 {
-    double length = sqrt(q[0] * q[0] + dot3(q + 1, q + 1));
-    for (int i = 0; i < 4; i++)
-        q[i] /= length;
     double w = q[0], x = q[1], y = q[2], z = q[3];
     const double rows[9] = {
         1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - w * z),       2.0 * (x * z + w * y),
         2.0 * (x * y + w * z),       1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - w * x),
         2.0 * (x * z - w * y),       2.0 * (y * z + w * x),       1.0 - 2.0 * (x * x + y * y)};
     memcpy(matrix, rows, sizeof rows);
+}
+
+/* Makes q a unit quaternion and writes its matrix. */
+static inline void rotation_of(double *q, double *matrix)
+{
+    double length = sqrt(q[0] * q[0] + dot3(q + 1, q + 1));
+    for (int i = 0; i < 4; i++)
+        q[i] /= length;
+    matrix_of(q, matrix);
+}
+
+/* The same of what is a unit quaternion but for rounding, by a step of Newton's method for 1/length. */
+static inline void next_rotation(double *q, double *matrix)
+{
+    double per_length = 1.5 - 0.5 * (q[0] * q[0] + dot3(q + 1, q + 1));
+    for (int i = 0; i < 4; i++)
+        q[i] *= per_length;
+    matrix_of(q, matrix);
 }
 
 #endif

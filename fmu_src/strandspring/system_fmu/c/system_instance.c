@@ -98,7 +98,7 @@ static void join_motion(State *state)
 
 static void forget_outputs(Instance *instance)
 {
-    instance->has_accelerations = instance->has_sway = 0;
+    instance->has_points = 0;
 }
 
 void fmu_begin(Instance *instance, int mode)
@@ -201,7 +201,7 @@ static FmuStatus require_rest(Instance *instance)
         if (find_rest(instance, omega, pose) != FMU_OK)
             return FMU_ERROR;
     }
-    motion_sway(system, &state->motion, state->rest_sway);
+    motion_of_points(system, &state->motion, state->inputs, instance->accelerations, state->rest_sway);
     state->extrapolating = 0;
     memset(state->is_outside, 0, sizeof state->is_outside);
     (void)note_excursions(instance, 0);
@@ -247,19 +247,15 @@ static double output(Instance *instance, unsigned reference)
 {
     const Groups *first = &instance->first;
     const State *state = &instance->state;
-    if (reference < first->sway) {
-        if (!instance->has_accelerations)
-            motion_accelerations(&instance->system, &state->motion, state->inputs, instance->accelerations);
-        instance->has_accelerations = 1;
+    if (reference < first->force && !instance->has_points) {
+        motion_of_points(
+            &instance->system, &state->motion, state->inputs, instance->accelerations, instance->sway);
+        instance->has_points = 1;
+    }
+    if (reference < first->sway)
         return instance->accelerations[reference - first->acceleration];
-    }
-    if (reference < first->force) {
-        unsigned i = reference - first->sway;
-        if (!instance->has_sway)
-            motion_sway(&instance->system, &state->motion, instance->sway);
-        instance->has_sway = 1;
-        return instance->sway[i] - state->rest_sway[i];
-    }
+    if (reference < first->force)
+        return instance->sway[reference - first->sway] - state->rest_sway[reference - first->sway];
     if (reference < first->displacement)
         return state->axes[reference - first->force].force;
     if (reference < first->energy)
@@ -356,7 +352,7 @@ void system_write(Instance *instance, const unsigned references[], size_t count,
         if (references[i] >= instance->first.parameter)
             instance->state.is_at_rest = 0;
     }
-    instance->has_accelerations = 0;
+    instance->has_points = 0;
 }
 
 /* ---- steps ---------------------------------------------------------------------------------------------------------- */

@@ -55,7 +55,7 @@ typedef struct {
     MotionSystem system;
     State state;
     State before; /* the step that is being done */
-    int has_accelerations, has_sway;
+    int has_points; /* whether they are as the state is */
     double accelerations[3 * MOTION_POINTS], sway[3 * MOTION_POINTS];
     Excursion excursions[MOTION_AXES];
     SpringLaw *laws;

@@ -1,4 +1,5 @@
 #include "../../core/c/fmu_sound.h"
+#include "../../kernel/c/vectors.h"
 #include "system_instance.h"
 
 #include <math.h>
@@ -69,6 +70,9 @@ void fmu_state_write(const State *state, unsigned char *bytes)
     fmu_write_head(bytes, cursor.position);
 }
 
+/* Of the square of a unit quaternion, with room for a host that rounds otherwise. */
+static const double UNIT_ROUNDING = 1e-9;
+
 static int are_within(double bound, const double *values, size_t count)
 {
     for (size_t i = 0; i < count; i++)
@@ -85,9 +89,12 @@ const char *system_impossible_motion(const State *state)
         !are_within(LARGEST_SUM, (const double *)state->bodies, (size_t)counts.bodies * OF_BODY) ||
         !are_within(LARGEST_SUM, (const double *)state->reach, (size_t)counts.mounts * OF_REACH))
         return "motion";
-    for (int64_t b = 0; b < counts.bodies; b++)
-        if (!are_within(LARGEST_DISPLACEMENT, state->bodies[b].x, 3))
+    for (int64_t b = 0; b < counts.bodies; b++) {
+        const double *turn = state->bodies[b].turn, square = turn[0] * turn[0] + dot3(turn + 1, turn + 1);
+        if (!are_within(LARGEST_DISPLACEMENT, state->bodies[b].x, 3) ||
+            (state->is_at_rest && !(fabs(square - 1.0) <= UNIT_ROUNDING)))
             return "motion";
+    }
     for (int64_t a = 0; a < counts.axes; a++) {
         const MotionAxisState *axis = state->axes + a;
         if (!(fabs(axis->memory.omega) <= 1.0) || !fmu_memory_is_sound(&axis->memory) ||
