@@ -118,6 +118,9 @@ def _identify(case: Case, name: str, kept: Outputs) -> Tolerance:
     """Refined: a hundredth of each standard error; the others as stated above."""
     share = _HARDLY_KNOWN.get(case.name, _NI if kept["method"] == "ni" else _STATED)
     group, _, parameter = name.partition(".")
+    of_misfit = group == "lack_of_fit" or name.endswith("held_out_coverage")
+    if of_misfit and kept["rmse"] < _NO_NOISE * kept["parameters.kappa_omega"]:
+        return np.inf  # what a misfit consists of that is rounding, and how much of it an interval holds
     if group == "parameters":
         return _of_parameter(parameter, share, kept)
     if group == "uncertainty":

@@ -33,7 +33,7 @@ def choose_degrees(loops: Loops, solve: Callable[[tuple[int, int]], Solution | N
     If the residuals of a pilot at middling degrees are noise, its omega serves to look for leaner degrees that do as
     well, by linear least squares alone. Otherwise the method is applied at all degrees.
     """
-    floor = _GOOD_ENOUGH * loops.rms(loops.force - np.average(loops.force, weights=loops.weight))
+    floor = _GOOD_ENOUGH * loops.force_deviation
     noise = loops.rms(np.sqrt(force_noise(loops.force).variance(loops.force)))
     pilot = solve(_PILOT)
     if pilot is not None:

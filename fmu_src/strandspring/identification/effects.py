@@ -25,7 +25,7 @@ from .loops import Loops
 from .polynomials import Basis
 from .projection import Problem
 from .refinement import FAIR_TOLERANCE
-from .rig import Effect, Rig, Sizes, transferred
+from .rig import Effect, Rig, Sizes, transferred, wears
 from .scan import scan_minima
 from .search import (
     CLOSE,
@@ -301,7 +301,8 @@ def _settled(
         fit = other
         if not sizes:
             break
-        loops = rig.corrected(sizes, fit)  # wear is a share of the new fit's force
+        if wears(sizes):  # which is a share of the new fit's force
+            loops = rig.corrected(sizes, fit)
         step, _ = _Traces(rig, fit, loops, list(sizes), sizes).solved(list(sizes))
         sizes = {effect: sizes[effect] + change for effect, change in step.items()}
         if all(np.abs(c).max() <= _SETTLED * np.abs(sizes[effect]).max() for effect, c in step.items()):

@@ -9,12 +9,13 @@ depended linearly on the coefficients.
 from __future__ import annotations
 
 import math
+from functools import cached_property
 
 import numpy as np
 
 from ..kernel.arrays import FloatArray
 from .linearised import Linearised
-from .projection import Problem
+from .projection import Problem, vector
 from .stages import SIGMA_BOUNDS, Hysteresis
 
 Interval = tuple[float | None, float | None]
@@ -24,6 +25,7 @@ NONLINEAR = ("rho", "sigma", "n")
 _CURVED = 0.1
 _LONGEST_STEP = 1.0  # of a logarithm
 _EVALUATIONS = 8  # points of a profile on either side
+_NEAR = 0.3  # change of the logarithms up to which they are extrapolated along a profile
 _ACCURACY = 0.03  # to which the end of an interval is found, share of its length
 _TOLERANCE = 1e-5  # relative change of the squared misfit at which a fit of the profile ends
 _FIT_EVALUATIONS = 20  # points at which a fit of the profile ends in any case
@@ -53,18 +55,18 @@ def intervals_95(linear: Linearised, change: FloatArray, errors: FloatArray) -> 
     change : ndarray, shape (4, p)   Derivatives of the logarithms of kappa_omega, rho, sigma, n by the coefficients.
     errors : ndarray, shape (4,)     Standard errors of the logarithms; 0 at a bound.
     """
-    fit, loops = linear.refinement, linear.loops
+    fit = linear.refinement
     reach = quantile_95(linear.estimate.degrees_of_freedom(change)) * errors
     kappa_omega = float(linear.basis.powers(fit.backbone.amplified)[0])
     found: dict[str, Interval] = {"kappa_omega": around(kappa_omega, float(reach[0]))}
+    refit = _Refit(linear)
     for k, name in enumerate(NONLINEAR):
         value = getattr(fit.hysteresis, name)
         if linear.free[k] and errors[1 + k] <= _CURVED:
             found[name] = around(value, float(reach[1 + k]))
             continue
         freed = linear if linear.free[k] else linear.freed(k)
-        profile = _Profile(freed, k, Problem(loops, linear.basis, fit.hysteresis, coarse=True))
-        found[name] = profile.interval(value)
+        found[name] = _Profile(freed, k, refit).interval(value)
     low, high = found["sigma"]
     # What no spring can be is not part of the interval.
     found["sigma"] = (SIGMA_BOUNDS[0] if low is None else max(low, SIGMA_BOUNDS[0]), high)
@@ -78,20 +80,63 @@ def around(value: float, reach: float) -> Interval:
     return value * math.exp(-reach), value * math.exp(reach)
 
 
+class _Refit:
+    """The fit again from other places, with one nonlinear coefficient fixed."""
+
+    def __init__(self, linear: Linearised) -> None:
+        self.fit = linear.refinement
+        self._linear = linear
+
+    @cached_property
+    def problem(self) -> Problem:
+        """The least-squares problem."""
+        return Problem(self._linear.loops, self._linear.basis, self.fit.hysteresis, coarse=True)
+
+    @cached_property
+    def place(self) -> FloatArray:
+        """The fit's ln(rho), ln(sigma), ln(n) and omega_start, shape (3 + R,)."""
+        return vector(self.fit.hysteresis, self.fit.omega_start)
+
+    @cached_property
+    def least(self) -> float:
+        """Sum of squared weighted misfits with nothing fixed."""
+        return self._squares(self.place)[0]
+
+    def with_fixed(self, parameter: int, value: float, start: FloatArray) -> tuple[float, FloatArray]:
+        """The same with one of the coefficients fixed, and where all of them are then."""
+        low, high = self.problem.low, self.problem.high
+        free = low[parameter], high[parameter]
+        low[parameter], high[parameter] = value - _FIXED, value + _FIXED
+        found = self._squares(start)
+        low[parameter], high[parameter] = free
+        return found
+
+    def _squares(self, start: FloatArray) -> tuple[float, FloatArray]:
+        hysteresis = Hysteresis(*np.exp(start[:3]).tolist())
+        fit = self.problem.solve(hysteresis, start[3:], self.fit.weight, _TOLERANCE, _FIT_EVALUATIONS)
+        misfit = fit.backbone.misfit(self.problem.loops.force, fit.omega)
+        return float(self.fit.weight @ misfit**2), vector(fit.hysteresis, fit.omega_start)
+
+
 class _Profile:
     """Rise of the squared misfit with one nonlinear coefficient, all others being fitted."""
 
-    def __init__(self, linear: Linearised, parameter: int, problem: Problem) -> None:
-        self.fit, self.parameter, self.problem = linear.refinement, parameter, problem
+    def __init__(self, linear: Linearised, parameter: int, refit: _Refit) -> None:
+        self.parameter, self.refit = parameter, refit
         column = linear.column(parameter)
         direction = np.zeros(linear.jacobian.shape[1])
         direction[column] = 1.0
         self.error = float(np.linalg.norm(linear.estimate.root[column]))
         self.reach = float(quantile_95(linear.estimate.degrees_of_freedom(direction[None]))[0]) * self.error
-        weighted = linear.jacobian * np.sqrt(self.fit.weight)[:, None]
-        free_variance = float(np.linalg.pinv(weighted.T @ weighted)[column, column])
+        weighted = linear.jacobian * np.sqrt(refit.fit.weight)[:, None]
+        covariance = np.linalg.pinv(weighted.T @ weighted)[column]
+        free_variance = float(covariance[column])
         # Where the misfit does not depend on the coefficient at all, nothing bounds it.
         self.allowed = self.reach**2 / free_variance if self.reach > 0.0 and free_variance > 0.0 else math.inf
+        # Where the others go with it, as far as the force depends linearly on them.
+        self.slope = np.zeros(linear.free.size)
+        if free_variance > 0.0:
+            self.slope[linear.free] = covariance[linear.linear_count :] / free_variance
 
     def interval(self, value: float) -> Interval:
         """The ends; None on a side on which the bound of the search is reached first."""
@@ -101,28 +146,32 @@ class _Profile:
         if self.error <= _CURVED:
             low, high = around(value, self.reach)
         else:
-            least = self._squares(self.fit.hysteresis, self.fit.omega_start, None)[0]
-            low, high = (self._end(center, side, least) for side in (-1, 1))
+            low, high = (self._end(center, side) for side in (-1, 1))
         return low if self._room(center, -1) > 0.0 else None, high if self._room(center, 1) > 0.0 else None
 
     def _room(self, center: float, side: int) -> float:
         """How far the logarithm may move to a side; 0 at the bound of the search."""
-        bound = float((self.problem.low if side < 0 else self.problem.high)[self.parameter])
+        problem = self.refit.problem
+        bound = float((problem.low if side < 0 else problem.high)[self.parameter])
         room = side * (bound - center)
         return room if room > _AT_BOUND else 0.0
 
-    def _end(self, center: float, side: int, least: float) -> float | None:
+    def _end(self, center: float, side: int) -> float | None:
         """The end on one side; None if the misfit does not rise enough up to the bound of the search."""
         room = self._room(center, side)
         if room == 0.0:
             return None
         inside, outside, rise_inside, rise_outside = 0.0, math.inf, 0.0, 0.0
         step = min(self.reach, _LONGEST_STEP, room)
-        hysteresis, omega_start = self.fit.hysteresis, self.fit.omega_start
+        place, slope, at = self.refit.place, side * self.slope, 0.0
         for _ in range(_EVALUATIONS):
-            squares, hysteresis, omega_start = self._squares(hysteresis, omega_start, center + side * step)
+            # The others go on as they went before, but not far: another minimum might be there.
+            ahead = (step - at) * slope
+            start = place + ahead if np.abs(ahead[:3]).max() <= _NEAR else place
+            squares, found = self.refit.with_fixed(self.parameter, center + side * step, start)
+            place, slope, at = found, (found - place) / (step - at), step
             # The root of the rise is nearly a straight line.
-            rise = math.sqrt(max(squares - least, 0.0) / self.allowed)
+            rise = math.sqrt(max(squares - self.refit.least, 0.0) / self.allowed)
             if rise >= 1.0:
                 outside, rise_outside = step, rise
             else:
@@ -137,16 +186,3 @@ class _Profile:
             if outside - inside < _ACCURACY * outside or abs(rise - 1.0) < _ACCURACY:
                 break
         return None if math.isinf(outside) else math.exp(center + side * step)
-
-    def _squares(
-        self, hysteresis: Hysteresis, omega_start: FloatArray, fixed: float | None
-    ) -> tuple[float, Hysteresis, FloatArray]:
-        """Sum of squared weighted misfits of the best fit, and where it is; one logarithm fixed unless None."""
-        problem, k = self.problem, self.parameter
-        low, high = problem.low[k], problem.high[k]
-        if fixed is not None:
-            problem.low[k], problem.high[k] = fixed - _FIXED, fixed + _FIXED
-        fit = problem.solve(hysteresis, omega_start, self.fit.weight, _TOLERANCE, _FIT_EVALUATIONS)
-        problem.low[k], problem.high[k] = low, high
-        misfit = fit.backbone.misfit(problem.loops.force, fit.omega)
-        return float(self.fit.weight @ misfit**2), fit.hysteresis, fit.omega_start

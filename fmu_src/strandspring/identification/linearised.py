@@ -95,7 +95,7 @@ class Linearised:
         within = max(float(np.mean(bend == 1.0)), _LEAST_FREE)
         held = root * bend * self.misfit
         noise = coefficient_covariance(
-            self.jacobian * root[:, None], held / within, [points for _, points in self.loops.by_record()]
+            self.jacobian * root[:, None], held / within, [points for _, points in self.loops.by_record]
         )
         return noise._replace(models=noise.models * repetition(self.loops, held))
 

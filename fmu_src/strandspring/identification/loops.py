@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from itertools import pairwise, starmap
 
 import numpy as np
@@ -49,12 +50,12 @@ class Loops:
     record: IndexArray
     selected: tuple[float, float] = (-math.inf, math.inf)
 
-    @property
+    @cached_property
     def side(self) -> NDArray[np.int64]:
         """+1 on loading points, -1 on unloading points, shape (P,)."""
         return self.direction[self.stroke]
 
-    @property
+    @cached_property
     def reach(self) -> tuple[float, float]:
         """Lowest and highest displacement of the strokes that have points [m], as far as they are selected.
 
@@ -65,15 +66,15 @@ class Loops:
         low, high = self.selected
         return max(low, float(ends.min())), min(high, float(ends.max()))
 
-    @property
+    @cached_property
     def longest(self) -> float:
         """Length of the longest stroke that has points [m]."""
         return float(self.length[np.unique(self.stroke)].max())
 
-    @property
+    @cached_property
     def shortest(self) -> float:
         """Length of the shortest stroke that has points [m]; first and last of a record, often cut, do not count."""
-        of_records = (np.unique(self.stroke[points]) for _, points in self.by_record())
+        of_records = (np.unique(self.stroke[points]) for _, points in self.by_record)
         whole = [used[1:-1] if used.size > 2 else used for used in of_records]
         return float(self.length[np.concatenate(whole)].min())
 
@@ -81,6 +82,11 @@ class Loops:
     def has_one_amplitude(self) -> bool:
         """Whether all strokes are about as long as the longest."""
         return self.shortest >= ONE_AMPLITUDE * self.longest
+
+    @cached_property
+    def force_deviation(self) -> float:
+        """Weighted standard deviation of the force at the points [N]."""
+        return self.rms(self.force - np.average(self.force, weights=self.weight))
 
     def rms(self, values: FloatArray) -> float:
         """Root of the weighted mean square of values at the points."""
@@ -93,7 +99,7 @@ class Loops:
     def omega_by_rate(self, rho: FloatArray, sigma: float, n: float) -> FloatArray:
         """The same for each rho, shape (rho.size, P)."""
         omega = np.empty((rho.size, self.travel.size))
-        for strokes, points in self.by_record():
+        for strokes, points in self.by_record:
             omega[:, points] = omega_by_rate(
                 rho, sigma, n, self.direction[strokes], self.length[strokes],
                 self.stroke[points] - strokes.start, self.travel[points],
@@ -104,7 +110,7 @@ class Loops:
         """Cycle of each point: two strokes of one record, a last single stroke belonging to the cycle before it."""
         cycle = np.zeros(self.stroke.size, np.intp)
         first = 0
-        for _, points in self.by_record():
+        for _, points in self.by_record:
             if points.start == points.stop:  # nothing of this record is left
                 continue
             stroke = self.stroke[points] - self.stroke[points.start]
@@ -118,6 +124,7 @@ class Loops:
         names = ("displacement", "force", "weight", "travel", "stroke", "sample")
         return replace(self, **{name: getattr(self, name)[kept] for name in names})
 
+    @cached_property
     def by_record(self) -> list[tuple[slice, slice]]:
         """The strokes and the points of each record."""
         strokes = np.searchsorted(self.record, np.arange(int(self.record[-1]) + 2))

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..kernel.arrays import FloatArray
-from ..loops.strokes import noise_level
+from ..loops.strokes import median, noise_level
 
 # Groups of like |force|, each with its own variance; many, because a median over unlike scales is too small.
 _GROUPS = 24
@@ -51,7 +51,7 @@ def force_noise(force: FloatArray) -> ForceNoise:
     ends = np.cumsum(sizes)
     order = np.argpartition(level, ends[:-1]) if level.size > _SORTED else np.argsort(level)
     groups = np.split(order, ends[:-1])
-    variance = np.array([(_median(fourth[g]) / 0.6745) ** 2 / 70.0 for g in groups])
+    variance = np.array([(median(fourth[g]) / 0.6745) ** 2 / 70.0 for g in groups])
     squares = np.add.reduceat(level[order] ** 2, ends - sizes) / sizes
     floor = max(1e-6 * float(variance.max()), 1e-30 * float(squares.max()), 1e-300)
     # A group's estimate scatters in proportion to what it estimates, so each row is divided by that. Dividing by
@@ -61,12 +61,6 @@ def force_noise(force: FloatArray) -> ForceNoise:
         additive, relative = _non_negative(1.0 / scale, squares / scale, variance / scale)
         scale = np.maximum(additive + relative * squares, floor)
     return ForceNoise(math.sqrt(additive), math.sqrt(relative))
-
-
-def _median(values: FloatArray) -> float:
-    """As `numpy.median`, which takes ten times as long for a few values."""
-    ordered = np.sort(values)
-    return float(0.5 * (ordered[(values.size - 1) // 2] + ordered[values.size // 2]))
 
 
 def _non_negative(p: FloatArray, q: FloatArray, target: FloatArray) -> tuple[float, float]:

@@ -63,8 +63,7 @@ class Basis:
 
     def powers(self, coefficients: FloatArray) -> FloatArray:
         """Coefficients of powers of x [1/m^i] from those of the Legendre series."""
-        scaled = legendre.leg2poly(coefficients)
-        return np.asarray(scaled / self.half ** np.arange(scaled.size))
+        return self.powers_matrix(coefficients.size - 1) @ coefficients
 
     @property
     def elastic_name(self) -> str:

@@ -76,7 +76,7 @@ class _Target:
         self.errors = np.full(self.start.size, 0.1)
         self.errors[linear.free] = np.maximum(errors, 1e-6)
         self.root = np.sqrt(self.fit.full_weight)
-        self.records = [points for _, points in linear.loops.by_record()]
+        self.records = [points for _, points in linear.loops.by_record]
         self.at_offset = linear.basis.powers_matrix(linear.basis.amplifier)[0]
 
     def __call__(self, theta: FloatArray) -> tuple[float, float, float]:

@@ -147,7 +147,7 @@ def prediction_interval(samples: Samples, linear: Linearised) -> PredictionInter
     force = fit.backbone.force(fit.omega)
     noise = samples.noise_variance(force)
     misfit = np.maximum(1.0 / fit.full_weight - noise / loops.weight, 0.0)
-    sizes = [float(loops.weight[points].sum()) for _, points in loops.by_record()]
+    sizes = [float(loops.weight[points].sum()) for _, points in loops.by_record]
     relative = float(np.average([each.relative**2 for each in samples.noise], weights=sizes))
     additive = float(np.average([each.additive**2 for each in samples.noise], weights=sizes))
     additive += float(np.average(misfit, weights=loops.weight))
@@ -227,7 +227,7 @@ def _halves(loops: Loops) -> tuple[NDArray[np.intp], int]:
     cycle = loops.cycles()
     half = np.zeros(cycle.size, np.intp)
     single = 0
-    for _, points in loops.by_record():
+    for _, points in loops.by_record:
         if points.start == points.stop:  # nothing of this record is left
             continue
         own = cycle[points] - cycle[points.start]

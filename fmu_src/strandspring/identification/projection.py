@@ -13,7 +13,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..kernel.arrays import FloatArray
-from ..kernel.points import omega_with_derivatives
+from ..kernel.points import RecordPoints
+from ..kernel.projected import ProjectedColumns, Projection
 from .loops import Loops
 from .polynomials import Basis
 from .stages import N_BOUNDS, SIGMA_BOUNDS, Backbone, Hysteresis
@@ -58,22 +59,18 @@ class Refinement:
 
 @dataclass(frozen=True, eq=False)
 class _Projected:
-    """One evaluation: omega and its derivatives, the weighted columns of the linear part, the fit."""
+    """One evaluation: omega and its derivatives, and the linear part."""
 
     omega: FloatArray
     derivatives: FloatArray
-    matrix: FloatArray
-    backbone: Backbone
-    root: FloatArray
-    residuals: FloatArray
+    linear: Projection
 
     @property
     def cost(self) -> float:
-        return float(0.5 * (self.residuals @ self.residuals))
+        return self.linear.cost
 
     def triangle(self) -> FloatArray:
-        steepest = self.derivatives.T * (self.backbone.G * self.root)[:, None]
-        return triangle_of(np.column_stack([self.matrix @ _solved(self.matrix, steepest) - steepest, self.residuals]))
+        return self.linear.triangle(self.derivatives)
 
 
 class Problem:
@@ -100,6 +97,15 @@ class Problem:
         self._coarse = coarse
         self.columns = basis.columns(loops.displacement, further)
         self.records = int(loops.record.max()) + 1
+        pieces = loops.by_record
+        self._points = RecordPoints(
+            np.array([0, *(strokes.stop for strokes, _ in pieces)]),
+            np.array([0, *(points.stop for _, points in pieces)]),
+            loops.direction,
+            loops.length,
+            loops.stroke,
+            loops.travel,
+        )
         longest = float(loops.length.max())
         least, most = (b / longest for b in RHO_BOUNDS)
         around = (max(least, start.rho / _TRUST), min(most, start.rho * _TRUST))
@@ -110,13 +116,13 @@ class Problem:
     def linearised(self, hysteresis: Hysteresis, backbone: Backbone) -> Refinement:
         """The fit of another method as a refinement that has not begun, with the derivatives there."""
         weight, start = self.loops.weight, np.zeros(self.records)
-        omega, derivatives = self.omega(_vector(hysteresis, start))
+        omega, derivatives = self.omega(vector(hysteresis, start))
         return Refinement(hysteresis, start, backbone, omega, derivatives, weight, weight, False)
 
     def at(self, fit: Refinement) -> Refinement:
         """A fit of other points of the same records at these points, unweighted."""
         weight = self.loops.weight
-        omega, derivatives = self.omega(_vector(fit.hysteresis, fit.omega_start))
+        omega, derivatives = self.omega(vector(fit.hysteresis, fit.omega_start))
         coefficients = np.concatenate([fit.backbone.elastic, fit.backbone.amplified])
         return replace(
             fit,
@@ -146,23 +152,20 @@ class Problem:
         evaluations : int              At which it ends in any case.
         """
         root = np.sqrt(weight)
-        target = self.loops.force * root
         elastic, amplifier = (columns * root[:, None] for columns in self.columns)
+        linear = ProjectedColumns(elastic, amplifier, self.loops.force * root)
 
         def evaluate(theta: FloatArray) -> _Projected:
             omega, derivatives = self.omega(theta)
-            matrix = np.hstack([elastic, omega[:, None] * amplifier])
-            coefficients = _solved(matrix, target)
-            backbone = Backbone.from_coefficients(coefficients, self.columns)
-            return _Projected(omega, derivatives, matrix, backbone, root, target - matrix @ coefficients)
+            return _Projected(omega, derivatives, linear.at(omega))
 
-        start = np.clip(_vector(hysteresis, omega_start), self.low + _INSIDE, self.high - _INSIDE)
+        start = np.clip(vector(hysteresis, omega_start), self.low + _INSIDE, self.high - _INSIDE)
         theta, point, converged = minimise(evaluate, start, self.low, self.high, root.size, tolerance, evaluations)
         rho, sigma, n = np.exp(theta[:3]).tolist()
         return Refinement(
             Hysteresis(rho, max(sigma, SIGMA_BOUNDS[0]), n),
             theta[3:],
-            point.backbone,
+            Backbone.from_coefficients(point.linear.coefficients, self.columns),
             point.omega,
             point.derivatives,
             weight,
@@ -172,19 +175,8 @@ class Problem:
 
     def omega(self, theta: FloatArray) -> tuple[FloatArray, FloatArray]:
         """omega at every point and its derivatives with respect to theta."""
-        loops = self.loops
-        natural = np.exp(theta[:3])
-        rho, sigma, n = natural.tolist()
-        omega = np.empty(loops.force.size)
-        derivatives = np.zeros((theta.size, loops.force.size))
-        for k, (strokes, points) in enumerate(loops.by_record()):
-            omega[points], partials = omega_with_derivatives(
-                rho, sigma, n, float(theta[3 + k]), loops.direction[strokes], loops.length[strokes],
-                loops.stroke[points] - strokes.start, loops.travel[points], coarse=self._coarse,
-            )  # fmt: skip
-            derivatives[:3, points] = partials[:3] * natural[:, None]
-            derivatives[3 + k, points] = partials[3]
-        return omega, derivatives
+        rho, sigma, n = np.exp(theta[:3]).tolist()
+        return self._points.omega(rho, sigma, n, theta[3:], self._coarse)
 
 
 def triangle_of(matrix: FloatArray) -> FloatArray:
@@ -198,16 +190,6 @@ def triangle_of(matrix: FloatArray) -> FloatArray:
     return np.asarray(np.linalg.qr(matrix, mode="r"))
 
 
-def _vector(hysteresis: Hysteresis, omega_start: FloatArray) -> FloatArray:
+def vector(hysteresis: Hysteresis, omega_start: FloatArray) -> FloatArray:
+    """The nonlinear coefficients as `Problem` takes them, shape (3 + R,)."""
     return np.append(np.log([hysteresis.rho, hysteresis.sigma, hysteresis.n]), omega_start)
-
-
-def _solved(matrix: FloatArray, target: FloatArray) -> FloatArray:
-    """Linear least squares by the normal equations, whose condition is good in a Legendre basis, corrected once."""
-    normal = matrix.T @ matrix
-    try:
-        coefficients = np.linalg.solve(normal, matrix.T @ target)
-        coefficients += np.linalg.solve(normal, matrix.T @ (target - matrix @ coefficients))
-    except np.linalg.LinAlgError:
-        coefficients = np.linalg.lstsq(matrix, target, rcond=None)[0]
-    return np.asarray(coefficients)

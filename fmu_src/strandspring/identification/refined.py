@@ -218,7 +218,7 @@ class RefinedOptions(Method):
     def _measured(self, rig: Rig, sizes: Sizes, fit: Candidate, spring: SpringParameters) -> tuple[FloatArray, ...]:
         """Force at every sample of each record that the spring on this rig gives [N]."""
         _, force = rig.predicted(sizes, fit)
-        forces = [force[at] for _, at in rig.loops.by_record()]
+        forces = [force[at] for _, at in rig.loops.by_record]
         solver = PathSolver(spring)
         for k, part in enumerate(rig.parts):
             if part.periodic:

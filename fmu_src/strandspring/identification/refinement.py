@@ -43,7 +43,7 @@ class Samples:
     def noise_variance(self, force: FloatArray) -> FloatArray:
         """Variance of a single sample of this force at every point [N^2]."""
         variance = np.empty(force.size)
-        for (_, points), noise in zip(self.loops.by_record(), self.noise, strict=True):
+        for (_, points), noise in zip(self.loops.by_record, self.noise, strict=True):
             variance[points] = noise.variance(force[points])
         return variance
 
@@ -62,7 +62,7 @@ class Samples:
         squared = (loops.force - predicted) ** 2
         variance = self.noise_variance(predicted) / loops.weight
         finest = (_FINEST * loops.rms(loops.force)) ** 2
-        for _, points in loops.by_record():
+        for _, points in loops.by_record:
             variance[points] += max(_misfit_variance(squared[points], variance[points], robust), finest)
         return np.asarray(1.0 / variance)
 

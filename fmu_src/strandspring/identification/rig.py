@@ -39,6 +39,7 @@ Sizes = dict[Effect, FloatArray]
 _TIMED = (Effect.DELAY, Effect.VISCOSITY)
 _BETWEEN_RECORDS = (Effect.FORCE_ZERO, Effect.DISPLACEMENT_ZERO)
 _MOVING = (Effect.DELAY, Effect.PLAY, Effect.DISPLACEMENT_ZERO)
+_WEAR = (Effect.FRICTION_WEAR, Effect.STIFFNESS_WEAR)
 _HALF_WINDOW = 3  # samples to either side over which the velocity is taken
 # Points that effects are taken out of before they are averaged: every sample, unless there are more.
 _FINE = 40_000
@@ -150,7 +151,7 @@ class Rig:
         return np.concatenate(
             [
                 np.interp(course.earlier(loops.sample[at], delay), course.index, course.velocity)
-                for course, (_, at) in zip(self.courses, loops.by_record(), strict=True)
+                for course, (_, at) in zip(self.courses, loops.by_record, strict=True)
             ]
         )
 
@@ -159,7 +160,7 @@ class Rig:
         elapsed = np.empty(loops.force.size)
         begun = 0.0
         timed = all(part.record.rising_time is not None for part in self.parts)
-        for course, (_, at) in zip(self.courses, loops.by_record(), strict=True):
+        for course, (_, at) in zip(self.courses, loops.by_record, strict=True):
             # Seconds and sample numbers do not add up: where one record has no times, samples count in all.
             clock = course.time - course.time[0] if timed else course.index
             elapsed[at] = begun + np.interp(loops.sample[at], course.index, clock)
@@ -266,7 +267,7 @@ class Rig:
         """
         loops = self.placed(sizes)
         if fit is not None:
-            fit = transferred(fit, loops)
+            fit = transferred(fit, loops) if wears(sizes) else None
         return replace(loops, force=loops.force - self.added(sizes, fit, loops))
 
     def predicted(self, sizes: Sizes, fit: Candidate) -> tuple[Candidate, FloatArray]:
@@ -274,6 +275,11 @@ class Rig:
         loops = self.placed(sizes)
         fit = transferred(fit, loops)
         return fit, fit.refinement.backbone.force(fit.refinement.omega) + self.added(sizes, fit, loops)
+
+
+def wears(sizes: Sizes) -> bool:
+    """Whether an effect that moves no points depends on the spring."""
+    return any(effect in sizes for effect in _WEAR)
 
 
 def _followed(loops: Loops, play: float) -> Loops:
@@ -299,7 +305,7 @@ def transferred(fit: Candidate, loops: Loops) -> Candidate:
 def _cycles_over(loops: Loops) -> FloatArray:
     """Share of the cycles that are over at each point; the ends of a record may be parts of a stroke only."""
     share = np.ones(loops.length.size)
-    for strokes, _ in loops.by_record():
+    for strokes, _ in loops.by_record:
         length = loops.length[strokes]
         if length.size > 1:
             share[strokes.start] = min(1.0, float(length[0] / length[1]))

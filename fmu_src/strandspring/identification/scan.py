@@ -7,10 +7,12 @@ gridded through what it means: the share of the longest stroke within which the 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from functools import lru_cache
 from typing import ClassVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..kernel.arrays import FloatArray
 from .degrees import choose_degrees
@@ -64,15 +66,20 @@ def scan_minima(loops: Loops, columns: Columns) -> list[Hysteresis]:
     loops : Loops
     columns : Columns   Basis functions at the points.
     """
-    every = slice(None, None, max(1, loops.force.size // _SCANNED))
-    thinned = replace(
-        loops,
-        **{
-            name: getattr(loops, name)[every]
-            for name in ("displacement", "force", "weight", "travel", "stroke", "sample")
-        },
-    )
-    return _Grid(thinned).minima(Columns(columns.elastic[every], columns.amplifier[every]))
+    every = _thinning(loops)
+    return _thinned(loops).minima(Columns(columns.elastic[every], columns.amplifier[every]))
+
+
+def _thinning(loops: Loops) -> slice:
+    return slice(None, None, max(1, loops.force.size // _SCANNED))
+
+
+@lru_cache(maxsize=2)  # the same points are scanned with several columns
+def _thinned(loops: Loops) -> _Grid:
+    """The grid on the points that are left of some loops."""
+    kept = np.zeros(loops.force.size, dtype=bool)
+    kept[_thinning(loops)] = True
+    return _Grid(loops.only(kept))
 
 
 class _Grid:
@@ -82,13 +89,19 @@ class _Grid:
         self.loops = loops
         longest = loops.longest
         self.points: list[tuple[Hysteresis, float]] = []
+        self.places: list[NDArray[np.bool_]] = []  # which shares of each pair of n and sigma are points
         rows: list[FloatArray] = []
         for n in _N:
             for sigma in _SIGMA:
                 rates = saturation_distance(n, sigma) / (np.array(_SHARES) * longest)
                 omega = loops.omega_by_rate(rates, sigma, n)
-                distinct = np.flatnonzero(is_distinct(omega))
-                self.points += [(Hysteresis(float(rates[k]), sigma, n), _SHARES[k]) for k in distinct]
+                distinct = is_distinct(omega)
+                self.places.append(distinct)
+                self.points += [
+                    (Hysteresis(rate, sigma, n), share)
+                    for rate, share, kept in zip(rates.tolist(), _SHARES, distinct.tolist(), strict=True)
+                    if kept
+                ]
                 rows.append(omega[distinct])
         self.omega = np.concatenate(rows)
 
@@ -113,18 +126,16 @@ class _Grid:
         """Grid points with less misfit than their neighbours in n and share, each with its best sigma."""
         if not self.points:
             return []
-        misfits = self._misfits(columns)
-        surface = np.full((len(_N) + 2, len(_SHARES) + 2), np.inf)
-        best = np.zeros(surface.shape, np.intp)
-        for k, (hysteresis, share) in enumerate(self.points):
-            cell = _N.index(hysteresis.n) + 1, _SHARES.index(share) + 1
-            if misfits[k] < surface[cell]:
-                surface[cell], best[cell] = misfits[k], k
+        places = np.array(self.places).reshape(len(_N), len(_SIGMA), len(_SHARES))
+        misfits, numbers = np.full(places.shape, np.inf), np.zeros(places.shape, np.intp)
+        misfits[places], numbers[places] = self._misfits(columns), np.arange(len(self.points))
+        sigmas = misfits.argmin(axis=1, keepdims=True)
+        surface = np.pad(np.take_along_axis(misfits, sigmas, 1)[:, 0], 1, constant_values=np.inf)
+        best = np.take_along_axis(numbers, sigmas, 1)[:, 0]
         inner = surface[1:-1, 1:-1]
         around = np.lib.stride_tricks.sliding_window_view(surface, (3, 3)).min(axis=(2, 3))
-        places = np.argwhere(np.isfinite(inner) & (inner <= around)) + 1
-        chosen = sorted(places.tolist(), key=lambda place: float(surface[tuple(place)]))
-        return [self.points[best[tuple(place)]][0] for place in chosen]
+        least = np.argwhere(np.isfinite(inner) & (inner <= around)).tolist()
+        return [self.points[best[n, share]][0] for n, share in sorted(least, key=lambda at: float(inner[tuple(at)]))]
 
     def _misfits(self, columns: Columns) -> FloatArray:
         """Squared misfit of every grid point; inf where the equations are singular."""

@@ -303,7 +303,7 @@ def is_explained(candidate: Candidate, noise: float) -> bool:
 
 def force_floor(loops: Loops) -> float:
     """The misfit that is not worth a coefficient [N]."""
-    return _FLOOR * loops.rms(loops.force - np.average(loops.force, weights=loops.weight))
+    return _FLOOR * loops.force_deviation
 
 
 def information(square: float, coefficients: int, independent: float, floor: float) -> float:

@@ -86,10 +86,10 @@ def undecided_energy(
     smallest : float                  Amplitude of the smallest loops recorded [m].
     misfit : float                    rms misfit that is not noise [N].
     """
-    energy = loop_energy(spring)
+    energy, derivatives = _energy_with_derivatives(spring)
     parts = []
     joint = JointCovariance.of(spring, uncertainty)
-    if joint is not None and (error := _relative_error(spring, joint)) > _UNDECIDED:
+    if joint is not None and (error := _relative_error(energy, derivatives, joint)) > _UNDECIDED:
         known = f"known to +- {100.0 * error:.0f} %" if error < 1.0 else "undetermined"
         parts.append(f"{known} at {100.0 * AMPLITUDE:.0f} % of the amplitude")
     reach = AMPLITUDE * (spring.displacement_max - spring.displacement_min)
@@ -126,7 +126,7 @@ def extrapolated_energy(spring: SpringParameters, uncertainty: Mapping[str, Any]
     joint = JointCovariance.of(spring, uncertainty)
     if joint is None:
         return known
-    error, share = 100.0 * _relative_error(spring, joint), 100.0 * AMPLITUDE
+    error, share = 100.0 * _relative_error(*_energy_with_derivatives(spring), joint), 100.0 * AMPLITUDE
     return f"{known}; if the model holds there, to +- {error:.2g} % at {share:.0f} % of that amplitude"
 
 
@@ -151,9 +151,8 @@ def _advice(spring: SpringParameters, smallest: float) -> str:
     return f"loops of {1e3 * smallest:.2g} mm were recorded: record more cycles of them, or with less noise"
 
 
-def _relative_error(spring: SpringParameters, joint: JointCovariance) -> float:
+def _relative_error(energy: float, derivatives: FloatArray, joint: JointCovariance) -> float:
     """Half of the 95 % interval of the energy as a share of it."""
-    energy, derivatives = _energy_with_derivatives(spring)
     root = np.zeros((len(joint.root), len(joint.root)))
     for row, values in zip(root, joint.root, strict=True):
         row[: len(values)] = values

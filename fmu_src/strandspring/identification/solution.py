@@ -119,7 +119,7 @@ def refuse_too_few(loops: Loops, basis: Basis, where: str) -> None:
 def drifts(loops: Loops) -> bool:
     """Whether the mean force of the full strokes of a kind changes from the first to the last of a record."""
     used, first, samples = np.unique(loops.stroke, return_index=True, return_counts=True)
-    spread = loops.rms(loops.force - np.average(loops.force, weights=loops.weight))
+    spread = loops.force_deviation
     full = {
         int(stroke): _mean(loops.travel[at : at + n], loops.force[at : at + n])
         for stroke, at, n in zip(used, first, samples, strict=True)

@@ -24,7 +24,7 @@ def spring_alone(rig: Rig, sizes: Sizes, fit: Candidate) -> tuple[SteadyRecord, 
     """
     loops = rig.corrected(sizes, transferred(fit, rig.placed(sizes)))
     parts = []
-    for part, (_, at) in zip(rig.parts, loops.by_record(), strict=True):
+    for part, (_, at) in zip(rig.parts, loops.by_record, strict=True):
         record = replace(part.record, displacement=loops.displacement[at], force=loops.force[at])
         strokes = find_strokes(record.displacement)
         # A delay moves the turning points.

@@ -25,6 +25,7 @@ from numpy.typing import NDArray
 from ..core.parameters import SIGMA_RANGE
 from ..kernel.arrays import FloatArray
 from ..kernel.line import IntegratedLine
+from ..loops.strokes import median
 from .loops import Loops
 from .polynomials import Columns
 from .smoothing import automatic_half_width, moving_average
@@ -100,7 +101,7 @@ def extract_omega(loops: Loops, backbone: Backbone, half_width: int | None) -> t
     ----------
     half_width : int or None    Of the moving average; from the noise if None.
     """
-    middle = float(np.median(backbone.G))
+    middle = median(backbone.G)
     if middle <= 0.0:
         return None
     G = np.maximum(backbone.G, _LEAST_AMPLIFIER * middle)

@@ -92,16 +92,16 @@ def minimise(
         triangle = point.triangle()
         R, reduced = triangle[:n, :n], triangle[:n, n]
         gradient = R.T @ reduced
-        norms = np.linalg.norm(R, axis=0)
+        norms = np.sqrt((R * R).sum(axis=0))
         if not scale_inverse.any():
             norms[norms == 0.0] = 1.0
         scale_inverse = np.maximum(norms, scale_inverse)
         # Coleman-Li scaling: the distance to the bound towards which the cost falls.
         room = np.where(gradient < 0.0, high - x, np.where(gradient > 0.0, x - low, 1.0))
-        optimality = float(np.max(np.abs(gradient * room)))
+        optimality = float(np.abs(gradient * room).max())
         room = np.where(gradient != 0.0, room * scale_inverse, room)
         if radius == 0.0:
-            radius = float(np.linalg.norm(start * scale_inverse / np.sqrt(room))) or 1.0
+            radius = _norm(start * scale_inverse / np.sqrt(room)) or 1.0
         if optimality < _GTOL:
             return x, point, True
         if count == evaluations:
@@ -122,15 +122,13 @@ def minimise(
             trial_x = np.clip(x + d * step, inner_low, inner_high)
             trial = evaluate(trial_x)
             count += 1
-            length = float(np.linalg.norm(step))
-            if not np.isfinite(trial.cost):
+            length = _norm(step)
+            if not math.isfinite(trial.cost):
                 radius = 0.25 * length
                 continue
             reduction = point.cost - trial.cost
             ratio = reduction / predicted if predicted > 0.0 else float(predicted == reduction == 0.0)
-            if (reduction < tolerance * point.cost and ratio > 0.25) or float(np.linalg.norm(d * step)) < _XTOL * (
-                _XTOL + float(np.linalg.norm(x))
-            ):
+            if (reduction < tolerance * point.cost and ratio > 0.25) or _norm(d * step) < _XTOL * (_XTOL + _norm(x)):
                 return (trial_x, trial, True) if reduction > 0.0 else (x, point, True)
             before = radius
             if ratio < 0.25:
@@ -142,6 +140,11 @@ def minimise(
             x, point = trial_x, trial
 
 
+def _norm(vector: FloatArray) -> float:
+    """As `numpy.linalg.norm`, which takes some times as long for a few numbers."""
+    return math.sqrt(vector @ vector)
+
+
 def _within_radius(
     rotated: FloatArray, singular: FloatArray, v: FloatArray, radius: float, damping: float, samples: int
 ) -> tuple[FloatArray, float]:
@@ -150,16 +153,16 @@ def _within_radius(
     felt = singular > np.finfo(float).eps * samples * singular[0]
     singular, rotated, v = singular[felt], rotated[felt], v[:, felt]
     step = -v @ (rotated / singular)
-    if np.linalg.norm(step) <= radius:
+    if _norm(step) <= radius:
         return step, 0.0
     product = singular * rotated
 
     def excess(alpha: float) -> tuple[float, float]:
         denominator = singular**2 + alpha
-        length = float(np.linalg.norm(product / denominator))
+        length = _norm(product / denominator)
         return length - radius, -float(np.sum(product**2 / denominator**3)) / length
 
-    high = float(np.linalg.norm(product)) / radius
+    high = _norm(product) / radius
     value, slope = excess(0.0)
     low = -value / slope
     alpha = damping
@@ -174,7 +177,7 @@ def _within_radius(
         if abs(value) < _RADIUS_TOLERANCE * radius:
             break
     step = -v @ (product / (singular**2 + alpha))
-    return step * (radius / np.linalg.norm(step)), float(alpha)
+    return step * (radius / _norm(step)), float(alpha)
 
 
 def _inside_bounds(
@@ -206,7 +209,7 @@ def _inside_bounds(
     shortened = back * on_bound
     candidates.append((model.value(shortened), shortened))
     downhill = -model.gradient
-    to_radius = radius / float(np.linalg.norm(downhill))
+    to_radius = radius / _norm(downhill)
     to_bound, _ = _to_bound(x, d * downhill, low, high)
     length, value = model.least_along(downhill, 0.0, back * to_bound if to_bound < to_radius else to_radius)
     candidates.append((value, length * downhill))

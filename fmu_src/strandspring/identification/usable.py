@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from ..loops.left_out import BoolArray, clipped_samples, dwells
-from ..loops.strokes import Strokes, find_strokes
+from ..loops.strokes import Strokes, find_strokes, median
 from ..records.record import Record
 from .outcomes import Outcome
 
@@ -40,7 +40,7 @@ def usable_samples(record: Record, strokes: Strokes) -> tuple[BoolArray, dict[Ou
         found[Outcome.DWELLS] = f"by {relaxed:.3g} N (median)"
     if record.time is not None:
         steps = np.diff(record.time)
-        usual = float(np.median(steps[steps > 0.0])) if (steps > 0.0).any() else 0.0
+        usual = median(steps[steps > 0.0]) if (steps > 0.0).any() else 0.0
         at = np.flatnonzero(steps > _GAP * usual) if usual > 0.0 else np.empty(0, np.intp)
         # A file of several parts, or one that was sampled at will, has no usual step.
         if 0 < at.size <= 0.02 * steps.size:

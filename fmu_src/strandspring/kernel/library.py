@@ -24,6 +24,23 @@ _FUNCTIONS = {
         (c_void_p, c_size_t, c_void_p, c_double, c_size_t, c_void_p, c_void_p, c_size_t, c_void_p, c_void_p, c_void_p,
          c_void_p, c_void_p),
     ),
+    "spring_on_records": (
+        None,
+        (c_void_p, c_double, c_double, c_void_p, c_size_t, c_void_p, c_void_p, c_void_p, c_void_p, c_void_p, c_void_p,
+         c_void_p, c_void_p, c_void_p),
+    ),
+    "projected_frame": (None, (c_size_t, c_size_t, c_void_p, c_void_p)),
+    "projected_beside": (None, (c_size_t, c_size_t, c_void_p, c_void_p, c_void_p)),
+    "projected_fit": (
+        c_double,
+        (c_size_t, c_size_t, c_void_p, c_void_p, c_void_p, c_size_t, c_void_p, c_void_p, c_void_p, c_void_p, c_void_p,
+         c_void_p, c_void_p),
+    ),
+    "projected_triangle": (
+        None,
+        (c_size_t, c_size_t, c_void_p, c_size_t, c_void_p, c_void_p, c_void_p, c_void_p, c_size_t, c_void_p, c_void_p,
+         c_void_p),
+    ),
     "spring_periodic_workspace": (c_size_t, (c_size_t, c_size_t)),
     "spring_periodic": (c_size_t, (c_void_p, c_void_p, c_void_p, c_void_p, c_void_p, c_void_p)),
     "balance_workspace": (c_size_t, (c_size_t, c_size_t)),

@@ -53,6 +53,62 @@ def omega_with_derivatives(
     return omega[0], derivatives
 
 
+class RecordPoints:
+    """Points of several records, each of consecutive strokes, for many springs.
+
+    Parameters
+    ----------
+    first_stroke, first_point : ndarray, shape (R + 1,)   Of each record, and the number of all.
+    direction, length : ndarray, shape (S,)               As of `omega_with_derivatives`.
+    stroke, travel : ndarray, shape (P,)                  The same; strokes are numbered through all records.
+    """
+
+    def __init__(
+        self,
+        first_stroke: IntArray,
+        first_point: IntArray,
+        direction: IntArray,
+        length: FloatArray,
+        stroke: IntArray,
+        travel: FloatArray,
+    ) -> None:
+        self.records, self.count = len(first_stroke) - 1, travel.size
+        self._arrays = (
+            *(integers(column) for column in (first_stroke, first_point, direction)),
+            floats(length),
+            integers(stroke),
+            floats(travel),
+            np.empty(5 * direction.size),
+        )
+        self._addresses = [address(array) for array in self._arrays]
+
+    def omega(
+        self, rho: float, sigma: float, n: float, omega_start: FloatArray, coarse: bool = False
+    ) -> tuple[FloatArray, FloatArray]:
+        """omega, shape (P,), and its derivatives by ln(rho), ln(sigma), ln(n) and each omega_start, shape (3 + R, P).
+
+        Parameters
+        ----------
+        rho, sigma, n : float               [1/m], [-], [-].
+        omega_start : ndarray, shape (R,)   omega at the beginning of each record.
+        coarse : bool                       omega to 1e-8 only, the quicker for it where the points are few.
+        """
+        saturation = table(n, sigma, derivatives=True, coarse=coarse)
+        found, starts = np.empty((4 + self.records, self.count)), floats(omega_start)
+        begin = address(found)
+        library().spring_on_records(
+            saturation.address,
+            rho,
+            sigma,
+            address(starts),
+            self.records,
+            *self._addresses,
+            begin,
+            begin + found.strides[0],
+        )
+        return found[0], found[1:]
+
+
 def omega_by_rate(
     rho: FloatArray,
     sigma: float,

@@ -62,7 +62,9 @@ class Table:
 
 def table(n: float, sigma: float, derivatives: bool = False, energies: bool = False, coarse: bool = False) -> Table:
     """The table of a pair (n, sigma), which springs share."""
-    return _shared(n, sigma, derivatives, energies, coarse)
+    shared = _coarse if coarse and not derivatives and not energies else _shared
+    return shared(n, sigma, derivatives, energies, coarse)
 
 
 _shared = lru_cache(maxsize=16)(Table)
+_coarse = lru_cache(maxsize=48)(Table)  # the scan asks for the same 28 ever again

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from ..kernel.arrays import FloatArray
 from ..records.record import Record
-from .strokes import Strokes, noise_level
+from .strokes import Strokes, median, noise_level
 
 BoolArray = NDArray[np.bool_]
 
@@ -65,7 +65,7 @@ def dwells(record: Record, strokes: Strokes) -> tuple[BoolArray, float]:
         resting[begin + 1 : end] = True
     if not long.any():
         return resting, 0.0
-    return resting, float(np.median(np.abs(force[last[long]] - force[first[long]])))
+    return resting, median(np.abs(force[last[long]] - force[first[long]]))
 
 
 def _runs(same: BoolArray) -> tuple[NDArray[np.intp], NDArray[np.intp]]:

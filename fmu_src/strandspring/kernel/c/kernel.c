@@ -8,6 +8,7 @@
 #include "../../core/c/spring.c"
 #include "path.c"
 #include "line.c"
+#include "projected.c"
 #include "steady.c"
 #include "fourier.c"
 #include "periodic.c"

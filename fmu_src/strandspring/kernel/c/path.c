@@ -3,6 +3,7 @@
 #include "../../core/c/numerics.h"
 
 #include <math.h>
+#include <string.h>
 
 enum { BLOCK = 512 };
 
@@ -275,13 +276,13 @@ static void begin_strokes(const SpringTable *table, double rho, double omega_sta
     }
 }
 
-/* As spring_at_points, for one rho. */
-static void at_points(const SpringTable *table, double rho, double omega_start, size_t strokes,
-                      const int64_t *direction, const double *length, size_t points, const int64_t *stroke,
-                      const double *travel, Beginning *begin, double *omega, double *derivatives)
+/* omega at points of strokes that have begun, and, unless `derivatives` is NULL, its derivatives by rho, sigma and n (rows
+ * of `row`) and by omega_start. */
+static void at_points(const SpringTable *table, double rho, const Beginning *begin, const int64_t *direction, size_t points,
+                      const int64_t *stroke, const double *travel, double *omega, size_t row, double *derivatives,
+                      double *by_start)
 {
     int piece = 0, falling_piece = 0;
-    begin_strokes(table, rho, omega_start, strokes, direction, length, derivatives != NULL, begin);
     for (size_t i = 0; i < points; i++) {
         const Beginning *at = &begin[stroke[i]];
         double side = (double)direction[stroke[i]], xi = at->xi + rho * travel[i];
@@ -293,9 +294,9 @@ static void at_points(const SpringTable *table, double rho, double omega_start, 
         SpringSlopes here = spring_slopes(table, xi);
         omega[i] = side * here.u;
         derivatives[i] = side * here.slope * (at->by[0] + travel[i]);
-        derivatives[points + i] = side * (here.slope * at->by[1] + here.by_sigma);
-        derivatives[2 * points + i] = side * (here.slope * at->by[2] + here.by_n);
-        derivatives[3 * points + i] = side * here.slope * at->by[3];
+        derivatives[row + i] = side * (here.slope * at->by[1] + here.by_sigma);
+        derivatives[2 * row + i] = side * (here.slope * at->by[2] + here.by_n);
+        by_start[i] = side * here.slope * at->by[3];
     }
 }
 
@@ -303,8 +304,32 @@ void spring_at_points(const SpringTable *table, size_t rates, const double *rho,
                       const int64_t *direction, const double *length, size_t points, const int64_t *stroke,
                       const double *travel, double *workspace, double *omega, double *derivatives)
 {
-    for (size_t k = 0; k < rates; k++)
-        at_points(table, rho[k], omega_start, strokes, direction, length, points, stroke, travel,
-                  (Beginning *)workspace, omega + k * points,
-                  derivatives != NULL ? derivatives + 4 * k * points : NULL);
+    Beginning *begin = (Beginning *)workspace;
+    for (size_t k = 0; k < rates; k++) {
+        double *own = derivatives != NULL ? derivatives + 4 * k * points : NULL;
+        begin_strokes(table, rho[k], omega_start, strokes, direction, length, own != NULL, begin);
+        at_points(table, rho[k], begin, direction, points, stroke, travel, omega + k * points, points, own,
+                  own != NULL ? own + 3 * points : NULL);
+    }
+}
+
+void spring_on_records(const SpringTable *table, double rho, double sigma, const double *omega_start, size_t records,
+                       const int64_t *first_stroke, const int64_t *first_point, const int64_t *direction,
+                       const double *length, const int64_t *stroke, const double *travel, double *workspace, double *omega,
+                       double *derivatives)
+{
+    Beginning *begin = (Beginning *)workspace;
+    size_t points = (size_t)first_point[records];
+    memset(derivatives + 3 * points, 0, records * points * sizeof *derivatives);
+    for (size_t k = 0; k < records; k++) {
+        size_t strokes = (size_t)first_stroke[k], at = (size_t)first_point[k];
+        begin_strokes(table, rho, omega_start[k], (size_t)first_stroke[k + 1] - strokes, direction + strokes,
+                      length + strokes, 1, begin + strokes);
+        at_points(table, rho, begin, direction, (size_t)first_point[k + 1] - at, stroke + at, travel + at, omega + at,
+                  points, derivatives + at, derivatives + (3 + k) * points + at);
+    }
+    const double natural[3] = {rho, sigma, table->n};
+    for (size_t k = 0; k < 3; k++)
+        for (size_t i = 0; i < points; i++)
+            derivatives[k * points + i] *= natural[k];
 }

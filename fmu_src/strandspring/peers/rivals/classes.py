@@ -137,7 +137,7 @@ class GeneralisedBoucWen(Rival):
         beta = _BETA_OF_PSI @ np.array(psi)
         loops = track.loops
         z = np.empty(loops.travel.size)
-        for strokes, points in loops.by_record():
+        for strokes, points in loops.by_record:
             # The path goes through every reversal; where the points lie on it, their z is kept.
             stroke = np.arange(strokes.start, strokes.stop)
             at = np.searchsorted(loops.stroke[points], stroke, side="right")
