@@ -14,7 +14,7 @@ well or better.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 
 import numpy as np
@@ -38,6 +38,7 @@ from .search import (
     other_splits,
     refined,
     search,
+    with_degrees,
     with_richer_bases,
 )
 from .table import TableBasis
@@ -112,13 +113,21 @@ def find_effects(
     noise : float                        The rms that noise alone gives the residuals [N].
     degrees : (int, int) or None         Of FE and FA; chosen if None.
     """
-    started = [Corrected(fit, rig.loops, {}) for fit in candidates]
-    found = _with_effects(rig, started, noise, degrees) if rig.effects else started
+    found = started = [Corrected(fit, rig.loops, {}) for fit in candidates]
+    if rig.effects and _shows_any(rig, started, noise):
+        found = started + ([] if is_explained(started[0].fit, noise) else _all_at_once(rig, degrees or PILOT))
+        finer = rig.finer()
+        carried = [one for state in found if (one := _settled(finer, state.fit, state.sizes)) is not None]
+        noise_left = noise * _noise_left(finer.loops) / _noise_left(rig.loops)
+        with_effects = _with_effects(finer, carried, noise_left, degrees) if carried else []
+        if with_effects:
+            rig, noise, found = finer, noise_left, with_effects
+            started = [state for state in carried if not state.sizes]
     if degrees is not None:
         return [found[0], *_doubtful(rig, found[0], noise), *found[1:]]
     # A richer basis has shown its worth on cycles that it was not fitted to: it takes the place of the leaner one.
     alternatives = [_enriched(rig, found[0], noise)]
-    if found[0].sizes:
+    if found[0].sizes and started:
         alternatives.append(_enriched(rig, started[0], noise))
     best = _best(alternatives)
     others = [state for state in found if state is not best]
@@ -126,6 +135,16 @@ def find_effects(
         best, *splits = (Corrected(fit, best.loops, best.sizes) for fit in other_splits(best.loops, best.fit))
         others = [*splits, *others]
     return [best, *_doubtful(rig, best, noise), *others]
+
+
+def _shows_any(rig: Rig, started: Sequence[Corrected], noise: float) -> bool:
+    """Whether more than white noise is left, or an effect promises to be worth its price by itself."""
+    return not _is_white(started[0].fit, noise) or any(_promising(rig, one, 0.0) for one in started[:_CARRIED])
+
+
+def _noise_left(loops: Loops) -> float:
+    """The rms that averaged white noise gives, share of that of single samples."""
+    return float(np.sqrt(loops.force.size / loops.weight.sum()))
 
 
 def _doubtful(rig: Rig, state: Corrected, noise: float) -> list[Corrected]:
@@ -146,15 +165,25 @@ def _enriched(rig: Rig, state: Corrected, noise: float) -> Corrected:
     fit = with_richer_bases(state.loops, state.fit, noise)
     if fit is None:
         return state
-    return _pruned(rig, _grown(rig, Corrected(fit, state.loops, state.sizes), noise), noise)
+    return _pruned(rig, _grown(rig, Corrected(fit, state.loops, state.sizes), noise, None), noise)
 
 
-def _with_effects(rig: Rig, started: list[Corrected], noise: float, degrees: tuple[int, int] | None) -> list[Corrected]:
-    """The springs with the effects that pay for themselves, the best first."""
-    grown = [_grown(rig, one, noise) for one in started[:_CARRIED]]
-    at_once = [] if is_explained(started[0].fit, noise) else _all_at_once(rig, degrees or PILOT)
+def _with_effects(rig: Rig, states: list[Corrected], noise: float, degrees: tuple[int, int] | None) -> list[Corrected]:
+    """The springs with the effects that pay for themselves, the best first; none if none do.
+
+    Parameters
+    ----------
+    rig : Rig
+    states : list of Corrected   Springs without effects and, where these leave more than noise, springs with every
+                                 linear effect at once.
+    noise : float
+    degrees : (int, int) or None
+    """
+    plain = [state for state in states if not state.sizes]
+    at_once = [state for state in states if state.sizes]
+    grown = [_grown(rig, one, noise, degrees) for one in plain[:_CARRIED]]
     if at_once:
-        grown.append(_grown(rig, _pruned(rig, _best(at_once), noise), noise))
+        grown.append(_grown(rig, _pruned(rig, _best(at_once), noise), noise, degrees))
     best = _best(grown)
     if any(effect in best.sizes for effect in _LOCKED) or not _is_white(best.fit, noise):
         for effect, scale in ((Effect.DELAY, rig.period), (Effect.PLAY, rig.loops.longest)):
@@ -162,13 +191,13 @@ def _with_effects(rig: Rig, started: list[Corrected], noise: float, degrees: tup
             if other is not None and _replaces(other, best, noise):
                 best = other
     if not best.sizes:
-        return started + at_once
+        return []
     # Without the effects another minimum, or other degrees, may be better.
     again = search(best.loops, degrees)
     settled = [one for fit in again if (one := _settled(rig, fit, best.sizes)) is not None]
-    settled = [_pruned(rig, _grown(rig, one, noise), noise) for one in settled[:_CARRIED]]
-    first = _exchanged(rig, _best([*settled, best]))
-    return [first, *(one for one in settled + at_once if one is not first)]
+    settled = [_pruned(rig, _grown(rig, one, noise, degrees), noise) for one in settled[:_CARRIED]]
+    first, *exchanged = _exchanged(rig, _best([*settled, best]))
+    return [first, *(one for one in exchanged + settled + at_once if one is not first)]
 
 
 def _is_white(fit: Candidate, noise: float) -> bool:
@@ -216,11 +245,11 @@ def _scanned(
     sizes = {**others, effect: np.array([size])}
     fits = search(rig.corrected(sizes, state.fit), degrees)[:_CARRIED]
     settled = [one for fit in fits if (one := _settled(rig, fit, sizes)) is not None]
-    return _pruned(rig, _grown(rig, _best(settled), noise), noise) if settled else None
+    return _pruned(rig, _grown(rig, _best(settled), noise, degrees), noise) if settled else None
 
 
-def _exchanged(rig: Rig, state: Corrected) -> Corrected:
-    """With another effect in the place of one of its own, if that is better."""
+def _exchanged(rig: Rig, state: Corrected) -> list[Corrected]:
+    """With another effect in the place of one of its own, and as it is, the best first."""
     alternatives = [state]
     for effect in state.sizes:
         left = {other: size for other, size in state.sizes.items() if other is not effect}
@@ -228,7 +257,8 @@ def _exchanged(rig: Rig, state: Corrected) -> Corrected:
         put_back = Corrected(transferred(state.fit, loops), loops, left)
         tried = [_settled(rig, put_back.fit, sizes) for sizes in _promising(rig, put_back) if effect not in sizes]
         alternatives += [one for one in tried if one is not None]
-    return _best(alternatives)
+    best = _best(alternatives)
+    return [best, *(one for one in alternatives if one is not best)]
 
 
 def _all_at_once(rig: Rig, degrees: tuple[int, int]) -> list[Corrected]:
@@ -261,14 +291,29 @@ def _best(alternatives: Sequence[Corrected]) -> Corrected:
     return best
 
 
-def _grown(rig: Rig, state: Corrected, noise: float) -> Corrected:
-    """With each effect that pays for itself, the best first."""
+def _grown(rig: Rig, state: Corrected, noise: float, degrees: tuple[int, int] | None) -> Corrected:
+    """With each effect that pays for itself, the best first.
+
+    A basis may be as rich as it is only because the effect was there, and have taken over much of it: each is judged
+    with degrees of its own as well.
+    """
     while True:
-        tried = [_settled(rig, state.fit, sizes) for sizes in _promising(rig, state)]
-        paying = [one for one in tried if one is not None and _pays(one, state, noise)]
+        tried = [_settled(rig, state.fit, sizes) for sizes in _promising(rig, state, 0.0)]
+        settled = [one for one in tried if one is not None]
+        if degrees is None:
+            settled += [leaner for one in settled if (leaner := _leaner(rig, one)) is not None]
+        paying = [one for one in settled if _pays(one, state, noise)]
         if not paying:
             return state
         state = _best(paying)
+
+
+def _leaner(rig: Rig, state: Corrected) -> Corrected | None:
+    """With the degrees that the points without the effects ask for; None if these are its own."""
+    if isinstance(state.fit.basis, TableBasis):
+        return None
+    fit = with_degrees(state.loops, state.fit)
+    return None if fit.basis == state.fit.basis else _settled(rig, fit, state.sizes)
 
 
 def _pays(richer: Corrected, leaner: Corrected, noise: float) -> bool:
@@ -290,7 +335,12 @@ def _pruned(rig: Rig, state: Corrected, noise: float) -> Corrected:
 def _settled(
     rig: Rig, fit: Candidate, sizes: Sizes, positive: Sequence[Effect] = _POSITIVE, steps: int = _STEPS
 ) -> Corrected | None:
-    """Sizes and spring after Gauss-Newton steps; None where they do not fit together."""
+    """Sizes and spring after Gauss-Newton steps; None where they do not fit together.
+
+    A step that raises the misfit is halved: where samples lie close to a reversal, its derivatives hold on one side of
+    it only.
+    """
+    best: Corrected | None = None
     for _ in range(steps):
         if not rig.is_possible(sizes):
             return None
@@ -298,17 +348,21 @@ def _settled(
         other = refined(loops, fit.basis, fit.refinement.hysteresis)
         if other is None:
             return None
-        fit = other
         if not sizes:
-            break
-        loops = rig.corrected(sizes, fit)  # wear is a share of the new fit's force
-        step, _ = _Traces(rig, fit, loops, list(sizes), sizes).solved(list(sizes))
-        sizes = {effect: sizes[effect] + change for effect, change in step.items()}
+            return Corrected(other, loops, sizes)
+        if best is None or other.misfit <= best.fit.misfit:
+            fit = other
+            best = Corrected(fit, rig.corrected(sizes, fit), sizes)  # wear is a share of the new fit's force
+            step, _ = _Traces(rig, fit, best.loops, list(sizes), sizes).solved(list(sizes))
+        else:
+            step = {effect: 0.5 * change for effect, change in step.items()}
+        sizes = {effect: size + step[effect] for effect, size in best.sizes.items()}
         if all(np.abs(c).max() <= _SETTLED * np.abs(sizes[effect]).max() for effect, c in step.items()):
+            best = replace(best, sizes=sizes)
             break
-    if any(effect in sizes and sizes[effect][0] <= 0.0 for effect in positive) or not rig.is_possible(sizes):
+    if best is None or any(effect in best.sizes and best.sizes[effect][0] <= 0.0 for effect in positive):
         return None
-    return Corrected(fit, loops, sizes)
+    return best if rig.is_possible(best.sizes) else None
 
 
 def _promising(
