@@ -137,6 +137,15 @@ def find_effects(
     return [best, *_doubtful(rig, best, noise), *others]
 
 
+def rivals(found: Sequence[Corrected]) -> list[Sizes]:
+    """Other effects that explain the records about as well as those of the first spring, with no more sizes."""
+    best, *others = found
+    states = [
+        one for one in others if one.sizes and one.price <= best.price and not best.sizes.keys() <= one.sizes.keys()
+    ]
+    return [one.sizes for one in sorted(states, key=best.better_by) if best.better_by(one) <= CLOSE]
+
+
 def _shows_any(rig: Rig, started: Sequence[Corrected], noise: float) -> bool:
     """Whether more than white noise is left, or an effect promises to be worth its price by itself."""
     return not _is_white(started[0].fit, noise) or any(_promising(rig, one, 0.0) for one in started[:_CARRIED])
