@@ -64,6 +64,8 @@ _LOCKED = (Effect.DELAY, Effect.VISCOSITY, Effect.PLAY)
 _COLOURED = 1.2  # autocorrelation time of the residuals from which they are looked for
 _RANGE = 0.0005 * 2.0 ** np.arange(7)  # delays as shares of a cycle, plays as shares of the longest stroke
 _BETWEEN = (0.75, 0.87, 1.15, 1.35)  # sizes about the best one of the range, which it is compared with
+_ABOUT = (0.87, 1.15)  # sizes that one found is compared with
+_CLEARLY = 1.0  # difference of the criterion from which another size is the better one
 _POSITIVE = (Effect.VISCOSITY, Effect.PLAY)  # sizes that cannot be negative
 
 
@@ -205,7 +207,7 @@ def _with_effects(rig: Rig, states: list[Corrected], noise: float, degrees: tupl
     again = search(best.loops, degrees)
     settled = [one for fit in again if (one := _settled(rig, fit, best.sizes)) is not None]
     settled = [_pruned(rig, _grown(rig, one, noise, degrees), noise) for one in settled[:_CARRIED]]
-    first, *exchanged = _exchanged(rig, _best([*settled, best]))
+    first, *exchanged = _exchanged(rig, _probed(rig, _best([*settled, best])))
     return [first, *(one for one in exchanged + settled + at_once if one is not first)]
 
 
@@ -254,7 +256,19 @@ def _scanned(
     sizes = {**others, effect: np.array([size])}
     fits = search(rig.corrected(sizes, state.fit), degrees)[:_CARRIED]
     settled = [one for fit in fits if (one := _settled(rig, fit, sizes)) is not None]
-    return _pruned(rig, _grown(rig, _best(settled), noise, degrees), noise) if settled else None
+    return _pruned(rig, _grown(rig, _probed(rig, _best(settled)), noise, degrees), noise) if settled else None
+
+
+def _probed(rig: Rig, state: Corrected) -> Corrected:
+    """With other sizes of the effects that move points past reversals, where the misfit has several minima."""
+    for effect in (Effect.DELAY, Effect.PLAY):
+        for factor in _ABOUT if effect in state.sizes else ():
+            while True:
+                other = _settled(rig, state.fit, {**state.sizes, effect: factor * state.sizes[effect]})
+                if other is None or other.better_by(state) <= _CLEARLY:
+                    break
+                state = other
+    return state
 
 
 def _exchanged(rig: Rig, state: Corrected) -> list[Corrected]:
