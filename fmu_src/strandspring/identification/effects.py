@@ -116,10 +116,12 @@ def find_effects(
     degrees : (int, int) or None         Of FE and FA; chosen if None.
     """
     found = started = [Corrected(fit, rig.loops, {}) for fit in candidates]
-    if rig.effects and _shows_any(rig, started, noise):
-        found = started + ([] if is_explained(started[0].fit, noise) else _all_at_once(rig, degrees or PILOT))
+    if rig.effects and (not _is_white(started[0].fit, noise) or _promising(rig, started[0], 0.0)):
+        at_once = [] if is_explained(started[0].fit, noise) else _all_at_once(rig, degrees or PILOT)
+        found = started + at_once
         finer = rig.finer()
-        carried = [one for state in found if (one := _settled(finer, state.fit, state.sizes)) is not None]
+        settled = (_settled(finer, one.fit, one.sizes) for one in started[:_CARRIED] + at_once)
+        carried = [one for one in settled if one is not None]
         noise_left = noise * _noise_left(finer.loops) / _noise_left(rig.loops)
         with_effects = _with_effects(finer, carried, noise_left, degrees) if carried else []
         if with_effects:
@@ -146,11 +148,6 @@ def rivals(found: Sequence[Corrected]) -> list[Sizes]:
         one for one in others if one.sizes and one.price <= best.price and not best.sizes.keys() <= one.sizes.keys()
     ]
     return [one.sizes for one in sorted(states, key=best.better_by) if best.better_by(one) <= CLOSE]
-
-
-def _shows_any(rig: Rig, started: Sequence[Corrected], noise: float) -> bool:
-    """Whether more than white noise is left, or an effect promises to be worth its price by itself."""
-    return not _is_white(started[0].fit, noise) or any(_promising(rig, one, 0.0) for one in started[:_CARRIED])
 
 
 def _noise_left(loops: Loops) -> float:
