@@ -1,14 +1,15 @@
 """Which effects of the rig the records show: found by their trace in the residuals, and taken out.
 
-An effect is tried if a linear least-squares problem in its size, FE, FA, rho, sigma and n promises to lower the
-criterion of `search` by more than a margin, and enters if it does so once fitted; where several would, the one that
-lowers it most. Sizes are fitted by Gauss-Newton steps: the points are corrected by the sizes, the spring is fitted to
-them anew, and what is left of each size follows from the linear problem.
+An effect is tried if a linear least-squares problem in its size, FE, FA, rho, sigma and n promises that it is worth its
+price, and enters if it lowers the criterion of `search` by a margin once fitted, with the degrees of FE and FA that
+suit it; where several would, the one that lowers it most. Sizes are fitted by Gauss-Newton steps: the points are
+corrected by the sizes, the spring is fitted to them anew, and what is left of each size follows from the linear
+problem. All that is done on finer points than the search's, as effects move single samples past reversals.
 
 Where more than white noise is left, or an effect that follows the reversals was found, that problem may not see the
 right one: after a delay or a play the fit of the points as measured is another minimum. Then a range of delays and of
 plays is tried, each with a spring of its own. Last, every effect found is exchanged for what would explain its share as
-well or better.
+well or better; what explains it about as well is named beside it.
 """
 
 from __future__ import annotations
