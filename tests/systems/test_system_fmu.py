@@ -339,16 +339,17 @@ def test_steps_that_cannot_be_are_refused(time: float, size: float, sentence: st
         assert one.serialized() == before
 
 
-@pytest.mark.parametrize("load", [1e18, 1e308])
-def test_a_motion_that_diverges_is_an_error_and_leaves_the_state(load: float) -> None:
+@pytest.mark.parametrize(("load", "size"), [(1e18, 0.1), (1e308, 0.1), (1e308, 1e-200)])
+def test_a_motion_that_diverges_is_an_error_and_leaves_the_state(load: float, size: float) -> None:
+    """Also where a velocity or an energy is beyond all bounds before a displacement is."""
     with NativeSystem().begin() as one:
         one.go(0.0, 0.01)
         one.set(load_recoil=load)
         before = one.serialized()
-        assert one.go(0.01, 0.1) == ERROR
+        assert one.go(0.01, size) == ERROR
         assert one.said == (
-            "The motion diverges in the step of 0.1 s at time 0.01 s: a displacement would be beyond 1e+09 m. Check "
-            "the inputs, or take a smaller `step`."
+            f"The motion diverges in the step of {size} s at time 0.01 s: a displacement would be beyond 1e+09 m, or "
+            "another value beyond 1e+100. Check the inputs, or take a smaller `step`."
         )
         assert one.serialized() == before
         one.set(load_recoil=0.0)

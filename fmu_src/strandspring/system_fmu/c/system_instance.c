@@ -361,16 +361,6 @@ void system_write(Instance *instance, const unsigned references[], size_t count,
 
 /* ---- steps ---------------------------------------------------------------------------------------------------------- */
 
-/* Whether every body is where it can be. */
-static int is_possible(const Instance *instance)
-{
-    for (size_t b = 0; b < instance->system.bodies; b++)
-        for (int i = 0; i < 3; i++)
-            if (!(fabs(instance->state.bodies[b].x[i]) <= LARGEST_DISPLACEMENT))
-                return 0;
-    return 1;
-}
-
 static FmuStatus move(Instance *instance, size_t steps, double h)
 {
     State *state = &instance->state;
@@ -380,15 +370,17 @@ static FmuStatus move(Instance *instance, size_t steps, double h)
     copy_motion(system, &instance->before, state);
     memcpy(values, state->inputs, sizeof values);
     state->extrapolating = 0;
-    for (size_t k = 0; k < steps; k++) {
+    int is_possible = 1;
+    for (size_t k = 0; k < steps && is_possible; k++) {
         if (state->is_interpolated)
             for (size_t c = 0; c < system->channels; c++)
                 values[c] = state->inputs[c] + state->slopes[c] * (((double)k + 0.5) * h);
-        if (!motion_step(system, &state->motion, values, h) || !is_possible(instance)) {
-            copy_motion(system, state, &instance->before);
-            return FMU_ERROR;
-        }
+        is_possible = motion_step(system, &state->motion, values, h);
         excursions = note_excursions(instance, excursions);
+    }
+    if (!is_possible || system_impossible_motion(state) != NULL) {
+        copy_motion(system, state, &instance->before);
+        return FMU_ERROR;
     }
     warn_of_excursions(instance, excursions);
     return FMU_OK;
@@ -411,9 +403,9 @@ FmuStatus system_step(Instance *instance, double time, double size)
                               spring_number(time).text);
     if (size > 0.0 && move(instance, (size_t)steps, size / steps) != FMU_OK)
         return FMU_REFUSE(&instance->log,
-                          "The motion diverges in the step of %s s at time %s s: a displacement would be beyond %g m. Check the "
-                          "inputs, or take a smaller `step`.",
-                          spring_number(size).text, spring_number(time).text, LARGEST_DISPLACEMENT);
+                          "The motion diverges in the step of %s s at time %s s: a displacement would be beyond %g m, or "
+                          "another value beyond %g. Check the inputs, or take a smaller `step`.",
+                          spring_number(size).text, spring_number(time).text, LARGEST_DISPLACEMENT, LARGEST_SUM);
     for (size_t c = 0; c < instance->system.channels; c++) {
         state->inputs[c] += state->slopes[c] * size;
         state->slopes[c] = 0.0;

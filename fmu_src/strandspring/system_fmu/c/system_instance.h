@@ -109,6 +109,9 @@ SPRING_LOCAL FmuStatus fmu_end_initialization(Instance *instance);
 /* A step of co-simulation, whose time and size are sound. */
 SPRING_LOCAL FmuStatus system_step(Instance *instance, double time, double size);
 
+/* The part of a state that no motion has, "motion" or "springs", or NULL. */
+SPRING_LOCAL const char *system_impossible_motion(const State *state);
+
 /* Takes the instance to a state of this FMU. */
 SPRING_LOCAL void fmu_restore(Instance *instance, const State *state);
 

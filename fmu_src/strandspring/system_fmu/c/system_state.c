@@ -69,24 +69,32 @@ void fmu_state_write(const State *state, unsigned char *bytes)
     fmu_write_head(bytes, cursor.position);
 }
 
-static int are_finite(const double *values, size_t count)
+static int are_within(double bound, const double *values, size_t count)
 {
     for (size_t i = 0; i < count; i++)
-        if (!(fabs(values[i]) <= LARGEST_SUM))
+        if (!(fabs(values[i]) <= bound))
             return 0;
     return 1;
 }
 
-/* Whether the springs, and what surrounds them, can have come about. */
-static int are_axes_sound(const State *state, size_t count)
+const char *system_impossible_motion(const State *state)
 {
-    for (size_t a = 0; a < count; a++) {
+    SystemCounts counts = system_counts();
+    if (!are_within(LARGEST_SUM, state->rest_sway, 3 * (size_t)counts.points) ||
+        !are_within(LARGEST_SUM, (const double *)&state->motion, OF_MOTION) ||
+        !are_within(LARGEST_SUM, (const double *)state->bodies, (size_t)counts.bodies * OF_BODY) ||
+        !are_within(LARGEST_SUM, (const double *)state->reach, (size_t)counts.mounts * OF_REACH))
+        return "motion";
+    for (int64_t b = 0; b < counts.bodies; b++)
+        if (!are_within(LARGEST_DISPLACEMENT, state->bodies[b].x, 3))
+            return "motion";
+    for (int64_t a = 0; a < counts.axes; a++) {
         const MotionAxisState *axis = state->axes + a;
         if (!(fabs(axis->memory.omega) <= 1.0) || !fmu_memory_is_sound(&axis->memory) ||
-            !are_finite(&axis->displacement, OF_AXIS) || !fmu_is_flag(state->is_outside[a]))
-            return 0;
+            !are_within(LARGEST_SUM, &axis->displacement, OF_AXIS))
+            return "springs";
     }
-    return 1;
+    return NULL;
 }
 
 /* The first field that no instance can have, or NULL. */
@@ -106,11 +114,10 @@ static const char *damaged_field(const State *state)
     if (!fmu_is_flag(state->is_interpolated) || !fmu_is_flag(state->is_at_rest) || !fmu_is_flag(state->extrapolating) ||
         (state->mode & (INITIALIZED | TERMINATED) && !state->is_at_rest))
         return "flags";
-    if (!are_finite(state->rest_sway, 3 * (size_t)counts.points) || !are_finite((const double *)&state->motion, OF_MOTION) ||
-        !are_finite((const double *)state->bodies, (size_t)counts.bodies * OF_BODY) ||
-        !are_finite((const double *)state->reach, (size_t)counts.mounts * OF_REACH))
-        return "motion";
-    return are_axes_sound(state, (size_t)counts.axes) ? NULL : "springs";
+    for (int64_t a = 0; a < counts.axes; a++)
+        if (!fmu_is_flag(state->is_outside[a]))
+            return "flags";
+    return system_impossible_motion(state);
 }
 
 int fmu_state_read(State *state, const unsigned char *bytes, size_t size, char *problem, size_t problem_size)
