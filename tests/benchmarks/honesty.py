@@ -461,7 +461,7 @@ def sizes(arguments: argparse.Namespace) -> None:
             error = abs((size or 0.0) - truth)
             limit = max(SIZE_SHARE * abs(truth), size_floor(name, case))
             within += error <= limit
-            if name == "delay" and NORMAL_95 * delay_bound(case) <= limit:
+            if name == "delay" and NORMAL_95 * delay_bound(case, truth) <= limit:
                 decidable.update(cases=1, within=error <= limit)
             if size is not None:
                 errors.append(error / abs(truth))

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.polynomial.polynomial import polyder, polyval
 from numpy.typing import NDArray
+from scipy.interpolate import make_interp_spline
 from scipy.linalg import block_diag
 
 from rig import Case, FloatArray
@@ -33,7 +34,7 @@ def bound(case: Case, displacement_noise: float) -> FloatArray:
     force_noise = _force_noise(case)
     common, starts, reversals = [], [], []
     for path in case.paths:
-        at = _Sensitivities.of(case, path)
+        at = _Sensitivities.of(case, path, find_strokes(path))
         root = 1.0 / np.sqrt(force_noise**2 + (at.slope * displacement_noise) ** 2)
         common.append(root[:, None] * at.coefficients)
         starts.append(root[:, None] * at.start)
@@ -43,17 +44,32 @@ def bound(case: Case, displacement_noise: float) -> FloatArray:
     return _covariance(np.vstack(common), np.hstack([block_diag(*starts), block_diag(*reversals)]))[:2, :2]
 
 
-def delay_bound(case: Case) -> float:
-    """Standard deviation of the delay of an efficient unbiased estimate that knows the noise of the force [s].
+def delay_bound(case: Case, delay: float) -> float:
+    """Standard deviation of a delay's efficient unbiased estimate that knows the noise of the force [s].
 
-    The spring and omega at the start of each record are estimated too, as in `bound`.
+    The spring and omega at the start of each record are estimated too, as in `bound`. The sensitivities are those at
+    the moments that the force was late for, which decide close to a reversal.
+
+    Parameters
+    ----------
+    case : Case
+    delay : float   By which the force lags [s].
     """
     force_noise = _force_noise(case)
     common, starts = [], []
-    for path, force, record in zip(case.paths, case.forces, case.records, strict=True):
-        at = _Sensitivities.of(case, path)
-        by_delay = -np.gradient(force, record.time)[at.used]
-        common.append(np.column_stack([by_delay, at.coefficients]) / force_noise)
+    for path, record in zip(case.paths, case.records, strict=True):
+        time, strokes = record.time, find_strokes(path)
+        # The path of a sine between the samples; that of a triangle is straight.
+        course = make_interp_spline(time, path, k=3 if case.experiment.shape == "sine" else 1)
+        moment = np.clip(time - delay, time[0], time[-1])
+        stroke = strokes.of_sample[np.searchsorted(time, moment)]
+        ends = np.sort([path[strokes.turning[:-1]], path[strokes.turning[1:]]], axis=0)[:, stroke]
+        x = np.clip(course(moment), *ends)
+        travel = np.abs(x - strokes.turning_displacement[stroke])
+        at = _Sensitivities.of(case, x, replace(strokes, of_sample=stroke, travel=travel))
+        # Just before a moment that is a sample, as it may be a reversal.
+        speed = course.derivative()(np.nextafter(moment, -np.inf))
+        common.append(np.column_stack([-at.slope * speed[at.used], at.coefficients]) / force_noise)
         starts.append(at.start / force_noise)
     return float(np.sqrt(_covariance(np.vstack(common), block_diag(*starts))[0, 0]))
 
@@ -70,9 +86,8 @@ class _Sensitivities:
     start: FloatArray  # by omega at the start, one column
 
     @classmethod
-    def of(cls, case: Case, path: FloatArray) -> _Sensitivities:
+    def of(cls, case: Case, path: FloatArray, strokes: Strokes) -> _Sensitivities:
         p = case.spring
-        strokes = find_strokes(path)
         used = strokes.of_sample > 0
         x, side = path[used] - p.displacement_offset, strokes.direction[strokes.of_sample[used]]
         omega, partials = _omega(case, strokes, used)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+import zlib
 from dataclasses import replace
 from pathlib import Path
 from typing import Literal
@@ -9,10 +11,12 @@ from typing import Literal
 import numpy as np
 import pytest
 
+from noise_bound import delay_bound
 from rig import Case, Experiment, draw_experiment, draw_spring, elastic_force, simulate
 from rig_faults import FAULTS
-from strandspring import Identification, Record, identify, read_record
-from strandspring.identification.rig import Effect, Rig
+from strandspring import Identification, Outcome, Record, Spring, identify, read_record
+from strandspring.identification.rig import Effect, Rig, Sizes
+from strandspring.identification.rig_effects import CAUTIONS, with_rivals
 from strandspring.identification.search import Candidate, search
 from strandspring.identification.steady_part import find_steady_part
 
@@ -74,6 +78,69 @@ def test_a_delay_is_placed_exactly_though_points_are_averaged(fault: str, shape:
     assert identification.effects == {"delay": pytest.approx(delay, rel=0.01)}
     assert identification.lack_of_fit is not None
     assert identification.lack_of_fit.beyond_noise < 0.01
+
+
+def drawn(fault: str, seed: int, index: int) -> Case:
+    """A case of `honesty.py sizes`."""
+    generator = np.random.default_rng([seed, zlib.crc32(fault.encode()), index])
+    return simulate(draw_spring(generator), draw_experiment(generator), generator, FAULTS[fault], "drawn")
+
+
+@pytest.mark.parametrize(
+    ("fault", "seed", "index"),
+    [
+        ("force lags", 0, 11),  # a richer FE takes over much of it
+        ("force lags", 1, 14),
+        ("force leads", 0, 8),  # straight lines between the samples of this sine are further off than the noise
+        ("force leads", 1, 0),  # a triangle's velocity jumps where the delay is measured
+    ],
+)
+def test_delays_that_were_missed_are_found(fault: str, seed: int, index: int) -> None:
+    case = drawn(fault, seed, index)
+    found = identify(case.records)
+    truth = SIZES[fault][3](case)
+    assert found.effects == {"delay": pytest.approx(truth, abs=4.0 * delay_bound(case, truth))}
+
+
+def test_effects_that_explain_the_records_as_well_are_named_with_their_sizes() -> None:
+    # sigma is large, so that the triangle's reversals look much like those of a play.
+    case = drawn("force lags", 0, 12)
+    found = identify(case.records)
+    truth = SIZES["force lags"][3](case)
+    assert list(found.effects) == ["play"]
+    told = re.search(r"or, about as well, a delay: the force lags by (\S+) ms", found.findings[Outcome.PLAY])
+    assert told is not None
+    assert 1e-3 * float(told[1]) == pytest.approx(truth, abs=4.0 * delay_bound(case, truth))
+
+
+def test_every_effect_has_words_as_a_rival() -> None:
+    sizes = {effect: np.full(3 if effect is Effect.CURVED_DRIFT else 1, 1e-3) for effect in Effect}
+    for effect in Effect:
+        own: Sizes = {Effect.VISCOSITY if effect is Effect.DELAY else Effect.DELAY: np.ones(1)}
+        outcome = CAUTIONS[next(iter(own))]
+        text = with_rivals({outcome: "as found"}, own, [{effect: sizes[effect]}])[outcome]
+        assert re.fullmatch(r"as found; or, about as well, [a-z ]+: .*\d.*", text)
+        # One that has the same effect among others says nothing against it.
+        assert with_rivals({outcome: "as found"}, own, [own | {effect: sizes[effect]}])[outcome] == "as found"
+
+
+@pytest.mark.parametrize(("shape", "within"), [("sine", 5e-5), ("triangle", 1e-12)])
+def test_the_path_between_samples_follows_its_curvature(shape: Literal["sine", "triangle"], within: float) -> None:
+    time = np.arange(401) / 100.0
+    at = {
+        "sine": lambda t: -np.cos(2.0 * np.pi * t),
+        "triangle": lambda t: 4.0 * np.abs(t % 1.0 - 0.5) - 1.0,
+    }[shape]
+    spring = Spring(draw_spring(np.random.default_rng(0), degrees=(1, 0)))
+    middle = spring.parameters.displacement_offset
+    half = 0.5 * (spring.parameters.displacement_max - spring.parameters.displacement_min)
+    x = middle + half * at(time)
+    rig = Rig.from_parts([find_steady_part(Record(x, spring.response(x), time))], None)
+    late = time - 0.0037
+    placed = rig.placed({Effect.DELAY: np.array([0.0037])})
+    # A straight line is off by 5e-4 of the amplitude in the middle of an interval.
+    apart = np.abs(placed.displacement - middle - half * at(late))[1:] / half
+    assert apart.max() < within
 
 
 def test_a_warm_up_is_a_curved_drift() -> None:

@@ -1,20 +1,21 @@
 """Which effects of the rig the records show: found by their trace in the residuals, and taken out.
 
-An effect is tried if a linear least-squares problem in its size, FE, FA, rho, sigma and n promises to lower the
-criterion of `search` by more than a margin, and enters if it does so once fitted; where several would, the one that
-lowers it most. Sizes are fitted by Gauss-Newton steps: the points are corrected by the sizes, the spring is fitted to
-them anew, and what is left of each size follows from the linear problem.
+An effect is tried if a linear least-squares problem in its size, FE, FA, rho, sigma and n promises that it is worth its
+price, and enters if it lowers the criterion of `search` by a margin once fitted, with the degrees of FE and FA that
+suit it; where several would, the one that lowers it most. Sizes are fitted by Gauss-Newton steps: the points are
+corrected by the sizes, the spring is fitted to them anew, and what is left of each size follows from the linear
+problem. All that is done on finer points than the search's, as effects move single samples past reversals.
 
 Where more than white noise is left, or an effect that follows the reversals was found, that problem may not see the
 right one: after a delay or a play the fit of the points as measured is another minimum. Then a range of delays and of
 plays is tried, each with a spring of its own. Last, every effect found is exchanged for what would explain its share as
-well or better.
+well or better; what explains it about as well is named beside it.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 
 import numpy as np
@@ -38,6 +39,7 @@ from .search import (
     other_splits,
     refined,
     search,
+    with_degrees,
     with_richer_bases,
 )
 from .table import TableBasis
@@ -63,6 +65,8 @@ _LOCKED = (Effect.DELAY, Effect.VISCOSITY, Effect.PLAY)
 _COLOURED = 1.2  # autocorrelation time of the residuals from which they are looked for
 _RANGE = 0.0005 * 2.0 ** np.arange(7)  # delays as shares of a cycle, plays as shares of the longest stroke
 _BETWEEN = (0.75, 0.87, 1.15, 1.35)  # sizes about the best one of the range, which it is compared with
+_ABOUT = (0.87, 1.15)  # sizes that one found is compared with
+_CLEARLY = 1.0  # difference of the criterion from which another size is the better one
 _POSITIVE = (Effect.VISCOSITY, Effect.PLAY)  # sizes that cannot be negative
 
 
@@ -112,13 +116,23 @@ def find_effects(
     noise : float                        The rms that noise alone gives the residuals [N].
     degrees : (int, int) or None         Of FE and FA; chosen if None.
     """
-    started = [Corrected(fit, rig.loops, {}) for fit in candidates]
-    found = _with_effects(rig, started, noise, degrees) if rig.effects else started
+    found = started = [Corrected(fit, rig.loops, {}) for fit in candidates]
+    if rig.effects and (not _is_white(started[0].fit, noise) or _promising(rig, started[0], 0.0)):
+        at_once = [] if is_explained(started[0].fit, noise) else _all_at_once(rig, degrees or PILOT)
+        found = started + at_once
+        finer = rig.finer()
+        settled = (_settled(finer, one.fit, one.sizes) for one in started[:_CARRIED] + at_once)
+        carried = [one for one in settled if one is not None]
+        noise_left = noise * _noise_left(finer.loops) / _noise_left(rig.loops)
+        with_effects = _with_effects(finer, carried, noise_left, degrees) if carried else []
+        if with_effects:
+            rig, noise, found = finer, noise_left, with_effects
+            started = [state for state in carried if not state.sizes]
     if degrees is not None:
         return [found[0], *_doubtful(rig, found[0], noise), *found[1:]]
     # A richer basis has shown its worth on cycles that it was not fitted to: it takes the place of the leaner one.
     alternatives = [_enriched(rig, found[0], noise)]
-    if found[0].sizes:
+    if found[0].sizes and started:
         alternatives.append(_enriched(rig, started[0], noise))
     best = _best(alternatives)
     others = [state for state in found if state is not best]
@@ -126,6 +140,20 @@ def find_effects(
         best, *splits = (Corrected(fit, best.loops, best.sizes) for fit in other_splits(best.loops, best.fit))
         others = [*splits, *others]
     return [best, *_doubtful(rig, best, noise), *others]
+
+
+def rivals(found: Sequence[Corrected]) -> list[Sizes]:
+    """Other effects that explain the records about as well as those of the first spring, with no more sizes."""
+    best, *others = found
+    states = [
+        one for one in others if one.sizes and one.price <= best.price and not best.sizes.keys() <= one.sizes.keys()
+    ]
+    return [one.sizes for one in sorted(states, key=best.better_by) if best.better_by(one) <= CLOSE]
+
+
+def _noise_left(loops: Loops) -> float:
+    """The rms that averaged white noise gives, share of that of single samples."""
+    return float(np.sqrt(loops.force.size / loops.weight.sum()))
 
 
 def _doubtful(rig: Rig, state: Corrected, noise: float) -> list[Corrected]:
@@ -146,15 +174,25 @@ def _enriched(rig: Rig, state: Corrected, noise: float) -> Corrected:
     fit = with_richer_bases(state.loops, state.fit, noise)
     if fit is None:
         return state
-    return _pruned(rig, _grown(rig, Corrected(fit, state.loops, state.sizes), noise), noise)
+    return _pruned(rig, _grown(rig, Corrected(fit, state.loops, state.sizes), noise, None), noise)
 
 
-def _with_effects(rig: Rig, started: list[Corrected], noise: float, degrees: tuple[int, int] | None) -> list[Corrected]:
-    """The springs with the effects that pay for themselves, the best first."""
-    grown = [_grown(rig, one, noise) for one in started[:_CARRIED]]
-    at_once = [] if is_explained(started[0].fit, noise) else _all_at_once(rig, degrees or PILOT)
+def _with_effects(rig: Rig, states: list[Corrected], noise: float, degrees: tuple[int, int] | None) -> list[Corrected]:
+    """The springs with the effects that pay for themselves, the best first; none if none do.
+
+    Parameters
+    ----------
+    rig : Rig
+    states : list of Corrected   Springs without effects and, where these leave more than noise, springs with every
+                                 linear effect at once.
+    noise : float
+    degrees : (int, int) or None
+    """
+    plain = [state for state in states if not state.sizes]
+    at_once = [state for state in states if state.sizes]
+    grown = [_grown(rig, one, noise, degrees) for one in plain[:_CARRIED]]
     if at_once:
-        grown.append(_grown(rig, _pruned(rig, _best(at_once), noise), noise))
+        grown.append(_grown(rig, _pruned(rig, _best(at_once), noise), noise, degrees))
     best = _best(grown)
     if any(effect in best.sizes for effect in _LOCKED) or not _is_white(best.fit, noise):
         for effect, scale in ((Effect.DELAY, rig.period), (Effect.PLAY, rig.loops.longest)):
@@ -162,13 +200,13 @@ def _with_effects(rig: Rig, started: list[Corrected], noise: float, degrees: tup
             if other is not None and _replaces(other, best, noise):
                 best = other
     if not best.sizes:
-        return started + at_once
+        return []
     # Without the effects another minimum, or other degrees, may be better.
     again = search(best.loops, degrees)
     settled = [one for fit in again if (one := _settled(rig, fit, best.sizes)) is not None]
-    settled = [_pruned(rig, _grown(rig, one, noise), noise) for one in settled[:_CARRIED]]
-    first = _exchanged(rig, _best([*settled, best]))
-    return [first, *(one for one in settled + at_once if one is not first)]
+    settled = [_pruned(rig, _grown(rig, one, noise, degrees), noise) for one in settled[:_CARRIED]]
+    first, *exchanged = _exchanged(rig, _probed(rig, _best([*settled, best])))
+    return [first, *(one for one in exchanged + settled + at_once if one is not first)]
 
 
 def _is_white(fit: Candidate, noise: float) -> bool:
@@ -216,11 +254,23 @@ def _scanned(
     sizes = {**others, effect: np.array([size])}
     fits = search(rig.corrected(sizes, state.fit), degrees)[:_CARRIED]
     settled = [one for fit in fits if (one := _settled(rig, fit, sizes)) is not None]
-    return _pruned(rig, _grown(rig, _best(settled), noise), noise) if settled else None
+    return _pruned(rig, _grown(rig, _probed(rig, _best(settled)), noise, degrees), noise) if settled else None
 
 
-def _exchanged(rig: Rig, state: Corrected) -> Corrected:
-    """With another effect in the place of one of its own, if that is better."""
+def _probed(rig: Rig, state: Corrected) -> Corrected:
+    """With other sizes of the effects that move points past reversals, where the misfit has several minima."""
+    for effect in (Effect.DELAY, Effect.PLAY):
+        for factor in _ABOUT if effect in state.sizes else ():
+            while True:
+                other = _settled(rig, state.fit, {**state.sizes, effect: factor * state.sizes[effect]})
+                if other is None or other.better_by(state) <= _CLEARLY:
+                    break
+                state = other
+    return state
+
+
+def _exchanged(rig: Rig, state: Corrected) -> list[Corrected]:
+    """With another effect in the place of one of its own, and as it is, the best first."""
     alternatives = [state]
     for effect in state.sizes:
         left = {other: size for other, size in state.sizes.items() if other is not effect}
@@ -228,7 +278,8 @@ def _exchanged(rig: Rig, state: Corrected) -> Corrected:
         put_back = Corrected(transferred(state.fit, loops), loops, left)
         tried = [_settled(rig, put_back.fit, sizes) for sizes in _promising(rig, put_back) if effect not in sizes]
         alternatives += [one for one in tried if one is not None]
-    return _best(alternatives)
+    best = _best(alternatives)
+    return [best, *(one for one in alternatives if one is not best)]
 
 
 def _all_at_once(rig: Rig, degrees: tuple[int, int]) -> list[Corrected]:
@@ -261,14 +312,29 @@ def _best(alternatives: Sequence[Corrected]) -> Corrected:
     return best
 
 
-def _grown(rig: Rig, state: Corrected, noise: float) -> Corrected:
-    """With each effect that pays for itself, the best first."""
+def _grown(rig: Rig, state: Corrected, noise: float, degrees: tuple[int, int] | None) -> Corrected:
+    """With each effect that pays for itself, the best first.
+
+    A basis may be as rich as it is only because the effect was there, and have taken over much of it: each is judged
+    with degrees of its own as well.
+    """
     while True:
-        tried = [_settled(rig, state.fit, sizes) for sizes in _promising(rig, state)]
-        paying = [one for one in tried if one is not None and _pays(one, state, noise)]
+        tried = [_settled(rig, state.fit, sizes) for sizes in _promising(rig, state, 0.0)]
+        settled = [one for one in tried if one is not None]
+        if degrees is None:
+            settled += [leaner for one in settled if (leaner := _leaner(rig, one)) is not None]
+        paying = [one for one in settled if _pays(one, state, noise)]
         if not paying:
             return state
         state = _best(paying)
+
+
+def _leaner(rig: Rig, state: Corrected) -> Corrected | None:
+    """With the degrees that the points without the effects ask for; None if these are its own."""
+    if isinstance(state.fit.basis, TableBasis):
+        return None
+    fit = with_degrees(state.loops, state.fit)
+    return None if fit.basis == state.fit.basis else _settled(rig, fit, state.sizes)
 
 
 def _pays(richer: Corrected, leaner: Corrected, noise: float) -> bool:
@@ -290,7 +356,12 @@ def _pruned(rig: Rig, state: Corrected, noise: float) -> Corrected:
 def _settled(
     rig: Rig, fit: Candidate, sizes: Sizes, positive: Sequence[Effect] = _POSITIVE, steps: int = _STEPS
 ) -> Corrected | None:
-    """Sizes and spring after Gauss-Newton steps; None where they do not fit together."""
+    """Sizes and spring after Gauss-Newton steps; None where they do not fit together.
+
+    A step that raises the misfit is halved: where samples lie close to a reversal, its derivatives hold on one side of
+    it only.
+    """
+    best: Corrected | None = None
     for _ in range(steps):
         if not rig.is_possible(sizes):
             return None
@@ -298,18 +369,23 @@ def _settled(
         other = refined(loops, fit.basis, fit.refinement.hysteresis)
         if other is None:
             return None
-        fit = other
         if not sizes:
-            break
-        if wears(sizes):  # which is a share of the new fit's force
-            loops = rig.corrected(sizes, fit)
-        step, _ = _Traces(rig, fit, loops, list(sizes), sizes).solved(list(sizes))
-        sizes = {effect: sizes[effect] + change for effect, change in step.items()}
+            return Corrected(other, loops, sizes)
+        if best is None or other.misfit <= best.fit.misfit:
+            fit = other
+            if wears(sizes):  # which is a share of the new fit's force
+                loops = rig.corrected(sizes, fit)
+            best = Corrected(fit, loops, sizes)
+            step, _ = _Traces(rig, fit, best.loops, list(sizes), sizes).solved(list(sizes))
+        else:
+            step = {effect: 0.5 * change for effect, change in step.items()}
+        sizes = {effect: size + step[effect] for effect, size in best.sizes.items()}
         if all(np.abs(c).max() <= _SETTLED * np.abs(sizes[effect]).max() for effect, c in step.items()):
+            best = replace(best, sizes=sizes)
             break
-    if any(effect in sizes and sizes[effect][0] <= 0.0 for effect in positive) or not rig.is_possible(sizes):
+    if best is None or any(effect in best.sizes and best.sizes[effect][0] <= 0.0 for effect in positive):
         return None
-    return Corrected(fit, loops, sizes)
+    return best if rig.is_possible(best.sizes) else None
 
 
 def _promising(

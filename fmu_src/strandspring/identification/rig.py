@@ -6,11 +6,12 @@ zero of the displacement move the points along the path instead, which is done e
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from enum import Enum
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..kernel.arrays import FloatArray
 from ..loops.strokes import Strokes
@@ -43,6 +44,7 @@ _WEAR = (Effect.FRICTION_WEAR, Effect.STIFFNESS_WEAR)
 _HALF_WINDOW = 3  # samples to either side over which the velocity is taken
 # Points that effects are taken out of before they are averaged: every sample, unless there are more.
 _FINE = 40_000
+_FINER = 2  # times as many cells where effects are looked for
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,12 +56,14 @@ class _Course:
     strokes : Strokes
     index, time, velocity : ndarray, shape (K,)   Number, time [s] and velocity [m/s] of the samples; without rising
                                                   times their numbers take the place of times.
+    bend : ndarray, shape (2, K - 1)              Of the parabolas about the start and the end of each interval [m].
     """
 
     strokes: Strokes
     index: FloatArray
     time: FloatArray
     velocity: FloatArray
+    bend: FloatArray
 
     @classmethod
     def of(cls, part: SteadyRecord) -> _Course:
@@ -71,7 +75,7 @@ class _Course:
         before, after = np.maximum(ends - _HALF_WINDOW, 0), np.minimum(ends + _HALF_WINDOW, time.size - 1)
         path = part.strokes.displacement
         velocity = (path[after] - path[before]) / np.maximum(time[after] - time[before], 1e-300)
-        return cls(part.strokes, index, time, velocity)
+        return cls(part.strokes, index, time, velocity, _bends(part.strokes, time))
 
     def earlier(self, sample: FloatArray, delay: float) -> FloatArray:
         """Place in the path a delay before other places."""
@@ -93,9 +97,47 @@ class _Course:
             loops = loops.only((moment >= self.time[0]) & (moment <= self.time[-1]))
         place = self.earlier(loops.sample, delay)
         stroke = self.strokes.of_sample[np.ceil(place).astype(np.intp)]
-        x = np.interp(place, self.index, self.strokes.displacement)
+        x = self._displacement(place)
         travel = np.abs(x - self.strokes.turning_displacement[stroke])
         return replace(loops, displacement=x, stroke=stroke, travel=travel)
+
+    def _displacement(self, place: FloatArray) -> FloatArray:
+        """Displacement at places between the samples [m]: the mean of the parabolas about both ends, by distance."""
+        interval, share = self._within(place)
+        bend = (1.0 - share) * self.bend[0, interval] + share * self.bend[1, interval]
+        straight = np.interp(place, self.index, self.strokes.displacement)
+        return np.asarray(straight - bend * share * (1.0 - share))
+
+    def slope(self, place: FloatArray) -> FloatArray:
+        """Velocity of the same path [m/s]; at a reversal that before it."""
+        interval, share = self._within(place)
+        early, late = self.bend[:, interval]
+        moved = np.diff(self.strokes.displacement)[interval]
+        moved = moved - early * (1.0 - share) * (1.0 - 3.0 * share) - late * share * (2.0 - 3.0 * share)
+        return np.asarray(moved / np.maximum(np.diff(self.time)[interval], 1e-300))
+
+    def _within(self, place: FloatArray) -> tuple[NDArray[np.intp], FloatArray]:
+        """The interval before each sample, or about each place between samples, and the share of it that is over."""
+        interval = np.maximum(np.ceil(place).astype(np.intp) - 1, 0)
+        return interval, place - interval
+
+
+def _bends(strokes: Strokes, time: FloatArray) -> FloatArray:
+    """What the parabolas about the ends of each interval leave a straight line by, shape (2, K - 1) [m].
+
+    A parabola through a sample and both its neighbours, which lie on one stroke; at a reversal that about the other end
+    of the interval takes its place. It is bounded such that the path does not turn within an interval.
+    """
+    step, moved = np.maximum(np.diff(time), 1e-300), np.diff(strokes.displacement)
+    # Second divided difference at each sample, none at the ends of strokes.
+    second = np.zeros(time.size)
+    second[1:-1] = np.diff(moved / step) / (step[1:] + step[:-1])
+    inner = np.ones(time.size, dtype=bool)
+    inner[strokes.turning] = False
+    ends = np.stack([second[:-1], second[1:]])
+    known = np.stack([inner[:-1], inner[1:]])
+    bend = np.where(known, ends, np.where(known[::-1], ends[::-1], 0.0)) * step**2
+    return np.asarray(np.clip(bend, -np.abs(moved), np.abs(moved)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -131,6 +173,13 @@ class Rig:
         rig = cls(loops, tuple(parts), fine, points, tuple(map(_Course.of, parts)))
         return replace(rig, loops=rig._moved(delay, {}), delay=delay) if delay else replace(rig, delay=delay)
 
+    def finer(self) -> Rig:
+        """With every sample, or cells of half the width where strokes have more samples than that.
+
+        Points that effects move from cell to cell make the misfit of wide cells rugged.
+        """
+        return self if self.points is None else Rig.from_parts(self.parts, _FINER * self.points, self.delay)
+
     @property
     def effects(self) -> tuple[Effect, ...]:
         """Those that the records can show."""
@@ -145,12 +194,16 @@ class Rig:
             impossible += _BETWEEN_RECORDS
         return tuple(effect for effect in Effect if effect not in impossible)
 
-    def velocity(self, loops: Loops, delay: float = 0.0) -> FloatArray:
-        """Velocity of the path at the points, or a delay earlier, shape (P,) [m/s]; of no use without rising times."""
+    def velocity(self, loops: Loops) -> FloatArray:
+        """Velocity of the path at the points, shape (P,) [m/s]; of no use without rising times."""
+        return self._at(loops, 0.0, lambda course, place: np.interp(place, course.index, course.velocity))
+
+    def _at(self, loops: Loops, delay: float, value: Callable[[_Course, FloatArray], FloatArray]) -> FloatArray:
+        """What belongs to places in the courses, at the points or a delay earlier, besides the known one [s]."""
         delay += self.delay or 0.0
         return np.concatenate(
             [
-                np.interp(course.earlier(loops.sample[at], delay), course.index, course.velocity)
+                value(course, course.earlier(loops.sample[at], delay))
                 for course, (_, at) in zip(self.courses, loops.by_record, strict=True)
             ]
         )
@@ -211,7 +264,7 @@ class Rig:
         growth = backbone.G * h.rho * (1.0 - np.where(u >= 0.0, 1.0, 1.0 - 2.0 * h.sigma) * np.abs(u) ** h.n)
         if effect is Effect.PLAY:
             return np.asarray(-(loops.side * (0.5 * slope + growth))[:, None])
-        return np.asarray(-((slope + growth) * self.velocity(loops, delay))[:, None])
+        return np.asarray(-((slope + growth) * self._at(loops, delay, _Course.slope))[:, None])
 
     def placed(self, sizes: Sizes) -> Loops:
         """The points where the spring itself was when their force arose."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 from .outcomes import Outcome
@@ -17,6 +18,18 @@ CAUTIONS = {
     Effect.CURVED_DRIFT: Outcome.DRIFT_REMOVED,
     Effect.FRICTION_WEAR: Outcome.FRICTION_WEAR,
     Effect.STIFFNESS_WEAR: Outcome.STIFFNESS_WEAR,
+}
+
+
+_NAMES = {
+    Effect.DELAY: "a delay",
+    Effect.VISCOSITY: "viscous damping",
+    Effect.PLAY: "play",
+    Effect.FORCE_ZERO: "zeros of the force",
+    Effect.DISPLACEMENT_ZERO: "zeros of the displacement",
+    Effect.DRIFT: "a drift",
+    Effect.FRICTION_WEAR: "wear of the hysteretic force",
+    Effect.STIFFNESS_WEAR: "wear of the elastic force",
 }
 
 
@@ -42,6 +55,30 @@ def detail(outcome: Outcome, effects: dict[str, Any]) -> str:
     texts = [_text(effect, effects[effect.value]) for effect, own in CAUTIONS.items() if own is outcome
              and effect.value in effects]  # fmt: skip
     return "; ".join(texts)
+
+
+def with_rivals(findings: dict[Outcome, str], sizes: Sizes, rivals: Sequence[Sizes]) -> dict[Outcome, str]:
+    """Details of cautions, those on effects completed by what the records would show about as well in their place.
+
+    Parameters
+    ----------
+    findings : dict             Details by outcome.
+    sizes : dict                Effects that were taken out.
+    rivals : sequence of dict   Effects that could have been instead, the best first.
+    """
+    completed = dict(findings)
+    for effect in sizes:
+        others = [rival for rival in rivals if effect not in rival]
+        if others:
+            rival = {other: size for other, size in others[0].items() if other not in sizes}
+            instead = " and ".join(f"{_NAMES[other]}: {_text(other, size)}" for other, size in _named(rival))
+            completed[CAUTIONS[effect]] += f"; or, about as well, {instead}"
+    return completed
+
+
+def _named(sizes: Sizes) -> Iterator[tuple[Effect, Any]]:
+    content = described(sizes)
+    return ((effect, content[effect.value]) for effect in _NAMES if effect.value in content)
 
 
 def _text(effect: Effect, size: Any) -> str:

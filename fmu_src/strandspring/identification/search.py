@@ -156,17 +156,18 @@ def refined(
 
 def _all_with_degrees(loops: Loops, pilots: Sequence[Candidate], floor: float) -> list[Candidate]:
     """The pilots with degrees of their own; those left as they are that promise far less than the first has reached."""
-    first = _with_degrees(loops, pilots[0], floor)
+    first = with_degrees(loops, pilots[0])
     independent = loops.force.size / first.autocorrelation_time
     worst = _ranked(first, independent, floor).criterion + _FAR
     return [first] + [
-        pilot if _choose(loops, pilot, independent, floor)[0] > worst else _with_degrees(loops, pilot, floor)
+        pilot if _choose(loops, pilot, independent, floor)[0] > worst else with_degrees(loops, pilot)
         for pilot in pilots[1:]
     ]
 
 
-def _with_degrees(loops: Loops, candidate: Candidate, floor: float) -> Candidate:
+def with_degrees(loops: Loops, candidate: Candidate) -> Candidate:
     """The candidate refined with the degrees that the criterion asks for; repeated as long as that lowers it."""
+    floor = force_floor(loops)
     independent = loops.force.size / candidate.autocorrelation_time
     best = _ranked(candidate, independent, floor)
     for _ in range(_ROUNDS):

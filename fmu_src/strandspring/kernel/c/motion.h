@@ -82,12 +82,7 @@ typedef struct {
     double direction[3];
 } MotionAxisState;
 
-<<<<<<< HEAD
 /* Where a mount acts: in the base's frame, from the body's centre of gravity, from the support's. */
-=======
-/* Where a mount acts: in the base's frame, from the body's centre of gravity, from the support's, from the support's
- * place. */
->>>>>>> 148b9f441a1a02d4abfbfae62d93e50fc795f4ba
 typedef struct {
     double place[3], arm[3], support_arm[3];
 } MotionReach;

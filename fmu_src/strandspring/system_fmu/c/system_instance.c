@@ -271,19 +271,10 @@ FmuStatus fmu_require_change(const Instance *instance, unsigned reference, doubl
 
 void fmu_change(Instance *instance, unsigned reference, double value)
 {
-<<<<<<< HEAD
-    for (size_t i = 0; i < count; i++) {
-        *given(instance, references[i]) = values[i];
-        if (references[i] >= instance->first.parameter)
-            instance->state.is_at_rest = 0;
-    }
-    instance->has_points = 0;
-=======
     *given(instance, reference) = value;
     if (reference >= instance->first.parameter)
         instance->state.is_at_rest = 0;
-    instance->has_accelerations = 0;
->>>>>>> 148b9f441a1a02d4abfbfae62d93e50fc795f4ba
+    instance->has_points = 0;
 }
 
 /* ---- steps ------------------------------------------------------------------------------------------------------- */
