@@ -70,10 +70,12 @@ class _Course:
         """That of a record."""
         index = np.arange(len(part.record), dtype=np.float64)
         time = index if part.record.rising_time is None else part.record.rising_time
-        # By the difference over a few samples of the path.
-        ends = np.arange(time.size)
-        before, after = np.maximum(ends - _HALF_WINDOW, 0), np.minimum(ends + _HALF_WINDOW, time.size - 1)
-        path = part.strokes.displacement
+        # By the difference over a few samples of the path, all of one stroke; at a reversal that before it.
+        path, turning, stroke = part.strokes.displacement, part.strokes.turning, part.strokes.of_sample
+        here = np.arange(time.size)
+        half = np.minimum(_HALF_WINDOW, np.minimum(here - turning[stroke], turning[stroke + 1] - here))
+        before = np.maximum(here - np.maximum(half, 1), 0)
+        after = np.maximum(here + half, before + 1)
         velocity = (path[after] - path[before]) / np.maximum(time[after] - time[before], 1e-300)
         return cls(part.strokes, index, time, velocity, _bends(part.strokes, time))
 
