@@ -14,7 +14,7 @@ static inline void spin_of(const MotionBody *body, const MotionBodyState *state,
     turn3(state->rotation, own, spin);
 }
 
-/* ---- kinematics of mounts ------------------------------------------------------------------------------------------- */
+/* ---- kinematics of mounts ---------------------------------------------------------------------------------------- */
 
 /* Reach of a mount, and the way to its place from the support's. */
 static void reach_of(
@@ -117,7 +117,7 @@ void motion_clear_forces(const MotionSystem *system, MotionBodyState *bodies)
     }
 }
 
-/* ---- a step --------------------------------------------------------------------------------------------------------- */
+/* ---- a step ------------------------------------------------------------------------------------------------------ */
 
 /* Force and moment of the forces from outside on each body. */
 static void loads_of(
@@ -162,8 +162,8 @@ static inline void project(const double *projector, const MotionBody *body, doub
         turn3(projector, vector, vector);
 }
 
-/* Kicks the bodies by the mounts' forces, gravity, the base and the forces from outside over h, and counts the work of the
- * latter three. Writes the change of V and L. */
+/* Kicks the bodies by the mounts' forces, gravity, the base and the forces from outside over h, and counts the work of
+ * the latter three. Writes the change of V and L. */
 static void kick(
     const MotionSystem *system, MotionState *state, const double *acceleration, const double *values, double h,
     double (*change)[6])
@@ -224,7 +224,8 @@ static void drift(const MotionSystem *system, MotionState *state, double h)
         MotionBodyState *own = state->body + b;
         add3(own->x, h, own->V);
         if (body->turns != 0.0) {
-            /* The midpoint's angular velocity, where L is constant: in the body's frame L turns by -h/2 times the velocity. */
+            /* The midpoint's angular velocity, where L is constant: in the body's frame L turns by -h/2 times the
+             * velocity. */
             double momentum[3], spin[3], turned[3], twice[3], step[4];
             turn_back3(own->rotation, own->L, momentum);
             turn3(body->inverse_inertia, momentum, spin);
@@ -266,7 +267,8 @@ static double passage(double displacement, double rate, double bend, double limi
     return 0.0 < s && s < h ? s : half / square;
 }
 
-/* When the first spring turns, or a stop is touched or left, on the way to new displacements, after s < h; h if none does. */
+/* When the first spring turns, or a stop is touched or left, on the way to new displacements, after s < h; h if none
+ * does. */
 static double first_corner(const MotionSystem *system, const MotionState *state, const double *displacements, double h)
 {
     double first = h, per_h = 1.0 / h, from = NEAR_END * h, to = (1.0 - NEAR_END) * h;
@@ -307,7 +309,8 @@ static void moment_on_bodies(const MotionSystem *system, const MotionState *stat
     }
 }
 
-/* Springs are taken so many at once, in passes: operations of one spring wait for each other, those of several do not. */
+/* Springs are taken so many at once, in passes: operations of one spring wait for each other, those of several do
+ * not. */
 enum { AT_ONCE = 32 };
 
 /* Springs that go on in their strokes, and where: omega is sign times the polynomial of theta. */
@@ -412,8 +415,8 @@ static void take_rates(const MotionSystem *system, MotionState *state)
     }
 }
 
-/* Energy that the dampers take over a step by Simpson's rule: of the rates before and midway at its beginning, and of those
- * after at its end. */
+/* Energy that the dampers take over a step by Simpson's rule: of the rates before and midway at its beginning, and of
+ * those after at its end. */
 static void dissipate(
     const MotionSystem *system, MotionState *state, const double *displacements, double h, int is_end)
 {
@@ -424,8 +427,8 @@ static void dissipate(
     }
 }
 
-/* Goes on by `left`, or to where the first spring turns while *turns, which then falls by 1, is above 0. Returns how far; 0 if
- * a displacement is beyond LARGEST_DISPLACEMENT. */
+/* Goes on by `left`, or to where the first spring turns while *turns, which then falls by 1, is above 0. Returns how
+ * far; 0 if a displacement is beyond LARGEST_DISPLACEMENT. */
 double motion_part(
     const MotionSystem *system, MotionState *state, const double *values, double left, size_t *turns)
 {
@@ -551,7 +554,7 @@ void motion_begin(
     take_rates(system, state);
 }
 
-/* ---- what is asked for ---------------------------------------------------------------------------------------------- */
+/* ---- what is asked for ------------------------------------------------------------------------------------------- */
 
 void motion_of_points(
     const MotionSystem *system, const MotionState *state, const double *values, double *accelerations, double *sway)

@@ -111,8 +111,8 @@ void motion_begin(
  * LARGEST_DISPLACEMENT. */
 SPRING_LOCAL int motion_step(const MotionSystem *system, MotionState *state, const double *values, double h);
 
-/* Of each point, 3 each: absolute acceleration [m/s^2] under channel values, where what is held moves with the base; place in
- * the base's frame less that in the nominal pose [m]. */
+/* Of each point, 3 each: absolute acceleration [m/s^2] under channel values, where what is held moves with the base;
+ * place in the base's frame less that in the nominal pose [m]. */
 SPRING_LOCAL void motion_of_points(
     const MotionSystem *system, const MotionState *state, const double *values, double *accelerations, double *sway);
 

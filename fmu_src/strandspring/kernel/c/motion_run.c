@@ -8,14 +8,16 @@ enum { OF_POINT = 8, SIZES = 2, COURSES = OF_POINT - SIZES };
 static const int GREATEST_AT[OF_POINT] = {0, 5, 2, 3, 4, 6, 7, 8};
 enum { TIME_AT = 1, MEANS_OF_POINT_AT = 9 };
 
-/* What is looked at after each part of a step, in arrays without gaps, whose loops the compiler turns into few instructions.
+/* What is looked at after each part of a step, in arrays without gaps, whose loops the compiler turns into few
+ * instructions.
  *
  * accelerations, sway, start   3 of each point; the sway at the beginning
- * values     of the three last times, the newest last: OF_POINT of each point, the square of the sine of half the tilt of each
- *            body, |rate| of each axis, |force| of each axis
+ * values     of the three last times, the newest last: OF_POINT of each point, the square of the sine of half the tilt
+ *            of each body, |rate| of each axis, |force| of each axis
  * greatest   of each of these, and when
  * low, high  displacement of a spring of each axis, omega of each axis; stroke: where each spring turned last
- * courses    what means are taken of: COURSES of each point, displacement of each axis; their sums and those of their squares */
+ * courses    what means are taken of: COURSES of each point, displacement of each axis; their sums and those of their
+ *            squares */
 typedef struct {
     double time[3];
     int is_sharp[3]; /* no course is smooth where a part of a step ends at a turn, or a load jumps */
@@ -40,11 +42,12 @@ static double *taken(double **workspace, size_t count)
     return part;
 }
 
-/* ---- extremes ------------------------------------------------------------------------------------------------------- */
+/* ---- extremes ---------------------------------------------------------------------------------------------------- */
 
-/* A peak is at the vertex of the parabola through the last three values, which lies between them where the middle one is the
- * greatest; where an outer one is and has a corner, it may. Where a step has ended early there is no parabola next to a part
- * below LEAST_PART of the other: the error of a damper's force, at a velocity foreseen, over so short a time is no slope. */
+/* A peak is at the vertex of the parabola through the last three values, which lies between them where the middle one
+ * is the greatest; where an outer one is and has a corner, it may. Where a step has ended early there is no parabola
+ * next to a part below LEAST_PART of the other: the error of a damper's force, at a velocity foreseen, over so short
+ * a time is no slope. */
 static const double LEAST_PART = 0.05;
 static void note_greatest(Watch *watch, size_t i)
 {
@@ -89,8 +92,8 @@ static void add_means(
     }
 }
 
-/* Extremes and sums with the values last taken. This is done when the next are taken: read at once, in pairs, what has just been
- * written one by one would have to be waited for. `next` is the weight of the time after them. */
+/* Extremes and sums with the values last taken. This is done when the next are taken: read at once, in pairs, what has
+ * just been written one by one would have to be waited for. `next` is the weight of the time after them. */
 static void settle(Watch *watch, double next)
 {
     if (is_any_greater(watch->watched, watch->values[2], watch->greatest))
@@ -104,7 +107,7 @@ static void settle(Watch *watch, double next)
         add_means(watch->averaged, 0.5 * (watch->weight + next), watch->courses, watch->sums, watch->squares);
 }
 
-/* ---- after each part of a step -------------------------------------------------------------------------------------- */
+/* ---- after each part of a step ----------------------------------------------------------------------------------- */
 
 static void take_points(const MotionSystem *system, const MotionState *state, const double *loads, Watch *watch)
 {
@@ -290,8 +293,8 @@ static void end(const MotionSystem *system, const MotionState *state, Watch *wat
         double start = record->of_axes[MOTION_OF_AXIS * a + 6];
         widen(watch, axes, a, state->axis[a].memory.displacement, state->axis[a].memory.omega);
         const double found[MOTION_OF_AXIS] = {
-            watch->low[a],         watch->high[a], greatest[axes + a], watch->low[axes + a], watch->high[axes + a], energy,
-            start,                 greatest[a],    way / axis->series, square / axis->series / axis->series};
+            watch->low[a], watch->high[a], greatest[axes + a], watch->low[axes + a], watch->high[axes + a],
+            energy, start, greatest[a], way / axis->series, square / axis->series / axis->series};
         memcpy(record->of_axes + MOTION_OF_AXIS * a, found, sizeof found);
         absorbed += energy;
     }
@@ -306,7 +309,7 @@ static void end(const MotionSystem *system, const MotionState *state, Watch *wat
     energies[8] = state->exchanged;
 }
 
-/* ---- a run ---------------------------------------------------------------------------------------------------------- */
+/* ---- a run ------------------------------------------------------------------------------------------------------- */
 
 /* The change of a channel over step k: the smaller of the differences to the averages of its neighbours, so that a jump
  * between steps stays where it is. */

@@ -276,11 +276,11 @@ static void begin_strokes(const SpringTable *table, double rho, double omega_sta
     }
 }
 
-/* omega at points of strokes that have begun, and, unless `derivatives` is NULL, its derivatives by rho, sigma and n (rows
- * of `row`) and by omega_start. */
-static void at_points(const SpringTable *table, double rho, const Beginning *begin, const int64_t *direction, size_t points,
-                      const int64_t *stroke, const double *travel, double *omega, size_t row, double *derivatives,
-                      double *by_start)
+/* omega at points of strokes that have begun, and, unless `derivatives` is NULL, its derivatives by rho, sigma and n
+ * (rows of `row`) and by omega_start. */
+static void at_points(const SpringTable *table, double rho, const Beginning *begin, const int64_t *direction,
+                      size_t points, const int64_t *stroke, const double *travel, double *omega, size_t row,
+                      double *derivatives, double *by_start)
 {
     int piece = 0, falling_piece = 0;
     for (size_t i = 0; i < points; i++) {
@@ -315,8 +315,8 @@ void spring_at_points(const SpringTable *table, size_t rates, const double *rho,
 
 void spring_on_records(const SpringTable *table, double rho, double sigma, const double *omega_start, size_t records,
                        const int64_t *first_stroke, const int64_t *first_point, const int64_t *direction,
-                       const double *length, const int64_t *stroke, const double *travel, double *workspace, double *omega,
-                       double *derivatives)
+                       const double *length, const int64_t *stroke, const double *travel, double *workspace,
+                       double *omega, double *derivatives)
 {
     Beginning *begin = (Beginning *)workspace;
     size_t points = (size_t)first_point[records];

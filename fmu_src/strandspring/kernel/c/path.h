@@ -27,14 +27,14 @@ void spring_at_points(const SpringTable *table, size_t rates, const double *rho,
                       const int64_t *direction, const double *length, size_t points, const int64_t *stroke,
                       const double *travel, double *workspace, double *omega, double *derivatives);
 
-/* omega at the points of several records, each of consecutive strokes, and its derivatives: rows of all points by ln rho,
- * ln sigma, ln n and the omega_start of each record; the table must have derivatives.
+/* omega at the points of several records, each of consecutive strokes, and its derivatives: rows of all points by
+ * ln rho, ln sigma, ln n and the omega_start of each record; the table must have derivatives.
  *
  * first_stroke, first_point   of each record, and the number of all
  * direction ... workspace     as above, strokes numbered through all records */
 void spring_on_records(const SpringTable *table, double rho, double sigma, const double *omega_start, size_t records,
                        const int64_t *first_stroke, const int64_t *first_point, const int64_t *direction,
-                       const double *length, const int64_t *stroke, const double *travel, double *workspace, double *omega,
-                       double *derivatives);
+                       const double *length, const int64_t *stroke, const double *travel, double *workspace,
+                       double *omega, double *derivatives);
 
 #endif

@@ -1,13 +1,13 @@
-/* Linear least squares with some columns that never change: orthonormal rows and what lies beside them. Everything is in
- * rows of `points` numbers. */
+/* Linear least squares with some columns that never change: orthonormal rows and what lies beside them. Everything is
+ * in rows of `points` numbers. */
 #ifndef PROJECTED_H
 #define PROJECTED_H
 
 #include <stddef.h>
 
-/* Makes rows orthonormal one after the other by the modified method of Gram and Schmidt, repeated where much was lost. What
- * they were is triangle*rows, transposed: triangle[k*count + i] is the share of row i in what row k was. A row that depends
- * on those before it becomes 0, as does its element of the diagonal. */
+/* Makes rows orthonormal one after the other by the modified method of Gram and Schmidt, repeated where much was lost.
+ * What they were is triangle*rows, transposed: triangle[k*count + i] is the share of row i in what row k was. A row
+ * that depends on those before it becomes 0, as does its element of the diagonal. */
 void projected_frame(size_t points, size_t count, double *rows, double *triangle);
 
 /* Takes from a row what lies along orthonormal ones, and writes the shares of each. */
@@ -29,9 +29,9 @@ double projected_fit(size_t points, size_t fixed, const double *frame, const dou
                      size_t count, const double *moving, const double *target, const double *omega, double *rows,
                      double *coefficients, double *residuals, double *workspace);
 
-/* Triangle R of the QR decomposition of [J, residuals], transposed as above, with J in Kaufman's form: the derivatives of
- * omega (`parameters` rows) times the sum of the moving columns, beside all columns. Workspace: parameters + 1 rows, and
- * fixed + count doubles. */
+/* Triangle R of the QR decomposition of [J, residuals], transposed as above, with J in Kaufman's form: the derivatives
+ * of omega (`parameters` rows) times the sum of the moving columns, beside all columns. Workspace: parameters + 1
+ * rows, and fixed + count doubles. */
 void projected_triangle(size_t points, size_t fixed, const double *frame, size_t count, const double *moving,
                         const double *rows, const double *coefficients, const double *residuals, size_t parameters,
                         const double *derivatives, double *triangle, double *workspace);
