@@ -445,7 +445,10 @@ def test_single_steps_equal_whole_paths(
     force = np.array([stepper.force(law, m) for m in memories])
     assert np.max(np.abs(force - solver.force(path, omega_start))) <= 1e-12 * scale
     energy = np.array([stepper.absorbed_energy(law, m) for m in memories])
-    assert np.max(np.abs(energy - solver.absorbed_energy(path, omega_start))) <= 1e-12 * energy_scale(parameters, path)
+    # Where xi is large, its rounding in Python is a way: short strokes lose digits of their length.
+    lost = np.finfo(float).eps * sum(abs(m.start_xi) for m in memories) / parameters.rho
+    tolerance = 1e-12 * energy_scale(parameters, path) + scale * lost
+    assert np.max(np.abs(energy - solver.absorbed_energy(path, omega_start))) <= tolerance
 
 
 @examples
