@@ -214,16 +214,15 @@ static void write_row(
     const MotionSystem *system, const MotionState *state, const Watch *watch, size_t row, MotionRecord *record)
 {
     size_t of_points = 3 * system->points;
+    double *displacements = record->displacements, *forces = record->forces;
     if (record->accelerations != NULL)
         memcpy(record->accelerations + row * of_points, watch->accelerations, of_points * sizeof(double));
     if (record->sway != NULL)
         memcpy(record->sway + row * of_points, watch->sway, of_points * sizeof(double));
-    for (size_t a = 0; a < system->axes; a++) {
-        if (record->displacements != NULL)
-            record->displacements[row * system->axes + a] = state->axis[a].memory.displacement;
-        if (record->forces != NULL)
-            record->forces[row * system->axes + a] = state->axis[a].force;
-    }
+    for (size_t a = 0; displacements != NULL && a < system->axes; a++)
+        displacements[row * system->axes + a] = state->axis[a].memory.displacement;
+    for (size_t a = 0; forces != NULL && a < system->axes; a++)
+        forces[row * system->axes + a] = state->axis[a].force;
 }
 
 static void begin(const MotionSystem *system, const MotionState *state, Watch *watch, MotionRecord *record)
@@ -339,14 +338,14 @@ size_t motion_run(
 {
     Watch watch;
     double now[MOTION_CHANNELS], change[MOTION_CHANNELS], loads[MOTION_CHANNELS] = {0.0}, course[MOTION_CHANNELS];
-    size_t k = 0, averaged = 0;
+    size_t k = 0, averaged = 0, row = 0, since_row = 0;
     int is_after_jump = 0;
     begin(system, state, &watch, record);
     for (size_t c = 0; c < system->channels && count > 0; c++)
         loads[c] = values[c * count] - 0.5 * change_over(values + c * count, 0, count);
     motion_turn_base(system, state, loads);
     take(system, state, loads, 0.0, 1, 0.0, &watch);
-    write_row(system, state, &watch, 0, record);
+    write_row(system, state, &watch, row, record);
     for (; k < count; k++) {
         /* The course of the channels over the step, for velocities of the base and accelerations at its end. */
         for (size_t c = 0; c < system->channels; c++) {
@@ -378,8 +377,10 @@ size_t motion_run(
                  k >= record->settled ? part / h : 0.0, &watch);
         }
         averaged += k >= record->settled;
-        if ((k + 1) % record->stride == 0)
-            write_row(system, state, &watch, (k + 1) / record->stride, record);
+        if (++since_row == record->stride) {
+            since_row = 0;
+            write_row(system, state, &watch, ++row, record);
+        }
     }
 diverged:
     end(system, state, &watch, averaged, record);
