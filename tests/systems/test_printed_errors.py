@@ -7,11 +7,12 @@ from dataclasses import dataclass, fields, replace
 import numpy as np
 import pytest
 
-from mounted_examples import GRAVITY, FloatArray, box, inclined_box, plane_box, two_stages, unit
+from mounted_examples import GRAVITY, FloatArray, box, inclined_box, plane_box, three_axes, two_stages, unit
 from reference_motion import half_sine, reference_motion
 from strandspring.signals.level_table import LevelTable
 from strandspring.signals.pulses import HalfSine, TerminalSawtooth
 from strandspring.signals.random_signal import RandomVibration
+from strandspring.signals.recorded_signal import RecordedSignal
 from strandspring.systems.loads import Channel, ChannelKind, LoadCase, Signal
 from strandspring.systems.mounted import MountedSystem
 from strandspring.systems.rest import rest
@@ -43,12 +44,22 @@ RECOIL = Channel(
     ChannelKind.FORCE, TerminalSawtooth(6000.0, 0.006), unit(1.0, 0.0, 0.3), 0, (0.05, 0.02, 0.1)
 )  # fmt: skip
 FLAT = LevelTable(((10.0, 0.01 * GRAVITY**2), (200.0, 0.01 * GRAVITY**2)))
+# Straight between samples that lie on steps, for a base that is shaken and turns under dampers.
+TIMES = np.arange(0.0, 0.1, 0.005)
+ROUGH = RecordedSignal(TIMES, np.random.default_rng(3).normal(0.0, 1.0, TIMES.size))
+TURNING = (
+    Channel(ChannelKind.BASE_ANGULAR_VELOCITY, ROUGH, unit(1.0, -2.0, 1.0)),
+    Channel(ChannelKind.BASE_ACCELERATION, ROUGH, unit(1.0, 2.0, 3.0)),
+)  # fmt: skip
 CASES = {
     "half-sine": Loaded(inclined_box(), SHOCK),
     "half-sine, two stages": Loaded(two_stages(), replace(SHOCK, duration=0.1)),
     "recoil by a terminal sawtooth": Loaded(box(), LoadCase("recoil", "force", 0.05, (RECOIL,))),
     "drop": Loaded(
         inclined_box(), LoadCase("drop", "drop", 0.05, velocity=(1.0, 0.5, -2.0), weightless=True), 5e-5
+    ),
+    "turning record, dampers": Loaded(
+        box(three_axes(damping=150.0)), LoadCase("record", "record", 0.1, TURNING), 5e-5
     ),
     "half-sine, stops": Loaded(plane_box(), replace(SHOCK, duration=0.06)),
     "terminal sawtooth": Loaded(
@@ -95,3 +106,11 @@ def test_printed_error_of_the_energy_absorbed_against_the_reference() -> None:
     exact = reference_motion(loaded.system, case, np.array([0.0, case.duration]), rtol=1e-9)
     true = np.abs(run.figures.absorbed - exact.absorbed[-1])
     np.testing.assert_allclose(ratios(run.errors.absorbed, true), 1.0, atol=0.2)
+
+
+def test_steps_divide_the_interval_of_a_record_whose_times_are_rounded() -> None:
+    times = np.round(np.arange(103) / 1024.0, 6)
+    signal = RecordedSignal(times, np.random.default_rng(3).normal(0.0, 1.0, times.size))
+    run = simulate_case(box(), LoadCase("record", "record", 0.1, of_base(signal)), (0.0,)).runs[0]
+    steps = times[-1] / (times.size - 1) / run.step
+    assert steps == pytest.approx(round(steps), rel=1e-12)

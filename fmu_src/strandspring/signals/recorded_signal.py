@@ -12,6 +12,7 @@ from ..kernel.arrays import FloatArray
 from .averaging import LARGEST_SIGNAL, StraightPieces, StraightSignal
 
 _INTERVALS = 10.0
+_EVEN = 0.01  # share by which intervals differ whose times are rounded
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,8 +70,10 @@ class RecordedSignal(StraightSignal):
 
     @property
     def shortest(self) -> float:
-        """Ten median intervals of its samples, or its duration if that is less [s].
+        """Ten intervals of its samples, the median of intervals that differ, or its duration if that is less [s].
 
         A tenth of it, one interval, resolves all that was recorded.
         """
-        return min(_INTERVALS * float(np.median(np.diff(self.time))), self.duration)
+        intervals = np.diff(self.time)
+        is_even = float(np.ptp(intervals)) <= _EVEN * float(intervals.mean())
+        return min(_INTERVALS * float(intervals.mean() if is_even else np.median(intervals)), self.duration)

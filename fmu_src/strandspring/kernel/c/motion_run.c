@@ -310,24 +310,56 @@ static void end(const MotionSystem *system, const MotionState *state, Watch *wat
 
 /* ---- a run ------------------------------------------------------------------------------------------------------- */
 
-/* The change of a channel over step k: the smaller of the differences to the averages of its neighbours, so that a jump
- * between steps stays where it is. */
+/* Of the changes of a channel beside a corner. */
+static const double CORNER_ROUNDING = 1e-6;
+
+/* The change of a channel over step k: the difference to the average before or after, on whose side the channel is the
+ * straighter, so that corners and jumps between steps stay where they are; near the ends the smaller of the two. */
 static double change_over(const double *averages, size_t k, size_t count)
 {
-    double before = k > 0 ? averages[k] - averages[k - 1] : INFINITY;
-    double after = k + 1 < count ? averages[k + 1] - averages[k] : INFINITY;
-    double smaller = fabs(before) < fabs(after) ? before : after;
-    return count > 1 ? smaller : 0.0;
+    const double *at = averages + k;
+    if (count < 2)
+        return 0.0;
+    if (k == 0)
+        return at[1] - at[0];
+    double before = at[0] - at[-1];
+    if (k + 1 == count)
+        return before;
+    double after = at[1] - at[0], bend_before = fabs(before), bend_after = fabs(after);
+    if (k > 1 && k + 2 < count) {
+        bend_before = fabs(before - (at[-1] - at[-2]));
+        bend_after = fabs(after - (at[2] - at[1]));
+    }
+    return bend_before < bend_after ? before : after;
 }
 
-/* Whether a channel jumps at the end of step k, by more than it changes beside: courses have corners or jumps there. */
-static int is_jump(const MotionSystem *system, const double *values, size_t k, size_t count)
+/* The changes of all channels over a step, or over the last one. */
+static void changes_over(const MotionSystem *system, const double *values, size_t k, size_t count, double *changes)
+{
+    for (size_t c = 0; c < system->channels; c++)
+        changes[c] = change_over(values + c * count, k < count ? k : count - 1, count);
+}
+
+/* Whether a channel jumps between steps k and k + 1, by more than it changes beside. */
+static int is_jump(
+    const MotionSystem *system, const double *values, size_t k, size_t count, const double *change, const double *next)
 {
     for (size_t c = 0; c < system->channels && k + 1 < count; c++) {
         const double *row = values + c * count;
-        double before = change_over(row, k, count), after = change_over(row, k + 1, count);
-        double jump = row[k + 1] - row[k] - 0.5 * (before + after);
-        if (fabs(jump) > fabs(before) + fabs(after))
+        double jump = row[k + 1] - row[k] - 0.5 * (change[c] + next[c]);
+        if (fabs(jump) > fabs(change[c]) + fabs(next[c]))
+            return 1;
+    }
+    return 0;
+}
+
+/* Whether a channel has a corner there: its changes, of four steps, differ by more than those beside, and than rounding. */
+static int is_corner(const MotionSystem *system, double *const changes[4])
+{
+    for (size_t c = 0; c < system->channels; c++) {
+        double change = changes[1][c], next = changes[2][c];
+        double beside = fabs(change - changes[0][c]) + fabs(changes[3][c] - next);
+        if (fabs(next - change) > beside + CORNER_ROUNDING * (fabs(change) + fabs(next)))
             return 1;
     }
     return 0;
@@ -337,20 +369,23 @@ size_t motion_run(
     const MotionSystem *system, MotionState *state, size_t count, double h, const double *values, MotionRecord *record)
 {
     Watch watch;
-    double now[MOTION_CHANNELS], change[MOTION_CHANNELS], loads[MOTION_CHANNELS] = {0.0}, course[MOTION_CHANNELS];
+    double now[MOTION_CHANNELS], loads[MOTION_CHANNELS] = {0.0}, course[MOTION_CHANNELS];
+    double room[4][MOTION_CHANNELS], *changes[4] = {room[0], room[1], room[2], room[3]}; /* of steps k - 1 to k + 2 */
     size_t k = 0, averaged = 0, row = 0, since_row = 0;
     int is_after_jump = 0;
     begin(system, state, &watch, record);
+    for (size_t i = 0; i < 4 && count > 0; i++)
+        changes_over(system, values, i > 0 ? i - 1 : 0, count, changes[i]);
     for (size_t c = 0; c < system->channels && count > 0; c++)
-        loads[c] = values[c * count] - 0.5 * change_over(values + c * count, 0, count);
+        loads[c] = values[c * count] - 0.5 * changes[1][c];
     motion_turn_base(system, state, loads);
     take(system, state, loads, 0.0, 1, 0.0, &watch);
     write_row(system, state, &watch, row, record);
     for (; k < count; k++) {
         /* The course of the channels over the step, for velocities of the base and accelerations at its end. */
+        const double *change = changes[1];
         for (size_t c = 0; c < system->channels; c++) {
             now[c] = values[c * count + k];
-            change[c] = change_over(values + c * count, k, count);
             loads[c] = now[c] + 0.5 * change[c];
         }
         if (is_after_jump) {
@@ -359,7 +394,8 @@ size_t motion_run(
             motion_turn_base(system, state, course);
             take(system, state, course, h * (double)k, 1, 0.0, &watch);
         }
-        is_after_jump = is_jump(system, values, k, count);
+        is_after_jump = is_jump(system, values, k, count, change, changes[2]);
+        int is_sharp = is_after_jump || is_corner(system, changes);
         motion_of_base(system, change, 1.0, state->spin_slope);
         for (int i = 0; i < 3; i++)
             state->spin_slope[i] /= h;
@@ -373,10 +409,14 @@ size_t motion_run(
             double share = 1.0 - left / h;
             for (size_t c = 0; c < system->channels; c++)
                 course[c] = now[c] + (share - 0.5) * change[c];
-            take(system, state, course, h * ((double)k + share), left > 0.0 || is_after_jump,
+            take(system, state, course, h * ((double)k + share), left > 0.0 || is_sharp,
                  k >= record->settled ? part / h : 0.0, &watch);
         }
         averaged += k >= record->settled;
+        double *oldest = changes[0];
+        memmove(changes, changes + 1, 3 * sizeof *changes);
+        changes[3] = oldest;
+        changes_over(system, values, k + 3, count, oldest);
         if (++since_row == record->stride) {
             since_row = 0;
             write_row(system, state, &watch, ++row, record);
