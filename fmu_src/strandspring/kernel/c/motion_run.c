@@ -353,7 +353,7 @@ static int is_jump(
     return 0;
 }
 
-/* Whether a channel has a corner there: its changes, of four steps, differ by more than those beside, and than rounding. */
+/* Whether a channel has a corner there: its changes, of four steps, differ by more than those beside, and rounding. */
 static int is_corner(const MotionSystem *system, double *const changes[4])
 {
     for (size_t c = 0; c < system->channels; c++) {
