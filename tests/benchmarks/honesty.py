@@ -506,7 +506,7 @@ def main() -> None:
     commands = parser.add_subparsers(dest="command", required=True)
     counts = {clean: 100, faults: None, spans: 60, ends: 8, alarms: 100, intervals: 200, noise: 20, sizes: 20}
     for function, count in counts.items():
-        command = commands.add_parser(function.__name__, help=function.__doc__)
+        command = commands.add_parser(function.__name__, help=(function.__doc__ or "").replace("%", "%%"))
         command.set_defaults(function=function)
         command.add_argument("--seed", type=int, default=0)
         command.add_argument("--verbose", action="store_true", help="one line for each case")
