@@ -15,6 +15,8 @@ from strandspring.modelfile import ModelFile
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     # A shell without job control starts background work so, and the programs that tests interrupt would inherit it.
     signal.signal(signal.SIGINT, signal.default_int_handler)
+if signal.getsignal(signal.SIGHUP) is signal.SIG_IGN:
+    signal.signal(signal.SIGHUP, signal.SIG_DFL)  # nohup's, likewise
 
 
 @pytest.fixture(scope="session")
