@@ -55,12 +55,14 @@ static void note_greatest(Watch *watch, size_t i)
     const int *is_sharp = watch->is_sharp;
     double first = watch->values[0][i], middle = watch->values[1][i], last = watch->values[2][i];
     double greatest = watch->greatest[i];
+    if (!((first >= greatest) | (middle >= greatest) | (last >= greatest)))
+        return;
     if (last > greatest) {
         watch->greatest[i] = greatest = last;
         watch->at[i] = t[2];
     }
     int may_be_peak = first < middle ? middle > last || is_sharp[2] : is_sharp[0] && first > last;
-    if (!may_be_peak || is_sharp[1] || (first < greatest && middle < greatest && last < greatest) || t[1] <= t[0])
+    if (!may_be_peak || is_sharp[1] || t[1] <= t[0])
         return;
     double before = t[1] - t[0], after = t[2] - t[1];
     if (before < LEAST_PART * after || after < LEAST_PART * before)
