@@ -20,7 +20,7 @@ enum { TIME_AT = 1, MEANS_OF_POINT_AT = 9 };
  *            squares */
 typedef struct {
     double time[3];
-    int is_sharp[3]; /* no course is smooth where a part of a step ends at a turn, or a load jumps */
+    int is_sharp[3]; /* no course is smooth where a part of a step ends at a turn, or a load has a corner or jumps */
     size_t watched, averaged;
     int near;                      /* how often the three last values may still hold a peak */
     double weight;                 /* in the means, of the time before the values last taken */
