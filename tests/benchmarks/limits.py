@@ -58,11 +58,12 @@ def times() -> None:
         table.add_column(column, justify="right")
     for samples, cycles in ((1_000, 3), (10_000, 20), (100_000, 20), (1_000_000, 20)):
         x = path(samples, cycles)
-        force = Spring(KNOWN).response(x) + np.random.default_rng(0).standard_normal(samples)
-        record = Record(x, force)
-        repetitions = 10 if samples < 10_000 else 3
+        force = Spring(KNOWN).response(x)
+        # Where noise looks like an effect of the rig, more is tried: the median of several records.
+        seeds, repetitions = (9, 4) if samples < 10_000 else (1, 3)
+        records = [Record(x, force + np.random.default_rng(seed).standard_normal(samples)) for seed in range(seeds)]
         best = [
-            min(_timed(record, options) for _ in range(repetitions))
+            np.median([min(_timed(record, options) for _ in range(repetitions)) for record in records])
             for options in (RefinedOptions((3, 2)), RefinedOptions())
         ]
         table.add_row(f"{samples}", f"{1e3 * best[0]:.0f}", f"{1e6 * best[0] / samples:.2f}", f"{1e3 * best[1]:.0f}")
