@@ -16,7 +16,7 @@ from rig import Case, Experiment, draw_experiment, draw_spring, elastic_force, s
 from rig_faults import FAULTS
 from strandspring import Identification, Outcome, Record, Spring, identify, read_record
 from strandspring.identification.rig import Effect, Rig, Sizes
-from strandspring.identification.rig_effects import CAUTIONS, with_rivals
+from strandspring.identification.rig_effects import CAUTIONS, with_other_effects
 from strandspring.identification.search import Candidate, search
 from strandspring.identification.steady_part import find_steady_part
 
@@ -118,10 +118,12 @@ def test_every_effect_has_words_as_a_rival() -> None:
     for effect in Effect:
         own: Sizes = {Effect.VISCOSITY if effect is Effect.DELAY else Effect.DELAY: np.ones(1)}
         outcome = CAUTIONS[next(iter(own))]
-        text = with_rivals({outcome: "as found"}, own, [{effect: sizes[effect]}])[outcome]
+        text = with_other_effects({outcome: "as found"}, own, [{effect: sizes[effect]}])[outcome]
         assert re.fullmatch(r"as found; or, about as well, [a-z ]+: .*\d.*", text)
+        fewer = with_other_effects({outcome: "as found"}, own | {effect: sizes[effect]}, [{effect: sizes[effect]}])
+        assert fewer[outcome] == "as found; or, about as well, without it"
         # One that has the same effect among others says nothing against it.
-        assert with_rivals({outcome: "as found"}, own, [own | {effect: sizes[effect]}])[outcome] == "as found"
+        assert with_other_effects({outcome: "as found"}, own, [own | {effect: sizes[effect]}])[outcome] == "as found"
 
 
 @pytest.mark.parametrize(("shape", "within"), [("sine", 5e-5), ("triangle", 1e-12)])

@@ -142,7 +142,7 @@ def find_effects(
     return [best, *_doubtful(rig, best, noise), *others]
 
 
-def rivals(found: Sequence[Corrected]) -> list[Sizes]:
+def other_effects(found: Sequence[Corrected]) -> list[Sizes]:
     """Other effects that explain the records about as well as those of the first spring, with no more sizes."""
     best, *others = found
     states = [

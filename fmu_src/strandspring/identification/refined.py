@@ -14,7 +14,7 @@ from ..kernel.arrays import FloatArray
 from ..kernel.path import PathSolver
 from ..records.record import Record
 from .bootstrap import bootstrap
-from .effects import find_effects, rivals
+from .effects import find_effects, other_effects
 from .figures import periodic_start
 from .known_rig import KnownRig
 from .lack_of_fit import LackOfFit
@@ -29,7 +29,7 @@ from .prediction_interval import PredictionBand, prediction_interval
 from .projection import Refinement
 from .refinement import Samples, refine
 from .rig import Rig, Sizes
-from .rig_effects import CAUTIONS, described, detail, with_rivals
+from .rig_effects import CAUTIONS, described, detail, with_other_effects
 from .search import PILOT, Candidate, bending_more, search
 from .small_loops import undecided_energy
 from .solution import cautions_of, is_positive, refuse_too_few, saturation_share, spring_of
@@ -169,7 +169,7 @@ class RefinedOptions(Method):
             alternatives.append(bending_more(found[0].loops, found[0].fit))
         spring = spring_of(basis, refinement.backbone, refinement.hysteresis, where)
         findings = {outcome: detail(outcome, effects) for outcome in cautions}
-        findings = with_rivals(findings, sizes, rivals(found))
+        findings = with_other_effects(findings, sizes, other_effects(found))
         lack = LackOfFit.of(loops, refinement, samples.noise_rms)
         hysteretic = loops.rms(refinement.omega * refinement.backbone.G)
         misfit = lack.beyond_noise * hysteretic if lack.is_structured else 0.0

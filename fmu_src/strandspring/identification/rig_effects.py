@@ -57,22 +57,22 @@ def detail(outcome: Outcome, effects: dict[str, Any]) -> str:
     return "; ".join(texts)
 
 
-def with_rivals(findings: dict[Outcome, str], sizes: Sizes, rivals: Sequence[Sizes]) -> dict[Outcome, str]:
-    """Details of cautions, those on effects completed by what the records would show about as well in their place.
+def with_other_effects(findings: dict[Outcome, str], sizes: Sizes, others: Sequence[Sizes]) -> dict[Outcome, str]:
+    """Details of cautions, those on effects completed by what would explain the records about as well in their place.
 
     Parameters
     ----------
     findings : dict             Details by outcome.
     sizes : dict                Effects that were taken out.
-    rivals : sequence of dict   Effects that could have been instead, the best first.
+    others : sequence of dict   Effects that could have been instead, the best first.
     """
     completed = dict(findings)
     for effect in sizes:
-        others = [rival for rival in rivals if effect not in rival]
-        if others:
-            rival = {other: size for other, size in others[0].items() if other not in sizes}
-            instead = " and ".join(f"{_NAMES[other]}: {_text(other, size)}" for other, size in _named(rival))
-            completed[CAUTIONS[effect]] += f"; or, about as well, {instead}"
+        without = next((other for other in others if effect not in other), None)
+        if without is not None:
+            own = {other: size for other, size in without.items() if other not in sizes}
+            instead = " and ".join(f"{_NAMES[other]}: {_text(other, size)}" for other, size in _named(own))
+            completed[CAUTIONS[effect]] += f"; or, about as well, {instead or 'without it'}"
     return completed
 
 
