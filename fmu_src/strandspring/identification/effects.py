@@ -371,10 +371,12 @@ def _settled(
             return None
         if not sizes:
             return Corrected(other, loops, sizes)
+        if wears(sizes):  # which is a share of the new fit's force
+            loops = rig.corrected(sizes, other)
+            residuals = other.refinement.backbone.misfit(loops.force, other.refinement.omega)
+            other = replace(other, misfit=loops.rms(residuals))
         if best is None or other.misfit <= best.fit.misfit:
             fit = other
-            if wears(sizes):  # which is a share of the new fit's force
-                loops = rig.corrected(sizes, fit)
             best = Corrected(fit, loops, sizes)
             step, _ = _Traces(rig, fit, best.loops, list(sizes), sizes).solved(list(sizes))
         else:
