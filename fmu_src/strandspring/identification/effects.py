@@ -6,9 +6,9 @@ suit it; where several would, the one that lowers it most. Sizes are fitted by G
 corrected by the sizes, the spring is fitted to them anew, and what is left of each size follows from the linear
 problem. All that is done on finer points than the search's, as effects move single samples past reversals.
 
-Where more than white noise is left, or an effect that follows the reversals was found, that problem may not see the
-right one: after a delay or a play the fit of the points as measured is another minimum. Then a range of delays and of
-plays is tried, each with a spring of its own. Last, every effect found is exchanged for what would explain its share as
+Where more than white noise is left, finer points leave another share of it, or an effect that follows the reversals was
+found, that problem may not see the right one: after a delay or a play the fit of the points as measured is another
+minimum. Then a range of delays and of plays is tried, each with a spring of its own. Last, every effect found is exchanged for what would explain its share as
 well or better; what explains it about as well is named beside it.
 """
 
@@ -62,6 +62,8 @@ _LINEAR = (
 )
 # Effects that follow the reversals, much alike on a single amplitude.
 _LOCKED = (Effect.DELAY, Effect.VISCOSITY, Effect.PLAY)
+# Standard deviations of what white noise does from which they are looked for, if misfit depends on the cells' width.
+_HIDDEN = 3.5
 _COLOURED = 1.2  # autocorrelation time of the residuals from which they are looked for
 _RANGE = 0.0005 * 2.0 ** np.arange(7)  # delays as shares of a cycle, plays as shares of the longest stroke
 _BETWEEN = (0.75, 0.87, 1.15, 1.35)  # sizes about the best one of the range, which it is compared with
@@ -117,14 +119,15 @@ def find_effects(
     degrees : (int, int) or None         Of FE and FA; chosen if None.
     """
     found = started = [Corrected(fit, rig.loops, {}) for fit in candidates]
-    if rig.effects and (not _is_white(started[0].fit, noise) or _promising(rig, started[0], 0.0)):
+    finer = rig.finer()
+    hidden = bool(rig.effects) and _depends_on_cells(rig, finer, started[0].fit)
+    if rig.effects and (hidden or not _is_white(started[0].fit, noise) or _promising(rig, started[0], 0.0)):
         at_once = [] if is_explained(started[0].fit, noise) else _all_at_once(rig, degrees or PILOT)
         found = started + at_once
-        finer = rig.finer()
         settled = (_settled(finer, one.fit, one.sizes) for one in started[:_CARRIED] + at_once)
         carried = [one for one in settled if one is not None]
         noise_left = noise * _noise_left(finer.loops) / _noise_left(rig.loops)
-        with_effects = _with_effects(finer, carried, noise_left, degrees) if carried else []
+        with_effects = _with_effects(finer, carried, noise_left, degrees, hidden) if carried else []
         if with_effects:
             rig, noise, found = finer, noise_left, with_effects
             started = [state for state in carried if not state.sizes]
@@ -177,7 +180,9 @@ def _enriched(rig: Rig, state: Corrected, noise: float) -> Corrected:
     return _pruned(rig, _grown(rig, Corrected(fit, state.loops, state.sizes), noise, None), noise)
 
 
-def _with_effects(rig: Rig, states: list[Corrected], noise: float, degrees: tuple[int, int] | None) -> list[Corrected]:
+def _with_effects(
+    rig: Rig, states: list[Corrected], noise: float, degrees: tuple[int, int] | None, hidden: bool
+) -> list[Corrected]:
     """The springs with the effects that pay for themselves, the best first; none if none do.
 
     Parameters
@@ -187,6 +192,7 @@ def _with_effects(rig: Rig, states: list[Corrected], noise: float, degrees: tupl
                                  linear effect at once.
     noise : float
     degrees : (int, int) or None
+    hidden : bool                Whether there may be an effect that the residuals of these springs do not show.
     """
     plain = [state for state in states if not state.sizes]
     at_once = [state for state in states if state.sizes]
@@ -194,7 +200,7 @@ def _with_effects(rig: Rig, states: list[Corrected], noise: float, degrees: tupl
     if at_once:
         grown.append(_grown(rig, _pruned(rig, _best(at_once), noise), noise, degrees))
     best = _best(grown)
-    if any(effect in best.sizes for effect in _LOCKED) or not _is_white(best.fit, noise):
+    if hidden or any(effect in best.sizes for effect in _LOCKED) or not _is_white(best.fit, noise):
         for effect, scale in ((Effect.DELAY, rig.period), (Effect.PLAY, rig.loops.longest)):
             other = _scanned(rig, best, effect, scale, noise, degrees) if effect in rig.effects else None
             if other is not None and _replaces(other, best, noise):
@@ -207,6 +213,18 @@ def _with_effects(rig: Rig, states: list[Corrected], noise: float, degrees: tupl
     settled = [_pruned(rig, _grown(rig, one, noise, degrees), noise) for one in settled[:_CARRIED]]
     first, *exchanged = _exchanged(rig, _probed(rig, _best([*settled, best])))
     return [first, *(one for one in exchanged + settled + at_once if one is not first)]
+
+
+def _depends_on_cells(rig: Rig, finer: Rig, fit: Candidate) -> bool:
+    """Whether the misfit of a fit is another in finer cells than what averages of white noise would be.
+
+    A delay or a play that the spring itself imitates leaves misfit in single samples next to the reversals.
+    """
+    residuals = transferred(fit, finer.loops).refinement
+    misfit = finer.loops.rms(residuals.backbone.misfit(finer.loops.force, residuals.omega))
+    noises = [value / _noise_left(each.loops) for value, each in ((fit.misfit, rig), (misfit, finer))]
+    doubt = np.sqrt(max(0.5 / rig.loops.force.size - 0.5 / finer.loops.force.size, 0.0))
+    return bool(abs(np.log(noises[1] / noises[0])) > _HIDDEN * doubt)
 
 
 def _is_white(fit: Candidate, noise: float) -> bool:

@@ -180,7 +180,10 @@ class Rig:
 
         Points that effects move from cell to cell make the misfit of wide cells rugged.
         """
-        return self if self.points is None else Rig.from_parts(self.parts, _FINER * self.points, self.delay)
+        if self.points is None:
+            return self
+        rig = replace(self, points=_FINER * self.points)
+        return replace(rig, loops=rig._moved(self.delay or 0.0, {}))
 
     @property
     def effects(self) -> tuple[Effect, ...]:
