@@ -23,6 +23,7 @@ import numpy as np
 from ..kernel.arrays import FloatArray
 from .autocorrelation import autocorrelation_time
 from .loops import Loops
+from .outcomes import IdentificationError
 from .polynomials import Basis
 from .projection import Problem
 from .refinement import FAIR_TOLERANCE
@@ -42,6 +43,7 @@ from .search import (
     with_degrees,
     with_richer_bases,
 )
+from .steady_part import find_steady_part
 from .table import TableBasis
 from .two_stage import two_stage
 
@@ -143,6 +145,38 @@ def find_effects(
         best, *splits = (Corrected(fit, best.loops, best.sizes) for fit in other_splits(best.loops, best.fit))
         others = [*splits, *others]
     return [best, *_doubtful(rig, best, noise), *others]
+
+
+def find_delayed(rig: Rig, noise: float, degrees: tuple[int, int] | None) -> list[Corrected]:
+    """Springs with a delay where no spring can have made the records as measured, the best first.
+
+    None where a delay does not explain all but noise, or leaves what no spring can do.
+
+    Parameters
+    ----------
+    rig : Rig
+    noise : float                  The rms that noise alone gives the residuals [N].
+    degrees : (int, int) or None   Of FE and FA; chosen if None.
+    """
+    if Effect.DELAY not in rig.effects:
+        return []
+    finer = rig.finer()
+    noise *= _noise_left(finer.loops) / _noise_left(rig.loops)
+    size, misfit = _sought(finer, {}, None, Effect.DELAY, finer.period, degrees)
+    if not np.isfinite(misfit):
+        return []
+    best = _started(finer, {Effect.DELAY: np.array([size])}, None, noise, degrees)
+    if best is not None and degrees is None:
+        best = _enriched(finer, best, noise)
+    if best is None or Effect.DELAY not in best.sizes or not is_explained(best.fit, noise):
+        return []
+    delay = float(best.sizes[Effect.DELAY][0])
+    try:
+        for part in rig.parts:
+            find_steady_part(part.record, delay)
+    except IdentificationError:
+        return []
+    return [best, *_doubtful(finer, best, noise)]
 
 
 def other_effects(found: Sequence[Corrected]) -> list[Sizes]:
@@ -252,26 +286,40 @@ def _scanned(
     degrees : (int, int) or None
     """
     others = {e: size for e, size in state.sizes.items() if e not in _LOCKED}
-    basis = Basis(*state.loops.reach, *(degrees or PILOT))
+    size, misfit = _sought(rig, others, state.fit, effect, scale, degrees)
+    independent = state.loops.force.size / state.fit.autocorrelation_time
+    floor = force_floor(state.loops)
+    before, after = (information(rms**2, 0, independent, floor) for rms in (state.fit.misfit, misfit))
+    if len(others) == len(state.sizes) and before - after <= np.log(independent):
+        return None  # there is none yet, and none is called for
+    return _started(rig, {**others, effect: np.array([size])}, state.fit, noise, degrees)
+
+
+def _sought(
+    rig: Rig, others: Sizes, fit: Candidate | None, effect: Effect, scale: float, degrees: tuple[int, int] | None
+) -> tuple[float, float]:
+    """Of a range of sizes of an effect beside others that with which the least misfit is left, and that misfit [N]."""
+    basis = Basis(*rig.placed(others).reach, *(degrees or PILOT))
 
     @cache
     def misfit(size: float) -> float:
-        loops = rig.corrected({**others, effect: np.array([size])}, state.fit)
+        loops = rig.corrected({**others, effect: np.array([size])}, fit)
         start = two_stage(loops, degrees or PILOT)
-        fit = None if start is None else refined(loops, basis, start.hysteresis, FAIR_TOLERANCE, _EVALUATIONS)
-        return np.inf if fit is None else fit.misfit
+        trial = None if start is None else refined(loops, basis, start.hysteresis, FAIR_TOLERANCE, _EVALUATIONS)
+        return np.inf if trial is None else trial.misfit
 
     trials = scale * (_RANGE if effect in _POSITIVE else np.concatenate([-_RANGE, _RANGE]))
     size = min(trials.tolist(), key=misfit)
     size = min([size, *(size * factor for factor in _BETWEEN)], key=misfit)
-    independent = state.loops.force.size / state.fit.autocorrelation_time
-    floor = force_floor(state.loops)
-    before, after = (information(rms**2, 0, independent, floor) for rms in (state.fit.misfit, misfit(size)))
-    if len(others) == len(state.sizes) and before - after <= np.log(independent):
-        return None  # there is none yet, and none is called for
-    sizes = {**others, effect: np.array([size])}
-    fits = search(rig.corrected(sizes, state.fit), degrees)[:_CARRIED]
-    settled = [one for fit in fits if (one := _settled(rig, fit, sizes)) is not None]
+    return size, misfit(size)
+
+
+def _started(
+    rig: Rig, sizes: Sizes, fit: Candidate | None, noise: float, degrees: tuple[int, int] | None
+) -> Corrected | None:
+    """The best spring that a search beside these sizes leads to, with the effects that pay; None if there is none."""
+    fits = search(rig.corrected(sizes, fit), degrees)[:_CARRIED]
+    settled = [one for each in fits if (one := _settled(rig, each, sizes)) is not None]
     return _pruned(rig, _grown(rig, _probed(rig, _best(settled)), noise, degrees), noise) if settled else None
 
 

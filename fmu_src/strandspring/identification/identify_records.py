@@ -123,7 +123,7 @@ def _spikes(record: Record) -> str:
 
 def _identified(group: tuple[Record, ...], method: Method) -> IdentifiedModel:
     """The identification, isolated outliers left aside."""
-    parts = [find_steady_part(method.prepare(record), method.known_delay) for record in group]
+    parts = [_steady_part(record, method) for record in group]
     result = method.fit(parts, ", ".join(record.path for record in group))
     solver = PathSolver(result.parameters)
     starts = result.omega_start or (0.0,) * len(group)
@@ -156,6 +156,10 @@ def _identified(group: tuple[Record, ...], method: Method) -> IdentifiedModel:
         method=method.name,
         options={name: _in_json(value) for name, value in asdict(method).items()},
     )
+
+
+def _steady_part(record: Record, method: Method) -> SteadyRecord:
+    return find_steady_part(method.prepare(record), method.known_delay, method.seeks_delay)
 
 
 def _in_json(value: Any) -> Any:

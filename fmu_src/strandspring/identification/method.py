@@ -96,6 +96,11 @@ class Method(ABC):
         """By which the force of the records is known to lag [s]."""
         return 0.0
 
+    @property
+    def seeks_delay(self) -> bool:
+        """Whether a delay between the columns is sought in the records, those too that only a delay explains."""
+        return False
+
     @abstractmethod
     def fit(self, parts: Sequence[SteadyRecord], where: str) -> Fitted:
         """Identify one spring.

@@ -14,7 +14,7 @@ from ..kernel.arrays import FloatArray
 from ..kernel.path import PathSolver
 from ..records.record import Record
 from .bootstrap import bootstrap
-from .effects import find_effects, other_effects
+from .effects import find_delayed, find_effects, other_effects
 from .figures import periodic_start
 from .known_rig import KnownRig
 from .lack_of_fit import LackOfFit
@@ -106,6 +106,11 @@ class RefinedOptions(Method):
         """By which the force of the records is known to lag [s]."""
         return self.delay or 0.0
 
+    @property
+    def seeks_delay(self) -> bool:
+        """Whether a delay between the columns is sought in the records."""
+        return self.delay is None
+
     def prepare(self, record: Record) -> Record:
         """The record without the effects of the rig that are known, but for the delay.
 
@@ -130,10 +135,16 @@ class RefinedOptions(Method):
         noise = tuple(force_noise(part.record.force) for part in parts)
         noise_rms = Samples(rig.loops, noise).noise_rms
         refuse_too_few(rig.loops, Basis(*rig.loops.reach, *(self.degrees or PILOT)), where)
-        candidates = search(rig.loops, self.degrees)
-        if not candidates:
-            raise IdentificationError(Outcome.BRANCHES_CROSS, where)
-        found = find_effects(rig, candidates, noise_rms, self.degrees)
+        refusal = next((part.refusal for part in parts if part.refusal is not None), None)
+        if refusal is None:
+            candidates = search(rig.loops, self.degrees)
+            if not candidates:
+                raise IdentificationError(Outcome.BRANCHES_CROSS, where)
+            found = find_effects(rig, candidates, noise_rms, self.degrees)
+        else:
+            found = find_delayed(rig, noise_rms, self.degrees)
+            if not found:
+                raise refusal
         sizes = found[0].sizes
         effects = described(sizes)
         samples = Samples(self._points(parts, sizes, found[0].fit), noise)
@@ -169,6 +180,9 @@ class RefinedOptions(Method):
             alternatives.append(bending_more(found[0].loops, found[0].fit))
         spring = spring_of(basis, refinement.backbone, refinement.hysteresis, where)
         findings = {outcome: detail(outcome, effects) for outcome in cautions}
+        if refusal is not None:
+            sentence = refusal.outcome.value.partition(";")[0]
+            findings[Outcome.DELAY] += f"; without it, {sentence[0].lower()}{sentence[1:]}"
         findings = with_other_effects(findings, sizes, other_effects(found))
         lack = LackOfFit.of(loops, refinement, samples.noise_rms)
         hysteretic = loops.rms(refinement.omega * refinement.backbone.G)

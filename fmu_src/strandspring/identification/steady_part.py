@@ -25,6 +25,8 @@ _NO_LOOP = 1e-4  # half height of a loop that is called none, share of the force
 _CROSSED = 0.1  # share of the displacement range over which the branches may be crossed
 _ALIKE = 0.015  # difference between two strokes that is called none, share of the force range
 _LEAST_LEFT = 2  # samples of each branch that make a loop
+# What a spring cannot do, but the records of one with a delay between the columns may show.
+_LIKE_DELAYS = (Outcome.COLUMNS_SWAPPED, Outcome.BRANCHES_CROSS, Outcome.SNAP_THROUGH)
 _NOISY = 5e-4  # noise of the displacement that is reported, share of its range
 
 
@@ -41,6 +43,7 @@ class SteadyRecord:
     periodic : bool          The record is one closed period.
     cautions : dict          Outcomes with their details, which may be empty.
     used : ndarray of bool, shape (K,)   Samples that are fitted; the others belong to the path only.
+    refusal : IdentificationError or None   Why no spring can have made the record, unless there is a delay.
     """
 
     record: Record
@@ -50,6 +53,7 @@ class SteadyRecord:
     periodic: bool
     cautions: dict[Outcome, str]
     used: NDArray[np.bool_]
+    refusal: IdentificationError | None = None
 
     def loops_with(self, points: int) -> Loops:
         """The points again, strokes averaged over another number of cells."""
@@ -65,13 +69,14 @@ class SteadyRecord:
         return int(self.strokes.turning[self.first_used])
 
 
-def find_steady_part(record: Record, delay: float = 0.0) -> SteadyRecord:
+def find_steady_part(record: Record, delay: float = 0.0, seeks_delay: bool = False) -> SteadyRecord:
     """Cut a record into strokes, choose its steady part and refuse what no spring of this kind can do.
 
     Parameters
     ----------
     record : Record
-    delay : float     By which the force is known to lag [s]; needs times.
+    delay : float        By which the force is known to lag [s]; needs times.
+    seeks_delay : bool   What a delay could explain is kept as `refusal`, not raised.
 
     Raises
     ------
@@ -98,8 +103,14 @@ def find_steady_part(record: Record, delay: float = 0.0) -> SteadyRecord:
     for directions, least in ((left, _LEAST_LEFT), (loops.direction[loops.stroke], 1)):
         if min(np.count_nonzero(directions == side) for side in (1, -1)) < least:
             raise IdentificationError(Outcome.TOO_LITTLE_LEFT, record.path)
-    _refuse_impossible(in_step, mean_loop(loops))
-    return SteadyRecord(record, strokes, first_used, loops, periodic, cautions, used)
+    refusal = None
+    try:
+        _refuse_impossible(in_step, mean_loop(loops))
+    except IdentificationError as error:
+        if not seeks_delay or error.outcome not in _LIKE_DELAYS:
+            raise
+        refusal = error
+    return SteadyRecord(record, strokes, first_used, loops, periodic, cautions, used, refusal)
 
 
 def synchronised(record: Record, delay: float) -> Record:
