@@ -8,8 +8,8 @@ problem. All that is done on finer points than the search's, as effects move sin
 
 Where more than white noise is left, finer points leave another share of it, or an effect that follows the reversals was
 found, that problem may not see the right one: after a delay or a play the fit of the points as measured is another
-minimum. Then a range of delays and of plays is tried, each with a spring of its own. Last, every effect found is exchanged for what would explain its share as
-well or better; what explains it about as well is named beside it.
+minimum. Then a range of delays and of plays is tried, each with a spring of its own. Last, every effect found is
+exchanged for what would explain its share as well or better; what explains it about as well is named beside it.
 """
 
 from __future__ import annotations
@@ -51,6 +51,7 @@ _MARGIN = 12.0  # by which an effect must lower the criterion beyond its price
 # An effect must explain this share of the misfit, unless nothing but noise is left: where the model itself does not
 # follow the spring, any further column gains a little.
 _WORTH = 0.25
+_TRACE = 3.0  # by which one would lower the criterion that is named without being taken out
 _TRIED = 3  # effects that promise most are tried
 _CARRIED = 3  # minima from which effects are looked for
 _STEPS, _DOUBTFUL_STEPS = 6, 2  # of Gauss-Newton
@@ -121,10 +122,11 @@ def find_effects(
     degrees : (int, int) or None         Of FE and FA; chosen if None.
     """
     found = started = [Corrected(fit, rig.loops, {}) for fit in candidates]
-    finer = rig.finer()
-    hidden = bool(rig.effects) and _depends_on_cells(rig, finer, started[0].fit)
-    if rig.effects and (hidden or not _is_white(started[0].fit, noise) or _promising(rig, started[0], 0.0)):
-        at_once = [] if is_explained(started[0].fit, noise) else _all_at_once(rig, degrees or PILOT)
+    plain, finer = started[0], rig.finer()
+    gains = _gains(rig, plain)
+    hidden = bool(rig.effects) and _depends_on_cells(rig, finer, plain.fit)
+    if rig.effects and (hidden or not _is_white(plain.fit, noise) or gains[0].criterion > 0.0):
+        at_once = [] if is_explained(plain.fit, noise) else _all_at_once(rig, degrees or PILOT)
         found = started + at_once
         settled = (_settled(finer, one.fit, one.sizes) for one in started[:_CARRIED] + at_once)
         carried = [one for one in settled if one is not None]
@@ -133,8 +135,12 @@ def find_effects(
         if with_effects:
             rig, noise, found = finer, noise_left, with_effects
             started = [state for state in carried if not state.sizes]
+
+    def doubtful(state: Corrected) -> list[Corrected]:
+        return _doubtful(rig, state, gains if state is plain else _gains(rig, state, _LOCKED), noise)
+
     if degrees is not None:
-        return [found[0], *_doubtful(rig, found[0], noise), *found[1:]]
+        return [found[0], *doubtful(found[0]), *found[1:]]
     # A richer basis has shown its worth on cycles that it was not fitted to: it takes the place of the leaner one.
     alternatives = [_enriched(rig, found[0], noise)]
     if found[0].sizes and started:
@@ -144,7 +150,7 @@ def find_effects(
     if isinstance(best.fit.basis, TableBasis):
         best, *splits = (Corrected(fit, best.loops, best.sizes) for fit in other_splits(best.loops, best.fit))
         others = [*splits, *others]
-    return [best, *_doubtful(rig, best, noise), *others]
+    return [best, *doubtful(best), *others]
 
 
 def find_delayed(rig: Rig, noise: float, degrees: tuple[int, int] | None) -> list[Corrected]:
@@ -176,7 +182,7 @@ def find_delayed(rig: Rig, noise: float, degrees: tuple[int, int] | None) -> lis
             find_steady_part(part.record, delay)
     except IdentificationError:
         return []
-    return [best, *_doubtful(finer, best, noise)]
+    return [best, *_doubtful(finer, best, _gains(finer, best, _LOCKED), noise)]
 
 
 def other_effects(found: Sequence[Corrected]) -> list[Sizes]:
@@ -193,7 +199,23 @@ def _noise_left(loops: Loops) -> float:
     return float(np.sqrt(loops.force.size / loops.weight.sum()))
 
 
-def _doubtful(rig: Rig, state: Corrected, noise: float) -> list[Corrected]:
+def hinted_effects(rig: Rig, state: Corrected) -> Sizes:
+    """The effect that follows the reversals, of which the residuals of a spring without effects show a trace, if any.
+
+    It is one that was not worth its price with the margin that keeps effects out of clean records.
+
+    Parameters
+    ----------
+    rig : Rig
+    state : Corrected   The spring that was chosen.
+    """
+    if state.sizes:
+        return {}
+    gains = _gains(rig, state, _LOCKED)
+    return gains[0].sizes if gains and gains[0].criterion > _TRACE else {}
+
+
+def _doubtful(rig: Rig, state: Corrected, gains: Sequence[_Gain], noise: float) -> list[Corrected]:
     """Springs with one more effect that follows the reversals, which the records neither show nor rule out.
 
     Friction may also fall with the velocity (Stribeck), which a viscosity below zero stands for. Where more than noise
@@ -201,8 +223,8 @@ def _doubtful(rig: Rig, state: Corrected, noise: float) -> list[Corrected]:
     """
     if not is_explained(state.fit, noise):
         return []
-    promising = _promising(rig, state, -CLOSE, _LOCKED)
-    tried = [_settled(rig, state.fit, sizes, (Effect.PLAY,), _DOUBTFUL_STEPS) for sizes in promising]
+    promising = [gain.sizes for gain in gains if gain.effect in _LOCKED and gain.criterion > -CLOSE]
+    tried = [_settled(rig, state.fit, sizes, (Effect.PLAY,), _DOUBTFUL_STEPS) for sizes in promising[:_TRIED]]
     return [one for one in tried if one is not None]
 
 
@@ -456,10 +478,29 @@ def _settled(
     return best if rig.is_possible(best.sizes) else None
 
 
-def _promising(
-    rig: Rig, state: Corrected, margin: float = _MARGIN, among: Sequence[Effect] = tuple(Effect)
-) -> list[Sizes]:
+def _promising(rig: Rig, state: Corrected, margin: float = _MARGIN) -> list[Sizes]:
     """Sizes with one more effect each, those that promise most by the linear problem, if more than the margin."""
+    return [gain.sizes for gain in _gains(rig, state) if gain.criterion > margin][:_TRIED]
+
+
+@dataclass(frozen=True, eq=False)
+class _Gain:
+    """What one more effect promises by the linear problem.
+
+    Attributes
+    ----------
+    effect : Effect
+    criterion : float   By how much it would lower the criterion, its price paid.
+    sizes : dict        Of all effects, with it.
+    """
+
+    effect: Effect
+    criterion: float
+    sizes: Sizes
+
+
+def _gains(rig: Rig, state: Corrected, among: Sequence[Effect] = tuple(Effect)) -> list[_Gain]:
+    """What each of the effects that a state does not have promises, the most first."""
     open_to = [effect for effect in rig.effects if effect in among and effect not in state.sizes]
     if not open_to:
         return []
@@ -467,7 +508,7 @@ def _promising(
     weight = state.loops.weight.sum()
     floor = force_floor(state.loops)
     _, without = traces.solved(list(state.sizes))
-    promised: list[tuple[float, Sizes]] = []
+    gains = []
     for effect in open_to:
         if effect is Effect.DRIFT and Effect.CURVED_DRIFT in state.sizes:
             continue
@@ -479,10 +520,9 @@ def _promising(
             information(float(left @ left) / weight, paid, independent, floor)
             for left, paid in ((without, 0), (residuals, price))
         )
-        if before - after > margin:
-            promised.append((before - after, {e: state.sizes.get(e, 0.0) + change for e, change in step.items()}))
-    promised.sort(key=lambda one: -one[0])
-    return [sizes for _, sizes in promised[:_TRIED]]
+        sizes = {e: state.sizes.get(e, 0.0) + change for e, change in step.items()}
+        gains.append(_Gain(effect, before - after, sizes))
+    return sorted(gains, key=lambda gain: -gain.criterion)
 
 
 class _Traces:

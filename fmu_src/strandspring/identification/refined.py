@@ -14,7 +14,7 @@ from ..kernel.arrays import FloatArray
 from ..kernel.path import PathSolver
 from ..records.record import Record
 from .bootstrap import bootstrap
-from .effects import find_delayed, find_effects, other_effects
+from .effects import find_delayed, find_effects, hinted_effects, other_effects
 from .figures import periodic_start
 from .known_rig import KnownRig
 from .lack_of_fit import LackOfFit
@@ -29,7 +29,7 @@ from .prediction_interval import PredictionBand, prediction_interval
 from .projection import Refinement
 from .refinement import Samples, refine
 from .rig import Rig, Sizes
-from .rig_effects import CAUTIONS, described, detail, with_other_effects
+from .rig_effects import CAUTIONS, described, detail, in_words, with_other_effects
 from .search import PILOT, Candidate, bending_more, search
 from .small_loops import undecided_energy
 from .solution import cautions_of, is_positive, refuse_too_few, saturation_share, spring_of
@@ -46,6 +46,12 @@ _POINTS_PER_STROKE = 2000
 _POINTS = 40_000
 _NEGLIGIBLE = 1e-3  # half-width of the prediction interval, share of the rms force, below which nobody asks for it
 _LEAST_STEPS = 100  # of the sampler of the posterior
+# What the strokes of a single amplitude may not show of the form that the energy of smaller loops follows from.
+_UNSEEN = {
+    Outcome.NO_STEADY_SECTION: "the strokes do not saturate",
+    Outcome.N_AT_BOUND: "n ended at its bound",
+    Outcome.SIGMA_AT_BOUND: "sigma ended at its bound",
+}
 
 
 @dataclass(frozen=True)
@@ -187,7 +193,8 @@ class RefinedOptions(Method):
         lack = LackOfFit.of(loops, refinement, samples.noise_rms)
         hysteretic = loops.rms(refinement.omega * refinement.backbone.G)
         misfit = lack.beyond_noise * hysteretic if lack.is_structured else 0.0
-        if undecided := undecided_energy(spring, content, alternatives, 0.5 * loops.shortest, misfit):
+        doubts = _doubts(cautions, hinted_effects(rig, found[0])) if loops.has_one_amplitude else []
+        if undecided := undecided_energy(spring, content, alternatives, 0.5 * loops.shortest, misfit, doubts):
             findings[Outcome.SMALL_LOOPS] = undecided
         if lack.is_reported:
             findings[Outcome.LACK_OF_FIT] = lack.advice
@@ -240,3 +247,20 @@ class RefinedOptions(Method):
                 path = part.strokes.displacement
                 forces[k] = solver.force(path, periodic_start(solver, path))
         return tuple(own + self.known.inertia(part.record) for own, part in zip(forces, rig.parts, strict=True))
+
+
+def _doubts(cautions: Sequence[Outcome], hinted: Sizes) -> list[str]:
+    """Why loops of one amplitude do not decide the energy of smaller ones.
+
+    Parameters
+    ----------
+    cautions : sequence of Outcome
+    hinted : dict   The effect that was not taken out, but may be in the records.
+    """
+    unseen = [reason for outcome, reason in _UNSEEN.items() if outcome in cautions]
+    doubts = [f"the form of the loop is little known, since {' and '.join(unseen)}"] if unseen else []
+    if Outcome.VISCOSITY in cautions:
+        doubts.append("how much of the loop is viscous is known from its form alone")
+    if hinted:
+        doubts.append(f"there is a trace of {in_words(hinted)}, too weak to be taken out")
+    return doubts

@@ -70,10 +70,14 @@ def with_other_effects(findings: dict[Outcome, str], sizes: Sizes, others: Seque
     for effect in sizes:
         without = next((other for other in others if effect not in other), None)
         if without is not None:
-            own = {other: size for other, size in without.items() if other not in sizes}
-            instead = " and ".join(f"{_NAMES[other]}: {_text(other, size)}" for other, size in _named(own))
+            instead = in_words({other: size for other, size in without.items() if other not in sizes})
             completed[CAUTIONS[effect]] += f"; or, about as well, {instead or 'without it'}"
     return completed
+
+
+def in_words(sizes: Sizes) -> str:
+    """Effects by their names with their sizes."""
+    return " and ".join(f"{_NAMES[effect]}: {_text(effect, size)}" for effect, size in _named(sizes))
 
 
 def _named(sizes: Sizes) -> Iterator[tuple[Effect, Any]]:

@@ -74,6 +74,7 @@ def undecided_energy(
     alternatives: Sequence[Sequence[Candidate]],
     smallest: float,
     misfit: float = 0.0,
+    doubts: Sequence[str] = (),
 ) -> str:
     """What the records leave undecided of that energy, and what would decide it, in words; empty if it is little.
 
@@ -85,6 +86,7 @@ def undecided_energy(
                                       their criterion by the same count.
     smallest : float                  Amplitude of the smallest loops recorded [m].
     misfit : float                    rms misfit that is not noise [N].
+    doubts : sequence of str          Further reasons why the energy of loops that were not recorded is undecided.
     """
     energy, derivatives = _energy_with_derivatives(spring)
     parts = []
@@ -117,6 +119,7 @@ def undecided_energy(
             f"rho {next_best.rho:.3g} 1/m; at {100.0 * AMPLITUDE:.0f} % of the amplitude such fits give "
             f"{min(energies):.3g} to {max(energies):.3g} J a cycle, this one {energy:.3g} J"
         )
+    parts += doubts
     return "; ".join([*parts, _advice(spring, smallest)]) if parts else ""
 
 
