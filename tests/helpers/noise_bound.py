@@ -1,4 +1,4 @@
-"""Cramer-Rao bounds: of n and rho where both force and displacement are noisy, and of a delay."""
+"""Cramer-Rao bounds: of n and rho where both force and displacement are noisy, of a delay and of wear."""
 
 from __future__ import annotations
 
@@ -74,12 +74,40 @@ def delay_bound(case: Case, delay: float) -> float:
     return float(np.sqrt(_covariance(np.vstack(common), block_diag(*starts))[0, 0]))
 
 
+def wear_bound(case: Case, wear: float) -> float:
+    """Standard deviation of the efficient unbiased estimate of the friction's wear that knows the force's noise [-].
+
+    The spring and omega at the start of each record are estimated too, as in `bound`.
+
+    Parameters
+    ----------
+    case : Case
+    wear : float   Change of the hysteretic force from the first cycle to the last, share of it.
+    """
+    force_noise = _force_noise(case)
+    common, starts = [], []
+    total, begun = sum(case.experiment.cycles), 0
+    elastic = len(case.spring.kE)
+    for path, segments in zip(case.paths, case.experiment.segments, strict=True):
+        at = _Sensitivities.of(case, path, find_strokes(path))
+        cycles = sum(count for _, count in segments)
+        over = (begun + cycles * np.linspace(0.0, 1.0, path.size)[at.used]) / total
+        begun += cycles
+        left = np.ones((over.size, at.coefficients.shape[1]))
+        left[:, :3] += wear * over[:, None]
+        left[:, 3 + elastic :] += wear * over[:, None]
+        common.append(np.column_stack([over * at.G * at.omega, left * at.coefficients]) / force_noise)
+        starts.append(left[:, :1] * at.start / force_noise)
+    return float(np.sqrt(_covariance(np.vstack(common), block_diag(*starts))[0, 0]))
+
+
 @dataclass(frozen=True)
 class _Sensitivities:
     """Derivatives of the force of the spring at the samples of a path that are used."""
 
     strokes: Strokes
     used: NDArray[np.bool_]
+    omega: FloatArray
     G: FloatArray
     slope: FloatArray  # by the displacement
     coefficients: FloatArray  # by ln(n), ln(rho), ln(sigma) and the coefficients of FE and FA, in columns
@@ -98,7 +126,7 @@ class _Sensitivities:
         own = (G * partials[[2, 0, 1]] * np.array([[p.n], [p.rho], [p.sigma]])).T
         elastic, amplifier = (np.vander(x / case.amplitude, len(k), increasing=True) for k in (p.kE, p.kA))
         coefficients = np.hstack([own, elastic, omega[:, None] * amplifier])
-        return cls(strokes, used, G, slope, coefficients, G[:, None] * partials[3][:, None])
+        return cls(strokes, used, omega, G, slope, coefficients, G[:, None] * partials[3][:, None])
 
 
 def _force_noise(case: Case) -> float:
