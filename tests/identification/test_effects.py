@@ -11,10 +11,10 @@ from typing import Literal
 import numpy as np
 import pytest
 
-from noise_bound import delay_bound
+from noise_bound import delay_bound, wear_bound
 from rig import Case, Experiment, draw_experiment, draw_spring, elastic_force, simulate
 from rig_faults import FAULTS
-from strandspring import Identification, Outcome, Record, Spring, identify, read_record
+from strandspring import Identification, IdentificationError, Outcome, Record, Spring, identify, read_record
 from strandspring.identification.rig import Effect, Rig, Sizes
 from strandspring.identification.rig_effects import CAUTIONS, with_other_effects
 from strandspring.identification.search import Candidate, search
@@ -93,6 +93,8 @@ def drawn(fault: str, seed: int, index: int) -> Case:
         ("force lags", 1, 14),
         ("force leads", 0, 8),  # straight lines between the samples of this sine are further off than the noise
         ("force leads", 1, 0),  # a triangle's velocity jumps where the delay is measured
+        ("force leads", 1, 16),  # averaged points show nothing of it: sigma takes it over
+        ("force leads", 5, 14),  # the same with an FE of degree 7
     ],
 )
 def test_delays_that_were_missed_are_found(fault: str, seed: int, index: int) -> None:
@@ -100,6 +102,47 @@ def test_delays_that_were_missed_are_found(fault: str, seed: int, index: int) ->
     found = identify(case.records)
     truth = SIZES[fault][3](case)
     assert found.effects == {"delay": pytest.approx(truth, abs=4.0 * delay_bound(case, truth))}
+
+
+@pytest.mark.parametrize(
+    ("fault", "seed", "index", "as_measured"),
+    [
+        ("force lags", 0, 14, "the loop runs the wrong way round"),
+        ("force lags", 5, 4, "the unloading branch lies above the loading branch"),
+        ("force leads", 6, 17, "the force collapses while the displacement goes on"),
+    ],
+)
+def test_records_that_only_a_delay_explains_are_identified_with_it(
+    fault: str, seed: int, index: int, as_measured: str
+) -> None:
+    case = drawn(fault, seed, index)
+    found = identify(case.records)
+    truth = SIZES[fault][3](case)
+    assert found.effects == {"delay": pytest.approx(truth, abs=4.0 * delay_bound(case, truth))}
+    assert f"; without it, {as_measured}" in found.findings[Outcome.DELAY]
+    # Without times no delay can be sought.
+    with pytest.raises(IdentificationError, match=as_measured[4:]):
+        identify([Record(record.displacement, record.force) for record in case.records])
+
+
+@pytest.mark.parametrize("index", range(4))
+def test_no_delay_explains_swapped_columns(index: int) -> None:
+    generator = np.random.default_rng([0, index])
+    amplitudes = {"amplitudes": (1.0,), "cycles": (3,)} if index % 2 else {}
+    case = simulate(draw_spring(generator), draw_experiment(generator, **amplitudes), generator)
+    swapped = [Record(r.force, r.displacement, r.time, r.path) for r in case.records]
+    with pytest.raises(IdentificationError) as refused:
+        identify(swapped)
+    assert refused.value.outcome is Outcome.COLUMNS_SWAPPED
+
+
+@pytest.mark.parametrize(("seed", "index"), [(0, 8), (0, 15), (1, 17)])
+def test_wear_is_as_large_as_the_records_decide(seed: int, index: int) -> None:
+    case = drawn("wear of friction", seed, index)
+    wear = -case.magnitude
+    # Steps judged by points corrected with another fit ended 4 to 6 of these standard deviations off.
+    expected = pytest.approx(wear, abs=2.5 * wear_bound(case, wear))
+    assert identify(case.records).effects == {"friction_wear": expected}
 
 
 def test_effects_that_explain_the_records_as_well_are_named_with_their_sizes() -> None:

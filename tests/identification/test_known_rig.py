@@ -11,7 +11,7 @@ import pytest
 from judgement import judge_case
 from rig import Case, Experiment, draw_experiment, draw_spring, simulate
 from rig_faults import FAULTS
-from strandspring import IdentificationError, Outcome, Record, RecordError, RefinedOptions, identify
+from strandspring import IdentificationError, Outcome, Record, RecordError, RefinedOptions, ScanOptions, identify
 from strandspring.identification.acceleration import acceleration
 from strandspring.identification.known_rig import KnownRig, unknown_effects
 
@@ -140,9 +140,11 @@ def test_a_lag_that_turns_the_loop_round_is_measured_and_can_be_given() -> None:
     experiment = Experiment(shape="sine", amplitudes=(0.5, 1.0), cycles=(3, 3), noise=0.001)
     case = simulate(spring, experiment, generator, replace(FAULTS["force lags"], large=0.01), "large")
     with pytest.raises(IdentificationError, match="If the force lags, then by more than") as refused:
-        identify(case.records)
+        identify(case.records, ScanOptions())
     assert refused.value.outcome is Outcome.COLUMNS_SWAPPED
     delay = case.magnitude * experiment.period
     least = 1e-3 * float(str(refused.value).split("more than ")[1].split(" ms")[0])
     assert 0.3 * delay < least < delay
     assert not judge_case(case, identify(case.records, RefinedOptions(delay=delay)).spring()).wrong
+    # The refined method finds it.
+    assert identify(case.records).effects["delay"] == pytest.approx(delay, rel=0.01)

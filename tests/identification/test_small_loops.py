@@ -106,6 +106,30 @@ def test_a_table_does_not_take_over_the_loop_of_a_single_amplitude(seed: int, sh
 
 
 @pytest.mark.parametrize(
+    ("fault", "seed", "repetition", "reason"),
+    [
+        ("closing coils", 15, 1, "the form of the loop is little known, since the strokes do not saturate and"),
+        (
+            "play",
+            12,
+            2,
+            "is little known, since n ended at its bound and sigma ended at its bound",
+        ),
+        ("low-pass on the force", 11, 0, "there is a trace of a delay: the force lags by"),
+        ("reversals between samples", 12, 0, "how much of the loop is viscous is known from its form alone"),
+    ],
+)
+def test_what_one_amplitude_does_not_show_leaves_it_undecided(
+    fault: str, seed: int, repetition: int, reason: str
+) -> None:
+    generator = np.random.default_rng([seed, zlib.crc32(fault.encode()), repetition])
+    case = simulate(draw_spring(generator), draw_experiment(generator), generator, FAULTS[fault], "drawn")
+    found = identify(case.records)
+    assert judge_case(case, found.spring()).wrong
+    assert reason in found.findings[Outcome.SMALL_LOOPS]
+
+
+@pytest.mark.parametrize(
     ("fault", "seed", "repetition"),
     [
         ("viscous damper", 8, 0),
