@@ -33,6 +33,7 @@ from .search import (
     CLOSE,
     PILOT,
     SATURATION,
+    WHITE,
     Candidate,
     force_floor,
     information,
@@ -51,6 +52,7 @@ _MARGIN = 12.0  # by which an effect must lower the criterion beyond its price
 # An effect must explain this share of the misfit, unless nothing but noise is left: where the model itself does not
 # follow the spring, any further column gains a little.
 _WORTH = 0.25
+_UNCLEAR = 30.0  # difference of the criterion up to which others may be the cause where residuals are not white
 _TRACE = 3.0  # by which one would lower the criterion that is named without being taken out
 _TRIED = 3  # effects that promise most are tried
 _CARRIED = 3  # minima from which effects are looked for
@@ -186,12 +188,16 @@ def find_delayed(rig: Rig, noise: float, degrees: tuple[int, int] | None) -> lis
 
 
 def other_effects(found: Sequence[Corrected]) -> list[Sizes]:
-    """Other effects that explain the records about as well as those of the first spring, with no more sizes."""
+    """Other effects that explain the records about as well as those of the first spring, with no more sizes.
+
+    Where more than white noise is left, none of them is the whole cause, and more of them count.
+    """
     best, *others = found
+    close = CLOSE if best.fit.autocorrelation_time <= WHITE else _UNCLEAR
     states = [
         one for one in others if one.sizes and one.price <= best.price and not best.sizes.keys() <= one.sizes.keys()
     ]
-    return [one.sizes for one in sorted(states, key=best.better_by) if best.better_by(one) <= CLOSE]
+    return [one.sizes for one in sorted(states, key=best.better_by) if best.better_by(one) <= close]
 
 
 def _noise_left(loops: Loops) -> float:

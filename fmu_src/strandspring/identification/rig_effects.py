@@ -71,7 +71,7 @@ def with_other_effects(findings: dict[Outcome, str], sizes: Sizes, others: Seque
         without = next((other for other in others if effect not in other), None)
         if without is not None:
             instead = in_words({other: size for other, size in without.items() if other not in sizes})
-            completed[CAUTIONS[effect]] += f"; or, about as well, {instead or 'without it'}"
+            completed[CAUTIONS[effect]] += f"; or, nearly as well, {instead or 'without it'}"
     return completed
 
 
