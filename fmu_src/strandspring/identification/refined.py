@@ -46,6 +46,8 @@ _POINTS_PER_STROKE = 2000
 _POINTS = 40_000
 _NEGLIGIBLE = 1e-3  # half-width of the prediction interval, share of the rms force, below which nobody asks for it
 _LEAST_STEPS = 100  # of the sampler of the posterior
+# Effects that a loop of a single amplitude is known from by its form alone.
+_LIKE_LOOPS = {Outcome.DELAY: "a delay", Outcome.VISCOSITY: "viscous damping", Outcome.PLAY: "play"}
 # What the strokes of a single amplitude may not show of the form that the energy of smaller loops follows from.
 _UNSEEN = {
     Outcome.NO_STEADY_SECTION: "the strokes do not saturate",
@@ -259,8 +261,9 @@ def _doubts(cautions: Sequence[Outcome], hinted: Sizes) -> list[str]:
     """
     unseen = [reason for outcome, reason in _UNSEEN.items() if outcome in cautions]
     doubts = [f"the form of the loop is little known, since {' and '.join(unseen)}"] if unseen else []
-    if Outcome.VISCOSITY in cautions:
-        doubts.append("how much of the loop is viscous is known from its form alone")
+    taken_out = [name for outcome, name in _LIKE_LOOPS.items() if outcome in cautions]
+    if taken_out:
+        doubts.append(f"at one amplitude {' and '.join(taken_out)} can hardly be told from part of the loop")
     if hinted:
         doubts.append(f"there is a trace of {in_words(hinted)}, too weak to be taken out")
     return doubts
