@@ -104,11 +104,18 @@ class Corrected:
         independent = loops.force.size / finer.autocorrelation_time
         floor = force_floor(loops)
         mine, theirs = (
-            information(one.fit.misfit**2, one.price + one.fit.coefficients, independent, floor)
+            information(
+                _misfit_in(loops, one.fit, one.loops) ** 2, one.price + one.fit.coefficients, independent, floor
+            )
             + (0.0 if one.fit.steady else SATURATION)
             for one in (self, other)
         )
         return theirs - mine
+
+
+def _misfit_in(cells: Loops, fit: Candidate, loops: Loops) -> float:
+    """The misfit of a fit [N], if as much noise were left as in other cells than its own."""
+    return fit.misfit * _noise_left(cells) / _noise_left(loops)
 
 
 def find_effects(
@@ -334,7 +341,7 @@ def _sought(
         loops = rig.corrected({**others, effect: np.array([size])}, fit)
         start = two_stage(loops, degrees or PILOT)
         trial = None if start is None else refined(loops, basis, start.hysteresis, FAIR_TOLERANCE, _EVALUATIONS)
-        return np.inf if trial is None else trial.misfit
+        return np.inf if trial is None else _misfit_in(rig.loops, trial, loops)
 
     trials = scale * (_RANGE if effect in _POSITIVE else np.concatenate([-_RANGE, _RANGE]))
     size = min(trials.tolist(), key=misfit)

@@ -176,10 +176,9 @@ def gather(
 
 def averaged(loops: Loops, points: int) -> Loops:
     """The points of one record, averaged over so many cells of travel where a stroke has more of them."""
-    if np.bincount(loops.stroke).max(initial=0) <= points:
+    cells = cells_of(loops, points)
+    if cells is None:
         return loops
-    share = np.sqrt(np.minimum(loops.travel / loops.length[loops.stroke], 1.0))
-    cells = loops.stroke * points + np.minimum((share * points).astype(np.intp), points - 1)
     weights = np.asarray(np.bincount(cells, loops.weight), np.float64)
     filled = np.flatnonzero(weights)
     weight = weights[filled]
@@ -188,6 +187,32 @@ def averaged(loops: Loops, points: int) -> Loops:
         for column in (loops.displacement, loops.force, loops.travel, loops.sample)
     )
     return replace(loops, displacement=x, force=r, weight=weight, travel=s, stroke=filled // points, sample=sample)
+
+
+def cells_of(loops: Loops, points: int) -> IndexArray | None:
+    """Cell of each point of one record, numbered on from stroke to stroke; None where none has more points than cells.
+
+    Parameters
+    ----------
+    loops : Loops
+    points : int    Cells of a stroke.
+    """
+    if np.bincount(loops.stroke).max(initial=0) <= points:
+        return None
+    share = np.sqrt(np.minimum(loops.travel / loops.length[loops.stroke], 1.0))
+    return np.asarray(loops.stroke * points + np.minimum((share * points).astype(np.intp), points - 1))
+
+
+def averaged_over(loops: Loops, cells: IndexArray) -> Loops:
+    """The points of one record, averaged over runs of one stroke and one cell, however they have been moved since."""
+    begins = np.flatnonzero(np.diff(cells, prepend=-1) | np.diff(loops.stroke, prepend=-1))
+    weight = np.add.reduceat(loops.weight, begins)
+    x, r, s, sample = (
+        np.add.reduceat(loops.weight * column, begins) / weight
+        for column in (loops.displacement, loops.force, loops.travel, loops.sample)
+    )
+    stroke = loops.stroke[begins]
+    return replace(loops, displacement=x, force=r, weight=weight, travel=s, stroke=stroke, sample=sample)
 
 
 def join(parts: Sequence[Loops]) -> Loops:

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from ..kernel.arrays import FloatArray
 from ..loops.strokes import Strokes
-from .loops import Loops, averaged, join
+from .loops import Loops, averaged_over, cells_of, join
 from .projection import Problem
 from .search import Candidate
 from .steady_part import SteadyRecord
@@ -278,14 +278,19 @@ class Rig:
         return self._moved((self.delay or 0.0) + float(sizes.get(Effect.DELAY, [0.0])[0]), sizes)
 
     def _moved(self, delay: float, sizes: Sizes) -> Loops:
-        """The points after a delay, play and zeros of the displacement; averaged last, as these move single samples."""
+        """The points after a delay, play and zeros of the displacement; averaged last, as these move single samples.
+
+        Those that were measured in one cell are averaged, so that sizes hardly change how much noise is left.
+        """
         play = float(sizes.get(Effect.PLAY, [0.0])[0])
         zeros = np.append(0.0, sizes.get(Effect.DISPLACEMENT_ZERO, np.zeros(len(self.parts) - 1)))
         pieces = []
         for loops, course, zero in zip(self.fine, self.courses, zeros.tolist(), strict=True):
             moved = course.moved(loops, delay, whole=self.points is None) if delay else loops
             moved = _shifted(_followed(moved, play) if play else moved, zero)
-            pieces.append(moved if self.points is None else averaged(moved, self.points))
+            cells = None if self.points is None else cells_of(loops, self.points)
+            kept = np.searchsorted(loops.sample, moved.sample)
+            pieces.append(moved if cells is None else averaged_over(moved, cells[kept]))
         return join(pieces)
 
     def added(self, sizes: Sizes, fit: Candidate | None, loops: Loops) -> FloatArray:
