@@ -69,6 +69,7 @@ _LINEAR = (
 _LOCKED = (Effect.DELAY, Effect.VISCOSITY, Effect.PLAY)
 # Standard deviations of what white noise does from which they are looked for, if misfit depends on the cells' width.
 _HIDDEN = 3.5
+_ZEROS = (Effect.FORCE_ZERO, Effect.DISPLACEMENT_ZERO)  # much alike: with both FE could have any offset
 _COLOURED = 1.2  # autocorrelation time of the residuals from which they are looked for
 _RANGE = 0.0005 * 2.0 ** np.arange(7)  # delays as shares of a cycle, plays as shares of the longest stroke
 _BETWEEN = (0.75, 0.87, 1.15, 1.35)  # sizes about the best one of the range, which it is compared with
@@ -524,6 +525,8 @@ def _gains(rig: Rig, state: Corrected, among: Sequence[Effect] = tuple(Effect)) 
     gains = []
     for effect in open_to:
         if effect is Effect.DRIFT and Effect.CURVED_DRIFT in state.sizes:
+            continue
+        if effect in _ZEROS and not state.sizes.keys().isdisjoint(_ZEROS):
             continue
         kept = [e for e in state.sizes if not (effect is Effect.CURVED_DRIFT and e is Effect.DRIFT)]
         step, residuals = traces.solved([*kept, effect])
