@@ -115,6 +115,7 @@ def test_a_table_does_not_take_over_the_loop_of_a_single_amplitude(seed: int, sh
             2,
             "is little known, since n ended at its bound and sigma ended at its bound",
         ),
+        ("viscous damper", 25, 0, "is little known, since sigma is known on one side only"),
         ("low-pass on the force", 11, 0, "there is a trace of a delay: the force lags by"),
         (
             "reversals between samples",

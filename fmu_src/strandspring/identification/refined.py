@@ -48,12 +48,6 @@ _NEGLIGIBLE = 1e-3  # half-width of the prediction interval, share of the rms fo
 _LEAST_STEPS = 100  # of the sampler of the posterior
 # Effects that a loop of a single amplitude is known from by its form alone.
 _LIKE_LOOPS = {Outcome.DELAY: "a delay", Outcome.VISCOSITY: "viscous damping", Outcome.PLAY: "play"}
-# What the strokes of a single amplitude may not show of the form that the energy of smaller loops follows from.
-_UNSEEN = {
-    Outcome.NO_STEADY_SECTION: "the strokes do not saturate",
-    Outcome.N_AT_BOUND: "n ended at its bound",
-    Outcome.SIGMA_AT_BOUND: "sigma ended at its bound",
-}
 
 
 @dataclass(frozen=True)
@@ -195,7 +189,9 @@ class RefinedOptions(Method):
         lack = LackOfFit.of(loops, refinement, samples.noise_rms)
         hysteretic = loops.rms(refinement.omega * refinement.backbone.G)
         misfit = lack.beyond_noise * hysteretic if lack.is_structured else 0.0
-        doubts = _doubts(cautions, hinted_effects(rig, found[0])) if loops.has_one_amplitude else []
+        doubts = []
+        if loops.has_one_amplitude:
+            doubts = _doubts(cautions, content["interval_95"], hinted_effects(rig, found[0]))
         if undecided := undecided_energy(spring, content, alternatives, 0.5 * loops.shortest, misfit, doubts):
             findings[Outcome.SMALL_LOOPS] = undecided
         if lack.is_reported:
@@ -251,15 +247,21 @@ class RefinedOptions(Method):
         return tuple(own + self.known.inertia(part.record) for own, part in zip(forces, rig.parts, strict=True))
 
 
-def _doubts(cautions: Sequence[Outcome], hinted: Sizes) -> list[str]:
+def _doubts(cautions: Sequence[Outcome], intervals: dict[str, Any], hinted: Sizes) -> list[str]:
     """Why loops of one amplitude do not decide the energy of smaller ones.
 
     Parameters
     ----------
     cautions : sequence of Outcome
-    hinted : dict   The effect that was not taken out, but may be in the records.
+    intervals : dict   Of the parameters, an open end being None.
+    hinted : dict      The effect that was not taken out, but may be in the records.
     """
-    unseen = [reason for outcome, reason in _UNSEEN.items() if outcome in cautions]
+    unseen = ["the strokes do not saturate"] if Outcome.NO_STEADY_SECTION in cautions else []
+    for name, outcome in (("n", Outcome.N_AT_BOUND), ("sigma", Outcome.SIGMA_AT_BOUND)):
+        if outcome in cautions:
+            unseen.append(f"{name} ended at its bound")
+        elif None in intervals[name]:
+            unseen.append(f"{name} is known on one side only")
     doubts = [f"the form of the loop is little known, since {' and '.join(unseen)}"] if unseen else []
     taken_out = [name for outcome, name in _LIKE_LOOPS.items() if outcome in cautions]
     if taken_out:
