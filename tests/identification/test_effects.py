@@ -107,7 +107,7 @@ def test_delays_that_were_missed_are_found(fault: str, seed: int, index: int) ->
 @pytest.mark.parametrize(
     ("fault", "seed", "index", "as_measured"),
     [
-        ("force lags", 0, 14, "the loop runs the wrong way round"),
+        ("force lags", 6, 1, "the loop runs the wrong way round"),
         ("force lags", 5, 4, "the unloading branch lies above the loading branch"),
         ("force leads", 6, 17, "the force collapses while the displacement goes on"),
     ],
@@ -123,6 +123,12 @@ def test_records_that_only_a_delay_explains_are_identified_with_it(
     # Without times no delay can be sought.
     with pytest.raises(IdentificationError, match=as_measured[4:]):
         identify([Record(record.displacement, record.force) for record in case.records])
+
+
+def test_loops_of_one_amplitude_that_run_backwards_are_refused_with_the_lag() -> None:
+    with pytest.raises(IdentificationError, match=r"If the force lags, then by more than 9\.72 ms") as refused:
+        identify(drawn("force lags", 0, 14).records)
+    assert refused.value.outcome is Outcome.COLUMNS_SWAPPED
 
 
 @pytest.mark.parametrize("index", range(4))

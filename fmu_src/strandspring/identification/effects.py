@@ -166,7 +166,8 @@ def find_effects(
 def find_delayed(rig: Rig, noise: float, degrees: tuple[int, int] | None) -> list[Corrected]:
     """Springs with a delay where no spring can have made the records as measured, the best first.
 
-    None where a delay does not explain all but noise, or leaves what no spring can do.
+    None where a delay does not explain all but noise, or leaves what no spring can do, and where all loops have one
+    amplitude, on which a filter or play looks like a delay.
 
     Parameters
     ----------
@@ -174,7 +175,7 @@ def find_delayed(rig: Rig, noise: float, degrees: tuple[int, int] | None) -> lis
     noise : float                  The rms that noise alone gives the residuals [N].
     degrees : (int, int) or None   Of FE and FA; chosen if None.
     """
-    if Effect.DELAY not in rig.effects:
+    if Effect.DELAY not in rig.effects or rig.loops.has_one_amplitude:
         return []
     finer = rig.finer()
     noise *= _noise_left(finer.loops) / _noise_left(rig.loops)
@@ -288,8 +289,11 @@ def _with_effects(
 def _depends_on_cells(rig: Rig, finer: Rig, fit: Candidate) -> bool:
     """Whether the misfit of a fit is another in finer cells than what averages of white noise would be.
 
-    A delay or a play that the spring itself imitates leaves misfit in single samples next to the reversals.
+    A delay or a play that the spring itself imitates leaves misfit in single samples next to the reversals; so does
+    what samples were left out for.
     """
+    if not all(part.used.all() for part in rig.parts):
+        return False
     residuals = transferred(fit, finer.loops).refinement
     misfit = finer.loops.rms(residuals.backbone.misfit(finer.loops.force, residuals.omega))
     noises = [value / _noise_left(each.loops) for value, each in ((fit.misfit, rig), (misfit, finer))]
