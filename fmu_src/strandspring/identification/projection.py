@@ -14,11 +14,10 @@ import numpy as np
 
 from ..kernel.arrays import FloatArray
 from ..kernel.points import RecordPoints
-from ..kernel.projected import ProjectedColumns, Projection
+from ..kernel.record_fit import RecordFit
 from .loops import Loops
 from .polynomials import Basis
 from .stages import N_BOUNDS, SIGMA_BOUNDS, Backbone, Hysteresis
-from .trust_region import minimise
 
 # rho times the longest stroke: from a loop that hardly saturates (below, FA and rho are strongly correlated) to one
 # that saturates within a millionth of the stroke.
@@ -55,22 +54,6 @@ class Refinement:
     weight: FloatArray
     full_weight: FloatArray
     converged: bool
-
-
-@dataclass(frozen=True, eq=False)
-class _Projected:
-    """One evaluation: omega and its derivatives, and the linear part."""
-
-    omega: FloatArray
-    derivatives: FloatArray
-    linear: Projection
-
-    @property
-    def cost(self) -> float:
-        return self.linear.cost
-
-    def triangle(self) -> FloatArray:
-        return self.linear.triangle(self.derivatives)
 
 
 class Problem:
@@ -112,6 +95,7 @@ class Problem:
         bounds = [around, SIGMA_BOUNDS, N_BOUNDS]
         self.low = np.append([np.log(low) for low, _ in bounds], -np.ones(self.records))
         self.high = np.append([np.log(high) for _, high in bounds], np.ones(self.records))
+        self._fit = RecordFit(self._points, *self.columns, loops.force, self.low, self.high, coarse)
 
     def linearised(self, hysteresis: Hysteresis, backbone: Backbone) -> Refinement:
         """The fit of another method as a refinement that has not begun, with the derivatives there."""
@@ -151,26 +135,18 @@ class Problem:
         tolerance : float              Relative change of the squared misfit at which the iteration ends.
         evaluations : int              At which it ends in any case.
         """
-        root = np.sqrt(weight)
-        elastic, amplifier = (columns * root[:, None] for columns in self.columns)
-        linear = ProjectedColumns(elastic, amplifier, self.loops.force * root)
-
-        def evaluate(theta: FloatArray) -> _Projected:
-            omega, derivatives = self.omega(theta)
-            return _Projected(omega, derivatives, linear.at(omega))
-
         start = np.clip(vector(hysteresis, omega_start), self.low + _INSIDE, self.high - _INSIDE)
-        theta, point, converged = minimise(evaluate, start, self.low, self.high, root.size, tolerance, evaluations)
-        rho, sigma, n = np.exp(theta[:3]).tolist()
+        found = self._fit.solve(start, np.sqrt(weight), tolerance, evaluations)
+        rho, sigma, n = np.exp(found.variables[:3]).tolist()
         return Refinement(
             Hysteresis(rho, max(sigma, SIGMA_BOUNDS[0]), n),
-            theta[3:],
-            Backbone.from_coefficients(point.linear.coefficients, self.columns),
-            point.omega,
-            point.derivatives,
+            found.variables[3:],
+            Backbone.from_coefficients(found.coefficients, self.columns),
+            found.omega,
+            found.derivatives,
             weight,
             weight,
-            converged,
+            found.converged,
         )
 
     def omega(self, theta: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -72,15 +72,14 @@ class RecordPoints:
         stroke: IntArray,
         travel: FloatArray,
     ) -> None:
-        self.records, self.count = len(first_stroke) - 1, travel.size
+        self.records, self.strokes, self.count = len(first_stroke) - 1, direction.size, travel.size
         self._arrays = (
             *(integers(column) for column in (first_stroke, first_point, direction)),
             floats(length),
             integers(stroke),
             floats(travel),
-            np.empty(5 * direction.size),
         )
-        self._addresses = [address(array) for array in self._arrays]
+        self.addresses = [address(array) for array in self._arrays]
 
     def omega(
         self, rho: float, sigma: float, n: float, omega_start: FloatArray, coarse: bool = False
@@ -94,7 +93,11 @@ class RecordPoints:
         coarse : bool                       omega to 1e-8 only, the quicker for it where the points are few.
         """
         saturation = table(n, sigma, derivatives=True, coarse=coarse)
-        found, starts = np.empty((4 + self.records, self.count)), floats(omega_start)
+        found, starts, workspace = (
+            np.empty((4 + self.records, self.count)),
+            floats(omega_start),
+            np.empty(5 * self.strokes),
+        )
         begin = address(found)
         library().spring_on_records(
             saturation.address,
@@ -102,7 +105,8 @@ class RecordPoints:
             sigma,
             address(starts),
             self.records,
-            *self._addresses,
+            *self.addresses,
+            address(workspace),
             begin,
             begin + found.strides[0],
         )
