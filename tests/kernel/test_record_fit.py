@@ -7,8 +7,9 @@ import pytest
 from scipy.optimize import least_squares
 
 from strandspring.kernel.arrays import FloatArray
-from strandspring.kernel.points import RecordPoints, omega_with_derivatives
+from strandspring.kernel.points import RecordPoints
 from strandspring.kernel.record_fit import FoundFit, RecordFit
+from stroke_points import omega_with_derivatives
 
 DIRECTION, LENGTH = np.array([1, -1, 1, -1]), np.array([1.0, 1.7, 1.3, 2.0])
 PER_STROKE = 60

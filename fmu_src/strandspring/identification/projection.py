@@ -13,7 +13,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..kernel.arrays import FloatArray
-from ..kernel.points import RecordPoints
 from ..kernel.record_fit import RecordFit
 from .loops import Loops
 from .polynomials import Basis
@@ -79,23 +78,14 @@ class Problem:
         self.loops = loops
         self._coarse = coarse
         self.columns = basis.columns(loops.displacement, further)
-        self.records = int(loops.record.max()) + 1
-        pieces = loops.by_record
-        self._points = RecordPoints(
-            np.array([0, *(strokes.stop for strokes, _ in pieces)]),
-            np.array([0, *(points.stop for _, points in pieces)]),
-            loops.direction,
-            loops.length,
-            loops.stroke,
-            loops.travel,
-        )
+        self.records = loops.points.records
         longest = float(loops.length.max())
         least, most = (b / longest for b in RHO_BOUNDS)
         around = (max(least, start.rho / _TRUST), min(most, start.rho * _TRUST))
         bounds = [around, SIGMA_BOUNDS, N_BOUNDS]
         self.low = np.append([np.log(low) for low, _ in bounds], -np.ones(self.records))
         self.high = np.append([np.log(high) for _, high in bounds], np.ones(self.records))
-        self._fit = RecordFit(self._points, *self.columns, loops.force, self.low, self.high, coarse)
+        self._fit = RecordFit(loops.points, *self.columns, loops.force, self.low, self.high, coarse)
 
     def linearised(self, hysteresis: Hysteresis, backbone: Backbone) -> Refinement:
         """The fit of another method as a refinement that has not begun, with the derivatives there."""
@@ -152,7 +142,7 @@ class Problem:
     def omega(self, theta: FloatArray) -> tuple[FloatArray, FloatArray]:
         """omega at every point and its derivatives with respect to theta."""
         rho, sigma, n = np.exp(theta[:3]).tolist()
-        return self._points.omega(rho, sigma, n, theta[3:], self._coarse)
+        return self.loops.points.omega(rho, sigma, n, theta[3:], self._coarse)
 
 
 def triangle_of(matrix: FloatArray) -> FloatArray:

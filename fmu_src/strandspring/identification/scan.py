@@ -94,7 +94,7 @@ class _Grid:
         for n in _N:
             for sigma in _SIGMA:
                 rates = saturation_distance(n, sigma) / (np.array(_SHARES) * longest)
-                omega = loops.omega_by_rate(rates, sigma, n)
+                omega = loops.points.omega_by_rate(rates, sigma, n)
                 distinct = is_distinct(omega)
                 self.places.append(distinct)
                 self.points += [

@@ -19,14 +19,9 @@ _FUNCTIONS = {
     "kernel_inverse": (None, (c_void_p, c_size_t, c_void_p, c_void_p)),
     "spring_path": (None, (c_void_p, c_size_t, c_void_p, c_double, c_void_p, c_void_p, c_void_p, c_void_p)),
     "spring_force_at": (None, (c_void_p, c_size_t, c_void_p, c_void_p, c_void_p, c_void_p, c_void_p)),
-    "spring_at_points": (
-        None,
-        (c_void_p, c_size_t, c_void_p, c_double, c_size_t, c_void_p, c_void_p, c_size_t, c_void_p, c_void_p, c_void_p,
-         c_void_p, c_void_p),
-    ),
     "spring_on_records": (
         None,
-        (c_void_p, c_double, c_double, c_void_p, c_size_t, c_void_p, c_void_p, c_void_p, c_void_p, c_void_p, c_void_p,
+        (c_void_p, c_size_t, c_void_p, c_void_p, c_size_t, c_void_p, c_void_p, c_void_p, c_void_p, c_void_p, c_void_p,
          c_void_p, c_void_p, c_void_p),
     ),
     "record_fit_workspace": (c_size_t, (c_void_p,)),

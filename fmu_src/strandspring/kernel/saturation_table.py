@@ -21,7 +21,7 @@ class Table:
     Parameters
     ----------
     n, sigma : float     Within the bounds of `SpringParameters`.
-    derivatives : bool   Tabulate the derivatives by n and sigma too, for `omega_with_derivatives`.
+    derivatives : bool   Tabulate the derivatives by n and sigma too, for `RecordPoints.omega`.
     energies : bool      Tabulate what absorbed energies need.
     coarse : bool        To 1e-8 only, in a quarter of the time.
     """

@@ -69,9 +69,9 @@ static double cost_at(void *problem, const double *x)
     FitUnderWay *way = problem;
     const RecordFit *fit = way->given;
     FittedPoint *trial = &way->trial;
-    double rho = exp(x[0]), sigma = exp(x[1]);
-    spring_tabulate(fit->table, exp(x[2]), sigma, fit->with);
-    spring_on_records(fit->table, rho, sigma, x + 3, fit->records, fit->first_stroke, fit->first_point, fit->direction,
+    double rho = exp(x[0]);
+    spring_tabulate(fit->table, exp(x[2]), exp(x[1]), fit->with);
+    spring_on_records(fit->table, 1, &rho, x + 3, fit->records, fit->first_stroke, fit->first_point, fit->direction,
                       fit->length, fit->stroke, fit->travel, way->strokes, trial->omega, trial->omega + fit->points);
     return projected_fit(fit->points, fit->fixed, way->frame, way->triangle, way->along, fit->moving, way->moving,
                          way->target, trial->omega, trial->rows, trial->coefficients, trial->residuals,
