@@ -65,7 +65,7 @@ class Target:
         return _SYSTEMS[self.triple.split("-")[1].split(".")[0]]
 
 
-_X86 = ("-mtune=haswell",)
+_X86 = ("-Xclang", "-tune-cpu", "-Xclang", "haswell")  # -mtune also takes instructions that only such processors have
 
 LINUX_X86 = Target("x86_64-linux-gnu.2.17", _X86)
 LINUX_ARM = Target("aarch64-linux-gnu.2.17")

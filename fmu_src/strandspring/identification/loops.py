@@ -56,12 +56,17 @@ class Loops:
         return self.direction[self.stroke]
 
     @cached_property
+    def bounds(self) -> IndexArray:
+        """First point of each stroke that has points, and the number of all."""
+        return np.flatnonzero(np.diff(self.stroke, prepend=-1, append=-1))
+
+    @cached_property
     def reach(self) -> tuple[float, float]:
         """Lowest and highest displacement of the strokes that have points [m], as far as they are selected.
 
         Averaged points stay within it.
         """
-        used = np.unique(self.stroke)
+        used = self.stroke[self.bounds[:-1]]
         ends = np.concatenate([self.start[used], (self.start + self.direction * self.length)[used]])
         low, high = self.selected
         return max(low, float(ends.min())), min(high, float(ends.max()))
@@ -69,7 +74,7 @@ class Loops:
     @cached_property
     def longest(self) -> float:
         """Length of the longest stroke that has points [m]."""
-        return float(self.length[np.unique(self.stroke)].max())
+        return float(self.length[self.stroke[self.bounds[:-1]]].max())
 
     @cached_property
     def shortest(self) -> float:
