@@ -81,8 +81,8 @@ def whole_periods(displacement: ArrayLike, force: ArrayLike, time: ArrayLike | N
     if difference > _REPEATS * np.ptp(x):
         raise RecordError(
             "the displacement must repeat itself from period to period, but its periods differ by "
-            f"{100.0 * difference / np.ptp(x):.3g} % of its range (rms); cut the record to whole periods of one amplitude "
-            "(--cycles)."
+            f"{100.0 * difference / np.ptp(x):.3g} % of its range (rms); cut the record to whole periods of one "
+            "amplitude (--cycles)."
         )
     if count > 1 and _differs(forces):
         moved, forces = moved[1:], forces[1:]
