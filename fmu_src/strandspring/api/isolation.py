@@ -31,6 +31,7 @@ from ..isolation.system import (
 )
 from ..modelfile import ModelFile
 from ..scratch import TemporaryFolder
+from ..stated_cautions import cautions_in_use
 from .caution_text import outside_range
 from .levels import given_levels
 from .placing import ModelSource, model_of, origin_of, path_of
@@ -239,6 +240,7 @@ class Isolation(Result):
                 "far below the resonance are superharmonics; a little --damping removes them."
             )
         for one in self.models:
+            lines += [f"  Caution: {sentence}" for sentence in cautions_in_use(one.label, one.model)]
             for response in one.responses:
                 outside = [point.frequency for point in response.points if point.extrapolating]
                 if outside:
