@@ -94,7 +94,8 @@ class Outcome(Enum):
     )
     TURNS_BETWEEN_SAMPLES = (
         "The samples are so few that the displacement turns between them; what it travels there is lost, which can "
-        "look like a delay or wear and falsifies rho, sigma, n and the energy of small loops: sample 100 times in a cycle."
+        "look like a delay or wear and falsifies rho, sigma, n and the energy of small loops: sample 100 times in a "
+        "cycle."
     )
     DISPLACEMENT_NOISE = (
         "The noise of the displacement is large; it was smoothed out between the reversals, but what is left of it "
