@@ -207,8 +207,9 @@ def test_the_rest_carries_the_load() -> None:
         ({"mass": 1e-200}, r"`mass` must be within \[1e-20, 1e\+20\] kg, got 1e-200; check its unit"),
         ({"mass": 1e200}, r"`mass` must be within \[1e-20, 1e\+20\] kg"),
         ({"load": float("inf")}, "`load` must be finite"),
-        ({"parallel": 0}, "`parallel` must be a number of springs"),
-        ({"series": 0}, "`series` must be a number of springs"),
+        ({"parallel": 0}, "`parallel` must be a whole number from 1 to"),
+        ({"parallel": 1.5}, "`parallel` must be a whole number from 1 to"),
+        ({"series": 0}, "`series` must be a whole number"),
         ({"damping": -1.0}, "`damping` must be finite and >= 0"),
     ],
 )

@@ -81,8 +81,8 @@ class RefinedOptions(Method):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        if not 0 <= self.bootstrap <= 10_000:
-            raise ValueError(f"`bootstrap` must be within [0, 10000] repetitions, got {self.bootstrap}.")
+        if self.bootstrap != 0 and not 2 <= self.bootstrap <= 10_000:
+            raise ValueError(f"`bootstrap` must be 0 or within [2, 10000] repetitions, got {self.bootstrap}.")
         if self.posterior and not _LEAST_STEPS <= self.posterior <= 1_000_000:
             raise ValueError(f"`posterior` must be 0 or within [{_LEAST_STEPS}, 1000000] steps, got {self.posterior}.")
         if self.posterior and find_spec("emcee") is None:
