@@ -135,9 +135,13 @@ static void make_index(SpringIndex *index, const double *edges, int from, int pi
     int up = low < high;
     index->first = spring_bucket(up ? low : high);
     int buckets = spring_bucket(up ? high : low) - index->first + 1;
-    for (int k = 0; k <= buckets; k++) {
+    for (int k = 0, piece = up ? 0 : pieces - 1; k <= buckets; k++) {
         double start = start_of_bucket(index->first + k);
-        index->piece[k] = (unsigned char)spring_search(edges, 0, pieces - 1, up ? start : -start);
+        while (up && piece < pieces - 1 && edges[piece + 1] <= start)
+            piece++;
+        while (!up && piece > 0 && edges[piece] > -start)
+            piece--;
+        index->piece[k] = (unsigned char)piece;
     }
 }
 
