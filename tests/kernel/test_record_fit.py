@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Literal
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -46,10 +48,11 @@ def linear(
     return found
 
 
+@pytest.mark.parametrize("order", ["C", "F"])
 @pytest.mark.parametrize(("fixed", "moving"), [(1, 1), (4, 3), (9, 1), (20, 5)])
-def test_coefficients(fixed: int, moving: int) -> None:
+def test_coefficients(fixed: int, moving: int, order: Literal["C", "F"]) -> None:
     generator = np.random.default_rng(fixed + 10 * moving)
-    elastic, amplifier = columns(fixed, moving)
+    elastic, amplifier = (np.asarray(each, order=order) for each in columns(fixed, moving))
     force, root = generator.standard_normal(ONES.size), generator.uniform(0.5, 2.0, ONES.size)
     found = linear(elastic, amplifier, force, root=root)
     matrix = np.hstack([elastic, found.omega[:, None] * amplifier])
