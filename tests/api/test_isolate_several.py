@@ -184,7 +184,7 @@ def test_files_are_written_as_the_command_does(tmp_path: Path) -> None:
     table = pd.read_csv(tmp_path / "curves.csv")
     assert table.columns[:3].tolist() == ["model", "level [N]", "frequency [Hz]"]
     assert "relative motion over force [m/N]" in table
-    assert table["lowest displacement [m]"].tolist() == result.to_frame()["least"].tolist()
+    assert table["lowest displacement of a spring [m]"].tolist() == result.to_frame()["least"].tolist()
     result.save_plot(tmp_path / "curves.svg")
     first = (tmp_path / "curves.svg").read_bytes()
     result.save_plot(tmp_path / "curves.svg")

@@ -23,3 +23,10 @@ def test_the_bound_of_sigma_is_no_finding(error: float | None, ends: list[float 
     lines = parameter_lines(spring_of(1.0, 1.0), {"sigma": error, "interval_95": {"sigma": ends}})
     (line,) = (" ".join(line.split()) for line in lines if line.split()[0] == "sigma")
     assert line == f"sigma {text}"
+
+
+def test_quantiles_of_the_posterior_have_the_digits_of_the_parameters() -> None:
+    names = ("kappa_omega", "rho", "sigma", "n")
+    posterior = {**{name: [99.984, 99.99, 100.021, 100.03, 100.057] for name in names}, "steps": 900, "seed": 0}
+    lines = "\n".join(parameter_lines(spring_of(1.0, 1.0), {"posterior": {**posterior, "long_enough": True}}))
+    assert "rho 100.021 (99.984 to 100.057)" in lines

@@ -187,6 +187,7 @@ def test_odd_arguments_are_refused_without_a_traceback(terminal: Terminal) -> No
     for argument in ("x" * 100_000, "a\nb", "\udcff.json", "/" * 5000):
         terminal("info", argument, status=1)
         terminal("isolate", "mount.json", "--mass", argument, status=2)
+    terminal("docs", "limits", "--text", "-o", "limits.html", status=2)
     done = subprocess.run([*PROGRAM, "info", "mount.json", "--save", b"\xff.json"], capture_output=True, check=False)
     assert done.returncode == 0, done.stderr
     assert b"Model file: \\udcff.json" in done.stdout

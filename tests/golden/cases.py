@@ -236,9 +236,12 @@ ISOLATED: dict[str, tuple[str, ...]] = {
 _KEPT_NAMES = {
     "relative motion over base motion [1]": "relative [1]",
     "relative motion over force [m/N]": "relative [m/N]",
-    "mean displacement [m]": "mean [m]",
-    "lowest displacement [m]": "least [m]",
-    "highest displacement [m]": "greatest [m]",
+    "amplitude of the mount [m]": "amplitude [m]",
+    "mean displacement of a spring [m]": "mean [m]",
+    "lowest displacement of a spring [m]": "least [m]",
+    "highest displacement of a spring [m]": "greatest [m]",
+    "displacement of the mount at the crest [m]": "displacement at the crest [m]",
+    "speed of the mount at the crest [m/s]": "speed at the crest [m/s]",
     "outside the identified range": "extrapolating",
 }
 

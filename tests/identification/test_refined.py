@@ -21,8 +21,8 @@ from strandspring import (
 from strandspring.identification.figures import predict_record, rmse, rnl
 from strandspring.identification.noise import force_noise
 from strandspring.kernel.path import PathSolver
-from strandspring.kernel.points import omega_with_derivatives
 from strandspring.loops.strokes import find_strokes
+from stroke_points import omega_with_derivatives
 from synthetic import AMPLITUDE, MEAN, record_of, sine, spring_of
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -184,6 +184,8 @@ def test_bootstrap_and_jacobian_agree_on_independent_noise() -> None:
         assert uncertainty["bootstrap"][name] == pytest.approx(uncertainty[name], rel=0.7)
     few = identify(record_of(spring_of(1.0, 1.0), sine(), noise=0.03), RefinedOptions((3, 2), bootstrap=30)).uncertainty
     assert few["bootstrap"]["kappa_omega"] < 10.0 * few["kappa_omega"]
+    with pytest.raises(ValueError, match=r"`bootstrap` must be 0 or within \[2, 10000\] repetitions, got 1"):
+        RefinedOptions(bootstrap=1)
     again = identify(record, RefinedOptions((3, 2), bootstrap=60, seed=1)).uncertainty
     assert again["bootstrap"] == uncertainty["bootstrap"]
     with pytest.raises(

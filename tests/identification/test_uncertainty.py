@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from scipy import stats
+from scipy.fft import dct
 from scipy.linalg import toeplitz
 from scipy.signal import lfilter
 
@@ -23,7 +24,7 @@ from strandspring import (
     select,
     synthesize,
 )
-from strandspring.identification.coloured_noise import coefficient_covariance
+from strandspring.identification.coloured_noise import _cosine_transform, coefficient_covariance
 from strandspring.identification.figures import predict_record
 from strandspring.identification.intervals import quantile_95
 from strandspring.identification.loops import gather
@@ -37,6 +38,13 @@ from synthetic import record_of, sine, spring_of
 ROOT = Path(__file__).resolve().parents[2]
 CUBIC = RefinedOptions(degrees=(3, 2))
 NAMES = ("kappa_omega", "rho", "sigma", "n")
+
+
+@pytest.mark.parametrize("samples", [1, 2, 3, 4, 5, 916, 1001])
+def test_cosine_transform(samples: int) -> None:
+    columns = np.random.default_rng(samples).standard_normal((samples, 3))
+    expected = dct(columns, axis=0, norm="ortho")
+    np.testing.assert_allclose(_cosine_transform(columns), expected, rtol=0.0, atol=1e-13)
 
 
 def autoregressive(samples: int, correlation: float, seed: int) -> np.ndarray:
@@ -235,6 +243,20 @@ def test_the_prediction_interval_is_as_wide_as_the_noise(samples: int) -> None:
     assert interval["held_out_coverage"] == pytest.approx(0.95, abs=0.015)
 
 
+def test_the_prediction_interval_counts_all_cycles_where_none_can_be_left_out() -> None:
+    """Large cycles first, small ones last: these do not show where the large ones go; noise of 1 N and 2 N."""
+    displacement = np.concatenate([size * np.sin(np.linspace(0.0, 6.0 * np.pi, 1500)) for size in (0.02, 0.006)])
+    clean = record_of(spring_of(1.0, 1.0), displacement)
+    noise = np.random.default_rng(0).standard_normal(displacement.size) * np.repeat([1.0, 2.0], 1500)
+    found = identify(Record(displacement, clean.force + noise), CUBIC)
+    interval = PredictionInterval.of(found.uncertainty)
+    assert interval is not None
+    assert interval.coverage is None
+    assert interval.sentence.endswith("because half of the cycles does not show what the others need")
+    # 95 % of both: P(|N| < h)/2 + P(|N| < h/2)/2 = 0.95 at h = 3.29 N.
+    assert interval.half_width == pytest.approx(3.29, rel=0.06)
+
+
 def test_an_interval_that_misses_held_out_cycles_is_cautioned() -> None:
     record = record_of(spring_of(1.0, 1.0), sine(6, 1800))
     noise = np.random.default_rng(0).standard_normal(1800) * np.where(np.arange(1800) < 900, 0.1, 1.0)
@@ -251,7 +273,7 @@ def test_one_cycle_leaves_the_coverage_open() -> None:
     interval = PredictionInterval.of(identify(record_of(spring_of(1.0, 1.0), sine(1, 500), noise=0.01)).uncertainty)
     assert interval is not None
     assert interval.coverage is None
-    assert "there is one cycle only" in interval.sentence
+    assert "there is one only" in interval.sentence
     # A file may leave it out.
     content = {name: value for name, value in interval.as_json().items() if name != "held_out_coverage"}
     assert PredictionInterval.of({"prediction_interval": content}) == interval

@@ -20,7 +20,7 @@ def triangle(samples: int, cycles: int = 3) -> np.ndarray:
     return 0.05 + 0.02 * np.interp(phase % 1.0, [0.0, 0.25, 0.75, 1.0], [0.0, 1.0, -1.0, 0.0])
 
 
-@pytest.mark.parametrize("samples", [60, 1500, 60_000])
+@pytest.mark.parametrize("samples", [300, 1500, 60_000])
 @pytest.mark.parametrize("shape", [lambda k: sine(3, k), triangle], ids=["sine", "triangle"])
 def test_every_sample_of_a_good_record_is_used(samples: int, shape) -> None:
     record = record_of(spring_of(1.0, 1.0), shape(samples), noise=0.01)
@@ -81,6 +81,18 @@ def test_gaps_are_named_by_their_times() -> None:
     keep[400:450] = keep[900:960] = False
     _, found = usable(Record(record.displacement[keep], record.force[keep], times[keep]))
     assert found == {Outcome.GAPS: "3.99 to 4.5 s; 8.99 to 9.6 s"}
+
+
+@pytest.mark.parametrize(("samples", "lost"), [(10, True), (30, True), (100, False)])
+def test_reversals_between_samples_are_named_by_what_is_lost(samples: int, lost: bool) -> None:
+    """Halfway between two samples: 1 - cos(pi/N) of the amplitude, half of that of a stroke."""
+    phase = 2.0 * np.pi * (np.arange(5 * samples) + 0.5) / samples + 0.5 * np.pi
+    found = usable(record_of(spring_of(1.0, 1.0), np.sin(phase) * 0.02))[1]
+    assert set(found) == ({Outcome.TURNS_BETWEEN_SAMPLES} if lost else set())
+    for detail in found.values():
+        share = float(detail.split()[1])
+        # Of samples of the parabola, which lies below the sine's crest.
+        assert share == pytest.approx(50.0 * (1.0 - np.cos(np.pi / samples)), rel=0.35)
 
 
 def test_irregular_sampling_is_no_gap() -> None:

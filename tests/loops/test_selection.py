@@ -114,7 +114,8 @@ def test_loops_are_those_inside_the_range() -> None:
 def test_what_leaves_nothing_usable_is_refused_with_what_there_is() -> None:
     record = made()
     cases: list[tuple[dict[str, tuple[float | None, float | None]], str]] = [
-        ({"cycles": (7, 12)}, "cycles 7 to 12 cannot be selected, since the record has 9; select among 1 to 9."),
+        ({"cycles": (7, 12)}, "cycle 12 cannot be selected, since the record has 9; select among 1 to 9."),
+        ({"cycles": (12, None)}, "cycle 12 cannot be selected, since the record has 9; select among 1 to 9."),
         ({"time": (20.0, None)}, "must hold at least 16 samples, found 0; the record goes from 0 to 10 s."),
         ({"displacement": (1.0, 2.0)}, "must hold at least 16 samples, found 0; the record goes from 25 to 75 mm."),
         ({"displacement": (0.0499, 0.0501)}, "over at least 2 % of the record's range"),

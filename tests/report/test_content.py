@@ -92,6 +92,20 @@ def test_engineering_figures_compare_measured_with_modelled() -> None:
         assert all(abs(float(cell.removesuffix(" %").replace("−", "-"))) < 2.0 for cell in row[2:])
 
 
+def test_trends_compare_cycles_of_one_amplitude() -> None:
+    """Three large cycles of which the last is 2 % stiffer, then three small ones."""
+    displacement = np.concatenate([size * np.sin(np.linspace(0.0, 6.0 * np.pi, 900)) for size in (0.02, 0.01)])
+    record = record_of(spring_of(1.0, 1.0), displacement)
+    stiffer = np.where((np.arange(1800) >= 525) & (np.arange(1800) < 900), 1.02, 1.0)
+    found = identify(replace(record, force=record.force * stiffer))
+    blocks = [block for section in content_of(found).sections for block in section.blocks]
+    charts = [figure for block in blocks if isinstance(block, Gallery) for figure in block.figures]
+    sentences = {chart.key: chart.sentence for chart in charts if isinstance(chart, Chart)}
+    expected = "from the first to the last cycle of one amplitude the measured one changes by +2 % at most."
+    assert sentences["trend-secant-stiffness"].endswith(expected)
+    assert "  " not in "".join(sentences.values())
+
+
 def test_a_mass_that_cannot_rest_is_a_sentence() -> None:
     section = next(s for s in content_of(reports.plain(), mass=1e4).sections if s.key == "isolation")
     assert "static load" in getattr(section.blocks[0], "text", "")

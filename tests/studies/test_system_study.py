@@ -147,6 +147,8 @@ def test_what_is_varied_beyond_the_first_places_is_left_out_with_them() -> None:
         ("case.shock.peak", "10 g,100", "all values must have one unit, got 'g' and ''"),
         ("body.box.mass", "15 kg:25 kg:1", "COUNT must be a whole number from 2 to 10000, got '1'"),
         ("body.box.mass", "15 kg:25 kg:99999999999", "COUNT must be a whole number from 2 to 10000"),
+        ("body.box.mass", "15 kg:25 kg", "got '15 kg:25 kg'; give LOW:HIGH:COUNT"),
+        ("body.box.mass", "-10 %:10 %:3", "percent are shares of what the file says, got '-10 %'; write 110 %"),
         ("body.box.mass", "heavy,light", "got 'heavy,light'; give LOW:HIGH:COUNT or a list with commas"),
         ("body.box.mass", "", "got ''; give LOW:HIGH:COUNT"),
         ("body.box.mass", "1e999", "got '1e999'; give"),

@@ -10,7 +10,7 @@ from enum import Enum
 import numpy as np
 
 from ..modelfile import ModelFile
-from ..strict_json import printable
+from ..stated_cautions import cautions_in_use
 from ..systems.axis_names import axes_by_mount, axis_names
 from ..systems.loads import LoadCase
 from ..systems.mounted import MountedSystem
@@ -20,7 +20,6 @@ from .range_use import RangeUse
 _SWUNG = 0.5  # half the swing of omega from which an axis' friction is saturated in good part
 _LARGE_TILT = math.radians(10.0)  # from which the twist of mounts is felt, where no limit says more
 _ROUNDING = 1e-9  # of a duration
-_RATES = ("viscous", "delay")  # effects of an identification that depend on speed
 
 
 class CautionKind(Enum):
@@ -91,28 +90,8 @@ def _shared(system: MountedSystem) -> Iterator[str]:
 
 def _about_files(system: MountedSystem, models: Mapping[str, ModelFile]) -> Iterator[str]:
     for name in dict.fromkeys(axis.model for _, axis in system.axes()):
-        model = models.get(name)
-        if model is None:
-            continue
-        outcomes = model.fit.get("outcomes")
-        named = (
-            [printable(str(one.get("name"))) for one in outcomes if isinstance(one, Mapping)]
-            if isinstance(outcomes, list)
-            else []
-        )
-        if named:
-            yield f"{name} was identified with {len(named)} cautions ({_listed(named)}); see `strandspring info`."
-        effects = model.fit.get("effects")
-        rates = (
-            [printable(key) for key in effects if any(word in key for word in _RATES)]
-            if isinstance(effects, Mapping)
-            else []
-        )
-        if rates:
-            yield (
-                f"Its records showed {_listed(rates)} in {name}, taken out of the model: its force depends on speed, "
-                "and here it does not; give the axis a damper."
-            )
+        if name in models:
+            yield from cautions_in_use(name, models[name])
 
 
 def case_cautions(

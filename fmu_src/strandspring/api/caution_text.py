@@ -10,7 +10,9 @@ import numpy as np
 from ..core.parameters import SpringParameters
 from ..identification.direction import backwards
 from ..kernel.arrays import FloatArray
+from ..modelfile import ModelFile
 from ..records.record import Record
+from ..stated_cautions import stated_effects
 
 # Share of the identified range by which rounding may take a sample beyond its ends.
 _ROUNDING = 1e-9
@@ -35,6 +37,22 @@ def outside_cautions(source: str, displacement: FloatArray, p: SpringParameters)
     slack = _ROUNDING * (p.displacement_max - p.displacement_min)
     outside = np.mean((displacement < p.displacement_min - slack) | (displacement > p.displacement_max + slack))
     return [f"{source}: {100 * outside:.3g} % of the samples lie {outside_range(p)}"] if outside > 0.0 else []
+
+
+def effects_of(model: ModelFile) -> str:
+    """The effects of the rig that were taken out of a model's records, in words; empty if none was."""
+    return printable(", ".join(stated_effects(model)).replace("_", " "))
+
+
+def effects_cautions(source: str, model: ModelFile) -> list[str]:
+    """A sentence about records beside a model without the effects of its rig; none if none was taken out."""
+    effects = effects_of(model)
+    if not effects:
+        return []
+    return [
+        f"{source}: {effects} was taken out of the records of the model, as an effect of the rig; where the records "
+        "given here hold it too, the measured forces differ from the model by it."
+    ]
 
 
 def printable(value: Any) -> str:

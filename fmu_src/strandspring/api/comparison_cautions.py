@@ -7,8 +7,9 @@ from ..loops.loop import Loop
 from ..loops.modelled import steady_loop
 from ..modelfile import ModelFile
 from ..records.record import Record
+from ..stated_cautions import stated_cautions
 from .alignment import Align, aligned, apart, middle_of, shared_range
-from .caution_text import backwards_cautions, outside_cautions, printable
+from .caution_text import backwards_cautions, effects_of, outside_cautions, printable
 from .common_form import common_form, form_of, form_words
 from .comparison_words import Verdict, percent
 
@@ -45,8 +46,10 @@ def comparison_cautions(
                 for sentence in outside_cautions(record.path, record.displacement, model.parameters)
             ]
     for label, model in zip("AB", models, strict=True):
-        cautions += [f"Of the identification of {label}: {sentence}" for sentence in _own_cautions(model)]
-    effects = [_effects(model) for model in models]
+        cautions += [
+            f"Of the identification of {label}: {printable(sentence)}" for sentence in stated_cautions(model).values()
+        ]
+    effects = [effects_of(model) or "nothing" for model in models]
     if effects[0] != effects[1]:
         cautions.append(
             f"As effects of the rig, {effects[0]} was taken out of A's records and {effects[1]} out of B's: a "
@@ -72,20 +75,6 @@ def comparison_cautions(
             "middles (align='middle', --align middle)."
         )
     return cautions
-
-
-def _own_cautions(model: ModelFile) -> list[str]:
-    """What the identification of a model asked to be careful with; its fit is free JSON."""
-    outcomes = model.fit.get("outcomes")
-    entries = outcomes if isinstance(outcomes, list) else []
-    return [printable(entry["sentence"]) for entry in entries if isinstance(entry, dict) and "sentence" in entry]
-
-
-def _effects(model: ModelFile) -> str:
-    """The effects of the rig that were taken out, in words."""
-    effects = model.fit.get("effects")
-    names = sorted(effects) if isinstance(effects, dict) else []
-    return printable(", ".join(names).replace("_", " ")) or "nothing"
 
 
 def _digests(model: ModelFile) -> set[str]:

@@ -19,7 +19,8 @@ from ..loops.measured import MeasuredLoop, measured_loops
 from ..loops.modelled import steady_loop, steady_loop_figures
 from ..modelfile import ModelFile
 from ..records.record import Record
-from .caution_text import backwards_cautions, outside_range, printable
+from ..stated_cautions import stated_cautions
+from .caution_text import backwards_cautions, effects_cautions, effects_of, outside_range, printable
 from .placing import ModelSource, model_of, origin_of, source_of
 from .plotting import some_axes
 from .records import records_of
@@ -55,7 +56,8 @@ class Information(Result):
     pairs : tuple of (MeasuredLoop, Loop)   Loops of the records, each with the model's.
     rate_independence : RateIndependence or None   Whether the force depends on the frequency.
     overlap : Overlap or None               Whether the loading paths of different amplitudes overlap.
-    cautions : tuple of str                 Loops that run backwards or leave the identified range.
+    cautions : tuple of str                 Those of the identification; loops that run backwards or leave the
+                                            identified range; effects of the rig that were taken out.
     """
 
     source: str
@@ -87,6 +89,8 @@ class Information(Result):
         files = [r["file"] for r in records if isinstance(r, dict) and "file" in r] if isinstance(records, list) else []
         if files:
             lines.append(f"  from {', '.join(map(printable, files))}")
+        if effects := effects_of(model):
+            lines.append(f"  taken out of the records, as effects of the rig: {effects}")
         if sentence := zero_sentence(self.zero):
             lines.append(f"  {sentence}")
         return lines
@@ -206,7 +210,10 @@ def info(
     origin = origin_of(model, zero, content.parameters)
     parameters = counted_from(origin, content.parameters)
     records = records_of(data, force=force, time=time, displacement=displacement, units=units, reverse=reverse)
-    cautions = backwards_cautions(records)
+    cautions = [f"Of the identification: {printable(sentence)}" for sentence in stated_cautions(content).values()]
+    cautions += backwards_cautions(records)
+    if records:
+        cautions += effects_cautions(source, content)
     records = [replace(record, displacement=record.displacement - origin) for record in records]
     solver = PathSolver(parameters)
     measured = list(chain.from_iterable(map(measured_loops, records)))

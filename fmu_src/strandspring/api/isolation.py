@@ -31,6 +31,7 @@ from ..isolation.system import (
 )
 from ..modelfile import ModelFile
 from ..scratch import TemporaryFolder
+from ..stated_cautions import cautions_in_use
 from .caution_text import outside_range
 from .levels import given_levels
 from .placing import ModelSource, model_of, origin_of, path_of
@@ -55,14 +56,14 @@ _HEADINGS = {
     "transmissibility": "transmissibility [1]",
     "phase": "phase [deg]",
     "relative_phase": "relative phase [deg]",
-    "amplitude": "amplitude [m]",
-    "mean": "mean displacement [m]",
-    "least": "lowest displacement [m]",
-    "greatest": "highest displacement [m]",
+    "amplitude": "amplitude of the mount [m]",
+    "mean": "mean displacement of a spring [m]",
+    "least": "lowest displacement of a spring [m]",
+    "greatest": "highest displacement of a spring [m]",
     "force": "force on the base [N]",
     "acceleration": "acceleration [m/s^2]",
-    "start_displacement": "displacement at the crest [m]",
-    "start_speed": "speed at the crest [m/s]",
+    "start_displacement": "displacement of the mount at the crest [m]",
+    "start_speed": "speed of the mount at the crest [m/s]",
     "start_omega": "omega at the crest [1]",
     "stable": "stable",
     "wanted": "requested frequency",
@@ -239,6 +240,7 @@ class Isolation(Result):
                 "far below the resonance are superharmonics; a little --damping removes them."
             )
         for one in self.models:
+            lines += [f"  Caution: {sentence}" for sentence in cautions_in_use(one.label, one.model)]
             for response in one.responses:
                 outside = [point.frequency for point in response.points if point.extrapolating]
                 if outside:

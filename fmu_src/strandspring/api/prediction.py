@@ -20,7 +20,7 @@ from ..kernel.path import PathSolver
 from ..loops.strokes import find_strokes
 from ..modelfile import ModelFile
 from ..records.record import Record
-from .caution_text import backwards_cautions, outside_cautions
+from .caution_text import backwards_cautions, effects_cautions, outside_cautions
 from .placing import ModelSource, model_of, source_of
 from .plotting import some_axes
 from .records import Source, given_records
@@ -42,7 +42,8 @@ class Prediction(Result):
     model : ModelFile
     records : tuple of Record
     fits : tuple of RecordFit     Prediction and figures of each record.
-    cautions : tuple of str       What asks for caution: loops that run backwards, samples outside the identified range.
+    cautions : tuple of str       Loops that run backwards, samples outside the identified range, effects of the rig
+                                  taken out of the records of the model.
     interval : PredictionInterval and JointCovariance, or None   What the 95 % prediction interval is made of.
     """
 
@@ -173,7 +174,7 @@ def predict(
     interval = _interval(source, content)
     records = tuple(given_records(data, force, time, displacement, units, reverse))
     solver = PathSolver(content.parameters)
-    cautions = backwards_cautions(records)
+    cautions = backwards_cautions(records) + effects_cautions(source, content)
     for record in records:
         cautions += outside_cautions(record.path, record.displacement, content.parameters)
     fits = tuple(predict_record(solver, record) for record in records)

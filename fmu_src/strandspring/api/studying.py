@@ -20,6 +20,7 @@ from ..isolation.system import Excitation, IsolatedMass, IsolationError, free_tr
 from ..jobs.cluster import Cluster
 from ..modelfile import ModelFile
 from ..spread import Spread
+from ..stated_cautions import cautions_in_use
 from ..studies.definition import RunRow, Study
 from ..studies.quantiles import GridPointSummary, Summaries
 from ..studies.run import run_study
@@ -54,11 +55,13 @@ class StudyResult(Result):
     Attributes
     ----------
     study : Study
+    model : ModelFile
     zero : float                            Where displacement is counted from [m].
     summaries : sequence of GridPointSummary   Quantiles and refusals at each grid point.
     """
 
     study: Study
+    model: ModelFile
     zero: float
     summaries: Summaries
     _rows: Rows
@@ -109,6 +112,7 @@ class StudyResult(Result):
                 )
         if len(summaries) > len(shown):
             lines.append(f"  and {len(summaries) - len(shown)} more grid points, all of them in the results file")
+        lines += [f"  Caution: {sentence}" for sentence in cautions_in_use(self.model.name, self.model)]
         counted = zero_sentence(self.zero)
         return [*lines, *([counted] if counted else [])]
 
@@ -228,7 +232,7 @@ def study(
     def run(results: Path) -> Summaries:
         return run_study(planned, results, runner, lambda runs: progress("Running", runs, len(planned)), notify)
 
-    return StudyResult(planned, origin, *executed(run, output, _read))
+    return StudyResult(planned, content, origin, *executed(run, output, _read))
 
 
 def _values(given: ArrayLike) -> tuple[float, ...]:

@@ -85,7 +85,7 @@ def parameter_lines(p: SpringParameters, uncertainty: dict[str, Any]) -> list[st
 def _posterior_lines(posterior: dict[str, Any]) -> list[str]:
     """Median and 95 % interval of each parameter, and whether the chain was long enough to say so."""
     of_each = ", ".join(
-        f"{name} {posterior[name][2]:.3g} ({posterior[name][0]:.3g} to {posterior[name][-1]:.3g})"
+        f"{name} {posterior[name][2]:.6g} ({posterior[name][0]:.6g} to {posterior[name][-1]:.6g})"
         for name in ("kappa_omega", "rho", "sigma", "n")
     )
     lines = [f"  posterior of {posterior['steps']} steps (seed {posterior['seed']}), median and 95 %: {of_each}"]

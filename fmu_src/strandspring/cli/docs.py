@@ -38,6 +38,8 @@ def docs(page: str | None, output: str | None, text: bool) -> None:
       strandspring docs -o strandspring.html
     """
     if text:
+        if output is not None:
+            raise click.UsageError("--text and --output exclude each other; give one of them.")
         from rich.console import Console
         from rich.markdown import Markdown
 

@@ -53,7 +53,7 @@ def identify(
 ) -> None:
     """Identify a spring from force-displacement records.
 
-    A record is a file of a test rig with a displacement and a force: delimited text in any dialect, and with
+    A record is a file of a test rig with a displacement and a force: delimited text, and with
     strandspring[formats] Excel, MATLAB, TDMS, MDF, UFF, HDF5, Parquet. A .toml file describes several records.
     All records are fitted as one spring.
 

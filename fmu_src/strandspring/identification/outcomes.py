@@ -92,6 +92,11 @@ class Outcome(Enum):
         "Samples are missing where the time column jumps; a reversal within a gap is lost, and with it the memory of "
         "the spring up to the next ones: record again, or identify from a part without gaps with --time or --cycles."
     )
+    TURNS_BETWEEN_SAMPLES = (
+        "The samples are so few that the displacement turns between them; what it travels there is lost, which can "
+        "look like a delay or wear and falsifies rho, sigma, n and the energy of small loops: sample 100 times in a "
+        "cycle."
+    )
     DISPLACEMENT_NOISE = (
         "The noise of the displacement is large; it was smoothed out between the reversals, but what is left of it "
         "still blurs the reversals and the knee of the loop, and with them rho, sigma and n: take a sensor with less "

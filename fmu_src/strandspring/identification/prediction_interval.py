@@ -58,7 +58,7 @@ class PredictionInterval:
     factor, additive, relative : float   q [-], a [N], b [-].
     error : float                        m, the largest standard error of the prediction along the records [N].
     half_width : float                   Root mean square over the records [N].
-    coverage : float or None             Share of the samples of left-out cycles inside; None if there was one cycle.
+    coverage : float or None             Share of the samples of left-out cycles inside; None if not tried.
     cycles : int                         Number of cycles.
     """
 
@@ -74,7 +74,8 @@ class PredictionInterval:
     def sentence(self) -> str:
         """The interval with what it held, in words."""
         if self.coverage is None:
-            held = "not tried on held-out cycles, because there is one cycle only"
+            reason = "half of the cycles does not show what the others need" if self.cycles > 1 else "there is one only"
+            held = f"not tried on held-out cycles, because {reason}"
         else:
             held = f"holds {100.0 * self.coverage:.0f} % of held-out cycles (each half of the {self.cycles} in turn)"
             if self.is_too_narrow:
@@ -161,7 +162,8 @@ def prediction_interval(samples: Samples, linear: Linearised) -> PredictionInter
     if not is_tried:
         # Akaike's final prediction error: of new samples, from the residuals of those that were fitted.
         size, count = linear.jacobian.shape
-        residuals, counted = linear.misfit * math.sqrt((size + count) / max(size - count, 1)), half == 0
+        residuals = linear.misfit * math.sqrt((size + count) / max(size - count, 1))
+        counted = np.ones(residuals.size, dtype=bool)
     # A sample scatters about the mean of its cell by the noise that the mean has lost.
     removed = np.sqrt(noise * (1.0 - 1.0 / loops.weight))
     ratio = np.abs(residuals + removed * np.random.default_rng(_SEED).standard_normal(removed.size)) / scale

@@ -83,8 +83,8 @@ class RefinedOptions(Method):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        if not 0 <= self.bootstrap <= 10_000:
-            raise ValueError(f"`bootstrap` must be within [0, 10000] repetitions, got {self.bootstrap}.")
+        if self.bootstrap != 0 and not 2 <= self.bootstrap <= 10_000:
+            raise ValueError(f"`bootstrap` must be 0 or within [2, 10000] repetitions, got {self.bootstrap}.")
         if self.posterior and not _LEAST_STEPS <= self.posterior <= 1_000_000:
             raise ValueError(f"`posterior` must be 0 or within [{_LEAST_STEPS}, 1000000] steps, got {self.posterior}.")
         if self.posterior and find_spec("emcee") is None:
@@ -149,7 +149,7 @@ class RefinedOptions(Method):
                 raise refusal
         sizes = found[0].sizes
         effects = described(sizes)
-        samples = Samples(self._points(parts, sizes, found[0].fit), noise)
+        samples = Samples(_points(rig, sizes, found[0].fit), noise)
         loops = samples.loops
         basis, refinement = self._refined(samples, found[0].fit, where)
         cautions: list[Outcome] = []
@@ -200,7 +200,7 @@ class RefinedOptions(Method):
         predicted: tuple[FloatArray, ...] = ()
         alone: tuple[SteadyRecord, ...] = ()
         if sizes or self.known.effects:
-            whole = Rig.from_parts(parts, None, self.delay)
+            whole = rig.with_points(None)
             predicted = self._measured(whole, sizes, final, spring)
             if sizes or self.delay:
                 alone = spring_alone(whole, sizes, final)
@@ -228,13 +228,6 @@ class RefinedOptions(Method):
             refinement = refine(samples, basis, start, self.robust)
         return basis, refinement
 
-    def _points(self, parts: Sequence[SteadyRecord], sizes: Sizes, fit: Candidate) -> Loops:
-        """The samples of all records without the effects of the rig, averaged where there are very many."""
-        strokes = sum(part.strokes.count for part in parts)
-        points = max(POINTS_PER_STROKE, min(_POINTS_PER_STROKE, _POINTS // strokes))
-        rig = Rig.from_parts(parts, points, self.delay)
-        return rig.corrected(sizes, fit) if sizes else rig.loops
-
     def _measured(self, rig: Rig, sizes: Sizes, fit: Candidate, spring: SpringParameters) -> tuple[FloatArray, ...]:
         """Force at every sample of each record that the spring on this rig gives [N]."""
         _, force = rig.predicted(sizes, fit)
@@ -245,6 +238,13 @@ class RefinedOptions(Method):
                 path = part.strokes.displacement
                 forces[k] = solver.force(path, periodic_start(solver, path))
         return tuple(own + self.known.inertia(part.record) for own, part in zip(forces, rig.parts, strict=True))
+
+
+def _points(rig: Rig, sizes: Sizes, fit: Candidate) -> Loops:
+    """The samples of all records without the effects of the rig, averaged where there are very many."""
+    strokes = sum(part.strokes.count for part in rig.parts)
+    finest = rig.with_points(max(POINTS_PER_STROKE, min(_POINTS_PER_STROKE, _POINTS // strokes)))
+    return finest.corrected(sizes, fit) if sizes else finest.loops
 
 
 def _doubts(cautions: Sequence[Outcome], intervals: dict[str, Any], hinted: Sizes) -> list[str]:

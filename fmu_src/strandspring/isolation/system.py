@@ -83,8 +83,8 @@ class IsolatedMass:
         if self.load is not None and not math.isfinite(self.load):
             raise IsolationError(f"`load` must be finite [N], got {self.load!r}.")
         for name, count in (("parallel", self.parallel), ("series", self.series)):
-            if not 1 <= count <= MOST_SPRINGS:
-                raise IsolationError(f"`{name}` must be a number of springs from 1 to {MOST_SPRINGS}, got {count!r}.")
+            if count not in range(1, MOST_SPRINGS + 1):
+                raise IsolationError(f"`{name}` must be a whole number from 1 to {MOST_SPRINGS}, got {count!r}.")
         if not (math.isfinite(self.damping) and self.damping >= 0.0):
             raise IsolationError(f"`damping` must be finite and >= 0 [N s/m], got {self.damping!r}.")
 

@@ -118,8 +118,8 @@ def select(
         which = f"cycle {first}" if first == last else f"cycles {first} to {last}"
         if first > len(found) or last > len(found):
             raise RecordError(
-                f"{record.path}: {which} cannot be selected, since the record has {len(found)}; select among 1 to "
-                f"{len(found)}."
+                f"{record.path}: cycle {max(first, last)} cannot be selected, since the record has {len(found)}; "
+                f"select among 1 to {len(found)}."
             )
         keep = slice(found[first - 1].first_sample, found[last - 1].last_sample + 1)
         notes.append(f"{which} of {len(found)} selected, {_samples(keep, record)}, as given")

@@ -80,8 +80,9 @@ def whole_periods(displacement: ArrayLike, force: ArrayLike, time: ArrayLike | N
     difference = float(np.sqrt(np.mean((moved - moved.mean(axis=0)) ** 2)))
     if difference > _REPEATS * np.ptp(x):
         raise RecordError(
-            f"the displacement must repeat itself from period to period, but its periods differ by {difference:.4g} "
-            f"rms at a range of {np.ptp(x):.4g}; cut the record to whole periods of one amplitude (--cycles)."
+            "the displacement must repeat itself from period to period, but its periods differ by "
+            f"{100.0 * difference / np.ptp(x):.3g} % of its range (rms); cut the record to whole periods of one "
+            "amplitude (--cycles)."
         )
     if count > 1 and _differs(forces):
         moved, forces = moved[1:], forces[1:]

@@ -135,7 +135,7 @@ def choose_columns(
             chosen[quantity] = free[0]
             notes.append(f"{quantity} is assumed to be {free[0]}, as there is no header")
         else:
-            raise RecordError(_ambiguity(columns, candidates, quantity, has_names, where))
+            raise RecordError(_ambiguity(free, candidates, quantity, has_names, where))
     return chosen, notes
 
 

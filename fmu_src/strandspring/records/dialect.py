@@ -244,5 +244,5 @@ def _no_numbers(lines: Sequence[str], path: str, row: str) -> str:
     texts = [line.strip() for line in lines if line.strip()]
     return (
         f"{path}: must hold at least two columns of numbers, found none in the first {len(texts)} {row}s, "
-        f"which begin with {quoted(next(iter(texts), ''))}; export the record as text with separated columns."
+        f"which begin with {quoted(next(iter(texts), ''))}; separate the columns by tabs, semicolons, commas or blanks."
     )

@@ -187,7 +187,7 @@ def _sampled(known: dict[str, Any]) -> Iterator[tuple[str, str]]:
         yield f"Bootstrap of {own['repetitions']} (seed {own['seed']})", spread
     if "posterior" in known:
         own = known["posterior"]
-        medians = {name: [number(own[name][k], 3) for k in (2, 0, -1)] for name in names}
+        medians = {name: [number(own[name][k], 6) for k in (2, 0, -1)] for name in names}
         ends = ", ".join(f"{name} {middle} ({low} to {high})" for name, (middle, low, high) in medians.items())
         short = "" if own["long_enough"] else "; too few steps to be trusted"
         yield f"Posterior of {own['steps']} steps (seed {own['seed']})", f"median and 95 %: {ends}{short}"

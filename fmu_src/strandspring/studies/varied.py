@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import copy
 import re
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -189,7 +189,7 @@ def _texts(given: Given) -> tuple[str, ...]:
     return tuple(map(str, _listed(given)))
 
 
-def _of_one_unit(given: Iterable[str | float]) -> tuple[tuple[float, ...], str] | None:
+def _of_one_unit(given: Sequence[str | float]) -> tuple[tuple[float, ...], str] | None:
     pairs = [_number(one) for one in given]
     if not pairs or None in pairs:
         return None
@@ -197,6 +197,8 @@ def _of_one_unit(given: Iterable[str | float]) -> tuple[tuple[float, ...], str] 
     units = list(dict.fromkeys(unit for _, unit in known))
     if len(units) > 1:
         raise ValueError(f"all values must have one unit, got {' and '.join(map(repr, units))}")
+    if units == [PERCENT] and (signed := [one for one in given if str(one).startswith(("+", "-"))]):
+        raise ValueError(f"percent are shares of what the file says, got {signed[0]!r:.60}; write 110 % for 10 % more")
     return tuple(number for number, _ in known), units[0]
 
 
@@ -204,5 +206,5 @@ def _number(value: object) -> tuple[float, str] | None:
     """A number and its unit, "" for none; None if it is something else."""
     if isinstance(value, str):
         match = _NUMBER.fullmatch(value)
-        return (float(match[1]), match[2]) if match and is_finite(float(match[1])) else None
+        return (float(match[1]), match[2]) if match and ":" not in value and is_finite(float(match[1])) else None
     return (float(value), "") if isinstance(value, int | float) and is_finite(value) else None

@@ -262,6 +262,6 @@ AnyCase = Annotated[
     Discriminator(
         _kind_of_case,
         custom_error_type=OWN,
-        custom_error_message=f"must be a table with one of the keys {', '.join(KINDS)}",
+        custom_error_message=f"must be a table with exactly one of the keys {', '.join(KINDS)}",
     ),
 ]

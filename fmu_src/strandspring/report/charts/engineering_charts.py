@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from ...loops.loop import group_by_amplitude
 from ..chart import Axis, Chart, Form, Role, Trace
 from ..engineering import EngineeringFigures
 from ..evaluation import Evaluation, RecordView
@@ -59,7 +60,7 @@ def over_amplitude(of: Evaluation, figures: EngineeringFigures) -> tuple[Chart, 
             f"Model's {text} from {number(first, 3)} at {number(float(x[0]), 2)} {of.length.name} to "
             f"{number(last, 3)} {unit.name} at {number(float(x[-1]), 3)} {of.length.name}; "
             f"{_amplitudes(len(measured))}."
-        ).replace(" ;", ";")
+        ).replace("  ", " ")
         charts.append(
             Chart(f"amplitude-{name.replace('_', '-')}", f"{text.capitalize()} over amplitude",
                   Axis("amplitude", of.length, limits=(0.0, None)), Axis(text, unit), tuple(traces), sentence)
@@ -95,15 +96,18 @@ def _trend(of: Evaluation, views: list[RecordView], name: str, text: str, kind: 
                 Trace(label, chosen + 1.0, values[chosen, column] * unit.factor, role, Form.MARKED_LINE,
                       record=view.place)
             )  # fmt: skip
-        changes.append(_drift(values[:, 0]))
-    change = max(changes, key=abs)
-    sentence = (
-        f"{text.capitalize()} of each cycle, measured and predicted; from the first to the last cycle the measured one "
-        f"changes by {percent(change, sign=True)}{' at most' if len(changes) > 1 else ''}."
-    )
+        for group in group_by_amplitude(view.measured_cycles):
+            alike = np.array([getattr(cycle.figures, name) for cycle in sorted(group, key=view.measured_cycles.index)])
+            if alike.size > 1:
+                changes.append(_drift(alike))
+    sentence = f"{text.capitalize()} of each cycle, measured and predicted"
+    if changes:
+        most = " at most" if len(changes) > 1 else ""
+        change = percent(max(changes, key=abs), sign=True)
+        sentence += f"; from the first to the last cycle of one amplitude the measured one changes by {change}{most}"
     return Chart(
         f"trend-{name.replace('_', '-')}", f"{text.capitalize()} of each cycle", Axis("cycle", NUMBER, whole=True),
-        Axis(text, unit), tuple(traces), sentence, single=True,
+        Axis(text, unit), tuple(traces), f"{sentence}.", single=True,
     )  # fmt: skip
 
 

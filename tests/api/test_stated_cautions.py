@@ -1,0 +1,47 @@
+"""Cautions and effects of a rig in a model file are repeated wherever the model is used."""
+
+from __future__ import annotations
+
+import pytest
+
+from strandspring import Spring, info, isolate, predict, study, synthesize
+from strandspring.modelfile import ModelFile
+from strandspring.stated_cautions import cautions_in_use
+from synthetic import spring_of
+
+FIT = {
+    "outcomes": [{"name": "small_loops", "sentence": "The energy of small loops is undecided."}],
+    "effects": {"viscosity": 12.0, "drift": 0.3},
+}
+MODEL = ModelFile("mount", spring_of(1.0, 1.0), fit=FIT)
+SPRING = Spring.from_model(MODEL)
+
+
+def test_a_record_beside_a_model_without_the_effects_of_its_rig_is_cautioned() -> None:
+    record = synthesize(SPRING, samples=100)
+    expected = "mount: drift, viscosity was taken out of the records of the model, as an effect of the rig"
+    assert any(sentence.startswith(expected) for sentence in predict(SPRING, record).cautions)
+    assert any(sentence.startswith(expected) for sentence in info(SPRING, record).cautions)
+    assert predict(Spring(spring_of(1.0, 1.0)), record).cautions == ()
+
+
+def test_info_shows_what_the_identification_asked_to_be_careful_with() -> None:
+    summary = info(SPRING).summary()
+    assert "Caution: Of the identification: The energy of small loops is undecided." in summary
+    assert "taken out of the records, as effects of the rig: drift, viscosity" in summary
+
+
+def test_isolation_and_studies_say_which_cautions_a_model_has() -> None:
+    mass = 5.0 / 9.81
+    expected = "Caution: mount was identified with cautions (small_loops); see `strandspring info`."
+    assert expected in isolate(SPRING, mass, points=4).summary()
+    assert expected in study(SPRING, mass, draws=0, points=4).summary()
+
+
+@pytest.mark.parametrize("fit", [{}, {"outcomes": "none", "effects": [1]}, {"outcomes": [3, {"name": "x"}]}])
+def test_what_is_not_stated_is_no_caution(fit: dict[str, object]) -> None:
+    assert list(cautions_in_use("mount", ModelFile("mount", spring_of(1.0, 1.0), fit=fit))) == []
+
+
+def test_a_viscous_force_that_was_taken_out_asks_for_a_damper() -> None:
+    assert "showed viscosity, taken out of the model" in list(cautions_in_use("mount", MODEL))[-1]
