@@ -1,19 +1,16 @@
 """Harmonic balance against time stepping: python tests/benchmarks/isolation.py
 
 A mass on a hardening spring, 200 frequencies at 3 levels of base displacement, H = 11 and K = 256. The opponent is
-velocity Verlet in C on the same kernel, compiled alike (`verlet.c`), with 512 steps a period, from rest until three
-periods in a row repeat within 1e-5. Both are compared with SciPy's integration to 1e-7, every 20th frequency
-(`--every 1` takes all of them, some ten minutes).
+velocity Verlet in C on the same kernel, compiled alike (`tests/helpers/verlet.c`), with 512 steps a period, from rest
+until three periods in a row repeat within 1e-5. Both are compared with SciPy's integration to 1e-7, every 20th
+frequency (`--every 1` takes all of them, some ten minutes).
 """
 
 from __future__ import annotations
 
 import argparse
-import ctypes
 import sys
-import tempfile
 import time
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -25,58 +22,17 @@ sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "helpers"))
 
 from shaken import shaken
 from springs import MOUNT
-from strandspring.compiled.images import KERNEL
-from strandspring.compiled.targets import host_target
-from strandspring.compiled.zig import shared_library
 from strandspring.isolation.harmonic_balance import HarmonicBalance
 from strandspring.isolation.response import frequency_response
 from strandspring.isolation.system import Excitation, IsolatedMass, static_equilibrium
-from strandspring.kernel.path import Law
+from verlet import Verlet
 
 LEVELS = (2e-4, 6e-4, 1.2e-3)
 BAND = np.geomspace(2.5, 40.0, 200)
 # Without some viscous damping small free vibrations take thousands of periods to die out.
 SYSTEM = IsolatedMass(MOUNT, 5.0, 50.0, damping=15.0)
-REPEAT, MOST_PERIODS = 1e-5, 100_000
 ROUNDS = 5  # the fastest counts
 console = Console(width=118)
-
-
-@dataclass(frozen=True)
-class Stepped:
-    """What time stepping ends in: first harmonic [m], half the stroke [m], periods run."""
-
-    relative: complex
-    amplitude: float
-    periods: int
-
-
-class Verlet:
-    """The opponent, compiled as the kernel is."""
-
-    def __init__(self) -> None:
-        unit = "kernel/c/verlet.c"
-        sources = KERNEL.sources() | {unit: (Path(__file__).parent / "verlet.c").read_bytes()}
-        target = host_target()
-        with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder:
-            file = Path(folder) / f"verlet{target.system.suffix}"
-            file.write_bytes(shared_library(target, sources, unit, "verlet", KERNEL.flags))
-            self._verlet = ctypes.CDLL(str(file)).verlet
-        self._verlet.argtypes = ctypes.c_void_p, ctypes.c_void_p, ctypes.c_int, ctypes.c_void_p
-        self._law = Law(MOUNT)
-        self._start = static_equilibrium(SYSTEM).displacement
-
-    def run(self, level: float, frequency: float) -> Stepped:
-        """Step until periods repeat."""
-        strength = SYSTEM.mass * (2.0 * np.pi * frequency) ** 2 * level
-        shaking = (ctypes.c_double * 9)(
-            SYSTEM.parallel, SYSTEM.series, SYSTEM.mass, SYSTEM.damping, SYSTEM.static_load, strength, frequency,
-            self._start, REPEAT,
-        )  # fmt: skip
-        found = (ctypes.c_double * 3)()
-        periods = self._verlet(self._law.address, shaking, MOST_PERIODS, found)
-        assert periods > 0
-        return Stepped(complex(found[0], -found[1]), found[2], periods)
 
 
 def time_of_a_balance() -> float:
@@ -98,7 +54,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--every", type=int, default=20, help="take every so many frequencies with SciPy")
     every = parser.parse_args().every
-    verlet = Verlet()
+    verlet = Verlet(SYSTEM)
     table = Table(title=f"{BAND.size} frequencies from {BAND[0]:g} to {BAND[-1]:g} Hz, times of all of them")
     for column in (
         "level [mm]", "balance [ms]", "Verlet [ms]", "ratio", "periods", "balance: amplitude off [%]", "phase [deg]",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shutil
 import subprocess
 import sys
 import time
@@ -18,6 +19,11 @@ from strandspring.errors import BuildError
 
 # Everything that a user's program does to get the kernel.
 ROOT = Path(__file__).resolve().parents[2]
+RESPONSE = """
+from strandspring import Spring, SpringParameters
+spring = Spring(SpringParameters((0.0, 1000.0), (1.0,), 25.0, 230.0, 1.0, 1.0, 0.0, -0.05, 0.05))
+assert spring.response([0.0, 0.01, -0.01])[1] > 10.0
+"""
 LOAD = "from strandspring.kernel.library import library; print(library()._name)"
 
 
@@ -184,3 +190,11 @@ def test_headers_of_fmi_are_those_of_fmpy(monkeypatch: pytest.MonkeyPatch) -> No
     monkeypatch.setattr(images, "find_spec", lambda _: None)
     with pytest.raises(BuildError, match="install fmpy"):
         images.fmi_header("fmi2Functions.h")
+
+
+@pytest.mark.skipif(host_target() != LINUX_X86, reason="emulates an x86 processor on Linux")
+def test_the_kernel_runs_on_a_processor_without_avx() -> None:
+    emulator = shutil.which("qemu-x86_64")
+    assert emulator, "qemu-x86_64 is missing; install Debian's qemu-user."
+    # The oldest that NumPy runs on.
+    subprocess.run([emulator, "-cpu", "Nehalem", sys.executable, "-c", RESPONSE], check=True)

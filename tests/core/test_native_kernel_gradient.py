@@ -13,7 +13,7 @@ from kernel_tools import Kernel, c_parameters
 from springs import EXAMPLES, along, force_scale
 from strandspring import SpringParameters
 from strandspring.core.parameters import N_RANGE, SCALARS, SIGMA_RANGE
-from strandspring.kernel.points import omega_with_derivatives
+from stroke_points import omega_with_derivatives
 
 
 def response_to(

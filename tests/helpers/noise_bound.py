@@ -11,8 +11,8 @@ from scipy.interpolate import make_interp_spline
 from scipy.linalg import block_diag
 
 from rig import Case, FloatArray
-from strandspring.kernel.points import omega_with_derivatives
 from strandspring.loops.strokes import Strokes, find_strokes
+from stroke_points import omega_with_derivatives
 
 _DRAWS = 20_000
 _STEP = 1e-6  # of the derivatives by the reversals, share of 1/rho

@@ -21,8 +21,8 @@ from strandspring import (
 from strandspring.identification.figures import predict_record, rmse, rnl
 from strandspring.identification.noise import force_noise
 from strandspring.kernel.path import PathSolver
-from strandspring.kernel.points import omega_with_derivatives
 from strandspring.loops.strokes import find_strokes
+from stroke_points import omega_with_derivatives
 from synthetic import AMPLITUDE, MEAN, record_of, sine, spring_of
 
 ROOT = Path(__file__).resolve().parents[2]

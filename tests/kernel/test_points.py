@@ -10,7 +10,8 @@ from hypothesis import strategies as st
 from strandspring import SpringParameters
 from strandspring.core.parameters import N_RANGE, SIGMA_RANGE
 from strandspring.kernel.path import PathSolver
-from strandspring.kernel.points import omega_by_rate, omega_with_derivatives
+from strandspring.kernel.points import RecordPoints
+from stroke_points import omega_with_derivatives
 
 LAW = settings(derandomize=True, deadline=None, max_examples=100)
 RHO = 4.0
@@ -72,7 +73,7 @@ def test_derivatives_equal_difference_quotients(n: float, sigma: float, omega_st
 @pytest.mark.parametrize(("n", "sigma"), [(0.22, 3.0), (1.0, 1.0), (9.0, 40.0)])
 def test_rates_in_one_call_equal_one_after_the_other(n: float, sigma: float) -> None:
     rates = RHO * np.array([0.3, 1.0, 7.0])
-    found = omega_by_rate(rates, sigma, n, *points())
+    found = RecordPoints.of_one(*points()).omega_by_rate(rates, sigma, n)
     expected = [omega_at_points(rho, sigma, n, 0.0, *points()) for rho in rates]
     np.testing.assert_allclose(found, expected, rtol=0.0, atol=1e-8)  # a coarse table's error
 

@@ -50,7 +50,6 @@ class Unit:
     parts : tuple of str        Folders of the sources, or single ones, below the package.
     without : tuple of str      Sources in these folders whose names begin like this are left out.
     flags : tuple of str        Besides those of every library.
-    is_tuned : bool             Whether operations are in the order that suits usual processors.
     fmi : int                   The version of FMI whose headers are needed; 0: none.
     loads : bool                Whether it loads other libraries at run time.
     """
@@ -62,7 +61,6 @@ class Unit:
     fmi: int = 0
     loads: bool = False
     without: tuple[str, ...] = ()
-    is_tuned: bool = False
 
     def sources(self) -> dict[str, bytes]:
         """Content of each C file by its path below the package."""
@@ -92,13 +90,8 @@ def _core(names: str) -> tuple[str, ...]:
 
 
 # Vectors of three are slower in pairs, and a spring's force through a call.
-KERNEL = Unit(
-    "kernel",
-    "kernel/c/kernel.c",
-    ("core/c", "kernel/c"),
-    ("-O3", "-fno-slp-vectorize", "-mllvm", "-inline-threshold=600"),
-    is_tuned=True,
-)
+_KERNEL_FLAGS = ("-O3", "-fno-slp-vectorize", "-mllvm", "-inline-threshold=600")
+KERNEL = Unit("kernel", "kernel/c/kernel.c", ("core/c", "kernel/c"), _KERNEL_FLAGS)
 # -O3 makes it a tenth larger, and no step faster.
 FMU = Unit("spring", "core/c/fmi2_all.c", ("core/c",), ("-O2", "-fvisibility=hidden"), fmi=2, without=("fmi3_",))
 # The same for FMI 3, whose header declares two callbacks without a prototype.
@@ -211,8 +204,7 @@ def compiled(unit: Unit, target: Target) -> bytes:
     if unit.fmi:
         sources |= {f"core/c/{name}": fmi_header(name) for name in FMI_HEADERS[unit.fmi]}
     loading = target.system.loading if unit.loads else ()
-    flags = (*unit.flags, *target.tuning) if unit.is_tuned else unit.flags
-    return zig.shared_library(target, sources, unit.file, unit.name, flags, loading)
+    return zig.shared_library(target, sources, unit.file, unit.name, unit.flags, loading)
 
 
 def fmi_header(name: str) -> bytes:

@@ -49,28 +49,19 @@ _SYSTEMS = {
 
 @dataclass(frozen=True)
 class Target:
-    """One system on one processor, by the compiler's name for it.
-
-    Attributes
-    ----------
-    triple : str             The compiler's name.
-    tuning : tuple of str    Flags that put operations in the order that suits usual processors; the code runs on all.
-    """
+    """One system on one processor, by the compiler's name for it."""
 
     triple: str
-    tuning: tuple[str, ...] = ()
 
     @property
     def system(self) -> System:
         return _SYSTEMS[self.triple.split("-")[1].split(".")[0]]
 
 
-_X86 = ("-mtune=haswell",)
-
-LINUX_X86 = Target("x86_64-linux-gnu.2.17", _X86)
+LINUX_X86 = Target("x86_64-linux-gnu.2.17")
 LINUX_ARM = Target("aarch64-linux-gnu.2.17")
-WINDOWS_X86 = Target("x86_64-windows-gnu", _X86)
-MACOS_X86 = Target("x86_64-macos.11.0", _X86)
+WINDOWS_X86 = Target("x86_64-windows-gnu")
+MACOS_X86 = Target("x86_64-macos.11.0")
 MACOS_ARM = Target("aarch64-macos.11.0")
 
 # Of the images that become binaries of an FMU.

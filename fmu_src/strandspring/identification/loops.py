@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..kernel.arrays import FloatArray
-from ..kernel.points import omega_by_rate
+from ..kernel.points import RecordPoints
 from ..loops.strokes import Strokes
 
 IndexArray = NDArray[np.intp]
@@ -56,12 +56,17 @@ class Loops:
         return self.direction[self.stroke]
 
     @cached_property
+    def bounds(self) -> IndexArray:
+        """First point of each stroke that has points, and the number of all."""
+        return np.flatnonzero(np.diff(self.stroke, prepend=-1, append=-1))
+
+    @cached_property
     def reach(self) -> tuple[float, float]:
         """Lowest and highest displacement of the strokes that have points [m], as far as they are selected.
 
         Averaged points stay within it.
         """
-        used = np.unique(self.stroke)
+        used = self.stroke[self.bounds[:-1]]
         ends = np.concatenate([self.start[used], (self.start + self.direction * self.length)[used]])
         low, high = self.selected
         return max(low, float(ends.min())), min(high, float(ends.max()))
@@ -69,7 +74,7 @@ class Loops:
     @cached_property
     def longest(self) -> float:
         """Length of the longest stroke that has points [m]."""
-        return float(self.length[np.unique(self.stroke)].max())
+        return float(self.length[self.stroke[self.bounds[:-1]]].max())
 
     @cached_property
     def shortest(self) -> float:
@@ -94,17 +99,17 @@ class Loops:
 
     def omega(self, rho: float, sigma: float, n: float) -> FloatArray:
         """omega at every point to 1e-8 by the closed form, each record starting from omega = 0."""
-        return np.asarray(self.omega_by_rate(np.array([rho]), sigma, n)[0])
+        return np.asarray(self.points.omega_by_rate(np.array([rho]), sigma, n)[0])
 
-    def omega_by_rate(self, rho: FloatArray, sigma: float, n: float) -> FloatArray:
-        """The same for each rho, shape (rho.size, P)."""
-        omega = np.empty((rho.size, self.travel.size))
-        for strokes, points in self.by_record:
-            omega[:, points] = omega_by_rate(
-                rho, sigma, n, self.direction[strokes], self.length[strokes],
-                self.stroke[points] - strokes.start, self.travel[points],
-            )  # fmt: skip
-        return omega
+    @cached_property
+    def points(self) -> RecordPoints:
+        """The points as the kernel takes them."""
+        first_stroke, first_point = (
+            [0, *(piece.stop for piece in pieces)] for pieces in zip(*self.by_record, strict=True)
+        )
+        return RecordPoints(
+            np.array(first_stroke), np.array(first_point), self.direction, self.length, self.stroke, self.travel
+        )
 
     def cycles(self) -> IndexArray:
         """Cycle of each point: two strokes of one record, a last single stroke belonging to the cycle before it."""

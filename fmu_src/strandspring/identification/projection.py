@@ -13,12 +13,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..kernel.arrays import FloatArray
-from ..kernel.points import RecordPoints
-from ..kernel.projected import ProjectedColumns, Projection
+from ..kernel.record_fit import RecordFit
 from .loops import Loops
 from .polynomials import Basis
 from .stages import N_BOUNDS, SIGMA_BOUNDS, Backbone, Hysteresis
-from .trust_region import minimise
 
 # rho times the longest stroke: from a loop that hardly saturates (below, FA and rho are strongly correlated) to one
 # that saturates within a millionth of the stroke.
@@ -57,22 +55,6 @@ class Refinement:
     converged: bool
 
 
-@dataclass(frozen=True, eq=False)
-class _Projected:
-    """One evaluation: omega and its derivatives, and the linear part."""
-
-    omega: FloatArray
-    derivatives: FloatArray
-    linear: Projection
-
-    @property
-    def cost(self) -> float:
-        return self.linear.cost
-
-    def triangle(self) -> FloatArray:
-        return self.linear.triangle(self.derivatives)
-
-
 class Problem:
     """The projected least-squares problem of a set of loops in theta = ln(rho), ln(sigma), ln(n), omega_start...
 
@@ -96,22 +78,14 @@ class Problem:
         self.loops = loops
         self._coarse = coarse
         self.columns = basis.columns(loops.displacement, further)
-        self.records = int(loops.record.max()) + 1
-        pieces = loops.by_record
-        self._points = RecordPoints(
-            np.array([0, *(strokes.stop for strokes, _ in pieces)]),
-            np.array([0, *(points.stop for _, points in pieces)]),
-            loops.direction,
-            loops.length,
-            loops.stroke,
-            loops.travel,
-        )
+        self.records = loops.points.records
         longest = float(loops.length.max())
         least, most = (b / longest for b in RHO_BOUNDS)
         around = (max(least, start.rho / _TRUST), min(most, start.rho * _TRUST))
         bounds = [around, SIGMA_BOUNDS, N_BOUNDS]
         self.low = np.append([np.log(low) for low, _ in bounds], -np.ones(self.records))
         self.high = np.append([np.log(high) for _, high in bounds], np.ones(self.records))
+        self._fit = RecordFit(loops.points, *self.columns, loops.force, self.low, self.high, coarse)
 
     def linearised(self, hysteresis: Hysteresis, backbone: Backbone) -> Refinement:
         """The fit of another method as a refinement that has not begun, with the derivatives there."""
@@ -151,32 +125,24 @@ class Problem:
         tolerance : float              Relative change of the squared misfit at which the iteration ends.
         evaluations : int              At which it ends in any case.
         """
-        root = np.sqrt(weight)
-        elastic, amplifier = (columns * root[:, None] for columns in self.columns)
-        linear = ProjectedColumns(elastic, amplifier, self.loops.force * root)
-
-        def evaluate(theta: FloatArray) -> _Projected:
-            omega, derivatives = self.omega(theta)
-            return _Projected(omega, derivatives, linear.at(omega))
-
         start = np.clip(vector(hysteresis, omega_start), self.low + _INSIDE, self.high - _INSIDE)
-        theta, point, converged = minimise(evaluate, start, self.low, self.high, root.size, tolerance, evaluations)
-        rho, sigma, n = np.exp(theta[:3]).tolist()
+        found = self._fit.solve(start, np.sqrt(weight), tolerance, evaluations)
+        rho, sigma, n = np.exp(found.variables[:3]).tolist()
         return Refinement(
             Hysteresis(rho, max(sigma, SIGMA_BOUNDS[0]), n),
-            theta[3:],
-            Backbone.from_coefficients(point.linear.coefficients, self.columns),
-            point.omega,
-            point.derivatives,
+            found.variables[3:],
+            Backbone.from_coefficients(found.coefficients, self.columns),
+            found.omega,
+            found.derivatives,
             weight,
             weight,
-            converged,
+            found.converged,
         )
 
     def omega(self, theta: FloatArray) -> tuple[FloatArray, FloatArray]:
         """omega at every point and its derivatives with respect to theta."""
         rho, sigma, n = np.exp(theta[:3]).tolist()
-        return self._points.omega(rho, sigma, n, theta[3:], self._coarse)
+        return self.loops.points.omega(rho, sigma, n, theta[3:], self._coarse)
 
 
 def triangle_of(matrix: FloatArray) -> FloatArray:

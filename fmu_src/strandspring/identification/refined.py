@@ -136,7 +136,7 @@ class RefinedOptions(Method):
         found = find_effects(rig, candidates, noise_rms, self.degrees)
         sizes = found[0].sizes
         effects = described(sizes)
-        samples = Samples(self._points(parts, sizes, found[0].fit), noise)
+        samples = Samples(_points(rig, sizes, found[0].fit), noise)
         loops = samples.loops
         basis, refinement = self._refined(samples, found[0].fit, where)
         cautions: list[Outcome] = []
@@ -181,7 +181,7 @@ class RefinedOptions(Method):
         predicted: tuple[FloatArray, ...] = ()
         alone: tuple[SteadyRecord, ...] = ()
         if sizes or self.known.effects:
-            whole = Rig.from_parts(parts, None, self.delay)
+            whole = rig.with_points(None)
             predicted = self._measured(whole, sizes, final, spring)
             if sizes or self.delay:
                 alone = spring_alone(whole, sizes, final)
@@ -209,13 +209,6 @@ class RefinedOptions(Method):
             refinement = refine(samples, basis, start, self.robust)
         return basis, refinement
 
-    def _points(self, parts: Sequence[SteadyRecord], sizes: Sizes, fit: Candidate) -> Loops:
-        """The samples of all records without the effects of the rig, averaged where there are very many."""
-        strokes = sum(part.strokes.count for part in parts)
-        points = max(POINTS_PER_STROKE, min(_POINTS_PER_STROKE, _POINTS // strokes))
-        rig = Rig.from_parts(parts, points, self.delay)
-        return rig.corrected(sizes, fit) if sizes else rig.loops
-
     def _measured(self, rig: Rig, sizes: Sizes, fit: Candidate, spring: SpringParameters) -> tuple[FloatArray, ...]:
         """Force at every sample of each record that the spring on this rig gives [N]."""
         _, force = rig.predicted(sizes, fit)
@@ -226,3 +219,10 @@ class RefinedOptions(Method):
                 path = part.strokes.displacement
                 forces[k] = solver.force(path, periodic_start(solver, path))
         return tuple(own + self.known.inertia(part.record) for own, part in zip(forces, rig.parts, strict=True))
+
+
+def _points(rig: Rig, sizes: Sizes, fit: Candidate) -> Loops:
+    """The samples of all records without the effects of the rig, averaged where there are very many."""
+    strokes = sum(part.strokes.count for part in rig.parts)
+    finest = rig.with_points(max(POINTS_PER_STROKE, min(_POINTS_PER_STROKE, _POINTS // strokes)))
+    return finest.corrected(sizes, fit) if sizes else finest.loops

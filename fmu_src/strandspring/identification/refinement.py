@@ -27,6 +27,7 @@ _FIRST_EVALUATIONS = 4
 # Share of the rms force within which no polynomial follows a real spring; it keeps relative noise, which vanishes
 # where the force crosses zero, from giving all the weight to those few samples.
 _FINEST = 0.005
+_FINE_MISFIT = 1e-5  # share of the force's standard deviation below which omega to 1e-8 may not be enough
 _MEDIAN = 0.455  # of a squared standard normal
 _ROBUST_ROUNDS = 5  # of reweighting for Huber's loss
 _HUBER = 1.345  # standard deviations beyond which the robust loss grows linearly: 95 % efficient for normal noise
@@ -78,8 +79,10 @@ def refine(samples: Samples, basis: Basis, start: Hysteresis, robust: bool = Fal
     robust : bool        Huber's loss, by reweighting.
     """
     loops = samples.loops
-    problem = Problem(loops, basis, start)
+    problem = Problem(loops, basis, start, coarse=True)
     fit = problem.solve(start, np.zeros(problem.records), loops.weight, FAIR_TOLERANCE, _FIRST_EVALUATIONS)
+    if loops.rms(fit.backbone.misfit(loops.force, fit.omega)) < _FINE_MISFIT * loops.force_deviation:
+        problem = Problem(loops, basis, start)
     for _ in range(_ROBUST_ROUNDS if robust else 1):
         weight = full_weight = samples.weights(fit, robust)
         if robust:

@@ -166,21 +166,31 @@ class Rig:
     @classmethod
     def from_parts(cls, parts: Sequence[SteadyRecord], points: int | None, delay: float | None = None) -> Rig:
         """The rig of some records: their steady parts, averaged over so many points of a stroke, or every sample."""
+        return cls._of(tuple(parts), tuple(map(_Course.of, parts)), points, delay)
+
+    @classmethod
+    def _of(
+        cls, parts: tuple[SteadyRecord, ...], courses: tuple[_Course, ...], points: int | None, delay: float | None
+    ) -> Rig:
         strokes = sum(part.strokes.count for part in parts)
         if points is None:
             fine = tuple(part.all_samples() for part in parts)
         else:
             fine = tuple(part.loops_with(max(points, _FINE // strokes)) for part in parts)
         loops = join(list(fine)) if points is None else join([part.loops_with(points) for part in parts])
-        rig = cls(loops, tuple(parts), fine, points, tuple(map(_Course.of, parts)))
+        rig = cls(loops, parts, fine, points, courses)
         return replace(rig, loops=rig._moved(delay, {}), delay=delay) if delay else replace(rig, delay=delay)
+
+    def with_points(self, points: int | None) -> Rig:
+        """The same rig with strokes averaged over another number of points, or every sample."""
+        return Rig._of(self.parts, self.courses, points, self.delay)
 
     def finer(self) -> Rig:
         """With every sample, or cells of half the width where strokes have more samples than that.
 
         Points that effects move from cell to cell make the misfit of wide cells rugged.
         """
-        return self if self.points is None else Rig.from_parts(self.parts, _FINER * self.points, self.delay)
+        return self if self.points is None else self.with_points(_FINER * self.points)
 
     @property
     def effects(self) -> tuple[Effect, ...]:

@@ -9,10 +9,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
+from itertools import product
 from typing import ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..kernel.arrays import FloatArray
 from .degrees import choose_degrees
@@ -87,23 +87,18 @@ class _Grid:
 
     def __init__(self, loops: Loops) -> None:
         self.loops = loops
-        longest = loops.longest
-        self.points: list[tuple[Hysteresis, float]] = []
-        self.places: list[NDArray[np.bool_]] = []  # which shares of each pair of n and sigma are points
-        rows: list[FloatArray] = []
-        for n in _N:
-            for sigma in _SIGMA:
-                rates = saturation_distance(n, sigma) / (np.array(_SHARES) * longest)
-                omega = loops.omega_by_rate(rates, sigma, n)
-                distinct = is_distinct(omega)
-                self.places.append(distinct)
-                self.points += [
-                    (Hysteresis(rate, sigma, n), share)
-                    for rate, share, kept in zip(rates.tolist(), _SHARES, distinct.tolist(), strict=True)
-                    if kept
-                ]
-                rows.append(omega[distinct])
-        self.omega = np.concatenate(rows)
+        pairs = list(product(_N, _SIGMA))
+        rates = np.array([saturation_distance(*pair) for pair in pairs])[:, None] / (np.array(_SHARES) * loops.longest)
+        omega = np.stack(
+            [loops.points.omega_by_rate(rho, sigma, n) for rho, (n, sigma) in zip(rates, pairs, strict=True)]
+        )
+        distinct = is_distinct(omega)
+        self.omega = omega[distinct]
+        self.places = distinct.reshape(len(_N), len(_SIGMA), len(_SHARES))  # which of all are points
+        self.points = [
+            (Hysteresis(float(rates[pair, share]), pairs[pair][1], pairs[pair][0]), _SHARES[share])
+            for pair, share in np.argwhere(distinct).tolist()
+        ]
 
     def best(self, degrees: tuple[int, int]) -> Solution | None:
         """The grid point with the least squared misfit for these degrees."""
@@ -126,7 +121,7 @@ class _Grid:
         """Grid points with less misfit than their neighbours in n and share, each with its best sigma."""
         if not self.points:
             return []
-        places = np.array(self.places).reshape(len(_N), len(_SIGMA), len(_SHARES))
+        places = self.places
         misfits, numbers = np.full(places.shape, np.inf), np.zeros(places.shape, np.intp)
         misfits[places], numbers[places] = self._misfits(columns), np.arange(len(self.points))
         sigmas = misfits.argmin(axis=1, keepdims=True)

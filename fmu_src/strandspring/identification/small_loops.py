@@ -11,7 +11,7 @@ import numpy as np
 from ..core.parameters import SpringParameters
 from ..joint import JointCovariance
 from ..kernel.arrays import FloatArray
-from ..kernel.points import omega_with_derivatives
+from ..kernel.points import RecordPoints
 from .intervals import NORMAL_95
 from .loops import ONE_AMPLITUDE
 from .outcomes import IdentificationError
@@ -41,17 +41,9 @@ def _energy_with_derivatives(spring: SpringParameters) -> tuple[float, FloatArra
     length = np.append(amplitude, np.full(2 * _CYCLES, 2.0 * amplitude))
     travel = amplitude * (1.0 - np.cos(np.linspace(0.0, np.pi, _SAMPLES)))
     # FE returns what it takes, so that the force is that of omega alone; the last cycle is the steady one.
-    omega, partials = omega_with_derivatives(
-        spring.rho,
-        spring.sigma,
-        spring.n,
-        0.0,
-        direction,
-        length,
-        np.repeat(direction.size - np.array([1, 2]), _SAMPLES),
-        np.tile(travel, 2),
-        coarse=True,
-    )
+    stroke = np.repeat(direction.size - np.array([1, 2]), _SAMPLES)
+    points = RecordPoints.of_one(direction, length, stroke, np.tile(travel, 2))
+    omega, partials = points.omega(spring.rho, spring.sigma, spring.n, np.zeros(1), coarse=True)
     rising = travel - amplitude
     place = np.concatenate([rising, -rising])
     powers = place ** np.arange(len(spring.kA))[:, None]
@@ -60,7 +52,7 @@ def _energy_with_derivatives(spring: SpringParameters) -> tuple[float, FloatArra
         [
             omega * powers[1:],
             FA * omega,
-            *(FA * by * value for by, value in zip(partials[:3], (spring.rho, spring.sigma, spring.n), strict=True)),
+            *(FA * partials[:3]),
         ]
     )
     up, down = np.split(integrands, 2, axis=1)

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
+from numpy.typing import NDArray
 
 from ..kernel.arrays import FloatArray
 from ..loops.strokes import noise_level
@@ -25,20 +28,24 @@ def moving_average(loops: Loops, values: FloatArray, half_width: int) -> FloatAr
     """
     if half_width == 0:
         return values
-    first = np.flatnonzero(np.diff(loops.stroke, prepend=-1))
-    sizes = np.diff(np.append(first, loops.stroke.size))
-    position = np.arange(values.size)
-    begin = np.repeat(first, sizes)
-    end = begin + np.repeat(sizes, sizes) - 1
+    low, high, weight = _windows(loops, half_width)
+    sums = np.append(0.0, np.cumsum(values * loops.weight))
+    return np.asarray((sums[high] - sums[low]) / weight)
+
+
+@lru_cache(maxsize=4)  # several candidates for omega are smoothed on the same points
+def _windows(loops: Loops, half_width: int) -> tuple[NDArray[np.intp], NDArray[np.intp], FloatArray]:
+    """Where the window of each point begins and ends, and its weight."""
+    position = np.arange(loops.stroke.size)
+    begin, end = (np.repeat(ends, np.diff(loops.bounds)) for ends in (loops.bounds[:-1], loops.bounds[1:] - 1))
     reach = np.minimum(half_width, np.minimum(position - begin, end - position))
-    sums = np.concatenate([[0.0], np.cumsum(values * loops.weight)])
-    weights = np.concatenate([[0.0], np.cumsum(loops.weight)])
     low, high = position - reach, position + reach + 1
-    return np.asarray((sums[high] - sums[low]) / (weights[high] - weights[low]))
+    weights = np.append(0.0, np.cumsum(loops.weight))
+    return low, high, weights[high] - weights[low]
 
 
 def automatic_half_width(loops: Loops, omega: FloatArray) -> int:
     """Half width that brings the noise of `omega` below 1 % of its half height, which is 1."""
     wanted = (noise_level(omega) / _WANTED_NOISE) ** 2
-    points_per_stroke = omega.size / max(1, np.unique(loops.stroke).size)
+    points_per_stroke = omega.size / (loops.bounds.size - 1)
     return int(min(0.5 * wanted, 0.5 * _LARGEST_SHARE * points_per_stroke))

@@ -18,6 +18,7 @@ which is linear in a, b and u(0) for a given n; n comes from a bounded scan of i
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,6 +34,7 @@ from .smoothing import automatic_half_width, moving_average
 SIGMA_BOUNDS = SIGMA_RANGE
 N_BOUNDS = (0.05, 20.0)
 _N_SCAN = np.geomspace(*N_BOUNDS, 19)
+_N_FINER = np.geomspace(_N_SCAN[0] / _N_SCAN[1], _N_SCAN[1] / _N_SCAN[0], 9)  # about the best one
 # Singular values of the steady section below this share of the largest are noise: the branches overlap too little.
 _STEADY_RCOND = 1e-3
 # FA may not fall below this share of its median while omega is extracted.
@@ -117,17 +119,19 @@ def fit_hysteresis(loops: Loops, backbone: Backbone, half_width: int | None = No
     if extracted is None:
         return None
     omega, G = extracted
-    stroke, travel, u, weight = _with_reversals(loops, loops.side * omega, loops.weight * G**2)
-    first = np.flatnonzero(np.diff(stroke, prepend=-1))
+    branches = _branches(loops)
+    u, weight = loops.side * omega, loops.weight * G**2
+    u = branches.all(u, -u[branches.after - 1])
+    weight = branches.all(weight, weight[branches.after])
     # Noise may carry u out of its bounds: a little of that is kept in what is fitted, none in what is integrated.
-    line = IntegratedLine(first, travel, np.clip(u, -1.0, 1.0), np.clip(u, -1.5, 1.5), weight)
+    line = IntegratedLine(branches.first, branches.travel, np.clip(u, -1.0, 1.0), np.clip(u, -1.5, 1.5), weight)
     misfit, slopes = _fit(line, _N_SCAN)
     best = int(np.argmin(misfit))
     if not np.isfinite(misfit[best]):
         return None
     n = _N_SCAN[best]
     if 0 < best < _N_SCAN.size - 1:
-        finer = np.geomspace(_N_SCAN[best - 1], _N_SCAN[best + 1], 9)
+        finer = _N_SCAN[best] * _N_FINER
         misfit, slopes = _fit(line, finer)
         best = int(np.argmin(misfit))
         n = finer[best]
@@ -153,21 +157,45 @@ def _fit(line: IntegratedLine, n: FloatArray) -> tuple[FloatArray, FloatArray]:
     return misfit, np.stack([a, b], axis=1)
 
 
-def _with_reversals(
-    loops: Loops, u: FloatArray, weight: FloatArray
-) -> tuple[NDArray[np.intp], FloatArray, FloatArray, FloatArray]:
-    """Stroke, travel, u and weight of the points, each stroke begun by the reversal that ended the one before it.
+@dataclass(frozen=True, eq=False)
+class _Branches:
+    """Points of loops, each stroke begun by the reversal that ended the one before it.
 
     A reversal turns the sign of u. Without that point a loop that switches between two samples, as dry friction
     does, would show nothing of rho.
+
+    Attributes
+    ----------
+    after : ndarray, shape (E,)          The point after each reversal.
+    added, kept : ndarray, shapes (E,), (P,)   Places of reversals and points among all.
+    first : ndarray                      First of each stroke.
+    travel : ndarray, shape (P + E,)     [m]
     """
-    first = np.flatnonzero(np.diff(loops.stroke, prepend=-1))[1:]
+
+    after: NDArray[np.intp]
+    added: NDArray[np.intp]
+    kept: NDArray[np.intp]
+    first: NDArray[np.intp]
+    travel: FloatArray
+
+    def all(self, of_points: FloatArray, of_reversals: FloatArray) -> FloatArray:
+        """Values of all, shape (P + E,)."""
+        values = np.empty(self.travel.size)
+        values[self.kept], values[self.added] = of_points, of_reversals
+        return values
+
+
+@lru_cache(maxsize=2)  # several candidates for omega are fitted on the same points
+def _branches(loops: Loops) -> _Branches:
+    first = loops.bounds[1:-1]
     follows = loops.stroke[first] == loops.stroke[first - 1] + 1
     follows &= loops.record[loops.stroke[first]] == loops.record[loops.stroke[first - 1]]
-    at = first[follows]
-    return (
-        np.insert(loops.stroke, at, loops.stroke[at]),
-        np.insert(loops.travel, at, 0.0),
-        np.insert(u, at, -u[at - 1]),
-        np.insert(weight, at, weight[at]),
-    )
+    after = first[follows]
+    added = after + np.arange(after.size)
+    is_kept = np.ones(loops.stroke.size + after.size, dtype=bool)
+    is_kept[added] = False
+    kept = np.flatnonzero(is_kept)
+    firsts = np.sort(np.concatenate([kept[loops.bounds[:1]], kept[first[~follows]], added]))
+    travel = np.zeros(is_kept.size)
+    travel[kept] = loops.travel
+    return _Branches(after, added, kept, firsts, travel)

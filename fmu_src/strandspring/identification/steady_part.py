@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -53,7 +54,15 @@ class SteadyRecord:
 
     def loops_with(self, points: int) -> Loops:
         """The points again, strokes averaged over another number of cells."""
-        return _points_of(self.record, self.strokes, self.first_used, self.periodic, points, self.used)
+        if points not in self._by_points:
+            self._by_points[points] = _points_of(
+                self.record, self.strokes, self.first_used, self.periodic, points, self.used
+            )
+        return self._by_points[points]
+
+    @cached_property
+    def _by_points(self) -> dict[int, Loops]:
+        return {}
 
     def all_samples(self) -> Loops:
         """Every sample of the record as a point, those before the steady part too."""

@@ -18,49 +18,15 @@ from .library import library
 from .saturation_table import table
 
 
-def omega_with_derivatives(
-    rho: float,
-    sigma: float,
-    n: float,
-    omega_start: float,
-    direction: IntArray,
-    length: FloatArray,
-    stroke: IntArray,
-    travel: FloatArray,
-    coarse: bool = False,
-) -> tuple[FloatArray, FloatArray]:
-    """omega at points of S consecutive strokes, and its derivatives.
-
-    Parameters
-    ----------
-    rho, sigma, n : float                     [1/m], [-], [-].
-    omega_start : float                       omega at the beginning of the first stroke.
-    direction, length : ndarray, shape (S,)   +1 or -1, alternating; length of each stroke [m].
-    stroke, travel : ndarray, shape (P,)      Stroke of each point and its distance from the stroke's beginning [m].
-    coarse : bool                             omega to 1e-8 only, the quicker for it where the points are few.
-
-    Returns
-    -------
-    ndarray, shape (P,)
-    ndarray, shape (4, P)                     By rho, sigma, n and omega_start.
-    """
-    # Bound to a name, or another thread that needs many tables might discard it while the kernel reads it.
-    saturation = table(n, sigma, derivatives=True, coarse=coarse)
-    omega, derivatives = np.empty((1, travel.size)), np.empty((4, travel.size))
-    _at_points(
-        saturation.address, np.array([rho]), omega_start, direction, length, stroke, travel, omega, address(derivatives)
-    )
-    return omega[0], derivatives
-
-
 class RecordPoints:
     """Points of several records, each of consecutive strokes, for many springs.
 
     Parameters
     ----------
     first_stroke, first_point : ndarray, shape (R + 1,)   Of each record, and the number of all.
-    direction, length : ndarray, shape (S,)               As of `omega_with_derivatives`.
-    stroke, travel : ndarray, shape (P,)                  The same; strokes are numbered through all records.
+    direction, length : ndarray, shape (S,)   +1 or -1, alternating; length of each stroke [m].
+    stroke, travel : ndarray, shape (P,)      Stroke of each point, numbered through all records, and its distance from
+                                              the stroke's beginning [m].
     """
 
     def __init__(
@@ -72,15 +38,19 @@ class RecordPoints:
         stroke: IntArray,
         travel: FloatArray,
     ) -> None:
-        self.records, self.count = len(first_stroke) - 1, travel.size
+        self.records, self.strokes, self.count = len(first_stroke) - 1, direction.size, travel.size
         self._arrays = (
             *(integers(column) for column in (first_stroke, first_point, direction)),
             floats(length),
             integers(stroke),
             floats(travel),
-            np.empty(5 * direction.size),
         )
-        self._addresses = [address(array) for array in self._arrays]
+        self.addresses = [address(array) for array in self._arrays]
+
+    @classmethod
+    def of_one(cls, direction: IntArray, length: FloatArray, stroke: IntArray, travel: FloatArray) -> RecordPoints:
+        """Those of a single record."""
+        return cls(np.array([0, length.size]), np.array([0, travel.size]), direction, length, stroke, travel)
 
     def omega(
         self, rho: float, sigma: float, n: float, omega_start: FloatArray, coarse: bool = False
@@ -93,69 +63,32 @@ class RecordPoints:
         omega_start : ndarray, shape (R,)   omega at the beginning of each record.
         coarse : bool                       omega to 1e-8 only, the quicker for it where the points are few.
         """
+        # Bound to a name, or another thread that needs many tables might discard it while the kernel reads it.
         saturation = table(n, sigma, derivatives=True, coarse=coarse)
-        found, starts = np.empty((4 + self.records, self.count)), floats(omega_start)
-        begin = address(found)
+        found = np.empty((4 + self.records, self.count))
+        derivatives = found[1:]
+        self._fill(saturation.address, np.array([rho]), floats(omega_start), found, address(derivatives))
+        return found[0], derivatives
+
+    def omega_by_rate(self, rho: FloatArray, sigma: float, n: float) -> FloatArray:
+        """omega to 1e-8 for each rho, each record beginning with omega = 0, shape (rho.size, P)."""
+        saturation = table(n, sigma, coarse=True)
+        omega = np.empty((rho.size, self.count))
+        self._fill(saturation.address, floats(rho), np.zeros(self.records), omega, None)
+        return omega
+
+    def _fill(
+        self, saturation: int, rho: FloatArray, omega_start: FloatArray, omega: FloatArray, derivatives: int | None
+    ) -> None:
+        workspace = np.empty(5 * self.strokes)
         library().spring_on_records(
-            saturation.address,
-            rho,
-            sigma,
-            address(starts),
+            saturation,
+            rho.size,
+            address(rho),
+            address(omega_start),
             self.records,
-            *self._addresses,
-            begin,
-            begin + found.strides[0],
+            *self.addresses,
+            address(workspace),
+            address(omega),
+            derivatives,
         )
-        return found[0], found[1:]
-
-
-def omega_by_rate(
-    rho: FloatArray,
-    sigma: float,
-    n: float,
-    direction: IntArray,
-    length: FloatArray,
-    stroke: IntArray,
-    travel: FloatArray,
-) -> FloatArray:
-    """omega to 1e-8 for each rho, from omega = 0; arguments as of `omega_with_derivatives`.
-
-    Returns
-    -------
-    ndarray, shape (rho.size, P)
-    """
-    saturation = table(n, sigma, coarse=True)
-    omega = np.empty((rho.size, travel.size))
-    _at_points(saturation.address, floats(rho), 0.0, direction, length, stroke, travel, omega, None)
-    return omega
-
-
-def _at_points(
-    saturation: int,
-    rho: FloatArray,
-    omega_start: float,
-    direction: IntArray,
-    length: FloatArray,
-    stroke: IntArray,
-    travel: FloatArray,
-    omega: FloatArray,
-    derivatives: int | None,
-) -> None:
-    """Fill `omega`, one row for each rho, and the derivatives at their address."""
-    direction, length, stroke, travel = integers(direction), floats(length), integers(stroke), floats(travel)
-    workspace = np.empty(5 * direction.size)
-    library().spring_at_points(
-        saturation,
-        rho.size,
-        address(rho),
-        omega_start,
-        direction.size,
-        address(direction),
-        address(length),
-        travel.size,
-        address(stroke),
-        address(travel),
-        address(workspace),
-        address(omega),
-        derivatives,
-    )

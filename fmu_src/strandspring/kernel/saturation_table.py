@@ -12,7 +12,7 @@ import numpy as np
 from .arrays import FloatArray, address, floats
 from .library import library
 
-_WITH_DERIVATIVES, WITH_ENERGIES, _COARSE = 1, 2, 4  # as in saturation.h
+WITH_DERIVATIVES, WITH_ENERGIES, COARSE = 1, 2, 4  # as in saturation.h
 
 
 class Table:
@@ -21,7 +21,7 @@ class Table:
     Parameters
     ----------
     n, sigma : float     Within the bounds of `SpringParameters`.
-    derivatives : bool   Tabulate the derivatives by n and sigma too, for `omega_with_derivatives`.
+    derivatives : bool   Tabulate the derivatives by n and sigma too, for `RecordPoints.omega`.
     energies : bool      Tabulate what absorbed energies need.
     coarse : bool        To 1e-8 only, in a quarter of the time.
     """
@@ -29,15 +29,14 @@ class Table:
     def __init__(
         self, n: float, sigma: float, derivatives: bool = False, energies: bool = False, coarse: bool = False
     ) -> None:
-        kernel = library()
         self.n = n
         self.sigma = sigma
-        self._memory = np.empty(kernel.kernel_table_size() // 8)
-        kernel.kernel_tabulate(
+        self._memory = table_memory()
+        library().kernel_tabulate(
             self.address,
             n,
             sigma,
-            _WITH_DERIVATIVES * derivatives + WITH_ENERGIES * energies + _COARSE * coarse,
+            WITH_DERIVATIVES * derivatives + WITH_ENERGIES * energies + COARSE * coarse,
         )
 
     @property
@@ -58,6 +57,11 @@ class Table:
         xi = np.empty_like(u)
         library().kernel_inverse(self.address, u.size, address(u), address(xi))
         return xi
+
+
+def table_memory() -> FloatArray:
+    """Memory for a table."""
+    return np.empty(library().kernel_table_size() // 8)
 
 
 def table(n: float, sigma: float, derivatives: bool = False, energies: bool = False, coarse: bool = False) -> Table:

@@ -31,7 +31,7 @@ static const double LOOP_SHARE = 1e-7, WIDEST = 60.0;
 /* The order in which interpolation takes the nodes: each far from those before, or rounding errors grow. */
 static const int ORDER[SPRING_POWERS] = {0, 11, 6, 3, 9, 1, 8, 5, 10, 2, 7, 4};
 
-/* Chebyshev-Lobatto nodes on [-1, 1], and the weights of the integral from -1 to each. */
+/* Chebyshev-Lobatto nodes on [-1, 1], and the weight of each in the integrals from -1 to all of them. */
 typedef struct {
     double node[SPRING_POWERS], integral[SPRING_POWERS][SPRING_POWERS];
 } Rule;
@@ -114,7 +114,7 @@ static void make_rule(Rule *rule)
                 double share = (m % DEGREE ? 2.0 : 1.0) * (i % DEGREE ? 1.0 : 0.5) / (double)DEGREE;
                 total += share * cosine[m * (DEGREE - i) % (2 * DEGREE)] * integral;
             }
-            rule->integral[j][i] = total;
+            rule->integral[i][j] = total;
         }
 }
 
@@ -135,9 +135,13 @@ static void make_index(SpringIndex *index, const double *edges, int from, int pi
     int up = low < high;
     index->first = spring_bucket(up ? low : high);
     int buckets = spring_bucket(up ? high : low) - index->first + 1;
-    for (int k = 0; k <= buckets; k++) {
+    for (int k = 0, piece = up ? 0 : pieces - 1; k <= buckets; k++) {
         double start = start_of_bucket(index->first + k);
-        index->piece[k] = (unsigned char)spring_search(edges, 0, pieces - 1, up ? start : -start);
+        while (up && piece < pieces - 1 && edges[piece + 1] <= start)
+            piece++;
+        while (!up && piece > 0 && edges[piece] > -start)
+            piece--;
+        index->piece[k] = (unsigned char)piece;
     }
 }
 
@@ -178,12 +182,12 @@ static void falling_nodes(
 /* Integral at each node of what its rate is at the nodes, by the piece's half width. */
 static void integrate(const Rule *rule, double half, const double *rate, double start, double *integral)
 {
-    for (int j = 0; j < SPRING_POWERS; j++) {
-        double total = 0.0;
-        for (int i = 0; i < SPRING_POWERS; i++)
-            total += rule->integral[j][i] * rate[i];
-        integral[j] = start + half * total;
-    }
+    double total[SPRING_POWERS] = {0.0};
+    for (int i = 0; i < SPRING_POWERS; i++)
+        for (int j = 0; j < SPRING_POWERS; j++)
+            total[j] += rule->integral[i][j] * rate[i];
+    for (int j = 0; j < SPRING_POWERS; j++)
+        integral[j] = start + half * total[j];
 }
 
 /* |xi| at the nodes of a piece. W' may be 2000, so that the roundings of a hundred pieces would count: what they lose
@@ -231,7 +235,7 @@ static void begin_branch(SpringBranch *branch, double z, double value)
     memset(branch->by_sigma[0], 0, sizeof branch->by_sigma[0]);
 }
 
-static void add_piece(SpringBranch *branch, const Grid *grid, const Nodes *nodes)
+static void add_piece(SpringBranch *branch, const Grid *grid, const Nodes *nodes, int with)
 {
     int index = branch->pieces++;
     const double *argument = index < branch->complemented ? nodes->value : nodes->complement;
@@ -242,7 +246,8 @@ static void add_piece(SpringBranch *branch, const Grid *grid, const Nodes *nodes
         theta[ORDER[k]] = grid->theta[k];
     branch->piece[index] = (SpringPiece){.middle = grid->middle, .per_half = grid->per_half};
     add_interpolant(grid, nodes->value, branch->piece[index].coefficients);
-    correct(grid, nodes->value, branch->piece[index].coefficients);
+    if (!(with & SPRING_COARSE))
+        correct(grid, nodes->value, branch->piece[index].coefficients);
     branch->inverse[index] = (SpringPiece){.middle = inverse.middle, .per_half = inverse.per_half};
     add_interpolant(&inverse, theta, branch->inverse[index].coefficients);
     branch->edges[index + 1] = nodes->z[DEGREE];
@@ -300,7 +305,7 @@ static void tabulate_rising(const Rule *rule, const Fineness *is, SpringTable *t
         make_grid(&grid, nodes.z);
         if (with & SPRING_WITH_DERIVATIVES)
             add_derivatives(rule, branch, 0.5 * is->width, &grid, &nodes, integrals, 1);
-        add_piece(branch, &grid, &nodes);
+        add_piece(branch, &grid, &nodes, with);
     }
     make_indices(branch);
 }
@@ -331,7 +336,7 @@ static void tabulate_falling(const Rule *rule, const Fineness *is, SpringTable *
         make_grid(&grid, nodes.z);
         if (with & SPRING_WITH_DERIVATIVES)
             add_derivatives(rule, branch, half, &grid, &nodes, integrals, 2);
-        add_piece(branch, &grid, &nodes);
+        add_piece(branch, &grid, &nodes, with);
     }
     /* Exactly, so that every u from -1 on has its place. */
     branch->values[branch->pieces] = 1.0;

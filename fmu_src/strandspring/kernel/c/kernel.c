@@ -9,6 +9,8 @@
 #include "path.c"
 #include "line.c"
 #include "projected.c"
+#include "least_squares.c"
+#include "record_fit.c"
 #include "steady.c"
 #include "fourier.c"
 #include "periodic.c"

@@ -6,8 +6,14 @@
 
 #include <stddef.h>
 
+/* The next `count` numbers of a workspace. */
+SPRING_LOCAL double *linear_taken(double **workspace, size_t count);
+
 /* Largest absolute value; NaN if there is one. */
 SPRING_LOCAL double linear_largest(size_t count, const double *values);
+
+/* Scalar product. */
+SPRING_LOCAL double linear_product(size_t count, const double *a, const double *b);
 
 /* Euclidean norm, and that of a difference. */
 SPRING_LOCAL double linear_norm(size_t count, const double *values);

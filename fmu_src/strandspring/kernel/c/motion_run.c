@@ -33,12 +33,9 @@ size_t motion_workspace(size_t bodies, size_t axes, size_t points)
     return 9 * points + 5 * watched + 5 * axes + 3 * averaged;
 }
 
-static double *taken(double **workspace, size_t count)
+static double *zeros(double **workspace, size_t count)
 {
-    double *part = *workspace;
-    memset(part, 0, count * sizeof *part);
-    *workspace += count;
-    return part;
+    return memset(linear_taken(workspace, count), 0, count * sizeof(double));
 }
 
 /* ---- extremes ---------------------------------------------------------------------------------------------------- */
@@ -231,19 +228,19 @@ static void begin(const MotionSystem *system, const MotionState *state, Watch *w
     double *workspace = record->workspace;
     *watch = (Watch){.is_sharp = {0, 0, 1}, .watched = OF_POINT * points + system->bodies + 2 * axes,
                      .averaged = COURSES * points};
-    watch->accelerations = taken(&workspace, 3 * points);
-    watch->sway = taken(&workspace, 3 * points);
-    watch->start = taken(&workspace, 3 * points);
+    watch->accelerations = zeros(&workspace, 3 * points);
+    watch->sway = zeros(&workspace, 3 * points);
+    watch->start = zeros(&workspace, 3 * points);
     for (int i = 0; i < 3; i++)
-        watch->values[i] = taken(&workspace, watch->watched);
-    watch->greatest = taken(&workspace, watch->watched);
-    watch->at = taken(&workspace, watch->watched);
-    watch->low = taken(&workspace, 2 * axes);
-    watch->high = taken(&workspace, 2 * axes);
-    watch->stroke = taken(&workspace, axes);
-    watch->courses = taken(&workspace, watch->averaged);
-    watch->sums = taken(&workspace, watch->averaged);
-    watch->squares = taken(&workspace, watch->averaged);
+        watch->values[i] = zeros(&workspace, watch->watched);
+    watch->greatest = zeros(&workspace, watch->watched);
+    watch->at = zeros(&workspace, watch->watched);
+    watch->low = zeros(&workspace, 2 * axes);
+    watch->high = zeros(&workspace, 2 * axes);
+    watch->stroke = zeros(&workspace, axes);
+    watch->courses = zeros(&workspace, watch->averaged);
+    watch->sums = zeros(&workspace, watch->averaged);
+    watch->squares = zeros(&workspace, watch->averaged);
     motion_of_points(system, state, UNLOADED, watch->accelerations, watch->start);
     for (size_t b = 0; b < system->bodies; b++)
         memcpy(watch->turn[b], state->body[b].turn, sizeof watch->turn[b]);

@@ -300,35 +300,28 @@ static void at_points(const SpringTable *table, double rho, const Beginning *beg
     }
 }
 
-void spring_at_points(const SpringTable *table, size_t rates, const double *rho, double omega_start, size_t strokes,
-                      const int64_t *direction, const double *length, size_t points, const int64_t *stroke,
-                      const double *travel, double *workspace, double *omega, double *derivatives)
-{
-    Beginning *begin = (Beginning *)workspace;
-    for (size_t k = 0; k < rates; k++) {
-        double *own = derivatives != NULL ? derivatives + 4 * k * points : NULL;
-        begin_strokes(table, rho[k], omega_start, strokes, direction, length, own != NULL, begin);
-        at_points(table, rho[k], begin, direction, points, stroke, travel, omega + k * points, points, own,
-                  own != NULL ? own + 3 * points : NULL);
-    }
-}
-
-void spring_on_records(const SpringTable *table, double rho, double sigma, const double *omega_start, size_t records,
-                       const int64_t *first_stroke, const int64_t *first_point, const int64_t *direction,
-                       const double *length, const int64_t *stroke, const double *travel, double *workspace,
-                       double *omega, double *derivatives)
+void spring_on_records(const SpringTable *table, size_t rates, const double *rho, const double *omega_start,
+                       size_t records, const int64_t *first_stroke, const int64_t *first_point,
+                       const int64_t *direction, const double *length, const int64_t *stroke, const double *travel,
+                       double *workspace, double *omega, double *derivatives)
 {
     Beginning *begin = (Beginning *)workspace;
     size_t points = (size_t)first_point[records];
-    memset(derivatives + 3 * points, 0, records * points * sizeof *derivatives);
-    for (size_t k = 0; k < records; k++) {
-        size_t strokes = (size_t)first_stroke[k], at = (size_t)first_point[k];
-        begin_strokes(table, rho, omega_start[k], (size_t)first_stroke[k + 1] - strokes, direction + strokes,
-                      length + strokes, 1, begin + strokes);
-        at_points(table, rho, begin, direction, (size_t)first_point[k + 1] - at, stroke + at, travel + at, omega + at,
-                  points, derivatives + at, derivatives + (3 + k) * points + at);
-    }
-    const double natural[3] = {rho, sigma, table->n};
+    if (derivatives != NULL)
+        memset(derivatives + 3 * points, 0, records * points * sizeof *derivatives);
+    for (size_t rate = 0; rate < rates; rate++)
+        for (size_t k = 0; k < records; k++) {
+            size_t strokes = (size_t)first_stroke[k], at = (size_t)first_point[k];
+            int with = derivatives != NULL && rate == rates - 1;
+            begin_strokes(table, rho[rate], omega_start[k], (size_t)first_stroke[k + 1] - strokes, direction + strokes,
+                          length + strokes, with, begin + strokes);
+            at_points(table, rho[rate], begin, direction, (size_t)first_point[k + 1] - at, stroke + at, travel + at,
+                      omega + rate * points + at, points, with ? derivatives + at : NULL,
+                      with ? derivatives + (3 + k) * points + at : NULL);
+        }
+    if (derivatives == NULL)
+        return;
+    const double natural[3] = {rho[rates - 1], 0.5 * (1.0 + table->curvature), table->n};
     for (size_t k = 0; k < 3; k++)
         for (size_t i = 0; i < points; i++)
             derivatives[k * points + i] *= natural[k];

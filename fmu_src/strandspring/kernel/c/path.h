@@ -17,24 +17,19 @@ void spring_path(const SpringLaw *law, size_t count, const double *displacement,
 void spring_force_at(const SpringLaw *law, size_t count, const double *displacement, const double *omega, double *force,
                      double *by_displacement, double *by_omega);
 
-/* omega at points of consecutive strokes for each rho (`rates` rows of `points`), and, unless `derivatives` is NULL,
- * its derivatives by rho, sigma, n and omega_start (4 rows of `points` for each rho; the table must have derivatives).
+/* omega at points of several records, each of consecutive strokes, for each rho (`rates` rows of all points), and,
+ * unless `derivatives` is NULL, its derivatives for the last rho: rows of all points by ln rho, ln sigma, ln n and the
+ * omega_start of each record; the table must have derivatives.
  *
- * direction, length   of each stroke: +1 or -1, alternating; [m]
- * stroke, travel      of each point: the stroke it is on, and how far from its beginning [m]
- * workspace           5 doubles for each stroke */
-void spring_at_points(const SpringTable *table, size_t rates, const double *rho, double omega_start, size_t strokes,
-                      const int64_t *direction, const double *length, size_t points, const int64_t *stroke,
-                      const double *travel, double *workspace, double *omega, double *derivatives);
-
-/* omega at the points of several records, each of consecutive strokes, and its derivatives: rows of all points by
- * ln rho, ln sigma, ln n and the omega_start of each record; the table must have derivatives.
- *
+ * omega_start                 at the beginning of each record
  * first_stroke, first_point   of each record, and the number of all
- * direction ... workspace     as above, strokes numbered through all records */
-void spring_on_records(const SpringTable *table, double rho, double sigma, const double *omega_start, size_t records,
-                       const int64_t *first_stroke, const int64_t *first_point, const int64_t *direction,
-                       const double *length, const int64_t *stroke, const double *travel, double *workspace,
-                       double *omega, double *derivatives);
+ * direction, length           of each stroke: +1 or -1, alternating; [m]
+ * stroke, travel              of each point: the stroke it is on, numbered through all records, and how far from its
+ *                             beginning [m]
+ * workspace                   5 doubles for each stroke */
+void spring_on_records(const SpringTable *table, size_t rates, const double *rho, const double *omega_start,
+                       size_t records, const int64_t *first_stroke, const int64_t *first_point,
+                       const int64_t *direction, const double *length, const int64_t *stroke, const double *travel,
+                       double *workspace, double *omega, double *derivatives);
 
 #endif

@@ -1,28 +1,12 @@
 #include "projected.h"
+#include "linear.h"
 
 #include <math.h>
 #include <string.h>
 
-enum {
-    SUMS = 8,      /* that are taken side by side, which compilers vectorise */
-    REPETITIONS = 3
-};
+enum { REPETITIONS = 3 };
 static const double LOST = 0.1;        /* of a row's norm is left, and the projection is repeated */
 static const double DEPENDENT = 1e-13; /* of a row's norm is left, and it is a combination of those before it */
-
-static double product(size_t count, const double *a, const double *b)
-{
-    double sum[SUMS] = {0.0}, total = 0.0;
-    size_t i = 0;
-    for (; i + SUMS <= count; i += SUMS)
-        for (int k = 0; k < SUMS; k++)
-            sum[k] += a[i + k] * b[i + k];
-    for (; i < count; i++)
-        total += a[i] * b[i];
-    for (int k = 0; k < SUMS; k++)
-        total += sum[k];
-    return total;
-}
 
 static void add(size_t count, double factor, const double *restrict a, double *restrict to)
 {
@@ -33,7 +17,7 @@ static void add(size_t count, double factor, const double *restrict a, double *r
 static void along_rows(size_t points, size_t count, const double *frame, double *row, double *along)
 {
     for (size_t k = 0; k < count; k++) {
-        double share = product(points, frame + k * points, row);
+        double share = linear_product(points, frame + k * points, row);
         add(points, -share, frame + k * points, row);
         along[k] += share;
     }
@@ -43,12 +27,12 @@ static void along_rows(size_t points, size_t count, const double *frame, double 
 static double beside(size_t points, size_t first_count, const double *first, size_t second_count, const double *second,
                      double *row, double *along)
 {
-    double before = sqrt(product(points, row, row)), after = before;
+    double before = sqrt(linear_product(points, row, row)), after = before;
     memset(along, 0, (first_count + second_count) * sizeof *along);
     for (int k = 0; k < REPETITIONS; k++) {
         along_rows(points, first_count, first, row, along);
         along_rows(points, second_count, second, row, along + first_count);
-        after = sqrt(product(points, row, row));
+        after = sqrt(linear_product(points, row, row));
         if (!(after < LOST * before))
             break;
         before = after;
@@ -61,7 +45,7 @@ static void orthonormal(size_t points, size_t fixed, const double *frame, size_t
 {
     for (size_t k = 0; k < count; k++) {
         double *row = rows + k * points, *along = shares + k * (fixed + count);
-        double before = sqrt(product(points, row, row));
+        double before = sqrt(linear_product(points, row, row));
         double norm = beside(points, fixed, frame, k, rows, row, along);
         int depends = norm <= DEPENDENT * before;
         for (size_t i = 0; i < points; i++)

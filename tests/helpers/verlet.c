@@ -1,4 +1,4 @@
-/* The opponent of harmonic balance: velocity Verlet on the kernel's spring, from static equilibrium until periods
+/* Velocity Verlet on the kernel's spring, from static equilibrium until periods
  * repeat. Includes the kernel, so that both are compiled alike. */
 #include "kernel.c"
 
@@ -10,6 +10,12 @@ typedef struct {
     double start;  /* displacement of the mount at rest [m] */
     double repeat; /* of the motion, within which three periods in a row must repeat */
 } Shaking;
+
+static double force_of(const SpringLaw *law, const Stroke *stroke)
+{
+    SpringMemory memory = {.displacement = stroke->displacement, .omega = stroke->omega};
+    return spring_force(law, &memory);
+}
 
 /* found: cosine and sine of the first harmonic of the mount's displacement, and half its stroke, over the last period
  * [m]. Returns the number of periods, 0 if `most` are not enough. */
@@ -23,10 +29,8 @@ int verlet(const SpringLaw *law, const Shaking *s, int most, double *found)
         wave[i][1] = sin(FULL_TURN * i / STEPS);
     }
     Stroke stroke = {.displacement = s->start * per_series, .start = s->start * per_series};
-    double offset = law->parameters.displacement_offset;
     double z = s->start, speed = 0.0, last_cosine = 0.0, last_sine = 0.0;
-    double push =
-        s->static_load + s->strength - s->parallel * restoring_force(law, stroke.displacement - offset, stroke.omega);
+    double push = s->static_load + s->strength - s->parallel * force_of(law, &stroke);
     for (int period = 1, agreed = 0; period <= most; period++) {
         double a = 0.0, b = 0.0, low = z, high = z;
         for (int i = 0; i < STEPS; i++) {
@@ -36,8 +40,7 @@ int verlet(const SpringLaw *law, const Shaking *s, int most, double *found)
             z += h * speed_between;
             /* As in whole paths: no energy is carried along. */
             step(law, &stroke, z * per_series);
-            push = s->static_load + s->strength * wave[(i + 1) % STEPS][0] -
-                   s->parallel * restoring_force(law, stroke.displacement - offset, stroke.omega);
+            push = s->static_load + s->strength * wave[(i + 1) % STEPS][0] - s->parallel * force_of(law, &stroke);
             speed = (speed_between + half * push) * after_damping;
             low = z < low ? z : low;
             high = z > high ? z : high;
