@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from scipy import stats
+from scipy.fft import dct
 from scipy.linalg import toeplitz
 from scipy.signal import lfilter
 
@@ -23,7 +24,7 @@ from strandspring import (
     select,
     synthesize,
 )
-from strandspring.identification.coloured_noise import coefficient_covariance
+from strandspring.identification.coloured_noise import _cosine_transform, coefficient_covariance
 from strandspring.identification.figures import predict_record
 from strandspring.identification.intervals import quantile_95
 from strandspring.identification.loops import gather
@@ -37,6 +38,13 @@ from synthetic import record_of, sine, spring_of
 ROOT = Path(__file__).resolve().parents[2]
 CUBIC = RefinedOptions(degrees=(3, 2))
 NAMES = ("kappa_omega", "rho", "sigma", "n")
+
+
+@pytest.mark.parametrize("samples", [1, 2, 3, 4, 5, 916, 1001])
+def test_cosine_transform(samples: int) -> None:
+    columns = np.random.default_rng(samples).standard_normal((samples, 3))
+    expected = dct(columns, axis=0, norm="ortho")
+    np.testing.assert_allclose(_cosine_transform(columns), expected, rtol=0.0, atol=1e-13)
 
 
 def autoregressive(samples: int, correlation: float, seed: int) -> np.ndarray:

@@ -58,7 +58,8 @@ class Loops:
     @cached_property
     def bounds(self) -> IndexArray:
         """First point of each stroke that has points, and the number of all."""
-        return np.flatnonzero(np.diff(self.stroke, prepend=-1, append=-1))
+        changes = np.flatnonzero(self.stroke[1:] != self.stroke[:-1]) + 1
+        return np.concatenate([[0], changes, [self.stroke.size]])
 
     @cached_property
     def reach(self) -> tuple[float, float]:

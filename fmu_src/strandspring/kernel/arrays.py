@@ -22,5 +22,8 @@ def integers(values: ArrayLike) -> IntArray:
 
 
 def address(array: NDArray[Any]) -> int:
-    """Where an array begins, which must be contiguous and outlive the call."""
-    return int(array.__array_interface__["data"][0])
+    """Where an array begins, which must be contiguous, row by row, and outlive the call."""
+    interface = array.__array_interface__
+    if interface["strides"] is not None:
+        raise ValueError("The kernel takes arrays that are contiguous, row by row.")
+    return int(interface["data"][0])

@@ -76,7 +76,7 @@ class RecordFit:
         coarse: bool,
     ) -> None:
         self._points, self._width = points, fixed.shape[1] + moving.shape[1]
-        self._arrays = np.concatenate([fixed.T, moving.T]), floats(force), floats(low), floats(high)
+        self._arrays = floats(np.concatenate([fixed.T, moving.T])), floats(force), floats(low), floats(high)
         self._given = (
             points.records, points.strokes, points.count, fixed.shape[1], moving.shape[1], *points.addresses,
             *map(address, self._arrays), WITH_DERIVATIVES + COARSE * coarse,
