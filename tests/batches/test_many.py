@@ -499,6 +499,7 @@ def test_a_missing_package_is_reported_in_one_sentence(terminal: Terminal, monke
         ("nowhere -o models --workers 2 --scheduler tcp://a:1", 2, "exclude each other"),
         ("few -o few/spring_0000.csv", 1, "few/spring_0000.csv/springs.csv cannot be written"),
         ("empty -o few", 1, "There is no record to identify"),
+        ("nowhere -o models", 1, "nowhere: no such file or folder; check the path."),
         ("few few/x.json -o few", 1, "The record few/x.json would be overwritten; write to another folder."),
         ("few -o models --amplitude 0", 2, "--amplitude"),
         ("few -o models --force-unit furlong", 2, "unit 'furlong' of the force is not known"),

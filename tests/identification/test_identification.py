@@ -342,3 +342,15 @@ def test_a_name_that_is_not_utf_8_goes_into_the_model_file(tmp_path: Path) -> No
     found = identify(Record(record.displacement, record.force, path="m\udcfc\x1b.csv"), CUBIC)
     found.spring("a").save(tmp_path / "a.json")
     assert Spring.load(tmp_path / "a.json").model.provenance["records"][0]["file"] == "m\ufffd\ufffd.csv"
+
+
+def test_records_without_a_displacement_in_common_are_cautioned() -> None:
+    spring = spring_of(1.0, 1.0)
+    low, middle, high = (
+        record_of(spring, centre + 0.004 * np.sin(np.linspace(0.0, 6.0 * np.pi, 600)), noise=0.003, seed=seed)
+        for seed, centre in enumerate((0.04, 0.05, 0.06))
+    )
+    found = identify([low, high], RefinedOptions((3, 2)))
+    assert "(44 to 56 mm)" in found.cautions[found.outcomes.index(Outcome.RANGE_WITH_GAPS)]
+    wide = record_of(spring, sine(), noise=0.003)
+    assert Outcome.RANGE_WITH_GAPS not in identify([middle, wide], RefinedOptions((3, 2))).outcomes

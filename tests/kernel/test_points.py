@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 from strandspring import SpringParameters
 from strandspring.core.parameters import N_RANGE, SIGMA_RANGE
+from strandspring.kernel.arrays import address
 from strandspring.kernel.path import PathSolver
 from strandspring.kernel.points import RecordPoints
 from stroke_points import omega_with_derivatives
@@ -107,3 +108,8 @@ def test_derivatives_of_tanh() -> None:
     np.testing.assert_allclose(found[0], (1.0 - expected**2) * s, rtol=0.0, atol=1e-12)
     np.testing.assert_allclose(found[1], 0.0, rtol=0.0, atol=0.0)
     np.testing.assert_allclose(found[3], (1.0 - expected**2) / (1.0 - 0.2**2), rtol=0.0, atol=1e-12)
+
+
+def test_arrays_with_gaps_have_no_address() -> None:
+    with pytest.raises(ValueError, match="contiguous"):
+        address(np.zeros((3, 4)).T)

@@ -334,7 +334,7 @@ def test_line_numbers_hold_far_down_a_long_file(write: Write) -> None:
         ("Disp,Force\n1,2\n2,3\n", {"force": 0}, "force column must be 1 to 2, got 0"),
         ("Disp,Force\n1,2\n2,3\n", {"force": "²"}, "is not in the file"),
         ("Disp,Force\n1,2\n2,3\n", {"force": 2, "displacement": "force"}, "must not be both"),
-        ("Disp,F,X1\n1,2,3\n2,3,4\n", {"time": 1}, "named like a displacement among column 2 'F'"),
+        ("Disp,F,Temp\n1,2,3\n2,3,4\n", {"time": 1}, "named like a displacement among column 2 'F'"),
         ("Disp,Force\n1,2\n2,3\n", {"force_unit": "mm"}, "unit 'mm' of the force is a unit of length"),
         ("Disp,Force\n1,2\n2,3\n", {"force_unit": "mn"}, "could mean mN (millinewton) or MN (meganewton)"),
         ("Disp [foo],Force\n1,2\n2,3\n", {}, "unit 'foo' of the displacement is not known"),

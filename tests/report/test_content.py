@@ -14,7 +14,7 @@ from springs import TABLE
 from strandspring import Identification, Outcome, StrandspringError, identify
 from strandspring.modelfile import ModelFile
 from strandspring.report import details, drawing, evaluation, figure, page, quantities, thinning
-from strandspring.report.blocks import Content, Gallery, Level, Notice, Table
+from strandspring.report.blocks import Content, Facts, Gallery, Level, Notice, Table
 from strandspring.report.chart import Chart
 from strandspring.report.charts import engineering_charts, fit_charts
 from strandspring.report.details import ReportDetails
@@ -59,6 +59,10 @@ def test_a_table_of_fe_is_shown_by_its_knots() -> None:
     rows = table_of(content, "Parameters").rows
     assert rows[4][:4] == ("FE_forces[0]", "elastic force at 30 mm", "−52.9977", "N")
     assert len(rows[0]) == 4  # no errors, no columns for them
+    blocks = [block for section in content.sections for block in section.blocks if isinstance(block, Facts)]
+    labels = [fact[0] for block in blocks for fact in block.pairs]
+    assert "FA about" in labels
+    assert "Polynomials about" not in labels
 
 
 def test_the_verdict_is_as_good_as_the_findings() -> None:

@@ -215,7 +215,7 @@ def test_later_loads_move_later(one: Drawn, steps: int) -> None:
     assert_same(later.histories.displacement[steps:], at_once.histories.displacement, 1e-9)
     assert_same(later.histories.sway[steps:], at_once.histories.sway, 1e-9)
     # Rounding decides which points a parabola goes through.
-    assert_same(later.figures.of_axes[:, :8], at_once.figures.of_axes[:, :8], 1e-6)
+    assert_same(later.figures.of_axes, at_once.figures.of_axes, 1e-6)
 
 
 @LAW

@@ -67,7 +67,7 @@ def find_springs(sources: Iterable[str | os.PathLike[str]], folder: Path) -> Sou
 
     Raises
     ------
-    RecordError                  If there is no file.
+    RecordError                  If there is no file, or no folder of a name without an ending.
     StrandspringError            If a result would overwrite a record.
     """
     outputs = {os.path.realpath(folder / name) for name in (TABLE, COLUMNAR_TABLE, JOURNAL)}
@@ -100,6 +100,8 @@ def find_springs(sources: Iterable[str | os.PathLike[str]], folder: Path) -> Sou
 def _files_of(given: str, others: list[str], outputs: set[str]) -> Sequence[str]:
     """The files that a path stands for; files of a folder that are no records are added to `others`."""
     if _is_named_like_a_record(Path(given)) or not Path(given).is_dir():
+        if not Path(given).suffix and not os.path.lexists(given):
+            raise RecordError(f"{readable(given)}: no such file or folder; check the path.")
         return [given]
     try:
         entries = sorted(Path(given).iterdir())

@@ -19,7 +19,7 @@ from ..records.record import Record
 from ..records.spikes import spikes_of
 from .figures import RecordFit, overall, periodic_start, predict_record, record_fit
 from .identified_model import IdentifiedModel
-from .loops import join
+from .loops import Loops, join
 from .method import Method, checked_method
 from .outcomes import IdentificationError, Outcome
 from .refined import RefinedOptions
@@ -137,6 +137,8 @@ def _identified(group: tuple[Record, ...], method: Method) -> IdentifiedModel:
     if loops.has_one_amplitude and Outcome.SMALL_LOOPS not in findings:
         known = result.uncertainty or {}
         findings[Outcome.ONE_AMPLITUDE] = extrapolated_energy(result.parameters, known, 0.5 * loops.shortest)
+    if gaps := _gaps(loops):
+        findings[Outcome.RANGE_WITH_GAPS] = gaps
     if result.lack_of_fit is None and rnl < _POOR_RNL:
         findings[Outcome.POOR_FIT] = ""
     return IdentifiedModel(
@@ -160,6 +162,18 @@ def _identified(group: tuple[Record, ...], method: Method) -> IdentifiedModel:
 
 def _steady_part(record: Record, method: Method) -> SteadyRecord:
     return find_steady_part(method.prepare(record), method.known_delay, method.seeks_delay)
+
+
+def _gaps(loops: Loops) -> str:
+    """Displacements between those of the records, in words; empty if there are none."""
+    points = [loops.displacement[own] for _, own in loops.by_record if own.start < own.stop]
+    ranges = sorted((float(own.min()), float(own.max())) for own in points)
+    reached, gaps = ranges[0][1], []
+    for low, high in ranges[1:]:
+        if low > reached:
+            gaps.append(f"{1e3 * reached:.4g} to {1e3 * low:.4g} mm")
+        reached = max(reached, high)
+    return "; ".join(gaps)
 
 
 def _in_json(value: Any) -> Any:

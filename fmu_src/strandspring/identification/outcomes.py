@@ -80,6 +80,10 @@ class Outcome(Enum):
         "The force drifts from cycle to cycle; the model describes the mean of the cycles: use the steady ones with "
         "--cycles, warm up or exercise the specimen first, or check the force sensor's zero."
     )
+    RANGE_WITH_GAPS = (
+        "The records have no displacement in common, and between them the model is a guess: check the zeros of the "
+        "displacement (displacement_offset of a description file), or record what lies between, too."
+    )
     CLIPPED = (
         "The force stays at an extreme for many samples, as a sensor or amplifier at the end of its range does; those "
         "samples were left out: repeat the test with a larger range."

@@ -214,6 +214,7 @@ def isolation_frequency(frequency: FloatArray, ratio: FloatArray) -> float:
     last = int(above[-1])
     if last + 1 == ratio.size:
         return math.nan
-    # Both fall nearly by powers of each other.
-    share = math.log(ratio[last]) / math.log(ratio[last] / ratio[last + 1])
-    return float(frequency[last] * (frequency[last + 1] / frequency[last]) ** share)
+    # Above the resonance of a mass on a plain spring 1/ratio is (frequency/resonance)^2 - 1.
+    low, high = frequency[last] ** 2, frequency[last + 1] ** 2
+    share = (1.0 - 1.0 / ratio[last]) / (1.0 / ratio[last + 1] - 1.0 / ratio[last])
+    return math.sqrt(low + share * (high - low))

@@ -20,7 +20,7 @@ from .path import Law
 BODY, MOUNT, AXIS, POINT, CHANNEL = 42, 10, 10, 4, 8
 _BODY_STATE, _REACH, _AXIS_STATE, _STATE = 31, 9, 13, 22
 _SYSTEM, _RECORD = 10, 11
-OF_POINT, OF_AXIS, OF_BODY, ENERGIES = 18, 10, 2, 9
+OF_POINT, OF_AXIS, OF_BODY, ENERGIES = 18, 8, 2, 9
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,7 +31,7 @@ class MotionFigures:
     ----------
     steps : int                           Done; fewer than asked for if the motion diverged.
     of_points : ndarray, shape (P, 18)
-    of_axes : ndarray, shape (A, 10)
+    of_axes : ndarray, shape (A, 8)
     of_bodies : ndarray, shape (B, 2)
     energies : ndarray, shape (9,)        [J].
     """

@@ -164,13 +164,14 @@ def provenance(of: Evaluation) -> Table:
 def ranges(of: Evaluation) -> tuple[tuple[str, str], ...]:
     """The ranges that belong to the parameters."""
     p, unit = of.identification.parameters, of.length
-    form = (
-        f"FE is a cubic spline through {len(p.FE_knots)} knots, FA a polynomial of degree {len(p.kA) - 1}"
-        if p.FE_knots
-        else f"FE is a polynomial of degree {len(p.kE) - 1}, FA one of degree {len(p.kA) - 1}"
-    )
+    if p.FE_knots:
+        about = "FA about"
+        form = f"FE is a cubic spline through {len(p.FE_knots)} knots, FA a polynomial of degree {len(p.kA) - 1}"
+    else:
+        about = "Polynomials about"
+        form = f"FE is a polynomial of degree {len(p.kE) - 1}, FA one of degree {len(p.kA) - 1}"
     return (
         ("Identified range", span(p.displacement_min, p.displacement_max, unit)),
-        ("Polynomials about", f"{number(p.displacement_offset * unit.factor, 6)} {unit.name}"),
+        (about, f"{number(p.displacement_offset * unit.factor, 6)} {unit.name}"),
         ("Form", form),
     )

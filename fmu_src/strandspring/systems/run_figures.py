@@ -25,7 +25,6 @@ class RunFigures:
     rms_acceleration, rms_sway : ndarray, shape (P, 3)   From the settling on; of the sway about its mean [m/s^2], [m].
     tilt : ndarray, shape (B,)                      Largest angle of each body from rest [rad].
     displacement_low, displacement_high : ndarray, shape (A,)   Of one spring of each axis [m].
-    rms_displacement : ndarray, shape (A,)          Of one spring, about its mean, from the settling on [m].
     force : ndarray, shape (A,)                     Largest magnitude of the axis' force, damper and stops included [N].
     rate : ndarray, shape (A,)                      Largest speed of the axis [m/s].
     omega_low, omega_high : ndarray, shape (A,)     [-].
@@ -42,7 +41,6 @@ class RunFigures:
     tilt: FloatArray
     displacement_low: FloatArray
     displacement_high: FloatArray
-    rms_displacement: FloatArray
     force: FloatArray
     rate: FloatArray
     omega_low: FloatArray
@@ -64,7 +62,6 @@ class RunFigures:
             tilt=found.of_bodies[:, 0],
             displacement_low=axes[:, 0],
             displacement_high=axes[:, 1],
-            rms_displacement=_deviation(axes[:, 8], axes[:, 9]),
             force=axes[:, 2],
             rate=axes[:, 7],
             omega_low=axes[:, 3],

@@ -110,12 +110,6 @@ class SystemResponse:
             return "m/N"
         return "1" if self.shaking.about is None else "m/rad"
 
-    @property
-    def force_transmissibility(self) -> ComplexArray:
-        """Force on the base over the exciting one, shape (F, 3) [-]; NaN where none excites."""
-        is_force = self.shaking.kind is Excitation.FORCE
-        return self.base_force / self.level if is_force else np.full_like(self.base_force, np.nan)
-
     @cached_property
     def resonances(self) -> tuple[PointResonance, ...]:
         """The largest gain of each point in each direction in which it moves by 1 % of what it moves most or more."""

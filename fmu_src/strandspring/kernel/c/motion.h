@@ -27,7 +27,7 @@
 #include <stddef.h>
 
 enum { MOTION_BODIES = 8, MOTION_AXES = 600, MOTION_POINTS = 64, MOTION_CHANNELS = 64 };
-enum { MOTION_OF_POINT = 18, MOTION_OF_AXIS = 10, MOTION_OF_BODY = 2, MOTION_ENERGIES = 9 };
+enum { MOTION_OF_POINT = 18, MOTION_OF_AXIS = 8, MOTION_OF_BODY = 2, MOTION_ENERGIES = 9 };
 
 /* Matrices are of rows. What is held has no part in `translations` and `inverse_inertia`. */
 typedef struct {
@@ -130,7 +130,7 @@ int motion_rest(
  *             means of the three components of the way from the beginning, and their mean squares [SI]
  * of_axes     MOTION_OF_AXIS each: least and greatest displacement of one spring; largest |force| of the axis; least
  *             and greatest omega; energy absorbed by all springs; displacement of one spring at the beginning; largest
- *             |rate|; mean and mean square of the way of one spring from the nominal pose
+ *             |rate|
  * of_bodies   MOTION_OF_BODY each: largest angle of rotation from the pose at the beginning [rad] and its time
  * energies    kinetic at the beginning and the end, absorbed by springs, damped, in stops, work of gravity, of the
  *             base, of forces; sum of the absolute values of what was exchanged

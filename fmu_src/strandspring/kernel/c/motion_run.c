@@ -16,8 +16,7 @@ enum { TIME_AT = 1, MEANS_OF_POINT_AT = 9 };
  *            of each body, |rate| of each axis, |force| of each axis
  * greatest   of each of these, and when
  * low, high  displacement of a spring of each axis, omega of each axis; stroke: where each spring turned last
- * courses    what means are taken of: COURSES of each point, displacement of each axis; their sums and those of their
- *            squares */
+ * courses    what means are taken of: COURSES of each point; their sums and those of their squares */
 typedef struct {
     double time[3];
     int is_sharp[3]; /* no course is smooth where a part of a step ends at a turn, or a load has a corner or jumps */
@@ -30,7 +29,7 @@ typedef struct {
 
 size_t motion_workspace(size_t bodies, size_t axes, size_t points)
 {
-    size_t watched = OF_POINT * points + bodies + 2 * axes, averaged = COURSES * points + axes;
+    size_t watched = OF_POINT * points + bodies + 2 * axes, averaged = COURSES * points;
     return 9 * points + 5 * watched + 5 * axes + 3 * averaged;
 }
 
@@ -151,7 +150,6 @@ static void take_axes(const MotionSystem *system, const MotionState *state, Watc
 {
     size_t axes = system->axes;
     double *rate = watch->values[2] + OF_POINT * system->points + system->bodies, *force = rate + axes;
-    double *course = watch->courses + COURSES * system->points;
     for (size_t a = 0; a < axes; a++) {
         const MotionAxisState *own = state->axis + a;
         const SpringMemory *memory = &own->memory;
@@ -162,7 +160,6 @@ static void take_axes(const MotionSystem *system, const MotionState *state, Watc
         }
         rate[a] = fabs(own->rate);
         force[a] = fabs(own->force);
-        course[a] = own->displacement; /* 0 in the nominal pose */
     }
 }
 
@@ -230,7 +227,7 @@ static void begin(const MotionSystem *system, const MotionState *state, Watch *w
     size_t points = system->points, axes = system->axes;
     double *workspace = record->workspace;
     *watch = (Watch){.is_sharp = {0, 0, 1}, .watched = OF_POINT * points + system->bodies + 2 * axes,
-                     .averaged = COURSES * points + axes};
+                     .averaged = COURSES * points};
     watch->accelerations = zeros(&workspace, 3 * points);
     watch->sway = zeros(&workspace, 3 * points);
     watch->start = zeros(&workspace, 3 * points);
@@ -277,8 +274,6 @@ static void end(const MotionSystem *system, const MotionState *state, Watch *wat
     }
     greatest += OF_POINT * points;
     at += OF_POINT * points;
-    sums += COURSES * points;
-    squares += COURSES * points;
     for (size_t b = 0; b < bodies; b++) {
         record->of_bodies[MOTION_OF_BODY * b] = 2.0 * asin(clip(sqrt(greatest[b]), 0.0, 1.0));
         record->of_bodies[MOTION_OF_BODY * b + 1] = at[b];
@@ -287,12 +282,11 @@ static void end(const MotionSystem *system, const MotionState *state, Watch *wat
     for (size_t a = 0; a < axes; a++) {
         const MotionAxis *axis = system->axis + a;
         double energy = axis->parallel * axis->series * spring_absorbed_energy(axis->law, &state->axis[a].memory);
-        double way = per_step * sums[a], square = per_step * squares[a];
         double start = record->of_axes[MOTION_OF_AXIS * a + 6];
         widen(watch, axes, a, state->axis[a].memory.displacement, state->axis[a].memory.omega);
         const double found[MOTION_OF_AXIS] = {
             watch->low[a], watch->high[a], greatest[axes + a], watch->low[axes + a], watch->high[axes + a],
-            energy, start, greatest[a], way / axis->series, square / axis->series / axis->series};
+            energy, start, greatest[a]};
         memcpy(record->of_axes + MOTION_OF_AXIS * a, found, sizeof found);
         absorbed += energy;
     }
