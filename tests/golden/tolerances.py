@@ -121,6 +121,8 @@ def _identify(case: Case, name: str, kept: Outputs) -> Tolerance:
     of_misfit = group == "lack_of_fit" or name.endswith("held_out_coverage")
     if of_misfit and kept["rmse"] < _NO_NOISE * kept["parameters.kappa_omega"]:
         return np.inf  # what a misfit consists of that is rounding, and how much of it an interval holds
+    if group == "lack_of_fit":
+        return 1e-3 * np.abs(numbers(kept[name]))  # what it consists of moves more than how large it is
     if group == "parameters":
         return _of_parameter(parameter, share, kept)
     if group == "uncertainty":
