@@ -66,6 +66,7 @@ SIZES: dict[str, tuple[str, Callable[[Case], float]]] = {
 BOUNDS: dict[str, Callable[[Case, float], float]] = {"delay": delay_bound, "friction_wear": wear_bound}
 SIZE_SHARE = 0.1  # error of a size that is allowed, share of it
 SIZE_FLOORS = {"delay": 3e-4, "displacement_zero": 1e-4}  # error that is allowed in any case [s], [m]
+FEW = (9.0, 60.0)  # samples in a cycle of coarse records
 WITHIN = 0.05  # error of n and rho that is allowed under noise of the displacement, share of them
 UNREPORTED = 0.07  # uncertainty of the energy of small loops that no caution gives
 console = Console(width=150)
@@ -144,10 +145,14 @@ def described(case: Case) -> str:
     )
 
 
-def clean_cases(seed: int, count: int, **fixed: Any) -> Iterator[Case]:
+def clean_cases(seed: int, count: int, coarse: bool = False, **fixed: Any) -> Iterator[Case]:
     for index in range(count):
         generator = np.random.default_rng([seed, index])
-        yield simulate(draw_spring(generator), draw_experiment(generator, **fixed), generator)
+        spring, experiment = draw_spring(generator), draw_experiment(generator, **fixed)
+        if coarse:
+            samples = round(generator.uniform(*FEW) * sum(experiment.cycles))
+            experiment = replace(experiment, samples=samples, synchronous=False)
+        yield simulate(spring, experiment, generator)
 
 
 def clean(arguments: argparse.Namespace) -> None:
@@ -156,7 +161,7 @@ def clean(arguments: argparse.Namespace) -> None:
     fixed: dict[str, Any] = {"noise": arguments.noise}
     if arguments.single:
         fixed |= {"amplitudes": (1.0,), "cycles": (3,)}
-    for index, case in enumerate(clean_cases(arguments.seed, arguments.count, **fixed)):
+    for index, case in enumerate(clean_cases(arguments.seed, arguments.count, arguments.coarse, **fixed)):
         result = run(case)
         results.append(result)
         if arguments.verbose or result.wrong or result.problem:
@@ -516,6 +521,7 @@ def main() -> None:
         if function is clean:
             command.add_argument("--noise", type=float, default=0.005, help="share of the force's standard deviation")
             command.add_argument("--single", action="store_true", help="three cycles of one amplitude for every spring")
+            command.add_argument("--coarse", action="store_true", help="9 to 60 samples in a cycle")
         if function is faults:
             command.add_argument("--repetitions", type=int, default=3)
             command.add_argument("--only", default="", help="faults whose name holds this")

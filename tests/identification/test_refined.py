@@ -20,6 +20,7 @@ from strandspring import (
 )
 from strandspring.identification.figures import predict_record, rmse, rnl
 from strandspring.identification.noise import force_noise
+from strandspring.identification.small_loops import loop_energy
 from strandspring.kernel.path import PathSolver
 from strandspring.loops.strokes import find_strokes
 from stroke_points import omega_with_derivatives
@@ -272,3 +273,26 @@ def test_sigma_that_few_samples_leave_open_is_cautioned() -> None:
     known = SpringParameters((0.0, 3000.0), (1.0,), 25.0, 500.0, 0.5, 1.5, 0.0, -AMPLITUDE, AMPLITUDE)
     found = identify(record_of(known, sine(3, 61) - MEAN, 0.03))
     assert Outcome.SIGMA_AT_BOUND in found.outcomes
+
+
+@pytest.mark.parametrize(("wave", "samples"), [("sine", 11.3), ("sine", 24.6), ("sine", 39.7), ("triangle", 41.3)])
+def test_few_samples_in_a_cycle_look_like_no_effect_of_the_rig(wave: str, samples: float) -> None:
+    spring, cycles, finer = spring_of(1.5, 2.0), 8, 64
+    phase = 2.0 * np.pi * np.arange(int(cycles * samples) * finer) / (samples * finer)
+    unit = np.sin(phase) if wave == "sine" else 2.0 / np.pi * np.arcsin(np.sin(phase))
+    path = MEAN + AMPLITUDE * (0.3 + 0.1 * np.floor(phase / (2.0 * np.pi))) * unit
+    force = Spring(spring).response(path)[::finer]
+    force = force + 0.1 * np.random.default_rng(5).standard_normal(force.size)
+    found = identify(Record(path[::finer], force, 0.1 * np.arange(force.size)))
+    assert not found.effects
+    assert Outcome.TURNS_RESTORED in found.findings
+    assert Outcome.TURNS_BETWEEN_SAMPLES not in found.findings
+    assert loop_energy(found.parameters) == pytest.approx(loop_energy(spring), rel=0.03)  # ten standard errors
+    assert found.rmse < 0.15
+
+
+def test_reversals_at_samples_stay_there() -> None:
+    spring = spring_of(1.5, 2.0)
+    found = identify(record_of(spring, sine(cycles=6, samples=240)))
+    assert Outcome.TURNS_RESTORED not in found.findings
+    assert found.parameters.rho == pytest.approx(spring.rho, rel=1e-6)

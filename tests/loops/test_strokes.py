@@ -90,3 +90,25 @@ def test_a_still_path_is_one_stroke_of_no_length() -> None:
     strokes = find_strokes(np.full(20, 0.3))
     assert strokes.count == 1
     assert strokes.length.tolist() == [0.0]
+
+
+@pytest.mark.parametrize(
+    ("samples", "corners"), [(9.3, False), (20.7, False), (61.9, False), (20.7, True), (61.9, True)]
+)
+def test_reversals_between_samples_are_where_the_path_turns(samples: float, corners: bool) -> None:
+    """A sine's but for h^2/4 of what lies beyond the samples, h being their distance in phase; a triangle's exactly."""
+    phase = 2.0 * np.pi * np.arange(8 * samples) / samples
+    x = 2.0 / np.pi * np.arcsin(np.sin(phase)) if corners else np.sin(phase)
+    strokes = find_strokes(x)
+    found = strokes.turning_between_samples(corners)
+    at_samples, turns = (s.turning_displacement[1:-1] * s.direction[:-1] for s in (strokes, found))
+    assert (1.0 - at_samples).max() > 1e-4
+    share = 1e-12 if corners else (2.0 * np.pi / samples) ** 2
+    np.testing.assert_array_less(np.abs(turns - 1.0), share * (1.0 - at_samples) + 1e-13)
+    # Each sample is on the stroke during which it was taken.
+    strokes_over = np.floor((phase + 0.5 * np.pi) / np.pi).astype(int)
+    inner = slice(1, -1)
+    np.testing.assert_array_equal(found.of_sample[inner], strokes_over[inner])
+    np.testing.assert_allclose(
+        found.travel, np.abs(x - found.turning_displacement[found.of_sample]), rtol=0.0, atol=1e-15
+    )

@@ -133,6 +133,8 @@ def _identified(group: tuple[Record, ...], method: Method) -> IdentifiedModel:
         fits = tuple(_compared(solver, *each) for each in zip(parts, group, starts, strict=True))
     rmse, rnl = overall(fits)
     findings = _merged([*((part.record.path, part.cautions) for part in parts), ("", result.cautions)])
+    if Outcome.TURNS_RESTORED in findings:
+        findings.pop(Outcome.TURNS_BETWEEN_SAMPLES, None)
     loops = join([part.loops for part in parts])
     if loops.has_one_amplitude and Outcome.SMALL_LOOPS not in findings:
         known = result.uncertainty or {}

@@ -101,6 +101,11 @@ class Outcome(Enum):
         "look like a delay or wear and falsifies rho, sigma, n and the energy of small loops: sample 100 times in a "
         "cycle."
     )
+    TURNS_RESTORED = (
+        "The samples are so few that the displacement turns between them; its reversals were estimated from the "
+        "samples about them, and what is wrong with that falsifies rho, sigma, n and the energy of small loops: sample "
+        "100 times in a cycle, and more often where it turns at corners."
+    )
     DISPLACEMENT_NOISE = (
         "The noise of the displacement is large; it was smoothed out between the reversals, but what is left of it "
         "still blurs the reversals and the knee of the loop, and with them rho, sigma and n: take a sensor with less "

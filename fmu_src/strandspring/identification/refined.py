@@ -14,7 +14,7 @@ from ..kernel.arrays import FloatArray
 from ..kernel.path import PathSolver
 from ..records.record import Record
 from .bootstrap import bootstrap
-from .effects import find_delayed, find_effects, hinted_effects, other_effects
+from .effects import Corrected, find_delayed, find_effects, hinted_effects, other_effects
 from .figures import periodic_start
 from .known_rig import KnownRig
 from .lack_of_fit import LackOfFit
@@ -30,12 +30,13 @@ from .projection import Refinement
 from .refinement import Samples, refine
 from .rig import Rig, Sizes
 from .rig_effects import CAUTIONS, described, detail, in_words, with_other_effects
-from .search import PILOT, Candidate, bending_more, search
+from .search import CLOSE, PILOT, Candidate, bending_more, search
 from .small_loops import undecided_energy
 from .solution import cautions_of, is_positive, refuse_too_few, saturation_share, spring_of
 from .spring_alone import spring_alone
 from .steady_part import SteadyRecord
 from .uncertainty import is_sigma_uncertain, uncertainty
+from .usable import lost_at_reversals
 
 # Points in all, and at least in a stroke, on which minima are looked for.
 _SEARCHED = 1000
@@ -45,6 +46,7 @@ _LEAST_POINTS = 24
 _POINTS_PER_STROKE = 2000
 _POINTS = 40_000
 _NEGLIGIBLE = 1e-3  # half-width of the prediction interval, share of the rms force, below which nobody asks for it
+_COARSE = 5e-5  # travel between samples at reversals from which it is looked for, share of a stroke
 _LEAST_STEPS = 100  # of the sampler of the posterior
 # Effects that a loop of a single amplitude is known from by its form alone.
 _LIKE_LOOPS = {Outcome.DELAY: "a delay", Outcome.VISCOSITY: "viscous damping", Outcome.PLAY: "play"}
@@ -139,7 +141,7 @@ class RefinedOptions(Method):
         refuse_too_few(rig.loops, Basis(*rig.loops.reach, *(self.degrees or PILOT)), where)
         refusal = next((part.refusal for part in parts if part.refusal is not None), None)
         if refusal is None:
-            candidates = search(rig.loops, self.degrees)
+            rig, candidates = _with_turns(rig, search(rig.loops, self.degrees), self.degrees)
             if not candidates:
                 raise IdentificationError(Outcome.BRANCHES_CROSS, where)
             found = find_effects(rig, candidates, noise_rms, self.degrees)
@@ -185,6 +187,9 @@ class RefinedOptions(Method):
         if refusal is not None:
             sentence = refusal.outcome.value.partition(";")[0]
             findings[Outcome.DELAY] += f"; without it, {sentence[0].lower()}{sentence[1:]}"
+        is_turning = any(part.strokes.beyond is not None for part in rig.parts)
+        if is_turning:
+            findings[Outcome.TURNS_RESTORED] = ""
         findings = with_other_effects(findings, sizes, other_effects(found))
         lack = LackOfFit.of(loops, refinement, samples.noise_rms)
         hysteretic = loops.rms(refinement.omega * refinement.backbone.G)
@@ -199,7 +204,7 @@ class RefinedOptions(Method):
         final = replace(found[0].fit, basis=basis, refinement=refinement)
         predicted: tuple[FloatArray, ...] = ()
         alone: tuple[SteadyRecord, ...] = ()
-        if sizes or self.known.effects:
+        if sizes or self.known.effects or is_turning:
             whole = rig.with_points(None)
             predicted = self._measured(whole, sizes, final, spring)
             if sizes or self.delay:
@@ -238,6 +243,22 @@ class RefinedOptions(Method):
                 path = part.strokes.displacement
                 forces[k] = solver.force(path, periodic_start(solver, path))
         return tuple(own + self.known.inertia(part.record) for own, part in zip(forces, rig.parts, strict=True))
+
+
+def _with_turns(rig: Rig, candidates: list[Candidate], degrees: tuple[int, int] | None) -> tuple[Rig, list[Candidate]]:
+    """The rig with reversals between the samples, if these explain the records clearly better, and springs for it."""
+    if not candidates or max(lost_at_reversals(part.strokes) for part in rig.parts) < _COARSE:
+        return rig, candidates
+    at_samples = best = Corrected(candidates[0], rig.loops, {})
+    found = rig, candidates
+    for corners in (False, True):
+        parts = [part.turning_between_samples(corners) for part in rig.parts]
+        turning = Rig.from_parts(parts, rig.points, rig.delay)
+        if others := search(turning.loops, degrees):
+            between = Corrected(others[0], turning.loops, {})
+            if between.better_by(at_samples) > CLOSE and between.better_by(best) > 0.0:
+                best, found = between, (turning, others)
+    return found
 
 
 def _points(rig: Rig, sizes: Sizes, fit: Candidate) -> Loops:

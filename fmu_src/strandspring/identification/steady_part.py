@@ -64,6 +64,10 @@ class SteadyRecord:
             )
         return self._by_points[points]
 
+    def turning_between_samples(self, corners: bool) -> SteadyRecord:
+        """The same record with reversals between its samples; a single period as it is."""
+        return self if self.periodic else replace(self, strokes=self.strokes.turning_between_samples(corners))
+
     @cached_property
     def _by_points(self) -> dict[int, Loops]:
         return {}

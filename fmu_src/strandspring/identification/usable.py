@@ -17,6 +17,11 @@ _LOST = 0.001  # travel between samples at reversals that is reported, share of 
 _NAMED = 6  # places that a message names
 
 
+def lost_at_reversals(strokes: Strokes) -> float:
+    """How far the displacement goes beyond the samples at reversals, as a share of a stroke; medians."""
+    return median(strokes.beyond_samples()) / median(strokes.length) if strokes.count > 1 else 0.0
+
+
 def usable_samples(record: Record, strokes: Strokes) -> tuple[BoolArray, dict[Outcome, str]]:
     """Which samples to fit, and cautions with their details.
 
@@ -39,7 +44,7 @@ def usable_samples(record: Record, strokes: Strokes) -> tuple[BoolArray, dict[Ou
         used &= record.compared
     if _is_relaxation(relaxed, record):
         found[Outcome.DWELLS] = f"by {relaxed:.3g} N (median)"
-    lost = _lost_at_reversals(strokes)
+    lost = lost_at_reversals(strokes)
     if lost > _LOST:
         found[Outcome.TURNS_BETWEEN_SAMPLES] = f"about {100.0 * lost:.2g} % of a stroke at each reversal"
     if record.time is not None:
@@ -51,18 +56,6 @@ def usable_samples(record: Record, strokes: Strokes) -> tuple[BoolArray, dict[Ou
             places = [f"{record.time[k]:.6g} to {record.time[k + 1]:.6g} s" for k in at[:_NAMED]]
             found[Outcome.GAPS] = "; ".join(places) + (f" and {at.size - _NAMED} more" if at.size > _NAMED else "")
     return used, found
-
-
-def _lost_at_reversals(strokes: Strokes) -> float:
-    """How far the displacement goes beyond the samples at reversals, by parabolas, as a share of a stroke; medians."""
-    turning = strokes.turning[1:-1]
-    if turning.size == 0:
-        return 0.0
-    before, top, after = (strokes.displacement[turning + step] for step in (-1, 0, 1))
-    rise = np.abs(2.0 * top - before - after)
-    lost = np.zeros(rise.size)
-    np.divide((after - before) ** 2, 8.0 * rise, out=lost, where=rise > 0.0)
-    return median(lost) / median(strokes.length)
 
 
 def dwells_without_relaxation(records: Sequence[Record]) -> tuple[str, ...]:

@@ -7,7 +7,7 @@ in pairs until none is below it, as in rainflow counting.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -72,6 +72,8 @@ class Strokes:
     of_sample : ndarray of int, shape (K,)      Stroke that leads to each sample.
     displacement : ndarray, shape (K,)          The path, smoothed and made monotone within each stroke [m].
     travel : ndarray, shape (K,)                Distance from the reversal before each sample [m].
+    beyond : ndarray, shape (S + 1,), or None   How far the path goes on beyond the sample at each of `turning` [m];
+                                                None if it turns at the samples.
     """
 
     turning: IndexArray
@@ -79,6 +81,7 @@ class Strokes:
     of_sample: IndexArray
     displacement: FloatArray
     travel: FloatArray
+    beyond: FloatArray | None = None
 
     @property
     def count(self) -> int:
@@ -88,12 +91,52 @@ class Strokes:
     @property
     def turning_displacement(self) -> FloatArray:
         """Displacement at the start of the path, its reversals and its end, shape (S + 1,) [m]."""
-        return self.displacement[self.turning]
+        at_samples = self.displacement[self.turning]
+        return at_samples if self.beyond is None else at_samples + np.append(0, self.direction) * self.beyond
 
     @property
     def length(self) -> FloatArray:
         """Length of each stroke, shape (S,) [m]."""
         return np.abs(np.diff(self.turning_displacement))
+
+    def beyond_samples(self, corners: bool = False) -> FloatArray:
+        """How far the path goes on beyond the sample at each reversal, shape (S - 1,) [m].
+
+        Parameters
+        ----------
+        corners : bool   Where straight lines through two samples on either side meet; else where a parabola through
+                         the sample and its neighbours turns, at most an eighth of what the path bends there.
+        """
+        y, later = self._about_reversals()
+        far, near, following = (np.where(later, y[2 + k], y[2 - k]) for k in (-1, 1, 2))
+        rise, fall, bend = y[2] - far, near - following, 2.0 * y[2] - near - far
+        if corners:
+            share = np.clip(_quotient(near + fall - y[2], rise + fall), 0.0, 1.0)
+            samples = np.diff(self.turning)
+            return np.where(np.minimum(samples[:-1], samples[1:]) > 1, rise * share, 0.0)
+        return _quotient((near - far) ** 2, 8.0 * bend)
+
+    def turning_between_samples(self, corners: bool) -> Strokes:
+        """The same strokes with reversals where these turn, before or after the samples that were taken for them."""
+        beyond = np.concatenate([[0.0], self.beyond_samples(corners), [0.0]])
+        _, later = self._about_reversals()
+        of_sample, travel = self.of_sample.copy(), self.travel.copy()
+        earlier = self.turning[1:-1][~later]
+        of_sample[earlier] += 1
+        travel[earlier] = 0.0
+        return replace(self, of_sample=of_sample, travel=travel + beyond[of_sample], beyond=beyond)
+
+    def _about_reversals(self) -> tuple[FloatArray, NDArray[np.bool_]]:
+        """Displacement at each reversal and two samples to either side, crests upwards, and whether it turns later."""
+        top = self.turning[1:-1]
+        at = np.clip(top + np.arange(-2, 3)[:, None], 0, self.displacement.size - 1)
+        y = self.direction[:-1] * self.displacement[at]
+        return y, y[3] >= y[1]
+
+
+def _quotient(dividend: FloatArray, divisor: FloatArray) -> FloatArray:
+    """dividend/divisor where the divisor is positive, else 0."""
+    return np.divide(dividend, divisor, out=np.zeros(divisor.size), where=divisor > 0.0)
 
 
 def reversal_threshold(displacement: FloatArray) -> float:
