@@ -414,8 +414,8 @@ def isolate(
       static equilibrium at 6.129 mm of each spring (4.879 to 7.379 mm with friction), static sag 6.129 mm
       small motion: 13 N/mm, 8.115 Hz
        level  resonance Hz  transmissibility  amplitude mm  stiffness N/mm  loss factor  isolates from Hz
-      0.1 mm         7.904             11.57         1.142           12.52       0.0856             11.66
-      0.2 mm         7.743             8.579         1.687           12.08        0.115             11.62
+      0.1 mm         7.904             11.57         1.142           12.52       0.0856             11.47
+      0.2 mm         7.743             8.579         1.687           12.08        0.115             11.44
     """
     given = given_levels(base_displacement, base_acceleration, force)
     is_one = isinstance(models, str) or not isinstance(models, Sequence)
