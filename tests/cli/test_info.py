@@ -131,7 +131,9 @@ def test_the_text_names_model_fit_origin_and_figures(terminal: Terminal) -> None
     end = lines[heading].index("energy N*mm") + len("energy N*mm")
     assert float(measured[:end].split()[-1]) == pytest.approx(4.166, rel=1e-3)
     # The identified range is that of averaged samples, micrometres within the record's: no caution for that.
-    assert "Caution" not in terminal.err
+    cautions = [line for line in terminal.err.splitlines() if line.startswith("Caution")]
+    assert cautions
+    assert all(line.startswith("Caution: Of the identification: ") for line in cautions)
 
 
 def test_a_model_written_by_hand_needs_no_fit_or_origin(terminal: Terminal) -> None:

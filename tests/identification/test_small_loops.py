@@ -117,12 +117,6 @@ def test_a_table_does_not_take_over_the_loop_of_a_single_amplitude(seed: int, sh
         ),
         ("viscous damper", 25, 0, "is little known, since sigma is known on one side only"),
         ("low-pass on the force", 11, 0, "there is a trace of a delay: the force lags by"),
-        (
-            "reversals between samples",
-            12,
-            0,
-            "at one amplitude a delay and viscous damping can hardly be told from part of the loop",
-        ),
     ],
 )
 def test_what_one_amplitude_does_not_show_leaves_it_undecided(
