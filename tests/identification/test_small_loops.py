@@ -12,6 +12,7 @@ from judgement import judge_case
 from rig import Experiment, draw_experiment, draw_spring, simulate
 from rig_faults import FAULTS
 from strandspring import Outcome, Spring, identify
+from strandspring.identification.refined import _doubts
 from strandspring.identification.rig import Rig
 from strandspring.identification.search import Candidate, search
 from strandspring.identification.small_loops import AMPLITUDE, loop_energy, undecided_energy
@@ -146,3 +147,10 @@ def test_an_effect_that_is_hardly_shown_is_taken_out_or_leaves_it_undecided(
     case = simulate(draw_spring(generator), draw_experiment(generator), generator, FAULTS[fault], "drawn")
     found = identify(case.records)
     assert Outcome.SMALL_LOOPS in found.outcomes or not judge_case(case, found.spring()).wrong
+
+
+def test_what_is_much_like_part_of_a_loop_leaves_it_undecided() -> None:
+    known = {"n": [1.0, 2.0], "sigma": [1.0, 2.0]}
+    (doubt,) = _doubts([Outcome.DELAY, Outcome.VISCOSITY], known, {})
+    assert doubt == "at one amplitude a delay and viscous damping can hardly be told from part of the loop"
+    assert _doubts([], known, {}) == []
