@@ -152,5 +152,5 @@ def test_an_effect_that_is_hardly_shown_is_taken_out_or_leaves_it_undecided(
 def test_what_is_much_like_part_of_a_loop_leaves_it_undecided() -> None:
     known = {"n": [1.0, 2.0], "sigma": [1.0, 2.0]}
     (doubt,) = _doubts([Outcome.DELAY, Outcome.VISCOSITY], known, {})
-    assert doubt == "at one amplitude a delay and viscous damping can hardly be told from part of the loop"
+    assert doubt == "at one amplitude a delay and viscous damping can hardly be distinguished from part of the loop"
     assert _doubts([], known, {}) == []

@@ -132,8 +132,9 @@ def find_effects(
     degrees : (int, int) or None         Of FE and FA; chosen if None.
     """
     found = started = [Corrected(fit, rig.loops, {}) for fit in candidates]
-    plain, finer = started[0], rig.finer()
+    plain = started[0]
     gains = _gains(rig, plain)
+    finer = rig.finer() if rig.effects else rig
     hidden = bool(rig.effects) and _depends_on_cells(rig, finer, plain.fit)
     if rig.effects and (hidden or not _is_white(plain.fit, noise) or gains[0].criterion > 0.0):
         at_once = [] if is_explained(plain.fit, noise) else _all_at_once(rig, degrees or PILOT)

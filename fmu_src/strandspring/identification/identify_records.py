@@ -128,7 +128,9 @@ def _identified(group: tuple[Record, ...], method: Method) -> IdentifiedModel:
     solver = PathSolver(result.parameters)
     starts = result.omega_start or (0.0,) * len(group)
     if result.predicted:
-        fits = tuple(_with_rig(solver, *each) for each in zip(parts, group, result.predicted, starts, strict=True))
+        beside = "the effects of the rig" if result.effects else "reversals between the samples"
+        pairs = zip(parts, group, result.predicted, starts, strict=True)
+        fits = tuple(_beside(beside, solver, *each) for each in pairs)
     else:
         fits = tuple(_compared(solver, *each) for each in zip(parts, group, starts, strict=True))
     rmse, rnl = overall(fits)
@@ -193,15 +195,15 @@ def _merged(cautions: Sequence[tuple[str, dict[Outcome, str]]]) -> dict[Outcome,
     return merged
 
 
-def _with_rig(
-    solver: PathSolver, part: SteadyRecord, measured: Record, predicted: FloatArray, omega_start: float
+def _beside(
+    what: str, solver: PathSolver, part: SteadyRecord, measured: Record, predicted: FloatArray, omega_start: float
 ) -> RecordFit:
-    """Prediction of what the spring and the effects of the rig give together."""
+    """Prediction of what the spring gives together with what was found beside it."""
     first = part.first_sample
     if part.periodic:
         omega_start = periodic_start(solver, part.strokes.displacement)
     compared = f"from sample {first + 1}" if first else "all samples"
-    return record_fit(measured, predicted, first, omega_start, f"{compared}, with the effects of the rig")
+    return record_fit(measured, predicted, first, omega_start, f"{compared}, with {what}")
 
 
 def _compared(solver: PathSolver, part: SteadyRecord, measured: Record, omega_start: float) -> RecordFit:

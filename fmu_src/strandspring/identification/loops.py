@@ -183,16 +183,7 @@ def gather(
 def averaged(loops: Loops, points: int) -> Loops:
     """The points of one record, averaged over so many cells of travel where a stroke has more of them."""
     cells = cells_of(loops, points)
-    if cells is None:
-        return loops
-    weights = np.asarray(np.bincount(cells, loops.weight), np.float64)
-    filled = np.flatnonzero(weights)
-    weight = weights[filled]
-    x, r, s, sample = (
-        np.bincount(cells, weights=loops.weight * column)[filled] / weight
-        for column in (loops.displacement, loops.force, loops.travel, loops.sample)
-    )
-    return replace(loops, displacement=x, force=r, weight=weight, travel=s, stroke=filled // points, sample=sample)
+    return loops if cells is None else averaged_over(loops, cells)
 
 
 def cells_of(loops: Loops, points: int) -> IndexArray | None:

@@ -286,7 +286,7 @@ def _doubts(cautions: Sequence[Outcome], intervals: dict[str, Any], hinted: Size
     doubts = [f"the form of the loop is little known, since {' and '.join(unseen)}"] if unseen else []
     taken_out = [name for outcome, name in _LIKE_LOOPS.items() if outcome in cautions]
     if taken_out:
-        doubts.append(f"at one amplitude {' and '.join(taken_out)} can hardly be told from part of the loop")
+        doubts.append(f"at one amplitude {' and '.join(taken_out)} can hardly be distinguished from part of the loop")
     if hinted:
         doubts.append(f"there is a trace of {in_words(hinted)}, too weak to be taken out")
     return doubts
