@@ -8,8 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import lru_cache
-from itertools import product
+from functools import cache, lru_cache
 from typing import ClassVar
 
 import numpy as np
@@ -82,27 +81,38 @@ def _thinned(loops: Loops) -> _Grid:
     return _Grid(loops.only(kept))
 
 
+@cache
+def _saturation_distances() -> FloatArray:
+    """Of each n and sigma of the grid, shape (n, sigma)."""
+    return np.array([[saturation_distance(n, sigma) for sigma in _SIGMA] for n in _N])
+
+
 class _Grid:
     """omega of every grid point on a set of loops, where it swings to both sides; serves all degrees."""
 
     def __init__(self, loops: Loops) -> None:
         self.loops = loops
-        pairs = list(product(_N, _SIGMA))
-        rates = np.array([saturation_distance(*pair) for pair in pairs])[:, None] / (np.array(_SHARES) * loops.longest)
-        omega = np.stack(
-            [loops.points.omega_by_rate(rho, sigma, n) for rho, (n, sigma) in zip(rates, pairs, strict=True)]
+        self.rates = _saturation_distances()[:, :, None] / (np.array(_SHARES) * loops.longest)
+        omega = np.concatenate(
+            [
+                loops.points.omega_by_rate(rho, sigma, n)
+                for n, rows in zip(_N, self.rates, strict=True)
+                for sigma, rho in zip(_SIGMA, rows, strict=True)
+            ]
         )
         distinct = is_distinct(omega)
         self.omega = omega[distinct]
-        self.places = distinct.reshape(len(_N), len(_SIGMA), len(_SHARES))  # which of all are points
-        self.points = [
-            (Hysteresis(float(rates[pair, share]), pairs[pair][1], pairs[pair][0]), _SHARES[share])
-            for pair, share in np.argwhere(distinct).tolist()
-        ]
+        self.places = distinct.reshape(self.rates.shape)  # which of all are points
+        self.points = np.argwhere(self.places)
+
+    def hysteresis(self, point: int) -> Hysteresis:
+        """The parameters of a grid point."""
+        n, sigma, share = self.points[point].tolist()
+        return Hysteresis(float(self.rates[n, sigma, share]), _SIGMA[sigma], _N[n])
 
     def best(self, degrees: tuple[int, int]) -> Solution | None:
         """The grid point with the least squared misfit for these degrees."""
-        if not self.points:
+        if not self.points.size:
             return None
         loops = self.loops
         basis = Basis(*loops.reach, *degrees)
@@ -111,15 +121,14 @@ class _Grid:
         pick = int(np.argmin(misfits))
         if not np.isfinite(misfits[pick]):
             return None
-        hysteresis, share = self.points[pick]
         backbone = fit_backbone(loops, columns, self.omega[pick])
         if backbone is None:
             return None
-        return Solution(basis, backbone, hysteresis, self.omega[pick], share)
+        return Solution(basis, backbone, self.hysteresis(pick), self.omega[pick], _SHARES[self.points[pick, 2]])
 
     def minima(self, columns: Columns) -> list[Hysteresis]:
         """Grid points with less misfit than their neighbours in n and share, each with its best sigma."""
-        if not self.points:
+        if not self.points.size:
             return []
         places = self.places
         misfits, numbers = np.full(places.shape, np.inf), np.zeros(places.shape, np.intp)
@@ -130,7 +139,7 @@ class _Grid:
         inner = surface[1:-1, 1:-1]
         around = np.lib.stride_tricks.sliding_window_view(surface, (3, 3)).min(axis=(2, 3))
         least = np.argwhere(np.isfinite(inner) & (inner <= around)).tolist()
-        return [self.points[best[n, share]][0] for n, share in sorted(least, key=lambda at: float(inner[tuple(at)]))]
+        return [self.hysteresis(best[n, share]) for n, share in sorted(least, key=lambda at: float(inner[tuple(at)]))]
 
     def _misfits(self, columns: Columns) -> FloatArray:
         """Squared misfit of every grid point; inf where the equations are singular."""
@@ -168,6 +177,7 @@ def _squared_misfits(elastic: FloatArray, amplifier: FloatArray, omega: FloatArr
     right[:, n_E:] = omega @ (amplifier * target[:, None])
     regular = np.linalg.det(normal) != 0.0
     normal[~regular] = np.eye(n_E + n_A)
-    coefficients = np.linalg.solve(normal, right[:, :, None])[:, :, 0]
-    left = target - coefficients[:, :n_E] @ elastic.T - omega * (coefficients[:, n_E:] @ amplifier.T)
-    return np.where(regular, np.einsum("gp,gp->g", left, left), np.inf)
+    coefficients = np.linalg.solve(normal, right[:, :, None])
+    # The sum of squares as a function of the coefficients, whose own rounding does not count at the minimum.
+    explained = coefficients[:, :, 0] * (2.0 * right - (normal @ coefficients)[:, :, 0])
+    return np.where(regular, target @ target - explained.sum(axis=1), np.inf)
