@@ -17,6 +17,8 @@ which is linear in a, b and u(0) for a given n; n comes from a bounded scan of i
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -25,7 +27,7 @@ from numpy.typing import NDArray
 
 from ..core.parameters import SIGMA_RANGE
 from ..kernel.arrays import FloatArray
-from ..kernel.line import IntegratedLine
+from ..kernel.line import IntegratedLines
 from ..loops.strokes import median
 from .loops import Loops
 from .polynomials import Columns
@@ -34,7 +36,7 @@ from .smoothing import automatic_half_width, moving_average
 SIGMA_BOUNDS = SIGMA_RANGE
 N_BOUNDS = (0.05, 20.0)
 _N_SCAN = np.geomspace(*N_BOUNDS, 19)
-_N_FINER = np.geomspace(_N_SCAN[0] / _N_SCAN[1], _N_SCAN[1] / _N_SCAN[0], 9)  # about the best one
+_N_FINER = np.geomspace(_N_SCAN[0] / _N_SCAN[1], _N_SCAN[1] / _N_SCAN[0], 9)[1:-1]  # about the best one
 # Singular values of the steady section below this share of the largest are noise: the branches overlap too little.
 _STEADY_RCOND = 1e-3
 # FA may not fall below this share of its median while omega is extracted.
@@ -62,7 +64,8 @@ class Backbone:
     @classmethod
     def from_coefficients(cls, coefficients: FloatArray, columns: Columns) -> Backbone:
         """The backbone of all coefficients, those of FE first, at the displacements of the columns."""
-        elastic, amplified = np.split(coefficients, [columns.elastic.shape[1]])
+        terms = columns.elastic.shape[1]
+        elastic, amplified = coefficients[:terms], coefficients[terms:]
         return cls(elastic, amplified, columns.elastic @ elastic, columns.amplifier @ amplified)
 
     def force(self, omega: FloatArray) -> FloatArray:
@@ -113,36 +116,47 @@ def extract_omega(loops: Loops, backbone: Backbone, half_width: int | None) -> t
     return moving_average(loops, omega, half_width), G
 
 
-def fit_hysteresis(loops: Loops, backbone: Backbone, half_width: int | None = None) -> tuple[Hysteresis, float] | None:
-    """Stage 2: rho, sigma, n and the rms misfit [N] of the integrated eq. (22); None without a positive loop."""
-    extracted = extract_omega(loops, backbone, half_width)
-    if extracted is None:
-        return None
-    omega, G = extracted
+def fit_hysteresis(
+    loops: Loops, backbones: Sequence[Backbone | None], half_width: int | None = None
+) -> list[tuple[Hysteresis, float] | None]:
+    """Stage 2 for each backbone: rho, sigma, n and the rms misfit [N] of the integrated eq. (22).
+
+    None without a backbone, a positive loop or a rho > 0.
+    """
+    extracted = [None if each is None else extract_omega(loops, each, half_width) for each in backbones]
+    possible = [each for each in extracted if each is not None]
+    if not possible:
+        return [None] * len(extracted)
+    fits = iter(_fits(loops, *(np.array(each) for each in zip(*possible, strict=True))))
+    return [None if each is None else next(fits) for each in extracted]
+
+
+def _fits(loops: Loops, omega: FloatArray, G: FloatArray) -> list[tuple[Hysteresis, float] | None]:
+    """Stage 2 from each omega and its G, both of shape (L, P); None without a rho > 0."""
     branches = _branches(loops)
     u, weight = loops.side * omega, loops.weight * G**2
-    u = branches.all(u, -u[branches.after - 1])
-    weight = branches.all(weight, weight[branches.after])
+    u = branches.all(u, -u[:, branches.after - 1])
+    weight = branches.all(weight, weight[:, branches.after])
     # Noise may carry u out of its bounds: a little of that is kept in what is fitted, none in what is integrated.
-    line = IntegratedLine(branches.first, branches.travel, np.clip(u, -1.0, 1.0), np.clip(u, -1.5, 1.5), weight)
-    misfit, slopes = _fit(line, _N_SCAN)
-    best = int(np.argmin(misfit))
-    if not np.isfinite(misfit[best]):
-        return None
-    n = _N_SCAN[best]
-    if 0 < best < _N_SCAN.size - 1:
-        finer = _N_SCAN[best] * _N_FINER
-        misfit, slopes = _fit(line, finer)
-        best = int(np.argmin(misfit))
-        n = finer[best]
-    rho, recovery = slopes[best]
-    sigma = float(np.clip(0.5 * (1.0 + recovery / rho), *SIGMA_BOUNDS))
-    return Hysteresis(float(rho), sigma, float(n)), float(np.sqrt(misfit[best] / loops.weight.sum()))
+    lines = IntegratedLines(branches.first, branches.travel, u.clip(-1.0, 1.0), u.clip(-1.5, 1.5), weight)
+    misfit, _, _ = _fit(lines, np.tile(_N_SCAN, (len(u), 1)))
+    best = misfit.argmin(axis=1)[:, None]
+    n = _N_SCAN[best] * np.where((best > 0) & (best < _N_SCAN.size - 1), _N_FINER, 1.0)
+    found = np.stack([n, *_fit(lines, n)])
+    best = found[1].argmin(axis=1)
+    fits: list[tuple[Hysteresis, float] | None] = []
+    for n_there, misfit_there, rho, recovery in found[:, np.arange(len(u)), best].T.tolist():
+        if math.isinf(misfit_there):
+            fits.append(None)
+            continue
+        sigma = min(max(0.5 * (1.0 + recovery / rho), SIGMA_BOUNDS[0]), SIGMA_BOUNDS[1])
+        fits.append((Hysteresis(rho, sigma, n_there), math.sqrt(misfit_there / float(loops.weight.sum()))))
+    return fits
 
 
-def _fit(line: IntegratedLine, n: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Weighted squared misfit for each n, shape (n,), inf where no rho > 0 fits, and slopes a, b, shape (n, 2)."""
-    aa, ab, bb, ay, by = line.sums(n)
+def _fit(lines: IntegratedLines, n: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Weighted squared misfit, inf where no rho > 0 fits, and slopes a, b for each n, shapes (L, N)."""
+    aa, ab, bb, ay, by = lines.sums(n)
     with np.errstate(divide="ignore", invalid="ignore"):
         determinant = aa * bb - ab**2
         a = (bb * ay - ab * by) / determinant
@@ -152,9 +166,9 @@ def _fit(line: IntegratedLine, n: FloatArray) -> tuple[FloatArray, FloatArray]:
         for outside, ratio in ((~(b >= low * a), low), (b > high * a, high)):
             on_bound = (ay + ratio * by) / (aa + 2.0 * ratio * ab + ratio**2 * bb)
             a, b = np.where(outside, on_bound, a), np.where(outside, ratio * on_bound, b)
-        misfit = line.squared_target - 2 * (a * ay + b * by) + a**2 * aa + 2 * a * b * ab + b**2 * bb
+        misfit = lines.squared_target[:, None] - 2 * (a * ay + b * by) + a**2 * aa + 2 * a * b * ab + b**2 * bb
         misfit = np.where((a > 0.0) & np.isfinite(misfit), np.maximum(misfit, 0.0), np.inf)
-    return misfit, np.stack([a, b], axis=1)
+    return misfit, a, b
 
 
 @dataclass(frozen=True, eq=False)
@@ -179,9 +193,9 @@ class _Branches:
     travel: FloatArray
 
     def all(self, of_points: FloatArray, of_reversals: FloatArray) -> FloatArray:
-        """Values of all, shape (P + E,)."""
-        values = np.empty(self.travel.size)
-        values[self.kept], values[self.added] = of_points, of_reversals
+        """Values of all, shape (L, P + E), from those of several lines."""
+        values = np.empty((len(of_points), self.travel.size))
+        values[:, self.kept], values[:, self.added] = of_points, of_reversals
         return values
 
 

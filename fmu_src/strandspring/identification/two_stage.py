@@ -8,7 +8,7 @@ repeated until it converges.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -23,18 +23,20 @@ _STEADY_SHARES = (0.1, 0.25, 0.45, 0.65, 0.8)
 # The best few by the misfit of stage 2 are carried through to the closing fit.
 _CARRIED = 2
 
-# Both stages with the steady section beginning at a travel [m]: loops, basis, its columns at the points, travel, and
-# half width of the moving average (None: from the noise) -> rho, sigma, n and the rms misfit [N]; None if they do not
-# apply.
-Stages = Callable[[Loops, Basis, Columns, float, int | None], tuple[Hysteresis, float] | None]
+# Both stages with the steady section beginning at each of some travels [m]: loops, basis, its columns at the points,
+# travels, and half width of the moving average (None: from the noise) -> rho, sigma, n and the rms misfit [N]; None
+# where they do not apply.
+Stages = Callable[[Loops, Basis, Columns, Sequence[float], int | None], list[tuple[Hysteresis, float] | None]]
 
 
 def whole_branches(
-    loops: Loops, _basis: Basis, columns: Columns, steady_travel: float, smoothing: int | None
-) -> tuple[Hysteresis, float] | None:
+    loops: Loops, _basis: Basis, columns: Columns, steady_travels: Sequence[float], smoothing: int | None
+) -> list[tuple[Hysteresis, float] | None]:
     """Both stages by least squares over whole branches; arguments and result as `Stages` says."""
-    backbone = fit_backbone(loops, columns, loops.side.astype(np.float64), loops.travel >= steady_travel)
-    return None if backbone is None else fit_hysteresis(loops, backbone, smoothing)
+    side = loops.side.astype(np.float64)
+    return fit_hysteresis(
+        loops, [fit_backbone(loops, columns, side, loops.travel >= travel) for travel in steady_travels], smoothing
+    )
 
 
 def two_stage(
@@ -60,12 +62,12 @@ def _solve(loops: Loops, degrees: tuple[int, int], stages: Stages, smoothing: in
     """Both stages for every candidate steady section, the best by the rms misfit of the closing fit."""
     basis = Basis(*loops.reach, *degrees)
     columns = basis.columns(loops.displacement)
-    longest = loops.longest
-    ranked: list[tuple[float, float, Hysteresis]] = []
-    for share in _STEADY_SHARES:
-        result = stages(loops, basis, columns, share * longest, smoothing)
-        if result is not None:
-            ranked.append((result[1], share, result[0]))
+    results = stages(loops, basis, columns, [share * loops.longest for share in _STEADY_SHARES], smoothing)
+    ranked = [
+        (result[1], share, result[0])
+        for share, result in zip(_STEADY_SHARES, results, strict=True)
+        if result is not None
+    ]
     ranked.sort(key=lambda entry: entry[:2])
     solutions: list[Solution] = []
     for _, share, hysteresis in ranked:

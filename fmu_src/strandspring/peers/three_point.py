@@ -6,6 +6,8 @@ n well below 1, where the slope of omega has a cusp just where eq. (23) reads it
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from ..identification.loops import Loops, single_branch
@@ -23,9 +25,15 @@ _BRANCH_SHARES = ((np.arange(200) + 0.5) / 200) ** 2
 
 
 def three_point_stages(
+    loops: Loops, basis: Basis, columns: Columns, steady_travels: Sequence[float], smoothing: int | None
+) -> list[tuple[Hysteresis, float] | None]:
+    """Both stages by the paper's formulas; arguments and result as `identification.two_stage.Stages` says."""
+    return [_both_stages(loops, basis, columns, travel, smoothing) for travel in steady_travels]
+
+
+def _both_stages(
     loops: Loops, basis: Basis, columns: Columns, steady_travel: float, smoothing: int | None
 ) -> tuple[Hysteresis, float] | None:
-    """Both stages by the paper's formulas; arguments and result as `identification.two_stage.Stages` says."""
     backbone = fit_backbone_paper(loops, basis, columns, steady_travel)
     if backbone is None:
         return None
