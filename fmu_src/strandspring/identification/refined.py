@@ -14,7 +14,8 @@ from ..kernel.arrays import FloatArray
 from ..kernel.path import PathSolver
 from ..records.record import Record
 from .bootstrap import bootstrap
-from .effects import Corrected, find_delayed, find_effects, hinted_effects, other_effects
+from .corrected import Corrected
+from .effects import find_delayed, find_effects, hinted_effects, other_effects
 from .figures import periodic_start
 from .known_rig import KnownRig
 from .lack_of_fit import LackOfFit
