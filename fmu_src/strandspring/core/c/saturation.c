@@ -103,17 +103,22 @@ static void make_rule(Rule *rule)
     for (int j = 0; j < SPRING_POWERS; j++)
         rule->node[j] = cosine[DEGREE - j];
     /* The integral of each Chebyshev polynomial, times its share in what is given at the nodes. */
+    double integral[SPRING_POWERS][SPRING_POWERS], share[SPRING_POWERS][SPRING_POWERS];
     for (int j = 0; j < SPRING_POWERS; j++)
-        for (int i = 0; i < SPRING_POWERS; i++) {
-            double x = rule->node[j], total = 0.0;
-            for (int m = 0; m < SPRING_POWERS; m++) {
-                double at_start = m % 2 ? 1.0 : -1.0, integral = m == 0 ? x + 1.0 : 0.5 * (x * x - 1.0);
-                if (m > 1)
-                    integral = 0.5 * ((cosine[(m + 1) * (DEGREE - j) % (2 * DEGREE)] - at_start) / (m + 1) -
-                                      (cosine[(m - 1) * (DEGREE - j) % (2 * DEGREE)] - at_start) / (m - 1));
-                double share = (m % DEGREE ? 2.0 : 1.0) * (i % DEGREE ? 1.0 : 0.5) / (double)DEGREE;
-                total += share * cosine[m * (DEGREE - i) % (2 * DEGREE)] * integral;
-            }
+        for (int m = 0; m < SPRING_POWERS; m++) {
+            double x = rule->node[j], at_start = m % 2 ? 1.0 : -1.0;
+            double factor = (m % DEGREE ? 2.0 : 1.0) * (j % DEGREE ? 1.0 : 0.5) / (double)DEGREE;
+            share[j][m] = factor * cosine[m * (DEGREE - j) % (2 * DEGREE)];
+            integral[j][m] = m == 0 ? x + 1.0 : 0.5 * (x * x - 1.0);
+            if (m > 1)
+                integral[j][m] = 0.5 * ((cosine[(m + 1) * (DEGREE - j) % (2 * DEGREE)] - at_start) / (m + 1) -
+                                        (cosine[(m - 1) * (DEGREE - j) % (2 * DEGREE)] - at_start) / (m - 1));
+        }
+    for (int i = 0; i < SPRING_POWERS; i++)
+        for (int j = 0; j < SPRING_POWERS; j++) {
+            double total = 0.0;
+            for (int m = 0; m < SPRING_POWERS; m++)
+                total += share[i][m] * integral[j][m];
             rule->integral[i][j] = total;
         }
 }
