@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import accumulate
 
 import numpy as np
 
@@ -100,8 +101,13 @@ class EffectTraces:
         """Sizes of these effects by least squares, and the weighted residuals that are left."""
         if not effects:
             return {}, self._misfit
-        matrix = np.hstack([self._traces[effect] for effect in effects])
-        scale = np.maximum(np.linalg.norm(matrix, axis=0), 1e-300)
-        solution = np.linalg.lstsq(matrix / scale, self._misfit, rcond=1e-8)[0] / scale
-        ends = np.cumsum([self._traces[effect].shape[1] for effect in effects])[:-1]
-        return dict(zip(effects, np.split(solution, ends), strict=True)), self._misfit - matrix @ solution
+        traces = [self._traces[effect] for effect in effects]
+        matrix = np.hstack(traces) if len(traces) > 1 else traces[0]
+        scale = np.maximum(np.sqrt(np.sum(matrix**2, axis=0)), 1e-300)
+        if matrix.shape[1] == 1:
+            solution = self._misfit @ (matrix / scale) / scale
+        else:
+            solution = np.linalg.lstsq(matrix / scale, self._misfit, rcond=1e-8)[0] / scale
+        ends = accumulate(trace.shape[1] for trace in traces)
+        steps = [solution[end - trace.shape[1] : end] for trace, end in zip(traces, ends, strict=True)]
+        return dict(zip(effects, steps, strict=True)), self._misfit - matrix @ solution

@@ -216,7 +216,7 @@ def _depends_on_cells(rig: Rig, finer: Rig, fit: Candidate) -> bool:
     """
     if not all(part.used.all() for part in rig.parts):
         return False
-    residuals = transferred(fit, finer.loops).refinement
+    residuals = transferred(fit, finer.loops, coarse=True).refinement
     misfit = finer.loops.rms(residuals.backbone.misfit(finer.loops.force, residuals.omega))
     change = np.log(rms_in(rig.loops, misfit, finer.loops) / fit.misfit)
     doubt = np.sqrt(max(0.5 / rig.loops.force.size - 0.5 / finer.loops.force.size, 0.0))

@@ -202,7 +202,9 @@ def cells_of(loops: Loops, points: int) -> IndexArray | None:
 
 def averaged_over(loops: Loops, cells: IndexArray) -> Loops:
     """The points of one record, averaged over runs of one stroke and one cell, however they have been moved since."""
-    begins = np.flatnonzero(np.diff(cells, prepend=-1) | np.diff(loops.stroke, prepend=-1))
+    is_first = np.ones(cells.size, dtype=bool)
+    is_first[1:] = (cells[1:] != cells[:-1]) | (loops.stroke[1:] != loops.stroke[:-1])
+    begins = np.flatnonzero(is_first)
     weight = np.add.reduceat(loops.weight, begins)
     x, r, s, sample = (
         np.add.reduceat(loops.weight * column, begins) / weight
@@ -214,6 +216,8 @@ def averaged_over(loops: Loops, cells: IndexArray) -> Loops:
 
 def join(parts: Sequence[Loops]) -> Loops:
     """The loops of several records of one spring as one."""
+    if len(parts) == 1:
+        return parts[0]
     counts = [part.direction.size for part in parts]
     offsets = np.cumsum([0, *counts[:-1]])
 

@@ -72,7 +72,7 @@ class Basis:
 
     def powers(self, coefficients: FloatArray) -> FloatArray:
         """Coefficients of powers of x [1/m^i] from those of the Legendre series."""
-        return self.powers_matrix(coefficients.size - 1) @ coefficients
+        return _powers_of_series(coefficients.size - 1) @ coefficients / self.half ** np.arange(coefficients.size)
 
     @property
     def elastic_name(self) -> str:

@@ -8,7 +8,9 @@ exact derivatives of `kernel.points`.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -83,9 +85,12 @@ class Problem:
         least, most = (b / longest for b in RHO_BOUNDS)
         around = (max(least, start.rho / _TRUST), min(most, start.rho * _TRUST))
         bounds = [around, SIGMA_BOUNDS, N_BOUNDS]
-        self.low = np.append([np.log(low) for low, _ in bounds], -np.ones(self.records))
-        self.high = np.append([np.log(high) for _, high in bounds], np.ones(self.records))
-        self._fit = RecordFit(loops.points, *self.columns, loops.force, self.low, self.high, coarse)
+        self.low = np.array([*(math.log(low) for low, _ in bounds), *[-1.0] * self.records])
+        self.high = np.array([*(math.log(high) for _, high in bounds), *[1.0] * self.records])
+
+    @cached_property
+    def _fit(self) -> RecordFit:
+        return RecordFit(self.loops.points, *self.columns, self.loops.force, self.low, self.high, self._coarse)
 
     def linearised(self, hysteresis: Hysteresis, backbone: Backbone) -> Refinement:
         """The fit of another method as a refinement that has not begun, with the derivatives there."""
@@ -125,7 +130,7 @@ class Problem:
         tolerance : float              Relative change of the squared misfit at which the iteration ends.
         evaluations : int              At which it ends in any case.
         """
-        start = np.clip(vector(hysteresis, omega_start), self.low + _INSIDE, self.high - _INSIDE)
+        start = vector(hysteresis, omega_start).clip(self.low + _INSIDE, self.high - _INSIDE)
         found = self._fit.solve(start, np.sqrt(weight), tolerance, evaluations)
         rho, sigma, n = np.exp(found.variables[:3]).tolist()
         return Refinement(
@@ -158,4 +163,5 @@ def triangle_of(matrix: FloatArray) -> FloatArray:
 
 def vector(hysteresis: Hysteresis, omega_start: FloatArray) -> FloatArray:
     """The nonlinear coefficients as `Problem` takes them, shape (3 + R,)."""
-    return np.append(np.log([hysteresis.rho, hysteresis.sigma, hysteresis.n]), omega_start)
+    h = hysteresis
+    return np.array([math.log(h.rho), math.log(h.sigma), math.log(h.n), *omega_start.tolist()])

@@ -297,9 +297,10 @@ class Rig:
         pieces = []
         for loops, course, zero in zip(self.fine, self.courses, zeros.tolist(), strict=True):
             moved = course.moved(loops, delay, whole=self.points is None) if delay else loops
-            moved = _shifted(_followed(moved, play) if play else moved, zero)
+            kept = np.searchsorted(loops.sample, moved.sample) if delay else slice(None)
+            moved = _followed(moved, play) if play else moved
+            moved = _shifted(moved, zero) if zero else moved
             cells = None if self.points is None else cells_of(loops, self.points)
-            kept = np.searchsorted(loops.sample, moved.sample)
             pieces.append(moved if cells is None else averaged_over(moved, cells[kept]))
         return join(pieces)
 
@@ -369,9 +370,9 @@ def _shifted(loops: Loops, zero: float) -> Loops:
     return replace(loops, displacement=loops.displacement - zero, start=loops.start - zero)
 
 
-def transferred(fit: Candidate, loops: Loops) -> Candidate:
-    """A fit at other points of the same records."""
-    refinement = Problem(loops, fit.basis, fit.refinement.hysteresis).at(fit.refinement)
+def transferred(fit: Candidate, loops: Loops, coarse: bool = False) -> Candidate:
+    """A fit at other points of the same records; omega to 1e-8 only, as it was fitted, if coarse."""
+    refinement = Problem(loops, fit.basis, fit.refinement.hysteresis, coarse=coarse).at(fit.refinement)
     return replace(fit, refinement=refinement)
 
 

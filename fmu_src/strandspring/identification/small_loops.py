@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -34,6 +35,7 @@ def loop_energy(spring: SpringParameters) -> float:
     return _energy_with_derivatives(spring)[0]
 
 
+@lru_cache(maxsize=1)  # the spring found is judged more than once
 def _energy_with_derivatives(spring: SpringParameters) -> tuple[float, FloatArray]:
     """That energy, and its derivatives by kA without kA[0] and by the logarithms that `JointCovariance` takes."""
     amplitude = AMPLITUDE * 0.5 * (spring.displacement_max - spring.displacement_min)
