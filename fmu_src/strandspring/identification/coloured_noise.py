@@ -197,8 +197,7 @@ def _cosine_transform(columns: FloatArray) -> FloatArray:
     """
     size = columns.shape[0]
     half = np.fft.rfft(np.concatenate([columns[::2], columns[1::2][::-1]]), axis=0)
-    whole = np.concatenate([half, half[1 : (size + 1) // 2][::-1].conj()])
-    turn = np.exp(-0.5j * np.pi * np.arange(size) / size)
-    transform = np.real(whole * turn[:, None]) * np.sqrt(2.0 / size)
+    half *= (np.sqrt(2.0 / size) * np.exp(-0.5j * np.pi * np.arange(half.shape[0]) / size))[:, None]
+    transform = np.concatenate([half.real, -half.imag[1 : (size + 1) // 2][::-1]])
     transform[0] /= np.sqrt(2.0)
-    return np.asarray(transform)
+    return transform

@@ -4,12 +4,29 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from .loops import Loops
-from .rig import Sizes
+from .rig import Effect, Sizes
 from .search import SATURATION, Candidate, force_floor, information
+
+
+@dataclass(frozen=True, eq=False)
+class Gain:
+    """What one more effect promises by the linear problem.
+
+    Attributes
+    ----------
+    effect : Effect
+    criterion : float   By how much it would lower the criterion, its price paid.
+    sizes : dict        Of all effects, with it.
+    """
+
+    effect: Effect
+    criterion: float
+    sizes: Sizes
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,6 +43,11 @@ class Corrected:
     fit: Candidate
     loops: Loops
     sizes: Sizes
+
+    @cached_property
+    def gains(self) -> dict[Effect, Gain]:
+        """What one more effect promises, of those that were asked for."""
+        return {}
 
     @property
     def price(self) -> int:

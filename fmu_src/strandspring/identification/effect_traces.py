@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
 from itertools import accumulate
 
 import numpy as np
 
 from ..kernel.arrays import FloatArray
 from .autocorrelation import autocorrelation_time
-from .corrected import Corrected
+from .corrected import Corrected, Gain
 from .loops import Loops
 from .rig import Effect, Rig, Sizes
 from .search import Candidate, force_floor, information
@@ -25,33 +24,22 @@ def promising(rig: Rig, state: Corrected, margin: float = MARGIN) -> list[Sizes]
     return [gain.sizes for gain in gains_of(rig, state) if gain.criterion > margin][:TRIED]
 
 
-@dataclass(frozen=True, eq=False)
-class Gain:
-    """What one more effect promises by the linear problem.
-
-    Attributes
-    ----------
-    effect : Effect
-    criterion : float   By how much it would lower the criterion, its price paid.
-    sizes : dict        Of all effects, with it.
-    """
-
-    effect: Effect
-    criterion: float
-    sizes: Sizes
-
-
 def gains_of(rig: Rig, state: Corrected, among: Sequence[Effect] = tuple(Effect)) -> list[Gain]:
     """What each of the effects that a state does not have promises, the most first."""
     open_to = [effect for effect in rig.effects if effect in among and effect not in state.sizes]
-    if not open_to:
-        return []
-    traces = EffectTraces(rig, state.fit, state.loops, [*state.sizes, *open_to], state.sizes)
+    if new := [effect for effect in open_to if effect not in state.gains]:
+        state.gains.update((gain.effect, gain) for gain in _gains(rig, state, new))
+    gains = [state.gains[effect] for effect in open_to if effect in state.gains]
+    return sorted(gains, key=lambda gain: -gain.criterion)
+
+
+def _gains(rig: Rig, state: Corrected, effects: Sequence[Effect]) -> Iterator[Gain]:
+    """The same of some effects, without those that make no sense beside others."""
+    traces = EffectTraces(rig, state.fit, state.loops, [*state.sizes, *effects], state.sizes)
     weight = state.loops.weight.sum()
     floor = force_floor(state.loops)
     _, without = traces.solved(list(state.sizes))
-    gains = []
-    for effect in open_to:
+    for effect in effects:
         if effect is Effect.DRIFT and Effect.CURVED_DRIFT in state.sizes:
             continue
         if effect in _ZEROS and not state.sizes.keys().isdisjoint(_ZEROS):
@@ -65,8 +53,7 @@ def gains_of(rig: Rig, state: Corrected, among: Sequence[Effect] = tuple(Effect)
             for left, paid in ((without, 0), (residuals, price))
         )
         sizes = {e: state.sizes.get(e, 0.0) + change for e, change in step.items()}
-        gains.append(Gain(effect, before - after, sizes))
-    return sorted(gains, key=lambda gain: -gain.criterion)
+        yield Gain(effect, before - after, sizes)
 
 
 class EffectTraces:

@@ -18,7 +18,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from .corrected import Corrected, best_of, rms_in
+from .corrected import Corrected, Gain, best_of, rms_in
 from .effect_choice import (
     is_white,
     pays,
@@ -28,7 +28,7 @@ from .effect_choice import (
     without_idle_effects,
 )
 from .effect_sizes import fitted_with
-from .effect_traces import TRIED, Gain, gains_of, promising
+from .effect_traces import TRIED, gains_of, promising
 from .moving_effects import CARRIED, LOCKED, best_size, searched_beside, with_moving_effect, with_other_sizes
 from .outcomes import IdentificationError
 from .polynomials import Basis

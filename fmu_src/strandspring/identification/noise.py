@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..kernel.arrays import FloatArray
-from ..loops.strokes import median, noise_level
+from ..loops.strokes import medians, noise_level
 
 # Groups of like |force|, each with its own variance; many, because a median over unlike scales is too small.
 _GROUPS = 24
@@ -46,12 +46,14 @@ def force_noise(force: FloatArray) -> ForceNoise:
         return ForceNoise(noise_level(force), 0.0)
     fourth, level = np.abs(np.diff(force, 4)), np.abs(force[2:-2])
     count = min(_GROUPS, level.size // _GROUP_SAMPLES)
-    sizes = np.full(count, level.size // count)
-    sizes[: level.size % count] += 1
+    size, larger = divmod(level.size, count)  # so many groups have one sample more
+    sizes = np.full(count, size)
+    sizes[:larger] += 1
     ends = np.cumsum(sizes)
     order = np.argpartition(level, ends[:-1]) if level.size > _SORTED else np.argsort(level)
-    groups = np.split(order, ends[:-1])
-    variance = np.array([(median(fourth[g]) / 0.6745) ** 2 / 70.0 for g in groups])
+    first, others = np.split(fourth[order], [larger * (size + 1)])
+    middles = np.append(medians(first.reshape(larger, size + 1)), medians(others.reshape(-1, size)))
+    variance = (middles / 0.6745) ** 2 / 70.0
     squares = np.add.reduceat(level[order] ** 2, ends - sizes) / sizes
     floor = max(1e-6 * float(variance.max()), 1e-30 * float(squares.max()), 1e-300)
     # A group's estimate scatters in proportion to what it estimates, so each row is divided by that. Dividing by

@@ -37,6 +37,7 @@ from ..stated_uncertainty import INTERVAL_NUMBERS, LEVEL
 from .intervals import NORMAL_95, student_95
 from .linearised import Linearised
 from .loops import Loops
+from .projection import triangle_of
 from .refinement import Samples
 
 _TOO_LITTLE = 0.9  # share of held-out cycles below which the interval is called too narrow
@@ -166,7 +167,9 @@ def prediction_interval(samples: Samples, linear: Linearised) -> PredictionInter
         counted = np.ones(residuals.size, dtype=bool)
     # A sample scatters about the mean of its cell by the noise that the mean has lost.
     removed = np.sqrt(noise * (1.0 - 1.0 / loops.weight))
-    ratio = np.abs(residuals + removed * np.random.default_rng(_SEED).standard_normal(removed.size)) / scale
+    if removed.any():
+        residuals = residuals + removed * np.random.default_rng(_SEED).standard_normal(removed.size)
+    ratio = np.abs(residuals) / scale
     weight = loops.weight
     # Few independent samples show the scatter of others as Student's distribution says.
     independent = np.maximum(ratio.size / linear.estimate.time, _LEAST_INDEPENDENT)
@@ -252,15 +255,15 @@ def _left_out(linear: Linearised, half: NDArray[np.intp], scale: FloatArray) -> 
     """
     fit, loops = linear.refinement, linear.loops
     jacobian = linear.jacobian[:, : linear.column(3)]
-    weighted = jacobian * np.sqrt(fit.weight)[:, None]
-    target = linear.misfit * np.sqrt(fit.weight)
+    weighted = np.column_stack([jacobian, linear.misfit]) * np.sqrt(fit.weight)[:, None]
     residuals = linear.misfit.copy()
     counted = np.zeros(half.size, dtype=bool)
     for own in (half == 0, half == 1):
-        basis, singular, directions = np.linalg.svd(weighted[~own], full_matrices=False)
+        triangle = triangle_of(weighted[~own])
+        basis, singular, directions = np.linalg.svd(triangle[:, :-1], full_matrices=False)
         known = singular > _RANK * singular[0]
         errors = jacobian[own] @ (directions[known].T / singular[known])
-        residuals[own] -= errors @ (basis[:, known].T @ target[~own])
+        residuals[own] -= errors @ (basis[:, known].T @ triangle[:, -1])
         others = loops.displacement[~own]
         counted[own] = (
             (loops.displacement[own] >= others.min())

@@ -134,9 +134,10 @@ class _Grid:
         misfits, numbers = np.full(places.shape, np.inf), np.zeros(places.shape, np.intp)
         misfits[places], numbers[places] = self._misfits(columns), np.arange(len(self.points))
         sigmas = misfits.argmin(axis=1, keepdims=True)
-        surface = np.pad(np.take_along_axis(misfits, sigmas, 1)[:, 0], 1, constant_values=np.inf)
         best = np.take_along_axis(numbers, sigmas, 1)[:, 0]
+        surface = np.full((len(_N) + 2, len(_SHARES) + 2), np.inf)
         inner = surface[1:-1, 1:-1]
+        inner[:] = misfits.min(axis=1)
         around = np.lib.stride_tricks.sliding_window_view(surface, (3, 3)).min(axis=(2, 3))
         least = np.argwhere(np.isfinite(inner) & (inner <= around)).tolist()
         return [self.hysteresis(best[n, share]) for n, share in sorted(least, key=lambda at: float(inner[tuple(at)]))]

@@ -43,9 +43,14 @@ def noise_level(values: FloatArray) -> float:
 
 def median(values: FloatArray) -> float:
     """As `numpy.median`, which takes some times as long for up to a few thousand values."""
-    low, high = (values.size - 1) // 2, values.size // 2
-    ordered = np.partition(values, (low, high))
-    return float(0.5 * (ordered[low] + ordered[high]))
+    return float(medians(values))
+
+
+def medians(rows: FloatArray) -> FloatArray:
+    """The same along the last axis."""
+    low, high = (rows.shape[-1] - 1) // 2, rows.shape[-1] // 2
+    ordered = np.partition(rows, (low, high))
+    return np.asarray(0.5 * (ordered[..., low] + ordered[..., high]))
 
 
 def _deviation(values: FloatArray, order: int) -> float:
