@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from strandspring.loops.strokes import find_strokes, path_noise
+from strandspring.loops.noise_levels import path_noise
+from strandspring.loops.strokes import find_strokes
 
 NOISE = 2e-3
 CYCLES = 9

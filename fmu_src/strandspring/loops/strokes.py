@@ -6,59 +6,21 @@ in pairs until none is below it, as in rainflow counting.
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..kernel.arrays import FloatArray
+from .noise_levels import least_reversal, path_noise, path_noise_level
 from .smooth_path import smooth_path
 from .turning import turning_points
 
 IndexArray = NDArray[np.intp]
 
 # A reversal must exceed this many standard deviations of the displacement's noise (a million samples of white
-# noise span 10 of them)...
+# noise span 10 of them).
 _NOISE_FACTOR = 12.0
-# ...and this fraction of the displacement range: sensors jump, and so small a loop dissipates almost nothing.
-_RANGE_FACTOR = 0.02
-# Noise below this fraction of the displacement range is left as it is: the loops are known far worse.
-_NEGLIGIBLE = 1e-4
-# What estimates from higher differences are to that from the fourth ones at least, if it is noise that they are of;
-# of a smooth path with 12 samples per cycle it is less.
-_WHITE = 0.7
-
-
-def noise_level(values: FloatArray) -> float:
-    """Standard deviation of white noise on a smooth signal, from the median of its fourth differences.
-
-    The fourth difference of white noise of variance s^2 has variance 70*s^2; that of a signal with 20 samples per
-    cycle is 0.1 % of its amplitude.
-    """
-    if values.size < 9:
-        return 0.0
-    return _deviation(values, 4)
-
-
-def median(values: FloatArray) -> float:
-    """As `numpy.median`, which takes some times as long for up to a few thousand values."""
-    low, high = (values.size - 1) // 2, values.size // 2
-    ordered = np.partition(values, (low, high))
-    return float(0.5 * (ordered[low] + ordered[high]))
-
-
-def _deviation(values: FloatArray, order: int) -> float:
-    """Standard deviation of white noise from the median of its differences of an order."""
-    return median(np.abs(np.diff(values, order))) / (0.6745 * math.sqrt(math.comb(2 * order, order)))
-
-
-def path_noise(displacement: FloatArray) -> float:
-    """Standard deviation of the displacement's white noise [m]; 0 where it is negligible or no noise."""
-    noise = noise_level(displacement)
-    if noise <= _NEGLIGIBLE * float(np.ptp(displacement)) or _deviation(displacement, 6) < _WHITE * noise:
-        return 0.0
-    return noise
 
 
 @dataclass(frozen=True, eq=False)
@@ -141,12 +103,7 @@ def _quotient(dividend: FloatArray, divisor: FloatArray) -> FloatArray:
 
 def reversal_threshold(displacement: FloatArray) -> float:
     """Smallest change of displacement that counts as a stroke [m]."""
-    return max(_NOISE_FACTOR * noise_level(displacement), least_reversal(displacement))
-
-
-def least_reversal(displacement: FloatArray) -> float:
-    """The same of a path without noise [m]."""
-    return _RANGE_FACTOR * float(np.ptp(displacement))
+    return max(_NOISE_FACTOR * path_noise_level(displacement), least_reversal(displacement))
 
 
 def find_strokes(displacement: FloatArray, threshold: float | None = None) -> Strokes:
