@@ -7,7 +7,7 @@ import pytest
 
 from strandspring import Spring, SpringParameters
 from strandspring.kernel.arrays import FloatArray
-from strandspring.loops.noise_levels import noise_level, path_noise
+from strandspring.loops.noise_levels import noise_level
 from strandspring.loops.strokes import find_strokes
 
 NOISE = 0.003
@@ -29,14 +29,14 @@ def test_noise_level_of_white_noise_on_a_slow_signal() -> None:
 
 @pytest.mark.parametrize("samples", [9.1, 13.7, 23.4])
 def test_corners_of_a_coarse_triangle_are_no_noise(samples: float) -> None:
-    assert path_noise(triangle(samples, 6)) == 0.0
+    assert find_strokes(triangle(samples, 6)).noise == 0.0
 
 
 @pytest.mark.parametrize("samples", [13.7, 23.4])
 def test_noise_of_a_coarse_triangle_is_that_within_its_strokes(samples: float) -> None:
     rng = np.random.default_rng(5)
     path = triangle(samples, 40)
-    found = path_noise(path + NOISE * rng.standard_normal(path.size))
+    found = find_strokes(path + NOISE * rng.standard_normal(path.size)).noise
     # Of 80 strokes, 3 or more fourth differences each, that overlap: the median scatters by some 8 %.
     assert found == pytest.approx(NOISE, rel=0.25)
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..kernel.arrays import FloatArray
-from ..loops.noise_levels import Samples, least_reversal, noise_level, path_noise
+from ..loops.noise_levels import Samples, least_reversal, noise_level
 from ..loops.strokes import Strokes, find_strokes
 from ..loops.turning import turning_points
 from ..records.record import Record
@@ -101,7 +101,7 @@ def find_steady_part(record: Record, delay: float = 0.0, seeks_delay: bool = Fal
     if not strokes.length.max():
         raise _no_cycle(record)
     used, cautions = usable_samples(record, strokes)
-    noise = path_noise(record.displacement) / max(float(np.ptp(record.displacement)), 1e-300)
+    noise = strokes.noise / float(np.ptp(record.displacement))
     if noise > _NOISY:
         cautions[Outcome.DISPLACEMENT_NOISE] = f"standard deviation {100.0 * noise:.2g} % of the range"
     in_step = synchronised(record, delay)

@@ -66,12 +66,11 @@ def _level_of(differences: FloatArray, order: int) -> float:
     return median(np.abs(differences)) / (0.6745 * math.sqrt(math.comb(2 * order, order)))
 
 
-def path_noise(displacement: FloatArray) -> float:
-    """Standard deviation of the displacement's white noise [m]; 0 where it is negligible or no noise."""
-    if displacement.size < _ENOUGH or _level_of(np.diff(displacement, 6), 6) < _WHITE * noise_level(displacement):
-        return 0.0
-    noise = path_noise_level(displacement)
-    return noise if noise > _NEGLIGIBLE * float(np.ptp(displacement)) else 0.0
+def is_white_noise(displacement: FloatArray, level: float) -> bool:
+    """Whether the noise level of a path [m] is not negligible, and not of a path that bends from sample to sample."""
+    if level <= _NEGLIGIBLE * float(np.ptp(displacement)):
+        return False
+    return _level_of(np.diff(displacement, 6), 6) >= _WHITE * level
 
 
 def path_noise_level(displacement: FloatArray) -> float:

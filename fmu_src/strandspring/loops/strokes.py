@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..kernel.arrays import FloatArray
-from .noise_levels import least_reversal, path_noise, path_noise_level
+from .noise_levels import is_white_noise, least_reversal, path_noise_level
 from .smooth_path import smooth_path
 from .turning import turning_points
 
@@ -34,6 +34,7 @@ class Strokes:
     of_sample : ndarray of int, shape (K,)      Stroke that leads to each sample.
     displacement : ndarray, shape (K,)          The path, smoothed and made monotone within each stroke [m].
     travel : ndarray, shape (K,)                Distance from the reversal before each sample [m].
+    noise : float                               Standard deviation of the white noise that was smoothed out [m].
     beyond : ndarray, shape (S + 1,), or None   How far the path goes on beyond the sample at each of `turning` [m];
                                                 None if it turns at the samples.
     """
@@ -43,6 +44,7 @@ class Strokes:
     of_sample: IndexArray
     displacement: FloatArray
     travel: FloatArray
+    noise: float
     beyond: FloatArray | None = None
 
     @property
@@ -101,11 +103,6 @@ def _quotient(dividend: FloatArray, divisor: FloatArray) -> FloatArray:
     return np.divide(dividend, divisor, out=np.zeros(divisor.size), where=divisor > 0.0)
 
 
-def reversal_threshold(displacement: FloatArray) -> float:
-    """Smallest change of displacement that counts as a stroke [m]."""
-    return max(_NOISE_FACTOR * path_noise_level(displacement), least_reversal(displacement))
-
-
 def find_strokes(displacement: FloatArray, threshold: float | None = None) -> Strokes:
     """Divide a measured path into strokes.
 
@@ -114,10 +111,12 @@ def find_strokes(displacement: FloatArray, threshold: float | None = None) -> St
     displacement : ndarray, shape (K,)   K >= 2 [m].
     threshold : float or None            Smallest reversal [m]; from the noise by default, which is then smoothed out.
     """
+    noise = 0.0
     if threshold is None:
-        threshold = reversal_threshold(displacement)
-        noise = path_noise(displacement)
-        if noise > 0.0:
+        level = path_noise_level(displacement)
+        threshold = max(_NOISE_FACTOR * level, least_reversal(displacement))
+        if is_white_noise(displacement, level):
+            noise = level
             displacement = smooth_path(displacement, noise, threshold)
     turning = turning_points(displacement, threshold)
     ends = displacement[turning]
@@ -131,4 +130,4 @@ def find_strokes(displacement: FloatArray, threshold: float | None = None) -> St
         low, high = sorted((ends[k], ends[k + 1]))
         monotone[piece] = np.clip(accumulate.accumulate(displacement[piece]), low, high)
     travel = np.abs(monotone - ends[of_sample])
-    return Strokes(turning, direction, of_sample, monotone, travel)
+    return Strokes(turning, direction, of_sample, monotone, travel, noise)
