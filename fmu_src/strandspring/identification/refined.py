@@ -137,7 +137,7 @@ class RefinedOptions(Method):
             raise RecordError(f"{where}: a delay cannot be taken out of a single cycle; record at least two.")
         strokes = sum(part.strokes.count for part in parts)
         rig = Rig.from_parts(parts, max(_LEAST_POINTS, _SEARCHED // strokes), self.delay)
-        noise = tuple(force_noise(part.record.force) for part in parts)
+        noise = tuple(force_noise(part.record.force, part.strokes.turning[1:-1]) for part in parts)
         refuse_too_few(rig.loops, Basis(*rig.loops.reach, *(self.degrees or PILOT)), where)
         refusal = next((part.refusal for part in parts if part.refusal is not None), None)
         rig, found = self._searched(rig, Samples(rig.loops, noise).noise_rms, refusal, where)
