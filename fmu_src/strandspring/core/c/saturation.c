@@ -68,19 +68,20 @@ static void make_grid(Grid *grid, const double *argument)
 /* Adds to the coefficients the polynomial that is value[k] at the argument k. */
 static void add_interpolant(const Grid *grid, const double *value, double *coefficients)
 {
+    /* Both in an order in which every loop reads ahead of what it writes, which compilers vectorise. */
     double difference[SPRING_POWERS], power[SPRING_POWERS];
     for (int k = 0; k < SPRING_POWERS; k++)
-        difference[k] = value[ORDER[k]];
-    for (int step = 1, i = 0; step < SPRING_POWERS; step++)
-        for (int k = DEGREE; k >= step; k--)
-            difference[k] = (difference[k] - difference[k - 1]) * grid->per_gap[i++];
+        difference[k] = value[ORDER[DEGREE - k]];
+    const double *per_gap = grid->per_gap;
+    for (int left = DEGREE; left > 0; per_gap += left--)
+        for (int k = 0; k < left; k++)
+            difference[k] = (difference[k] - difference[k + 1]) * per_gap[k];
     /* Newton's form, multiplied out from the innermost bracket. */
-    power[0] = difference[DEGREE];
-    for (int k = DEGREE - 1, size = 1; k >= 0; k--, size++) {
-        power[size] = power[size - 1];
-        for (int i = size - 1; i > 0; i--)
-            power[i] = power[i - 1] - grid->theta[k] * power[i];
-        power[0] = difference[k] - grid->theta[k] * power[0];
+    power[DEGREE] = difference[0];
+    for (int first = DEGREE - 1; first >= 0; first--) {
+        power[first] = difference[DEGREE - first];
+        for (int k = first; k < DEGREE; k++)
+            power[k] -= grid->theta[first] * power[k + 1];
     }
     for (int k = 0; k < SPRING_POWERS; k++)
         coefficients[k] += power[k];
