@@ -81,4 +81,5 @@ def _correlation(x: FloatArray, r: FloatArray, otherwise: float = 0.0) -> float:
     """Correlation of two series; another value where one is constant, or they are empty."""
     if x.size == 0 or not (np.ptp(x) and np.ptp(r)):
         return otherwise
-    return float(np.corrcoef(x, r)[0, 1])
+    x, r = x - np.mean(x), r - np.mean(r)
+    return float(x @ r / np.sqrt((x @ x) * (r @ r)))

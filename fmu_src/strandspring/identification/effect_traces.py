@@ -71,10 +71,10 @@ class EffectTraces:
     def __init__(self, rig: Rig, fit: Candidate, loops: Loops, effects: Sequence[Effect], sizes: Sizes) -> None:
         columns, refinement = fit.basis.columns(loops.displacement), fit.refinement
         root = np.sqrt(loops.weight)
-        yielding = (refinement.derivatives * refinement.backbone.G).T
-        model = np.hstack([columns.elastic, refinement.omega[:, None] * columns.amplifier, yielding])
-        model = model * root[:, None] / np.maximum(np.abs(model).max(axis=0), 1e-300)
-        self._model, _ = np.linalg.qr(model)
+        yielding = refinement.derivatives * refinement.backbone.G
+        rows = np.concatenate([columns.elastic.T, refinement.omega * columns.amplifier.T, yielding])
+        rows *= root / np.maximum(np.abs(rows).max(axis=1), 1e-300)[:, None]
+        self._model, _ = np.linalg.qr(rows.T)
         self._misfit = self._beside(root * refinement.backbone.misfit(loops.force, refinement.omega))
         delay = float(sizes.get(Effect.DELAY, [0.0])[0])
         self._traces = {

@@ -36,7 +36,7 @@ class IntegratedLines:
         step, change = np.diff(travel, prepend=0.0), np.diff(u, prepend=0.0)
         step[first], change[:, first] = travel[first], 0.0
         per_change = np.divide(step, change, out=np.zeros(u.shape), where=np.abs(change) >= _FLAT)
-        self._travel, self._step = floats(travel), step
+        self._shared = self._begin, floats(travel), step
         self._columns = floats(u), per_change, floats(weight), centred
         self.squared_target = np.sum(weight * centred**2, axis=1)
         with np.errstate(divide="ignore"):
@@ -54,15 +54,19 @@ class IntegratedLines:
         ndarray, shape (5, L, N)
         """
         sums = np.empty((*n.shape, 5))
+        begin, travel, step = map(address, self._shared)
         for own_n, log, own_sums, u, *others in zip(floats(n), self._log, sums, *self._columns, strict=True):
             powers = np.multiply.outer(own_n + 1.0, log)
             np.exp(powers, out=powers)
             powers /= own_n[:, None] + 1.0
             library().spring_line_sums(
                 self._begin.size - 1,
-                address(self._begin),
+                begin,
                 log.size,
-                *map(address, (self._travel, u, self._step, *others)),
+                travel,
+                address(u),
+                step,
+                *map(address, others),
                 own_n.size,
                 address(own_n),
                 address(powers),

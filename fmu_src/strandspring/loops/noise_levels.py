@@ -61,9 +61,12 @@ def noise_level(values: FloatArray, turns: Samples = ()) -> float:
 
 def across(turns: Samples, order: int, samples: int) -> NDArray[np.intp]:
     """Which differences of an order reach across a bend, before or after its sample; none if they are few."""
+    few = _FEW * (samples - order)
+    if len(turns) * (order + 1) <= few:
+        return np.empty(0, np.intp)
     places = (np.asarray(turns, np.intp)[:, None] - np.arange(order + 1)).ravel()
     found = np.unique(places[(places >= 0) & (places < samples - order)])
-    return found if found.size > _FEW * (samples - order) else found[:0]
+    return found if found.size > few else found[:0]
 
 
 def _level_of(differences: FloatArray, order: int) -> float:

@@ -7,6 +7,7 @@ in pairs until none is below it, as in rainflow counting.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -52,13 +53,13 @@ class Strokes:
         """Number of strokes S."""
         return int(self.direction.size)
 
-    @property
+    @cached_property
     def turning_displacement(self) -> FloatArray:
         """Displacement at the start of the path, its reversals and its end, shape (S + 1,) [m]."""
         at_samples = self.displacement[self.turning]
         return at_samples if self.beyond is None else at_samples + np.append(0, self.direction) * self.beyond
 
-    @property
+    @cached_property
     def length(self) -> FloatArray:
         """Length of each stroke, shape (S,) [m]."""
         return np.abs(np.diff(self.turning_displacement))
