@@ -177,12 +177,12 @@ static void falling_nodes(
     for (int k = 0; k < SPRING_POWERS; k++) {
         double w = first * share[k], power = first_n * share_n[k], slope = 1.0 + table->curvature * power;
         nodes->value[k] = w;
-        nodes->complement[k] = expm1(y[k]);
         nodes->slope[k] = slope;
         nodes->rate[k] = w / slope;
         nodes->rate_by_n[k] = -nodes->rate[k] * y[k] * table->curvature * power / slope;
         nodes->rate_by_sigma[k] = -2.0 * nodes->rate[k] * power / slope;
     }
+    nodes->complement[DEGREE] = expm1(y[DEGREE]); /* at the end of the piece; between no-one asks for it */
 }
 
 /* Integral at each node of what its rate is at the nodes, by the piece's half width. */
