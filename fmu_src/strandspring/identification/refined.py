@@ -29,8 +29,8 @@ from .posterior import posterior
 from .prediction_interval import PredictionBand, PredictionInterval, prediction_interval
 from .projection import Refinement
 from .refinement import Samples, refine
-from .rig import Rig, Sizes
-from .rig_effects import CAUTIONS, described, detail, in_words, with_other_effects
+from .rig import Effect, Rig, Sizes
+from .rig_effects import CAUTIONS, RELAXING, described, detail, in_words, with_other_effects
 from .search import CLOSE, PILOT, Candidate, bending_more, search
 from .small_loops import undecided_energy
 from .solution import cautions_of, is_positive, refuse_too_few, saturation_share, spring_of
@@ -50,7 +50,12 @@ _NEGLIGIBLE = 1e-3  # half-width of the prediction interval, share of the rms fo
 _COARSE = 5e-5  # travel between samples at reversals from which it is looked for, share of a stroke
 _LEAST_STEPS = 100  # of the sampler of the posterior
 # Effects that a loop of a single amplitude is known from by its form alone.
-_LIKE_LOOPS = {Outcome.DELAY: "a delay", Outcome.VISCOSITY: "viscous damping", Outcome.PLAY: "play"}
+_LIKE_LOOPS = {
+    Effect.DELAY: "a delay",
+    Effect.VISCOSITY: "viscous damping",
+    Effect.PLAY: "play",
+    Effect.CURVED_DRIFT: "the relaxation that a curved drift may come from",
+}
 
 
 @dataclass(frozen=True)
@@ -159,10 +164,12 @@ class RefinedOptions(Method):
         is_turning = any(part.strokes.beyond is not None for part in rig.parts)
         if is_turning:
             findings[Outcome.TURNS_RESTORED] = ""
+        if Effect.CURVED_DRIFT in sizes:
+            findings[Outcome.DRIFT_REMOVED] += RELAXING
         findings = with_other_effects(findings, sizes, other_effects(found))
         misfit = lack.beyond_noise * loops.rms(refinement.omega * refinement.backbone.G) if lack.is_structured else 0.0
         one_amplitude = loops.has_one_amplitude
-        doubts = _doubts(cautions, content["interval_95"], hinted_effects(rig, best)) if one_amplitude else []
+        doubts = _doubts(cautions, sizes, content["interval_95"], hinted_effects(rig, best)) if one_amplitude else []
         alternatives = self._alternatives(found)
         if undecided := undecided_energy(spring, content, alternatives, 0.5 * loops.shortest, misfit, doubts):
             findings[Outcome.SMALL_LOOPS] = undecided
@@ -301,12 +308,13 @@ def _points(rig: Rig, state: Corrected) -> Loops:
     return finest.corrected(state.sizes, state.fit) if state.sizes else finest.loops
 
 
-def _doubts(cautions: Sequence[Outcome], intervals: dict[str, Any], hinted: Sizes) -> list[str]:
+def _doubts(cautions: Sequence[Outcome], sizes: Sizes, intervals: dict[str, Any], hinted: Sizes) -> list[str]:
     """Why loops of one amplitude do not decide the energy of smaller ones.
 
     Parameters
     ----------
     cautions : sequence of Outcome
+    sizes : dict       Effects that were taken out.
     intervals : dict   Of the parameters, an open end being None.
     hinted : dict      The effect that was not taken out, but may be in the records.
     """
@@ -317,7 +325,7 @@ def _doubts(cautions: Sequence[Outcome], intervals: dict[str, Any], hinted: Size
         elif None in intervals[name]:
             unseen.append(f"{name} is known on one side only")
     doubts = [f"the form of the loop is little known, since {' and '.join(unseen)}"] if unseen else []
-    taken_out = [name for outcome, name in _LIKE_LOOPS.items() if outcome in cautions]
+    taken_out = [name for effect, name in _LIKE_LOOPS.items() if effect in sizes]
     if taken_out:
         doubts.append(f"at one amplitude {' and '.join(taken_out)} can hardly be distinguished from part of the loop")
     if hinted:
