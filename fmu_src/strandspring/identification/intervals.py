@@ -126,7 +126,7 @@ class _Profile:
         column = linear.column(parameter)
         direction = np.zeros(linear.jacobian.shape[1])
         direction[column] = 1.0
-        self.error = float(np.linalg.norm(linear.estimate.root[column]))
+        self.error = float(np.linalg.norm(linear.root[column]))
         self.reach = float(quantile_95(linear.estimate.degrees_of_freedom(direction[None]))[0]) * self.error
         weighted = linear.jacobian * np.sqrt(refit.fit.weight)[:, None]
         covariance = np.linalg.pinv(weighted.T @ weighted)[column]

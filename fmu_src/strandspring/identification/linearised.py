@@ -78,9 +78,14 @@ class Linearised:
         return self.refinement.backbone.misfit(self.loops.force, self.refinement.omega)
 
     @cached_property
+    def root(self) -> FloatArray:
+        """Matrix R with the covariance R*R' of the coefficients, shape (p, q)."""
+        return self.estimate.root
+
+    @cached_property
     def force_error(self) -> FloatArray:
         """Standard error of the predicted force, shape (P,) [N]."""
-        return np.asarray(np.linalg.norm(self.jacobian @ self.estimate.root, axis=1))
+        return np.asarray(np.linalg.norm(self.jacobian @ self.root, axis=1))
 
     @cached_property
     def estimate(self) -> CoefficientCovariance:

@@ -72,7 +72,7 @@ class _Target:
         self.low, self.high = self.problem.low, self.problem.high
         logarithms = np.log([h.rho, h.sigma, h.n])
         self.start = np.clip(np.append(logarithms, self.fit.omega_start), self.low + 1e-3, self.high - 1e-3)
-        errors = np.linalg.norm(linear.estimate.root[linear.linear_count :], axis=1)
+        errors = np.linalg.norm(linear.root[linear.linear_count :], axis=1)
         self.errors = np.full(self.start.size, 0.1)
         self.errors[linear.free] = np.maximum(errors, 1e-6)
         self.root = np.sqrt(self.fit.full_weight)

@@ -124,7 +124,7 @@ def uncertainty(linear: Linearised) -> Uncertainty:
     """Standard errors and intervals of a refined fit."""
     basis, refinement = linear.basis, linear.refinement
     change = _propagation(linear)
-    natural = change @ linear.estimate.root
+    natural = change @ linear.root
     errors = np.linalg.norm(natural, axis=1)
     n_E, n_A = basis.elastic + 1, basis.amplifier + 1
     logarithms = errors[-4:]
@@ -164,7 +164,7 @@ def is_sigma_uncertain(loops: Loops, basis: Basis, refinement: Refinement) -> bo
     # neither. A coefficient that no point depends on has the error 0 here.
     weight = refinement.full_weight
     independent = freed.estimate.scale[place] * np.sqrt(np.mean(weight * freed.misfit**2))
-    error = max(float(np.linalg.norm(each)) for each in (freed.estimate.root[place], independent))
+    error = max(float(np.linalg.norm(each)) for each in (freed.root[place], independent))
     return not 0.0 < error <= _UNSURE_RECOVERY
 
 
