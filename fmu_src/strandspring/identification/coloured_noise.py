@@ -94,7 +94,7 @@ def coefficient_covariance(
     count = scale.shape[1]
     longest = max(piece.stop - piece.start for piece in records)
     bands = _bands(np.column_stack([jacobian @ scale, residuals]), records, longest)
-    lengths = np.geomspace(_SHORTEST, max(_LONGEST * longest, 2.0 * _SHORTEST), _LENGTHS)
+    lengths = _SHORTEST * max(_LONGEST * longest / _SHORTEST, 2.0) ** np.linspace(0.0, 1.0, _LENGTHS)
     spectra = _spectra(bands.frequency, lengths)
     inner, along, power = bands.sums(1.0 / spectra)
     explained = np.sum(along * np.linalg.solve(inner, along[..., None])[..., 0], axis=1)

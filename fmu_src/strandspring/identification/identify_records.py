@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import asdict, replace
+from dataclasses import fields, replace
 from functools import cache
 from itertools import combinations
 from typing import Any
@@ -160,7 +160,7 @@ def _identified(group: tuple[Record, ...], method: Method) -> IdentifiedModel:
         effects=result.effects,
         lack_of_fit=result.lack_of_fit,
         method=method.name,
-        options={name: _in_json(value) for name, value in asdict(method).items()},
+        options={field.name: _in_json(getattr(method, field.name)) for field in fields(method)},
     )
 
 

@@ -37,7 +37,6 @@ from .solution import cautions_of, is_positive, refuse_too_few, saturation_share
 from .spring_alone import spring_alone
 from .steady_part import SteadyRecord
 from .uncertainty import is_sigma_uncertain, uncertainty
-from .usable import lost_at_reversals
 
 # Points in all, and at least in a stroke, on which minima are looked for.
 _SEARCHED = 1000
@@ -287,7 +286,7 @@ class RefinedOptions(Method):
 
 def _with_turns(rig: Rig, candidates: list[Candidate], degrees: tuple[int, int] | None) -> tuple[Rig, list[Candidate]]:
     """The rig with reversals between the samples, if these explain the records clearly better, and springs for it."""
-    if not candidates or max(lost_at_reversals(part.strokes) for part in rig.parts) < _COARSE:
+    if not candidates or max(part.strokes.lost_at_reversals for part in rig.parts) < _COARSE:
         return rig, candidates
     at_samples = best = Corrected(candidates[0], rig.loops, {})
     found = rig, candidates

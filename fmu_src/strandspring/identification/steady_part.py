@@ -19,6 +19,7 @@ from .outcomes import IdentificationError, Outcome
 from .usable import usable_samples
 
 _SHARES = (np.arange(100) + 0.5) / 100  # where the mean loop is taken by default
+_INSIDE = np.linspace(0.05, 0.95, 64)  # where strokes are compared, shares of their lengths
 _FULL = 0.9  # share of the longest stroke from which a stroke counts as a full one
 _RETURN = 0.4  # share of the longest stroke that must be gone back at least
 _SNAP = 0.2  # counter-movement of the force within a branch, share of its range
@@ -253,7 +254,7 @@ def _difference(strokes: Strokes, force: FloatArray, k: int) -> float:
         profiles = []
         for stroke in (a, b):
             piece = slice(strokes.turning[stroke], strokes.turning[stroke + 1] + 1)
-            grid = np.linspace(0.05, 0.95, 64) * strokes.length[stroke]
+            grid = _INSIDE * strokes.length[stroke]
             distance = np.abs(strokes.displacement[piece] - ends[stroke])
             profiles.append(np.interp(grid, distance, force[piece]))
         return float(np.sqrt(np.mean((profiles[0] - profiles[1]) ** 2)))

@@ -18,11 +18,6 @@ _LOST = 0.001  # travel between samples at reversals that is reported, share of 
 _NAMED = 6  # places that a message names
 
 
-def lost_at_reversals(strokes: Strokes) -> float:
-    """How far the displacement goes beyond the samples at reversals, as a share of a stroke; medians."""
-    return median(strokes.beyond_samples()) / median(strokes.length) if strokes.count > 1 else 0.0
-
-
 def usable_samples(record: Record, strokes: Strokes) -> tuple[BoolArray, dict[Outcome, str]]:
     """Which samples to fit, and cautions with their details.
 
@@ -45,7 +40,7 @@ def usable_samples(record: Record, strokes: Strokes) -> tuple[BoolArray, dict[Ou
         used &= record.compared
     if _is_relaxation(relaxed, record):
         found[Outcome.DWELLS] = f"by {relaxed:.3g} N (median)"
-    lost = lost_at_reversals(strokes)
+    lost = strokes.lost_at_reversals
     if lost > _LOST:
         found[Outcome.TURNS_BETWEEN_SAMPLES] = f"about {100.0 * lost:.2g} % of a stroke at each reversal"
     if record.time is not None:
