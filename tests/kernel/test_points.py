@@ -113,3 +113,12 @@ def test_derivatives_of_tanh() -> None:
 def test_arrays_with_gaps_have_no_address() -> None:
     with pytest.raises(ValueError, match="contiguous"):
         address(np.zeros((3, 4)).T)
+
+
+def test_arrays_that_are_read_only_or_empty_have_an_address() -> None:
+    array = np.arange(6.0)[2:]
+    expected = array.ctypes.data
+    assert address(array) == expected
+    array.setflags(write=False)
+    assert address(array) == expected
+    assert address(np.zeros(0)) > 0

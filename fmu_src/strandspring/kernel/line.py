@@ -43,15 +43,11 @@ class IntegratedLines:
             self._log = np.log(np.abs(u))
 
     def sums(self, n: FloatArray) -> FloatArray:
-        """Weighted sums of d*d, d*r, r*r, d*target and r*target without each stroke's means.
+        """Weighted sums of d*d, d*r, r*r, d*target and r*target without each stroke's means, shape (5, L, N).
 
         Parameters
         ----------
         n : ndarray, shape (L, N)   Tried on each line.
-
-        Returns
-        -------
-        ndarray, shape (5, L, N)
         """
         sums = np.empty((*n.shape, 5))
         begin, travel, step = map(address, self._shared)
