@@ -56,8 +56,8 @@ class Information(Result):
     pairs : tuple of (MeasuredLoop, Loop)   Loops of the records, each with the model's.
     rate_independence : RateIndependence or None   Whether the force depends on the frequency.
     overlap : Overlap or None               Whether the loading paths of different amplitudes overlap.
-    cautions : tuple of str                 Those of the identification; loops that run backwards or leave the
-                                            identified range; effects of the rig that were taken out.
+    cautions : tuple of str                 Those of the identification; loops that run backwards, are open or leave
+                                            the identified range; effects of the rig that were taken out.
     """
 
     source: str
@@ -226,10 +226,24 @@ def info(
     pairs = tuple((loop, steady_loop(solver, loop.figures.low, loop.figures.high)) for loop in measured)
     loops = [*((source, loop.figures) for loop in modelled), *((loop.path, loop.figures) for loop in measured)]
     cautions += [sentence for loop in loops for sentence in _outside(parameters, *loop)]
+    cautions += [_open(loop) for loop in measured if loop.gap != 0.0]
     verdicts = campaign_verdicts(records, modelled)
     return Information(
         source, content, origin, parameters, tuple(records), modelled, pairs, *verdicts, tuple(cautions)
     )  # fmt: skip
+
+
+def _open(loop: MeasuredLoop) -> str:
+    """A caution about a loop that does not close."""
+    return (
+        f"{loop.path}: the loop from {_ends(loop.figures)} is open, its last force lies {100.0 * abs(loop.gap):.2g} % of "
+        "its height from its first one, as in a first loading: its figures, energy and loss factor above all, are not "
+        "those of steady motion; record at least one cycle more."
+    )
+
+
+def _ends(figures: LoopFigures) -> str:
+    return f"{figures.low * 1e3:.6g} to {figures.high * 1e3:.6g} mm"
 
 
 def _outside(p: SpringParameters, source: str, figures: LoopFigures) -> list[str]:
@@ -237,5 +251,4 @@ def _outside(p: SpringParameters, source: str, figures: LoopFigures) -> list[str
     slack = _SLACK * (p.displacement_max - p.displacement_min)
     if figures.low >= p.displacement_min - slack and figures.high <= p.displacement_max + slack:
         return []
-    ends = f"{figures.low * 1e3:.6g} to {figures.high * 1e3:.6g} mm"
-    return [f"{source}: the loop from {ends} reaches {outside_range(p)}"]
+    return [f"{source}: the loop from {_ends(figures)} reaches {outside_range(p)}"]

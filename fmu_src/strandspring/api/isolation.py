@@ -230,6 +230,23 @@ class Isolation(Result):
     def _name(self, one: IsolatedModel) -> str:
         return one.label if one.source is None else f"{one.label} ({one.source})"
 
+    @property
+    def cautions(self) -> list[str]:
+        """Cautions of the identifications, and where a motion leaves the identified range."""
+        sentences = []
+        for one in self.models:
+            sentences += cautions_in_use(one.label, one.model)
+            for response in one.responses:
+                outside = [point.frequency for point in response.points if point.extrapolating]
+                if outside:
+                    of_model = f"{one.label}, " if len(self.models) > 1 else ""
+                    sentences.append(
+                        f"{of_model}{response.level_text}: at {len(outside)} of {len(response.points)} "
+                        f"points, from {min(outside):.4g} to {max(outside):.4g} Hz, the spring moves "
+                        f"{outside_range(one.system.spring)}"
+                    )
+        return sentences
+
     def _cautions(self) -> list[str]:
         lines = []
         points = [point for one in self.models for response in one.responses for point in response.points]
@@ -239,18 +256,7 @@ class Isolation(Result):
                 f"  The curve folds: {unstable} points between folds are unstable, and the motion jumps there. Folds "
                 "far below the resonance are superharmonics; a little --damping removes them."
             )
-        for one in self.models:
-            lines += [f"  Caution: {sentence}" for sentence in cautions_in_use(one.label, one.model)]
-            for response in one.responses:
-                outside = [point.frequency for point in response.points if point.extrapolating]
-                if outside:
-                    of_model = f"{one.label}, " if len(self.models) > 1 else ""
-                    lines.append(
-                        f"  Caution: {of_model}{response.level_text}: at {len(outside)} of {len(response.points)} "
-                        f"points, from {min(outside):.4g} to {max(outside):.4g} Hz, the spring moves "
-                        f"{outside_range(one.system.spring)}"
-                    )
-        return lines
+        return lines + [f"  Caution: {sentence}" for sentence in self.cautions]
 
     def summary(self) -> str:
         """Static equilibrium, resonances and cautions in words, in tables of at most a width."""

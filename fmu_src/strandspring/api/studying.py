@@ -85,6 +85,11 @@ class StudyResult(Result):
             rows.append(row | quantile_columns(summary.figures))
         return pd.DataFrame(rows)
 
+    @property
+    def cautions(self) -> tuple[str, ...]:
+        """Cautions of the model's identification."""
+        return tuple(cautions_in_use(self.model.name, self.model))
+
     def lines(self, width: int | None = None) -> list[str]:
         """Quantiles, refusals and cautions in words, in tables of at most a width."""
         planned, summaries = self.study, self.summaries
@@ -112,7 +117,7 @@ class StudyResult(Result):
                 )
         if len(summaries) > len(shown):
             lines.append(f"  and {len(summaries) - len(shown)} more grid points, all of them in the results file")
-        lines += [f"  Caution: {sentence}" for sentence in cautions_in_use(self.model.name, self.model)]
+        lines += [f"  Caution: {sentence}" for sentence in self.cautions]
         counted = zero_sentence(self.zero)
         return [*lines, *([counted] if counted else [])]
 
