@@ -233,7 +233,7 @@ class Isolation(Result):
     @property
     def cautions(self) -> list[str]:
         """Cautions of the identifications, and where a motion leaves the identified range."""
-        sentences = []
+        sentences: list[str] = []
         for one in self.models:
             sentences += cautions_in_use(one.label, one.model)
             for response in one.responses:

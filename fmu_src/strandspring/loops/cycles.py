@@ -47,7 +47,8 @@ def find_cycles(record: Record) -> tuple[Cycle, ...]:
 
     A cycle is two consecutive strokes whose lengths agree within 3 %. The first stroke of a series of such strokes
     depends on the motion before it, so cycles begin with the second stroke if there are at least three; of only two,
-    `Cycle.gap` says whether the loop is open. A record of one period that begins within a stroke is one cycle, likewise.
+    `Cycle.gap` says whether the loop is open. Likewise, a record of one period that begins within a stroke is one
+    cycle.
 
     Parameters
     ----------
