@@ -94,7 +94,7 @@ def read_bytes(
 def read_text(
     path: str | os.PathLike[str], maximum_bytes: int, file_type: str, error: Callable[[str], StrandspringError]
 ) -> str:
-    """Content of a UTF-8 file from outside, with \\n as line end and without a byte order mark, which editors on Windows
+    """Content of a UTF-8 file from outside, with \\n as line end and without a byte order mark, which Windows editors
     put before it; arguments and errors as for `opened`.
     """
     content = read_bytes(path, maximum_bytes, file_type, error)
