@@ -71,5 +71,5 @@ def test_columns_of_a_table_that_hold_moments_or_text() -> None:
         (record,) = as_records(pd.DataFrame({"Time [ms]": times, "x": path, "F": 2.0 * path}))
         assert record.time is not None
         assert record.time.tolist() == pytest.approx((0.5 * np.arange(40)).tolist())
-    with pytest.raises(RecordError, match="but 'x' .* hold none; convert"):
+    with pytest.raises(RecordError, match=r"but 'x' .* hold none; convert"):
         as_records(pd.DataFrame({"x": path.astype(str).astype(object), "F": path}))

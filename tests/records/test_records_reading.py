@@ -299,9 +299,7 @@ def test_a_time_of_day_that_is_none_is_named(write: Write) -> None:
 
 
 def test_marks_between_thousands_are_no_decimal_marks(write: Write) -> None:
-    with pytest.raises(
-        RecordError, match=r"column 2 'Force': '1\.250' and '750' look like numbers with"
-    ):
+    with pytest.raises(RecordError, match=r"column 2 'Force': '1\.250' and '750' look like numbers with"):
         read_record(write("Disp;Force\n1.5;750\n2.5;1.250\n3.5;-2.000\n"))
     assert read_record(write("Disp;Force\n1.5;0.750\n2.5;1.250\n3.5;2\n")).force[1] == 1.25
 

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import chain
 from pathlib import PurePath
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ..coordinates import counted_from, zero_sentence
 from ..core.parameters import SpringParameters
@@ -20,6 +21,7 @@ from ..loops.modelled import steady_loop, steady_loop_figures
 from ..modelfile import ModelFile
 from ..records.record import Record
 from ..stated_cautions import stated_cautions
+from .arguments import numbers
 from .caution_text import backwards_cautions, effects_cautions, effects_of, outside_range, printable
 from .placing import ModelSource, model_of, origin_of, source_of
 from .plotting import some_axes
@@ -161,7 +163,7 @@ PANELS = (
 def info(
     model: ModelSource,
     *data: Any,
-    amplitudes: Iterable[float] = (),
+    amplitudes: ArrayLike = (),
     zero: float | Literal["rig", "middle"] | None = None,
     displacement: str | int | None = None,
     force: str | int | None = None,
@@ -175,7 +177,7 @@ def info(
     ----------
     model : Spring, ModelFile or path   A model file, or an FMU that holds one.
     *data : Source, or arrays           Records; or arrays of displacement and force, and time if any.
-    amplitudes : iterable of float      Of loops about the offset [m]; by default those of the records, or quarters of
+    amplitudes : float or array_like    Of loops about the offset [m]; by default those of the records, or quarters of
                                         the identified range.
     zero : float, "rig" or "middle"     Displacement of the records from which displacements are counted [m]; by default
                                         that of an FMU, else the rig's if it lies within the range, else the middle.
@@ -189,7 +191,8 @@ def info(
     ------
     ModelError    If the model is not a physically possible spring.
     RecordError   If the data are no records, or hold no full cycle.
-    ValueError    If an amplitude is not a number > 0.
+    ValueError    If an amplitude is not > 0.
+    TypeError     If amplitudes are no numbers.
 
     Examples
     --------
@@ -203,7 +206,7 @@ def info(
     """
     content = model_of(model)
     source = source_of(model)
-    reaches = [float(amplitude) for amplitude in amplitudes]
+    reaches = numbers("amplitudes", amplitudes, "m")
     for reach in reaches:
         if not (np.isfinite(reach) and reach > 0.0):
             raise ValueError(f"`amplitudes` must be finite and > 0 [m], got {reach!r}.")
@@ -218,9 +221,9 @@ def info(
     solver = PathSolver(parameters)
     measured = list(chain.from_iterable(map(measured_loops, records)))
     if not reaches and not records:
-        reaches = [
+        reaches = tuple(
             0.5 * share * (parameters.displacement_max - parameters.displacement_min) for share in _DEFAULT_SHARES
-        ]
+        )
     middle = parameters.displacement_offset
     modelled = tuple(steady_loop(solver, middle - reach, middle + reach) for reach in reaches)
     pairs = tuple((loop, steady_loop(solver, loop.figures.low, loop.figures.high)) for loop in measured)

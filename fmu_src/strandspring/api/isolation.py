@@ -32,8 +32,9 @@ from ..isolation.system import (
 from ..modelfile import ModelFile
 from ..scratch import TemporaryFolder
 from ..stated_cautions import cautions_in_use
+from .arguments import limits, number, optional_number, whole
 from .caution_text import outside_range
-from .levels import given_levels
+from .levels import checked_count, given_levels
 from .placing import ModelSource, model_of, origin_of, path_of
 from .plotting import save_plot
 from .progress import Progress, unseen
@@ -424,6 +425,10 @@ def isolate(
       0.2 mm         7.743             8.579         1.687           12.08        0.115             11.44
     """
     given = given_levels(base_displacement, base_acceleration, force)
+    mass, load = number("mass", mass, "kg"), optional_number("load", load, "N")
+    parallel, series = whole("parallel", parallel), whole("series", series)
+    damping, points = number("damping", damping, "N s/m"), checked_count("points", points)
+    band = None if band is None else limits("band", band, "Hz")
     is_one = isinstance(models, str) or not isinstance(models, Sequence)
     sources: Sequence[Any] = [models] if is_one else list(models)  # type: ignore[arg-type]
     if not sources:
