@@ -36,8 +36,8 @@ def _changed(model: ModelFile) -> dict[str, str]:
     if not beyond:
         return {}
     return {
-        "parameters_changed": f"{', '.join(beyond)} lies outside the 95 % interval in the same file: the parameters were "
-        "changed after the identification, whose errors, intervals and figures of the fit are not theirs."
+        "parameters_changed": f"{', '.join(beyond)} lies outside the 95 % interval in the same file: the parameters "
+        "were changed after the identification, whose errors, intervals and figures of the fit are not theirs."
     }
 
 
