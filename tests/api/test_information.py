@@ -9,6 +9,7 @@ import pytest
 from matplotlib.figure import Figure
 
 from strandspring import Record, Spring, info, synthesize
+from strandspring.identification.campaign import RateVerdict
 from strandspring.kernel.path import PathSolver
 from strandspring.loops.modelled import steady_loop_figures
 from synthetic import MEAN, record_of, sine, spring_of
@@ -81,6 +82,11 @@ def test_a_first_loading_is_no_steady_loop(is_sine: bool) -> None:
     assert abs(measured.gap) > 0.1
     (caution,) = information.cautions
     assert "is open" in caution
+
+    slower = synthesize(SPRING, amplitudes=[0.01], frequency=0.1)
+    at_ten_hertz = Record(first, SPRING.response(first), np.linspace(0.0, 0.1, first.size))
+    verdict = info(SPRING, slower, at_ten_hertz).rate_independence
+    assert verdict is None or verdict.verdict is not RateVerdict.DEPENDENT
 
     twice = np.concatenate([first, first[1:], first[1:]])
     steady = info(SPRING, Record(twice, SPRING.response(twice)))
