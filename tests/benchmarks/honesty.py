@@ -32,7 +32,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "helpers"))
 
 from judgement import WRONG_ENERGY, Judgement, judge_case
 from noise_bound import bound, delay_bound, share_within, wear_bound
-from rig import DOUBTED, UNDECIDED, Case, draw_experiment, draw_spring, elastic_force, simulate
+from rig import DOUBTED, UNDECIDED, Case, Experiment, draw_experiment, draw_spring, elastic_force, simulate
 from rig_faults import FAULTS
 from strandspring import (
     Identification,
@@ -148,11 +148,16 @@ def described(case: Case) -> str:
 def clean_cases(seed: int, count: int, coarse: bool = False, **fixed: Any) -> Iterator[Case]:
     for index in range(count):
         generator = np.random.default_rng([seed, index])
-        spring, experiment = draw_spring(generator), draw_experiment(generator, **fixed)
-        if coarse:
-            samples = round(generator.uniform(*FEW) * sum(experiment.cycles))
-            experiment = replace(experiment, samples=samples, synchronous=False)
-        yield simulate(spring, experiment, generator)
+        yield simulate(draw_spring(generator), drawn_experiment(generator, coarse, **fixed), generator)
+
+
+def drawn_experiment(generator: np.random.Generator, coarse: bool, **fixed: Any) -> Experiment:
+    """An experiment, of few samples in a cycle if it is to be a coarse one."""
+    experiment = draw_experiment(generator, **fixed)
+    if not coarse:
+        return experiment
+    samples = round(generator.uniform(*FEW) * sum(experiment.cycles))
+    return replace(experiment, samples=samples, synchronous=False)
 
 
 def clean(arguments: argparse.Namespace) -> None:
@@ -203,7 +208,8 @@ def faults(arguments: argparse.Namespace) -> None:
             for repetition in range(arguments.repetitions):
                 # The same springs and experiments at either size.
                 generator = np.random.default_rng([arguments.seed, zlib.crc32(name.encode()), repetition])
-                case = simulate(draw_spring(generator), draw_experiment(generator), generator, fault, size)
+                spring, experiment = draw_spring(generator), drawn_experiment(generator, arguments.coarse)
+                case = simulate(spring, experiment, generator, fault, size)
                 result = run(case)
                 results.append(result)
                 if arguments.verbose:
@@ -521,11 +527,12 @@ def main() -> None:
         if function is clean:
             command.add_argument("--noise", type=float, default=0.005, help="share of the force's standard deviation")
             command.add_argument("--single", action="store_true", help="three cycles of one amplitude for every spring")
-            command.add_argument("--coarse", action="store_true", help="9 to 60 samples in a cycle")
         if function is faults:
             command.add_argument("--repetitions", type=int, default=3)
             command.add_argument("--only", default="", help="faults whose name holds this")
             command.add_argument("--drawn", action="store_true", help="magnitudes drawn in place of small and large")
+        if function in (clean, faults):
+            command.add_argument("--coarse", action="store_true", help="9 to 60 samples in a cycle")
         if function is ends:
             command.add_argument("--share", type=float, default=0.05, help="of the range, left out at either end")
         if function is noise:

@@ -13,7 +13,7 @@ from rig import Experiment, draw_experiment, draw_spring, simulate
 from rig_faults import FAULTS
 from strandspring import Outcome, Spring, identify
 from strandspring.identification.refined import _doubts
-from strandspring.identification.rig import Rig
+from strandspring.identification.rig import Effect, Rig
 from strandspring.identification.search import Candidate, search
 from strandspring.identification.small_loops import AMPLITUDE, loop_energy, undecided_energy
 from strandspring.identification.steady_part import find_steady_part
@@ -138,6 +138,7 @@ def test_what_one_amplitude_does_not_show_leaves_it_undecided(
         ("force lags", 8, 1),
         ("Stribeck friction", 9, 1),
         ("Maxwell element", 10, 2),
+        ("Maxwell element", 35, 2),
     ],
 )
 def test_an_effect_that_is_hardly_shown_is_taken_out_or_leaves_it_undecided(
@@ -151,6 +152,9 @@ def test_an_effect_that_is_hardly_shown_is_taken_out_or_leaves_it_undecided(
 
 def test_what_is_much_like_part_of_a_loop_leaves_it_undecided() -> None:
     known = {"n": [1.0, 2.0], "sigma": [1.0, 2.0]}
-    (doubt,) = _doubts([Outcome.DELAY, Outcome.VISCOSITY], known, {})
+    size = np.array([1.0])
+    (doubt,) = _doubts([], {Effect.DELAY: size, Effect.VISCOSITY: size}, known, {})
     assert doubt == "at one amplitude a delay and viscous damping can hardly be distinguished from part of the loop"
-    assert _doubts([], known, {}) == []
+    (doubt,) = _doubts([], {Effect.CURVED_DRIFT: np.ones(3)}, known, {})
+    assert doubt.startswith("at one amplitude the relaxation that a curved drift may come from can hardly")
+    assert _doubts([], {Effect.DRIFT: size}, known, {}) == []

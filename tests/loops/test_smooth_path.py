@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from strandspring.loops.strokes import find_strokes, path_noise
+from strandspring.loops.strokes import find_strokes
 
 NOISE = 2e-3
 CYCLES = 9
@@ -36,7 +36,7 @@ def test_the_smoothed_path_is_near_the_exact_one(shape: str, samples: int) -> No
 
 def test_a_path_without_noise_is_unchanged() -> None:
     for exact in (path("sine", 100), path("triangle", 100), path("sine", 24)):
-        assert path_noise(exact) == 0.0
+        assert find_strokes(exact).noise == 0.0
         assert find_strokes(exact).displacement == pytest.approx(exact, abs=1e-15)
 
 

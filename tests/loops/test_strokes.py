@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from strandspring import read_record
-from strandspring.loops.strokes import find_strokes, noise_level
+from strandspring.loops.strokes import find_strokes
 from strandspring.loops.turning import turning_points
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -34,14 +34,6 @@ def test_noise_makes_no_strokes(noise: float) -> None:
     # An extreme of a noisy top is found within the flat part that the noise hides: 1 - cos = 4*noise.
     expected = np.arange(500, 20_001, 1000)
     assert np.max(np.abs(strokes.turning[1:-1] - expected)) <= 1000 / np.pi * np.arccos(1.0 - 8.0 * noise)
-
-
-def test_noise_level_of_white_noise_on_a_slow_signal() -> None:
-    rng = np.random.default_rng(1)
-    signal = np.sin(np.linspace(0.0, 10.0, 10_000))
-    # The median of 1e4 correlated fourth differences scatters by 2 %.
-    assert noise_level(signal + 1e-3 * rng.standard_normal(10_000)) == pytest.approx(1e-3, rel=0.06)
-    assert noise_level(signal) < 1e-9
 
 
 @settings(derandomize=True, max_examples=200, deadline=None)

@@ -4,35 +4,28 @@ from __future__ import annotations
 
 import numpy as np
 
-from .loops import Loops
+from .linearised import Linearised
 from .outcomes import IdentificationError, Outcome
-from .polynomials import Basis
-from .projection import Problem, Refinement
+from .projection import Problem
 from .refinement import FAIR_TOLERANCE
 
 
-def bootstrap(
-    loops: Loops,
-    basis: Basis,
-    refinement: Refinement,
-    repetitions: int,
-    seed: int,
-    where: str,
-) -> dict[str, float]:
+def bootstrap(linear: Linearised, repetitions: int, seed: int, where: str) -> dict[str, float]:
     """Standard errors of kappa_omega, rho, sigma and n from refits to strokes drawn with replacement.
 
     The weights stay those of the fit.
 
     Parameters
     ----------
-    loops, basis, refinement : Loops, Basis, Refinement   The fit.
+    linear : Linearised   The fit.
     repetitions, seed : int
-    where : str          Names of the records, for messages.
+    where : str           Names of the records, for messages.
 
     Raises
     ------
     IdentificationError   If there are not two strokes in each direction to draw from.
     """
+    loops, basis, refinement = linear.loops, linear.basis, linear.refinement
     generator = np.random.default_rng(seed)
     strokes = np.unique(loops.stroke)
     # Loading and unloading are drawn apart: without one of them FE and FA cannot be separated.

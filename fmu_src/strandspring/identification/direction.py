@@ -6,7 +6,7 @@ import numpy as np
 
 from ..kernel.arrays import FloatArray
 from ..loops.cycles import find_cycles
-from ..loops.strokes import noise_level
+from ..loops.noise_levels import noise_level
 from ..records.record import Record
 from .outcomes import Outcome
 

@@ -8,14 +8,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..kernel.arrays import FloatArray
-from ..loops.strokes import median, noise_level
+from ..loops.noise_levels import Samples, across, median, noise_level
 
 # Groups of like |force|, each with its own variance; many, because a median over unlike scales is too small.
 _GROUPS = 24
 _ROUNDS = 4  # of weighting
 _GROUP_SAMPLES = 30  # a group has at least so many
 _SORTED = 50_000  # samples above which they are grouped without being sorted
-_LEAST_SAMPLES = 90  # below which the noise is called additive
+_LEAST_DIFFERENCES = 86  # below which the noise is called additive
 
 
 @dataclass(frozen=True)
@@ -36,15 +36,21 @@ class ForceNoise:
         return np.asarray(self.additive**2 + (self.relative * force) ** 2)
 
 
-def force_noise(force: FloatArray) -> ForceNoise:
-    """Noise of a record from the fourth differences of its samples, as `loops.strokes.noise_level` does.
+def force_noise(force: FloatArray, turns: Samples = ()) -> ForceNoise:
+    """Noise of a record from the fourth differences of its samples, as `loops.noise_levels.noise_level` does.
 
     The samples are grouped by |force|; non-negative least squares splits the groups' variances into a constant and
-    a part proportional to force^2.
+    a part proportional to force^2. Where these samples are few, all noise is called additive.
+
+    Parameters
+    ----------
+    force : ndarray, shape (K,)   [N]
+    turns : sequence of int       Samples at which the displacement turns, next to which the force bends.
     """
-    if force.size < _LEAST_SAMPLES:
-        return ForceNoise(noise_level(force), 0.0)
-    fourth, level = np.abs(np.diff(force, 4)), np.abs(force[2:-2])
+    bends = across(turns, 4, force.size)
+    fourth, level = (np.delete(np.abs(values), bends) for values in (np.diff(force, 4), force[2:-2]))
+    if fourth.size < _LEAST_DIFFERENCES:
+        return ForceNoise(noise_level(force, turns), 0.0)
     count = min(_GROUPS, level.size // _GROUP_SAMPLES)
     sizes = np.full(count, level.size // count)
     sizes[: level.size % count] += 1

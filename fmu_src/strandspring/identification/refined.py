@@ -14,7 +14,8 @@ from ..kernel.arrays import FloatArray
 from ..kernel.path import PathSolver
 from ..records.record import Record
 from .bootstrap import bootstrap
-from .effects import Corrected, find_delayed, find_effects, hinted_effects, other_effects
+from .corrected import Corrected
+from .effects import find_delayed, find_effects, hinted_effects, other_effects
 from .figures import periodic_start
 from .known_rig import KnownRig
 from .lack_of_fit import LackOfFit
@@ -25,11 +26,11 @@ from .noise import force_noise
 from .outcomes import IdentificationError, Outcome
 from .polynomials import Basis
 from .posterior import posterior
-from .prediction_interval import PredictionBand, prediction_interval
+from .prediction_interval import PredictionBand, PredictionInterval, prediction_interval
 from .projection import Refinement
 from .refinement import Samples, refine
-from .rig import Rig, Sizes
-from .rig_effects import CAUTIONS, described, detail, in_words, with_other_effects
+from .rig import Effect, Rig, Sizes
+from .rig_effects import CAUTIONS, RELAXING, described, detail, in_words, with_other_effects
 from .search import CLOSE, PILOT, Candidate, bending_more, search
 from .small_loops import undecided_energy
 from .solution import cautions_of, is_positive, refuse_too_few, saturation_share, spring_of
@@ -49,7 +50,12 @@ _NEGLIGIBLE = 1e-3  # half-width of the prediction interval, share of the rms fo
 _COARSE = 5e-5  # travel between samples at reversals from which it is looked for, share of a stroke
 _LEAST_STEPS = 100  # of the sampler of the posterior
 # Effects that a loop of a single amplitude is known from by its form alone.
-_LIKE_LOOPS = {Outcome.DELAY: "a delay", Outcome.VISCOSITY: "viscous damping", Outcome.PLAY: "play"}
+_LIKE_LOOPS = {
+    Effect.DELAY: "a delay",
+    Effect.VISCOSITY: "viscous damping",
+    Effect.PLAY: "play",
+    Effect.CURVED_DRIFT: "the relaxation that a curved drift may come from",
+}
 
 
 @dataclass(frozen=True)
@@ -136,53 +142,21 @@ class RefinedOptions(Method):
             raise RecordError(f"{where}: a delay cannot be taken out of a single cycle; record at least two.")
         strokes = sum(part.strokes.count for part in parts)
         rig = Rig.from_parts(parts, max(_LEAST_POINTS, _SEARCHED // strokes), self.delay)
-        noise = tuple(force_noise(part.record.force) for part in parts)
-        noise_rms = Samples(rig.loops, noise).noise_rms
+        noise = tuple(force_noise(part.record.force, part.strokes.turning[1:-1]) for part in parts)
         refuse_too_few(rig.loops, Basis(*rig.loops.reach, *(self.degrees or PILOT)), where)
         refusal = next((part.refusal for part in parts if part.refusal is not None), None)
-        if refusal is None:
-            rig, candidates = _with_turns(rig, search(rig.loops, self.degrees), self.degrees)
-            if not candidates:
-                raise IdentificationError(Outcome.BRANCHES_CROSS, where)
-            found = find_effects(rig, candidates, noise_rms, self.degrees)
-        else:
-            found = find_delayed(rig, noise_rms, self.degrees)
-            if not found:
-                raise refusal
-        sizes = found[0].sizes
-        effects = described(sizes)
-        samples = Samples(_points(rig, sizes, found[0].fit), noise)
+        rig, found = self._searched(rig, Samples(rig.loops, noise).noise_rms, refusal, where)
+        best, sizes = found[0], found[0].sizes
+        samples = Samples(_points(rig, best), noise)
         loops = samples.loops
-        basis, refinement = self._refined(samples, found[0].fit, where)
-        cautions: list[Outcome] = []
-        if self.degrees not in (None, (basis.elastic, basis.amplifier)):
-            cautions.append(Outcome.AMPLIFIER_REDUCED)
-        cautions += [CAUTIONS[effect] for effect in sizes]
-        if not refinement.converged:
-            cautions.append(Outcome.NOT_CONVERGED)
-        cautions += cautions_of(loops, refinement.hysteresis, refinement.omega)
+        basis, refinement = self._refined(samples, best.fit, where)
         linear = Linearised.of(loops, basis, refinement)
-        errors, interval = uncertainty(linear), prediction_interval(samples, linear)
-        content: dict[str, Any] = {
-            **errors.as_json(),
-            "prediction_interval": interval.as_json(),
-            "indistinct": errors.indistinct(refinement),
-        }
-        if self.bootstrap:
-            spread = bootstrap(loops, basis, refinement, self.bootstrap, self.seed, where)
-            content["bootstrap"] = {"repetitions": self.bootstrap, "seed": self.seed, **spread}
-        if self.posterior:
-            content["posterior"] = posterior(linear, self.posterior, self.seed)
-        if content["indistinct"]:
-            cautions.append(Outcome.INDISTINCT)
-        if interval.is_too_narrow and interval.half_width > _NEGLIGIBLE * loops.rms(loops.force):
-            cautions.append(Outcome.INTERVAL_TOO_NARROW)
-        if is_sigma_uncertain(loops, basis, refinement):
-            cautions.append(Outcome.SIGMA_AT_BOUND)
-        alternatives = [[replace(state.fit, criterion=found[0].better_by(state)) for state in found]]
-        if self.degrees is None:
-            alternatives.append(bending_more(found[0].loops, found[0].fit))
+        interval = prediction_interval(samples, linear)
+        content = self._uncertainty(linear, interval, where)
         spring = spring_of(basis, refinement.backbone, refinement.hysteresis, where)
+        lack = LackOfFit.of(loops, refinement, samples.noise_rms)
+        effects = described(sizes)
+        cautions = self._cautions(linear, interval, sizes, content)
         findings = {outcome: detail(outcome, effects) for outcome in cautions}
         if refusal is not None:
             sentence = refusal.outcome.value.partition(";")[0]
@@ -190,22 +164,22 @@ class RefinedOptions(Method):
         is_turning = any(part.strokes.beyond is not None for part in rig.parts)
         if is_turning:
             findings[Outcome.TURNS_RESTORED] = ""
+        if Effect.CURVED_DRIFT in sizes:
+            findings[Outcome.DRIFT_REMOVED] += RELAXING
         findings = with_other_effects(findings, sizes, other_effects(found))
-        lack = LackOfFit.of(loops, refinement, samples.noise_rms)
-        hysteretic = loops.rms(refinement.omega * refinement.backbone.G)
-        misfit = lack.beyond_noise * hysteretic if lack.is_structured else 0.0
-        doubts = []
-        if loops.has_one_amplitude:
-            doubts = _doubts(cautions, content["interval_95"], hinted_effects(rig, found[0]))
+        misfit = lack.beyond_noise * loops.rms(refinement.omega * refinement.backbone.G) if lack.is_structured else 0.0
+        one_amplitude = loops.has_one_amplitude
+        doubts = _doubts(cautions, sizes, content["interval_95"], hinted_effects(rig, best)) if one_amplitude else []
+        alternatives = self._alternatives(found)
         if undecided := undecided_energy(spring, content, alternatives, 0.5 * loops.shortest, misfit, doubts):
             findings[Outcome.SMALL_LOOPS] = undecided
         if lack.is_reported:
             findings[Outcome.LACK_OF_FIT] = lack.advice
-        final = replace(found[0].fit, basis=basis, refinement=refinement)
         predicted: tuple[FloatArray, ...] = ()
         alone: tuple[SteadyRecord, ...] = ()
         if sizes or self.known.effects or is_turning:
             whole = rig.with_points(None)
+            final = replace(best.fit, basis=basis, refinement=refinement)
             predicted = self._measured(whole, sizes, final, spring)
             if sizes or self.delay:
                 alone = spring_alone(whole, sizes, final)
@@ -221,6 +195,72 @@ class RefinedOptions(Method):
             lack_of_fit=lack,
             alone=alone,
         )
+
+    def _searched(
+        self, rig: Rig, noise: float, refusal: IdentificationError | None, where: str
+    ) -> tuple[Rig, list[Corrected]]:
+        """The rig, with reversals restored if need be, and the springs found on it, the best first.
+
+        Parameters
+        ----------
+        rig : Rig
+        noise : float                           The rms that noise alone gives the residuals [N].
+        refusal : IdentificationError or None   Why no spring can have made the records as measured; a delay may have.
+        where : str                             Names of the records, for messages.
+
+        Raises
+        ------
+        IdentificationError   If no spring is found.
+        """
+        if refusal is not None:
+            delayed = find_delayed(rig, noise, self.degrees)
+            if not delayed:
+                raise refusal
+            return rig, delayed
+        rig, candidates = _with_turns(rig, search(rig.loops, self.degrees), self.degrees)
+        if not candidates:
+            raise IdentificationError(Outcome.BRANCHES_CROSS, where)
+        return rig, find_effects(rig, candidates, noise, self.degrees)
+
+    def _uncertainty(self, linear: Linearised, interval: PredictionInterval, where: str) -> dict[str, Any]:
+        """Content of the model file's field."""
+        errors = uncertainty(linear)
+        content: dict[str, Any] = {
+            **errors.as_json(),
+            "prediction_interval": interval.as_json(),
+            "indistinct": errors.indistinct(linear.refinement),
+        }
+        if self.bootstrap:
+            spread = bootstrap(linear, self.bootstrap, self.seed, where)
+            content["bootstrap"] = {"repetitions": self.bootstrap, "seed": self.seed, **spread}
+        if self.posterior:
+            content["posterior"] = posterior(linear, self.posterior, self.seed)
+        return content
+
+    def _cautions(
+        self, linear: Linearised, interval: PredictionInterval, sizes: Sizes, content: dict[str, Any]
+    ) -> list[Outcome]:
+        """What the fit itself, and what was found beside it, call for."""
+        loops, basis, refinement = linear.loops, linear.basis, linear.refinement
+        too_narrow = interval.is_too_narrow and interval.half_width > _NEGLIGIBLE * loops.rms(loops.force)
+        called_for = {
+            Outcome.AMPLIFIER_REDUCED: self.degrees not in (None, (basis.elastic, basis.amplifier)),
+            **{CAUTIONS[effect]: True for effect in sizes},
+            Outcome.NOT_CONVERGED: not refinement.converged,
+            **dict.fromkeys(cautions_of(loops, refinement.hysteresis, refinement.omega), True),
+            Outcome.INDISTINCT: bool(content["indistinct"]),
+            Outcome.INTERVAL_TOO_NARROW: too_narrow,
+            Outcome.SIGMA_AT_BOUND: is_sigma_uncertain(loops, basis, refinement),
+        }
+        return [outcome for outcome, applies in called_for.items() if applies]
+
+    def _alternatives(self, found: Sequence[Corrected]) -> list[list[Candidate]]:
+        """What may be about as good as the first, which begins each list; their criteria are by the same count."""
+        best = found[0]
+        alternatives = [[replace(state.fit, criterion=best.better_by(state)) for state in found]]
+        if self.degrees is None:
+            alternatives.append(bending_more(best.loops, best.fit))
+        return alternatives
 
     def _refined(self, samples: Samples, fit: Candidate, where: str) -> tuple[Basis, Refinement]:
         """The fit refined on all samples, with the degree of FA lowered until it is positive."""
@@ -261,19 +301,20 @@ def _with_turns(rig: Rig, candidates: list[Candidate], degrees: tuple[int, int] 
     return found
 
 
-def _points(rig: Rig, sizes: Sizes, fit: Candidate) -> Loops:
+def _points(rig: Rig, state: Corrected) -> Loops:
     """The samples of all records without the effects of the rig, averaged where there are very many."""
     strokes = sum(part.strokes.count for part in rig.parts)
     finest = rig.with_points(max(POINTS_PER_STROKE, min(_POINTS_PER_STROKE, _POINTS // strokes)))
-    return finest.corrected(sizes, fit) if sizes else finest.loops
+    return finest.corrected(state.sizes, state.fit) if state.sizes else finest.loops
 
 
-def _doubts(cautions: Sequence[Outcome], intervals: dict[str, Any], hinted: Sizes) -> list[str]:
+def _doubts(cautions: Sequence[Outcome], sizes: Sizes, intervals: dict[str, Any], hinted: Sizes) -> list[str]:
     """Why loops of one amplitude do not decide the energy of smaller ones.
 
     Parameters
     ----------
     cautions : sequence of Outcome
+    sizes : dict       Effects that were taken out.
     intervals : dict   Of the parameters, an open end being None.
     hinted : dict      The effect that was not taken out, but may be in the records.
     """
@@ -284,7 +325,7 @@ def _doubts(cautions: Sequence[Outcome], intervals: dict[str, Any], hinted: Size
         elif None in intervals[name]:
             unseen.append(f"{name} is known on one side only")
     doubts = [f"the form of the loop is little known, since {' and '.join(unseen)}"] if unseen else []
-    taken_out = [name for outcome, name in _LIKE_LOOPS.items() if outcome in cautions]
+    taken_out = [name for effect, name in _LIKE_LOOPS.items() if effect in sizes]
     if taken_out:
         doubts.append(f"at one amplitude {' and '.join(taken_out)} can hardly be distinguished from part of the loop")
     if hinted:

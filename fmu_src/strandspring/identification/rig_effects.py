@@ -19,7 +19,11 @@ CAUTIONS = {
     Effect.FRICTION_WEAR: Outcome.FRICTION_WEAR,
     Effect.STIFFNESS_WEAR: Outcome.STIFFNESS_WEAR,
 }
-
+# What a curved drift may come from.
+RELAXING = (
+    ", not at a constant rate; if the material relaxes (creep), its force depends on the frequency too: repeat the "
+    "test at another one"
+)
 
 _NAMES = {
     Effect.DELAY: "a delay",

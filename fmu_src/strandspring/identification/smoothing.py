@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..kernel.arrays import FloatArray
-from ..loops.strokes import noise_level
+from ..loops.noise_levels import noise_level
 from .loops import Loops
 
 # Smooth until the noise is below this share of the loop's half height...

@@ -26,7 +26,7 @@ from numpy.typing import NDArray
 from ..core.parameters import SIGMA_RANGE
 from ..kernel.arrays import FloatArray
 from ..kernel.line import IntegratedLine
-from ..loops.strokes import median
+from ..loops.noise_levels import median
 from .loops import Loops
 from .polynomials import Columns
 from .smoothing import automatic_half_width, moving_average

@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..kernel.arrays import FloatArray
-from ..loops.strokes import Strokes, find_strokes, least_reversal, noise_level, path_noise
+from ..loops.noise_levels import Samples, least_reversal, noise_level
+from ..loops.strokes import Strokes, find_strokes
 from ..loops.turning import turning_points
 from ..records.record import Record
 from .direction import correlation, least_lag, wrong_way
@@ -100,7 +101,7 @@ def find_steady_part(record: Record, delay: float = 0.0, seeks_delay: bool = Fal
     if not strokes.length.max():
         raise _no_cycle(record)
     used, cautions = usable_samples(record, strokes)
-    noise = path_noise(record.displacement) / max(float(np.ptp(record.displacement)), 1e-300)
+    noise = strokes.noise / float(np.ptp(record.displacement))
     if noise > _NOISY:
         cautions[Outcome.DISPLACEMENT_NOISE] = f"standard deviation {100.0 * noise:.2g} % of the range"
     in_step = synchronised(record, delay)
@@ -118,7 +119,7 @@ def find_steady_part(record: Record, delay: float = 0.0, seeks_delay: bool = Fal
             raise IdentificationError(Outcome.TOO_LITTLE_LEFT, record.path)
     refusal = None
     try:
-        _refuse_impossible(in_step, mean_loop(loops))
+        _refuse_impossible(in_step, mean_loop(loops), strokes.turning[1:-1])
     except IdentificationError as error:
         if not seeks_delay or error.outcome not in _LIKE_DELAYS:
             raise
@@ -182,7 +183,7 @@ def _is_closed(record: Record, strokes: Strokes) -> bool:
     """Whether the record is one whole period: it ends where it began, in displacement and force."""
     x, r = record.displacement, record.force
     step = 3.0 * float(np.max(np.abs(np.diff(strokes.displacement))))
-    noise = 6.0 * noise_level(r)
+    noise = 6.0 * noise_level(r, strokes.turning[1:-1])
     return bool(
         abs(x[-1] - x[0]) <= max(step, 0.01 * np.ptp(x)) and abs(r[-1] - r[0]) <= max(noise, _ALIKE * np.ptp(r))
     )
@@ -260,7 +261,7 @@ def _difference(strokes: Strokes, force: FloatArray, k: int) -> float:
     return difference(k, k + 2) - 2.0 * difference(k + 2, k + 4)
 
 
-def _refuse_impossible(record: Record, mean: MeanLoop) -> None:
+def _refuse_impossible(record: Record, mean: MeanLoop, reversals: Samples) -> None:
     def refuse(outcome: Outcome, detail: str = "") -> None:
         raise IdentificationError(outcome, record.path, detail)
 
@@ -274,7 +275,7 @@ def _refuse_impossible(record: Record, mean: MeanLoop) -> None:
         if min(rise, fall) > least:
             refuse(Outcome.STICK_SLIP if turns >= _CHATTER else Outcome.SNAP_THROUGH)
     height = mean.half_height
-    noise = noise_level(record.force)
+    noise = noise_level(record.force, reversals)
     if correlation(record) < -0.5:
         refuse(Outcome.FORCE_REVERSED)
     if abs(height) <= max(4.0 * noise / np.sqrt(record.force.size), _NO_LOOP * span):

@@ -7,7 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from ..loops.left_out import BoolArray, clipped_samples, dwells
-from ..loops.strokes import Strokes, find_strokes, median
+from ..loops.noise_levels import median
+from ..loops.strokes import Strokes, find_strokes
 from ..records.record import Record
 from .outcomes import Outcome
 

@@ -9,7 +9,8 @@ import numpy as np
 from ..kernel.arrays import FloatArray
 from ..records.record import Record
 from .loop import AMPLITUDE_TOLERANCE, Branch, Loop, LoopFigures
-from .strokes import Strokes, find_strokes, noise_level
+from .noise_levels import noise_level
+from .strokes import Strokes, find_strokes
 
 # The force at a turning point is that of a parabola fitted to this last share of the stroke before it, which averages
 # the noise; the force is smooth before a reversal, not after it...
@@ -64,7 +65,7 @@ def find_cycles(record: Record) -> tuple[Cycle, ...]:
     stroke_work = np.diff(work[strokes.turning])
     end_force = _end_forces(strokes, r)
     min_force, max_force = (extreme.reduceat(r, strokes.turning[:-1]) for extreme in (np.minimum, np.maximum))
-    noise = noise_level(r)
+    noise = noise_level(r, strokes.turning[1:-1])
     cycles = []
     for k, count, is_first in _cycle_strokes(strokes):
         cycle = slice(k, k + count)

@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 
 from ..kernel.arrays import FloatArray
 from ..records.record import Record
-from .strokes import Strokes, median, noise_level
+from .noise_levels import median, noise_level
+from .strokes import Strokes
 
 BoolArray = NDArray[np.bool_]
 

@@ -6,59 +6,21 @@ in pairs until none is below it, as in rainflow counting.
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..kernel.arrays import FloatArray
+from .noise_levels import is_white_noise, least_reversal, path_noise_level
 from .smooth_path import smooth_path
 from .turning import turning_points
 
 IndexArray = NDArray[np.intp]
 
 # A reversal must exceed this many standard deviations of the displacement's noise (a million samples of white
-# noise span 10 of them)...
+# noise span 10 of them).
 _NOISE_FACTOR = 12.0
-# ...and this fraction of the displacement range: sensors jump, and so small a loop dissipates almost nothing.
-_RANGE_FACTOR = 0.02
-# Noise below this fraction of the displacement range is left as it is: the loops are known far worse.
-_NEGLIGIBLE = 1e-4
-# What estimates from higher differences are to that from the fourth ones at least, if it is noise that they are of;
-# of a smooth path with 12 samples per cycle it is less.
-_WHITE = 0.7
-
-
-def noise_level(values: FloatArray) -> float:
-    """Standard deviation of white noise on a smooth signal, from the median of its fourth differences.
-
-    The fourth difference of white noise of variance s^2 has variance 70*s^2; that of a signal with 20 samples per
-    cycle is 0.1 % of its amplitude.
-    """
-    if values.size < 9:
-        return 0.0
-    return _deviation(values, 4)
-
-
-def median(values: FloatArray) -> float:
-    """As `numpy.median`, which takes some times as long for up to a few thousand values."""
-    low, high = (values.size - 1) // 2, values.size // 2
-    ordered = np.partition(values, (low, high))
-    return float(0.5 * (ordered[low] + ordered[high]))
-
-
-def _deviation(values: FloatArray, order: int) -> float:
-    """Standard deviation of white noise from the median of its differences of an order."""
-    return median(np.abs(np.diff(values, order))) / (0.6745 * math.sqrt(math.comb(2 * order, order)))
-
-
-def path_noise(displacement: FloatArray) -> float:
-    """Standard deviation of the displacement's white noise [m]; 0 where it is negligible or no noise."""
-    noise = noise_level(displacement)
-    if noise <= _NEGLIGIBLE * float(np.ptp(displacement)) or _deviation(displacement, 6) < _WHITE * noise:
-        return 0.0
-    return noise
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,6 +34,7 @@ class Strokes:
     of_sample : ndarray of int, shape (K,)      Stroke that leads to each sample.
     displacement : ndarray, shape (K,)          The path, smoothed and made monotone within each stroke [m].
     travel : ndarray, shape (K,)                Distance from the reversal before each sample [m].
+    noise : float                               Standard deviation of the white noise that was smoothed out [m].
     beyond : ndarray, shape (S + 1,), or None   How far the path goes on beyond the sample at each of `turning` [m];
                                                 None if it turns at the samples.
     """
@@ -81,6 +44,7 @@ class Strokes:
     of_sample: IndexArray
     displacement: FloatArray
     travel: FloatArray
+    noise: float
     beyond: FloatArray | None = None
 
     @property
@@ -139,16 +103,6 @@ def _quotient(dividend: FloatArray, divisor: FloatArray) -> FloatArray:
     return np.divide(dividend, divisor, out=np.zeros(divisor.size), where=divisor > 0.0)
 
 
-def reversal_threshold(displacement: FloatArray) -> float:
-    """Smallest change of displacement that counts as a stroke [m]."""
-    return max(_NOISE_FACTOR * noise_level(displacement), least_reversal(displacement))
-
-
-def least_reversal(displacement: FloatArray) -> float:
-    """The same of a path without noise [m]."""
-    return _RANGE_FACTOR * float(np.ptp(displacement))
-
-
 def find_strokes(displacement: FloatArray, threshold: float | None = None) -> Strokes:
     """Divide a measured path into strokes.
 
@@ -157,10 +111,12 @@ def find_strokes(displacement: FloatArray, threshold: float | None = None) -> St
     displacement : ndarray, shape (K,)   K >= 2 [m].
     threshold : float or None            Smallest reversal [m]; from the noise by default, which is then smoothed out.
     """
+    noise = 0.0
     if threshold is None:
-        threshold = reversal_threshold(displacement)
-        noise = path_noise(displacement)
-        if noise > 0.0:
+        level = path_noise_level(displacement)
+        threshold = max(_NOISE_FACTOR * level, least_reversal(displacement))
+        if is_white_noise(displacement, level):
+            noise = level
             displacement = smooth_path(displacement, noise, threshold)
     turning = turning_points(displacement, threshold)
     ends = displacement[turning]
@@ -174,4 +130,4 @@ def find_strokes(displacement: FloatArray, threshold: float | None = None) -> St
         low, high = sorted((ends[k], ends[k + 1]))
         monotone[piece] = np.clip(accumulate.accumulate(displacement[piece]), low, high)
     travel = np.abs(monotone - ends[of_sample])
-    return Strokes(turning, direction, of_sample, monotone, travel)
+    return Strokes(turning, direction, of_sample, monotone, travel, noise)

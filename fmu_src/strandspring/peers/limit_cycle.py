@@ -37,7 +37,7 @@ from ..errors import RecordError
 from ..identification.outcomes import IdentificationError, Outcome
 from ..identification.stages import N_BOUNDS, SIGMA_BOUNDS
 from ..kernel.arrays import FloatArray
-from ..loops.strokes import noise_level
+from ..loops.noise_levels import noise_level
 from ..loops.turning import turning_points
 from .periods import Periods, whole_periods
 

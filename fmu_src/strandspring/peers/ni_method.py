@@ -24,7 +24,7 @@ from numpy.typing import ArrayLike
 
 from ..core.parameters import N_RANGE, SIGMA_RANGE
 from ..kernel.arrays import FloatArray
-from ..loops.strokes import noise_level
+from ..loops.noise_levels import noise_level
 from .ni import PAPER_NI, NiParameters
 from .periods import Periods, whole_periods
 

@@ -9,7 +9,8 @@ from numpy.typing import ArrayLike
 
 from ..errors import RecordError
 from ..kernel.arrays import FloatArray
-from ..loops.strokes import Strokes, find_strokes, noise_level
+from ..loops.noise_levels import noise_level
+from ..loops.strokes import Strokes, find_strokes
 from ..records.record import Record
 
 _REPEATS = 0.02  # rms difference between two periods that is called none, share of the range

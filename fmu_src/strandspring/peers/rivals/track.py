@@ -11,7 +11,8 @@ from numpy.typing import ArrayLike
 from ...identification.loops import POINTS_PER_STROKE, Loops, gather, join
 from ...identification.steady_part import SteadyRecord
 from ...kernel.arrays import FloatArray
-from ...loops.strokes import IndexArray, find_strokes, noise_level
+from ...loops.noise_levels import noise_level
+from ...loops.strokes import IndexArray, find_strokes
 from ...records.record import Record
 
 # Points in each stroke and, unless there are very many strokes, about how many in all.

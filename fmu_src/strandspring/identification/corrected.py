@@ -1,0 +1,66 @@
+"""A spring fitted to points from which effects of the rig were taken out, and how two of them compare."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from .loops import Loops
+from .rig import Sizes
+from .search import SATURATION, Candidate, force_floor, information
+
+
+@dataclass(frozen=True, eq=False)
+class Corrected:
+    """A spring fitted to points from which effects were taken out.
+
+    Attributes
+    ----------
+    fit : Candidate
+    loops : Loops    The corrected points.
+    sizes : dict     Effects with their sizes.
+    """
+
+    fit: Candidate
+    loops: Loops
+    sizes: Sizes
+
+    @property
+    def price(self) -> int:
+        """Number of sizes fitted."""
+        return sum(map(len, self.sizes.values()))
+
+    def better_by(self, other: Corrected) -> float:
+        """By how much the criterion favours this one over another one."""
+        loops = self.loops
+        finer = min(self.fit, other.fit, key=lambda fit: fit.misfit)
+        independent = loops.force.size / finer.autocorrelation_time
+        floor = force_floor(loops)
+
+        def criterion(one: Corrected) -> float:
+            misfit = rms_in(loops, one.fit.misfit, one.loops)
+            value = information(misfit**2, one.price + one.fit.coefficients, independent, floor)
+            return value + (0.0 if one.fit.steady else SATURATION)
+
+        return criterion(other) - criterion(self)
+
+
+def best_of(alternatives: Sequence[Corrected]) -> Corrected:
+    """The best by the criterion; the first of equals."""
+    best = alternatives[0]
+    for other in alternatives[1:]:
+        if other.better_by(best) > 0.0:
+            best = other
+    return best
+
+
+def rms_in(cells: Loops, rms: float, loops: Loops) -> float:
+    """An rms of some points [N], if as much noise were left as in other cells than theirs."""
+    return rms * _averaged_noise(cells) / _averaged_noise(loops)
+
+
+def _averaged_noise(loops: Loops) -> float:
+    """The rms that averaged white noise gives, share of that of single samples."""
+    return float(np.sqrt(loops.force.size / loops.weight.sum()))
