@@ -25,7 +25,7 @@ def stated_cautions(model: ModelFile) -> dict[str, str]:
 
 def _changed(model: ModelFile) -> dict[str, str]:
     """A caution about parameters beyond the ends of their own intervals, which no identification writes."""
-    intervals = model.uncertainty.get("interval_95", {})
+    intervals = model.uncertainty.get("interval_95") or {}
     ends = {name: interval for name in HYSTERETIC_UNITS if (interval := intervals.get(name)) is not None}
     beyond = []
     for name, (low, high) in ends.items():

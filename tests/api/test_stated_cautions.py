@@ -54,6 +54,7 @@ def test_parameters_that_were_changed_by_hand_are_cautioned() -> None:
     intervals = {"rho": [0.9 * spring.rho, 1.1 * spring.rho], "n": [None, 1.0], "sigma": [1.0, None]}
     as_identified = ModelFile("mount", spring, uncertainty={"interval_95": intervals})
     assert info(Spring.from_model(as_identified)).cautions == ()
+    assert info(Spring.from_model(replace(as_identified, uncertainty={"interval_95": None}))).cautions == ()
     for change in ({"rho": 1.2 * spring.rho}, {"n": 1.01}, {"sigma": 0.99}):
         changed = replace(as_identified, parameters=replace(spring, **change))
         (caution,) = info(Spring.from_model(changed)).cautions
