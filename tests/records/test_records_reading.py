@@ -621,10 +621,3 @@ def test_options_of_other_types_are_refused(write: Write, options: dict[str, obj
     with pytest.raises(RecordError) as caught:
         read_record(path, **options)
     assert part in str(caught.value)
-
-
-def test_an_assumed_unit_of_time_comes_with_what_it_makes_of_the_record(write: Write) -> None:
-    rows = "Time,Disp,Force\n0,1,2\n500,2,3\n1500,1,3\n"
-    assert "the record lasts 1500 s by that unit of time" in read_record(write(rows)).notes
-    assert not any("lasts" in note for note in read_record(write(rows), time_unit="ms").notes)
-    assert not any("lasts" in note for note in read_record(write(rows.replace("Time", "Time [ms]"))).notes)

@@ -161,8 +161,6 @@ def record_of_tables(
     if seeks_time and "time" in values and not _is_a_clock(values["time"]):
         found.append(f"time is left out: {columns['time']} does not increase")
         del values["time"]
-    if "time" in values and any("the unit of time is" in note and "assumed" in note for note in found):
-        found.append(f"the record lasts {np.ptp(values['time']):.4g} s by that unit of time")
     _refuse_impossible(values, columns, own_units, table, where)
     found += _spike_notes(values, table)
     if reverse is not None:
