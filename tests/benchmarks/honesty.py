@@ -1,6 +1,6 @@
 """Whether an identification can be believed, on a simulated rig: python tests/benchmarks/honesty.py clean
 
-Other commands: faults, spans, ends, alarms, intervals, noise, sizes.
+Other commands: faults, pairs, spans, ends, alarms, intervals, noise, sizes.
 
 Wrong: more than 10 % in the energy of loops at 30 % of the amplitude, or more than 5 % of the force's standard
 deviation on minor loops, against the noise-free truth. Silent: wrong, and no caution that points to it. Refused: no
@@ -32,7 +32,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "helpers"))
 
 from judgement import WRONG_ENERGY, Judgement, judge_case
 from noise_bound import bound, delay_bound, share_within, wear_bound
-from rig import DOUBTED, UNDECIDED, Case, Experiment, draw_experiment, draw_spring, elastic_force, simulate
+from rig import DOUBTED, UNDECIDED, Case, Experiment, Fault, draw_experiment, draw_spring, elastic_force, simulate
 from rig_faults import FAULTS
 from strandspring import (
     Identification,
@@ -240,6 +240,38 @@ def faults(arguments: argparse.Namespace) -> None:
         f"faults: {', '.join(f'{name} {count}' for name, count in totals.items())}; wrong {share:.1f} %, "
         f"{(time.perf_counter() - begin) / totals['runs']:.2f} s each"
     )
+
+
+def pairs(arguments: argparse.Namespace) -> None:
+    """Two drawn faults at a time."""
+    usual = Fault(0.0, 0.0, "", ())
+    # The first of a pair must leave the experiment, the truth and the number of samples as they are.
+    firsts = [
+        name
+        for name, fault in FAULTS.items()
+        if name not in ("gaps", "lost reversals", "duplicates")
+        and all(getattr(fault, field) is getattr(usual, field) for field in ("truths", "programme", "options"))
+    ]
+    results = []
+    silent = 0
+    for index in range(arguments.count):
+        generator = np.random.default_rng([arguments.seed, index])
+        first = str(generator.choice(firsts))
+        second = str(generator.choice([name for name in FAULTS if name != first]))
+        magnitude = FAULTS[first].magnitude("drawn", generator)
+        fault = FAULTS[first].beside(FAULTS[second], magnitude)
+        spring, experiment = draw_spring(generator), drawn_experiment(generator, arguments.coarse)
+        case = simulate(spring, experiment, generator, fault, "drawn")
+        result = run(case)
+        results.append(result)
+        is_silent = result.silent((*case.points_to, *DOUBTED))
+        silent += is_silent
+        if arguments.verbose or is_silent:
+            sizes = f"{first} {magnitude:.3g}, {second} {case.magnitude:.3g}"
+            console.print(f"{index:4} {sizes:48} {described(case)} {'SILENT' if is_silent else ''} {result.line}")
+    wrong, failed = sum(r.wrong for r in results), sum(r.failed for r in results)
+    refused = sum(bool(r.problem) for r in results) - failed
+    console.print(f"pairs: {len(results)} runs, wrong {wrong}, silent {silent}, refused {refused}, failed {failed}")
 
 
 def spans(arguments: argparse.Namespace) -> None:
@@ -516,7 +548,9 @@ def size_floor(name: str, case: Case) -> float:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     commands = parser.add_subparsers(dest="command", required=True)
-    counts = {clean: 100, faults: None, spans: 60, ends: 8, alarms: 100, intervals: 200, noise: 20, sizes: 20}
+    counts = {
+        clean: 100, faults: None, pairs: 200, spans: 60, ends: 8, alarms: 100, intervals: 200, noise: 20, sizes: 20
+    }  # fmt: skip
     for function, count in counts.items():
         command = commands.add_parser(function.__name__, help=(function.__doc__ or "").replace("%", "%%"))
         command.set_defaults(function=function)
@@ -531,7 +565,7 @@ def main() -> None:
             command.add_argument("--repetitions", type=int, default=3)
             command.add_argument("--only", default="", help="faults whose name holds this")
             command.add_argument("--drawn", action="store_true", help="magnitudes drawn in place of small and large")
-        if function in (clean, faults):
+        if function in (clean, faults, pairs):
             command.add_argument("--coarse", action="store_true", help="9 to 60 samples in a cycle")
         if function is ends:
             command.add_argument("--share", type=float, default=0.05, help="of the range, left out at either end")

@@ -273,6 +273,20 @@ class Fault:
             return log_uniform(generator, low / 1.5, high * 1.2)
         return self.small if size == "small" else self.large
 
+    def beside(self, other: Fault, magnitude: float) -> Fault:
+        """This fault, and after it another one of a given size, whose experiment, options and truths are kept."""
+
+        def both(own: Action | None, others: Action | None) -> Action:
+            def act(run: Run, size: float, generator: Generator) -> None:
+                _act(own, run, magnitude, generator)
+                _act(others, run, size, generator)
+
+            return act
+
+        stages = ("motion", "force", "signals", "sampled")
+        actions = {name: both(getattr(self, name), getattr(other, name)) for name in stages}
+        return replace(other, points_to=(*other.points_to, *self.points_to), **actions)
+
 
 @dataclass(frozen=True, eq=False)
 class Case:
