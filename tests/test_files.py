@@ -29,6 +29,8 @@ def refusal(path: str | Path, maximum: int = 100) -> str:
 def test_only_regular_files_of_a_bounded_size_are_read(tmp_path: Path) -> None:
     (tmp_path / "text").write_bytes(b"a\r\nb\rc\n")
     assert read_text(tmp_path / "text", 100, "a model file", ModelError) == "a\nb\nc\n"
+    (tmp_path / "marked").write_bytes(b"\xef\xbb\xbfa")
+    assert read_text(tmp_path / "marked", 100, "a model file", ModelError) == "a"
     assert refusal(tmp_path) == ": is a folder; give the path of a model file."
     assert refusal(tmp_path / "none") == ": no such file; check the path."
     os.mkfifo(tmp_path / "pipe")

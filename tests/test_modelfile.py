@@ -215,7 +215,7 @@ def test_a_field_given_twice_is_refused(tmp_path: Path, content: Content, field:
 
 
 @pytest.mark.parametrize(
-    "text", ["", "{", "[1,", "// comment\n{}", "displacement,force\n1,2\n", "\ufeff{}", "{'a': 1}"]
+    "text", ["", "{", "[1,", "// comment\n{}", "displacement,force\n1,2\n", "\ufeff\ufeff{}", "{'a': 1}"]
 )
 def test_text_that_is_not_json_is_refused_with_its_line(tmp_path: Path, text: str) -> None:
     sentence = refusal(written(tmp_path, text))

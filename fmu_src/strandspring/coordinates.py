@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from numbers import Real
+from typing import Any
 
 from .core.parameters import LARGEST_DISPLACEMENT, SpringParameters
 from .errors import StrandspringError
@@ -92,9 +94,10 @@ def chosen_zero(choice: str | float | None, parameters: SpringParameters) -> flo
     return _middle(parameters) if choice == "middle" else float(choice)
 
 
-def checked_zero(choice: str | float | None) -> None:
+def checked_zero(choice: Any) -> None:
     """Refuse what `chosen_zero` refuses whatever the spring; raises StrandspringError."""
-    if choice is None or choice in ("rig", "middle"):
+    if choice is None or (isinstance(choice, str) and choice in ("rig", "middle")):
         return
-    if isinstance(choice, str) or not abs(choice) <= LARGEST_DISPLACEMENT:
+    is_number = isinstance(choice, Real) and not isinstance(choice, bool)
+    if not (is_number and abs(choice) <= LARGEST_DISPLACEMENT):
         raise StrandspringError(f'`zero` must be "rig", "middle" or a displacement of the record [m], got {choice!r}.')

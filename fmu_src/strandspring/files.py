@@ -94,10 +94,12 @@ def read_bytes(
 def read_text(
     path: str | os.PathLike[str], maximum_bytes: int, file_type: str, error: Callable[[str], StrandspringError]
 ) -> str:
-    """Content of a UTF-8 file from outside, with \\n as line end; arguments and errors as for `opened`."""
+    """Content of a UTF-8 file from outside, with \\n as line end and without a byte order mark, which Windows editors
+    put before it; arguments and errors as for `opened`.
+    """
     content = read_bytes(path, maximum_bytes, file_type, error)
     try:
-        return content.decode("utf-8").replace("\r\n", "\n").replace("\r", "\n")
+        return content.decode("utf-8-sig").replace("\r\n", "\n").replace("\r", "\n")
     except UnicodeDecodeError:
         raise error(f"{readable(path)}: is not UTF-8 text; give the path of {file_type}.") from None
 

@@ -7,17 +7,38 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from .joint import HYSTERETIC_UNITS
 from .modelfile import ModelFile
 from .strict_json import printable
 
+_ROUNDING = 1e-9
 _OF_SPEED = ("delay", "viscosity")  # effects of the rig that may be a force of the mount that depends on speed
 
 
 def stated_cautions(model: ModelFile) -> dict[str, str]:
-    """Sentences of the cautions of the identification by their names."""
+    """Sentences of the cautions of the identification by their names; the last one of parameters that were changed."""
     outcomes = model.fit.get("outcomes")
     entries = [entry for entry in outcomes if isinstance(entry, dict)] if isinstance(outcomes, list) else []
-    return {str(entry.get("name")): str(entry["sentence"]) for entry in entries if "sentence" in entry}
+    stated = {str(entry.get("name")): str(entry["sentence"]) for entry in entries if "sentence" in entry}
+    return stated | _changed(model)
+
+
+def _changed(model: ModelFile) -> dict[str, str]:
+    """A caution about parameters beyond the ends of their own intervals, which no identification writes."""
+    intervals = model.uncertainty.get("interval_95") or {}
+    ends = {name: interval for name in HYSTERETIC_UNITS if (interval := intervals.get(name)) is not None}
+    beyond = []
+    for name, (low, high) in ends.items():
+        value = getattr(model.parameters, name)
+        slack = _ROUNDING * abs(value)
+        if (low is not None and value < low - slack) or (high is not None and value > high + slack):
+            beyond.append(name)
+    if not beyond:
+        return {}
+    return {
+        "parameters_changed": f"{', '.join(beyond)} lies outside the 95 % interval in the same file: the parameters "
+        "were changed after the identification, whose errors, intervals and figures of the fit are not theirs."
+    }
 
 
 def stated_effects(model: ModelFile) -> list[str]:

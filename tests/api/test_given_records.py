@@ -62,3 +62,14 @@ def test_wrong_arguments_get_a_sentence() -> None:
         identify(NI, force="load")
     with pytest.raises(TypeError, match="Records must be a path"):
         identify(3.0)
+
+
+def test_columns_of_a_table_that_hold_moments_or_text() -> None:
+    path = 0.01 * np.sin(np.arange(40.0))
+    moments = pd.date_range("2024-01-01", periods=40, freq="500ms")
+    for times in (moments, moments.tz_localize("Asia/Tokyo"), moments - moments[0]):
+        (record,) = as_records(pd.DataFrame({"Time [ms]": times, "x": path, "F": 2.0 * path}))
+        assert record.time is not None
+        assert record.time.tolist() == pytest.approx((0.5 * np.arange(40)).tolist())
+    with pytest.raises(RecordError, match=r"but 'x' .* hold none; convert"):
+        as_records(pd.DataFrame({"x": path.astype(str).astype(object), "F": path}))

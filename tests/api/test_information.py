@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from strandspring import Spring, info, synthesize
+from strandspring import Record, Spring, info, synthesize
+from strandspring.identification.campaign import RateVerdict
 from strandspring.kernel.path import PathSolver
 from strandspring.loops.modelled import steady_loop_figures
 from synthetic import MEAN, record_of, sine, spring_of
@@ -66,3 +68,28 @@ def test_the_plot_and_the_words() -> None:
     text = information.summary()
     for expected in ("Model mount (mount): a mount", "secant_stiffness", "loading paths", "counted from 50 mm"):
         assert expected in text
+
+
+@pytest.mark.parametrize("is_sine", [False, True])
+def test_a_first_loading_is_no_steady_loop(is_sine: bool) -> None:
+    up = np.linspace(-0.01, 0.01, 200)
+    first = sine(1, 401, 0.01) if is_sine else MEAN + np.concatenate([up, up[-2::-1]])
+    record = Record(first, SPRING.response(first))
+    information = info(SPRING, record)
+    ((measured, modelled),) = information.pairs
+    # omega begins at 0, while in a steady loop it begins at +-1: what is measured is no loop of the model.
+    assert abs(measured.figures.energy_per_cycle / modelled.figures.energy_per_cycle - 1.0) > 0.02
+    assert abs(measured.gap) > 0.1
+    (caution,) = information.cautions
+    assert "is open" in caution
+
+    slower = synthesize(SPRING, amplitudes=[0.01], frequency=0.1)
+    at_ten_hertz = Record(first, SPRING.response(first), np.linspace(0.0, 0.1, first.size))
+    verdict = info(SPRING, slower, at_ten_hertz).rate_independence
+    assert verdict is None or verdict.verdict is not RateVerdict.DEPENDENT
+
+    twice = np.concatenate([first, first[1:], first[1:]])
+    steady = info(SPRING, Record(twice, SPRING.response(twice)))
+    assert not steady.cautions
+    # Sums over 200 samples a stroke.
+    assert steady.pairs[0][0].figures.energy_per_cycle == pytest.approx(modelled.figures.energy_per_cycle, rel=2e-3)

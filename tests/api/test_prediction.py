@@ -76,3 +76,14 @@ def test_what_asks_for_caution_is_said() -> None:
     assert "outside the identified range 30 to 70 mm" in sentence
     backwards = Record(record.displacement[::-1], record.force[::-1])
     assert len(predict(SPRING, backwards).cautions) == 2
+
+
+def test_a_path_that_is_not_followed_is_cautioned() -> None:
+    turning = SPRING.parameters.displacement_offset + 0.02 * np.array([0.0, 1.0, -1.0, 0.5, -0.5, 0.25, -0.3, 1.0] * 3)
+    force = SPRING.response(turning)
+    jumping = predict(SPRING, turning, force=force)
+    assert jumping.rnl < 0.9  # although the force is the model's own
+    assert any("jumps from sample to sample" in caution for caution in jumping.cautions)
+    noisy = record_of(SPRING.parameters, sine())
+    path = noisy.displacement + 2e-4 * np.random.default_rng(0).standard_normal(len(noisy))  # 0.5 % of the range
+    assert not predict(SPRING, path, force=noisy.force).cautions[1:]  # but for samples beyond the range

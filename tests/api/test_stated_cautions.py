@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 
 from strandspring import Spring, info, isolate, predict, study, synthesize
@@ -45,3 +47,17 @@ def test_what_is_not_stated_is_no_caution(fit: dict[str, object]) -> None:
 
 def test_a_viscous_force_that_was_taken_out_asks_for_a_damper() -> None:
     assert "showed viscosity, taken out of the model" in list(cautions_in_use("mount", MODEL))[-1]
+
+
+def test_parameters_that_were_changed_by_hand_are_cautioned() -> None:
+    spring = spring_of(1.0, 1.0)
+    intervals = {"rho": [0.9 * spring.rho, 1.1 * spring.rho], "n": [None, 1.0], "sigma": [1.0, None]}
+    as_identified = ModelFile("mount", spring, uncertainty={"interval_95": intervals})
+    assert info(Spring.from_model(as_identified)).cautions == ()
+    assert info(Spring.from_model(replace(as_identified, uncertainty={"interval_95": None}))).cautions == ()
+    for change in ({"rho": 1.2 * spring.rho}, {"n": 1.01}, {"sigma": 0.99}):
+        changed = replace(as_identified, parameters=replace(spring, **change))
+        (caution,) = info(Spring.from_model(changed)).cautions
+        assert f"{next(iter(change))} lies outside the 95 % interval" in caution
+        (named,) = cautions_in_use("mount", changed)
+        assert "parameters_changed" in named

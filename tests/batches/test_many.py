@@ -161,6 +161,14 @@ def test_notes_and_cautions_are_summed_up(few: Path) -> None:
     assert kinds.lines(3000)[0].startswith("2000 files: other sentences")
 
 
+def test_a_file_under_two_names_is_said_to_count_twice(few: Path) -> None:
+    (few / "spring_again.csv").write_bytes((few / "spring_0001.csv").read_bytes())
+    many = identify_many(few, few / "models", workers=1)
+    (caution,) = (line for line in many.cautions if "that of another file" in line)
+    assert caution.startswith("1 file: ")
+    assert "spring_again.csv" in caution
+
+
 # Nothing is lost nor done twice
 
 

@@ -47,7 +47,17 @@ def test_a_table_of_fe_is_reported(terminal: Terminal) -> None:
 
 def test_without_records_the_quarters_of_the_range(terminal: Terminal) -> None:
     told = json.loads(terminal("info", "mount.json", *RIG, "--json"))
-    assert set(told) == {"model", "name", "parameters", "zero", "saved", "loops", "rate_independence", "overlap"}
+    assert set(told) == {
+        "model",
+        "name",
+        "parameters",
+        "zero",
+        "saved",
+        "loops",
+        "rate_independence",
+        "overlap",
+        "cautions",
+    }
     assert (told["model"], told["name"]) == ("mount.json", "mount")
     assert told["parameters"]["rho"] == spring_of(1.0, 1.0).rho
     assert [loop["amplitude"] for loop in told["loops"]] == pytest.approx([0.005, 0.01, 0.015, 0.02])

@@ -52,7 +52,7 @@ def test_json_csv_and_python_say_the_same(terminal: Terminal) -> None:
         "rig",
     ]
     told = json.loads(terminal(*command, "-o", "out.csv", "--json"))
-    assert set(told) == {"model", "zero", "system", "rest", "excitation", "levels", "output", "plot"}
+    assert set(told) == {"model", "zero", "system", "rest", "excitation", "levels", "cautions", "output", "plot"}
     assert told["system"] == {"mass": 12.0, "load": 100.0, "parallel": 2, "series": 1, "damping": 40.0}
     assert told["excitation"] == "base acceleration"
     system = IsolatedMass(MOUNT, 12.0, 100.0, 2, 1, 40.0)
@@ -85,11 +85,11 @@ def test_several_models_are_compared_at_the_same_levels(terminal: Terminal) -> N
     assert Path("both.png").stat().st_size > 10_000
     assert pd.read_csv("both.csv")["model"].unique().tolist() == ["mount", "stiff"]
     told = json.loads(terminal(*both, "--json"))
-    assert set(told) == {"levels_chosen", "models", "output", "plot"}
+    assert set(told) == {"levels_chosen", "models", "cautions", "output", "plot"}
     mount, stiff = told["models"]
     assert [level["level"] for level in mount["levels"]] == [level["level"] for level in stiff["levels"]]
     alone = json.loads(terminal("isolate", "stiff.json", "--mass", "8", *FEW, "--json"))
-    assert {**stiff, "output": None, "plot": None} == alone
+    assert {**stiff, "cautions": [], "output": None, "plot": None} == alone
 
 
 def test_outputs_are_checked_before_models_are_read(terminal: Terminal) -> None:

@@ -267,6 +267,48 @@ def test_a_time_that_nobody_asked_for_does_no_harm(write: Write, text: str, why:
     assert any("left out" in note and why in note for note in record.notes)
 
 
+@pytest.mark.parametrize(
+    ("header", "times", "seconds"),
+    [
+        ("Time", ["10:00:08.5", "10:00:09", "10:00:10.25"], [36008.5, 36009.0, 36010.25]),
+        ("Time [s]", ["23:59:59", "00:00:00.5", "00:00:01"], [86399.0, 86400.5, 86401.0]),  # past midnight
+        ("Timestamp", ["2024-02-28 23:59:59", "2024-02-29T00:00:00.5Z", "2024-03-01 00:00:00"], [0.0, 1.5, 86401.0]),
+        ("Time [ms]", ["00:01.5", "00:02.0", "01:02.5"], [1.5, 2.0, 62.5]),
+        ("Time", ["12:59:59 AM", "1:00:00 am", "1:00:01 p.m."], [3599.0, 3600.0, 46801.0]),
+        ("Elapsed", ["0:00:01", "1 day, 0:00:01", "2 days, 0:00:00.5"], [1.0, 86401.0, 172800.5]),
+    ],
+)
+def test_times_of_day_and_dates_are_read_as_seconds(
+    write: Write, header: str, times: list[str], seconds: list[float]
+) -> None:
+    rows = "\n".join(f"{time};{k};{3 * k}" for k, time in enumerate(times))
+    record = read_record(write(f"{header};Disp [mm];Force [N]\n{rows}\n"))
+    assert record.time is not None
+    assert record.time.tolist() == pytest.approx(seconds, rel=1e-15)
+    assert any("read as seconds" in note for note in record.notes)
+
+
+def test_a_time_of_day_that_is_none_is_named(write: Write) -> None:
+    rows = [f"00:00:{k % 60:02d},{k % 7},{k % 7}" for k in range(60)] * 4
+    path = write("\n".join(["Time,Disp,Force", *rows[:230], "noon,1,2", *rows[231:]]) + "\n")
+    with pytest.raises(RecordError, match="line 232, column 1 'Time': must hold a time like the rows above"):
+        read_record(path, time="Time")
+    record = read_record(path)
+    assert record.time is None
+    assert any("left out" in note and "line 232" in note for note in record.notes)
+
+
+def test_marks_between_thousands_are_no_decimal_marks(write: Write) -> None:
+    with pytest.raises(RecordError, match=r"column 2 'Force': '1\.250' and '750' look like numbers with"):
+        read_record(write("Disp;Force\n1.5;750\n2.5;1.250\n3.5;-2.000\n"))
+    assert read_record(write("Disp;Force\n1.5;0.750\n2.5;1.250\n3.5;2\n")).force[1] == 1.25
+
+
+def test_a_unit_of_time_that_was_given_is_not_passed_over(write: Write) -> None:
+    with pytest.raises(RecordError, match=r"unit 'msecs\.' of the time is not known"):
+        read_record(write("Time,Disp,Force\n0,1,2\n1,2,4\n"), time_unit="msecs.")
+
+
 @pytest.mark.parametrize("end", ["3,", "3", "3,-", "3,1e", "3,nan\n", "End of test\n", "3,\n4,\n5\n", "3," + "\0" * 99])
 def test_incomplete_rows_at_the_end_are_dropped_and_reported(write: Write, end: str) -> None:
     record = read_record(write("Disp,Force\n1,2\n2,4\n" + end))

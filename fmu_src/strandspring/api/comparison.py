@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any, Literal
+
+from numpy.typing import ArrayLike
 
 from ..core.parameters import SpringParameters
 from ..errors import StrandspringError
@@ -18,6 +20,7 @@ from ..modelfile import ModelFile
 from ..records.record import Record
 from ..spread import Spread
 from .alignment import Align, aligned, apart, shared_range
+from .arguments import numbers, optional_number, whole
 from .common_form import common_form, in_form
 from .comparison_cautions import comparison_cautions, comparison_notes
 from .comparison_plot import draw
@@ -236,7 +239,7 @@ def compare(
     b: ModelSource,
     *data: Any,
     align: Align = "record",
-    amplitudes: Iterable[float] | None = None,
+    amplitudes: ArrayLike | None = None,
     mass: float | None = None,
     draws: int = DRAWS,
     seed: int = 0,
@@ -259,7 +262,7 @@ def compare(
     *data : Source, or arrays          Records that both should follow; or arrays of displacement and force, and time.
     align : "record" or "middle"       Displacements as in the records of both; or each from the middle of its range,
                                        where the zero was moved between the tests.
-    amplitudes : iterable of float     Of the loops about the middle of the shared range [m]; quarters of it if None.
+    amplitudes : float or array_like   Of the loops about the middle of the shared range [m]; quarters of it if None.
     mass : float or None               Mass for the transmissibility, whose weight loads the spring [kg]; if None
                                        one that A holds in the middle of the range.
     draws : int                        Springs drawn from the uncertainty of each model, at least 20; 0 for no verdict.
@@ -295,10 +298,11 @@ def compare(
     """
     if align not in ("record", "middle"):
         raise ValueError(f"`align` must be 'record' or 'middle', got {align!r}.")
-    if draws != 0 and draws < 20:
+    if whole("draws", draws) != 0 and draws < 20:
         raise ValueError(f"`draws` must be 0 or at least 20, got {draws!r}.")
-    if seed < 0:
+    if whole("seed", seed) < 0:
         raise ValueError(f"`seed` must be >= 0, got {seed!r}.")
+    mass = optional_number("mass", mass, "kg")
     if mass is not None and not 0.0 < mass < math.inf:
         raise ValueError(f"`mass` must be finite and > 0 [kg], got {mass!r}.")
     models = (model_of(a), model_of(b))
@@ -350,8 +354,8 @@ def compare(
     )  # fmt: skip
 
 
-def _amplitudes(given: Iterable[float] | None, most: float) -> list[float]:
-    reaches = [share * most for share in _SHARES] if given is None else sorted(map(float, given))
+def _amplitudes(given: ArrayLike | None, most: float) -> list[float]:
+    reaches = [share * most for share in _SHARES] if given is None else sorted(numbers("amplitudes", given, "m"))
     for reach in reaches:
         if not 0.0 < reach <= most * (1.0 + _SLACK):
             raise ValueError(

@@ -9,7 +9,7 @@ from ..modelfile import ModelFile
 from ..records.record import Record
 from ..stated_cautions import stated_cautions
 from .alignment import Align, aligned, apart, middle_of, shared_range
-from .caution_text import backwards_cautions, effects_of, outside_cautions, printable
+from .caution_text import backwards_cautions, effects_of, jumping_cautions, outside_cautions, printable
 from .common_form import common_form, form_of, form_words
 from .comparison_words import Verdict, percent
 
@@ -38,7 +38,7 @@ def comparison_cautions(
     models: tuple[ModelFile, ModelFile], records: list[Record], align: Align, loops: tuple[Loop, Loop]
 ) -> list[str]:
     """What could make the result wrong: the records, the identifications, and a zero that was moved."""
-    cautions = backwards_cautions(records)
+    cautions = backwards_cautions(records) + jumping_cautions(records)
     for record in records:
         for label, model in zip("AB", models, strict=True):
             cautions += [

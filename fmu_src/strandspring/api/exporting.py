@@ -15,6 +15,7 @@ from ..files import refuse_unwritable, write_text
 from ..fmu.ssv import parameter_values
 from ..modelfile import ModelFile
 from ..scratch import TemporaryFolder
+from .arguments import optional_number
 from .placing import ModelSource, model_of, origin_of
 from .progress import Progress, unseen
 
@@ -135,6 +136,7 @@ def export(
     """
     if not (ssv or modelica or c or ssp_mass is not None):
         raise StrandspringError("Nothing to write; give `ssv`, `modelica`, `c` or `ssp_mass`.")
+    ssp_mass = optional_number("ssp_mass", ssp_mass, "kg")
     if ssp_mass is not None and not (math.isfinite(ssp_mass) and ssp_mass > 0.0):
         raise StrandspringError(f"`ssp_mass` must be finite and > 0 [kg], got {ssp_mass!r}.")
     folder = Path(folder)

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import chain
 from pathlib import PurePath
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ..coordinates import counted_from, zero_sentence
 from ..core.parameters import SpringParameters
@@ -20,6 +21,7 @@ from ..loops.modelled import steady_loop, steady_loop_figures
 from ..modelfile import ModelFile
 from ..records.record import Record
 from ..stated_cautions import stated_cautions
+from .arguments import numbers
 from .caution_text import backwards_cautions, effects_cautions, effects_of, outside_range, printable
 from .placing import ModelSource, model_of, origin_of, source_of
 from .plotting import some_axes
@@ -56,8 +58,8 @@ class Information(Result):
     pairs : tuple of (MeasuredLoop, Loop)   Loops of the records, each with the model's.
     rate_independence : RateIndependence or None   Whether the force depends on the frequency.
     overlap : Overlap or None               Whether the loading paths of different amplitudes overlap.
-    cautions : tuple of str                 Those of the identification; loops that run backwards or leave the
-                                            identified range; effects of the rig that were taken out.
+    cautions : tuple of str                 Those of the identification; loops that run backwards, are open or leave
+                                            the identified range; effects of the rig that were taken out.
     """
 
     source: str
@@ -161,7 +163,7 @@ PANELS = (
 def info(
     model: ModelSource,
     *data: Any,
-    amplitudes: Iterable[float] = (),
+    amplitudes: ArrayLike = (),
     zero: float | Literal["rig", "middle"] | None = None,
     displacement: str | int | None = None,
     force: str | int | None = None,
@@ -175,7 +177,7 @@ def info(
     ----------
     model : Spring, ModelFile or path   A model file, or an FMU that holds one.
     *data : Source, or arrays           Records; or arrays of displacement and force, and time if any.
-    amplitudes : iterable of float      Of loops about the offset [m]; by default those of the records, or quarters of
+    amplitudes : float or array_like    Of loops about the offset [m]; by default those of the records, or quarters of
                                         the identified range.
     zero : float, "rig" or "middle"     Displacement of the records from which displacements are counted [m]; by default
                                         that of an FMU, else the rig's if it lies within the range, else the middle.
@@ -189,7 +191,8 @@ def info(
     ------
     ModelError    If the model is not a physically possible spring.
     RecordError   If the data are no records, or hold no full cycle.
-    ValueError    If an amplitude is not a number > 0.
+    ValueError    If an amplitude is not > 0.
+    TypeError     If amplitudes are no numbers.
 
     Examples
     --------
@@ -203,7 +206,7 @@ def info(
     """
     content = model_of(model)
     source = source_of(model)
-    reaches = [float(amplitude) for amplitude in amplitudes]
+    reaches = numbers("amplitudes", amplitudes, "m")
     for reach in reaches:
         if not (np.isfinite(reach) and reach > 0.0):
             raise ValueError(f"`amplitudes` must be finite and > 0 [m], got {reach!r}.")
@@ -216,20 +219,37 @@ def info(
         cautions += effects_cautions(source, content)
     records = [replace(record, displacement=record.displacement - origin) for record in records]
     solver = PathSolver(parameters)
-    measured = list(chain.from_iterable(map(measured_loops, records)))
+    by_record = [measured_loops(record) for record in records]
+    measured = list(chain.from_iterable(by_record))
     if not reaches and not records:
-        reaches = [
+        reaches = tuple(
             0.5 * share * (parameters.displacement_max - parameters.displacement_min) for share in _DEFAULT_SHARES
-        ]
+        )
     middle = parameters.displacement_offset
     modelled = tuple(steady_loop(solver, middle - reach, middle + reach) for reach in reaches)
     pairs = tuple((loop, steady_loop(solver, loop.figures.low, loop.figures.high)) for loop in measured)
     loops = [*((source, loop.figures) for loop in modelled), *((loop.path, loop.figures) for loop in measured)]
     cautions += [sentence for loop in loops for sentence in _outside(parameters, *loop)]
-    verdicts = campaign_verdicts(records, modelled)
+    cautions += [_open(loop) for loop in measured if loop.gap != 0.0]
+    # A first loading differs from a steady loop, whatever its frequency.
+    steady = [record for record, own in zip(records, by_record, strict=True) if any(loop.gap == 0.0 for loop in own)]
+    verdicts = campaign_verdicts(steady, modelled)
     return Information(
         source, content, origin, parameters, tuple(records), modelled, pairs, *verdicts, tuple(cautions)
     )  # fmt: skip
+
+
+def _open(loop: MeasuredLoop) -> str:
+    """A caution about a loop that does not close."""
+    return (
+        f"{loop.path}: the loop from {_ends(loop.figures)} is open, its last force lies {100.0 * abs(loop.gap):.2g} % "
+        "of its height from its first one, as in a first loading: its figures, energy and loss factor above all, are "
+        "not those of steady motion; record at least one cycle more."
+    )
+
+
+def _ends(figures: LoopFigures) -> str:
+    return f"{figures.low * 1e3:.6g} to {figures.high * 1e3:.6g} mm"
 
 
 def _outside(p: SpringParameters, source: str, figures: LoopFigures) -> list[str]:
@@ -237,5 +257,4 @@ def _outside(p: SpringParameters, source: str, figures: LoopFigures) -> list[str
     slack = _SLACK * (p.displacement_max - p.displacement_min)
     if figures.low >= p.displacement_min - slack and figures.high <= p.displacement_max + slack:
         return []
-    ends = f"{figures.low * 1e3:.6g} to {figures.high * 1e3:.6g} mm"
-    return [f"{source}: the loop from {ends} reaches {outside_range(p)}"]
+    return [f"{source}: the loop from {_ends(figures)} reaches {outside_range(p)}"]

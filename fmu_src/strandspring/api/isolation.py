@@ -32,8 +32,9 @@ from ..isolation.system import (
 from ..modelfile import ModelFile
 from ..scratch import TemporaryFolder
 from ..stated_cautions import cautions_in_use
+from .arguments import limits, number, optional_number, whole
 from .caution_text import outside_range
-from .levels import given_levels
+from .levels import checked_count, given_levels
 from .placing import ModelSource, model_of, origin_of, path_of
 from .plotting import save_plot
 from .progress import Progress, unseen
@@ -230,6 +231,23 @@ class Isolation(Result):
     def _name(self, one: IsolatedModel) -> str:
         return one.label if one.source is None else f"{one.label} ({one.source})"
 
+    @property
+    def cautions(self) -> list[str]:
+        """Cautions of the identifications, and where a motion leaves the identified range."""
+        sentences: list[str] = []
+        for one in self.models:
+            sentences += cautions_in_use(one.label, one.model)
+            for response in one.responses:
+                outside = [point.frequency for point in response.points if point.extrapolating]
+                if outside:
+                    of_model = f"{one.label}, " if len(self.models) > 1 else ""
+                    sentences.append(
+                        f"{of_model}{response.level_text}: at {len(outside)} of {len(response.points)} "
+                        f"points, from {min(outside):.4g} to {max(outside):.4g} Hz, the spring moves "
+                        f"{outside_range(one.system.spring)}"
+                    )
+        return sentences
+
     def _cautions(self) -> list[str]:
         lines = []
         points = [point for one in self.models for response in one.responses for point in response.points]
@@ -239,18 +257,7 @@ class Isolation(Result):
                 f"  The curve folds: {unstable} points between folds are unstable, and the motion jumps there. Folds "
                 "far below the resonance are superharmonics; a little --damping removes them."
             )
-        for one in self.models:
-            lines += [f"  Caution: {sentence}" for sentence in cautions_in_use(one.label, one.model)]
-            for response in one.responses:
-                outside = [point.frequency for point in response.points if point.extrapolating]
-                if outside:
-                    of_model = f"{one.label}, " if len(self.models) > 1 else ""
-                    lines.append(
-                        f"  Caution: {of_model}{response.level_text}: at {len(outside)} of {len(response.points)} "
-                        f"points, from {min(outside):.4g} to {max(outside):.4g} Hz, the spring moves "
-                        f"{outside_range(one.system.spring)}"
-                    )
-        return lines
+        return lines + [f"  Caution: {sentence}" for sentence in self.cautions]
 
     def summary(self) -> str:
         """Static equilibrium, resonances and cautions in words, in tables of at most a width."""
@@ -418,6 +425,10 @@ def isolate(
       0.2 mm         7.743             8.579         1.687           12.08        0.115             11.44
     """
     given = given_levels(base_displacement, base_acceleration, force)
+    mass, load = number("mass", mass, "kg"), optional_number("load", load, "N")
+    parallel, series = whole("parallel", parallel), whole("series", series)
+    damping, points = number("damping", damping, "N s/m"), checked_count("points", points)
+    band = None if band is None else limits("band", band, "Hz")
     is_one = isinstance(models, str) or not isinstance(models, Sequence)
     sources: Sequence[Any] = [models] if is_one else list(models)  # type: ignore[arg-type]
     if not sources:

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-import numpy as np
+import math
+
 from numpy.typing import ArrayLike
 
 from ..isolation.system import Excitation, IsolationError
+from .arguments import numbers, whole
 
 
 def given_levels(
@@ -15,7 +17,8 @@ def given_levels(
 
     Raises
     ------
-    IsolationError   If they are given for more than one, or are not positive numbers.
+    IsolationError   If they are given for more than one, or are not positive.
+    TypeError        If they are no numbers.
     """
     by_excitation = {
         Excitation.BASE_DISPLACEMENT: base_displacement,
@@ -29,9 +32,19 @@ def given_levels(
         names = " and ".join(f"`{excitation.value.replace(' ', '_')}`" for excitation in given)
         raise IsolationError(f"{names} exclude each other; give one of them.")
     ((excitation, levels),) = given.items()
-    values = np.atleast_1d(np.asarray(levels, dtype=np.float64))
-    if values.ndim != 1 or values.size == 0 or not np.all(np.isfinite(values) & (values > 0.0)):
-        raise IsolationError(
-            f"Every level of {excitation.value} must be finite and > 0 [{excitation.unit}], got {levels}."
-        )
-    return excitation, tuple(values.tolist())
+    return excitation, positive_levels(excitation.value, levels, excitation.unit)
+
+
+def positive_levels(name: str, levels: ArrayLike, unit: str) -> tuple[float, ...]:
+    """One level or several; raises IsolationError unless they are finite and > 0, TypeError if they are no numbers."""
+    values = numbers(name.replace(" ", "_"), levels, unit)
+    if not values or not all(math.isfinite(value) and value > 0.0 for value in values):
+        raise IsolationError(f"Every level of {name} must be finite and > 0 [{unit}], got {levels!r}.")
+    return values
+
+
+def checked_count(name: str, value: int, least: int = 2) -> int:
+    """A whole number; raises IsolationError if it is below the least, TypeError if it is none."""
+    if whole(name, value) < least:
+        raise IsolationError(f"`{name}` must be >= {least}, got {value!r}.")
+    return value

@@ -21,6 +21,7 @@ from ..intake.wanted import Wanted
 from ..jobs.cluster import Cluster, cluster_of
 from ..jobs.runners import Local
 from ..joint import HYSTERETIC_UNITS
+from .arguments import optional_number, workers_of
 from .records import checked_units
 from .result import Result
 from .text import counted
@@ -232,9 +233,9 @@ def identify_many(
     """
     if workers is not None and scheduler is not None:
         raise TypeError("`workers` and `scheduler` exclude each other; give one of them.")
-    if workers is not None and workers < 1:
-        raise ValueError(f"`workers` must be at least 1, got {workers!r}.")
+    workers = workers_of(workers)
     given = {**columns, **{f"{name}_unit": unit for name, unit in checked_units(units).items()}}
+    amplitude = optional_number("amplitude", amplitude, "m")
     if amplitude is not None and not 0.0 < amplitude < float("inf"):
         raise RecordError(f"`amplitude` must be finite and > 0 [m], got {amplitude!r}.")
     begin = time.monotonic()

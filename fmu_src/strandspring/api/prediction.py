@@ -20,7 +20,7 @@ from ..kernel.path import PathSolver
 from ..loops.strokes import find_strokes
 from ..modelfile import ModelFile
 from ..records.record import Record
-from .caution_text import backwards_cautions, effects_cautions, outside_cautions
+from .caution_text import backwards_cautions, effects_cautions, jumping_cautions, outside_cautions
 from .placing import ModelSource, model_of, source_of
 from .plotting import some_axes
 from .records import Source, given_records
@@ -174,7 +174,7 @@ def predict(
     interval = _interval(source, content)
     records = tuple(given_records(data, force, time, displacement, units, reverse))
     solver = PathSolver(content.parameters)
-    cautions = backwards_cautions(records) + effects_cautions(source, content)
+    cautions = backwards_cautions(records) + jumping_cautions(records) + effects_cautions(source, content)
     for record in records:
         cautions += outside_cautions(record.path, record.displacement, content.parameters)
     fits = tuple(predict_record(solver, record) for record in records)

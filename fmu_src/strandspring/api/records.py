@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 from ..errors import RecordError
 from ..files import bundled_file
 from ..records.channels import Channel, ChannelTable
+from ..records.formats.named_arrays import seconds
 from ..records.reading import MAX_TRAVEL, check_reverse, read_record, record_of_tables
 from ..records.record import Record
 from ..records.units import Quantity, unit_factor
@@ -160,13 +161,22 @@ def record_of_frame(
     """
     import pandas as pd
 
-    numeric = [pd.api.types.is_numeric_dtype(dtype) and dtype.kind in "fiu" for dtype in frame.dtypes]
-    with np.errstate(over="ignore"):  # infinity is refused where it is read
-        channels = [
-            Channel.of("", str(name), np.asarray(frame.iloc[:, k], dtype=np.float64))
-            for k, (name, is_number) in enumerate(zip(frame.columns, numeric, strict=True))
-            if is_number
-        ]
+    channels: list[Channel] = []
+    others: list[str] = []
+    for k, (name, dtype) in enumerate(zip(frame.columns, frame.dtypes, strict=True)):
+        if dtype.kind in "mM":
+            moments = frame.iloc[:, k].to_numpy(dtype=f"{'timedelta' if dtype.kind == 'm' else 'datetime'}64[ns]")
+            channels.append(Channel.of("", str(name), seconds(moments), "s"))
+        elif pd.api.types.is_numeric_dtype(dtype) and dtype.kind in "fiu":
+            with np.errstate(over="ignore"):  # infinity is refused where it is read
+                channels.append(Channel.of("", str(name), np.asarray(frame.iloc[:, k], dtype=np.float64)))
+        else:
+            others.append(f"{name!r} ({dtype})")
+    if len(channels) < 2 and others:
+        raise RecordError(
+            f"<DataFrame>: must hold at least two columns of numbers, but {', '.join(others)} hold none; convert them "
+            "with `pandas.to_numeric`."
+        )
     return record_of_tables(
         [ChannelTable(channels, "<DataFrame>")],
         "<DataFrame>",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -19,6 +20,7 @@ from ..jobs.threads import in_threads
 from ..system_files.chosen import chosen_candidates, chosen_cases
 from ..system_files.system_file import SystemFile, load_system_file
 from ..systems.rest import SHARES
+from .arguments import optional_number, optional_whole, workers_of
 from .history_table import history_table, unique_names
 from .plotting import save_plot, some_axes
 from .progress import Progress, unseen
@@ -178,6 +180,16 @@ class Simulation(Result):
         return f"<p><strong>{heading}</strong></p>{self.verdicts().to_html(escape=True)}"
 
 
+def refuse_wrong_run(draws: int | None, seed: int | None, step: float | None) -> None:
+    """Refuse draws, a seed or a time step [s] that are none; raises MountedSystemError or TypeError."""
+    for name, count in (("draws", draws), ("seed", seed)):
+        if (optional_whole(name, count) or 0) < 0:
+            raise MountedSystemError(f"`{name}` must be >= 0, got {count!r}.")
+    seconds = optional_number("step", step, "s")
+    if seconds is not None and not (math.isfinite(seconds) and seconds > 0.0):
+        raise MountedSystemError(f"`step` must be finite and > 0 [s], got {step!r}.")
+
+
 def simulate(
     system: str | os.PathLike[str] | SystemFile,
     cases: str | Sequence[str] | None = None,
@@ -214,6 +226,8 @@ def simulate(
     ------
     MountedSystemError         If the file is wrong, a name is unknown, or no candidate can be simulated in any case.
     """
+    refuse_wrong_run(draws, seed, step)
+    workers = workers_of(workers)
     file = system if isinstance(system, SystemFile) else load_system_file(system)
     chosen = chosen_candidates(file, candidates)
     loads = chosen_cases(file, cases)

@@ -12,6 +12,7 @@ from ..core.parameters import SpringParameters
 from ..kernel.arrays import FloatArray
 from ..kernel.path import PathSolver, as_path
 from ..modelfile import ModelFile, load_model, save_model
+from .arguments import number
 
 if TYPE_CHECKING:
     from .. import Comparison, Information, Prediction, Record
@@ -205,7 +206,7 @@ class Spring:
 
 
 def _checked_omega(omega_start: float) -> float:
-    value = float(omega_start)
+    value = number("omega_start", omega_start)
     if not -1.0 <= value <= 1.0:
         raise ValueError(f"`omega_start` must be within [-1, 1], got {value!r}.")
     return value

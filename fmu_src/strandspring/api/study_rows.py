@@ -14,6 +14,7 @@ from ..jobs.cluster import Cluster, cluster_of
 from ..jobs.runners import Local, Runner
 from ..scratch import TemporaryFolder
 from ..spread import Quantiles
+from .arguments import workers_of
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -68,6 +69,7 @@ def runner_of(
     refusal: type[StrandspringError],
 ) -> Runner:
     """Processes of this machine or a cluster; raises `refusal` if both are asked for."""
+    workers = workers_of(workers)
     if workers not in (None, 1) and scheduler is not None:
         raise refusal("`workers` and `scheduler` exclude each other; give one of them.")
     return Local(workers) if scheduler is None else cluster_of(scheduler, notify)

@@ -9,7 +9,6 @@ from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import numpy as np
 from numpy.typing import ArrayLike
 
 from ..coordinates import counted_from, zero_sentence
@@ -24,6 +23,7 @@ from ..stated_cautions import cautions_in_use
 from ..studies.definition import RunRow, Study
 from ..studies.quantiles import GridPointSummary, Summaries
 from ..studies.run import run_study
+from .arguments import limits, number, numbers, optional_number, whole
 from .caution_text import outside_range
 from .levels import given_levels
 from .placing import ModelSource, model_of, origin_of, path_of
@@ -85,6 +85,11 @@ class StudyResult(Result):
             rows.append(row | quantile_columns(summary.figures))
         return pd.DataFrame(rows)
 
+    @property
+    def cautions(self) -> tuple[str, ...]:
+        """Cautions of the model's identification."""
+        return tuple(cautions_in_use(self.model.name, self.model))
+
     def lines(self, width: int | None = None) -> list[str]:
         """Quantiles, refusals and cautions in words, in tables of at most a width."""
         planned, summaries = self.study, self.summaries
@@ -112,7 +117,7 @@ class StudyResult(Result):
                 )
         if len(summaries) > len(shown):
             lines.append(f"  and {len(summaries) - len(shown)} more grid points, all of them in the results file")
-        lines += [f"  Caution: {sentence}" for sentence in cautions_in_use(self.model.name, self.model)]
+        lines += [f"  Caution: {sentence}" for sentence in self.cautions]
         counted = zero_sentence(self.zero)
         return [*lines, *([counted] if counted else [])]
 
@@ -203,7 +208,9 @@ def study(
     content = model_of(model)
     origin = origin_of(model, zero, content.parameters)
     spring = counted_from(origin, content.parameters)
-    masses = _values(mass)
+    load, damping = optional_number("load", load, "N"), number("damping", damping, "N s/m")
+    parallel, series = whole("parallel", parallel), whole("series", series)
+    masses = numbers("mass", mass, "kg")
     given = given_levels(base_displacement, base_acceleration, force)
     if given is None:
         if not masses:
@@ -216,16 +223,16 @@ def study(
         excitation=given[0],
         masses=masses,
         levels=given[1],
-        stiffness_factors=_values(stiffness),
-        draws=draws,
-        seed=seed,
+        stiffness_factors=numbers("stiffness", stiffness),
+        draws=whole("draws", draws),
+        seed=whole("seed", seed),
         spread=_spread(model, spring, content) if draws else None,
         load=load,
         parallel=parallel,
         series=series,
         damping=damping,
-        band=band,
-        points=points,
+        band=None if band is None else limits("band", band, "Hz"),
+        points=whole("points", points),
         extrapolate=extrapolate,
     )
 
@@ -233,10 +240,6 @@ def study(
         return run_study(planned, results, runner, lambda runs: progress("Running", runs, len(planned)), notify)
 
     return StudyResult(planned, content, origin, *executed(run, output, _read))
-
-
-def _values(given: ArrayLike) -> tuple[float, ...]:
-    return tuple(np.atleast_1d(np.asarray(given, dtype=np.float64)).ravel().tolist())
 
 
 def _spread(source: object, spring: SpringParameters, content: ModelFile) -> Spread:

@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ..kernel.arrays import FloatArray
 from ..kernel.path import PathSolver
 from ..peers.ni import PAPER_NI, sine_period, with_noise
 from ..records.record import Record
+from .arguments import number, numbers, whole
 from .caution_text import outside_cautions
 from .placing import ModelSource, model_of
 
@@ -20,7 +22,7 @@ _MOST_SAMPLES = 20_000_000
 
 def synthesize(
     model: ModelSource,
-    amplitudes: Iterable[float] | None = None,
+    amplitudes: ArrayLike | None = None,
     mean: float | None = None,
     cycles: int = 3,
     samples: int = 1000,
@@ -36,7 +38,7 @@ def synthesize(
     Parameters
     ----------
     model : Spring, ModelFile or path   A model file, or an FMU that holds one.
-    amplitudes : iterable of float      Of the sines, one after the other [m]; that of the identified range if None.
+    amplitudes : float or array_like    Of the sines, one after the other [m]; that of the identified range if None.
     mean : float or None                Mean displacement [m]; the model's offset if None.
     cycles, samples : int               Cycles of each amplitude, and samples of each cycle.
     frequency : float                   Of the times [Hz]; the force does not depend on it.
@@ -64,19 +66,18 @@ def synthesize(
     """
     content = model_of(model)
     p = content.parameters
-    reaches = [0.5 * (p.displacement_max - p.displacement_min)] if amplitudes is None else list(map(float, amplitudes))
-    _check("amplitudes", min(reaches, default=0.0), "> 0 [m]", all(reach > 0.0 for reach in reaches) and bool(reaches))
-    _check("frequency", frequency, "> 0 [Hz]", frequency > 0.0)
-    for name, value in (
-        ("noise", noise),
-        ("displacement_resolution", displacement_resolution),
-        ("force_resolution", force_resolution),
-    ):
-        _check(name, value, ">= 0", value >= 0.0)
-    _check("drift", drift, "finite", True)
+    whole_range = 0.5 * (p.displacement_max - p.displacement_min)
+    reaches = (whole_range,) if amplitudes is None else numbers("amplitudes", amplitudes, "m")
+    for reach in reaches or (0.0,):
+        _checked("amplitudes", reach, "> 0 [m]", lambda value: value > 0.0)
+    frequency = _checked("frequency", frequency, "> 0 [Hz]", lambda value: value > 0.0)
+    noise = _checked_not_negative("noise", noise)
+    displacement_resolution = _checked_not_negative("displacement_resolution", displacement_resolution)
+    force_resolution = _checked_not_negative("force_resolution", force_resolution)
+    drift = _checked("drift", drift, "finite")
+    seed = _checked_seed(seed)
     _refuse_impossible(cycles, samples, len(reaches))
-    centre = p.displacement_offset if mean is None else mean
-    _check("mean", centre, "finite [m]", True)
+    centre = p.displacement_offset if mean is None else _checked("mean", mean, "finite [m]")
     phase = np.arange(cycles * samples) / samples
     path = np.concatenate([*(centre + reach * np.sin(2.0 * np.pi * phase) for reach in reaches), [centre]])
     force = _noisy(PathSolver(p).force(path), noise, seed)
@@ -126,8 +127,10 @@ def synthesize_ni(
     >>> round(float((clean.force**2).mean() ** 0.5), 1)  # rms force [N], 248.2 in the paper's Table 1
     248.3
     """
-    _check("amplitude", amplitude, "> 0 and at most 0.1 [m]", 0.0 < amplitude <= 0.1)
-    _check("noise", noise, ">= 0", noise >= 0.0)
+    amplitude = _checked("amplitude", amplitude, "> 0 and at most 0.1 [m]", lambda value: 0.0 < value <= 0.1)
+    exponent = _checked("exponent", exponent, "finite")
+    noise = _checked_not_negative("noise", noise)
+    seed = _checked_seed(seed)
     _refuse_impossible(cycles, samples, 1)
     path = sine_period(1e3 * amplitude, samples)
     force = np.tile(replace(PAPER_NI, n=exponent).steady_force(path), cycles)
@@ -140,14 +143,28 @@ def synthesize_ni(
     )
 
 
-def _check(name: str, value: float, condition: str, holds: bool) -> None:
-    if not (holds and math.isfinite(value)):
+def _checked(name: str, value: float, condition: str, holds: Callable[[float], bool] = lambda _: True) -> float:
+    found = number(name, value)
+    if not (math.isfinite(found) and holds(found)):
         raise ValueError(f"`{name}` must be {condition}, got {value!r}.")
+    return found
+
+
+def _checked_not_negative(name: str, value: float) -> float:
+    return _checked(name, value, ">= 0", lambda found: found >= 0.0)
+
+
+def _checked_seed(seed: int) -> int:
+    if whole("seed", seed) < 0:
+        raise ValueError(f"`seed` must be >= 0, got {seed!r}.")
+    return seed
 
 
 def _refuse_impossible(cycles: int, samples: int, amplitudes: int) -> None:
-    _check("cycles", cycles, "at least 1", cycles >= 1)
-    _check("samples", samples, "at least 8", samples >= 8)
+    cycles, samples = whole("cycles", cycles), whole("samples", samples)
+    for name, count, least in (("cycles", cycles, 1), ("samples", samples, 8)):
+        if count < least:
+            raise ValueError(f"`{name}` must be at least {least}, got {count!r}.")
     if amplitudes * cycles * samples > _MOST_SAMPLES:
         raise ValueError(
             f"The record would have {amplitudes * cycles * samples} samples, more than {_MOST_SAMPLES}; use fewer "

@@ -26,7 +26,8 @@ from ..systems.rest import RestPose, rest
 from ..systems.shaking import Shaking
 from ..systems.six_balance import SixBalance
 from ..systems.six_response import DIRECTIONS, PointResonance, SystemResponse, all_points, system_response
-from .levels import given_levels
+from .arguments import limits
+from .levels import checked_count, given_levels, positive_levels
 from .plotting import save_plot
 from .progress import Progress, unseen
 from .result import Result
@@ -194,7 +195,7 @@ def isolate_system(
     base_acceleration: ArrayLike | None = None,
     base_rotation: ArrayLike | None = None,
     force: ArrayLike | None = None,
-    directions: Sequence[str | Sequence[float]] | None = None,
+    directions: str | Sequence[str | Sequence[float]] | None = None,
     at: str | None = None,
     band: tuple[float, float] | None = None,
     points: int = 200,
@@ -209,7 +210,7 @@ def isolate_system(
     base_displacement, base_acceleration, base_rotation, force : float, array_like or None
         One level or several of one of them [m, m/s^2, rad, N]; if None, base displacements of 0.5, 1 and 2 % of the
         free travel of the mounts from static equilibrium to the nearer end of an identified range, the smallest of all.
-    directions : sequence or None
+    directions : str, sequence or None
         Of the excitation, one after the other: "x", "-z" or three components; x, y and z if None. A rotation is about
         such an axis through the origin of the description.
     at : str or None       The point, or the body by its centre of gravity, where a force acts; if None the first body.
@@ -228,6 +229,9 @@ def isolate_system(
     MountedSystemError   If the description is wrong, a body cannot rest, or a motion leaves an identified range.
     IsolationError       If an argument is out of bounds, or no steady motion is found.
     """
+    checked_count("points", points)
+    band = None if band is None else limits("band", band, "Hz")
+    directions = [directions] if isinstance(directions, str) else directions
     description = source if isinstance(source, SystemFile) else load_system_file(source)
     parts = []
     for label, system in description.candidates:
@@ -278,10 +282,8 @@ def _levels(
     if base_rotation is not None:
         if not (base_displacement is None and base_acceleration is None and force is None):
             raise IsolationError("`base_rotation` and other excitations exclude each other; give one of them.")
-        angles = np.atleast_1d(np.asarray(base_rotation, dtype=np.float64))
-        if angles.ndim != 1 or not angles.size or not np.all(np.isfinite(angles) & (angles > 0.0)):
-            raise IsolationError(f"Every level of base rotation must be finite and > 0 [rad], got {base_rotation}.")
-        return Excitation.BASE_DISPLACEMENT, _ORIGIN, tuple(angles.tolist()), ""
+        angles = positive_levels("base rotation", base_rotation, "rad")
+        return Excitation.BASE_DISPLACEMENT, _ORIGIN, angles, ""
     given = given_levels(base_displacement, base_acceleration, force)
     if given is not None:
         return given[0], None, given[1], ""

@@ -27,6 +27,7 @@ from ..systems.mounted import STANDARD_GRAVITY
 from .plotting import save_plot, some_axes
 from .progress import Progress, unseen
 from .result import Result
+from .simulating import refuse_wrong_run
 from .study_rows import Rows, executed, quantile_columns, runner_of
 from .text import counted
 from .text_table import table_lines
@@ -241,6 +242,7 @@ def study_system(
     1                20.0    pass           0.72
     2                25.0    pass           0.81
     """
+    refuse_wrong_run(draws, seed, step)
     runner = runner_of(workers, scheduler, notify, MountedSystemError)
     if output is not None and Path(output).resolve() == Path(system).resolve():
         raise MountedSystemError(f"`output` {readable(output)} would overwrite the description; write elsewhere.")

@@ -28,6 +28,7 @@ from .tally import Tally
 
 _LARGEST_BATCH = 4  # springs
 _MOST_NAMED = 20  # files that a summary names
+_COPY = "The content is that of another file, which medians, scatter and outliers therefore count more than once."
 
 
 @dataclass
@@ -143,8 +144,13 @@ def _written(log: SpringLog, files: int, earlier: int, folder: Path, amplitude: 
     """Write the tables from the journal, which is read several times for that rather than held in memory."""
     summary = BatchSummary(files, earlier, folder / TABLE)
     coefficients = {"kE": 0, "kA": 0}
+    contents: set[str] = set()
     for row in _rows(log, files):
         _add(row, summary)
+        if row.sha256 in contents:
+            summary.cautions.add(readable(row.file), [_COPY])
+        elif row.sha256 is not None:
+            contents.add(row.sha256)
         for name in coefficients:
             coefficients[name] = max(coefficients[name], len(row.numbers(name)))
     summary.amplitude = amplitude or common_amplitude(_rows(log, files))

@@ -110,6 +110,7 @@ def _json(information: Information, path: str, saved: str | None) -> dict[str, A
         "loops": loops,
         "rate_independence": verdict_json(information.rate_independence),
         "overlap": verdict_json(information.overlap),
+        "cautions": information.cautions,
     }
 
 
@@ -122,6 +123,7 @@ def _measured_json(loop: MeasuredLoop) -> dict[str, Any]:
         **_loop_json(loop.path, loop.figures),
         "cycles": loop.cycles,
         "frequency": loop.frequency,
+        "gap": loop.gap,
         "spread": None if loop.spread is None else asdict(loop.spread),
     }
 

@@ -106,7 +106,7 @@ def _json(found: Isolation, checked: Sequence[CheckedMotion], output: str | None
     """The content for one model, or a list of them in `models`."""
     each = [_of_model(found, one, checked) for one in found.models]
     content = each[0] if len(each) == 1 else {"levels_chosen": found.levels_chosen or None, "models": each}
-    return {**content, "output": output, "plot": plot}
+    return {**content, "cautions": found.cautions, "output": output, "plot": plot}
 
 
 def _of_model(found: Isolation, one: IsolatedModel, checked: Sequence[CheckedMotion]) -> dict[str, Any]:

@@ -68,6 +68,7 @@ def predict(model: str, records: tuple[str, ...], output: str | None, as_json: b
                 "rnl": prediction.rnl,
                 "records": [fit_json(fit) for fit in prediction.fits],
                 "output": output,
+                "cautions": prediction.cautions,
             }
         )
         return

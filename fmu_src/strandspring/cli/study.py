@@ -191,6 +191,7 @@ def _json(model: str, found: StudyResult, output: str) -> dict[str, Any]:
         "seed": planned.seed,
         "excitation": planned.excitation.value,
         "unit": planned.excitation.unit,
+        "cautions": found.cautions,
         "points": [
             {
                 **asdict(summary.point),

@@ -17,6 +17,9 @@ from .strokes import Strokes, find_strokes
 _FITTED_SHARE = 0.05
 # ...provided that it has this many samples; with fewer, the parabola is no better than the last sample.
 _MIN_FITTED_SAMPLES = 8
+# A loop is open if the force at its end differs by more than this share of its height, and more than noise does.
+_GAP_TOLERANCE = 0.1
+_NOISE_FACTOR = 5.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,20 +32,24 @@ class Cycle(Loop):
     frequency : float or None   Reciprocal of its duration [Hz]; None without increasing times.
     first_sample : int          Index of its first sample in the record.
     last_sample : int           Of its last one, which is the first one of the next cycle in a series.
+    gap : float                 Force at its end less that at its beginning [N], where these differ because no equal
+                                stroke came before the first one, as in a first loading; else 0.
     """
 
     path: str
     frequency: float | None
     first_sample: int
     last_sample: int
+    gap: float = 0.0
 
 
 def find_cycles(record: Record) -> tuple[Cycle, ...]:
     """Full cycles of a record all samples of which are compared; no two of them overlap.
 
     A cycle is two consecutive strokes whose lengths agree within 3 %. The first stroke of a series of such strokes
-    depends on the motion before it, so cycles begin with the second stroke if there are at least three. A record of one
-    period that begins within a stroke is one cycle.
+    depends on the motion before it, so cycles begin with the second stroke if there are at least three; of only two,
+    `Cycle.gap` says whether the loop is open. Likewise, a record of one period that begins within a stroke is one
+    cycle.
 
     Parameters
     ----------
@@ -60,7 +67,7 @@ def find_cycles(record: Record) -> tuple[Cycle, ...]:
     min_force, max_force = (extreme.reduceat(r, strokes.turning[:-1]) for extreme in (np.minimum, np.maximum))
     noise = noise_level(r, strokes.turning[1:-1])
     cycles = []
-    for k, count in _cycle_strokes(strokes):
+    for k, count, is_first in _cycle_strokes(strokes):
         cycle = slice(k, k + count)
         begin, end = int(strokes.turning[k]), int(strokes.turning[k + count])
         if record.compared is not None and not record.compared[begin : end + 1].all():
@@ -82,23 +89,38 @@ def find_cycles(record: Record) -> tuple[Cycle, ...]:
         loading, unloading = (_branch(strokes, r, range(k, k + count), direction) for direction in (1, -1))
         duration = 0.0 if record.time is None else float(record.time[end] - record.time[begin])
         frequency = 1.0 / duration if duration > 0.0 else None
-        cycles.append(Cycle(figures, loading, unloading, noise, record.path, frequency, begin, end))
+        reversal = int(strokes.turning[k + 1])
+        tolerance = max(_GAP_TOLERANCE * abs(figures.height), _NOISE_FACTOR * noise)
+        gap = _gap(x, r, begin, reversal, end, tolerance) if is_first else 0.0
+        cycles.append(Cycle(figures, loading, unloading, noise, record.path, frequency, begin, end, gap))
     return tuple(cycles)
 
 
-def _cycle_strokes(strokes: Strokes) -> list[tuple[int, int]]:
-    """First stroke and number of strokes of each cycle."""
+def _cycle_strokes(strokes: Strokes) -> list[tuple[int, int, bool]]:
+    """First stroke and number of strokes of each cycle, and whether the first stroke follows no equal one."""
     length = strokes.length
     equal = np.abs(np.diff(length)) <= AMPLITUDE_TOLERANCE * np.maximum(length[1:], length[:-1])
     edges = np.flatnonzero(~equal) + 1
     cycles = []
     for first, last in zip([0, *edges], [*edges, strokes.count], strict=True):
         begin = first + 1 if last - first >= 3 else first
-        cycles += [(int(k), 2) for k in range(begin, last - 1, 2)]
+        cycles += [(int(k), 2, bool(k == first)) for k in range(begin, last - 1, 2)]
     x = strokes.turning_displacement
     if not cycles and strokes.count == 3 and abs(x[3] - x[0]) <= AMPLITUDE_TOLERANCE * length[1]:
-        cycles = [(0, 3)]
+        cycles = [(0, 3, True)]
     return cycles
+
+
+def _gap(x: FloatArray, r: FloatArray, begin: int, reversal: int, end: int, tolerance: float) -> float:
+    """Force at the end of a loop less that at its beginning [N]; 0 within a tolerance.
+
+    The way that is missing between them may lie behind a reversal, where the force changes most: what it changes over
+    as much of the way behind the reversal within the loop is tolerated, as is what it changes from sample to sample.
+    """
+    behind = reversal + int(np.argmax(np.abs(x[reversal:end] - x[reversal]) >= abs(x[begin] - x[end])))
+    tolerance += abs(r[behind] - r[reversal]) + abs(r[begin + 1] - r[begin]) + abs(r[end] - r[end - 1])
+    gap = float(r[end] - r[begin])
+    return gap if abs(gap) > tolerance else 0.0
 
 
 def _end_forces(strokes: Strokes, force: FloatArray) -> FloatArray:

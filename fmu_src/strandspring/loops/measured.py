@@ -39,6 +39,8 @@ class MeasuredLoop:
     figures : LoopFigures          Of the mean cycle.
     spread : FigureSpread or None  None for a single cycle.
     cycles : int                   Number of cycles.
+    gap : float                    Force at the end of the loop less that at its beginning, over the loop's height [-];
+                                   0 for closed loops. Where a loop is open, as in a first loading, so are the figures.
     frequency : float or None      Mean of the cycles' frequencies [Hz]; None without times.
     """
 
@@ -47,10 +49,12 @@ class MeasuredLoop:
     spread: FigureSpread | None
     cycles: int
     frequency: float | None
+    gap: float = 0.0
 
 
 def measured_loops(record: Record) -> tuple[MeasuredLoop, ...]:
-    """Figures of the loops in a record in ascending order of amplitude; cycles that agree within 3 % are averaged.
+    """Figures of the loops in a record in ascending order of amplitude; cycles that agree within 3 % are averaged,
+    open ones only where none is closed.
 
     Energies are trapezoidal sums over the samples of the closed loop; peak forces are sampled and include noise.
 
@@ -80,7 +84,8 @@ def measured_loops(record: Record) -> tuple[MeasuredLoop, ...]:
     return tuple(_measured(group) for group in group_by_amplitude(cycles))
 
 
-def _measured(group: Sequence[Cycle]) -> MeasuredLoop:
+def _measured(found: Sequence[Cycle]) -> MeasuredLoop:
+    group = [cycle for cycle in found if cycle.gap == 0.0] or found
     frequencies = [cycle.frequency for cycle in group if cycle.frequency is not None]
     return MeasuredLoop(
         path=group[0].path,
@@ -88,6 +93,7 @@ def _measured(group: Sequence[Cycle]) -> MeasuredLoop:
         spread=_spread(group) if len(group) > 1 else None,
         cycles=len(group),
         frequency=float(np.mean(frequencies)) if frequencies else None,
+        gap=float(np.mean([cycle.gap / cycle.figures.height for cycle in group])),
     )
 
 

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..errors import RecordError
+from .clock import is_clock
 from .dialect import Dialect
 from .units import Quantity, kind_of_unit, quoted, unit_factor, words
 
@@ -59,6 +60,7 @@ class Column:
     cells : tuple of str     The first values, for messages.
     numeric : bool           Whether it holds numbers.
     content : str            What it holds, in words, where there are no cells.
+    is_clock : bool          Whether it holds times of day or dates with times, which are read as seconds.
     """
 
     number: int
@@ -69,6 +71,7 @@ class Column:
     cells: tuple[str, ...]
     numeric: bool
     content: str = ""
+    is_clock: bool = False
 
     def __str__(self) -> str:
         return f"column {self.number} {quoted(self.name)}" if self.name else f"column {self.number}"
@@ -83,7 +86,8 @@ def table_columns(dialect: Dialect) -> list[Column]:
         if dialect.units and dialect.units[i].strip("[]() "):
             unit, sure = dialect.units[i].strip("[]() "), True
         cells = tuple(row[i] for row in dialect.rows if i < len(row))
-        columns.append(Column(i + 1, name, label, unit, sure, cells, dialect.numeric[i]))
+        clock = not dialect.numeric[i] and is_clock(cells)
+        columns.append(Column(i + 1, name, label, unit, sure, cells, dialect.numeric[i], is_clock=clock))
     return columns
 
 
@@ -156,6 +160,8 @@ def choose_unit(
     ------
     RecordError         If the unit is unknown, or the units in the file show that columns are swapped.
     """
+    if column.is_clock and quantity == "time":
+        return "s", 1.0, f"{column} holds times of day or dates, which are read as seconds"
     found, kind = column.unit, None if column.unit is None else kind_of_unit(column.unit)
     if found is not None and not column.unit_is_sure and kind != quantity:
         found = None
@@ -252,7 +258,9 @@ def _rank(column: Column, quantity: Quantity) -> int:
     without_stress = _NOT_FORCE.sub("", column.label)
     if any(is_word) or any(word in without_stress for word in known if word[0] >= _FIRST_IDEOGRAPH):
         return 2
-    if column.unit and column.unit_is_sure and kind_of_unit(column.unit) == quantity:
+    if (column.is_clock and quantity == "time") or (
+        column.unit and column.unit_is_sure and kind_of_unit(column.unit) == quantity
+    ):
         return 3
     return _NO_RANK
 

@@ -144,7 +144,7 @@ def record_of_tables(
         try:
             unit, factor, note = choose_unit(column, quantity, units.get(quantity), where, default_units)
         except RecordError as error:
-            if quantity == "time" and seeks_time:
+            if quantity == "time" and seeks_time and units.get("time") is None:
                 found.append(f"time is left out: {error}")
                 continue
             raise

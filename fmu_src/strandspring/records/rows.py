@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import RecordError
+from .clock import elapsed, seconds_of
 from .columns import Column
 from .dialect import Dialect, is_number, split_cells
 from .source import Source
@@ -64,7 +65,8 @@ def read_numbers(
     body = source.data[_offset_of_line(source.data, dialect.first_line) :]
     if dialect.has_quotes:
         _refuse_open_quotes(body, dialect, source.path)
-    wanted = list(columns)
+    clocks = [column for column in columns if column.is_clock]
+    wanted = [column for column in columns if not column.is_clock]
     notes: list[str] = []
     row = source.row
     while True:
@@ -82,7 +84,32 @@ def read_numbers(
         if bad is not None:
             rows = f"{dropped} incomplete row{'s' if dropped > 1 else ''}"
             notes.append(f"{rows} at the end of the file (from {row} {bad.line}) left out")
-        return {column.number: values[:, i] for i, column in enumerate(wanted)}, notes
+        numbers = {column.number: values[:, i] for i, column in enumerate(wanted)}
+        for column in clocks:
+            try:
+                numbers[column.number] = _read_clock(source, dialect, column, values.shape[0])
+            except RecordError as problem:
+                if column is not optional:
+                    raise
+                notes.append(f"{column} is left out: {problem}")
+        return numbers, notes
+
+
+def _read_clock(source: Source, dialect: Dialect, column: Column, count: int) -> NDArray[np.float64]:
+    """Times of the first rows as seconds, shape (K,); raises RecordError if a cell holds none."""
+    times = []
+    start = _offset_of_line(source.data, dialect.first_line)
+    for line, text in islice(_rows(source.data, dialect, dialect.first_line, start), count):
+        cells = split_cells(text.decode("utf-8", "replace").rstrip("\n"), dialect.separator, dialect.has_quotes)
+        cell = cells[column.number - 1] if column.number <= len(cells) else ""
+        time = seconds_of(cell)
+        if time is None:
+            raise RecordError(
+                f"{source.path}, {source.row} {line}, {column}: must hold a time like the rows above, found "
+                f"{quoted(cell)}; correct or delete the {source.row}."
+            )
+        times.append(time)
+    return elapsed(times)
 
 
 def lines_of_rows(source: Source, dialect: Dialect, rows: Collection[int]) -> list[int]:

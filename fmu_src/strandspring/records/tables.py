@@ -2,16 +2,22 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Collection, Sequence
 from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ..errors import RecordError
 from .columns import Column, table_columns
 from .dialect import Dialect, find_dialect
 from .rows import lines_of_rows, read_numbers
 from .source import Source
+from .units import quoted
+
+_THREE_AFTER_MARK = re.compile("[1-9][0-9]{0,2}[.,][0-9]{3}")
+_UP_TO_999 = re.compile("0|[1-9][0-9]{0,2}")
 
 FloatArray = NDArray[np.float64]
 
@@ -90,7 +96,21 @@ class TextTable:
         self, wanted: Collection[Column], optional: Column | None = None
     ) -> tuple[dict[int, FloatArray], list[str]]:
         """See `Table.read`."""
+        for column in wanted:
+            self._refuse_thousands(column)
         return read_numbers(self.source, self.dialect, wanted, optional)
+
+    def _refuse_thousands(self, column: Column) -> None:
+        """Refuse numbers such as 1.250 and 750 in one column: without zeros at the end, the mark is of thousands."""
+        cells = [cell.lstrip("+-") for cell in column.cells if cell]
+        marked = [cell for cell in cells if self.dialect.decimal in cell]
+        whole = [cell for cell in cells if self.dialect.decimal not in cell]
+        by_thousands = all(map(_THREE_AFTER_MARK.fullmatch, marked)) and all(map(_UP_TO_999.fullmatch, whole))
+        if marked and whole and by_thousands:
+            raise RecordError(
+                f"{self.source.path}, {column}: {quoted(marked[0])} and {quoted(whole[0])} look like numbers with a "
+                "mark between thousands; write them without it, or all with the same number of decimals."
+            )
 
     def places(self, rows: Collection[int]) -> list[int]:
         """1-based lines of rows."""

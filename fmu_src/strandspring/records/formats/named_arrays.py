@@ -70,7 +70,7 @@ def seconds(array: Any) -> FloatArray:
     """Numbers as float64; moments as seconds from the first one."""
     values = np.asarray(array)
     if values.dtype.kind == "M":
-        values = (values - values[0]) / np.timedelta64(1, "ns") * 1e-9
+        values = (values - values[:1]) / np.timedelta64(1, "ns") * 1e-9
     elif values.dtype.kind == "m":
         values = values / np.timedelta64(1, "ns") * 1e-9
     return np.ascontiguousarray(values, dtype=np.float64).reshape(-1)

@@ -1,0 +1,105 @@
+"""What Python users give as numbers, made plain floats and whole numbers.
+
+Text, which would be taken apart into its characters, sets, which have no order, and truth values are refused: none of
+them is ever meant.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Set
+from typing import Any
+
+import numpy as np
+
+_NO_NUMBERS = (str, bytes, bytearray, bool, np.bool_, Mapping, Set)
+
+
+def number(name: str, value: Any, unit: str = "") -> float:
+    """One number, which may be that of NumPy; raises TypeError for anything else, and leaves bounds to others.
+
+    Examples
+    --------
+    >>> number("mass", [5.0], "kg")
+    Traceback (most recent call last):
+    TypeError: `mass` must be a number [kg], got [5.0].
+    """
+    try:
+        if isinstance(value, _NO_NUMBERS) or np.ndim(value) != 0:
+            raise TypeError
+        return float(value)
+    except OverflowError:
+        return math.inf if value > 0 else -math.inf
+    except (TypeError, ValueError):
+        raise TypeError(f"`{name}` must be a number{_in(unit)}, got {_shown(value)}.") from None
+
+
+def optional_number(name: str, value: Any, unit: str = "") -> float | None:
+    """One number or None, see `number`."""
+    return None if value is None else number(name, value, unit)
+
+
+def numbers(name: str, values: Any, unit: str = "") -> tuple[float, ...]:
+    """One number or several in a row, as in a list, an array or a Series; raises TypeError for anything else.
+
+    Examples
+    --------
+    >>> numbers("amplitudes", [0.01, 0.02]), numbers("mass", 5)
+    ((0.01, 0.02), (5.0,))
+    >>> numbers("amplitudes", "13", "m")
+    Traceback (most recent call last):
+    TypeError: `amplitudes` must be numbers [m], got '13'.
+    """
+    try:
+        if isinstance(values, _NO_NUMBERS):
+            raise TypeError
+        is_one = isinstance(values, np.ndarray) and values.ndim == 0
+        each = list(values) if hasattr(values, "__iter__") and not is_one else [values]
+        return tuple(number(name, value, unit) for value in each)
+    except (TypeError, ValueError):
+        raise TypeError(f"`{name}` must be numbers{_in(unit)}, got {_shown(values)}.") from None
+
+
+def limits(name: str, values: Any, unit: str = "") -> tuple[float, float]:
+    """Two numbers; raises TypeError for anything else."""
+    try:
+        low, high = numbers(name, values, unit)
+    except (TypeError, ValueError):
+        raise TypeError(f"`{name}` must be two numbers, low and high{_in(unit)}, got {_shown(values)}.") from None
+    return low, high
+
+
+def whole(name: str, value: Any) -> int:
+    """A whole number, which may be that of NumPy; raises TypeError for anything else.
+
+    Examples
+    --------
+    >>> whole("draws", 2.5)
+    Traceback (most recent call last):
+    TypeError: `draws` must be a whole number, got 2.5.
+    """
+    found = value.item() if isinstance(value, np.ndarray | np.integer) and np.ndim(value) == 0 else value
+    if isinstance(found, bool) or not isinstance(found, int):
+        raise TypeError(f"`{name}` must be a whole number, got {_shown(value)}.")
+    return found
+
+
+def optional_whole(name: str, value: Any) -> int | None:
+    """A whole number or None, see `whole`."""
+    return None if value is None else whole(name, value)
+
+
+def workers_of(value: Any) -> int | None:
+    """A number of workers, as many as cores if None; raises ValueError below 1, TypeError if it is no whole number."""
+    if value is not None and whole("workers", value) < 1:
+        raise ValueError(f"`workers` must be at least 1, got {value!r}.")
+    return None if value is None else whole("workers", value)
+
+
+def _in(unit: str) -> str:
+    return f" [{unit}]" if unit else ""
+
+
+def _shown(value: Any) -> str:
+    text = " ".join(repr(value).split())
+    return text if len(text) <= 60 else f"{text[:57]}..."

@@ -1,0 +1,66 @@
+"""Times of day, dates with times and durations in hours, minutes and seconds, as seconds."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable
+from datetime import date
+
+import numpy as np
+from numpy.typing import NDArray
+
+_DAY = 86400.0  # [s]
+_TIME = re.compile(
+    r"(?:(?P<year>\d{4})[-/.](?P<month>\d{1,2})[-/.](?P<day>\d{1,2})[ T]|(?P<days>\d{1,6}) days?, ?)?"
+    r"(?:(?P<hours>\d{1,6}):)?(?P<minutes>[0-5]?\d):(?P<seconds>[0-5]?\d(?P<decimals>[.,]\d{1,9})?)"
+    r"(?: ?(?P<half>[AaPp])\.?[Mm]\.?)?Z?"
+)
+
+
+def is_clock(cells: Iterable[str]) -> bool:
+    """Whether there are cells, and all of them are times, such as "10:00:08.5", "2024-05-17 10:00:08" or "03:12.5"."""
+    given = list(cells)
+    return bool(given) and all(seconds_of(cell) is not None for cell in given)
+
+
+def seconds_of(cell: str) -> tuple[float, bool] | None:
+    """Seconds since midnight, or since the year 1 of what has a date, and whether it has one; None if it is no time.
+
+    "10:05" may be hours and minutes or minutes and seconds, and is none.
+
+    Examples
+    --------
+    >>> seconds_of("10:00:08,5"), seconds_of("1:05.25"), seconds_of("0001-01-02 00:00:01"), seconds_of("10:05")
+    ((36008.5, False), (65.25, False), (172801.0, True), None)
+    """
+    match = _TIME.fullmatch(cell)
+    if match is None or not (match["hours"] or match["decimals"]):
+        return None
+    hours = int(match["hours"] or 0)
+    if match["half"]:
+        if not 1 <= hours <= 12:
+            return None
+        hours = hours % 12 + (12 if match["half"] in "Pp" else 0)
+    days = int(match["days"] or 0)
+    if match["year"]:
+        try:
+            days = date(int(match["year"]), int(match["month"]), int(match["day"])).toordinal()
+        except ValueError:
+            return None
+    seconds = float(match["seconds"].replace(",", "."))
+    return days * _DAY + hours * 3600.0 + int(match["minutes"]) * 60.0 + seconds, match["year"] is not None
+
+
+def elapsed(times: Iterable[tuple[float, bool]]) -> NDArray[np.float64]:
+    """Seconds since midnight, or since the first time if there are dates, shape (K,); without dates, midnight may pass.
+
+    Examples
+    --------
+    >>> elapsed([(86399.0, False), (1.0, False)]).tolist()
+    [86399.0, 86401.0]
+    """
+    values, dated = map(np.array, zip(*times, strict=True))
+    if dated.any():
+        return np.asarray(values - values[0])
+    midnights = np.cumsum(np.concatenate([[0.0], np.diff(values) < -0.5 * _DAY]))
+    return np.asarray(values + _DAY * midnights)
