@@ -219,8 +219,7 @@ def info(
         cautions += effects_cautions(source, content)
     records = [replace(record, displacement=record.displacement - origin) for record in records]
     solver = PathSolver(parameters)
-    by_record = [measured_loops(record) for record in records]
-    measured = list(chain.from_iterable(by_record))
+    measured = list(chain.from_iterable(map(measured_loops, records)))
     if not reaches and not records:
         reaches = tuple(
             0.5 * share * (parameters.displacement_max - parameters.displacement_min) for share in _DEFAULT_SHARES
@@ -231,9 +230,7 @@ def info(
     loops = [*((source, loop.figures) for loop in modelled), *((loop.path, loop.figures) for loop in measured)]
     cautions += [sentence for loop in loops for sentence in _outside(parameters, *loop)]
     cautions += [_open(loop) for loop in measured if loop.gap != 0.0]
-    # A first loading differs from a steady loop, whatever its frequency.
-    steady = [record for record, own in zip(records, by_record, strict=True) if any(loop.gap == 0.0 for loop in own)]
-    verdicts = campaign_verdicts(steady, modelled)
+    verdicts = campaign_verdicts(records, modelled)
     return Information(
         source, content, origin, parameters, tuple(records), modelled, pairs, *verdicts, tuple(cautions)
     )  # fmt: skip

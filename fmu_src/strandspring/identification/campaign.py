@@ -246,14 +246,15 @@ def campaign_verdicts(
     Parameters
     ----------
     records : sequence of Record
-    model_loops : sequence of Loop   Their loading paths are compared if the records hold no cycle.
+    model_loops : sequence of Loop   Their loading paths are compared if the records hold no closed loop.
 
     Returns
     -------
     rate : RateIndependence or None   None where nobody would ask: no records, or one of one amplitude.
     overlap : Overlap or None         As `loading_overlap`.
     """
-    cycles = [cycle for record in records for cycle in find_cycles(record)]
+    # A first loading differs from a steady loop, whatever its frequency and amplitude.
+    cycles = [cycle for record in records for cycle in find_cycles(record) if cycle.gap == 0.0]
     rate = rate_independence(cycles) if records else None
     if rate is not None and rate.frequencies is None and len(records) == 1 and len(group_by_amplitude(cycles)) < 2:
         rate = None
