@@ -16,7 +16,7 @@ from .core.parameters import KNOTS, MAXIMUM_DEGREE, SCALARS, SpringParameters
 from .errors import ModelError
 from .files import bundled_file, read_bytes, read_text, readable, write_text
 from .stated_uncertainty import check_uncertainty
-from .strict_json import is_finite, parse, plain, printable, shown
+from .strict_json import escaped, is_finite, parse, plain, shown
 from .unpacking import unpacked
 
 MAXIMUM_BYTES = 10_000_000
@@ -260,7 +260,7 @@ def _check_fields(content: Json, required: Iterable[str], optional: Collection[s
             raise ModelError(f'field "{prefix}{name}" is missing; add it or identify the spring again.')
     for name in content:
         if name not in required and name not in optional:
-            raise ModelError(f'field "{prefix}{printable(name[:40])}" is not known; remove it or correct its spelling.')
+            raise ModelError(f'field "{prefix}{escaped(name[:40])}" is not known; remove it or correct its spelling.')
 
 
 def _wrong(name: str, condition: str, value: object) -> ModelError:

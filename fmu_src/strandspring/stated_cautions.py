@@ -9,7 +9,7 @@ from collections.abc import Iterator
 
 from .joint import HYSTERETIC_UNITS
 from .modelfile import ModelFile
-from .strict_json import printable
+from .strict_json import escaped
 
 _ROUNDING = 1e-9
 _OF_SPEED = ("delay", "viscosity")  # effects of the rig that may be a force of the mount that depends on speed
@@ -50,7 +50,7 @@ def stated_effects(model: ModelFile) -> list[str]:
 def cautions_in_use(name: str, model: ModelFile) -> Iterator[str]:
     """Sentences about a model, called so, in whatever it is used for."""
     if cautions := stated_cautions(model):
-        named = printable(", ".join(cautions))
+        named = escaped(", ".join(cautions))
         yield f"{name} was identified with cautions ({named}); see `strandspring info`."
     if rates := [effect for effect in stated_effects(model) if effect in _OF_SPEED]:
         yield (

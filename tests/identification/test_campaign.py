@@ -12,6 +12,7 @@ from strandspring.identification.campaign import (
     OverlapVerdict,
     RateIndependence,
     RateVerdict,
+    campaign_verdicts,
     loading_overlap,
     rate_independence,
 )
@@ -143,3 +144,10 @@ def test_the_reason_is_given_where_the_overlap_is_unknown() -> None:
     lost = loading_overlap([c for k, a in enumerate(AMPLITUDES) for c in find_cycles(measured(flat, 1.0, a, seed=k))])
     assert lost is not None
     assert lost.verdict is OverlapVerdict.LOST_IN_NOISE
+
+
+def test_a_first_loading_says_nothing_of_the_rate() -> None:
+    steady, first = (measured(spring_of(0.5, 1.5), f, cycles=c, noise=0.0) for f, c in ((0.13, 4), (1.0, 1)))
+    rate, _ = campaign_verdicts([steady, first])
+    assert rate is not None
+    assert rate.verdict is not RateVerdict.DEPENDENT

@@ -148,3 +148,12 @@ def test_a_lag_that_turns_the_loop_round_is_measured_and_can_be_given() -> None:
     assert not judge_case(case, identify(case.records, RefinedOptions(delay=delay)).spring()).wrong
     # The refined method finds it.
     assert identify(case.records).effects["delay"] == pytest.approx(delay, rel=0.01)
+
+
+@pytest.mark.parametrize(
+    "given", [{"moving_mass": True}, {"moving_mass": "1"}, {"delay": [0.1]}, {"seed": 1.5}, {"bootstrap": True}]
+)
+def test_what_is_no_number_is_refused(given: dict[str, Any]) -> None:
+    (name,) = given
+    with pytest.raises(TypeError, match=f"`{name}` must be"):
+        RefinedOptions(**given)

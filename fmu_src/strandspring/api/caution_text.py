@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import Any
 
 import numpy as np
 
@@ -14,6 +13,7 @@ from ..loops.strokes import find_strokes
 from ..modelfile import ModelFile
 from ..records.record import Record
 from ..stated_cautions import stated_effects
+from ..strict_json import printable
 
 # Share of the identified range by which rounding may take a sample beyond its ends.
 _ROUNDING = 1e-9
@@ -72,8 +72,3 @@ def effects_cautions(source: str, model: ModelFile) -> list[str]:
         f"{source}: {effects} was taken out of the records of the model, as an effect of the rig; where the records "
         "given here hold it too, the measured forces differ from the model by it."
     ]
-
-
-def printable(value: Any) -> str:
-    """Text of a model file without control characters, which could change the terminal."""
-    return "".join(c if c.isprintable() else "?" for c in str(value))

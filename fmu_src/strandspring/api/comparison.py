@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from numpy.typing import ArrayLike
 
+from ..arguments import numbers, optional_number, whole
 from ..core.parameters import SpringParameters
 from ..errors import StrandspringError
 from ..identification.figures import RecordFit, predict_record
@@ -20,7 +21,6 @@ from ..modelfile import ModelFile
 from ..records.record import Record
 from ..spread import Spread
 from .alignment import Align, aligned, apart, shared_range
-from .arguments import numbers, optional_number, whole
 from .common_form import common_form, in_form
 from .comparison_cautions import comparison_cautions, comparison_notes
 from .comparison_plot import draw

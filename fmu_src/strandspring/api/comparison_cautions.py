@@ -8,8 +8,9 @@ from ..loops.modelled import steady_loop
 from ..modelfile import ModelFile
 from ..records.record import Record
 from ..stated_cautions import stated_cautions
+from ..strict_json import printable
 from .alignment import Align, aligned, apart, middle_of, shared_range
-from .caution_text import backwards_cautions, effects_of, jumping_cautions, outside_cautions, printable
+from .caution_text import backwards_cautions, effects_of, jumping_cautions, outside_cautions
 from .common_form import common_form, form_of, form_words
 from .comparison_words import Verdict, percent
 

@@ -7,6 +7,7 @@ import os
 from dataclasses import dataclass
 from pathlib import Path
 
+from ..arguments import optional_number
 from ..coordinates import placed
 from ..errors import StrandspringError
 from ..exchange.c_sources import law_path, write_c_sources
@@ -15,7 +16,6 @@ from ..files import refuse_unwritable, write_text
 from ..fmu.ssv import parameter_values
 from ..modelfile import ModelFile
 from ..scratch import TemporaryFolder
-from .arguments import optional_number
 from .placing import ModelSource, model_of, origin_of
 from .progress import Progress, unseen
 

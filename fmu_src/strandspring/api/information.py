@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..arguments import numbers
 from ..coordinates import counted_from, zero_sentence
 from ..core.parameters import SpringParameters
 from ..identification.campaign import Overlap, RateIndependence, campaign_verdicts
@@ -21,8 +22,8 @@ from ..loops.modelled import steady_loop, steady_loop_figures
 from ..modelfile import ModelFile
 from ..records.record import Record
 from ..stated_cautions import stated_cautions
-from .arguments import numbers
-from .caution_text import backwards_cautions, effects_cautions, effects_of, outside_range, printable
+from ..strict_json import printable
+from .caution_text import backwards_cautions, effects_cautions, effects_of, outside_range
 from .placing import ModelSource, model_of, origin_of, source_of
 from .plotting import some_axes
 from .records import records_of

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 from numpy.typing import ArrayLike
 
+from ..arguments import limits, number, optional_number, whole
 from ..coordinates import counted_from, zero_sentence
 from ..files import write_csv
 from ..isolation.band import band_frequencies
@@ -32,7 +33,6 @@ from ..isolation.system import (
 from ..modelfile import ModelFile
 from ..scratch import TemporaryFolder
 from ..stated_cautions import cautions_in_use
-from .arguments import limits, number, optional_number, whole
 from .caution_text import outside_range
 from .levels import checked_count, given_levels
 from .placing import ModelSource, model_of, origin_of, path_of

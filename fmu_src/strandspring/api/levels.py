@@ -6,8 +6,8 @@ import math
 
 from numpy.typing import ArrayLike
 
+from ..arguments import numbers, whole
 from ..isolation.system import Excitation, IsolationError
-from .arguments import numbers, whole
 
 
 def given_levels(

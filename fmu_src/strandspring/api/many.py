@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from ..arguments import optional_number, workers_of
 from ..batches.batch import BatchSummary, identify_batch
 from ..batches.figures_in_batch import FIGURES, JUDGED
 from ..batches.outliers import FEWEST, LIMIT
@@ -21,7 +22,6 @@ from ..intake.wanted import Wanted
 from ..jobs.cluster import Cluster, cluster_of
 from ..jobs.runners import Local
 from ..joint import HYSTERETIC_UNITS
-from .arguments import optional_number, workers_of
 from .records import checked_units
 from .result import Result
 from .text import counted

@@ -14,13 +14,13 @@ from ..answers.answers import CandidateAnswer, CaseAnswer, answer_candidate, ans
 from ..answers.drawn_springs import Drawn
 from ..answers.draws import CaseDraws
 from ..answers.verdicts import Figure, Verdict
+from ..arguments import optional_number, optional_whole, workers_of
 from ..errors import MountedSystemError
 from ..files import refuse_unwritable, write_csv
 from ..jobs.threads import in_threads
 from ..system_files.chosen import chosen_candidates, chosen_cases
 from ..system_files.system_file import SystemFile, load_system_file
 from ..systems.rest import SHARES
-from .arguments import optional_number, optional_whole, workers_of
 from .history_table import history_table, unique_names
 from .plotting import save_plot, some_axes
 from .progress import Progress, unseen

@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING, NamedTuple, TypeVar
 
 import numpy as np
 
+from ..arguments import workers_of
 from ..errors import StrandspringError
 from ..jobs.cluster import Cluster, cluster_of
 from ..jobs.runners import Local, Runner
 from ..scratch import TemporaryFolder
 from ..spread import Quantiles
-from .arguments import workers_of
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 
 from numpy.typing import ArrayLike
 
+from ..arguments import limits, number, numbers, optional_number, whole
 from ..coordinates import counted_from, zero_sentence
 from ..core.parameters import SpringParameters
 from ..errors import ModelError
@@ -23,7 +24,6 @@ from ..stated_cautions import cautions_in_use
 from ..studies.definition import RunRow, Study
 from ..studies.quantiles import GridPointSummary, Summaries
 from ..studies.run import run_study
-from .arguments import limits, number, numbers, optional_number, whole
 from .caution_text import outside_range
 from .levels import given_levels
 from .placing import ModelSource, model_of, origin_of, path_of

@@ -9,11 +9,11 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..arguments import number, numbers, whole
 from ..kernel.arrays import FloatArray
 from ..kernel.path import PathSolver
 from ..peers.ni import PAPER_NI, sine_period, with_noise
 from ..records.record import Record
-from .arguments import number, numbers, whole
 from .caution_text import outside_cautions
 from .placing import ModelSource, model_of
 

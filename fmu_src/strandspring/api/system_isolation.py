@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from threadpoolctl import threadpool_limits
 
+from ..arguments import limits
 from ..errors import MountedSystemError
 from ..files import write_csv
 from ..isolation.band import DEFAULT_BAND, checked_limits
@@ -26,7 +27,6 @@ from ..systems.rest import RestPose, rest
 from ..systems.shaking import Shaking
 from ..systems.six_balance import SixBalance
 from ..systems.six_response import DIRECTIONS, PointResonance, SystemResponse, all_points, system_response
-from .arguments import limits
 from .levels import checked_count, given_levels, positive_levels
 from .plotting import save_plot
 from .progress import Progress, unseen

@@ -9,7 +9,7 @@ from ..core.parameters import SIGMA_RANGE, SpringParameters
 from ..identification.campaign import Overlap, RateIndependence
 from ..identification.figures import RecordFit
 from ..identification.prediction_interval import PredictionInterval
-from .caution_text import printable
+from ..strict_json import printable
 
 AT_BOUND = 1.001  # an end of an interval that is less than this times a bound is the bound itself
 

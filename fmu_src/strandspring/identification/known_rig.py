@@ -17,6 +17,7 @@ from typing import Any
 
 import numpy as np
 
+from ..arguments import number, optional_number
 from ..errors import RecordError
 from ..kernel.arrays import FloatArray
 from ..loops.strokes import find_strokes
@@ -50,6 +51,9 @@ class KnownRig:
     delay: float | None = None
 
     def __post_init__(self) -> None:
+        number("moving_mass", self.moving_mass, "kg")
+        number("fixture_stiffness", self.fixture_stiffness, "N/m")
+        optional_number("delay", self.delay, "s")
         if not 0.0 <= self.moving_mass < math.inf:
             raise ValueError(f"`moving_mass` must be finite and >= 0 [kg], got {self.moving_mass}.")
         if not self.fixture_stiffness > 0.0:

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from importlib.util import find_spec
 from typing import Any, ClassVar
 
+from ..arguments import whole
 from ..core.parameters import SpringParameters
 from ..errors import RecordError
 from ..kernel.arrays import FloatArray
@@ -90,6 +91,8 @@ class RefinedOptions(Method):
 
     def __post_init__(self) -> None:
         super().__post_init__()
+        for name in ("bootstrap", "posterior", "seed"):
+            whole(name, getattr(self, name))
         if self.bootstrap != 0 and not 2 <= self.bootstrap <= 10_000:
             raise ValueError(f"`bootstrap` must be 0 or within [2, 10000] repetitions, got {self.bootstrap}.")
         if self.posterior and not _LEAST_STEPS <= self.posterior <= 1_000_000:

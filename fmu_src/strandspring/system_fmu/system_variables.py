@@ -11,6 +11,7 @@ import numpy as np
 from ..core.variables import Unit, Variable, units
 from ..errors import MountedSystemError
 from ..kernel.arrays import FloatArray
+from ..strict_json import printable
 from ..systems.mounted import MountedSystem, RigidBody, Vector
 
 LEAST_STEP = 1e-12  # [s]
@@ -121,14 +122,16 @@ def system_variables(system: MountedSystem, options: SystemFmuOptions) -> tuple[
             for name in base_directions(system)
         ),
         *(
-            Variable(name, "input", "continuous", f"Force on {_named(system.bodies[force.body])}: {_plain(force.name)}",
-                     "N", "kN")
+            Variable(
+                name, "input", "continuous",
+                f"Force on {_named(system.bodies[force.body])}: {printable(force.name)}", "N", "kN",
+            )
             for name, force in zip(loads, options.forces, strict=True)
         ),
         *(
             _output(
                 f"acceleration_{name}_{direction}",
-                f"Absolute acceleration of {_plain(point.name)} along {direction}", "m/s^2", "g", of_rest,
+                f"Absolute acceleration of {printable(point.name)} along {direction}", "m/s^2", "g", of_rest,
                 (*_held_inputs(system, point.body, direction),
                  *(load for load, force in zip(loads, options.forces, strict=True) if force.body == point.body)),
             )
@@ -137,7 +140,7 @@ def system_variables(system: MountedSystem, options: SystemFmuOptions) -> tuple[
         ),
         *(
             _output(f"sway_{name}_{direction}",
-                    f"Displacement of {_plain(point.name)} relative to the base along {direction}, from static "
+                    f"Displacement of {printable(point.name)} relative to the base along {direction}, from static "
                     "equilibrium", "m", "mm", of_rest)
             for name, point in points
             for direction in _DIRECTIONS
@@ -198,7 +201,7 @@ def _axes(system: MountedSystem) -> Iterator[tuple[str, str]]:
     for name, mount in zip(names, system.mounts, strict=True):
         for number, axis in enumerate(mount.axes, start=1):
             along = ", ".join(f"{component:.6g}" for component in axis.direction)
-            yield f"{name}_{number}", f"axis {number} of mount {_plain(mount.name)}, along ({along})"
+            yield f"{name}_{number}", f"axis {number} of mount {printable(mount.name)}, along ({along})"
 
 
 def _parameters(largest_step: float) -> Iterator[Variable]:
@@ -224,9 +227,4 @@ def _output(
 
 
 def _named(body: RigidBody) -> str:
-    return _plain(body.name)
-
-
-def _plain(text: str) -> str:
-    """Text that XML can hold."""
-    return "".join(character if character.isprintable() else "?" for character in text)
+    return printable(body.name)

@@ -24,7 +24,7 @@ from strandspring import (
     synthesize,
     synthesize_ni,
 )
-from strandspring.api.arguments import limits, number, numbers, whole
+from strandspring.arguments import limits, number, numbers, whole
 from strandspring.examples.system_models import SYSTEMS
 
 SPRING = Spring(SpringParameters((0.0, 8000.0), (1.0,), 10.0, 500.0, 1.0, 1.0, 0.0, -0.02, 0.02), "mount")
