@@ -17,21 +17,23 @@ _TIME = re.compile(
 )
 
 
+# Days since midnight or since the year 1, seconds since, and whether there is a date; apart, or digits would be lost.
+Moment = tuple[int, float, bool]
+
+
 def is_clock(cells: Iterable[str]) -> bool:
     """Whether there are cells, and all of them are times, such as "10:00:08.5", "2024-05-17 10:00:08" or "03:12.5"."""
     given = list(cells)
-    return bool(given) and all(seconds_of(cell) is not None for cell in given)
+    return bool(given) and all(moment_of(cell) is not None for cell in given)
 
 
-def seconds_of(cell: str) -> tuple[float, bool] | None:
-    """Seconds since midnight, or since the year 1 of what has a date, and whether it has one; None if it is no time.
-
-    "10:05" may be hours and minutes or minutes and seconds, and is none.
+def moment_of(cell: str) -> Moment | None:
+    """The moment that a cell holds; None if it is no time: "10:05" may be hours and minutes or minutes and seconds.
 
     Examples
     --------
-    >>> seconds_of("10:00:08,5"), seconds_of("1:05.25"), seconds_of("0001-01-02 00:00:01"), seconds_of("10:05")
-    ((36008.5, False), (65.25, False), (172801.0, True), None)
+    >>> moment_of("10:00:08,5"), moment_of("1:05.25"), moment_of("0001-01-02 00:00:01"), moment_of("10:05")
+    ((0, 36008.5, False), (0, 65.25, False), (2, 1.0, True), None)
     """
     match = _TIME.fullmatch(cell)
     if match is None or not (match["hours"] or match["decimals"]):
@@ -48,19 +50,20 @@ def seconds_of(cell: str) -> tuple[float, bool] | None:
         except ValueError:
             return None
     seconds = float(match["seconds"].replace(",", "."))
-    return days * _DAY + hours * 3600.0 + int(match["minutes"]) * 60.0 + seconds, match["year"] is not None
+    return days, hours * 3600.0 + int(match["minutes"]) * 60.0 + seconds, match["year"] is not None
 
 
-def elapsed(times: Iterable[tuple[float, bool]]) -> NDArray[np.float64]:
+def elapsed(moments: Iterable[Moment]) -> NDArray[np.float64]:
     """Seconds since midnight, or since the first time if there are dates, shape (K,); without dates, midnight may pass.
 
     Examples
     --------
-    >>> elapsed([(86399.0, False), (1.0, False)]).tolist()
+    >>> elapsed([(0, 86399.0, False), (0, 1.0, False)]).tolist()
     [86399.0, 86401.0]
     """
-    values, dated = map(np.array, zip(*times, strict=True))
+    days, seconds, dated = map(np.array, zip(*moments, strict=True))
     if dated.any():
-        return np.asarray(values - values[0])
+        return np.asarray((days - days[0]) * _DAY + (seconds - seconds[0]))
+    values = days * _DAY + seconds
     midnights = np.cumsum(np.concatenate([[0.0], np.diff(values) < -0.5 * _DAY]))
     return np.asarray(values + _DAY * midnights)

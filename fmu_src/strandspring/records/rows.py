@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import RecordError
-from .clock import elapsed, seconds_of
+from .clock import elapsed, moment_of
 from .columns import Column
 from .dialect import Dialect, is_number, split_cells
 from .source import Source
@@ -97,19 +97,19 @@ def read_numbers(
 
 def _read_clock(source: Source, dialect: Dialect, column: Column, count: int) -> NDArray[np.float64]:
     """Times of the first rows as seconds, shape (K,); raises RecordError if a cell holds none."""
-    times = []
+    moments = []
     start = _offset_of_line(source.data, dialect.first_line)
     for line, text in islice(_rows(source.data, dialect, dialect.first_line, start), count):
         cells = split_cells(text.decode("utf-8", "replace").rstrip("\n"), dialect.separator, dialect.has_quotes)
         cell = cells[column.number - 1] if column.number <= len(cells) else ""
-        time = seconds_of(cell)
-        if time is None:
+        moment = moment_of(cell)
+        if moment is None:
             raise RecordError(
                 f"{source.path}, {source.row} {line}, {column}: must hold a time like the rows above, found "
                 f"{quoted(cell)}; correct or delete the {source.row}."
             )
-        times.append(time)
-    return elapsed(times)
+        moments.append(moment)
+    return elapsed(moments)
 
 
 def lines_of_rows(source: Source, dialect: Dialect, rows: Collection[int]) -> list[int]:
