@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import asdict, replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -163,6 +164,12 @@ def test_numbers_become_floats_and_good_springs_have_no_problem() -> None:
     assert all(type(c) is float for c in (*parameters.kE, *parameters.kA))
     for example in EXAMPLES.values():
         assert problems(example) == []
+
+
+@pytest.mark.parametrize("coefficients", ["13", b"13", {0.0, 3000.0}])
+def test_what_is_no_sequence_of_numbers_is_refused(coefficients: Any) -> None:
+    with pytest.raises(TypeError, match="`kE` must be a sequence of numbers"):
+        replace(GOOD, kE=coefficients)
 
 
 def test_the_limits_themselves_are_allowed() -> None:

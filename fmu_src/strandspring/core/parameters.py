@@ -76,6 +76,11 @@ class SpringParameters:
     displacement_min, displacement_max : float   Identified range of displacement [m].
     FE_knots, FE_forces : tuple of float   Table of FE: rising displacements [m] from one end of the range to the
                                other, and the forces there [N]; both empty if FE is a polynomial.
+
+    Raises
+    ------
+    TypeError    If coefficients are text or a set.
+    ValueError   If the spring is not physically possible, see `problems`.
     """
 
     kE: tuple[float, ...]
@@ -92,7 +97,10 @@ class SpringParameters:
 
     def __post_init__(self) -> None:
         for name in ARRAYS:
-            object.__setattr__(self, name, tuple(map(float, getattr(self, name))))
+            values = getattr(self, name)
+            if isinstance(values, (str, bytes, set, frozenset)):  # taken apart into characters, or without an order
+                raise TypeError(f"`{name}` must be a sequence of numbers, got {values!r}.")
+            object.__setattr__(self, name, tuple(map(float, values)))
         for problem in problems(self):
             raise ValueError(problem)
 
