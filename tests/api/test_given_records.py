@@ -39,6 +39,14 @@ def test_arrays_tables_files_and_records_give_one_spring(tmp_path: Path) -> None
     assert identify(-x, force, reverse="displacement").parameters == expected
 
 
+def test_series_are_not_paired_across_indexes() -> None:
+    x, force = pd.Series(NI.displacement), pd.Series(NI.force)
+    with pytest.raises(RecordError, match="Series of displacement and force must have the same index"):
+        identify(x.iloc[:-1], force.iloc[1:])
+    assert record_of_arrays(x.iloc[3:], force.iloc[3:]).displacement.tolist() == NI.displacement[3:].tolist()
+    assert record_of_arrays(x.iloc[:-1], NI.force[1:]).force.tolist() == NI.force[1:].tolist()
+
+
 def test_assumed_units_are_noted() -> None:
     assert record_of_arrays([0.0, 1.0], [0.0, 1.0]).notes == (
         "units assumed: displacement in m, force in N, time in s",

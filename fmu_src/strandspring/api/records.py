@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping, Sequence
+from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 
@@ -46,7 +47,7 @@ def record_of_arrays(
 
     Raises
     ------
-    RecordError                 If the arrays do not make a record, or a unit is unknown.
+    RecordError                 If the arrays do not make a record, a unit is unknown, or the indexes of Series differ.
 
     Examples
     --------
@@ -55,6 +56,7 @@ def record_of_arrays(
     """
     given = checked_units(units)
     check_reverse(reverse)
+    _refuse_other_index({"displacement": displacement, "force": force, "time": time})
     record = Record.from_arrays(displacement, force, time)
     factors = {name: unit_factor(given.get(name, _SI[name]), name) for name in _QUANTITIES}
     if reverse is not None:
@@ -75,6 +77,17 @@ def record_of_arrays(
             'are in m and N, or in the units given with them, such as units={"displacement": "mm"}.'
         )
     return record
+
+
+def _refuse_other_index(arrays: Mapping[str, Any]) -> None:
+    """Refuse pandas Series with other indexes: pandas would pair them by these, a record pairs them by their order."""
+    series = [(name, values) for name, values in arrays.items() if hasattr(getattr(values, "index", None), "equals")]
+    for (first, one), (name, other) in pairwise(series):
+        if not one.index.equals(other.index):
+            raise RecordError(
+                f"<arrays>: the Series of {first} and {name} must have the same index; take them from one DataFrame, "
+                "or give `.to_numpy()` of both to pair them by their order."
+            )
 
 
 def given_records(
