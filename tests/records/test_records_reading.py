@@ -289,6 +289,12 @@ def test_times_of_day_and_dates_are_read_as_seconds(
     assert any("read as seconds" in note for note in record.notes)
 
 
+def test_times_with_and_without_dates_are_not_mixed(write: Write) -> None:
+    times = ["2024-05-17 10:00:08", "10:00:09", "10:00:10", "10:00:11"]
+    record = read_record(write("\n".join(["Time,Disp,Force", *(f"{time},{k},{k}" for k, time in enumerate(times))])))
+    assert record.time is None
+
+
 def test_a_time_of_day_that_is_none_is_named(write: Write) -> None:
     rows = [f"00:00:{k % 60:02d},{k % 7},{k % 7}" for k in range(60)] * 4
     path = write("\n".join(["Time,Disp,Force", *rows[:230], "noon,1,2", *rows[231:]]) + "\n")

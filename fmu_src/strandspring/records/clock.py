@@ -22,9 +22,9 @@ Moment = tuple[int, float, bool]
 
 
 def is_clock(cells: Iterable[str]) -> bool:
-    """Whether there are cells, and all of them are times, such as "10:00:08.5", "2024-05-17 10:00:08" or "03:12.5"."""
-    given = list(cells)
-    return bool(given) and all(moment_of(cell) is not None for cell in given)
+    """Whether there are cells, all of them times such as "10:00:08.5", or all with a date, "2024-05-17 10:00:08"."""
+    moments = [moment_of(cell) for cell in cells]
+    return {None if moment is None else moment[2] for moment in moments} in ({False}, {True})
 
 
 def moment_of(cell: str) -> Moment | None:

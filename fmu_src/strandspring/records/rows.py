@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import RecordError
-from .clock import elapsed, moment_of
+from .clock import Moment, elapsed, moment_of
 from .columns import Column
 from .dialect import Dialect, is_number, split_cells
 from .source import Source
@@ -97,13 +97,13 @@ def read_numbers(
 
 def _read_clock(source: Source, dialect: Dialect, column: Column, count: int) -> NDArray[np.float64]:
     """Times of the first rows as seconds, shape (K,); raises RecordError if a cell holds none."""
-    moments = []
+    moments: list[Moment] = []
     start = _offset_of_line(source.data, dialect.first_line)
     for line, text in islice(_rows(source.data, dialect, dialect.first_line, start), count):
         cells = split_cells(text.decode("utf-8", "replace").rstrip("\n"), dialect.separator, dialect.has_quotes)
         cell = cells[column.number - 1] if column.number <= len(cells) else ""
         moment = moment_of(cell)
-        if moment is None:
+        if moment is None or (moments and moment[2] is not moments[0][2]):
             raise RecordError(
                 f"{source.path}, {source.row} {line}, {column}: must hold a time like the rows above, found "
                 f"{quoted(cell)}; correct or delete the {source.row}."
