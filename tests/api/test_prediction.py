@@ -35,6 +35,11 @@ def test_the_ways_to_give_data_are_those_of_identify(tmp_path: Path) -> None:
         predict(SPRING, [])
 
 
+def test_a_path_that_does_not_move_is_predicted() -> None:
+    rest = Record(np.full(50, SPRING.parameters.displacement_offset), np.ones(50))
+    assert not any("jumps" in caution for caution in predict(SPRING, rest).cautions)
+
+
 def test_noise_is_all_that_is_left() -> None:
     prediction = predict(SPRING, synthesize(SPRING, noise=0.02, seed=1))
     force = prediction.records[0].force

@@ -41,11 +41,12 @@ def jumping_cautions(records: Iterable[Record]) -> list[str]:
     sentences = []
     for record in records:
         path = record.displacement
-        share = float(np.max(np.abs(find_strokes(path).displacement - path)) / np.ptp(path))
-        if share > _SMOOTHED:
+        apart, span = float(np.max(np.abs(find_strokes(path).displacement - path))), float(np.ptp(path))
+        if apart > _SMOOTHED * span:
+            share = 100.0 * apart / span
             sentences.append(
                 f"{record.path}: the displacement jumps from sample to sample as noise would, and the path of the "
-                f"model, which leaves reversals below the noise out, differs from it by up to {100.0 * share:.2g} % of "
+                f"model, which leaves reversals below the noise out, differs from it by up to {share:.2g} % of "
                 "its range: what is compared here says nothing; give a record with 20 samples a cycle or more."
             )
     return sentences

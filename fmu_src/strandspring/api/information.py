@@ -240,9 +240,9 @@ def info(
 def _open(loop: MeasuredLoop) -> str:
     """A caution about a loop that does not close."""
     return (
-        f"{loop.path}: the loop from {_ends(loop.figures)} is open, its last force lies {100.0 * abs(loop.gap):.2g} % "
-        "of its height from its first one, as in a first loading: its figures, energy and loss factor above all, are "
-        "not those of steady motion; record at least one cycle more."
+        f"{loop.path}: the loop from {_ends(loop.figures)} is open, as in a first loading: the force at its end "
+        f"differs from that at its beginning by {100.0 * abs(loop.gap):.2g} % of its height. Its figures, energy and "
+        "loss factor above all, are not those of steady motion; record at least one cycle more."
     )
 
 
