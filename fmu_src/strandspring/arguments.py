@@ -90,10 +90,19 @@ def optional_whole(name: str, value: Any) -> int | None:
 
 
 def workers_of(value: Any) -> int | None:
-    """A number of workers, as many as cores if None; raises ValueError below 1, TypeError if it is no whole number."""
-    if value is not None and whole("workers", value) < 1:
+    """The number of workers, None for one per core; raises TypeError unless it is whole, ValueError below 1."""
+    count = optional_whole("workers", value)
+    if count is not None and count < 1:
         raise ValueError(f"`workers` must be at least 1, got {value!r}.")
-    return None if value is None else whole("workers", value)
+    return count
+
+
+def seed_of(value: Any) -> int:
+    """The seed of random numbers; raises TypeError unless it is whole, ValueError if it is negative."""
+    seed = whole("seed", value)
+    if seed < 0:
+        raise ValueError(f"`seed` must be >= 0, got {value!r}.")
+    return seed
 
 
 def _in(unit: str) -> str:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from numpy.typing import ArrayLike
 
-from ..arguments import numbers, optional_number, whole
+from ..arguments import numbers, optional_number, seed_of, whole
 from ..core.parameters import SpringParameters
 from ..errors import StrandspringError
 from ..identification.figures import RecordFit, predict_record
@@ -300,8 +300,7 @@ def compare(
         raise ValueError(f"`align` must be 'record' or 'middle', got {align!r}.")
     if whole("draws", draws) != 0 and draws < 20:
         raise ValueError(f"`draws` must be 0 or at least 20, got {draws!r}.")
-    if whole("seed", seed) < 0:
-        raise ValueError(f"`seed` must be >= 0, got {seed!r}.")
+    seed = seed_of(seed)
     mass = optional_number("mass", mass, "kg")
     if mass is not None and not 0.0 < mass < math.inf:
         raise ValueError(f"`mass` must be finite and > 0 [kg], got {mass!r}.")

@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..arguments import number, numbers, whole
+from ..arguments import number, numbers, seed_of, whole
 from ..kernel.arrays import FloatArray
 from ..kernel.path import PathSolver
 from ..peers.ni import PAPER_NI, sine_period, with_noise
@@ -75,7 +75,7 @@ def synthesize(
     displacement_resolution = _checked_not_negative("displacement_resolution", displacement_resolution)
     force_resolution = _checked_not_negative("force_resolution", force_resolution)
     drift = _checked("drift", drift, "finite")
-    seed = _checked_seed(seed)
+    seed = seed_of(seed)
     _refuse_impossible(cycles, samples, len(reaches))
     centre = p.displacement_offset if mean is None else _checked("mean", mean, "finite [m]")
     phase = np.arange(cycles * samples) / samples
@@ -130,7 +130,7 @@ def synthesize_ni(
     amplitude = _checked("amplitude", amplitude, "> 0 and at most 0.1 [m]", lambda value: 0.0 < value <= 0.1)
     exponent = _checked("exponent", exponent, "finite")
     noise = _checked_not_negative("noise", noise)
-    seed = _checked_seed(seed)
+    seed = seed_of(seed)
     _refuse_impossible(cycles, samples, 1)
     path = sine_period(1e3 * amplitude, samples)
     force = np.tile(replace(PAPER_NI, n=exponent).steady_force(path), cycles)
@@ -152,12 +152,6 @@ def _checked(name: str, value: float, condition: str, holds: Callable[[float], b
 
 def _checked_not_negative(name: str, value: float) -> float:
     return _checked(name, value, ">= 0", lambda found: found >= 0.0)
-
-
-def _checked_seed(seed: int) -> int:
-    if whole("seed", seed) < 0:
-        raise ValueError(f"`seed` must be >= 0, got {seed!r}.")
-    return seed
 
 
 def _refuse_impossible(cycles: int, samples: int, amplitudes: int) -> None:

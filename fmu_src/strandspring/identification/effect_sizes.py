@@ -46,7 +46,7 @@ def fitted_with(
         if best is None or other.misfit <= best.fit.misfit:
             fit = other
             best = Corrected(fit, loops, sizes)
-            step, _ = EffectTraces(rig, fit, best.loops, list(sizes), sizes).solved(list(sizes))
+            step, _ = EffectTraces(rig, best, list(sizes)).solved(list(sizes))
         else:
             step = {effect: 0.5 * change for effect, change in step.items()}
         sizes = {effect: size + step[effect] for effect, size in best.sizes.items()}

@@ -10,9 +10,8 @@ import numpy as np
 from ..kernel.arrays import FloatArray
 from .autocorrelation import autocorrelation_time
 from .corrected import Corrected, Gain
-from .loops import Loops
 from .rig import Effect, Rig, Sizes
-from .search import Candidate, force_floor, information
+from .search import force_floor, information
 
 MARGIN = 12.0  # by which an effect must lower the criterion beyond its price
 TRIED = 3  # effects that promise most are tried
@@ -35,7 +34,7 @@ def gains_of(rig: Rig, state: Corrected, among: Sequence[Effect] = tuple(Effect)
 
 def _gains(rig: Rig, state: Corrected, effects: Sequence[Effect]) -> Iterator[Gain]:
     """The same of some effects, without those that make no sense beside others."""
-    traces = EffectTraces(rig, state.fit, state.loops, [*state.sizes, *effects], state.sizes)
+    traces = EffectTraces(rig, state, [*state.sizes, *effects])
     weight = state.loops.weight.sum()
     floor = force_floor(state.loops)
     _, without = traces.solved(list(state.sizes))
@@ -62,21 +61,20 @@ class EffectTraces:
     Parameters
     ----------
     rig : Rig
-    fit : Candidate       Of the points.
-    loops : Loops         Corrected by the sizes.
+    state : Corrected
     effects : sequence of Effect
-    sizes : dict
     """
 
-    def __init__(self, rig: Rig, fit: Candidate, loops: Loops, effects: Sequence[Effect], sizes: Sizes) -> None:
-        columns, refinement = fit.basis.columns(loops.displacement), fit.refinement
+    def __init__(self, rig: Rig, state: Corrected, effects: Sequence[Effect]) -> None:
+        fit, loops, refinement = state.fit, state.loops, state.fit.refinement
+        columns = fit.basis.columns(loops.displacement)
         root = np.sqrt(loops.weight)
         yielding = refinement.derivatives * refinement.backbone.G
         rows = np.concatenate([columns.elastic.T, refinement.omega * columns.amplifier.T, yielding])
         rows *= root / np.maximum(np.abs(rows).max(axis=1), 1e-300)[:, None]
         self._model, _ = np.linalg.qr(rows.T)
         self._misfit = self._beside(root * refinement.backbone.misfit(loops.force, refinement.omega))
-        delay = float(sizes.get(Effect.DELAY, [0.0])[0])
+        delay = float(state.sizes.get(Effect.DELAY, [0.0])[0])
         self._traces = {
             effect: self._beside(rig.columns(effect, fit, loops, delay) * root[:, None]) for effect in effects
         }

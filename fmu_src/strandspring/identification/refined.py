@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from importlib.util import find_spec
 from typing import Any, ClassVar
 
-from ..arguments import whole
+from ..arguments import seed_of, whole
 from ..core.parameters import SpringParameters
 from ..errors import RecordError
 from ..kernel.arrays import FloatArray
@@ -91,7 +91,7 @@ class RefinedOptions(Method):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        for name in ("bootstrap", "posterior", "seed"):
+        for name in ("bootstrap", "posterior"):
             whole(name, getattr(self, name))
         if self.bootstrap != 0 and not 2 <= self.bootstrap <= 10_000:
             raise ValueError(f"`bootstrap` must be 0 or within [2, 10000] repetitions, got {self.bootstrap}.")
@@ -99,8 +99,7 @@ class RefinedOptions(Method):
             raise ValueError(f"`posterior` must be 0 or within [{_LEAST_STEPS}, 1000000] steps, got {self.posterior}.")
         if self.posterior and find_spec("emcee") is None:
             raise ValueError("`posterior` needs the package emcee; install it: pip install strandspring[posterior]")
-        if self.seed < 0:
-            raise ValueError(f"`seed` must be >= 0, got {self.seed}.")
+        seed_of(self.seed)
         _ = self.known  # which checks itself
 
     @property
