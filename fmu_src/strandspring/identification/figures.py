@@ -12,6 +12,7 @@ from ..kernel.arrays import FloatArray
 from ..kernel.path import PathSolver
 from ..loops.strokes import Strokes, find_strokes
 from ..records.record import Record
+from .steady_part import SteadyRecord
 
 # The memory of omega_start is gone after two strokes; this many samples of them are enough to estimate it.
 _START_SAMPLES = 4000
@@ -42,6 +43,8 @@ class RecordFit:
     samples : int                     Number of samples compared.
     rmse, rnl : float                 Over the samples compared [N], [-].
     rms_force : float                 Over the samples compared [N].
+    energy, predicted_energy : float  Work of the hysteretic force over the samples compared, the integral of
+                                      (force - FE) over the displacement, measured and predicted [J].
     omega_start : float               omega at the record's first sample.
     compared : str                    What was compared and where omega_start comes from, in words.
     """
@@ -53,38 +56,91 @@ class RecordFit:
     rmse: float
     rnl: float
     rms_force: float
+    energy: float
+    predicted_energy: float
     omega_start: float
     compared: str
 
+    @property
+    def figures(self) -> dict[str, float]:
+        """What the model file and JSON hold of it, in N and J."""
+        return {name: getattr(self, name) for name in ("rmse", "rnl", "energy", "predicted_energy")}
+
 
 def record_fit(
-    record: Record, predicted: FloatArray, first_sample: int, omega_start: float, compared: str
+    solver: PathSolver,
+    record: Record,
+    path: FloatArray,
+    predicted: FloatArray,
+    first_sample: int,
+    omega_start: float,
+    compared: str,
 ) -> RecordFit:
-    """Figures of a prediction from `first_sample` on."""
-    chosen = np.arange(len(record)) >= first_sample
+    """Figures of a prediction from `first_sample` on.
+
+    Parameters
+    ----------
+    solver : PathSolver               Of the spring whose FE is taken from the forces to have hysteretic ones.
+    record : Record
+    path : ndarray, shape (K,)        Displacement of the prediction [m].
+    predicted : ndarray, shape (K,)   [N]
+    first_sample, omega_start, compared   As in `RecordFit`.
+
+    Raises
+    ------
+    RecordError   If no such sample is within the selected displacements.
+    """
+    chosen = chosen_samples(record, first_sample)
     if record.compared is not None:
-        if not (chosen & record.compared).any():
+        if not chosen.any():
             raise RecordError(
                 f"{record.path}: no sample from number {first_sample + 1} on, where the steady part begins, is within "
                 "the selected displacements; select others."
             )
-        chosen &= record.compared
         compared += ", within the selected displacements"
     force, p = record.force[chosen], predicted[chosen]
     rms_force = float(np.sqrt(np.mean(force**2)))
     figures = (rmse(force, p), rnl(force, p), rms_force)
-    return RecordFit(record.path, predicted, first_sample, force.size, *figures, omega_start, compared)
+    works = (
+        float(np.sum(steps_of_work(solver, path, each)[chosen[1:] & chosen[:-1]])) for each in (record.force, predicted)
+    )
+    return RecordFit(record.path, predicted, first_sample, force.size, *figures, *works, omega_start, compared)
+
+
+def chosen_samples(record: Record, first_sample: int) -> NDArray[np.bool_]:
+    """The samples compared: from one on, within the selected displacements, shape (K,)."""
+    chosen = np.arange(len(record)) >= first_sample
+    return chosen if record.compared is None else chosen & record.compared
+
+
+def steps_of_work(solver: PathSolver, path: FloatArray, force: FloatArray) -> FloatArray:
+    """Work of a force without FE in each interval of a path, shape (K - 1,) [J], by the trapezoidal rule."""
+    hysteretic = force - solver.force_with_partials(path, np.zeros(path.size))[0]
+    return np.asarray(0.5 * (hysteretic[1:] + hysteretic[:-1]) * np.diff(path))
 
 
 def predict_record(solver: PathSolver, record: Record) -> RecordFit:
-    """Predict a whole record; the unknown omega at its start is estimated as one bounded scalar.
+    """Predict a whole record along its displacement as recorded.
 
-    Reversals below the noise of the displacement are taken out of the path first, as in identification.
+    The unknown omega at its start is estimated as one bounded scalar, from the path without reversals below the noise.
     """
-    strokes = find_strokes(record.displacement)
-    omega_start = estimate_omega_start(solver, strokes, record.force, record.compared)
-    predicted = solver.force(strokes.displacement, omega_start)
-    return record_fit(record, predicted, 0, omega_start, "all samples, omega_start estimated")
+    omega_start = estimate_omega_start(solver, find_strokes(record.displacement), record.force, record.compared)
+    return alone(solver, record, 0, omega_start, "all samples, omega_start estimated")
+
+
+def alone(solver: PathSolver, record: Record, first_sample: int, omega_start: float, compared: str) -> RecordFit:
+    """Prediction by a spring alone, driven by the displacement as recorded: what its FMU gives."""
+    path = record.displacement
+    return record_fit(solver, record, path, solver.force(path, omega_start), first_sample, omega_start, compared)
+
+
+def along_strokes(solver: PathSolver, part: SteadyRecord, fit: RecordFit) -> RecordFit:
+    """The same along the path without reversals below the noise; the same fit where nothing was smoothed."""
+    record, path = part.record, part.strokes.displacement
+    if np.array_equal(path, record.displacement):
+        return fit
+    force = solver.force(path, fit.omega_start)
+    return record_fit(solver, record, path, force, fit.first_sample, fit.omega_start, f"{fit.compared}, smoothed path")
 
 
 def periodic_start(solver: PathSolver, path: FloatArray) -> float:

@@ -26,8 +26,11 @@ class IdentifiedModel:
     parameters : SpringParameters
     records : tuple of Record
     parts : tuple of SteadyRecord   Steady parts of the records as they were fitted, without the rig's effects.
-    fits : tuple of RecordFit       Prediction of each record over its steady part, the rig's effects included.
-    rmse, rnl : float               Over all compared samples [N], [-].
+    fits : tuple of RecordFit       Prediction of each record over its steady part by the spring alone, driven by the
+                                    displacement as recorded: what its FMU gives.
+    fitted : tuple of RecordFit     The same with what was removed from the records: the rig's effects, and reversals
+                                    of the displacement below its noise.
+    rmse, rnl : float               Of `fits`, over all compared samples [N], [-].
     degrees : (int or None, int)    N of FE, None if it is a table, and M of FA.
     steady_share : float            Where the steady section was taken to begin, share of the longest stroke.
     findings : dict                 Cautions for the user: outcomes with their details, which may be empty.
@@ -46,6 +49,7 @@ class IdentifiedModel:
     records: tuple[Record, ...]
     parts: tuple[SteadyRecord, ...]
     fits: tuple[RecordFit, ...]
+    fitted: tuple[RecordFit, ...]
     rmse: float
     rnl: float
     degrees: tuple[int | None, int]
@@ -99,12 +103,12 @@ class IdentifiedModel:
                         "file": PurePath(fit.path).name,
                         "samples": fit.samples,
                         "first_sample": fit.first_sample,
-                        "rmse": fit.rmse,
-                        "rnl": fit.rnl,
+                        **fit.figures,
                         "omega_start": fit.omega_start,
                         "compared": fit.compared,
+                        "fitted": {**fitted.figures, "compared": fitted.compared},
                     }
-                    for fit in self.fits
+                    for fit, fitted in zip(self.fits, self.fitted, strict=True)
                 ],
             },
             uncertainty=self.uncertainty,

@@ -15,14 +15,16 @@ from threadpoolctl import ThreadpoolController
 from ..errors import RecordError
 from ..kernel.arrays import FloatArray
 from ..kernel.path import PathSolver
+from ..loops.strokes import find_strokes
 from ..records.record import Record
 from ..records.spikes import spikes_of
-from .figures import RecordFit, overall, periodic_start, predict_record, record_fit
+from .figures import RecordFit, alone, along_strokes, estimate_omega_start, overall, periodic_start, record_fit
 from .identified_model import IdentifiedModel
 from .loops import Loops, join
 from .method import Method, checked_method
 from .outcomes import IdentificationError, Outcome
 from .refined import RefinedOptions
+from .saved_spring import differences, is_worse_than_a_line
 from .small_loops import extrapolated_energy
 from .steady_part import SteadyRecord, find_steady_part
 
@@ -30,7 +32,9 @@ _POOR_RNL = 0.9
 _MANY_COMMON = 16  # samples; parts one after the other share one
 
 
-def identify_records(records: Record | Sequence[Record], options: Method | None = None) -> IdentifiedModel:
+def identify_records(
+    records: Record | Sequence[Record], options: Method | None = None, save_anyway: bool = False
+) -> IdentifiedModel:
     """Identify one spring from one or more records.
 
     The cautions of the result say what the records do not decide, and which effects of a rig were found in them.
@@ -40,6 +44,7 @@ def identify_records(records: Record | Sequence[Record], options: Method | None 
     records : Record or sequence of Record
     options : TwoStageOptions, ScanOptions, RefinedOptions, NiOptions or None
         The method with its options; the refined method with its defaults if None.
+    save_anyway : bool    A spring that follows the records worse than a straight line is returned with a caution.
 
     Returns
     -------
@@ -47,7 +52,8 @@ def identify_records(records: Record | Sequence[Record], options: Method | None 
 
     Raises
     ------
-    IdentificationError   With an `Outcome`, if no physically possible spring can have made the records.
+    IdentificationError   With an `Outcome`, if no physically possible spring can have made the records, or the spring
+                          alone follows them worse than a straight line does.
     RecordError           If a record is given twice, or does not suit the method.
     ValueError            If no record is given.
     TypeError             If the options are of no method.
@@ -61,7 +67,7 @@ def identify_records(records: Record | Sequence[Record], options: Method | None 
     try:
         # For matrices as small as these more threads only cost, most of all on a busy computer.
         with _linear_algebra().limit(limits=1, user_api="blas"):
-            identification = _identified(group, method)
+            identification = _identified(group, method, save_anyway)
     except IdentificationError:
         if spikes:
             raise IdentificationError(Outcome.SPIKES_DECIDE, "; ".join(spikes)) from None
@@ -121,22 +127,33 @@ def _spikes(record: Record) -> str:
     return f"{record.path}, {', '.join(places)}" if places else ""
 
 
-def _identified(group: tuple[Record, ...], method: Method) -> IdentifiedModel:
+def _identified(group: tuple[Record, ...], method: Method, save_anyway: bool) -> IdentifiedModel:
     """The identification, isolated outliers left aside."""
     parts = [_steady_part(record, method) for record in group]
-    result = method.fit(parts, ", ".join(record.path for record in group))
+    where = ", ".join(record.path for record in group)
+    result = method.fit(parts, where)
     solver = PathSolver(result.parameters)
     starts = result.omega_start or (0.0,) * len(group)
+    measured = [_as_recorded(part, record) for part, record in zip(parts, group, strict=True)]
+    fits = tuple(_alone(solver, *each) for each in zip(parts, group, starts, strict=True))
+    smoothed = tuple(along_strokes(solver, *each) for each in zip(measured, fits, strict=True))
+    fitted = smoothed
     if result.predicted:
-        beside = "the effects of the rig" if result.effects else "reversals between the samples"
-        pairs = zip(parts, group, result.predicted, starts, strict=True)
-        fits = tuple(_beside(beside, solver, *each) for each in pairs)
-    else:
-        fits = tuple(_compared(solver, *each) for each in zip(parts, group, starts, strict=True))
+        what = "with what was removed" if result.effects else "with reversals between the samples"
+        fitted = tuple(
+            record_fit(solver, record, part.strokes.displacement, predicted, fit.first_sample, fit.omega_start,
+                       f"{fit.compared}, {what}")
+            for part, record, predicted, fit in zip(parts, group, result.predicted, fits, strict=True)
+        )  # fmt: skip
     rmse, rnl = overall(fits)
     findings = _merged([*((part.record.path, part.cautions) for part in parts), ("", result.cautions)])
     if Outcome.TURNS_RESTORED in findings:
         findings.pop(Outcome.TURNS_BETWEEN_SAMPLES, None)
+    if is_worse_than_a_line(measured, fits):
+        if not save_anyway:
+            raise IdentificationError(Outcome.WORSE_THAN_LINE, where)
+        findings[Outcome.WORSE_THAN_LINE] = ""
+    findings |= differences(solver, measured, fits, smoothed, fitted)
     loops = join([part.loops for part in parts])
     if loops.has_one_amplitude and Outcome.SMALL_LOOPS not in findings:
         known = result.uncertainty or {}
@@ -150,6 +167,7 @@ def _identified(group: tuple[Record, ...], method: Method) -> IdentifiedModel:
         records=group,
         parts=result.alone or tuple(parts),
         fits=fits,
+        fitted=fitted,
         rmse=rmse,
         rnl=rnl,
         degrees=(len(result.parameters.kE) - 1 if result.parameters.kE else None, len(result.parameters.kA) - 1),
@@ -195,28 +213,21 @@ def _merged(cautions: Sequence[tuple[str, dict[Outcome, str]]]) -> dict[Outcome,
     return merged
 
 
-def _beside(
-    what: str, solver: PathSolver, part: SteadyRecord, measured: Record, predicted: FloatArray, omega_start: float
-) -> RecordFit:
-    """Prediction of what the spring gives together with what was found beside it."""
+def _as_recorded(part: SteadyRecord, record: Record) -> SteadyRecord:
+    """The steady part of a record without what is known of the rig, which may be on another path."""
+    is_same = np.array_equal(part.record.displacement, record.displacement)
+    return replace(part, record=record, strokes=part.strokes if is_same else find_strokes(record.displacement))
+
+
+def _alone(solver: PathSolver, part: SteadyRecord, measured: Record, omega_start: float) -> RecordFit:
+    """Prediction of a record by the spring alone, driven by the displacement as recorded."""
     first = part.first_sample
     if part.periodic:
-        omega_start = periodic_start(solver, part.strokes.displacement)
-    compared = f"from sample {first + 1}" if first else "all samples"
-    return record_fit(measured, predicted, first, omega_start, f"{compared}, with {what}")
-
-
-def _compared(solver: PathSolver, part: SteadyRecord, measured: Record, omega_start: float) -> RecordFit:
-    """Prediction of what was measured, which may not be what was identified."""
+        omega_start = periodic_start(solver, measured.displacement)
+        return alone(solver, measured, first, omega_start, "the whole period, omega_start taken from its end")
     if not np.array_equal(part.record.displacement, measured.displacement):
-        return predict_record(solver, measured)
-    path = part.strokes.displacement
-    first = part.first_sample
-    if part.periodic:
-        omega_start = periodic_start(solver, path)
-        compared = "the whole period, omega_start taken from its end"
-    elif first:
-        compared = f"steady part from sample {first + 1}; what lies before it sets the memory only"
-    else:
-        compared = "all samples"
-    return record_fit(measured, solver.force(path, omega_start), first, omega_start, compared)
+        omega_start = estimate_omega_start(solver, part.strokes, measured.force, measured.compared)
+    compared = "all samples"
+    if first:
+        compared = f"from sample {first + 1}; earlier samples only initialise the hysteresis state"
+    return alone(solver, measured, first, omega_start, compared)

@@ -66,7 +66,23 @@ class Outcome(Enum):
         "cycles, or go without --bootstrap."
     )
 
+    WORSE_THAN_LINE = (
+        "The spring alone follows the records worse than a straight line does; do not use it: look at the records, "
+        "identify a part of them, or save it all the same with --save-anyway."
+    )
+
     # Cautions: a model is returned
+    SPRING_ALONE = (
+        "The saved spring alone follows the records less well than the fit, from which effects were removed that its "
+        "FMU does not have; keep them in the spring with --keep if they belong to the mount."
+    )
+    JITTER = (
+        "Driven by the displacement as recorded the spring errs more than along the smoothed path: reversals of the "
+        "sensor's last digits are motion to it; smooth a measured displacement before it drives the FMU."
+    )
+    LOOP_ENERGY = (
+        "The loops of the saved spring differ in energy from those recorded; allow for that where damping counts."
+    )
     SPIKES = (
         "Isolated outliers lie far outside all other samples and distort the fit; correct or delete their lines, "
         "leave out their cycles with --cycles, or identify with --robust."
