@@ -12,6 +12,7 @@ from .autocorrelation import autocorrelation_time
 from .corrected import Corrected, Gain
 from .rig import Effect, Rig, Sizes
 from .search import force_floor, information
+from .tangent import Tangent
 
 MARGIN = 12.0  # by which an effect must lower the criterion beyond its price
 TRIED = 3  # effects that promise most are tried
@@ -66,21 +67,13 @@ class EffectTraces:
     """
 
     def __init__(self, rig: Rig, state: Corrected, effects: Sequence[Effect]) -> None:
-        fit, loops, refinement = state.fit, state.loops, state.fit.refinement
-        columns = fit.basis.columns(loops.displacement)
-        root = np.sqrt(loops.weight)
-        yielding = refinement.derivatives * refinement.backbone.G
-        rows = np.concatenate([columns.elastic.T, refinement.omega * columns.amplifier.T, yielding])
-        rows *= root / np.maximum(np.abs(rows).max(axis=1), 1e-300)[:, None]
-        self._model, _ = np.linalg.qr(rows.T)
-        self._misfit = self._beside(root * refinement.backbone.misfit(loops.force, refinement.omega))
+        tangent = Tangent(state)
+        self._misfit = tangent.misfit
         delay = float(state.sizes.get(Effect.DELAY, [0.0])[0])
         self._traces = {
-            effect: self._beside(rig.columns(effect, fit, loops, delay) * root[:, None]) for effect in effects
+            effect: tangent.beside(rig.columns(effect, state.fit, state.loops, delay) * tangent.root[:, None])
+            for effect in effects
         }
-
-    def _beside(self, values: FloatArray) -> FloatArray:
-        return np.asarray(values - self._model @ (self._model.T @ values))
 
     def solved(self, effects: Sequence[Effect]) -> tuple[Sizes, FloatArray]:
         """Sizes of these effects by least squares, and the weighted residuals that are left."""

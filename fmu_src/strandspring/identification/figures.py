@@ -100,11 +100,14 @@ def record_fit(
         compared += ", within the selected displacements"
     force, p = record.force[chosen], predicted[chosen]
     rms_force = float(np.sqrt(np.mean(force**2)))
-    figures = (rmse(force, p), rnl(force, p), rms_force)
-    works = (
-        float(np.sum(steps_of_work(solver, path, each)[chosen[1:] & chosen[:-1]])) for each in (record.force, predicted)
+    counted = chosen[1:] & chosen[:-1]
+    energy, predicted_energy = (
+        float(np.sum(steps_of_work(solver, path, each)[counted])) for each in (record.force, predicted)
     )
-    return RecordFit(record.path, predicted, first_sample, force.size, *figures, *works, omega_start, compared)
+    return RecordFit(
+        record.path, predicted, first_sample, force.size, rmse(force, p), rnl(force, p), rms_force,
+        energy, predicted_energy, omega_start, compared,
+    )  # fmt: skip
 
 
 def chosen_samples(record: Record, first_sample: int) -> NDArray[np.bool_]:

@@ -13,7 +13,6 @@ import numpy as np
 from threadpoolctl import ThreadpoolController
 
 from ..errors import RecordError
-from ..kernel.arrays import FloatArray
 from ..kernel.path import PathSolver
 from ..loops.strokes import find_strokes
 from ..records.record import Record
@@ -149,7 +148,9 @@ def _identified(group: tuple[Record, ...], method: Method, save_anyway: bool) ->
     findings = _merged([*((part.record.path, part.cautions) for part in parts), ("", result.cautions)])
     if Outcome.TURNS_RESTORED in findings:
         findings.pop(Outcome.TURNS_BETWEEN_SAMPLES, None)
-    if is_worse_than_a_line(measured, fits):
+    # A spring is not judged by what the user knows to be the rig's.
+    is_known = method.known_delay or any(part.record is not record for part, record in zip(parts, group, strict=True))
+    if is_worse_than_a_line(measured, fitted if is_known else fits):
         if not save_anyway:
             raise IdentificationError(Outcome.WORSE_THAN_LINE, where)
         findings[Outcome.WORSE_THAN_LINE] = ""

@@ -76,6 +76,10 @@ class Outcome(Enum):
         "The saved spring alone follows the records less well than the fit, from which effects were removed that its "
         "FMU does not have; keep them in the spring with --keep if they belong to the mount."
     )
+    RIG_OR_MOUNT = (
+        "Part of the force may come from the rig or from the mount, which these records do not decide; it was left in "
+        "the spring: check the rig with a stiff plain spring, or record another rate and amplitude."
+    )
     JITTER = (
         "Driven by the displacement as recorded the spring errs more than along the smoothed path: reversals of the "
         "sensor's last digits are motion to it; smooth a measured displacement before it drives the FMU."
@@ -148,18 +152,16 @@ class Outcome(Enum):
         "out: a shift of the force's zero would look much alike, so zero both sensors before each record."
     )
     DRIFT_REMOVED = (
-        "The force drifts; the drift was taken out, so that the model describes the force at the first sample: let "
-        "the sensor warm up, or check its zero."
+        "The force drifts; the drift was removed, and --state first, mean or last chooses the moment that the model "
+        "describes: let the sensor warm up, or check its zero."
     )
     FRICTION_WEAR = (
-        "The hysteretic force changes from cycle to cycle (wear or running in); the change was taken out, so that the "
-        "model describes the first cycle: use later ones with --cycles, or exercise the specimen first, if it is to "
-        "describe those."
+        "The hysteretic force changes from cycle to cycle (wear or running in); the change "
+        "was removed, and --state first, mean or last chooses the cycle that the model describes."
     )
     STIFFNESS_WEAR = (
-        "The elastic force changes from cycle to cycle (softening or wear); the change was taken out, so that the "
-        "model describes the first cycle: use later ones with --cycles, or exercise the specimen first, if it is to "
-        "describe those."
+        "The elastic force changes from cycle to cycle (softening or wear); the change "
+        "was removed, and --state first, mean or last chooses the cycle that the model describes."
     )
     SIGMA_AT_BOUND = (
         "sigma ended at its bound, so these records show little of the recovery after a reversal; sample the "

@@ -16,7 +16,7 @@ from ..kernel.path import PathSolver
 from ..records.record import Record
 from .bootstrap import bootstrap
 from .corrected import Corrected
-from .effects import find_delayed, find_effects, hinted_effects, other_effects
+from .effects import find_delayed, hinted_effects, other_effects
 from .figures import periodic_start
 from .known_rig import KnownRig
 from .lack_of_fit import LackOfFit
@@ -30,7 +30,8 @@ from .posterior import posterior
 from .prediction_interval import PredictionBand, PredictionInterval, prediction_interval
 from .projection import Refinement
 from .refinement import Samples, refine
-from .rig import Effect, Rig, Sizes
+from .removal import Kept, find_removable
+from .rig import STATES, Effect, Rig, Sizes, sizes_at
 from .rig_effects import CAUTIONS, RELAXING, described, detail, in_words, with_other_effects
 from .search import CLOSE, PILOT, Candidate, bending_more, search
 from .small_loops import undecided_energy
@@ -48,6 +49,16 @@ _POINTS_PER_STROKE = 2000
 _POINTS = 40_000
 _NEGLIGIBLE = 1e-3  # half-width of the prediction interval, share of the rms force, below which nobody asks for it
 _COARSE = 5e-5  # travel between samples at reversals from which it is looked for, share of a stroke
+# Effects of the rig by the names of the option that keeps them in the spring.
+KEEP = {
+    "delay": (Effect.DELAY,),
+    "viscosity": (Effect.VISCOSITY,),
+    "play": (Effect.PLAY,),
+    "zeros": (Effect.FORCE_ZERO, Effect.DISPLACEMENT_ZERO),
+    "drift": (Effect.DRIFT, Effect.CURVED_DRIFT),
+    "wear": (Effect.FRICTION_WEAR, Effect.STIFFNESS_WEAR),
+    "all": tuple(Effect),
+}
 _LEAST_STEPS = 100  # of the sampler of the posterior
 # Effects that a loop of a single amplitude is known from by its form alone.
 _LIKE_LOOPS = {
@@ -77,6 +88,9 @@ class RefinedOptions(Method):
     fixture_stiffness : float      Of what yields between displacement sensor and spring [N/m]; infinite for nothing.
     delay : float or None          By which the force lags [s], negative if it leads; sought in the records if None.
                                    One that is given needs times.
+    keep : tuple of str            Effects that are left in the records: names of `KEEP`.
+    state : str                    The spring that is described where the test changes it by wear or drift: that of its
+                                   "first" cycle, of its "mean" or of its "last" cycle.
     """
 
     name: ClassVar[str] = "refined"
@@ -88,6 +102,8 @@ class RefinedOptions(Method):
     moving_mass: float = 0.0
     fixture_stiffness: float = math.inf
     delay: float | None = None
+    keep: tuple[str, ...] = ()
+    state: str = "mean"
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -99,6 +115,10 @@ class RefinedOptions(Method):
             raise ValueError(f"`posterior` must be 0 or within [{_LEAST_STEPS}, 1000000] steps, got {self.posterior}.")
         if self.posterior and find_spec("emcee") is None:
             raise ValueError("`posterior` needs the package emcee; install it: pip install strandspring[posterior]")
+        if not isinstance(self.keep, tuple) or not set(self.keep) <= KEEP.keys():
+            raise ValueError(f"`keep` must be a tuple of {', '.join(KEEP)}, got {self.keep!r}.")
+        if self.state not in STATES:
+            raise ValueError(f"`state` must be one of {', '.join(STATES)}, got {self.state!r}.")
         seed_of(self.seed)
         _ = self.known  # which checks itself
 
@@ -143,12 +163,14 @@ class RefinedOptions(Method):
             raise RecordError(f"{where}: a delay cannot be taken out of a single cycle; record at least two.")
         strokes = sum(part.strokes.count for part in parts)
         rig = Rig.from_parts(parts, max(_LEAST_POINTS, _SEARCHED // strokes), self.delay)
+        rig = rig.keeping(effect for name in self.keep for effect in KEEP[name])
         noise = tuple(force_noise(part.record.force, part.strokes.turning[1:-1]) for part in parts)
         refuse_too_few(rig.loops, Basis(*rig.loops.reach, *(self.degrees or PILOT)), where)
         refusal = next((part.refusal for part in parts if part.refusal is not None), None)
-        rig, found = self._searched(rig, Samples(rig.loops, noise).noise_rms, refusal, where)
+        rig, found, kept = self._searched(rig, Samples(rig.loops, noise).noise_rms, refusal, where)
         best, sizes = found[0], found[0].sizes
-        samples = Samples(_points(rig, best), noise)
+        final_rig, final_sizes = rig.describing(STATES[self.state]), sizes_at(sizes, STATES[self.state])
+        samples = Samples(_points(final_rig, sizes, best.fit), noise)
         loops = samples.loops
         basis, refinement = self._refined(samples, best.fit, where)
         linear = Linearised.of(loops, basis, refinement)
@@ -165,12 +187,16 @@ class RefinedOptions(Method):
         is_turning = any(part.strokes.beyond is not None for part in rig.parts)
         if is_turning:
             findings[Outcome.TURNS_RESTORED] = ""
+        rig_or_mount = dict.fromkeys(one.sentence for one in kept if not one.is_negligible)
+        if rig_or_mount:
+            findings[Outcome.RIG_OR_MOUNT] = "; ".join(rig_or_mount)
         if Effect.CURVED_DRIFT in sizes:
             findings[Outcome.DRIFT_REMOVED] += RELAXING
         findings = with_other_effects(findings, sizes, other_effects(found))
         misfit = lack.beyond_noise * loops.rms(refinement.omega * refinement.backbone.G) if lack.is_structured else 0.0
         one_amplitude = loops.has_one_amplitude
         doubts = _doubts(cautions, sizes, content["interval_95"], hinted_effects(rig, best)) if one_amplitude else []
+        doubts += [f"undecided is {sentence}" for sentence in rig_or_mount]
         alternatives = self._alternatives(found)
         if undecided := undecided_energy(spring, content, alternatives, 0.5 * loops.shortest, misfit, doubts):
             findings[Outcome.SMALL_LOOPS] = undecided
@@ -179,11 +205,11 @@ class RefinedOptions(Method):
         predicted: tuple[FloatArray, ...] = ()
         alone: tuple[SteadyRecord, ...] = ()
         if sizes or self.known.effects or is_turning:
-            whole = rig.with_points(None)
+            whole = final_rig.with_points(None)
             final = replace(best.fit, basis=basis, refinement=refinement)
-            predicted = self._measured(whole, sizes, final, spring)
+            predicted = self._measured(whole, final_sizes, final, spring)
             if sizes or self.delay:
-                alone = spring_alone(whole, sizes, final)
+                alone = spring_alone(whole, final_sizes, final)
         return Fitted(
             spring,
             findings,
@@ -199,8 +225,8 @@ class RefinedOptions(Method):
 
     def _searched(
         self, rig: Rig, noise: float, refusal: IdentificationError | None, where: str
-    ) -> tuple[Rig, list[Corrected]]:
-        """The rig, with reversals restored if need be, and the springs found on it, the best first.
+    ) -> tuple[Rig, list[Corrected], list[Kept]]:
+        """The rig, with reversals restored if need be, the springs found on it, the best first, and what was kept.
 
         Parameters
         ----------
@@ -217,11 +243,11 @@ class RefinedOptions(Method):
             delayed = find_delayed(rig, noise, self.degrees)
             if not delayed:
                 raise refusal
-            return rig, delayed
+            return rig, delayed, []
         rig, candidates = _with_turns(rig, search(rig.loops, self.degrees), self.degrees)
         if not candidates:
             raise IdentificationError(Outcome.BRANCHES_CROSS, where)
-        return rig, find_effects(rig, candidates, noise, self.degrees)
+        return rig, *find_removable(rig, candidates, noise, self.degrees)
 
     def _uncertainty(self, linear: Linearised, interval: PredictionInterval, where: str) -> dict[str, Any]:
         """Content of the model file's field."""
@@ -302,11 +328,11 @@ def _with_turns(rig: Rig, candidates: list[Candidate], degrees: tuple[int, int] 
     return found
 
 
-def _points(rig: Rig, state: Corrected) -> Loops:
+def _points(rig: Rig, sizes: Sizes, fit: Candidate) -> Loops:
     """The samples of all records without the effects of the rig, averaged where there are very many."""
     strokes = sum(part.strokes.count for part in rig.parts)
     finest = rig.with_points(max(POINTS_PER_STROKE, min(_POINTS_PER_STROKE, _POINTS // strokes)))
-    return finest.corrected(state.sizes, state.fit) if state.sizes else finest.loops
+    return finest.corrected(sizes, fit) if sizes else finest.loops
 
 
 def _doubts(cautions: Sequence[Outcome], sizes: Sizes, intervals: dict[str, Any], hinted: Sizes) -> list[str]:

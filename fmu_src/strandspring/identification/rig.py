@@ -6,9 +6,10 @@ zero of the displacement move the points along the path instead, which is done e
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from enum import Enum
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -37,10 +38,16 @@ class Effect(Enum):
 
 Sizes = dict[Effect, FloatArray]
 
+# Where in the test the spring is that a model describes, if the test changes it: share of the test that is over.
+STATES = {"first": 0.0, "mean": 0.5, "last": 1.0}
+
 _TIMED = (Effect.DELAY, Effect.VISCOSITY)
 _BETWEEN_RECORDS = (Effect.FORCE_ZERO, Effect.DISPLACEMENT_ZERO)
 _MOVING = (Effect.DELAY, Effect.PLAY, Effect.DISPLACEMENT_ZERO)
 _WEAR = (Effect.FRICTION_WEAR, Effect.STIFFNESS_WEAR)
+_MOST_DELAY = 0.1  # share of a cycle
+_MOST_WEAR = 0.9  # share of the force, lost or gained
+_DECAY = 30.0  # time constants over which relaxation is summed at once
 _HALF_WINDOW = 3  # samples to either side over which the velocity is taken
 # Points that effects are taken out of before they are averaged: every sample, unless there are more.
 _FINE = 40_000
@@ -118,6 +125,22 @@ class _Course:
         moved = moved - early * (1.0 - share) * (1.0 - 3.0 * share) - late * share * (2.0 - 3.0 * share)
         return np.asarray(moved / np.maximum(np.diff(self.time)[interval], 1e-300))
 
+    def relaxing(self, time_constant: float) -> FloatArray:
+        """Deflection of the spring of a Maxwell element at the samples, shape (K,) [m]; straight motion between."""
+        clock = (self.time - self.time[0]) / time_constant
+        steps = np.diff(clock)
+        moved = np.diff(self.strokes.displacement) * -np.expm1(-steps) / np.maximum(steps, 1e-300)
+        deflection = np.zeros(clock.size)
+        # e^clock is summed over runs in which it stays within bounds.
+        begins = np.flatnonzero(np.diff(np.floor(clock / _DECAY), prepend=-1.0))
+        for begin, end in pairwise([*begins.tolist(), clock.size]):
+            if begin:
+                deflection[begin] = deflection[begin - 1] * np.exp(-steps[begin - 1]) + moved[begin - 1]
+            growth = np.exp(clock[begin:end] - clock[begin])
+            summed = deflection[begin] + np.cumsum(np.append(0.0, moved[begin : end - 1] * growth[1:]))
+            deflection[begin:end] = summed / growth
+        return deflection
+
     def _within(self, place: FloatArray) -> tuple[NDArray[np.intp], FloatArray]:
         """The interval before each sample, or about each place between samples, and the share of it that is over."""
         interval = np.maximum(np.ceil(place).astype(np.intp) - 1, 0)
@@ -154,6 +177,8 @@ class Rig:
     points : int or None           Cells of a stroke that they are averaged over; None if they are not.
     courses : tuple of _Course     Of each record.
     delay : float or None          By which the force lags as far as it is known; the points allow for it [s].
+    kept : frozenset of Effect     Effects that are left in the records.
+    state : float                  Share of the test after which the spring is described that changes during it.
     """
 
     loops: Loops
@@ -162,6 +187,8 @@ class Rig:
     points: int | None
     courses: tuple[_Course, ...]
     delay: float | None = None
+    kept: frozenset[Effect] = frozenset()
+    state: float = 0.0
 
     @classmethod
     def from_parts(cls, parts: Sequence[SteadyRecord], points: int | None, delay: float | None = None) -> Rig:
@@ -183,7 +210,16 @@ class Rig:
 
     def with_points(self, points: int | None) -> Rig:
         """The same rig with strokes averaged over another number of points, or every sample."""
-        return Rig._of(self.parts, self.courses, points, self.delay)
+        other = Rig._of(self.parts, self.courses, points, self.delay)
+        return replace(other, kept=self.kept, state=self.state)
+
+    def keeping(self, effects: Iterable[Effect]) -> Rig:
+        """The same rig with these effects left in the records, too."""
+        return replace(self, kept=self.kept | frozenset(effects))
+
+    def describing(self, state: float) -> Rig:
+        """The same rig for the spring after another share of the test, with sizes of `sizes_at`."""
+        return replace(self, state=state)
 
     def finer(self) -> Rig:
         """With every sample, or cells of half the width where strokes have more samples than that.
@@ -200,7 +236,7 @@ class Rig:
         """Those that the records can show."""
         if any(part.periodic for part in self.parts):
             return ()
-        impossible: tuple[Effect, ...] = ()
+        impossible: tuple[Effect, ...] = tuple(self.kept)
         if any(part.record.rising_time is None for part in self.parts):
             impossible += _TIMED
         if self.delay is not None:
@@ -235,6 +271,16 @@ class Rig:
             begun += float(clock[-1])
         return elapsed / begun
 
+    def relaxing(self, loops: Loops, time: float) -> FloatArray:
+        """Spring deflection r of a Maxwell element at the points, dr/dt = dx/dt - r/time, shape (P,) [m]."""
+        return self._at(loops, 0.0, lambda course, place: np.interp(place, course.index, course.relaxing(time)))
+
+    def durations(self, loops: Loops) -> FloatArray:
+        """Duration of each stroke [s], shape (S,); of samples where there are no times."""
+        ends = [course.time[course.strokes.turning] for course in self.courses]
+        found = np.concatenate([np.diff(own) for own in ends])
+        return found if found.size == loops.length.size else np.ones(loops.length.size)
+
     @property
     def period(self) -> float:
         """Mean duration of two strokes [s]."""
@@ -247,9 +293,12 @@ class Rig:
             case Effect.VISCOSITY:
                 return self.velocity(loops)[:, None]
             case Effect.DRIFT:
-                return self.elapsed(loops)[:, None]
+                return self.elapsed(loops)[:, None] - self.state
             case Effect.CURVED_DRIFT:
-                return np.asarray(self.elapsed(loops)[:, None] ** np.arange(1, 4))
+                powers = np.arange(1, 4)
+                # The mean of t^k over the test is 1/(k + 1).
+                at = 1.0 / (powers + 1.0) if self.state == STATES["mean"] else self.state**powers
+                return np.asarray(self.elapsed(loops)[:, None] ** powers - at)
             case _:
                 others = np.arange(1, len(self.parts))
                 return np.asarray(loops.record[loops.stroke][:, None] == others, np.float64)
@@ -266,9 +315,10 @@ class Rig:
         """
         h, backbone, omega = fit.refinement.hysteresis, fit.refinement.backbone, fit.refinement.omega
         if effect is Effect.FRICTION_WEAR:
-            return np.asarray((_cycles_over(loops) * omega * backbone.G)[:, None])
+            return np.asarray(((_cycles_over(loops) - self.state) * omega * backbone.G)[:, None])
         if effect is Effect.STIFFNESS_WEAR:
-            return np.asarray((_cycles_over(loops) * (backbone.FE - np.mean(backbone.FE)))[:, None])
+            over = _cycles_over(loops) - self.state
+            return np.asarray((over * (backbone.FE - np.mean(backbone.FE)))[:, None])
         if effect not in _MOVING:
             return self.plain_columns(effect, loops)
         of_elastic, of_amplified = fit.basis.slopes(loops.displacement, backbone.elastic, backbone.amplified)
@@ -323,13 +373,15 @@ class Rig:
     def is_possible(self, sizes: Sizes) -> bool:
         """Whether the sizes of effects that move the points are within what a rig can do.
 
-        A delay is below a quarter of a cycle, a play below half of the longest stroke, and a shift of the zero between
-        records within the displacements of all of them.
+        A delay is below a tenth of a cycle, a play below half of the longest stroke, a shift of the zero between
+        records within the displacements of all of them, and the force does not wear away or double.
         """
         delay, play = (float(sizes.get(effect, [0.0])[0]) for effect in (Effect.DELAY, Effect.PLAY))
         shift = float(np.max(np.abs(sizes.get(Effect.DISPLACEMENT_ZERO, [0.0]))))
         low, high = self.loops.reach
-        return abs(delay) < 0.25 * self.period and play < 0.5 * self.loops.longest and shift <= high - low
+        wear = max(abs(float(sizes.get(effect, [0.0])[0])) for effect in _WEAR)
+        moves = abs(delay) < _MOST_DELAY * self.period and play < 0.5 * self.loops.longest and shift <= high - low
+        return moves and wear < _MOST_WEAR
 
     def corrected(self, sizes: Sizes, fit: Candidate | None) -> Loops:
         """The points as a rig without these effects would have measured them.
@@ -349,6 +401,11 @@ class Rig:
         loops = self.placed(sizes)
         fit = transferred(fit, loops)
         return fit, fit.refinement.backbone.force(fit.refinement.omega) + self.added(sizes, fit, loops)
+
+
+def sizes_at(sizes: Sizes, state: float) -> Sizes:
+    """Sizes of wear as shares of the force after another share of the test than none."""
+    return {effect: size / (1.0 + state * size) if effect in _WEAR else size for effect, size in sizes.items()}
 
 
 def wears(sizes: Sizes) -> bool:

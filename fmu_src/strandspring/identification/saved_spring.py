@@ -58,12 +58,13 @@ def differences(
 
 def is_worse_than_a_line(parts: Sequence[SteadyRecord], alone: Sequence[RecordFit]) -> bool:
     """Whether a straight line through all records, force over displacement, is closer to them than the spring alone."""
-    chosen = [chosen_samples(part.record, fit.first_sample) for part, fit in zip(parts, alone, strict=True)]
+    chosen = [part.used & chosen_samples(part.record, fit.first_sample) for part, fit in zip(parts, alone, strict=True)]
     x = np.concatenate([part.record.displacement[own] for part, own in zip(parts, chosen, strict=True)])
     force = np.concatenate([part.record.force[own] for part, own in zip(parts, chosen, strict=True)])
     columns = np.column_stack([np.ones(x.size), (x - x.mean()) / max(float(np.ptp(x)), 1e-300)])
     line = columns @ np.linalg.lstsq(columns, force, rcond=None)[0]
-    return overall(tuple(alone))[0] > float(np.sqrt(np.mean((force - line) ** 2)))
+    predicted = np.concatenate([fit.predicted[own] for fit, own in zip(alone, chosen, strict=True)])
+    return float(np.sum((force - predicted) ** 2)) > float(np.sum((force - line) ** 2))
 
 
 def _centred(part: SteadyRecord, fit: RecordFit) -> FloatArray:
@@ -91,7 +92,7 @@ def _energies(solver: PathSolver, parts: Sequence[SteadyRecord], fits: Sequence[
 
 
 def _cycles(solver: PathSolver, part: SteadyRecord, fit: RecordFit) -> FloatArray:
-    """Amplitude [m], measured and predicted hysteretic work [J] and its variance by noise of each cycle, shape (4, C)."""
+    """Amplitude [m], hysteretic work measured and predicted [J], and its variance by noise of each cycle: (4, C)."""
     strokes, record = part.strokes, part.record
     path = record.displacement
     used = part.used & chosen_samples(record, fit.first_sample)

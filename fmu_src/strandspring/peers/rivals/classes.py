@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...identification.loops import Loops
+from ...identification.other_mounts import stop_operators
 from ...identification.polynomials import Basis
 from ...identification.stages import N_BOUNDS, SIGMA_BOUNDS
 from ...kernel.arrays import FloatArray
@@ -45,19 +45,6 @@ def _omega(track: Track, basis: Basis, values: FloatArray) -> FloatArray:
     return track.loops.omega(float(rho) / basis.half, 0.5 * (1.0 + float(recovery)), float(n))
 
 
-def _stops(loops: Loops, thresholds: FloatArray) -> FloatArray:
-    """Stop operators: each follows the displacement within +-threshold, shape (P, J); 0 where a record begins [m]."""
-    begin = np.zeros((loops.direction.size, thresholds.size))
-    held = np.zeros(thresholds.size)
-    for k, (side, length) in enumerate(zip(loops.direction.tolist(), loops.length.tolist(), strict=True)):
-        if k and loops.record[k] != loops.record[k - 1]:
-            held = np.zeros(thresholds.size)
-        begin[k] = held
-        held = np.clip(held + side * length, -thresholds, thresholds)
-    moved = (loops.side * loops.travel)[:, None]
-    return np.clip(begin[loops.stroke] + moved, -thresholds, thresholds)
-
-
 class NormalizedBoucWen(Rival):
     """r = FE + omega*(c_0 + c_1*x + ...), the modified normalized Bouc-Wen model of Zhao et al. 2013."""
 
@@ -90,7 +77,7 @@ class Bilinear(Rival):
     memory = (Shape("threshold", 1.0 / KNEE[1], 1.0 / KNEE[0]),)
 
     def columns(self, track: Track, basis: Basis, values: FloatArray) -> FloatArray:
-        return _stops(track.loops, values * basis.half) / (values * basis.half)
+        return stop_operators(track.loops, values * basis.half) / (values * basis.half)
 
 
 class VelocityPower(Rival):
@@ -202,7 +189,7 @@ class PrandtlIshlinskii(Rival):
         thresholds = values[0] * values[1] ** np.arange(_STOPS) * basis.half
         terms = basis.columns(track.loops.displacement).amplifier
         amplifier = terms[:, 0] + terms[:, 1:] @ values[2:]
-        return np.asarray(_stops(track.loops, thresholds) / thresholds * amplifier[:, None])
+        return np.asarray(stop_operators(track.loops, thresholds) / thresholds * amplifier[:, None])
 
 
 OWN: Rival = NormalizedBoucWen()
