@@ -79,6 +79,8 @@ def _mounts(rig: Rig, state: Corrected) -> Iterator[tuple[str, FloatArray, int]]
         relaxing = np.hstack([rig.relaxing(loops, share * rig.period)[:, None] for share in _TIMES])
         for k in range(len(_TIMES)):
             yield "a material that relaxes", relaxing[:, k : k + 1], 2
+        both = np.hstack([stops, place * stops, relaxing])
+        yield "several friction mechanisms in a material that relaxes", both, both.shape[1]
     group = _groups(rig, loops)
     if group.max() > 0:
         own = group[:, None] == np.arange(1, group.max() + 1)

@@ -32,6 +32,7 @@ _FAMILIES = {
     _DRIFTS: "drift or relaxation",
 }
 _MOST = 0.2  # misfit left by a drift in that without it, from which it is one whatever else is left
+_JUDGED = (*_LOCKED, *_WEAR, Effect.CURVED_DRIFT)  # what other mounts may do as well
 _LITTLE = 1e-3  # motion that is not worth removing, share of the amplitude
 
 
@@ -89,9 +90,12 @@ def _doubted(rig: Rig, best: Corrected, noise: float) -> Kept | None:
         harmless = (*_ZEROS, *_DRIFTS) if _drifts_clearly(rig, best) else _ZEROS
         in_loops = {effect: size for effect, size in sizes.items() if effect not in harmless}
         return Kept(in_loops) if in_loops else None
-    for effect in sizes:
-        if effect in (*_LOCKED, *_WEAR) and (instead := _other_mount(rig, best, effect)):
-            return Kept({effect: sizes[effect]}, instead)
+    if Effect.VISCOSITY in sizes and rig.loops.has_one_amplitude:
+        return Kept({Effect.VISCOSITY: sizes[Effect.VISCOSITY]}, "friction of the mount")
+    judged = [effect for effect in sizes if effect in _JUDGED]
+    for effects in [judged] * (len(judged) > 1) + [[effect] for effect in judged]:
+        if instead := _other_mount(rig, best, effects):
+            return Kept({effect: sizes[effect] for effect in effects}, instead)
     return None
 
 
@@ -120,10 +124,10 @@ def _points_of(rig: Rig, best: Corrected) -> Rig:
     return rig if best.loops.force.size <= rig.loops.force.size else rig.finer()
 
 
-def _other_mount(rig: Rig, best: Corrected, effect: Effect) -> str:
-    """The other class of mount that explains the records about as well as one effect of the rig; empty if none does."""
+def _other_mount(rig: Rig, best: Corrected, effects: Sequence[Effect]) -> str:
+    """The other class of mount that explains the records about as well as effects of the rig; empty if none does."""
     finer = _points_of(rig, best)
-    others = {other: size for other, size in best.sizes.items() if other is not effect}
+    others = {other: size for other, size in best.sizes.items() if other not in effects}
     without = fitted_with(finer, best.fit, others)
     if without is None:
         return ""
@@ -135,10 +139,10 @@ def _other_mount(rig: Rig, best: Corrected, effect: Effect) -> str:
         return information(misfit**2, price, independent, floor)
 
     target = rms_in(without.loops, best.fit.misfit, best.loops)
-    own = criterion(target, len(best.sizes[effect]))
+    own = criterion(target, sum(len(best.sizes[effect]) for effect in effects))
     for other in explanations(finer, without):
         # Wear must show among cycles of like amplitude and rate, however many such groups there are.
-        price = 0 if effect in _WEAR and other.is_grouped else other.price
+        price = 0 if other.is_grouped and set(effects) <= set(_WEAR) else other.price
         if criterion(other.misfit, price) < own + CLOSE:
             return other.mount
     return ""

@@ -46,11 +46,14 @@ def differences(
     (own, own_rnl), (without_jitter, _), (best, best_rnl) = (overall(tuple(fits)) for fits in (alone, smoothed, fitted))
     if own - without_jitter > _WORTH * deviation:
         found[Outcome.JITTER] = (
-            f"error {100.0 * own / deviation:.2g} % of the force's standard deviation along the displacement as "
+            f"error of the force {100.0 * own / deviation:.2g} % of its standard deviation along the displacement as "
             f"recorded, {100.0 * without_jitter / deviation:.2g} % along the smoothed one"
         )
     if without_jitter - best > _WORTH * deviation:
-        found[Outcome.SPRING_ALONE] = f"RNL {own_rnl:.4g} alone, {best_rnl:.4g} with what was removed"
+        found[Outcome.SPRING_ALONE] = (
+            f"error of the force {100.0 * own / deviation:.2g} % of its standard deviation, RNL {own_rnl:.4g}; "
+            f"{100.0 * best / deviation:.2g} %, {best_rnl:.4g} with what was removed"
+        )
     if energies := _energies(solver, parts, alone):
         found[Outcome.LOOP_ENERGY] = energies
     return found
@@ -86,7 +89,7 @@ def _energies(solver: PathSolver, parts: Sequence[SteadyRecord], fits: Sequence[
         difference = float(predicted[group].sum()) - recorded
         is_real = abs(difference) > _BEYOND_NOISE * float(np.sqrt(variances[group].sum()))
         if is_real and abs(difference) > _WORTH * abs(recorded):
-            size = f"{100.0 * difference / recorded:+.0f} %" if recorded > 0.0 else "no loop was recorded"
+            size = f"energy {100.0 * difference / recorded:+.0f} %" if recorded > 0.0 else "no loop was recorded"
             texts.append(f"{size} at {1e3 * float(amplitudes[group].mean()):.3g} mm")
     return ", ".join(texts)
 
