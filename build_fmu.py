@@ -5,6 +5,11 @@ record is built with both back ends.
 """
 
 import sys
+
+# The folder of this file comes first on the path, and records may lie there.
+if not getattr(sys.flags, "safe_path", sys.flags.isolated):
+    del sys.path[0]
+
 from contextlib import suppress
 from pathlib import Path
 

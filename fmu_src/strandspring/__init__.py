@@ -11,6 +11,16 @@ Examples
 True
 """
 
+import sys
+
+# `python -m strandspring` has the current folder first on its path, unless with -P: what lies there is not imported.
+if (
+    sys.argv[:1] == ["-m"]
+    and sys.orig_argv[-len(sys.argv)].removeprefix("-m").partition(".")[0] == __name__
+    and not getattr(sys.flags, "safe_path", sys.flags.isolated)
+):
+    del sys.path[0]
+
 from typing import TYPE_CHECKING
 
 from ._lazy import load_lazily

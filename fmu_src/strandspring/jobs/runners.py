@@ -10,7 +10,6 @@ from __future__ import annotations
 import math
 import multiprocessing
 import os
-import sys
 import threading
 import time
 from collections.abc import Callable, Generator, Iterator, Sequence
@@ -20,13 +19,13 @@ from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass
 from itertools import islice
 from multiprocessing.connection import Connection
-from types import ModuleType
 from typing import Any, NamedTuple, Protocol, TypeVar
 
 from threadpoolctl import threadpool_limits
 
 from ..endings import held_endings, kept_endings, leave_interrupts_to_parent
 from ..errors import StrandspringError
+from ..isolated import isolated_processes
 from .threads import usable_cores
 
 _MOST_WORKERS = 61  # Windows waits for no more processes
@@ -238,14 +237,8 @@ class _Processes(ProcessPoolExecutor):
     """Processes that know nothing of the program that starts them."""
 
     def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
-        # Processes are started here; each would run the user's script again, which may lack a guard against that.
-        main = sys.modules["__main__"]
-        sys.modules["__main__"] = ModuleType("__main__")
-        try:
-            with held_endings():
-                return super().submit(fn, *args, **kwargs)
-        finally:
-            sys.modules["__main__"] = main
+        with held_endings(), isolated_processes():  # they are started here
+            return super().submit(fn, *args, **kwargs)
 
 
 @dataclass(frozen=True)
@@ -270,7 +263,8 @@ class Local:
         # A fork would inherit locks of other threads, such as that of the progress bar.
         context = multiprocessing.get_context("spawn")
         listening, lifeline = context.Pipe(duplex=False)
-        with held_endings():  # starts the process that looks after semaphores, which a closing terminal must not end
+        # Starts the process that looks after semaphores, which a closing terminal must not end.
+        with held_endings(), isolated_processes():
             executor = _Processes(workers, context, initializer=_start_worker, initargs=(listening,))
         message = "A worker process died, perhaps for lack of memory; use fewer workers."
         try:

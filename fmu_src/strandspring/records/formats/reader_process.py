@@ -23,6 +23,7 @@ import numpy as np
 
 from ...errors import RecordError
 from ...files import reason_of
+from ...isolated import ISOLATED
 from ...scratch import TemporaryFolder
 from ..channels import Channel, FloatArray
 from ..content import Content
@@ -154,7 +155,7 @@ def _idle_process() -> subprocess.Popen[bytes]:
     folder = TemporaryFolder()
     try:
         process = subprocess.Popen(  # noqa: S603 - this module, without a shell
-            [sys.executable, "-c", _PROGRAM, json.dumps(sys.path)],
+            [sys.executable, *ISOLATED, "-c", _PROGRAM, json.dumps(sys.path)],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=subprocess.DEVNULL,
