@@ -125,7 +125,13 @@ class Result:
 
     @property
     def minor_silent(self) -> bool:
-        return self.minor_off and not speaks_of_loops(self.cautions)
+        return self.minor_off and not (speaks_of_loops(self.cautions) or self.says_changes)
+
+    @property
+    def says_changes(self) -> bool:
+        """Whether a mount that changes is said to do so, and the change was left in."""
+        kept = not any("wear" in effect for effect in self.effects)
+        return self.case.mount.changes and kept and any("cycle to cycle" in s for s in self.cautions.values())
 
     @property
     def held(self) -> bool:
