@@ -19,6 +19,7 @@ import argparse
 import re
 import sys
 import time
+import zlib
 from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
@@ -41,7 +42,7 @@ from strandspring.errors import StrandspringError
 from strandspring.identification.small_loops import loop_energy
 from strandspring.loops.strokes import find_strokes
 from zoo_mounts import DRAWS
-from zoo_rig import FORCE_SHIFTS, ZooCase, draw_case, keep_options, lab_like, without_times
+from zoo_rig import FORCE_SHIFTS, ZooCase, draw_case, keep_options, lab_like, own_case, without_times
 
 ROOT = Path(__file__).resolve().parents[2]
 WRONG = 0.05  # of a loop's energy, and of the force's standard deviation on minor loops
@@ -264,7 +265,8 @@ def run(arguments: argparse.Namespace) -> None:
         "silent", "minor median", "ranges held", "taken out",
     )  # fmt: skip
     for column in columns:
-        table.add_column(column, justify="left" if column in ("mount", "taken out") else "right")
+        is_text = column in ("mount", "taken out")
+        table.add_column(column, justify="left" if is_text else "right", no_wrap=column == "mount")
     names = [name for name in DRAWS if arguments.only in name]
     groups = [(name, k) for name in names for k in (1, 2, 3)] + [("all", k) for k in (1, 2, 3)]
     for name, amplitudes in groups:
@@ -439,11 +441,15 @@ def measured(arguments: argparse.Namespace) -> None:
 
 
 def own(arguments: argparse.Namespace) -> None:
-    """Untrue cautions on clean springs of the own class."""
+    """Untrue cautions on clean springs of the own class: half of them those of honesty.py, half in programmes here."""
     rows = []
-    for index, case in enumerate(clean_cases(arguments.seed, arguments.count)):
+    for index, case in enumerate(clean_cases(arguments.seed, arguments.count // 2)):
         per_cycle = case.experiment.samples / sum(case.experiment.cycles)
         rows.append((f"{index:4} {described(case)}", case.records, per_cycle))
+    for index in range(arguments.count - len(rows)):
+        case = own_case(np.random.default_rng([arguments.seed, zlib.crc32(b"own"), index]))
+        per_cycle = case.experiment.samples / sum(case.experiment.cycles)
+        rows.append((f"{index:4} {described(case)} programme", case.records, per_cycle))
     alarms(arguments, rows)
 
 

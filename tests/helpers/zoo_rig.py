@@ -11,7 +11,19 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rig import Experiment, Fault, FloatArray, Generator, Run, Truth, amplitude_of, log_uniform
+from rig import (
+    Case,
+    Experiment,
+    Fault,
+    FloatArray,
+    Generator,
+    Run,
+    Truth,
+    amplitude_of,
+    draw_spring,
+    log_uniform,
+    simulate,
+)
 from rig_faults import FAULTS
 from strandspring import Record, RefinedOptions, Spring, SpringParameters
 from zoo_mounts import Mount, draw_mount
@@ -243,7 +255,36 @@ def wave(shape: str, segments: Sequence[tuple[float, int]], fine: int) -> tuple[
     return path, np.arange(path.size) / fine
 
 
-# A test as a laboratory records it
+# Springs of the own class
+
+
+def own_case(generator: Generator) -> Case:
+    """A spring of the own class in a programme of the zoo; every second test begins with a rest of 0.2 to 2 s."""
+    frequency = log_uniform(generator, 0.1, 5.0)
+    experiment = draw_programme(generator, int(generator.integers(1, 4)), frequency)
+    # The noise of a third is coloured, as a filter leaves it.
+    experiment = replace(experiment, correlation=float(generator.choice([0.0, 0.0, 0.8])))
+    case = simulate(draw_spring(generator), experiment, generator)
+    if generator.random() < 0.5:
+        return case
+    noise = experiment.noise * float(np.std(np.concatenate([record.force for record in case.records])))
+    rest = generator.uniform(0.2, 2.0)
+    return replace(case, records=tuple(_after_rest(record, rest, noise, generator) for record in case.records))
+
+
+def _after_rest(record: Record, rest: float, noise: float, generator: Generator) -> Record:
+    """The record with so many seconds of rest before it, the force at its start but for noise [N]."""
+    assert record.time is not None
+    interval = float(record.time[1] - record.time[0])
+    count = round(rest / interval)
+    # The mean of the first samples would be of the motion.
+    force = record.force[0] + noise * generator.standard_normal(count)
+    return replace(
+        record,
+        displacement=np.concatenate([np.full(count, record.displacement[0]), record.displacement]),
+        force=np.concatenate([force, record.force]),
+        time=np.concatenate([record.time[0] - interval * np.arange(count, 0, -1), record.time]),
+    )
 
 
 def lab_like(spring: SpringParameters, experiment: Experiment, generator: Generator) -> tuple[Record, ...]:
