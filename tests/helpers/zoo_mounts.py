@@ -427,12 +427,15 @@ def _two_mechanisms(generator: Generator, _: float) -> Mount:
 
 
 def _generalised(generator: Generator, _: float) -> Mount:
-    sides = np.array([[1, 1, 1], [1, -1, -1], [-1, -1, -1], [-1, 1, 1]])  # sgn y, sgn dy, sgn z while z grows
-    y, s, z = sides.T
-    terms = np.stack([s * z, y * s, y * z, s, z, y])
+    # sgn y, sgn dy, sgn z while z grows, and while it returns.
+    growing = np.array([[1, 1, 1], [1, -1, -1], [-1, -1, -1], [-1, 1, 1]])
+    returning = growing * [1, 1, -1]
+    psi = [np.stack([s * z, y * s, y * z, s, z, y], axis=1) for y, s, z in (growing.T, returning.T)]
     while True:
         beta = np.array([generator.uniform(0.4, 0.9), *generator.uniform(-0.25, 0.25, 5)])
-        if (beta @ terms).min() > 0.25:
+        bounded, back = (terms @ beta for terms in psi)
+        # z is bounded by 1/psi^(1/n), and must come back from there after a reversal.
+        if bounded.min() > 0.25 and back.max() < 0.8 * bounded.min():
             break
     rho, _sigma, n = draw_law(generator, n=(0.5, 3.0))
     return GeneralisedBoucWen(rho=rho, n=n, beta=tuple(beta.tolist()))
