@@ -158,10 +158,10 @@ class Result:
 
 
 def names_size(sentences: Iterable[str], energy: float, force: float) -> bool:
-    """Whether a clause about the loops or the force gives a difference like one of these."""
+    """Whether a clause about an energy or a force gives a difference like these: of the energy, and of the force."""
     for sentence in sentences:
         for clause in re.split(r"[;()]|[.,:] ", _OTHER_SHARES.sub("", sentence)):
-            for words, size in ((("energy", "energies", "loop"), energy), (("force",), force)):
+            for words, size in ((("energy", "energies"), energy), (("force",), force)):
                 if any(word in clause.lower() for word in words):
                     given = [float(share) / 100.0 for share in _PERCENT.findall(clause)]
                     if any(size / FACTOR <= share <= size * FACTOR for share in given):
@@ -181,10 +181,10 @@ def judged(case: ZooCase) -> Result:
     begin = time.perf_counter()
     try:
         found = identify(case.records)
-    except StrandspringError as error:
-        nothing = float("nan")
-        seconds = time.perf_counter() - begin
-        return Result(case, {}, (), (), (), 0.0, 0.0, (nothing,) * 3, seconds, str(error).partition(": ")[2])
+    except Exception as error:
+        # Refused, or failed if it is none of the package's own.
+        problem = str(error).partition(": ")[2] if isinstance(error, StrandspringError) else f"FAILED {error!r}"
+        return Result(case, {}, (), (), (), 0.0, 0.0, (np.nan,) * 3, time.perf_counter() - begin, problem)
     seconds = time.perf_counter() - begin
     spring = found.spring()
     own = [
@@ -257,7 +257,7 @@ def run(arguments: argparse.Namespace) -> None:
     for case in cases(arguments):
         result = judged(case)
         results.append(result)
-        if arguments.verbose or result.energy_silent or result.minor_silent:
+        if arguments.verbose or result.energy_silent or result.minor_silent or result.problem:
             console.print(result.line, soft_wrap=True)
     table = Table(title=f"{arguments.count} records of each mount and number of amplitudes, half of them with a fault")
     columns = (
@@ -279,6 +279,8 @@ def run(arguments: argparse.Namespace) -> None:
     for kind, chosen in (
         ("without a fault", [r for r in results if not r.case.fault]),
         ("with a fault", [r for r in results if r.case.fault]),
+        ("mounts that change from cycle to cycle", [r for r in results if r.case.mount.changes]),
+        ("mounts that do not", [r for r in results if not r.case.mount.changes]),
         ("with effects taken out", [r for r in results if r.effects]),
         ("with nothing taken out", [r for r in results if not r.effects]),
     ):
