@@ -83,18 +83,6 @@ def test_gaps_are_named_by_their_times() -> None:
     assert found == {Outcome.GAPS: "3.99 to 4.5 s; 8.99 to 9.6 s"}
 
 
-@pytest.mark.parametrize(("samples", "lost"), [(10, True), (30, True), (100, False)])
-def test_reversals_between_samples_are_named_by_what_is_lost(samples: int, lost: bool) -> None:
-    """Halfway between two samples: 1 - cos(pi/N) of the amplitude, half of that of a stroke."""
-    phase = 2.0 * np.pi * (np.arange(5 * samples) + 0.5) / samples + 0.5 * np.pi
-    found = usable(record_of(spring_of(1.0, 1.0), np.sin(phase) * 0.02))[1]
-    assert set(found) == ({Outcome.TURNS_BETWEEN_SAMPLES} if lost else set())
-    for detail in found.values():
-        share = float(detail.split()[1])
-        # Of samples of the parabola, which lies below the sine's crest.
-        assert share == pytest.approx(50.0 * (1.0 - np.cos(np.pi / samples)), rel=0.35)
-
-
 def test_irregular_sampling_is_no_gap() -> None:
     record = record_of(spring_of(1.0, 1.0), sine())
     times = np.cumsum(np.random.default_rng(0).exponential(0.01, 1500))

@@ -25,6 +25,7 @@ from .outcomes import IdentificationError, Outcome
 from .refined import RefinedOptions
 from .small_loops import extrapolated_energy
 from .steady_part import SteadyRecord, find_steady_part
+from .turns import turns_between_samples
 
 _POOR_RNL = 0.9
 _MANY_COMMON = 16  # samples; parts one after the other share one
@@ -135,8 +136,7 @@ def _identified(group: tuple[Record, ...], method: Method) -> IdentifiedModel:
         fits = tuple(_compared(solver, *each) for each in zip(parts, group, starts, strict=True))
     rmse, rnl = overall(fits)
     findings = _merged([*((part.record.path, part.cautions) for part in parts), ("", result.cautions)])
-    if Outcome.TURNS_RESTORED in findings:
-        findings.pop(Outcome.TURNS_BETWEEN_SAMPLES, None)
+    findings |= turns_between_samples(parts, result.turning, result.parameters)
     loops = join([part.loops for part in parts])
     if loops.has_one_amplitude and Outcome.SMALL_LOOPS not in findings:
         known = result.uncertainty or {}

@@ -97,14 +97,12 @@ class Outcome(Enum):
         "the spring up to the next ones: record again, or identify from a part without gaps with --time or --cycles."
     )
     TURNS_BETWEEN_SAMPLES = (
-        "The samples are so few that the displacement turns between them; what it travels there is lost, which can "
-        "look like a delay or wear and falsifies rho, sigma, n and the energy of small loops: sample 100 times in a "
-        "cycle."
+        "The displacement turns between samples, and the travel lost there falsifies rho, sigma, n and the energy of "
+        "small loops: sample 100 times per cycle, more often where it turns at corners."
     )
     TURNS_RESTORED = (
-        "The samples are so few that the displacement turns between them; its reversals were estimated from the "
-        "samples about them, and what is wrong with that falsifies rho, sigma, n and the energy of small loops: sample "
-        "100 times in a cycle, and more often where it turns at corners."
+        "The displacement turns between samples, where its reversals were estimated; errors of that falsify rho, "
+        "sigma, n and small loops: sample 100 times per cycle, more often at corners."
     )
     DISPLACEMENT_NOISE = (
         "The noise of the displacement is large; it was smoothed out between the reversals, but what is left of it "

@@ -163,8 +163,6 @@ class RefinedOptions(Method):
             sentence = refusal.outcome.value.partition(";")[0]
             findings[Outcome.DELAY] += f"; without it, {sentence[0].lower()}{sentence[1:]}"
         is_turning = any(part.strokes.beyond is not None for part in rig.parts)
-        if is_turning:
-            findings[Outcome.TURNS_RESTORED] = ""
         if Effect.CURVED_DRIFT in sizes:
             findings[Outcome.DRIFT_REMOVED] += RELAXING
         findings = with_other_effects(findings, sizes, other_effects(found))
@@ -195,6 +193,7 @@ class RefinedOptions(Method):
             predicted=predicted,
             lack_of_fit=lack,
             alone=alone,
+            turning=tuple(rig.parts) if is_turning else (),
         )
 
     def _searched(

@@ -15,7 +15,6 @@ from .outcomes import Outcome
 _RELAXED = 0.01  # change of force during dwells that counts, share of the force's standard deviation
 _SEEN = 4.0  # change of force during dwells that is no noise, in its standard deviations
 _GAP = 3.5  # time step that is called a gap, in those usual
-_LOST = 0.001  # travel between samples at reversals that is reported, share of a stroke
 _NAMED = 6  # places that a message names
 
 
@@ -41,9 +40,6 @@ def usable_samples(record: Record, strokes: Strokes) -> tuple[BoolArray, dict[Ou
         used &= record.compared
     if _relaxes(rests, record):
         found[Outcome.DWELLS] = f"by {rests.relaxed:.3g} N"
-    lost = strokes.lost_at_reversals
-    if lost > _LOST:
-        found[Outcome.TURNS_BETWEEN_SAMPLES] = f"about {100.0 * lost:.2g} % of a stroke at each reversal"
     if record.time is not None:
         steps = np.diff(record.time)
         usual = median(steps[steps > 0.0]) if (steps > 0.0).any() else 0.0
