@@ -102,7 +102,7 @@ def test_misfit_that_is_large_beside_the_small_loops_is_reported() -> None:
 @pytest.mark.parametrize(
     ("smallest", "advice"),
     [
-        (0.0199, "all loops have about one amplitude, so that how"),
+        (0.0199, "one amplitude does not tell FE from the loop: record loops of about 6 mm too"),
         (0.012, "the smallest loops recorded have 12 mm: record some of about 6 mm too"),
         (0.006, "loops of 6 mm were recorded: record more cycles of them, or with less noise"),
     ],

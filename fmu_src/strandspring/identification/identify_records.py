@@ -21,7 +21,7 @@ from .figures import RecordFit, overall, periodic_start, predict_record, record_
 from .identified_model import IdentifiedModel
 from .loops import Loops, join
 from .method import Method, checked_method
-from .outcomes import IdentificationError, Outcome
+from .outcomes import IdentificationError, Outcome, by_harm
 from .refined import RefinedOptions
 from .small_loops import extrapolated_energy
 from .steady_part import SteadyRecord, find_steady_part
@@ -67,9 +67,10 @@ def identify_records(records: Record | Sequence[Record], options: Method | None 
         if spikes:
             raise IdentificationError(Outcome.SPIKES_DECIDE, "; ".join(spikes)) from None
         raise
-    if not spikes or method.withstands_outliers:
-        return identification
-    return replace(identification, findings={**identification.findings, Outcome.SPIKES: "; ".join(spikes)})
+    findings = dict(identification.findings)
+    if spikes and not method.withstands_outliers:
+        findings[Outcome.SPIKES] = "; ".join(spikes)
+    return replace(identification, findings=by_harm(findings))
 
 
 @cache

@@ -143,10 +143,7 @@ def _advice(spring: SpringParameters, smallest: float) -> str:
     half = 0.5 * (spring.displacement_max - spring.displacement_min)
     wanted = f"{1e3 * AMPLITUDE * half:.2g} mm"
     if smallest >= ONE_AMPLITUDE * half:
-        return (
-            "all loops have about one amplitude, so that how the force divides into FE and loop rests on the form of "
-            f"the model: record loops of about {wanted} too"
-        )
+        return f"one amplitude does not tell FE from the loop: record loops of about {wanted} too"
     if smallest > _AS_SMALL * AMPLITUDE * half:
         return f"the smallest loops recorded have {1e3 * smallest:.2g} mm: record some of about {wanted} too"
     return f"loops of {1e3 * smallest:.2g} mm were recorded: record more cycles of them, or with less noise"
