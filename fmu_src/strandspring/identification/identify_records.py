@@ -26,6 +26,7 @@ from .refined import RefinedOptions
 from .small_loops import extrapolated_energy
 from .steady_part import SteadyRecord, find_steady_part
 from .turns import turns_between_samples
+from .unit_check import refuse_differing_units
 
 _POOR_RNL = 0.9
 _MANY_COMMON = 16  # samples; parts one after the other share one
@@ -126,6 +127,7 @@ def _spikes(record: Record) -> str:
 def _identified(group: tuple[Record, ...], method: Method) -> IdentifiedModel:
     """The identification, isolated outliers left aside."""
     parts = [_steady_part(record, method) for record in group]
+    refuse_differing_units(parts)
     result = method.fit(parts, ", ".join(record.path for record in group))
     solver = PathSolver(result.parameters)
     starts = result.omega_start or (0.0,) * len(group)

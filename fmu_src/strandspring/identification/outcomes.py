@@ -33,6 +33,10 @@ class Outcome(Enum):
     FORCE_REVERSED = (
         "The force falls as the displacement rises; negate a column with --reverse displacement or --reverse force."
     )
+    UNITS_DIFFER = (
+        "This record agrees with the others only after a factor between units; check its units, and give them in a "
+        "description file if they differ from the others'."
+    )
     COLUMNS_SWAPPED = (
         "The loop runs the wrong way round, as if the spring released energy; displacement and force are probably "
         "swapped: exchange --displacement and --force; or the force lags far behind: check the synchronisation of the "
