@@ -287,7 +287,7 @@ def test_few_samples_in_a_cycle_look_like_no_effect_of_the_rig(wave: str, sample
     force = force + 0.1 * np.random.default_rng(5).standard_normal(force.size)
     found = identify(Record(path[::finer], force, 0.1 * np.arange(force.size)))
     assert not found.effects
-    assert Outcome.TURNS_RESTORED in found.findings
+    assert f"{2 * round(0.5 * samples)} samples per cycle" in found.findings[Outcome.TURNS_RESTORED]
     assert Outcome.TURNS_BETWEEN_SAMPLES not in found.findings
     assert loop_energy(found.parameters) == pytest.approx(loop_energy(spring), rel=0.03)  # ten standard errors
     assert found.rmse < 0.15

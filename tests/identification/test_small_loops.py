@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import zlib
 from dataclasses import replace
 
@@ -58,8 +59,34 @@ def test_another_minimum_that_fits_as_well_is_named() -> None:
     assert undecided_energy(spring, {}, [minima(8.0, 20.0)], 0.02) == ""  # fits worse
     assert undecided_energy(spring, {}, [minima(spring.n, 1.0)], 0.02) == ""  # is the same
     text = undecided_energy(spring, {}, [minima(8.0, 1.0)], 0.02)
-    assert "another fit that is about as good has n 8" in text
-    assert f"this one {loop_energy(spring):.3g} J" in text
+    assert "; the next one has n 8, " in text
+    assert text.startswith(f"at 30 % of the amplitude {loop_energy(spring):.3g} J a cycle, equally good fits ")
+
+
+def test_energies_of_other_fits_are_a_range_only_where_they_differ() -> None:
+    spring = identify(record_of(spring_of(1.0, 1.0), sine(), noise=0.01)).parameters
+    best, other = minima(8.0, 1.0)
+    alike = replace(other, criterion=other.criterion + 0.1)
+    text = undecided_energy(spring, {}, [[best, other, alike]], 0.02).partition(";")[0]
+    assert re.fullmatch(r".* a cycle, equally good fits [\d.]+ J", text)
+    third = minima(0.2, 1.0)[1]
+    text = undecided_energy(spring, {}, [[best, other, third]], 0.02).partition(";")[0]
+    assert re.fullmatch(r".* a cycle, equally good fits [\d.]+ to [\d.]+ J", text)
+
+
+def test_fits_without_small_loops_have_no_energy_and_differ_by_nothing() -> None:
+    """Small strokes of these do not reach the knee: what they dissipate is rounding."""
+    best = minima(1.0, 0.0)[0]
+    amplitude = AMPLITUDE_RECORDED
+    hysteresis = replace(best.refinement.hysteresis, rho=1.5 / amplitude, sigma=0.5, n=40.0)
+    elastic = replace(best, refinement=replace(best.refinement, hysteresis=hysteresis))
+    more = replace(elastic, refinement=replace(best.refinement, hysteresis=replace(hysteresis, n=30.0)))
+    spring = spring_of(1.0, 1.0)
+    text = undecided_energy(spring, {}, [[best, elastic, more]], 0.02)
+    assert f"{loop_energy(spring):.3g} J a cycle, equally good fits no energy; the next" in text
+    void = replace(spring, rho=1.5 / amplitude, sigma=0.5, n=40.0)
+    assert loop_energy(void) < 1e-6 * loop_energy(spring)
+    assert undecided_energy(void, {}, [[elastic, more]], 0.02, misfit=1e-4) == ""
 
 
 def test_misfit_that_is_large_beside_the_small_loops_is_reported() -> None:
@@ -75,7 +102,7 @@ def test_misfit_that_is_large_beside_the_small_loops_is_reported() -> None:
 @pytest.mark.parametrize(
     ("smallest", "advice"),
     [
-        (0.0199, "all loops have about one amplitude, so that how"),
+        (0.0199, "one amplitude does not tell FE from the loop: record loops of about 6 mm too"),
         (0.012, "the smallest loops recorded have 12 mm: record some of about 6 mm too"),
         (0.006, "loops of 6 mm were recorded: record more cycles of them, or with less noise"),
     ],

@@ -14,7 +14,7 @@ from ..identification.identify_records import identify_records
 from ..identification.known_rig import KnownRig
 from ..identification.method import Method
 from ..identification.notes import notes_on
-from ..identification.outcomes import Outcome
+from ..identification.outcomes import Outcome, by_harm
 from ..joint import HYSTERETIC_UNITS
 from .records import Source, given_records
 from .result import Result
@@ -82,7 +82,7 @@ class Identification(IdentifiedModel, Result):
             ranking = replace(ranking, notes=(*ranking.notes, sentence))
         if not ranking.better:
             return self, ranking
-        return replace(self, findings={**self.findings, Outcome.OTHER_CLASS: ""}), ranking
+        return replace(self, findings=by_harm({**self.findings, Outcome.OTHER_CLASS: ""})), ranking
 
     def lines(self) -> list[str]:
         """Figures and parameters with standard errors, in words."""
@@ -216,7 +216,7 @@ def identify(
     >>> f"{result.rnl:.2f}"
     '0.98'
     >>> [outcome.name for outcome in result.outcomes]
-    ['FIRST_CYCLE_DIFFERS', 'SMALL_LOOPS']
+    ['SMALL_LOOPS', 'FIRST_CYCLE_DIFFERS']
     """
     if isinstance(force, Method):
         force, options = None, force

@@ -20,6 +20,7 @@ from ..fmu.native.platforms import PLATFORMS, Platform, chosen_platforms
 from ..modelfile import is_model_path, load_model, save_model
 from ..system_files.system_file import is_system_file
 from ..system_fmu.system_variables import system_variables
+from .cautions import note_most_harmful
 from .identify import identified
 from .options import identification_options, identifier, method_options, name_option, record_files, record_options
 from .output import reporting, result, result_json
@@ -187,6 +188,7 @@ def build(
             target = fmu_path(output, chosen, one, wanted.version)
             refuse_overwriting(record_files(sources), {"--models": model_path, "--output": target})
         model, identification = identified(sources, options, method, chosen, description)
+        note_most_harmful(identification, str(model_path))
         save_model(model_path, model)
     origin = origin_of(sources[0], zero, model.parameters)
     with reporting() as progress:

@@ -14,7 +14,7 @@ from ..identification.campaign import campaign_verdicts
 from ..identification.method import Method
 from ..modelfile import ModelFile, save_model
 from ..peers.rivals.ranking import Ranking
-from .cautions import note_assumptions
+from .cautions import note_assumptions, note_most_harmful
 from .options import (
     identification_options,
     identifier,
@@ -24,7 +24,7 @@ from .options import (
     record_files,
     record_options,
 )
-from .output import note, result, result_json, working
+from .output import result, result_json, working
 from .paths import refuse_overwriting
 from .reporting import Reporting, report_options
 from .rivals import compared_with_rivals, print_ranking, ranking_json
@@ -75,6 +75,7 @@ def identify(
     if rivals:
         identification, ranking = compared_with_rivals(identification)
         model = identification.model_file(chosen, description)
+    note_most_harmful(identification, output, reporting.report)
     save_model(output, model)
     reporting.write(identification, model, "" if ranking is None else ranking.sentence)
     # For one record that holds several amplitudes or frequencies there is `info`.
@@ -127,11 +128,9 @@ def identified(
     name: str,
     description: str = "",
 ) -> tuple[ModelFile, Identification]:
-    """Read the records, identify the spring and report cautions on standard error."""
+    """Read the records and identify the spring."""
     group = read_records(records, columns)
     note_assumptions(group)
     with working("Identifying"):
         identification = identify_records(group, options)
-    for sentence in identification.cautions:
-        note(f"Caution: {sentence}")
     return identification.model_file(name, description), identification

@@ -33,7 +33,8 @@ class IdentifiedModel:
     rmse, rnl : float               Of `fits`, over all compared samples [N], [-].
     degrees : (int or None, int)    N of FE, None if it is a table, and M of FA.
     steady_share : float            Where the steady section was taken to begin, share of the longest stroke.
-    findings : dict                 Cautions for the user: outcomes with their details, which may be empty.
+    findings : dict                 Cautions for the user: outcomes with their details, which may be empty, the most
+                                    harmful first.
     uncertainty : dict              Content of the model file's field: standard errors, correlations, 95 % intervals,
                                     joint covariance, prediction interval; empty but for the refined method.
     band : PredictionBand or None   95 % confidence band and prediction interval on the last loop; of the refined

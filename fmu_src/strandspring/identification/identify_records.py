@@ -21,11 +21,13 @@ from .figures import RecordFit, alone, along_strokes, estimate_omega_start, over
 from .identified_model import IdentifiedModel
 from .loops import Loops, join
 from .method import Method, checked_method
-from .outcomes import IdentificationError, Outcome
+from .outcomes import IdentificationError, Outcome, by_harm
 from .refined import RefinedOptions
 from .saved_spring import differences, is_worse_than_a_line
 from .small_loops import extrapolated_energy
 from .steady_part import SteadyRecord, find_steady_part
+from .turns import turns_between_samples
+from .unit_check import refuse_differing_units
 
 _POOR_RNL = 0.9
 _MANY_COMMON = 16  # samples; parts one after the other share one
@@ -71,9 +73,10 @@ def identify_records(
         if spikes:
             raise IdentificationError(Outcome.SPIKES_DECIDE, "; ".join(spikes)) from None
         raise
-    if not spikes or method.withstands_outliers:
-        return identification
-    return replace(identification, findings={**identification.findings, Outcome.SPIKES: "; ".join(spikes)})
+    findings = dict(identification.findings)
+    if spikes and not method.withstands_outliers:
+        findings[Outcome.SPIKES] = "; ".join(spikes)
+    return replace(identification, findings=by_harm(findings))
 
 
 @cache
@@ -129,6 +132,7 @@ def _spikes(record: Record) -> str:
 def _identified(group: tuple[Record, ...], method: Method, save_anyway: bool) -> IdentifiedModel:
     """The identification, isolated outliers left aside."""
     parts = [_steady_part(record, method) for record in group]
+    refuse_differing_units(parts)
     where = ", ".join(record.path for record in group)
     result = method.fit(parts, where)
     solver = PathSolver(result.parameters)
@@ -146,8 +150,7 @@ def _identified(group: tuple[Record, ...], method: Method, save_anyway: bool) ->
         )  # fmt: skip
     rmse, rnl = overall(fits)
     findings = _merged([*((part.record.path, part.cautions) for part in parts), ("", result.cautions)])
-    if Outcome.TURNS_RESTORED in findings:
-        findings.pop(Outcome.TURNS_BETWEEN_SAMPLES, None)
+    findings |= turns_between_samples(parts, result.turning, result.parameters)
     # A spring is not judged by what the user knows to be the rig's.
     is_known = method.known_delay or any(part.record is not record for part, record in zip(parts, group, strict=True))
     if is_worse_than_a_line(measured, fitted if is_known else fits):

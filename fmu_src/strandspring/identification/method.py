@@ -33,6 +33,7 @@ class Fitted:
                                      the spring alone says it.
     lack_of_fit : LackOfFit or None
     alone : tuple of SteadyRecord    The steady parts without the rig's effects; empty if the method takes none out.
+    turning : tuple of SteadyRecord  The steady parts with reversals between their samples; empty if at samples.
     """
 
     parameters: SpringParameters
@@ -45,6 +46,7 @@ class Fitted:
     predicted: tuple[FloatArray, ...] = ()
     lack_of_fit: LackOfFit | None = None
     alone: tuple[SteadyRecord, ...] = ()
+    turning: tuple[SteadyRecord, ...] = ()
 
 
 @dataclass(frozen=True)

@@ -10,6 +10,7 @@ from ..records.record import Record
 from .identified_model import IdentifiedModel
 from .known_rig import KnownRig, unknown_effects
 from .refined import RefinedOptions
+from .unit_check import implausible_sizes
 from .usable import dwells_without_relaxation
 
 
@@ -19,6 +20,7 @@ def notes_on(identification: IdentifiedModel) -> tuple[str, ...]:
     known = KnownRig.of(identification.effects, identification.options)
     seeks_effects = identification.method == RefinedOptions.name
     return (
+        *implausible_sizes(identification.parts),
         *unknown_effects(records, known),
         *dwells_without_relaxation(records),
         *(times_that_do_not_rise(records) if seeks_effects else ()),

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from enum import Enum
 
 from ..errors import StrandspringError
 
 
 class Outcome(Enum):
-    """Outcomes; the value is the sentence that travels into messages, reports and JSON."""
+    """Outcomes; the value is the sentence that travels into messages, reports and JSON.
+
+    Cautions are reported in this order.
+    """
 
     # Refusals
     TOO_FEW_STROKES = (
@@ -28,6 +32,10 @@ class Outcome(Enum):
     )
     FORCE_REVERSED = (
         "The force falls as the displacement rises; negate a column with --reverse displacement or --reverse force."
+    )
+    UNITS_DIFFER = (
+        "This record agrees with the others only after a factor between units; check its units, and give them in a "
+        "description file if they differ from the others'."
     )
     COLUMNS_SWAPPED = (
         "The loop runs the wrong way round, as if the spring released energy; displacement and force are probably "
@@ -66,146 +74,150 @@ class Outcome(Enum):
         "cycles, or go without --bootstrap."
     )
 
+    # Cautions: a model is returned; the most harmful first
     WORSE_THAN_LINE = (
         "The spring alone follows the records worse than a straight line does; do not use it: look at the records, "
         "identify a part of them, or save it all the same with --save-anyway."
     )
-
-    # Cautions: a model is returned
     SPRING_ALONE = (
-        "The saved spring alone follows the records less well than the fit, from which effects were removed that its "
-        "FMU does not have; keep them in the spring with --keep if they belong to the mount."
-    )
-    RIG_OR_MOUNT = (
-        "Part of the force may come from the rig or from the mount, which these records do not decide; it was left in "
-        "the spring: check the rig with a stiff plain spring, or record another rate and amplitude."
+        "The saved spring alone follows the records less well than the fit, from which effects were removed; keep them "
+        "in the spring with --keep if they are the mount's."
     )
     JITTER = (
-        "Driven by the displacement as recorded the spring errs more than along the smoothed path: reversals of the "
-        "sensor's last digits are motion to it; smooth a measured displacement before it drives the FMU."
+        "Along the displacement as recorded the spring errs more than along the smoothed one, since jitter of the "
+        "sensor is motion to it: smooth a measured displacement that drives the FMU."
     )
     LOOP_ENERGY = (
         "The loops of the saved spring differ in energy from those recorded; allow for that where damping counts."
     )
+    RIG_OR_MOUNT = (
+        "Part of the force may be the rig's or the mount's, which these records do not decide; it was left in: check "
+        "the rig with a stiff plain spring, or record another rate."
+    )
+    OTHER_MOUNT = (
+        "The mount is of a wider class than the model, whose force on loops unlike the recorded ones errs: record such "
+        "loops, and compare classes with --rivals."
+    )
     SPIKES = (
-        "Isolated outliers lie far outside all other samples and distort the fit; correct or delete their lines, "
-        "leave out their cycles with --cycles, or identify with --robust."
+        "Isolated outliers lie far outside all other samples and distort the fit; correct or delete their lines, leave "
+        "out their cycles with --cycles, or identify with --robust."
     )
-    NO_STEADY_SECTION = (
-        "The strokes end before the hysteresis saturates, so there is no steady section; sigma, n and the split "
-        "between elastic and hysteretic force are uncertain: record longer strokes."
+    POOR_FIT = (
+        "The model follows these records poorly (RNL below 0.9); look at the report's plot, and compare it with "
+        "--method refined."
     )
-    FIRST_CYCLE_DIFFERS = "The first cycle differs from the later ones and was left out."
-    DRIFT = (
-        "The force drifts from cycle to cycle; the model describes the mean of the cycles: use the steady ones with "
-        "--cycles, warm up or exercise the specimen first, or check the force sensor's zero."
-    )
-    RANGE_WITH_GAPS = (
-        "The records have no displacement in common, and between them the model is a guess: check the zeros of the "
-        "displacement (displacement_offset of a description file), or record what lies between, too."
-    )
-    CLIPPED = (
-        "The force stays at an extreme for many samples, as a sensor or amplifier at the end of its range does; those "
-        "samples were left out: repeat the test with a larger range."
-    )
-    DWELLS = (
-        "The displacement rests for a while and the force relaxes meanwhile, which a rate-independent model does not "
-        "do; the samples of the dwells were left out, but the loops are lower for it: record without dwells."
-    )
-    GAPS = (
-        "Samples are missing where the time column jumps; a reversal within a gap is lost, and with it the memory of "
-        "the spring up to the next ones: record again, or identify from a part without gaps with --time or --cycles."
-    )
-    TURNS_BETWEEN_SAMPLES = (
-        "The samples are so few that the displacement turns between them; what it travels there is lost, which can "
-        "look like a delay or wear and falsifies rho, sigma, n and the energy of small loops: sample 100 times in a "
-        "cycle."
-    )
-    TURNS_RESTORED = (
-        "The samples are so few that the displacement turns between them; its reversals were estimated from the "
-        "samples about them, and what is wrong with that falsifies rho, sigma, n and the energy of small loops: sample "
-        "100 times in a cycle, and more often where it turns at corners."
-    )
-    DISPLACEMENT_NOISE = (
-        "The noise of the displacement is large; it was smoothed out between the reversals, but what is left of it "
-        "still blurs the reversals and the knee of the loop, and with them rho, sigma and n: take a sensor with less "
-        "noise or a finer resolution, or sample faster."
-    )
-    DELAY = (
-        "The force and the displacement were not measured at the same moments; the delay between the columns was "
-        "taken out: check it with a stiff plain spring in the rig, and give it as --delay."
-    )
-    VISCOSITY = (
-        "Part of the force grows with the velocity; it was taken out as viscous damping, which the model does not "
-        "hold: repeat one amplitude at another frequency to tell it from a delay or a filter on the force channel."
-    )
-    PLAY = (
-        "After each reversal the spring rests until a play (backlash) in the rig is used up; it was taken out as far "
-        "as the records show it: remove it from the rig and measure again."
-    )
-    FORCE_ZERO = (
-        "The zero of the force differs from record to record; the shifts against the first record were taken out: "
-        "a shift of the displacement's zero would look much alike, so zero both sensors before each record."
-    )
-    DISPLACEMENT_ZERO = (
-        "The zero of the displacement differs from record to record; the shifts against the first record were taken "
-        "out: a shift of the force's zero would look much alike, so zero both sensors before each record."
-    )
-    DRIFT_REMOVED = (
-        "The force drifts; the drift was removed, and --state first, mean or last chooses the moment that the model "
-        "describes: let the sensor warm up, or check its zero."
-    )
-    FRICTION_WEAR = (
-        "The hysteretic force changes from cycle to cycle (wear or running in); the change "
-        "was removed, and --state first, mean or last chooses the cycle that the model describes."
-    )
-    STIFFNESS_WEAR = (
-        "The elastic force changes from cycle to cycle (softening or wear); the change "
-        "was removed, and --state first, mean or last chooses the cycle that the model describes."
-    )
-    SIGMA_AT_BOUND = (
-        "sigma ended at its bound, so these records show little of the recovery after a reversal; sample the "
-        "reversals more densely."
-    )
-    N_AT_BOUND = "n ended at its bound, so these records show little of the knee of the loop; sample it more densely."
-    AMPLIFIER_REDUCED = (
-        "The amplifier FA of the wanted degree was not positive over the whole range; its degree was lowered until "
-        "it was."
-    )
-    NOT_CONVERGED = (
-        "The refinement stopped at its limit of evaluations; the result is the best point reached: compare it with "
-        "--method two-stage."
-    )
-    ONE_AMPLITUDE = (
-        "All loops have about one amplitude: the energy of smaller ones is extrapolated by the model, which these "
-        "records do not check; record loops of about a third of that amplitude too."
-    )
-    SMALL_LOOPS = "The energy of small loops is left undecided by these records."
-    INDISTINCT = (
-        "Some parameters are strongly correlated in these records, though the force is predicted as given: see the "
-        "standard errors and correlations in the model file; record larger strokes or several amplitudes."
-    )
-    INTERVAL_TOO_NARROW = (
-        "The 95 % prediction interval holds less than 90 % of the cycles that were left out of the fit, since these "
-        "differ from the others; expect further cycles outside it, and compare the recorded ones with each other."
+    LACK_OF_FIT = (
+        "The model leaves more misfit than the noise explains, and it is not small against the hysteretic force; do "
+        "not trust the loops' energies beyond that."
     )
     NI_MODEL = (
         "Ni's method converged, but its residuals exceed the noise: Ni's model does not describe this spring, or its "
         "start values led to a local minimum; compare it with --method refined."
     )
     OTHER_CLASS = (
-        "Another class of models predicts what it was not fitted to clearly better than this one, see the table of "
-        "--rivals; where loops unlike the recorded ones matter, record such a loop and compare both with it, or use "
-        "that class."
+        "Another class of models predicts held-out data clearly better, see the table of --rivals: for loops unlike "
+        "the recorded ones use that class, or record such a loop."
     )
-    LACK_OF_FIT = (
-        "The model leaves more misfit than the noise explains, and it is not small against the hysteretic force; do "
-        "not trust the loops' energies beyond that."
+    NOT_CONVERGED = (
+        "The refinement stopped at its limit of evaluations; the result is the best point reached: compare it with "
+        "--method two-stage."
     )
-    POOR_FIT = (
-        "The model follows these records poorly (RNL below 0.9); look at the report's plot, and compare it with "
-        "--method refined."
+    RANGE_WITH_GAPS = (
+        "The records have no displacement in common, and between them the model is a guess: check the zeros "
+        "(displacement_offset of a description file), or record what lies between."
     )
+    SMALL_LOOPS = "The energy of small loops is left undecided by these records."
+    FRICTION_WEAR = (
+        "The hysteretic force changes from cycle to cycle (wear); the change was removed, and --state first, mean or last "
+        "chooses the cycle that the model describes: exercise the specimen first."
+    )
+    STIFFNESS_WEAR = (
+        "The elastic force changes from cycle to cycle (softening, wear); the change was removed, and --state first, mean or last "
+        "chooses the cycle that the model describes: exercise the specimen first."
+    )
+    DELAY = (
+        "Force and displacement were not measured at the same moments; the delay was removed: check it with a plain "
+        "spring in the rig, and give it as --delay."
+    )
+    VISCOSITY = (
+        "Part of the force grows with velocity; it was removed as viscous damping, which the model lacks: repeat one "
+        "amplitude at another frequency to tell it from a delay."
+    )
+    PLAY = (
+        "After each reversal the spring rests until a play (backlash) in the rig is used up; it was removed: tighten "
+        "the rig and measure again."
+    )
+    DRIFT_REMOVED = (
+        "The force drifts; the drift was removed, and --state first, mean or last chooses the moment that the model "
+        "describes: let the sensor warm up, or check its zero."
+    )
+    DRIFT = (
+        "The force drifts from cycle to cycle, and the model describes their mean: use the steady cycles with "
+        "--cycles, exercise the specimen first, or check the force sensor's zero."
+    )
+    DISPLACEMENT_ZERO = (
+        "The zero of the displacement differs between records; the shifts were removed, though shifted zeros of the "
+        "force look much alike: zero both sensors before each record."
+    )
+    FORCE_ZERO = (
+        "The zero of the force differs between records; the shifts were removed, though shifted zeros of the "
+        "displacement look much alike: zero both sensors before each record."
+    )
+    GAPS = (
+        "Samples are missing where the time jumps, and reversals in a gap are lost with the spring's memory: record "
+        "again, or use a part without gaps with --time or --cycles."
+    )
+    CLIPPED = (
+        "The force stays at an extreme for many samples, as at the end of a sensor's range; those samples were left "
+        "out: repeat with a larger range."
+    )
+    DWELLS = (
+        "The force relaxes while the displacement rests, which the model does not; the dwells were left out, but the "
+        "loops are lower for it: record without dwells."
+    )
+    TURNS_BETWEEN_SAMPLES = (
+        "Reversals fall between samples, and the travel lost there falsifies rho, sigma, n and the energy of small "
+        "loops: sample 100 times per cycle, more often at corners."
+    )
+    DISPLACEMENT_NOISE = (
+        "The displacement is noisy; it was smoothed between the reversals, but these and the knee stay blurred, and "
+        "with them rho, sigma, n: take a finer resolution, or sample faster."
+    )
+    NO_STEADY_SECTION = (
+        "The strokes end before the hysteresis saturates, so there is no steady section; sigma, n and the split "
+        "between elastic and hysteretic force are uncertain: record longer strokes."
+    )
+    TURNS_RESTORED = (
+        "Reversals fall between samples and were estimated; errors of that falsify rho, sigma, n and small loops: "
+        "sample 100 times per cycle, more often at corners."
+    )
+    SIGMA_AT_BOUND = (
+        "sigma ended at its bound, so these records show little of the recovery after a reversal; sample the reversals "
+        "more densely."
+    )
+    N_AT_BOUND = "n ended at its bound, so these records show little of the knee of the loop; sample it more densely."
+    ONE_AMPLITUDE = (
+        "All loops have about one amplitude; the energy of smaller ones is extrapolated by the model: record loops of "
+        "about a third of that amplitude too."
+    )
+    INTERVAL_TOO_NARROW = (
+        "The 95 % prediction interval holds less than 90 % of the cycles left out of the fit: expect further cycles "
+        "outside it, and compare the recorded ones."
+    )
+    INDISTINCT = (
+        "Some parameters are strongly correlated, though the force is predicted as given (see the model file's "
+        "correlations): record larger strokes or several amplitudes."
+    )
+    AMPLIFIER_REDUCED = (
+        "The amplifier FA of the wanted degree was not positive over the whole range; its degree was lowered until it "
+        "was."
+    )
+    FIRST_CYCLE_DIFFERS = "The first cycle differs from the later ones and was left out."
+
+
+def by_harm(findings: Mapping[Outcome, str]) -> dict[Outcome, str]:
+    """Findings in the order of `Outcome`, in which the most harmful ones come first."""
+    return {outcome: findings[outcome] for outcome in Outcome if outcome in findings}
 
 
 class IdentificationError(StrandspringError):

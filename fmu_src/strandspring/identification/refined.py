@@ -185,8 +185,6 @@ class RefinedOptions(Method):
             sentence = refusal.outcome.value.partition(";")[0]
             findings[Outcome.DELAY] += f"; without it, {sentence[0].lower()}{sentence[1:]}"
         is_turning = any(part.strokes.beyond is not None for part in rig.parts)
-        if is_turning:
-            findings[Outcome.TURNS_RESTORED] = ""
         rig_or_mount = dict.fromkeys(one.sentence for one in kept if not one.is_negligible)
         if rig_or_mount:
             findings[Outcome.RIG_OR_MOUNT] = "; ".join(rig_or_mount)
@@ -221,6 +219,7 @@ class RefinedOptions(Method):
             predicted=predicted,
             lack_of_fit=lack,
             alone=alone,
+            turning=tuple(rig.parts) if is_turning else (),
         )
 
     def _searched(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from functools import lru_cache
@@ -27,6 +28,7 @@ _AS_SMALL = 1.2  # smallest amplitude in that of the loops judged up to which th
 _UNDECIDED = 0.07  # uncertainty of the energy that is reported, share of it
 _MISFIT = 0.1  # misfit beyond noise that is reported, share of half the height of those loops
 _COUNTLESS = 10.0  # times that half height from which on a misfit is not given as a number
+_VOID = 1e-3  # energy of a loop that is none, in that of the saturated force along it
 _APART = 0.05  # difference between the energies of two fits that is reported, share of it
 
 
@@ -83,13 +85,15 @@ def undecided_energy(
     doubts : sequence of str          Further reasons why the energy of loops that were not recorded is undecided.
     """
     energy, derivatives = _energy_with_derivatives(spring)
+    reach = AMPLITUDE * (spring.displacement_max - spring.displacement_min)
+    void = _VOID * 2.0 * spring.kappa_omega * reach
     parts = []
     joint = JointCovariance.of(spring, uncertainty)
-    if joint is not None and (error := _relative_error(energy, derivatives, joint)) > _UNDECIDED:
+    error = 0.0 if joint is None else _relative_error(energy, derivatives, joint)
+    if error > _UNDECIDED and error * abs(energy) > void:
         known = f"known to +- {100.0 * error:.0f} %" if error < 1.0 else "undetermined"
         parts.append(f"{known} at {100.0 * AMPLITUDE:.0f} % of the amplitude")
-    reach = AMPLITUDE * (spring.displacement_max - spring.displacement_min)
-    half_height = energy / (2.0 * reach)
+    half_height = max(energy, void) / (2.0 * reach)
     if misfit > _MISFIT * half_height:
         # A model may have loops of hardly any height there.
         few = misfit < _COUNTLESS * half_height
@@ -106,13 +110,13 @@ def undecided_energy(
     ]
     springs = list(_springs(rivals))
     energies = [loop_energy(other) for other in springs]
-    if any(abs(other / energy - 1.0) > _APART for other in energies):
+    if any(abs(other - energy) > max(_APART * energy, void) for other in energies):
         next_best = springs[0]
-        parts.append(
-            f"another fit that is about as good has n {next_best.n:.3g}, sigma {next_best.sigma:.3g}, "
-            f"rho {next_best.rho:.3g} 1/m; at {100.0 * AMPLITUDE:.0f} % of the amplitude such fits give "
-            f"{min(energies):.3g} to {max(energies):.3g} J a cycle, this one {energy:.3g} J"
-        )
+        parts += [
+            f"at {100.0 * AMPLITUDE:.0f} % of the amplitude {_in_words([energy], void)} a cycle, equally good fits "
+            f"{_in_words(energies, void)}",
+            f"the next one has n {next_best.n:.3g}, sigma {next_best.sigma:.3g}, rho {next_best.rho:.3g} 1/m",
+        ]
     parts += doubts
     return "; ".join([*parts, _advice(spring, smallest)]) if parts else ""
 
@@ -139,13 +143,20 @@ def _advice(spring: SpringParameters, smallest: float) -> str:
     half = 0.5 * (spring.displacement_max - spring.displacement_min)
     wanted = f"{1e3 * AMPLITUDE * half:.2g} mm"
     if smallest >= ONE_AMPLITUDE * half:
-        return (
-            "all loops have about one amplitude, so that how the force divides into FE and loop rests on the form of "
-            f"the model: record loops of about {wanted} too"
-        )
+        return f"one amplitude does not tell FE from the loop: record loops of about {wanted} too"
     if smallest > _AS_SMALL * AMPLITUDE * half:
         return f"the smallest loops recorded have {1e3 * smallest:.2g} mm: record some of about {wanted} too"
     return f"loops of {1e3 * smallest:.2g} mm were recorded: record more cycles of them, or with less noise"
+
+
+def _in_words(energies: Sequence[float], void: float) -> str:
+    """Energies [J] as one, a range, or none where it is less than `void`."""
+    low, high = min(energies), max(energies)
+    if high <= void:
+        return "no energy"
+    if high - low <= _APART * high:
+        return f"{0.5 * (low + high):.3g} J"
+    return f"{low if low > void else 0.0:.3g} to {high:.3g} J"
 
 
 def _relative_error(energy: float, derivatives: FloatArray, joint: JointCovariance) -> float:
@@ -153,4 +164,4 @@ def _relative_error(energy: float, derivatives: FloatArray, joint: JointCovarian
     root = np.zeros((len(joint.root), len(joint.root)))
     for row, values in zip(root, joint.root, strict=True):
         row[: len(values)] = values
-    return NORMAL_95 * float(np.linalg.norm(derivatives @ root[-derivatives.size :])) / abs(energy)
+    return NORMAL_95 * float(np.linalg.norm(derivatives @ root[-derivatives.size :])) / max(abs(energy), math.ulp(0.0))

@@ -6,15 +6,15 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ..loops.left_out import BoolArray, clipped_samples, dwells
+from ..loops.left_out import BoolArray, Dwells, clipped_samples, dwells
 from ..loops.noise_levels import median
 from ..loops.strokes import Strokes, find_strokes
 from ..records.record import Record
 from .outcomes import Outcome
 
 _RELAXED = 0.01  # change of force during dwells that counts, share of the force's standard deviation
+_SEEN = 4.0  # change of force during dwells that is no noise, in its standard deviations
 _GAP = 3.5  # time step that is called a gap, in those usual
-_LOST = 0.001  # travel between samples at reversals that is reported, share of a stroke
 _NAMED = 6  # places that a message names
 
 
@@ -34,15 +34,12 @@ def usable_samples(record: Record, strokes: Strokes) -> tuple[BoolArray, dict[Ou
     if clipped.any():
         used &= ~clipped
         found[Outcome.CLIPPED] = f"{int(clipped.sum())} of {clipped.size} samples"
-    resting, relaxed = dwells(record, strokes)
-    used &= ~resting
+    rests = dwells(record, strokes)
+    used &= ~rests.resting
     if record.compared is not None:
         used &= record.compared
-    if _is_relaxation(relaxed, record):
-        found[Outcome.DWELLS] = f"by {relaxed:.3g} N (median)"
-    lost = strokes.lost_at_reversals
-    if lost > _LOST:
-        found[Outcome.TURNS_BETWEEN_SAMPLES] = f"about {100.0 * lost:.2g} % of a stroke at each reversal"
+    if _relaxes(rests, record):
+        found[Outcome.DWELLS] = f"by {rests.relaxed:.3g} N"
     if record.time is not None:
         steps = np.diff(record.time)
         usual = median(steps[steps > 0.0]) if (steps > 0.0).any() else 0.0
@@ -58,15 +55,15 @@ def dwells_without_relaxation(records: Sequence[Record]) -> tuple[str, ...]:
     """A note on each record whose dwells were left out without a caution, because the force does not relax in them."""
     notes = []
     for record in records:
-        resting, relaxed = dwells(record, find_strokes(record.displacement))
-        if resting.any() and not _is_relaxation(relaxed, record):
+        rests = dwells(record, find_strokes(record.displacement))
+        if rests.within.any() and not _relaxes(rests, record):
             notes.append(
-                f"{record.path}: {int(resting.sum())} of {len(record)} samples were left out, because the displacement "
-                "rests there; the force does not relax meanwhile"
+                f"{record.path}: {int(rests.within.sum())} of {len(record)} samples were left out, because the "
+                "displacement rests there; the force does not relax meanwhile"
             )
     return tuple(notes)
 
 
-def _is_relaxation(change: float, record: Record) -> bool:
-    """Whether a change of the force during dwells [N] counts."""
-    return change > _RELAXED * float(np.std(record.force))
+def _relaxes(rests: Dwells, record: Record) -> bool:
+    """Whether the force relaxes in dwells by what counts, and by more than its noise."""
+    return rests.relaxed > max(_RELAXED * float(np.std(record.force)), _SEEN * rests.scatter)

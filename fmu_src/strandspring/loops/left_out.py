@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +21,8 @@ _REST = 0.002  # change of displacement that is called a rest, share of its rang
 _RESTS = 8  # samples at least that make a dwell
 _THINNED = 400  # samples of a stroke among which dwells are looked for, about
 _SLOWER = 1.5  # a dwell lasts so many times as long as a sine stays at its turning points
+_MOVES = 0.0002  # change of displacement within the middle half of a rest that is none, share of its range
+_ENDS = 8  # share of a rest at either end over which the force is averaged, one in so many
 _DWELL = 0.12  # time that makes a dwell, share of the mean stroke's
 
 
@@ -42,18 +45,39 @@ def clipped_samples(force: FloatArray) -> BoolArray:
     return clipped
 
 
-def dwells(record: Record, strokes: Strokes) -> tuple[BoolArray, float]:
-    """Samples within dwells but their first, and the median change of the force during one [N]."""
+@dataclass(frozen=True, eq=False)
+class Dwells:
+    """Where the displacement of a record of K samples rests.
+
+    Attributes
+    ----------
+    resting : ndarray of bool, shape (K,)   Samples of rests but their first, those before and after the test included.
+    within : ndarray of bool, shape (K,)    Those of rests within the test.
+    relaxed : float                         Mean change of the force during these, the larger of those after loading
+                                            and after unloading [N].
+    scatter : float                         Standard deviation of that by the noise of the force alone [N].
+    """
+
+    resting: BoolArray
+    within: BoolArray
+    relaxed: float = 0.0
+    scatter: float = 0.0
+
+
+def dwells(record: Record, strokes: Strokes) -> Dwells:
+    """Rests of the displacement, and how far the force relaxes in those between the first motion and the last."""
     # Dense records are thinned, or every step would look like a rest.
     thinned = slice(None, None, max(1, len(record) // (_THINNED * strokes.count)))
     stride = thinned.step
-    x, force = strokes.displacement[thinned], record.force[thinned]
+    x = strokes.displacement[thinned]
     span = float(np.ptp(x))
+    none = np.zeros(len(record), dtype=bool)
     if not span:  # whatever the displacement does is taken for noise
-        return np.zeros(len(record), dtype=bool), 0.0
+        return Dwells(none, none)
     steps = np.abs(np.diff(x))
-    rest = max(_REST * span, float(np.min(steps[steps > 0.0], initial=span)))
-    first, last = _runs(steps <= max(rest / _RESTS, 4.0 * noise_level(x)))
+    smallest, jitter = float(np.min(steps[steps > 0.0], initial=span)), 4.0 * noise_level(x)
+    rest, moves = max(_REST * span, smallest), max(_MOVES * span, smallest, jitter)
+    first, last = _runs(steps <= max(rest / _RESTS, jitter))
     last = last + 1
     clock = np.arange(x.size, dtype=np.float64) if record.rising_time is None else record.rising_time[thinned]
     mean_stroke = float(clock[-1] - clock[0]) / strokes.count
@@ -61,12 +85,49 @@ def dwells(record: Record, strokes: Strokes) -> tuple[BoolArray, float]:
     turning = _SLOWER * 2.0 / math.pi * math.acos(max(1.0 - 2.0 * rest / span, -1.0))
     rests = np.array([np.ptp(x[a : b + 1]) for a, b in zip(first, last, strict=True)]) <= _REST * span
     long = rests & (last - first + 1 >= _RESTS) & (clock[last] - clock[first] >= max(_DWELL, turning) * mean_stroke)
-    resting = np.zeros(len(record), dtype=bool)
-    for begin, end in zip(stride * first[long], stride * last[long], strict=True):
+    resting, within = none, none.copy()
+    changes: dict[bool, list[tuple[float, float]]] = {True: [], False: []}
+    for begin, end in zip((stride * first[long]).tolist(), (stride * last[long]).tolist(), strict=True):
         resting[begin + 1 : end] = True
-    if not long.any():
-        return resting, 0.0
-    return resting, median(np.abs(force[last[long]] - force[first[long]]))
+        rose = _rose_before(strokes.displacement, begin, end, rest)
+        # Small strokes, as at the start of a test, turn within what is called a rest, but do not rest there.
+        if rose is not None and np.ptp(_middle(strokes.displacement[begin : end + 1])) <= moves:
+            within[begin + 1 : end] = True
+            changes[rose].append(_change_at_rest(record, begin, end))
+    # After loading the force relaxes the other way than after unloading; several rests tell more than the noise of one.
+    means = [np.mean(each, axis=0) / [1.0, math.sqrt(len(each))] for each in changes.values() if each]
+    if not means:
+        return Dwells(resting, within)
+    change, scatter = np.max([(abs(mean), deviation) for mean, deviation in means], axis=0).tolist()
+    return Dwells(resting, within, change, scatter)
+
+
+def _rose_before(path: FloatArray, begin: int, end: int, rest: float) -> bool | None:
+    """Whether the displacement rose before a rest; None if it did not move before it, or does not after it."""
+    level = median(path[begin : end + 1])
+    before, after = (np.flatnonzero(np.abs(piece - level) > rest) for piece in (path[:begin], path[end + 1 :]))
+    return bool(path[before[-1]] < level) if before.size and after.size else None
+
+
+def _change_at_rest(record: Record, begin: int, end: int) -> tuple[float, float]:
+    """Change of the force while the displacement rests, and the standard deviation of that by noise [N].
+
+    At the ends of a rest the displacement still moves: these samples do not count, since the force follows it.
+    """
+    x, force = record.displacement[begin : end + 1], record.force[begin : end + 1]
+    middle = _middle(x)
+    level = median(middle)
+    still = np.flatnonzero(np.abs(x - level) <= np.max(np.abs(middle - level)))
+    force = force[still[0] : still[-1] + 1]
+    ends = max(1, force.size // _ENDS)
+    change = float(np.mean(force[-ends:]) - np.mean(force[:ends]))
+    noise = float(np.std(np.diff(force))) / math.sqrt(2.0)
+    return change, noise * math.sqrt(2.0 / ends)
+
+
+def _middle(rest: FloatArray) -> FloatArray:
+    """The middle half of a rest."""
+    return rest[rest.size // 4 : rest.size - rest.size // 4]
 
 
 def _runs(same: BoolArray) -> tuple[NDArray[np.intp], NDArray[np.intp]]:

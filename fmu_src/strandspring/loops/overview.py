@@ -109,7 +109,7 @@ def overview(record: Record) -> RecordOverview:
     spikes = np.union1d(*spikes_of(record.displacement, record.force)).astype(np.intp)
     masks = {
         "clipped": clipped_samples(record.force),
-        "dwells": dwells(record, strokes)[0],
+        "dwells": dwells(record, strokes).resting,
         "not selected": np.zeros(len(record), dtype=bool) if record.compared is None else ~record.compared,
     }
     left_out = [LeftOut("spikes", spikes), *(LeftOut(why, np.flatnonzero(mask)) for why, mask in masks.items())]
