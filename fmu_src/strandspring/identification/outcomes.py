@@ -128,12 +128,12 @@ class Outcome(Enum):
     )
     SMALL_LOOPS = "The energy of small loops is left undecided by these records."
     FRICTION_WEAR = (
-        "The hysteretic force changes from cycle to cycle (wear); the change was removed, and --state first, mean or last "
-        "chooses the cycle that the model describes: exercise the specimen first."
+        "The hysteretic force changes from cycle to cycle (wear); the change was removed, and --state first, mean or "
+        "last chooses the cycle that the model describes: exercise the specimen first."
     )
     STIFFNESS_WEAR = (
-        "The elastic force changes from cycle to cycle (softening, wear); the change was removed, and --state first, mean or last "
-        "chooses the cycle that the model describes: exercise the specimen first."
+        "The elastic force changes from cycle to cycle (softening); the change was removed, and --state first, mean or "
+        "last chooses the cycle that the model describes: exercise the specimen first."
     )
     DELAY = (
         "Force and displacement were not measured at the same moments; the delay was removed: check it with a plain "
