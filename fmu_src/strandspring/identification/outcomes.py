@@ -111,6 +111,10 @@ class Outcome(Enum):
         "still blurs the reversals and the knee of the loop, and with them rho, sigma and n: take a sensor with less "
         "noise or a finer resolution, or sample faster."
     )
+    BAND_LIMITED = (
+        "The records were low-pass filtered before they were saved, which rounds the loop at its reversals; record "
+        "again without the filter, or with a far higher cutoff."
+    )
     DELAY = (
         "The force and the displacement were not measured at the same moments; the delay between the columns was "
         "taken out: check it with a stiff plain spring in the rig, and give it as --delay."
