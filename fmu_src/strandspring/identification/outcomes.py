@@ -115,6 +115,18 @@ class Outcome(Enum):
         "The records were low-pass filtered before they were saved, which rounds the loop at its reversals; record "
         "again without the filter, or with a far higher cutoff."
     )
+    RECORDS_DIFFER = (
+        "The loops of one record differ from those of the others at like amplitude and frequency; identify that "
+        "record alone, or find out what changed between the tests."
+    )
+    INERTIA = (
+        "The stiffness falls with the square of the frequency, as the inertia of a moving mass makes it; give the "
+        "mass with --moving-mass."
+    )
+    RATE_DEPENDENT = (
+        "The force depends on the frequency, which the model does not describe; identify each frequency alone, or use "
+        "the model as a mean."
+    )
     DELAY = (
         "The force and the displacement were not measured at the same moments; the delay between the columns was "
         "taken out: check it with a stiff plain spring in the rig, and give it as --delay."
