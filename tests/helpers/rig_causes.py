@@ -116,3 +116,13 @@ def wearing(share: float, records: int, stiffness: bool = False) -> Callable[[in
         return Fault(share, share, "of it", ("wear",), force=act)
 
     return of
+
+
+def humming(harmonic: float, share: float = 0.02, phase: float = 1.0) -> Fault:
+    """A sinusoid at a multiple of the test's frequency, its rms this share of the force's deviation."""
+
+    def act(run: Run, size: float, _: Generator) -> None:
+        angle = 2.0 * np.pi * harmonic * run.experiment.frequency * run.time + phase
+        run.force = run.force + size * np.sqrt(2.0) * float(np.std(run.force)) * np.sin(angle)
+
+    return Fault(share, share, "of the force's deviation", ("hum",), signals=act)

@@ -81,7 +81,7 @@ def band_limit(parts: Sequence[SteadyRecord]) -> BandLimit | None:
     if blurred < _WORTH:
         return None
     periods = [
-        2.0 * float(part.record.time[-1] - part.record.time[0]) / part.strokes.count
+        part.strokes.period * float(part.record.time[-1] - part.record.time[0]) / (len(part.record) - 1)
         for part in judged
         if part.record.time is not None
     ]
@@ -114,7 +114,7 @@ def _octave_bands(values: FloatArray, strokes: Strokes) -> tuple[FloatArray, Flo
     window = sum(weight * np.cos(k * angle) for k, weight in enumerate(_WINDOW))
     level = values - np.linspace(values[0], values[-1], values.size)
     power = np.abs(np.fft.rfft((level - level.mean()) * window)) ** 2
-    fundamental = 0.5 * strokes.count  # cycles, the number of its line
+    fundamental = values.size / strokes.period  # the number of its line
     # The last line is the Nyquist frequency; anti-aliasing filters act just below.
     count = max(0, math.floor(_BANDS * math.log2(max(power.size / (_LOWEST * fundamental), 1e-3))))
     edges = _LOWEST * fundamental * 2.0 ** (np.arange(count + 1) / _BANDS)

@@ -73,13 +73,14 @@ class EffectTraces:
         rows = np.concatenate([columns.elastic.T, refinement.omega * columns.amplifier.T, yielding])
         rows *= root / np.maximum(np.abs(rows).max(axis=1), 1e-300)[:, None]
         self._model, _ = np.linalg.qr(rows.T)
-        self._misfit = self._beside(root * refinement.backbone.misfit(loops.force, refinement.omega))
+        self._misfit = self.beside(root * refinement.backbone.misfit(loops.force, refinement.omega))
         delay = float(state.sizes.get(Effect.DELAY, [0.0])[0])
         self._traces = {
-            effect: self._beside(rig.columns(effect, fit, loops, delay) * root[:, None]) for effect in effects
+            effect: self.beside(rig.columns(effect, fit, loops, delay) * root[:, None]) for effect in effects
         }
 
-    def _beside(self, values: FloatArray) -> FloatArray:
+    def beside(self, values: FloatArray) -> FloatArray:
+        """Weighted values at the points without what the spring can take over, shape (P,) or (P, columns)."""
         return np.asarray(values - self._model @ (self._model.T @ values))
 
     def solved(self, effects: Sequence[Effect]) -> tuple[Sizes, FloatArray]:

@@ -127,6 +127,10 @@ class Outcome(Enum):
         "The force depends on the frequency, which the model does not describe; identify each frequency alone, or use "
         "the model as a mean."
     )
+    HUM = (
+        "One sinusoid runs through the whole force, as mains or a machine make it; shield or ground the load cell, or "
+        "filter that frequency out of both columns alike."
+    )
     DELAY = (
         "The force and the displacement were not measured at the same moments; the delay between the columns was "
         "taken out: check it with a stiff plain spring in the rig, and give it as --delay."
