@@ -126,3 +126,14 @@ def humming(harmonic: float, share: float = 0.02, phase: float = 1.0) -> Fault:
         run.force = run.force + size * np.sqrt(2.0) * float(np.std(run.force)) * np.sin(angle)
 
     return Fault(share, share, "of the force's deviation", ("hum",), signals=act)
+
+
+def gapped(share: float) -> Fault:
+    """A gap about the middle, this share of the amplitude wide, in which the spring does not move."""
+
+    def act(run: Run, size: float, _: Generator) -> None:
+        half, centre = 0.5 * size * run.amplitude, run.truth.spring.displacement_offset
+        y = run.measured - centre
+        run.path = centre + np.sign(y) * np.maximum(np.abs(y) - half, 0.0)
+
+    return Fault(share, share, "of the amplitude", ("gap", "backlash"), motion=act)

@@ -139,6 +139,10 @@ class Outcome(Enum):
         "Part of the force grows with the velocity; it was taken out as viscous damping, which the model does not "
         "hold: repeat one amplitude at another frequency to tell it from a delay or a filter on the force channel."
     )
+    BACKLASH = (
+        "Within each stroke the force rests while the displacement goes on, as in a gap; the model cannot follow that: "
+        "tighten the joints, or identify a range beside the gap."
+    )
     PLAY = (
         "After each reversal the spring rests until a play (backlash) in the rig is used up; it was taken out as far "
         "as the records show it: remove it from the rig and measure again."
