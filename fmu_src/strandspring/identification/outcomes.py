@@ -98,6 +98,30 @@ class Outcome(Enum):
         "The mount is of a wider class than the model, whose force on loops unlike the recorded ones errs: record such "
         "loops, and compare classes with --rivals."
     )
+    BAND_LIMITED = (
+        "The records were low-pass filtered before they were saved, which rounds the loop at its reversals; record "
+        "again without the filter, or with a far higher cutoff."
+    )
+    RECORDS_DIFFER = (
+        "The loops of one record differ from those of the others at like amplitude and frequency; identify that "
+        "record alone, or find out what changed between the tests."
+    )
+    INERTIA = (
+        "The stiffness falls with the square of the frequency, as the inertia of a moving mass makes it; give the "
+        "mass with --moving-mass."
+    )
+    RATE_DEPENDENT = (
+        "The force depends on the frequency, which the model does not describe; identify each frequency alone, or use "
+        "the model as a mean."
+    )
+    HUM = (
+        "One sinusoid runs through the whole force, as mains or a machine make it; shield or ground the load cell, or "
+        "filter that frequency out of both columns alike."
+    )
+    BACKLASH = (
+        "Within each stroke the force rests while the displacement goes on, as in a gap; the model cannot follow that: "
+        "tighten the joints, or identify a range beside the gap."
+    )
     SPIKES = (
         "Isolated outliers lie far outside all other samples and distort the fit; correct or delete their lines, leave "
         "out their cycles with --cycles, or identify with --robust."

@@ -15,6 +15,7 @@ from ..kernel.arrays import FloatArray
 from ..kernel.path import PathSolver
 from ..records.record import Record
 from .bootstrap import bootstrap
+from .causes import causes_in
 from .corrected import Corrected
 from .effects import find_delayed, hinted_effects, other_effects
 from .figures import periodic_start
@@ -167,7 +168,7 @@ class RefinedOptions(Method):
         noise = tuple(force_noise(part.record.force, part.strokes.turning[1:-1]) for part in parts)
         refuse_too_few(rig.loops, Basis(*rig.loops.reach, *(self.degrees or PILOT)), where)
         refusal = next((part.refusal for part in parts if part.refusal is not None), None)
-        rig, found, kept = self._searched(rig, Samples(rig.loops, noise).noise_rms, refusal, where)
+        rig, found, kept, causes = self._searched(rig, Samples(rig.loops, noise).noise_rms, refusal, where)
         best, sizes = found[0], found[0].sizes
         final_rig, final_sizes = rig.describing(STATES[self.state]), sizes_at(sizes, STATES[self.state])
         samples = Samples(_points(final_rig, sizes, best.fit), noise)
@@ -180,7 +181,7 @@ class RefinedOptions(Method):
         lack = LackOfFit.of(loops, refinement, samples.noise_rms)
         effects = described(sizes)
         cautions = self._cautions(linear, interval, sizes, content)
-        findings = {outcome: detail(outcome, effects) for outcome in cautions}
+        findings = causes | {outcome: detail(outcome, effects) for outcome in cautions}
         if refusal is not None:
             sentence = refusal.outcome.value.partition(";")[0]
             findings[Outcome.DELAY] += f"; without it, {sentence[0].lower()}{sentence[1:]}"
@@ -224,8 +225,9 @@ class RefinedOptions(Method):
 
     def _searched(
         self, rig: Rig, noise: float, refusal: IdentificationError | None, where: str
-    ) -> tuple[Rig, list[Corrected], list[Kept]]:
-        """The rig, with reversals restored if need be, the springs found on it, the best first, and what was kept.
+    ) -> tuple[Rig, list[Corrected], list[Kept], dict[Outcome, str]]:
+        """The rig, with reversals restored if need be, the springs found on it, the best first, what was kept, and other
+        causes that the records show.
 
         Parameters
         ----------
@@ -242,11 +244,12 @@ class RefinedOptions(Method):
             delayed = find_delayed(rig, noise, self.degrees)
             if not delayed:
                 raise refusal
-            return rig, delayed, []
+            return rig, delayed, [], {}
         rig, candidates = _with_turns(rig, search(rig.loops, self.degrees), self.degrees)
         if not candidates:
             raise IdentificationError(Outcome.BRANCHES_CROSS, where)
-        return rig, *find_removable(rig, candidates, noise, self.degrees)
+        causes = causes_in(rig, candidates)
+        return rig, *find_removable(rig.keeping(causes.forbidden), candidates, noise, self.degrees), causes.findings
 
     def _uncertainty(self, linear: Linearised, interval: PredictionInterval, where: str) -> dict[str, Any]:
         """Content of the model file's field."""

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..kernel.arrays import FloatArray
-from ..loops.noise_levels import Samples, least_reversal, noise_level
+from ..loops.noise_levels import least_reversal, noise_level
 from ..loops.strokes import Strokes, find_strokes
 from ..loops.turning import turning_points
 from ..records.record import Record
@@ -23,7 +23,7 @@ _INSIDE = np.linspace(0.05, 0.95, 64)  # where strokes are compared, shares of t
 _FULL = 0.9  # share of the longest stroke from which a stroke counts as a full one
 _RETURN = 0.4  # share of the longest stroke that must be gone back at least
 _SNAP = 0.2  # counter-movement of the force within a branch, share of its range
-_CHATTER = 6  # turns of the force within a branch from which it is stick-slip
+_CHATTER = 4  # turns of the force within a stroke from which it is stick-slip
 _NO_LOOP = 1e-4  # half height of a loop that is called none, share of the force range
 _CROSSED = 0.1  # share of the displacement range over which the branches may be crossed
 _ALIKE = 0.015  # difference between two strokes that is called none, share of the force range
@@ -120,7 +120,7 @@ def find_steady_part(record: Record, delay: float = 0.0, seeks_delay: bool = Fal
             raise IdentificationError(Outcome.TOO_LITTLE_LEFT, record.path)
     refusal = None
     try:
-        _refuse_impossible(in_step, mean_loop(loops), strokes.turning[1:-1])
+        _refuse_impossible(in_step, loops, strokes)
     except IdentificationError as error:
         if not seeks_delay or error.outcome not in _LIKE_DELAYS:
             raise
@@ -155,15 +155,16 @@ class MeanLoop:
         return float(np.mean(self.loading - self.unloading)) / 2.0
 
 
-def mean_loop(loops: Loops, shares: FloatArray = _SHARES) -> MeanLoop:
+def mean_loop(loops: Loops, shares: FloatArray = _SHARES, among: NDArray[np.intp] | None = None) -> MeanLoop:
     """Average the full strokes on common displacements, loading and unloading apart.
 
     Parameters
     ----------
     loops : Loops
-    shares : ndarray, shape (G,)   Where on the common range the loop is wanted, 0 to 1, rising.
+    shares : ndarray, shape (G,)             Where on the common range the loop is wanted, 0 to 1, rising.
+    among : ndarray of int, shape (T,), or None   Strokes with points, of either direction; all if None.
     """
-    used = np.unique(loops.stroke)
+    used = np.unique(loops.stroke) if among is None else among
     chosen = []
     for side in (1, -1):
         strokes = used[loops.direction[used] == side]
@@ -178,6 +179,14 @@ def mean_loop(loops: Loops, shares: FloatArray = _SHARES) -> MeanLoop:
         profiles = [np.interp(grid, loops.displacement[p][::side], loops.force[p][::side]) for p in pieces]
         branches.append(np.mean(profiles, axis=0))
     return MeanLoop(grid, *branches)
+
+
+def _paired(loops: Loops) -> NDArray[np.intp]:
+    """Full strokes that follow each other and so form loops; of different cycles they need not meet."""
+    used = np.unique(loops.stroke)
+    full = used[loops.length[used] >= _FULL * loops.length[used].max()]
+    follows = np.diff(full) == 1
+    return np.asarray(np.union1d(full[:-1][follows], full[1:][follows]))
 
 
 def _is_closed(record: Record, strokes: Strokes) -> bool:
@@ -262,7 +271,9 @@ def _difference(strokes: Strokes, force: FloatArray, k: int) -> float:
     return difference(k, k + 2) - 2.0 * difference(k + 2, k + 4)
 
 
-def _refuse_impossible(record: Record, mean: MeanLoop, reversals: Samples) -> None:
+def _refuse_impossible(record: Record, loops: Loops, strokes: Strokes) -> None:
+    mean, reversals = mean_loop(loops), strokes.turning[1:-1]
+
     def refuse(outcome: Outcome, detail: str = "") -> None:
         raise IdentificationError(outcome, record.path, detail)
 
@@ -270,21 +281,31 @@ def _refuse_impossible(record: Record, mean: MeanLoop, reversals: Samples) -> No
     # Rise and fall within one branch: a snap is both, whatever the sign convention of the columns.
     least = _SNAP * max(span, 6.0 * abs(mean.half_height))
     for branch in (mean.loading, mean.unloading):
-        turns = turning_points(branch, least).size - 2
         fall = float(np.max(np.maximum.accumulate(branch) - branch))
         rise = float(np.max(branch - np.minimum.accumulate(branch)))
         if min(rise, fall) > least:
-            refuse(Outcome.STICK_SLIP if turns >= _CHATTER else Outcome.SNAP_THROUGH)
+            refuse(Outcome.STICK_SLIP if _most_turns(record, strokes, least) >= _CHATTER else Outcome.SNAP_THROUGH)
     height = mean.half_height
     noise = noise_level(record.force, reversals)
     if correlation(record) < -0.5:
         refuse(Outcome.FORCE_REVERSED)
     if abs(height) <= max(4.0 * noise / np.sqrt(record.force.size), _NO_LOOP * span):
         refuse(Outcome.NO_LOOP)
+    paired = _paired(loops)
+    if not paired.size:  # the amplitude changes all the time
+        return
+    closed = mean_loop(loops, among=paired)
+    height = closed.half_height
     if height < 0.0:
         outcome, lag = wrong_way(record), least_lag(record)
         lags = outcome is Outcome.COLUMNS_SWAPPED and lag is not None and lag > 0.0
         refuse(outcome, f" If the force lags, then by more than {1e3 * (lag or 0.0):.3g} ms." if lags else "")
-    crossed = mean.unloading > mean.loading + max(4.0 * noise, 0.02 * span)
+    crossed = closed.unloading > closed.loading + max(4.0 * noise, 0.02 * span)
     if np.mean(crossed) > _CROSSED:
         refuse(Outcome.BRANCHES_CROSS)
+
+
+def _most_turns(record: Record, strokes: Strokes, least: float) -> int:
+    """Turns of the force by `least` [N] within the stroke that has most; the mean of several blurs them."""
+    pieces = (slice(strokes.turning[k], strokes.turning[k + 1] + 1) for k in range(strokes.count))
+    return max(turning_points(record.force[piece], least).size - 2 for piece in pieces)

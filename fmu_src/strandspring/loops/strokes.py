@@ -53,6 +53,12 @@ class Strokes:
         """Number of strokes S."""
         return int(self.direction.size)
 
+    @property
+    def period(self) -> float:
+        """Samples in a cycle, on average between the first reversal and the last; of the whole path without two."""
+        inner = self.turning[1:-1] if self.count > 2 else self.turning
+        return 2.0 * float(inner[-1] - inner[0]) / (inner.size - 1)
+
     @cached_property
     def turning_displacement(self) -> FloatArray:
         """Displacement at the start of the path, its reversals and its end, shape (S + 1,) [m]."""
