@@ -226,8 +226,8 @@ class RefinedOptions(Method):
     def _searched(
         self, rig: Rig, noise: float, refusal: IdentificationError | None, where: str
     ) -> tuple[Rig, list[Corrected], list[Kept], dict[Outcome, str]]:
-        """The rig, with reversals restored if need be, the springs found on it, the best first, what was kept, and other
-        causes that the records show.
+        """The rig, with reversals restored if need be; the springs found on it, the best first; what was kept in them;
+        and other causes that the records show.
 
         Parameters
         ----------
