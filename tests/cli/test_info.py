@@ -53,6 +53,7 @@ def test_without_records_the_quarters_of_the_range(terminal: Terminal) -> None:
         "parameters",
         "zero",
         "saved",
+        "fit",
         "loops",
         "rate_independence",
         "overlap",

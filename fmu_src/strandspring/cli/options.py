@@ -197,6 +197,9 @@ identification_options = together(
     click.option("--delay", type=FiniteRange(unit="ms"), metavar="MS", callback=_delay,
                  help="Refined: time by which the force lags, negative if it leads [ms]; needs times.  "
                  "[default: sought in the records]"),
+    click.option("--save-anyway", is_flag=True,
+                 help="Save, with a caution, a spring that follows the records worse than a straight line does, instead"
+                 " of refusing it."),
 )  # fmt: skip
 
 # Options that say where many tasks are executed.
