@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -46,6 +47,15 @@ def hostile() -> Identification:
     names = ("x$_$y.csv", HOSTILE.replace("/", "\N{FRACTION SLASH}"), "n" * 200 + ".csv")
     records = [sine_record(name, 1.0, 0.02 - 0.005 * k, k, times=k > 0) for k, name in enumerate(names)]
     return identify(records, RefinedOptions((3, 2)))
+
+
+@functools.cache
+def viscous() -> Identification:
+    """A force that grows with the velocity, which is taken out of the record."""
+    record = sine_record("viscous.csv", 0.5, 0.02, 4)
+    assert record.time is not None
+    velocity = np.gradient(record.displacement, record.time)
+    return identify(replace(record, force=record.force + 400.0 * velocity), RefinedOptions((3, 2)))
 
 
 @functools.cache

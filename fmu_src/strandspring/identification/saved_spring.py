@@ -136,5 +136,5 @@ def _cycles(solver: PathSolver, part: SteadyRecord, fit: RecordFit) -> FloatArra
         )
     ]
     lengths = strokes.length[first : first + 2 * count]
-    amplitudes = 0.5 * np.array([lengths[2 * k : 2 * k + 2].mean() for k in range(count)])
+    amplitudes = 0.5 * np.array([lengths[2 * k : 2 * k + 2].max() for k in range(count)])
     return np.stack([amplitudes, *rows])
