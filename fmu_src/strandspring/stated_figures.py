@@ -75,11 +75,13 @@ class StatedFit:
     name : str                  The record's file; empty if all are meant.
     alone : mapping             Of the saved spring; of the fit in files of earlier versions.
     fitted : mapping or None    Of the fit; None in files of earlier versions.
+    omega_start : float or None omega at the record's first sample.
     """
 
     name: str
     alone: Figures
     fitted: Figures | None
+    omega_start: float | None
 
     @property
     def beside(self) -> str:
@@ -119,7 +121,13 @@ def _stated(entries: list[tuple[str, Figures]]) -> Iterator[StatedFit]:
     for name, entry in entries:
         if is_finite(entry.get("rmse")) and is_finite(entry.get("rnl")):
             fitted = entry.get("fitted")
-            yield StatedFit(name, _known(entry), _known(fitted) if isinstance(fitted, dict) else None)
+            start = entry.get("omega_start")
+            yield StatedFit(
+                name,
+                _known(entry),
+                _known(fitted) if isinstance(fitted, dict) else None,
+                start if is_finite(start) else None,
+            )
 
 
 def _whole(figures: Figures) -> dict[str, Any]:
