@@ -50,12 +50,13 @@ def hostile() -> Identification:
 
 
 @functools.cache
-def viscous() -> Identification:
-    """A force that grows with the velocity, which is taken out of the record."""
-    record = sine_record("viscous.csv", 0.5, 0.02, 4)
+def lagging() -> Identification:
+    """A force that lags by a delay that is given, so that it is removed from the record."""
+    record = sine_record("lagging.csv", 0.5, 0.02, 4)
     assert record.time is not None
-    velocity = np.gradient(record.displacement, record.time)
-    return identify(replace(record, force=record.force + 400.0 * velocity), RefinedOptions((3, 2)))
+    delay = 8 * float(record.time[1])
+    late = replace(record, displacement=record.displacement[8:], force=record.force[:-8], time=record.time[8:])
+    return identify(late, RefinedOptions((3, 2), delay=delay))
 
 
 @functools.cache

@@ -27,7 +27,7 @@ def jittering() -> Identification:
 
 
 CASES: dict[str, Callable[[], Identification]] = {
-    "hinge": reports.hinge, "viscous": reports.viscous, "campaign": reports.campaign, "jitter": jittering,
+    "hinge": reports.hinge, "lagging": reports.lagging, "campaign": reports.campaign, "jitter": jittering,
 }  # fmt: skip
 
 
@@ -107,7 +107,7 @@ def test_predicting_its_own_record_gives_about_the_headline(found: Identificatio
 
 
 def test_both_figures_are_told_where_they_differ() -> None:
-    found = reports.viscous()
+    found = reports.lagging()
     own, fitted = found.figures, found.fitted_figures
     first, of_record, beside, *_ = found.lines()
     assert first.endswith("(the saved spring alone)")

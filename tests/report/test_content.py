@@ -87,7 +87,7 @@ def test_every_caution_keeps_its_words(outcome: Outcome) -> None:
 
 
 def test_both_figures_stand_beside_each_other_where_they_differ() -> None:
-    found = reports.viscous()
+    found = reports.lagging()
     own, fitted = found.figures, found.fitted_figures
     assert own["rnl"] < fitted["rnl"] - 0.02
     content = content_of(found)
@@ -96,7 +96,7 @@ def test_both_figures_stand_beside_each_other_where_they_differ() -> None:
     shown = dict(zip(table.header, row, strict=True))
     assert float(shown["RNL"]) == pytest.approx(own["rnl"], abs=1e-4)
     assert float(shown["RNL as fitted"]) == pytest.approx(fitted["rnl"], abs=1e-4)
-    assert float(shown["energy / measured"]) == pytest.approx(own["predicted_energy"] / own["energy"], abs=1e-3)
+    assert float(shown["energy / measured"]) == pytest.approx(own["predicted_energy"] / own["energy"], rel=3e-3)
     texts = " ".join(block.text for section in content.sections for block in section.blocks if isinstance(block, Text))
     assert f"RNL {own['rnl']:.4f}" in texts
     assert f"as fitted, with what was removed from the records, it is RNL {fitted['rnl']:.4f}" in texts
@@ -105,7 +105,7 @@ def test_both_figures_stand_beside_each_other_where_they_differ() -> None:
 
 
 def test_charts_show_the_saved_spring_along_the_displacement_as_recorded() -> None:
-    found = reports.viscous()
+    found = reports.lagging()
     (record,), of = found.records, Evaluation(found)
     alone = found.spring().response(record.displacement, found.fits[0].omega_start)
     (view,) = of.views
