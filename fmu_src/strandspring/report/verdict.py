@@ -73,7 +73,7 @@ def _figures(figures: Figures) -> str:
     """RNL and the energy of the loops."""
     ratio = energy_ratio(figures)
     energy = "" if ratio is None else f", loop energy {number(ratio, 3, zeros=True)} of the measured"
-    return f"RNL {number(figures['rnl'], 4)}{energy}"
+    return f"RNL {number(figures['rnl'], 4, zeros=True)}{energy}"
 
 
 def _range(of: Evaluation, figures: EngineeringFigures) -> str:
