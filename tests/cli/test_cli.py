@@ -349,6 +349,13 @@ def test_bad_names_are_refused(run: Any, loop: str, name: str) -> None:
     assert not Path("sub").exists()
 
 
+def test_what_is_kept_travels_into_the_model_file(run: Any, loop: str) -> None:
+    done = run("identify", loop, "-o", "m.json", "--degrees", "3,2", "--keep", "delay, wear", "--state", "last")
+    assert done.status == 0
+    options = load_model("m.json").provenance["options"]
+    assert (options["keep"], options["state"]) == (["delay", "wear"], "last")
+
+
 def test_names_are_derived_from_files(run: Any, loop: str) -> None:
     assert run("identify", loop, "-o", "2nd mount-a.json").status == 0
     assert load_model("2nd mount-a.json").name == "spring_2nd_mount_a"
@@ -369,6 +376,9 @@ def test_wrong_usage_is_status_2(run: Any, loop: str, model: str) -> None:
         ["identify", loop, "-o", "m.json", "--method", "scan", "--robust"],
         ["identify", loop, "-o", "m.json", "--method", "refined", "--smoothing", "3"],
         ["identify", loop, "-o", "m.json", "--moving-mass", "-1"],
+        ["identify", loop, "-o", "m.json", "--keep", "delay,everything"],
+        ["identify", loop, "-o", "m.json", "--state", "middle"],
+        ["identify", loop, "-o", "m.json", "--method", "scan", "--keep", "delay"],
         ["identify", loop, "-o", "m.json", "--fixture-stiffness", "0"],
         ["identify", loop, "-o", "m.json", "--delay", "nan"],
         ["identify", loop, "-o", "m.json", "--method", "scan", "--moving-mass", "1"],

@@ -99,7 +99,7 @@ def test_both_figures_stand_beside_each_other_where_they_differ() -> None:
     assert float(shown["energy / measured"]) == pytest.approx(own["predicted_energy"] / own["energy"], rel=3e-3)
     texts = " ".join(block.text for section in content.sections for block in section.blocks if isinstance(block, Text))
     assert f"RNL {own['rnl']:.4f}" in texts
-    assert f"as fitted, with what was removed from the records, it is RNL {fitted['rnl']:.4f}" in texts
+    assert f"as fitted, with what was removed, it is RNL {fitted['rnl']:.4f}" in texts
     assert notices(content)[0].text.startswith("The saved spring alone differs from what was recorded")
     assert "RNL as fitted" not in table_of(content_of(reports.plain()), "Records and fit").header
 

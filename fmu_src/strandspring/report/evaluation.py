@@ -181,6 +181,12 @@ class Evaluation:
         return tuple(RecordView(*one, points) for one in each)
 
     @cached_property
+    def beside(self) -> str:
+        """What the fits have that the spring alone has not, in words."""
+        phrases = [view.fit.beside(view.fitted) for view in self.views]
+        return " or ".join(dict.fromkeys(filter(None, phrases)))
+
+    @cached_property
     def shown(self) -> tuple[RecordView, ...]:
         """The records in the charts: all, or evenly chosen ones of very many."""
         if len(self.views) <= SHOWN_RECORDS:

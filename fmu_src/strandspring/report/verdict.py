@@ -53,7 +53,7 @@ def _fit(of: Evaluation, figures: EngineeringFigures) -> str:
         f"({_figures(whole.figures)}; RNL 1 is perfect)"
     ]
     if differ(whole.figures, whole.fitted_figures):
-        parts.append(f"as fitted, with what was removed from the records, it is {_figures(whole.fitted_figures)}")
+        parts.append(f"as fitted, {of.beside}, it is {_figures(whole.fitted_figures)}")
     if whole.lack_of_fit is not None:
         lack = whole.lack_of_fit
         noise = f"{number(lack.over_noise, 2)} times the noise of the records"

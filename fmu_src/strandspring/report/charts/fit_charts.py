@@ -65,7 +65,7 @@ def loops(of: Evaluation) -> Chart:
 
 def _fitted(of: Evaluation) -> str:
     """What the line of the fit is, in a sentence; empty where there is none."""
-    return " As fitted: with what was removed from the records." if any(view.differs for view in of.shown) else ""
+    return f" As fitted: {of.beside}." if any(view.differs for view in of.shown) else ""
 
 
 def _shown(of: Evaluation) -> str:
