@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 
 from strandspring.api.text import parameter_lines
+from strandspring.stated_figures import differ, in_words
 from synthetic import spring_of
 
 
@@ -23,6 +24,15 @@ def test_the_bound_of_sigma_is_no_finding(error: float | None, ends: list[float 
     lines = parameter_lines(spring_of(1.0, 1.0), {"sigma": error, "interval_95": {"sigma": ends}})
     (line,) = (" ".join(line.split()) for line in lines if line.split()[0] == "sigma")
     assert line == f"sigma {text}"
+
+
+def test_figures_in_words_tell_both_where_they_differ() -> None:
+    alone = {"rmse": 3.0, "rnl": 0.9, "energy": 2.0, "predicted_energy": 1.0}
+    assert differ(alone, {**alone, "rnl": 0.902})
+    assert differ(alone, {**alone, "predicted_energy": 1.1})
+    assert not differ(alone, {**alone, "rnl": 0.9005, "predicted_energy": 1.01, "rmse": 2.9})
+    assert not differ(alone, {})
+    assert in_words({"rmse": "low", "rnl": None}) == ""
 
 
 def test_quantiles_of_the_posterior_have_the_digits_of_the_parameters() -> None:

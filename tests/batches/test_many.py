@@ -119,6 +119,10 @@ def test_a_row_tells_what_the_model_file_does(serial: ManyResult, springs: Path)
         assert abs(getattr(p, name) - getattr(one_of(4), name)) < 5.0 * known[name]
     assert [row["kE_0 [N/m^0]"], row["kE_1 [N/m^1]"]] == list(p.kE[:2])
     assert row["kA_1 standard error [1/m^1]"] == known["kA"][1]
+    fit = spring.model.fit
+    assert [row["rmse [N]"], row["RNL [1]"]] == [fit["rmse"], fit["rnl"]]
+    assert row["energy over measured [1]"] == fit["predicted_energy"] / fit["energy"]
+    assert row["RNL as fitted [1]"] == fit["fitted"]["rnl"]
     amplitude = row["amplitude [m]"]
     assert amplitude == serial.batch.amplitude == 0.02
     x0 = p.displacement_offset

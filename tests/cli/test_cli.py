@@ -7,6 +7,7 @@ import json
 import re
 import subprocess
 import sys
+from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -86,7 +87,9 @@ def test_identify_prints_one_json_object(run: Any, loop: str) -> None:
     (record,) = told["records"]
     assert record["path"] == loop
     assert record["rnl"] > 0.99
-    assert {"samples", "rmse"} <= set(record)
+    assert {"samples", "rmse", "energy", "predicted_energy"} <= set(record)
+    assert {"rmse", "rnl", "energy", "predicted_energy"} < set(record["fitted"])
+    assert {"rmse", "rnl", "energy", "predicted_energy", "fitted"} <= set(told)
 
 
 def test_identify_the_same_twice_gives_the_same_bytes(run: Any) -> None:
@@ -178,6 +181,41 @@ def test_predict_writes_the_interval_that_identify_prints(run: Any, tmp_path: Pa
     assert 'bad.json: field "uncertainty.joint.root" must hold the rows of a lower triangular matrix' in refused.err
 
 
+def test_predict_writes_the_path_that_it_used(run: Any, tmp_path: Path) -> None:
+    clean = sine(4, 2000)
+    stiff = Spring(replace(spring_of(1.0, 1.0), rho=5000.0), "stiff")
+    stiff.save("stiff.json")
+    jitter = clean + 2e-4 * np.random.default_rng(0).standard_normal(clean.size)
+    record = write_csv(tmp_path / "jitter.csv", jitter * 1e3, stiff.response(clean))
+    done = run("predict", "stiff.json", record, "-o", "p.csv", "--json")
+    (told,) = json.loads(done.out)["records"]
+    assert {"rmse", "rnl", "energy", "predicted_energy"} < set(told)
+    assert told["smoothed"]["rmse"] < 0.5 * told["rmse"]
+    assert "along the smoothed one" in done.err
+    rows = np.loadtxt("p.csv", delimiter=",", skiprows=1)
+    np.testing.assert_allclose(rows[:, 1], jitter * 1e3, rtol=1e-15)
+    np.testing.assert_allclose(rows[:, 3], stiff.response(rows[:, 1] * 1e-3, told["omega_start"]), rtol=1e-9)
+    assert np.sqrt(np.mean((rows[:, 3] - rows[:, 2]) ** 2)) == pytest.approx(told["rmse"])
+
+
+def test_a_spring_worse_than_a_line_is_refused_unless_saved_anyway(
+    run: Any, loop: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("strandspring.identification.identify_records.is_worse_than_a_line", lambda *_: True)
+    assert "--save-anyway" in run("identify", loop, "-o", "m.json").refusal
+    assert not Path("m.json").exists()
+    assert "--save-anyway" in run("build", loop, "--models", "kept").refusal
+    told = json.loads(run("identify", loop, "-o", "m.json", "--save-anyway", "--json").out)
+    assert "worse_than_line" in {outcome["name"] for outcome in told["outcomes"]}
+    assert load_model("m.json").fit["outcomes"] == told["outcomes"]
+    done = run("build", loop, "--models", "kept", "--save-anyway")
+    assert "worse than a straight line" in done.err
+    assert Path("kept/loop.json").exists()
+    assert run("build", "m.json", "--save-anyway").status == 2
+    assert run("identify-many", loop, "-o", "many", "--workers", "1").status == 1
+    assert run("identify-many", loop, "-o", "many", "--workers", "1", "--save-anyway").status == 0
+
+
 def test_predict_says_when_a_record_leaves_the_range(run: Any, tmp_path: Path, model: str) -> None:
     x = sine(amplitude=0.025)
     wide = write_csv(tmp_path / "wide.csv", x * 1e3, Spring(spring_of(1.0, 1.0)).response(x))
@@ -232,7 +270,11 @@ def test_build_a_model_and_a_record(run: Any, model: str, loop: str) -> None:
 
 def test_friction_record_by_column_numbers(run: Any) -> None:
     done = run("identify", FRICTION, "--displacement", "5", "--force", "7", "-o", "friction.json", "--json")
-    assert json.loads(done.out)["rnl"] > 0.99
+    told = json.loads(done.out)
+    # The last digits of the sensor turn back and forth, which moves the spring.
+    assert told["fitted"]["rnl"] > 0.997
+    assert 0.98 < told["rnl"] < 0.995
+    assert "jitter" in {outcome["name"] for outcome in told["outcomes"]}
 
 
 def test_snap_through_is_refused_with_the_reason(run: Any) -> None:
@@ -307,6 +349,13 @@ def test_bad_names_are_refused(run: Any, loop: str, name: str) -> None:
     assert not Path("sub").exists()
 
 
+def test_what_is_kept_travels_into_the_model_file(run: Any, loop: str) -> None:
+    done = run("identify", loop, "-o", "m.json", "--degrees", "3,2", "--keep", "delay, wear", "--state", "last")
+    assert done.status == 0
+    options = load_model("m.json").provenance["options"]
+    assert (options["keep"], options["state"]) == (["delay", "wear"], "last")
+
+
 def test_names_are_derived_from_files(run: Any, loop: str) -> None:
     assert run("identify", loop, "-o", "2nd mount-a.json").status == 0
     assert load_model("2nd mount-a.json").name == "spring_2nd_mount_a"
@@ -327,6 +376,9 @@ def test_wrong_usage_is_status_2(run: Any, loop: str, model: str) -> None:
         ["identify", loop, "-o", "m.json", "--method", "scan", "--robust"],
         ["identify", loop, "-o", "m.json", "--method", "refined", "--smoothing", "3"],
         ["identify", loop, "-o", "m.json", "--moving-mass", "-1"],
+        ["identify", loop, "-o", "m.json", "--keep", "delay,everything"],
+        ["identify", loop, "-o", "m.json", "--state", "middle"],
+        ["identify", loop, "-o", "m.json", "--method", "scan", "--keep", "delay"],
         ["identify", loop, "-o", "m.json", "--fixture-stiffness", "0"],
         ["identify", loop, "-o", "m.json", "--delay", "nan"],
         ["identify", loop, "-o", "m.json", "--method", "scan", "--moving-mass", "1"],

@@ -53,6 +53,7 @@ def test_without_records_the_quarters_of_the_range(terminal: Terminal) -> None:
         "parameters",
         "zero",
         "saved",
+        "fit",
         "loops",
         "rate_independence",
         "overlap",
@@ -157,6 +158,29 @@ def test_a_model_written_by_hand_needs_no_fit_or_origin(terminal: Terminal) -> N
     text = terminal("info", "odd.json")
     assert "from a?[31m.csv" in text
     assert "\u001b" not in text
+
+
+def test_both_figures_are_told_and_files_of_earlier_versions_say_whose_theirs_are(terminal: Terminal) -> None:
+    content = json.loads(Path("mount.json").read_text(encoding="utf-8"))
+    alone = {"rmse": 30.64, "rnl": 0.80751, "energy": 2.0, "predicted_energy": 1.13}
+    fitted = {"rmse": 3.5, "rnl": 0.97823, "energy": 2.0, "predicted_energy": 1.99}
+    record = {"file": "a.csv", **alone, "fitted": fitted}
+    content["fit"] = {**alone, "fitted": fitted, "records": [record, {**record, "file": "b.csv", "fitted": alone}]}
+    Path("both.json").write_text(json.dumps(content), encoding="utf-8")
+    text = terminal("info", "both.json")
+    words = "rmse 30.64 N, RNL 0.8075, energy 0.56 of the measured"
+    beside = "(as fitted: RNL 0.9782, energy 0.99 of the measured)"
+    assert f"  identified: {words} {beside}\n    a.csv: {words} {beside}\n    b.csv: {words}\n" in text
+    fit = json.loads(terminal("info", "both.json", "--json"))["fit"]
+    assert fit == {**alone, "fitted": fitted, "records": content["fit"]["records"]}
+    content["fit"] = {"rmse": 30.64, "rnl": 0.80751, "records": [{"file": "a.csv", "rnl": 0.8}]}
+    Path("before.json").write_text(json.dumps(content), encoding="utf-8")
+    assert "  identified: rmse 30.64 N, RNL 0.8075 (figures of the fit, " in terminal("info", "before.json")
+    fit = json.loads(terminal("info", "before.json", "--json"))["fit"]
+    assert fit["fitted"] is fit["energy"] is None
+    assert fit["records"] == []
+    assert "RNL" not in terminal("compare", "before.json", "both.json")
+    assert json.loads(terminal("info", "mount.json", "--json"))["fit"] is None
 
 
 def test_a_loop_without_a_loss_factor_is_null_in_json_and_a_dash_in_text(terminal: Terminal) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import os
+import re
 import sys
 import zipfile
 from dataclasses import replace
@@ -240,6 +241,32 @@ def test_documentation_tells_the_model():
     assert "Provenance" not in page
     svg = ElementTree.fromstring(page[page.index("<svg") : page.index("</svg>") + 6])
     assert len(svg.findall("polyline")) == 3
+
+
+def test_documentation_shows_both_figures_of_each_record():
+    alone = {"rmse": 30.64, "rnl": 0.80751, "energy": 2.0, "predicted_energy": 1.13, "omega_start": 0.5}
+    fitted = {"rmse": 3.5, "rnl": 0.97823, "energy": 2.0, "predicted_energy": 1.99}
+    records = [{"file": "<a>.csv", **alone, "fitted": fitted}, {"file": "b.csv"}, 7]
+    page = fmu_contents(ModelFile("both", SPRING, fit={"records": records}), ())["documentation/index.html"].decode()
+    section = page[page.index("<h2>How well it follows its records") : page.index("<h2>Reference experiment")]
+    cells = re.findall(r"<td[^>]*>(.*)</td>", section)
+    assert cells == ["&lt;a&gt;.csv", "30.64", "0.8075", "0.56", "0.9782", "0.99", "0.5"]
+    assert "earlier version" not in section
+    # Files of earlier versions hold the figures of the fit.
+    before = ModelFile("before", SPRING, fit={"records": [{"file": "a.csv", "rmse": 30.64, "rnl": 0.80751}]})
+    page = fmu_contents(before, ())["documentation/index.html"].decode()
+    section = page[page.index("<h2>How well it follows its records") : page.index("<h2>Reference experiment")]
+    assert re.findall(r"<td[^>]*>(.*)</td>", section) == ["a.csv", "", "", "", "0.8075", "", ""]
+    assert "earlier version" in section
+    by_hand = fmu_contents(ModelFile("by_hand", SPRING), ())
+    assert "How well it follows" not in by_hand["documentation/index.html"].decode()
+
+
+def test_the_reference_experiment_says_why_it_is_not_along_a_record():
+    contents = fmu_contents(ModelFile("a", SPRING), ())
+    for name in ("documentation/index.html", "documentation/fmi-ls-ref.txt"):
+        text = " ".join(contents[name].decode().split())
+        assert "made from its model file alone, which names its records and holds none of them" in text
 
 
 @pytest.mark.parametrize("force", [0.0, 1e12, -1e-300])

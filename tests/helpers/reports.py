@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -46,6 +47,16 @@ def hostile() -> Identification:
     names = ("x$_$y.csv", HOSTILE.replace("/", "\N{FRACTION SLASH}"), "n" * 200 + ".csv")
     records = [sine_record(name, 1.0, 0.02 - 0.005 * k, k, times=k > 0) for k, name in enumerate(names)]
     return identify(records, RefinedOptions((3, 2)))
+
+
+@functools.cache
+def lagging() -> Identification:
+    """A force that lags by a delay that is given, so that it is removed from the record."""
+    record = sine_record("lagging.csv", 0.5, 0.02, 4)
+    assert record.time is not None
+    delay = 8 * float(record.time[1])
+    late = replace(record, displacement=record.displacement[8:], force=record.force[:-8], time=record.time[8:])
+    return identify(late, RefinedOptions((3, 2), delay=delay))
 
 
 @functools.cache

@@ -92,7 +92,9 @@ def test_records_of_very_different_forces_do_not_drive_a_size_to_absurdity() -> 
     weak = record_of(spring, path, 0.01)
     strong = coarse_record(3, 13)
     shifted = replace(strong, displacement=1e-5 * strong.displacement)
-    assert identify([replace(shifted, path="a"), replace(weak, force=0.01 * weak.force, path="b")]).rmse < 100.0
+    records = [replace(shifted, path="a"), replace(weak, force=0.01 * weak.force, path="b")]
+    # A line follows them better than any spring does.
+    assert identify(records, save_anyway=True).rmse < 100.0
 
 
 @pytest.mark.parametrize(

@@ -72,7 +72,18 @@ def test_nis_method_says_when_its_model_does_not_fit() -> None:
 METHODS = {
     RefinedOptions: (
         "refined",
-        ("degrees", "robust", "bootstrap", "seed", "posterior", "moving_mass", "fixture_stiffness", "delay"),
+        (
+            "degrees",
+            "robust",
+            "bootstrap",
+            "seed",
+            "posterior",
+            "moving_mass",
+            "fixture_stiffness",
+            "delay",
+            "keep",
+            "state",
+        ),
         True,
     ),
     TwoStageOptions: ("two-stage", ("degrees", "formulas", "smoothing", "filter"), False),

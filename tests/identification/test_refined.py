@@ -290,7 +290,8 @@ def test_few_samples_in_a_cycle_look_like_no_effect_of_the_rig(wave: str, sample
     assert f"{2 * round(0.5 * samples)} samples per cycle" in found.findings[Outcome.TURNS_RESTORED]
     assert Outcome.TURNS_BETWEEN_SAMPLES not in found.findings
     assert loop_energy(found.parameters) == pytest.approx(loop_energy(spring), rel=0.03)  # ten standard errors
-    assert found.rmse < 0.15
+    # The spring alone turns at the samples: the displacement as recorded has no reversals between them.
+    assert found.fitted_figures["rmse"] < min(0.15, found.rmse)
 
 
 def test_reversals_at_samples_stay_there() -> None:

@@ -134,8 +134,11 @@ def hinge() -> Record:
 
 def test_the_measured_records_reach_their_marks() -> None:
     assert identify(hinge()).rnl >= 0.970
-    actuator = read_record(ROOT / "tests/data/actuator/circle_3bar.csv", displacement=5, force=7)
-    assert identify(actuator).rnl >= 0.9975
+    actuator = identify(read_record(ROOT / "tests/data/actuator/circle_3bar.csv", displacement=5, force=7))
+    assert actuator.fitted_figures["rnl"] >= 0.9975
+    # Driven by the displacement as recorded the spring follows 234 reversals of the sensor's last digits, too.
+    assert actuator.rnl >= 0.985
+    assert Outcome.JITTER in actuator.findings
 
 
 def test_minima_that_a_rich_basis_has_besides_are_reported() -> None:

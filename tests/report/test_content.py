@@ -14,7 +14,7 @@ from springs import TABLE
 from strandspring import Identification, Outcome, StrandspringError, identify
 from strandspring.modelfile import ModelFile
 from strandspring.report import details, drawing, evaluation, figure, page, quantities, thinning
-from strandspring.report.blocks import Content, Facts, Gallery, Level, Notice, Table
+from strandspring.report.blocks import Content, Facts, Gallery, Level, Notice, Table, Text
 from strandspring.report.chart import Chart
 from strandspring.report.charts import engineering_charts, fit_charts
 from strandspring.report.details import ReportDetails
@@ -86,6 +86,37 @@ def test_every_caution_keeps_its_words(outcome: Outcome) -> None:
     assert words == outcome.value.lower().replace(":", "").replace(";", "").replace(".", "").split()
 
 
+def test_both_figures_stand_beside_each_other_where_they_differ() -> None:
+    found = reports.lagging()
+    own, fitted = found.figures, found.fitted_figures
+    assert own["rnl"] < fitted["rnl"] - 0.02
+    content = content_of(found)
+    table = table_of(content, "Records and fit")
+    (row,) = table.rows
+    shown = dict(zip(table.header, row, strict=True))
+    assert float(shown["RNL"]) == pytest.approx(own["rnl"], abs=1e-4)
+    assert float(shown["RNL as fitted"]) == pytest.approx(fitted["rnl"], abs=1e-4)
+    assert float(shown["energy / measured"]) == pytest.approx(own["predicted_energy"] / own["energy"], rel=3e-3)
+    texts = " ".join(block.text for section in content.sections for block in section.blocks if isinstance(block, Text))
+    assert f"RNL {own['rnl']:.4f}" in texts
+    assert f"as fitted, with what was removed, it is RNL {fitted['rnl']:.4f}" in texts
+    assert notices(content)[0].text.startswith("The saved spring alone differs from what was recorded")
+    assert "RNL as fitted" not in table_of(content_of(reports.plain()), "Records and fit").header
+
+
+def test_charts_show_the_saved_spring_along_the_displacement_as_recorded() -> None:
+    found = reports.lagging()
+    (record,), of = found.records, Evaluation(found)
+    alone = found.spring().response(record.displacement, found.fits[0].omega_start)
+    (view,) = of.views
+    np.testing.assert_allclose(view.fit.predicted, alone, rtol=0.0, atol=1e-9)
+    np.testing.assert_allclose(view.residuals, record.force - alone, rtol=0.0, atol=1e-9)
+    traces = {trace.name: trace for trace in fit_charts.loops(of).traces}
+    assert np.nanmax(traces["model"].y) == pytest.approx(alone[view.first :].max(), rel=0.01)
+    assert np.nanmax(traces["as fitted"].y) == pytest.approx(view.fitted.predicted[view.first :].max(), rel=0.01)
+    assert "as fitted" not in {trace.name for trace in fit_charts.loops(Evaluation(reports.plain())).traces}
+
+
 def test_engineering_figures_compare_measured_with_modelled() -> None:
     rows = table_of(content_of(reports.campaign()), "Stiffness, energy per cycle and loss factor by amplitude").rows
     assert [row[0] for row in rows if row[0]] == ["5", "8", "10", "15", "20"]
@@ -133,7 +164,7 @@ def test_many_records_and_cycles_are_drawn_in_part() -> None:
     (cycles,) = {len(trace.cycles) for trace in chart.traces if trace.cycles}
     assert cycles == SHOWN_CYCLES
     assert "some of the many cycles" in chart.sentence
-    many = replace(found, records=found.records * 60, fits=found.fits * 60)
+    many = replace(found, records=found.records * 60, fits=found.fits * 60, fitted=found.fitted * 60)
     chart = fit_charts.loops(Evaluation(many))
     assert len({trace.record for trace in chart.traces}) == SHOWN_RECORDS
     assert sum(trace.x.size for trace in chart.traces) < 80_000

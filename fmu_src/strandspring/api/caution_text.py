@@ -8,8 +8,9 @@ import numpy as np
 
 from ..core.parameters import SpringParameters
 from ..identification.direction import backwards
+from ..identification.figures import RecordFit
+from ..identification.saved_spring import effect_of_smoothing
 from ..kernel.arrays import FloatArray
-from ..loops.strokes import find_strokes
 from ..modelfile import ModelFile
 from ..records.record import Record
 from ..stated_cautions import stated_effects
@@ -17,9 +18,6 @@ from ..strict_json import printable
 
 # Share of the identified range by which rounding may take a sample beyond its ends.
 _ROUNDING = 1e-9
-# Share of a record's range by which a path without reversals below the noise may differ from it: white noise of 1 % of
-# the range makes it 2 %.
-_SMOOTHED = 0.05
 
 
 def outside_range(p: SpringParameters) -> str:
@@ -36,20 +34,10 @@ def backwards_cautions(records: Iterable[Record]) -> list[str]:
     return [f"{record.path}: {finding.value}" for record, finding in findings if finding is not None]
 
 
-def jumping_cautions(records: Iterable[Record]) -> list[str]:
-    """One sentence for each record whose displacement is not followed, since it jumps from sample to sample."""
-    sentences = []
-    for record in records:
-        path = record.displacement
-        apart, span = float(np.max(np.abs(find_strokes(path).displacement - path))), float(np.ptp(path))
-        if apart > _SMOOTHED * span:
-            share = 100.0 * apart / span
-            sentences.append(
-                f"{record.path}: the displacement jumps from sample to sample as noise would, and the path of the "
-                f"model, which leaves reversals below the noise out, differs from it by up to {share:.2g} % of "
-                "its range: what is compared here says nothing; give a record with 20 samples a cycle or more."
-            )
-    return sentences
+def smoothing_caution(record: Record, fit: RecordFit, smoothed: RecordFit) -> list[str]:
+    """A sentence where reversals of a displacement below its noise change the error; none where they do not."""
+    sentence = effect_of_smoothing(record, fit, smoothed)
+    return [f"{record.path}: {sentence}"] if sentence else []
 
 
 def outside_cautions(source: str, displacement: FloatArray, p: SpringParameters) -> list[str]:

@@ -206,8 +206,8 @@ class Comparison(Result):
             "records": [
                 {
                     "path": one.record.path,
-                    "a": {"rmse": one.a.rmse, "rnl": one.a.rnl},
-                    "b": {"rmse": one.b.rmse, "rnl": one.b.rnl},
+                    "a": one.a.figures,
+                    "b": one.b.figures,
                     "better": one.better or None,
                 }
                 for one in self.records
@@ -341,15 +341,16 @@ def compare(
         beyond = any(one.differs for one in figures) or (test is not None and test.differs)
         verdict = Verdict.DIFFERENT if beyond else Verdict.NOT_FOUND
     loops = (steady_loop(PathSolver(springs[0]), low, high), steady_loop(PathSolver(springs[1]), low, high))
+    followed = tuple(_followed(record, models) for record in records)
     return Comparison(
         (source_of(a), source_of(b)), models, align, low, high, verdict, unknown, draws, seed,
         tuple(parameters), test, tuple(figures),
         None if scatter is None else (scatter[0].interval(), scatter[1].interval()),
         loops,
         shared_mass(springs, low, high, mass),
-        tuple(_followed(record, models) for record in records),
+        followed,
         tuple(comparison_notes(models, verdict)),
-        tuple(comparison_cautions(models, records, align, loops)),
+        tuple(comparison_cautions(models, records, [(one.a, one.b) for one in followed], align, loops)),
     )  # fmt: skip
 
 

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+from ..identification.figures import RecordFit, along_smoothed
 from ..kernel.path import PathSolver
 from ..loops.loop import Loop
 from ..loops.modelled import steady_loop
+from ..loops.strokes import find_strokes
 from ..modelfile import ModelFile
 from ..records.record import Record
 from ..stated_cautions import stated_cautions
 from ..strict_json import printable
 from .alignment import Align, aligned, apart, middle_of, shared_range
-from .caution_text import backwards_cautions, effects_of, jumping_cautions, outside_cautions
+from .caution_text import backwards_cautions, effects_of, outside_cautions, smoothing_caution
 from .common_form import common_form, form_of, form_words
 from .comparison_words import Verdict, percent
 
@@ -36,15 +38,24 @@ def comparison_notes(models: tuple[ModelFile, ModelFile], verdict: Verdict) -> l
 
 
 def comparison_cautions(
-    models: tuple[ModelFile, ModelFile], records: list[Record], align: Align, loops: tuple[Loop, Loop]
+    models: tuple[ModelFile, ModelFile],
+    records: list[Record],
+    fits: list[tuple[RecordFit, RecordFit]],
+    align: Align,
+    loops: tuple[Loop, Loop],
 ) -> list[str]:
     """What could make the result wrong: the records, the identifications, and a zero that was moved."""
-    cautions = backwards_cautions(records) + jumping_cautions(records)
-    for record in records:
-        for label, model in zip("AB", models, strict=True):
+    cautions = backwards_cautions(records)
+    for record, both in zip(records, fits, strict=True):
+        strokes = find_strokes(record.displacement)
+        for label, model, fit in zip("AB", models, both, strict=True):
+            smoothed = along_smoothed(PathSolver(model.parameters), record, strokes, fit)
             cautions += [
                 f"{sentence[:-1]} (model {label})."
-                for sentence in outside_cautions(record.path, record.displacement, model.parameters)
+                for sentence in (
+                    *smoothing_caution(record, fit, smoothed),
+                    *outside_cautions(record.path, record.displacement, model.parameters),
+                )
             ]
     for label, model in zip("AB", models, strict=True):
         cautions += [

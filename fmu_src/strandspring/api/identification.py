@@ -16,6 +16,7 @@ from ..identification.method import Method
 from ..identification.notes import notes_on
 from ..identification.outcomes import Outcome, by_harm
 from ..joint import HYSTERETIC_UNITS
+from ..stated_figures import differ, in_words
 from .records import Source, given_records
 from .result import Result
 from .spring import Spring
@@ -85,10 +86,11 @@ class Identification(IdentifiedModel, Result):
         return replace(self, findings=by_harm({**self.findings, Outcome.OTHER_CLASS: ""})), ranking
 
     def lines(self) -> list[str]:
-        """Figures and parameters with standard errors, in words."""
+        """Figures of the saved spring alone, those of the fit where they differ, and parameters with errors."""
+        alone = " (the saved spring alone)" if differ(self.figures, self.fitted_figures) else ""
         lines = [
-            f"Identified by the {self.method} method: rmse {self.rmse:.4g} N, RNL {self.rnl:.4f}",
-            *fit_lines(self.fits),
+            f"Identified by the {self.method} method: {in_words(self.figures)}{alone}",
+            *fit_lines(self.fits, self.fitted),
             *parameter_lines(self.parameters, self.uncertainty),
         ]
         if self.lack_of_fit is not None:
@@ -164,7 +166,7 @@ class Identification(IdentifiedModel, Result):
         more = f" and {len(self.records) - 3} more" if len(self.records) > 3 else ""
         return (
             f"<Identification of {files}{more} by the {self.method} method\n"
-            f" rmse {self.rmse:.4g} N, RNL {self.rnl:.4f}\n"
+            f" {in_words(self.figures)}\n"
             f" kappa_omega {p.kappa_omega:.4g} N, rho {p.rho:.4g} 1/m, sigma {p.sigma:.4g}, n {p.n:.4g}, {shape}, "
             f"FA of degree {len(p.kA) - 1}\n"
             f" {counted(len(self.cautions), 'caution')}, {counted(len(self.notes), 'note')}: see .summary()>"
@@ -180,6 +182,7 @@ def identify(
     units: Mapping[str, str] | None = None,
     reverse: Literal["displacement", "force"] | None = None,
     options: Method | None = None,
+    save_anyway: bool = False,
 ) -> Identification:
     """Identify one spring from one or more records.
 
@@ -198,6 +201,8 @@ def identify(
     reverse : "displacement", "force" or None    The one to negate.
     options : TwoStageOptions, ScanOptions, RefinedOptions, NiOptions or None
         The method with its options; the refined method with its defaults if None.
+    save_anyway : bool
+        Whether a spring that follows the records worse than a straight line is returned with a caution, not refused.
 
     Returns
     -------
@@ -205,7 +210,8 @@ def identify(
 
     Raises
     ------
-    IdentificationError   With an `Outcome`, if no physically possible spring can have made the records.
+    IdentificationError   With an `Outcome`, if no physically possible spring can have made the records, or the spring
+                          alone follows them worse than a straight line does.
     RecordError           If the data are no records, a record is given twice, or does not suit the method.
     ValueError            If no record is given.
 
@@ -221,4 +227,4 @@ def identify(
     if isinstance(force, Method):
         force, options = None, force
     records = given_records(data, force, time, displacement, units, reverse)
-    return Identification.of(identify_records(records, options))
+    return Identification.of(identify_records(records, options, save_anyway))

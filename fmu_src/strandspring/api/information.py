@@ -22,6 +22,7 @@ from ..loops.modelled import steady_loop, steady_loop_figures
 from ..modelfile import ModelFile
 from ..records.record import Record
 from ..stated_cautions import stated_cautions
+from ..stated_figures import in_words, stated_fit, stated_fits
 from ..strict_json import printable
 from .caution_text import backwards_cautions, effects_cautions, effects_of, outside_range
 from .placing import ModelSource, model_of, origin_of, source_of
@@ -84,10 +85,9 @@ class Information(Result):
         model = self.model
         lines = [f"Model {model.name} ({self.source})" + (f": {model.description}" if model.description else "")]
         lines += parameter_lines(self.parameters, model.uncertainty)
-        fit, origin = model.fit, model.provenance
-        if all(isinstance(fit.get(figure), (int, float)) for figure in ("rmse", "rnl")):
-            method = f" by the {printable(origin['method'])} method" if "method" in origin else ""
-            lines.append(f"  identified{method}: rmse {fit['rmse']:.4g} N, RNL {fit['rnl']:.4f}")
+        origin = model.provenance
+        method = f" by the {printable(origin['method'])} method" if "method" in origin else ""
+        lines += list(_fit_lines(model, f"  identified{method}: "))
         records = origin.get("records")
         files = [r["file"] for r in records if isinstance(r, dict) and "file" in r] if isinstance(records, list) else []
         if files:
@@ -235,6 +235,15 @@ def info(
     return Information(
         source, content, origin, parameters, tuple(records), modelled, pairs, *verdicts, tuple(cautions)
     )  # fmt: skip
+
+
+def _fit_lines(model: ModelFile, beginning: str) -> Iterator[str]:
+    """The figures that the model file states, over all records and, of several, of each."""
+    whole, fits = stated_fit(model), stated_fits(model)
+    for begin, fit in [(beginning, whole), *((f"    {fit.name}: ", fit) for fit in fits if len(fits) > 1)]:
+        if fit is not None:
+            beside = f" ({fit.beside})" if fit.beside else ""
+            yield f"{begin}{in_words(fit.alone)}{beside}"
 
 
 def _open(loop: MeasuredLoop) -> str:

@@ -169,6 +169,7 @@ def identify_many(
     amplitude: float | None = None,
     workers: int | None = None,
     scheduler: str | Cluster | None = None,
+    save_anyway: bool = False,
     progress: Callable[[int, int], None] | None = None,
     notify: Callable[[str], None] | None = None,
     **columns: Any,
@@ -194,6 +195,8 @@ def identify_many(
     workers : int or None       Number of processes; 1 for this one alone, as many as cores if None.
     scheduler : str, Cluster or None
         Address of a dask.distributed scheduler whose workers are used instead, or a `Cluster` with certificates.
+    save_anyway : bool          Whether a spring that follows its record worse than a straight line is saved with a
+                                caution, not refused.
     progress : callable or None Called with the numbers of finished files and of all files.
     notify : callable or None   Called with sentences while the files are identified.
     **columns                   Fields of `strandspring.intake.wanted.Wanted`, for all files.
@@ -247,7 +250,7 @@ def identify_many(
     batch = identify_batch(
         found.springs,
         target,
-        BatchWork(RefinedOptions() if options is None else checked_method(options), Wanted(**given)),
+        BatchWork(RefinedOptions() if options is None else checked_method(options), Wanted(**given), save_anyway),
         Local(workers) if scheduler is None else cluster_of(scheduler, say),
         amplitude,
         lambda done: advance(done, total),

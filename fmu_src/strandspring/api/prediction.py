@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..errors import ModelError
-from ..identification.figures import RecordFit, overall, predict_record
+from ..identification.figures import RecordFit, along_smoothed, overall_figures, predict_record
 from ..identification.prediction_interval import PredictionInterval, prediction_error
 from ..joint import JointCovariance
 from ..kernel.arrays import FloatArray
@@ -20,7 +20,8 @@ from ..kernel.path import PathSolver
 from ..loops.strokes import find_strokes
 from ..modelfile import ModelFile
 from ..records.record import Record
-from .caution_text import backwards_cautions, effects_cautions, jumping_cautions, outside_cautions
+from ..stated_figures import in_words
+from .caution_text import backwards_cautions, effects_cautions, outside_cautions, smoothing_caution
 from .placing import ModelSource, model_of, source_of
 from .plotting import some_axes
 from .records import Source, given_records
@@ -41,9 +42,10 @@ class Prediction(Result):
     source : str                  The model file's path, or the model's name.
     model : ModelFile
     records : tuple of Record
-    fits : tuple of RecordFit     Prediction and figures of each record.
-    cautions : tuple of str       Loops that run backwards, samples outside the identified range, effects of the rig
-                                  taken out of the records of the model.
+    fits : tuple of RecordFit     Prediction and figures of each record, along its displacement as recorded.
+    smoothed : tuple of RecordFit The same along the path without reversals below the noise of the displacement.
+    cautions : tuple of str       Loops that run backwards, samples outside the identified range, reversals below the
+                                  noise that change the error, effects of the rig taken out of the records of the model.
     interval : PredictionInterval and JointCovariance, or None   What the 95 % prediction interval is made of.
     """
 
@@ -51,18 +53,24 @@ class Prediction(Result):
     model: ModelFile
     records: tuple[Record, ...]
     fits: tuple[RecordFit, ...]
+    smoothed: tuple[RecordFit, ...]
     cautions: tuple[str, ...]
     interval: tuple[PredictionInterval, JointCovariance] | None
 
     @property
     def rmse(self) -> float:
         """Root mean square error over all records [N]."""
-        return overall(self.fits)[0]
+        return self.figures["rmse"]
 
     @property
     def rnl(self) -> float:
         """RNL over all records [-]: 1 for a perfect prediction."""
-        return overall(self.fits)[1]
+        return self.figures["rnl"]
+
+    @cached_property
+    def figures(self) -> dict[str, float]:
+        """rmse [N], rnl, energy and predicted_energy [J] over all records."""
+        return overall_figures(self.fits)
 
     @cached_property
     def half_widths(self) -> tuple[FloatArray, ...] | None:
@@ -73,9 +81,7 @@ class Prediction(Result):
         return tuple(
             interval.reach(
                 fit.predicted,
-                prediction_error(
-                    self.model.parameters, joint, find_strokes(record.displacement).displacement, fit.omega_start
-                ),
+                prediction_error(self.model.parameters, joint, record.displacement, fit.omega_start),
             )
             for record, fit in zip(self.records, self.fits, strict=True)
         )
@@ -98,7 +104,7 @@ class Prediction(Result):
 
     def lines(self) -> list[str]:
         """The figures in words."""
-        return [f"Predicted with {self.source}: rmse {self.rmse:.4g} N, RNL {self.rnl:.4f}", *fit_lines(self.fits)]
+        return [f"Predicted with {self.source}: {in_words(self.figures)}", *fit_lines(self.fits, self.smoothed)]
 
     def summary(self) -> str:
         """The figures in words, with cautions."""
@@ -141,9 +147,10 @@ def predict(
 ) -> Prediction:
     """Predict the force of records with a model, and compare it with what was measured.
 
-    The hysteretic state at the start of a measured record is unknown; it is estimated as one bounded number,
-    `omega_start`. Reversals of the displacement below its noise are removed. `Spring.response` gives the force along a
-    path without a measured one.
+    The path is the displacement as recorded, as if it drove an FMU of the model. Where reversals below its noise change
+    the error by more than 5 % of the force's standard deviation, a caution gives the errors with and without them. The
+    hysteretic state at the start of a measured record is unknown; it is estimated as one bounded number, `omega_start`.
+    `Spring.response` gives the force along a path without a measured one.
 
     Parameters
     ----------
@@ -174,13 +181,16 @@ def predict(
     interval = _interval(source, content)
     records = tuple(given_records(data, force, time, displacement, units, reverse))
     solver = PathSolver(content.parameters)
-    cautions = backwards_cautions(records) + jumping_cautions(records) + effects_cautions(source, content)
-    for record in records:
-        cautions += outside_cautions(record.path, record.displacement, content.parameters)
-    fits = tuple(predict_record(solver, record) for record in records)
-    if not fits:
+    if not records:
         raise ValueError("`data` must hold at least one record, got none.")
-    return Prediction(source, content, records, fits, tuple(cautions), interval)
+    cautions = backwards_cautions(records) + effects_cautions(source, content)
+    fits, smoothed = [], []
+    for record in records:
+        fits.append(predict_record(solver, record))
+        smoothed.append(along_smoothed(solver, record, find_strokes(record.displacement), fits[-1]))
+        cautions += smoothing_caution(record, fits[-1], smoothed[-1])
+        cautions += outside_cautions(record.path, record.displacement, content.parameters)
+    return Prediction(source, content, records, tuple(fits), tuple(smoothed), tuple(cautions), interval)
 
 
 def _interval(source: str, model: ModelFile) -> tuple[PredictionInterval, JointCovariance] | None:

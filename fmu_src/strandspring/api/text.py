@@ -7,8 +7,9 @@ from typing import Any
 
 from ..core.parameters import SIGMA_RANGE, SpringParameters
 from ..identification.campaign import Overlap, RateIndependence
-from ..identification.figures import RecordFit
+from ..identification.figures import RecordFit, both_figures
 from ..identification.prediction_interval import PredictionInterval
+from ..stated_figures import differ, in_words
 from ..strict_json import printable
 
 AT_BOUND = 1.001  # an end of an interval that is less than this times a bound is the bound itself
@@ -25,16 +26,9 @@ def counted(count: int, noun: str) -> str:
     return f"{count} {noun}{'' if count == 1 else 's'}"
 
 
-def fit_json(fit: RecordFit) -> dict[str, Any]:
-    """One entry of `records` in the JSON output."""
-    return {
-        "path": fit.path,
-        "samples": fit.samples,
-        "rmse": fit.rmse,
-        "rnl": fit.rnl,
-        "omega_start": fit.omega_start,
-        "compared": fit.compared,
-    }
+def fit_json(fit: RecordFit, other: RecordFit, name: str = "fitted") -> dict[str, Any]:
+    """One entry of `records` in the JSON output; the other prediction of the record has a name."""
+    return {"path": fit.path, "samples": fit.samples, **both_figures(fit, other, name)}
 
 
 def verdict_json(finding: RateIndependence | Overlap | None) -> dict[str, Any] | None:
@@ -44,12 +38,14 @@ def verdict_json(finding: RateIndependence | Overlap | None) -> dict[str, Any] |
     return {**asdict(finding), "verdict": finding.verdict.name.lower(), "sentence": finding.sentence}
 
 
-def fit_lines(fits: tuple[RecordFit, ...]) -> list[str]:
-    """One line for each record."""
-    return [
-        f"  {fit.path}: rmse {fit.rmse:.4g} N, RNL {fit.rnl:.4f} over {fit.samples} samples ({fit.compared})"
-        for fit in fits
-    ]
+def fit_lines(fits: tuple[RecordFit, ...], fitted: tuple[RecordFit, ...]) -> list[str]:
+    """One line for each record with the figures of the spring alone; a second one where those of the fit differ."""
+    lines = []
+    for fit, other in zip(fits, fitted, strict=True):
+        lines.append(f"  {fit.path}: {in_words(fit.figures)} over {fit.samples} samples ({fit.compared})")
+        if differ(fit.figures, other.figures):
+            lines.append(f"    {fit.beside(other)}: {in_words(other.figures, False)}")
+    return lines
 
 
 def parameter_lines(p: SpringParameters, uncertainty: dict[str, Any]) -> list[str]:

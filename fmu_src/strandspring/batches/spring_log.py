@@ -15,7 +15,7 @@ from ..jobs.runners import JobError
 from .sources import JOURNAL, SpringFile
 from .spring_row import IDENTIFIED, SpringRow, digest
 
-_MANIFEST = {"format": "strandspring-batch", "format_version": 2}
+_MANIFEST = {"format": "strandspring-batch", "format_version": 3}
 
 
 class SpringLog(RowLog[SpringRow]):

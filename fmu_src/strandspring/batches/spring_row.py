@@ -25,6 +25,7 @@ from ..intake.wanted import Wanted
 from ..joint import HYSTERETIC_UNITS
 from ..modelfile import check_name
 from ..records.content import MAX_BYTES
+from ..stated_figures import energy_ratio
 from .sources import SpringFile
 
 IDENTIFIED, REFUSED, UNREADABLE, FAILED = STATUSES = ("identified", "refused", "unreadable", "failed")
@@ -47,7 +48,9 @@ class SpringRow:
     model_sha256 : str or None      Of the model file.
     samples : int or None
     times : bool or None            Whether there was a column of times.
-    rmse, rnl : float or None       [N], [-].
+    rmse, rnl : float or None       Of the saved spring alone [N], [-].
+    energy_ratio : float or None    Energy of its loops over that of the measured ones.
+    fitted_rnl : float or None      RNL with what was removed from the record.
     over_noise, of_hysteresis : float or None   See `LackOfFit.over_noise` and `.beyond_noise`.
     parameters : dict               As in the model file; empty unless identified.
     uncertainty : dict              Standard error, and low and high 95 % ends, of each of `HYSTERETIC_UNITS`; standard
@@ -68,6 +71,8 @@ class SpringRow:
     times: bool | None = None
     rmse: float | None = None
     rnl: float | None = None
+    energy_ratio: float | None = None
+    fitted_rnl: float | None = None
     over_noise: float | None = None
     of_hysteresis: float | None = None
     parameters: dict[str, float | tuple[float, ...]] = field(default_factory=dict)
@@ -121,15 +126,17 @@ class BatchWork:
     ----------
     method : Method
     wanted : Wanted     How the files are read, and what of them is used.
+    save_anyway : bool  See `identify_records`.
     """
 
     method: Method
     wanted: Wanted
+    save_anyway: bool = False
 
     @property
     def settings(self) -> str:
         """Digest of everything but the file that determines a row."""
-        content = [__version__, self.method.name, asdict(self.method), asdict(self.wanted)]
+        content = [__version__, self.method.name, asdict(self.method), asdict(self.wanted), self.save_anyway]
         return hashlib.sha256(json.dumps(content, sort_keys=True, default=str).encode()).hexdigest()[:16]
 
     def rows(self, tasks: Sequence[SpringFile]) -> list[Finished]:
@@ -153,7 +160,7 @@ class BatchWork:
         try:
             record = replace(self.wanted.read(spring.path), path=shown)
             row = replace(row, status=REFUSED, samples=len(record), times=record.time is not None, notes=record.notes)
-            identified = identify_records(record, self.method)
+            identified = identify_records(record, self.method, self.save_anyway)
             text = identified.model_file(spring.name).to_json()
         except StrandspringError as problem:
             reason = _without_path(str(problem).replace(readable(spring.path), shown), shown)
@@ -180,6 +187,8 @@ def _figures(identified: IdentifiedModel) -> dict[str, Any]:
     return {
         "rmse": _finite(identified.rmse),
         "rnl": _finite(identified.rnl),
+        "energy_ratio": _finite(energy_ratio(identified.figures)),
+        "fitted_rnl": _finite(identified.fitted_figures["rnl"]),
         "over_noise": None if misfit is None else _finite(misfit.over_noise),
         "of_hysteresis": None if misfit is None else _finite(misfit.beyond_noise),
         "parameters": identified.parameters.as_dict(),

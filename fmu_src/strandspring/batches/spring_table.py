@@ -71,6 +71,8 @@ class Layout:
             "has times": row.times,
             "rmse [N]": row.rmse,
             "RNL [1]": row.rnl,
+            "energy over measured [1]": row.energy_ratio,
+            "RNL as fitted [1]": row.fitted_rnl,
             "misfit over noise [1]": row.over_noise,
             "misfit over hysteretic force [1]": row.of_hysteresis,
             "amplitude [m]": None if of.figures[0] is None else self.amplitude,

@@ -18,6 +18,7 @@ from ..files import refuse_unwritable
 from ..fmu.archive import binary_sizes, fmu_path
 from ..fmu.native.platforms import PLATFORMS, Platform, chosen_platforms
 from ..modelfile import is_model_path, load_model, save_model
+from ..stated_figures import NAMES
 from ..system_files.system_file import is_system_file
 from ..system_fmu.system_variables import system_variables
 from .cautions import note_most_harmful
@@ -34,7 +35,7 @@ EXAMPLE_COLUMNS = {"reverse": "displacement"}
 # Options that a system does not take.
 _OF_SPRINGS = (
     "backend", "states", "real_time", "no_energy", "needs_execution_tool",
-    "models", "name", "description", "zero",
+    "models", "name", "description", "zero", "save_anyway",
 )  # fmt: skip
 
 # What each kind of FMU is for.
@@ -132,6 +133,7 @@ def build(
     zero: str | float | None,
     author: str,
     candidate: str | None,
+    save_anyway: bool,
     as_json: bool,
     **options: Any,
 ) -> None:  # fmt: skip
@@ -170,7 +172,7 @@ def build(
         wanted = wanted.with_those_of(sources[0])
     kinds = _kinds(wanted, states, bool(sources))
     refuse_unwritable(Path(output), is_folder=True)
-    of_records = {"name", "description", *options}
+    of_records = {"name", "description", "save_anyway", *options}
     method = method_options(options)
     if len(sources) == 1 and is_model_path(sources[0]):
         _refuse_given(of_records, "records", f"{sources[0]} is a model file")
@@ -187,7 +189,7 @@ def build(
         for one in kinds:
             target = fmu_path(output, chosen, one, wanted.version)
             refuse_overwriting(record_files(sources), {"--models": model_path, "--output": target})
-        model, identification = identified(sources, options, method, chosen, description)
+        model, identification = identified(sources, options, method, chosen, description, save_anyway)
         note_most_harmful(identification, str(model_path))
         save_model(model_path, model)
     origin = origin_of(sources[0], zero, model.parameters)
@@ -199,8 +201,8 @@ def build(
             "name": model.name,
             "parameters": model.parameters.as_dict(),
             "zero": origin,
-            "rmse": None if identification is None else identification.rmse,
-            "rnl": None if identification is None else identification.rnl,
+            **(dict.fromkeys(NAMES) if identification is None else identification.figures),
+            "fitted": None if identification is None else identification.fitted_figures,
         }
         result_json({**answers, "fmus": [_facts(one, wanted) for one in built]})
         return

@@ -48,6 +48,7 @@ def identify(
     name: str | None,
     description: str,
     rivals: bool,
+    save_anyway: bool,
     as_json: bool,
     **options: Any,
 ) -> None:
@@ -70,7 +71,7 @@ def identify(
     reporting = Reporting(options)
     refuse_overwriting(record_files(records), {"--output": output, **reporting.outputs}, ".json")
     chosen = name or identifier(Path(output).stem)
-    model, identification = identified(records, options, method, chosen, description)
+    model, identification = identified(records, options, method, chosen, description, save_anyway)
     ranking: Ranking | None = None
     if rivals:
         identification, ranking = compared_with_rivals(identification)
@@ -88,10 +89,10 @@ def identify(
                 "name": model.name,
                 "method": identification.method,
                 "parameters": model.parameters.as_dict(),
-                "rmse": identification.rmse,
-                "rnl": identification.rnl,
+                **identification.figures,
+                "fitted": identification.fitted_figures,
                 "uncertainty": identification.uncertainty,
-                "records": [fit_json(fit) for fit in identification.fits],
+                "records": [fit_json(*both) for both in zip(identification.fits, identification.fitted, strict=True)],
                 "outcomes": [
                     {"name": outcome.name.lower(), "sentence": sentence}
                     for outcome, sentence in zip(identification.outcomes, identification.cautions, strict=True)
@@ -127,10 +128,11 @@ def identified(
     options: Method,
     name: str,
     description: str = "",
+    save_anyway: bool = False,
 ) -> tuple[ModelFile, Identification]:
     """Read the records and identify the spring."""
     group = read_records(records, columns)
     note_assumptions(group)
     with working("Identifying"):
-        identification = identify_records(group, options)
+        identification = identify_records(group, options, save_anyway=save_anyway)
     return identification.model_file(name, description), identification

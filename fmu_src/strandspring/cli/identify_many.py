@@ -43,6 +43,7 @@ def identify_many(
     output: str,
     amplitude: float | None,
     workers: int | None,
+    save_anyway: bool,
     as_json: bool,
     **options: Any,
 ) -> None:
@@ -80,6 +81,7 @@ def identify_many(
                 amplitude=None if amplitude is None else 1e-3 * amplitude,
                 workers=workers,
                 scheduler=scheduler,
+                save_anyway=save_anyway,
                 progress=progress,
                 notify=note,
                 **asdict(wanted_of(options)),

@@ -15,6 +15,7 @@ from ..api.text import verdict_json
 from ..loops.loop import LoopFigures
 from ..loops.measured import MeasuredLoop
 from ..modelfile import load_model, save_model
+from ..stated_figures import stated_json
 from .cautions import note_assumptions, note_cautions
 from .options import FiniteRange, read_records, record_files, record_options
 from .output import result, result_json, result_table, working
@@ -107,6 +108,7 @@ def _json(information: Information, path: str, saved: str | None) -> dict[str, A
         "parameters": information.parameters.as_dict(),
         "zero": information.zero,
         "saved": saved,
+        "fit": stated_json(information.model),
         "loops": loops,
         "rate_independence": verdict_json(information.rate_independence),
         "overlap": verdict_json(information.overlap),

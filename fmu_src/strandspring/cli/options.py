@@ -12,7 +12,8 @@ import click
 
 from ..errors import ModelError, RecordError
 from ..identification.method import Method
-from ..identification.refined import RefinedOptions
+from ..identification.refined import KEEP, RefinedOptions
+from ..identification.rig import STATES
 from ..identification.scan import ScanOptions
 from ..intake.description_file import entries
 from ..intake.wanted import Wanted
@@ -139,6 +140,13 @@ def _delay(_context: click.Context, _option: click.Parameter, delay: float | Non
     return None if delay is None else 1e-3 * delay
 
 
+def _keep(_context: click.Context, _option: click.Parameter, names: str | None) -> tuple[str, ...]:
+    kept = tuple(name.strip() for name in (names or "").split(",") if name.strip())
+    if unknown := [name for name in kept if name not in KEEP]:
+        raise click.BadParameter(f"must be some of {', '.join(KEEP)}, got {unknown[0]!r}.")
+    return kept
+
+
 # Options that say how records are read and what of them is used.
 record_options = together(
     click.option("--displacement", metavar="COLUMN",
@@ -197,6 +205,13 @@ identification_options = together(
     click.option("--delay", type=FiniteRange(unit="ms"), metavar="MS", callback=_delay,
                  help="Refined: time by which the force lags, negative if it leads [ms]; needs times.  "
                  "[default: sought in the records]"),
+    click.option("--keep", metavar="EFFECT,...", callback=_keep,
+                 help=f"Refined: effects that are left in the spring, not removed as the rig's: {', '.join(KEEP)}."),
+    click.option("--state", type=click.Choice(list(STATES)), default=RefinedOptions.state, show_default=True,
+                 help="Refined: the cycle that the model describes where wear or drift changes them."),
+    click.option("--save-anyway", is_flag=True,
+                 help="Save, with a caution, a spring that follows the records worse than a straight line does, instead"
+                 " of refusing it."),
 )  # fmt: skip
 
 # Options that say where many tasks are executed.

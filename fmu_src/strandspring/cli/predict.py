@@ -38,8 +38,9 @@ def predict(model: str, records: tuple[str, ...], output: str | None, as_json: b
     """Predict the force of records with a model and report the errors.
 
     The hysteretic state at the start of a measured record is unknown; it is estimated as one bounded number,
-    omega_start, and reported. Reversals of the displacement below its noise are removed. OUT.csv holds the ends of the
-    95 % prediction interval too, if the model file has one.
+    omega_start, and reported. The path is the displacement as recorded, which OUT.csv holds; a caution says by how much
+    reversals below its noise change the error, where that counts. OUT.csv holds the ends of the 95 % prediction
+    interval too, if the model file has one.
 
     \b
     Examples:
@@ -64,9 +65,10 @@ def predict(model: str, records: tuple[str, ...], output: str | None, as_json: b
         result_json(
             {
                 "model": model,
-                "rmse": prediction.rmse,
-                "rnl": prediction.rnl,
-                "records": [fit_json(fit) for fit in prediction.fits],
+                **prediction.figures,
+                "records": [
+                    fit_json(*both, "smoothed") for both in zip(prediction.fits, prediction.smoothed, strict=True)
+                ],
                 "output": output,
                 "cautions": prediction.cautions,
             }

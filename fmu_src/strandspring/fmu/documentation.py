@@ -9,6 +9,7 @@ from jinja2 import Environment, StrictUndefined
 from markupsafe import Markup
 
 from ..modelfile import ModelFile
+from ..stated_figures import StatedFit, energy_ratio, stated_fits
 from .array_variables import StartValue
 from .check_plot import loops_svg
 from .described_variables import described_variables
@@ -47,12 +48,23 @@ def documentation_page(
         variables=[(v, _start(start.get(v.name))) for v in table if v.name not in left_out],
         # The SVG is made by ElementTree from numbers and fixed text.
         plot=Markup(loops_svg(spring)),  # noqa: S704
+        followed=[_followed(fit) for fit in stated_fits(model)],
         facts={
             "Fit": flat(model.fit),
             "Uncertainty": flat({name: value for name, value in model.uncertainty.items() if name != "joint"}),
             "Provenance": flat(model.provenance),
         },
     )
+
+
+def _followed(fit: StatedFit) -> tuple[str, ...]:
+    """A row of the table of figures: of the spring alone, then as fitted; of an earlier version all are as fitted."""
+    own, fitted = ({}, fit.alone) if fit.fitted is None else (fit.alone, fit.fitted)
+    values = (
+        (own.get("rmse"), ".4g"), (own.get("rnl"), ".4f"), (energy_ratio(own), ".2f"),
+        (fitted.get("rnl"), ".4f"), (energy_ratio(fitted), ".2f"), (fit.omega_start, ".9g"),
+    )  # fmt: skip
+    return (fit.name, *("" if value is None else f"{value:{digits}}" for value, digits in values))
 
 
 def _start(value: StartValue | None) -> str:

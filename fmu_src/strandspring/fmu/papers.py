@@ -48,7 +48,9 @@ Related files of {name}, by FMI-LS-REF 1.0.0-alpha.1 (see fmi-ls-manifest.xml).
 stimuli.csv, reference.csv: two growing slow cycles of the displacement, and what the FMU answers to them. Each row of
 the reference belongs to the displacement of the same time: a host reads it that sets the displacement of the end of a
 step before the step. A host that sets the displacement of the beginning of a step reads each row one step late. The
-velocity, if there is one, is that of the middle between the neighbouring samples.
+velocity, if there is one, is that of the middle between the neighbouring samples. The cycles are not a recorded path:
+the FMU is made from its model file alone, which names its records and holds none of them, so that the same model gives
+the same FMU. strandspring predict compares the FMU with a record, along the displacement as recorded.
 
 nominal.ssv: the parameters as they are. lower.ssv, upper.ssv: kappa_omega, rho, sigma and n at the lower and upper ends
 of their 95 % intervals, all at once, which is farther out than 95 %. drawn_*.ssv: springs drawn from the joint

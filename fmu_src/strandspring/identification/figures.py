@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,10 +13,12 @@ from ..kernel.arrays import FloatArray
 from ..kernel.path import PathSolver
 from ..loops.strokes import Strokes, find_strokes
 from ..records.record import Record
+from ..stated_figures import NAMES
 from .steady_part import SteadyRecord
 
 # The memory of omega_start is gone after two strokes; this many samples of them are enough to estimate it.
 _START_SAMPLES = 4000
+_SELECTED = ", within the selected displacements"
 
 
 def rmse(force: FloatArray, predicted: FloatArray) -> float:
@@ -64,7 +67,11 @@ class RecordFit:
     @property
     def figures(self) -> dict[str, float]:
         """What the model file and JSON hold of it, in N and J."""
-        return {name: getattr(self, name) for name in ("rmse", "rnl", "energy", "predicted_energy")}
+        return {name: getattr(self, name) for name in NAMES}
+
+    def beside(self, fitted: RecordFit) -> str:
+        """What another prediction of the record has that this one, by the spring alone, has not, in words."""
+        return fitted.compared.removeprefix(self.compared).removeprefix(", ")
 
 
 def record_fit(
@@ -97,7 +104,8 @@ def record_fit(
                 f"{record.path}: no sample from number {first_sample + 1} on, where the steady part begins, is within "
                 "the selected displacements; select others."
             )
-        compared += ", within the selected displacements"
+        if _SELECTED not in compared:
+            compared += _SELECTED
     force, p = record.force[chosen], predicted[chosen]
     rms_force = float(np.sqrt(np.mean(force**2)))
     counted = chosen[1:] & chosen[:-1]
@@ -125,9 +133,13 @@ def steps_of_work(solver: PathSolver, path: FloatArray, force: FloatArray) -> Fl
 def predict_record(solver: PathSolver, record: Record) -> RecordFit:
     """Predict a whole record along its displacement as recorded.
 
-    The unknown omega at its start is estimated as one bounded scalar, from the path without reversals below the noise.
+    The unknown omega at its start is estimated as one bounded scalar.
     """
-    omega_start = estimate_omega_start(solver, find_strokes(record.displacement), record.force, record.compared)
+    strokes = find_strokes(record.displacement)
+    if strokes.turning[min(2, strokes.count)] < _START_SAMPLES:
+        # Else samples are left out, and what they do to the memory with them.
+        strokes = replace(strokes, displacement=record.displacement)
+    omega_start = estimate_omega_start(solver, strokes, record.force, record.compared)
     return alone(solver, record, 0, omega_start, "all samples, omega_start estimated")
 
 
@@ -139,11 +151,18 @@ def alone(solver: PathSolver, record: Record, first_sample: int, omega_start: fl
 
 def along_strokes(solver: PathSolver, part: SteadyRecord, fit: RecordFit) -> RecordFit:
     """The same along the path without reversals below the noise; the same fit where nothing was smoothed."""
-    record, path = part.record, part.strokes.displacement
+    return along_smoothed(solver, part.record, part.strokes, fit)
+
+
+def along_smoothed(solver: PathSolver, record: Record, strokes: Strokes, fit: RecordFit) -> RecordFit:
+    """The same of a record whose strokes are known."""
+    path = strokes.displacement
     if np.array_equal(path, record.displacement):
         return fit
     force = solver.force(path, fit.omega_start)
-    return record_fit(solver, record, path, force, fit.first_sample, fit.omega_start, f"{fit.compared}, smoothed path")
+    return record_fit(
+        solver, record, path, force, fit.first_sample, fit.omega_start, f"{fit.compared}, along the smoothed path"
+    )
 
 
 def periodic_start(solver: PathSolver, path: FloatArray) -> float:
@@ -178,3 +197,21 @@ def overall(fits: tuple[RecordFit, ...]) -> tuple[float, float]:
     power = sum(fit.samples * fit.rms_force**2 for fit in fits)
     count = sum(fit.samples for fit in fits)
     return float(np.sqrt(squared / count)), float(1.0 - np.sqrt(squared / power))
+
+
+def overall_figures(fits: tuple[RecordFit, ...]) -> dict[str, float]:
+    """The figures of a `RecordFit` over several records."""
+    works = (sum(getattr(fit, name) for fit in fits) for name in NAMES[2:])
+    return dict(zip(NAMES, (*overall(fits), *works), strict=True))
+
+
+def both_figures(fit: RecordFit, other: RecordFit, name: str = "fitted") -> dict[str, Any]:
+    """What model file and JSON say of a record: the figures of the spring alone, and below a name those of another
+    prediction, such as the fit.
+    """
+    return {
+        **fit.figures,
+        "omega_start": fit.omega_start,
+        "compared": fit.compared,
+        name: {**other.figures, "compared": other.compared},
+    }

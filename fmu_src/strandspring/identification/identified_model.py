@@ -10,7 +10,7 @@ from .._version import __version__
 from ..core.parameters import SpringParameters
 from ..modelfile import ModelFile
 from ..records.record import Record
-from .figures import RecordFit
+from .figures import RecordFit, both_figures, overall_figures
 from .lack_of_fit import LackOfFit
 from .outcomes import Outcome
 from .prediction_interval import PredictionBand
@@ -73,6 +73,16 @@ class IdentifiedModel:
         """The outcomes as sentences, with what was found."""
         return tuple(f"{o.value} ({text})" if text else o.value for o, text in self.findings.items())
 
+    @property
+    def figures(self) -> dict[str, float]:
+        """rmse [N], rnl, energy and predicted_energy [J] of the spring alone over all records."""
+        return overall_figures(self.fits)
+
+    @property
+    def fitted_figures(self) -> dict[str, float]:
+        """The same with what was removed from the records."""
+        return overall_figures(self.fitted)
+
     def model_file(self, name: str = "spring", description: str = "") -> ModelFile:
         """The spring with its figures and provenance as the content of a model file.
 
@@ -89,8 +99,8 @@ class IdentifiedModel:
             self.parameters,
             text[:2000],
             fit={
-                "rmse": self.rmse,
-                "rnl": self.rnl,
+                **self.figures,
+                "fitted": self.fitted_figures,
                 "degrees": list(self.degrees),
                 "steady_share": self.steady_share,
                 "outcomes": [
@@ -104,10 +114,7 @@ class IdentifiedModel:
                         "file": PurePath(fit.path).name,
                         "samples": fit.samples,
                         "first_sample": fit.first_sample,
-                        **fit.figures,
-                        "omega_start": fit.omega_start,
-                        "compared": fit.compared,
-                        "fitted": {**fitted.figures, "compared": fitted.compared},
+                        **both_figures(fit, fitted),
                     }
                     for fit, fitted in zip(self.fits, self.fitted, strict=True)
                 ],

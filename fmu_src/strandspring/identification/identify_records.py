@@ -220,17 +220,21 @@ def _merged(cautions: Sequence[tuple[str, dict[Outcome, str]]]) -> dict[Outcome,
 def _as_recorded(part: SteadyRecord, record: Record) -> SteadyRecord:
     """The steady part of a record without what is known of the rig, which may be on another path."""
     is_same = np.array_equal(part.record.displacement, record.displacement)
-    return replace(part, record=record, strokes=part.strokes if is_same else find_strokes(record.displacement))
+    part = replace(part, record=record, strokes=part.strokes if is_same else find_strokes(record.displacement))
+    # A filter may have sampled the record anew.
+    return part if part.used.size == len(record) else replace(part, first_used=0, used=np.ones(len(record), dtype=bool))
 
 
 def _alone(solver: PathSolver, part: SteadyRecord, measured: Record, omega_start: float) -> RecordFit:
     """Prediction of a record by the spring alone, driven by the displacement as recorded."""
-    first = part.first_sample
+    first = part.first_sample if len(part.record) == len(measured) else 0
     if part.periodic:
         omega_start = periodic_start(solver, measured.displacement)
         return alone(solver, measured, first, omega_start, "the whole period, omega_start taken from its end")
     if not np.array_equal(part.record.displacement, measured.displacement):
-        omega_start = estimate_omega_start(solver, part.strokes, measured.force, measured.compared)
+        omega_start = estimate_omega_start(
+            solver, find_strokes(measured.displacement), measured.force, measured.compared
+        )
     compared = "all samples"
     if first:
         compared = f"from sample {first + 1}; earlier samples only initialise the hysteresis state"

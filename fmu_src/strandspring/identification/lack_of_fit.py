@@ -99,7 +99,7 @@ class LackOfFit:
     def sentence(self) -> str:
         """The figures in words."""
         return (
-            f"misfit {self.over_noise:.3g} times the noise, {100.0 * self.of_height:.2g} % of the loops' height; "
+            f"fit: misfit {self.over_noise:.3g} times the noise, {100.0 * self.of_height:.2g} % of the loops' height; "
             f"energy of the loops {100.0 * self.energy:+.2g} %"
         )
 

@@ -13,6 +13,7 @@ import numpy as np
 from ..kernel.arrays import FloatArray
 from ..kernel.path import PathSolver
 from ..loops.noise_levels import noise_level
+from ..records.record import Record
 from .figures import RecordFit, chosen_samples, overall, steps_of_work
 from .outcomes import Outcome
 from .steady_part import SteadyRecord
@@ -45,10 +46,7 @@ def differences(
     found = {}
     (own, own_rnl), (without_jitter, _), (best, best_rnl) = (overall(tuple(fits)) for fits in (alone, smoothed, fitted))
     if own - without_jitter > _WORTH * deviation:
-        found[Outcome.JITTER] = (
-            f"error of the force {100.0 * own / deviation:.2g} % of its standard deviation along the displacement as "
-            f"recorded, {100.0 * without_jitter / deviation:.2g} % along the smoothed one"
-        )
+        found[Outcome.JITTER] = _both_errors(own, without_jitter, deviation)
     if without_jitter - best > _WORTH * deviation:
         found[Outcome.SPRING_ALONE] = (
             f"error of the force {100.0 * own / deviation:.2g} % of its standard deviation, RNL {own_rnl:.4g}; "
@@ -57,6 +55,28 @@ def differences(
     if energies := _energies(solver, parts, alone):
         found[Outcome.LOOP_ENERGY] = energies
     return found
+
+
+def effect_of_smoothing(record: Record, alone: RecordFit, smoothed: RecordFit) -> str:
+    """A caution where reversals below the noise of a record's displacement change the error by what counts, or ""."""
+    force = record.force[chosen_samples(record, alone.first_sample)]
+    deviation = float(np.std(force))
+    if abs(alone.rmse - smoothed.rmse) <= _WORTH * deviation:
+        return ""
+    errors = _both_errors(alone.rmse, smoothed.rmse, deviation)
+    if alone.rmse > smoothed.rmse:
+        return f"{Outcome.JITTER.value} ({errors})"
+    return (
+        "The displacement jumps from sample to sample as noise would, but the force follows: record 20 samples a cycle "
+        f"or more. ({errors})"
+    )
+
+
+def _both_errors(alone: float, smoothed: float, deviation: float) -> str:
+    return (
+        f"error of the force {100.0 * alone / deviation:.2g} % of its standard deviation along the displacement as "
+        f"recorded, {100.0 * smoothed / deviation:.2g} % along the smoothed one"
+    )
 
 
 def is_worse_than_a_line(parts: Sequence[SteadyRecord], alone: Sequence[RecordFit]) -> bool:
@@ -116,5 +136,5 @@ def _cycles(solver: PathSolver, part: SteadyRecord, fit: RecordFit) -> FloatArra
         )
     ]
     lengths = strokes.length[first : first + 2 * count]
-    amplitudes = 0.5 * np.array([lengths[2 * k : 2 * k + 2].mean() for k in range(count)])
+    amplitudes = 0.5 * np.array([lengths[2 * k : 2 * k + 2].max() for k in range(count)])
     return np.stack([amplitudes, *rows])

@@ -17,6 +17,7 @@ from ..kernel.path import PathSolver
 from ..loops.cycles import Cycle, find_cycles
 from ..loops.strokes import IndexArray, Strokes, find_strokes
 from ..records.record import Record
+from ..stated_figures import differ
 from .quantities import Unit, prose, unit_of
 from .thinning import visible
 
@@ -35,7 +36,8 @@ class RecordView:
     ----------
     name : str           File name without folders.
     record : Record
-    fit : RecordFit
+    fit : RecordFit      Of the spring alone along the displacement as recorded.
+    fitted : RecordFit   With what was removed from the record.
     place : int          Among the records.
     points : int         So many are drawn of a line.
     """
@@ -43,6 +45,7 @@ class RecordView:
     name: str
     record: Record
     fit: RecordFit
+    fitted: RecordFit
     place: int
     points: int
 
@@ -112,6 +115,11 @@ class RecordView:
             chosen = list(range(len(whole)))
         return [(k + 1, slice(whole[k][0], whole[k][1] + 1)) for k in chosen]
 
+    @property
+    def differs(self) -> bool:
+        """Whether the figures of the spring alone and those of the fit differ visibly."""
+        return differ(self.fit.figures, self.fitted.figures)
+
     def line(self, values: FloatArray, samples: slice) -> IndexArray:
         """Samples of a stretch at which a long line is drawn."""
         start, stop, _ = samples.indices(values.size)
@@ -166,12 +174,17 @@ class Evaluation:
     def views(self) -> tuple[RecordView, ...]:
         """All records."""
         least, most = _POINTS_OF_RECORD
-        records, fits = self.identification.records, self.identification.fits
+        whole = self.identification
+        records = whole.records
         points = max(least, min(most, _POINTS // min(len(records), SHOWN_RECORDS)))
-        return tuple(
-            RecordView(name, record, fit, place, points)
-            for place, (name, record, fit) in enumerate(zip(self.names, records, fits, strict=True))
-        )
+        each = zip(self.names, records, whole.fits, whole.fitted, range(len(records)), strict=True)
+        return tuple(RecordView(*one, points) for one in each)
+
+    @cached_property
+    def beside(self) -> str:
+        """What the fits have that the spring alone has not, in words."""
+        phrases = [view.fit.beside(view.fitted) for view in self.views]
+        return " or ".join(dict.fromkeys(filter(None, phrases)))
 
     @cached_property
     def shown(self) -> tuple[RecordView, ...]:
@@ -200,7 +213,7 @@ class Evaluation:
 
     def omega(self, view: RecordView) -> FloatArray:
         """omega along a record, shape (K,) [-]."""
-        return self.solver.omega(view.strokes.displacement, view.fit.omega_start)
+        return self.solver.omega(view.record.displacement, view.fit.omega_start)
 
     def without_folders(self, text: str) -> str:
         """A sentence with the records' paths cut down to the file names."""

@@ -11,6 +11,7 @@ from ..identification.notes import notes_on
 from ..identification.outcomes import Outcome
 from ..identification.prediction_interval import PredictionInterval
 from ..modelfile import ModelFile
+from ..stated_figures import differ, energy_ratio
 from . import report_tables as tables
 from .blocks import Block, Content, Facts, Gallery, Level, Notice, Section, Signatures, Text, Tile, Tiles
 from .chart import Figure
@@ -124,10 +125,19 @@ def _tiles(of: Evaluation, figures: EngineeringFigures) -> Iterator[Tile]:
         yield Tile(text.capitalize(), number(value * unit.factor, 3, zeros=True), unit.name, note)
     whole = of.identification
     error = f"rms error {number(whole.rmse * of.residual.factor, 3)} {of.residual.name}"
-    yield Tile("RNL", number(whole.rnl, 4, zeros=True), "", f"1 is perfect; {error}")
+    own, fitted = whole.figures, whole.fitted_figures
+    is_apart = differ(own, fitted)
+    beside = f"; as fitted {number(fitted['rnl'], 4, zeros=True)}" if is_apart else ""
+    yield Tile("RNL", number(whole.rnl, 4, zeros=True), "", f"saved spring alone, 1 is perfect; {error}{beside}")
+    ratio, of_fit = energy_ratio(own), energy_ratio(fitted)
+    if ratio is not None:
+        beside = f"; as fitted {number(of_fit, 3, zeros=True)}" if is_apart and of_fit is not None else ""
+        yield Tile("Loop energy", number(ratio, 3, zeros=True), "× measured", f"saved spring alone{beside}")
     if whole.lack_of_fit is not None:
         height = percent(whole.lack_of_fit.of_height)
-        yield Tile("Misfit", number(whole.lack_of_fit.over_noise, 2), "× noise", f"{height} of the loops' height")
+        yield Tile(
+            "Misfit of the fit", number(whole.lack_of_fit.over_noise, 2), "× noise", f"{height} of the loops' height"
+        )
 
 
 def _engineering(of: Evaluation, figures: EngineeringFigures) -> Iterator[Block]:

@@ -6,8 +6,10 @@ from collections.abc import Iterator
 from typing import Any
 
 from ..core.parameters import SpringParameters
+from ..identification.figures import RecordFit
 from ..identification.intervals import NORMAL_95
 from ..loops.loop import LoopFigures
+from ..stated_figures import energy_ratio
 from .blocks import Table
 from .engineering import NAMES, Comparison, EngineeringFigures, MeasuredFigures
 from .evaluation import Evaluation
@@ -138,19 +140,28 @@ def _power(unit: str, power: int) -> str:
 
 
 def records(of: Evaluation) -> Table:
-    """Records with what was compared and how well."""
-    unit = of.residual
-    rows = tuple(
-        (
+    """Records with what was compared, and how well the spring alone follows them; also the fit where it differs."""
+    unit, views = of.residual, of.views[:_LISTED]
+    beside = any(view.differs for view in views)
+    header = ["record", "samples compared", f"rms error [{unit.name}]", "RNL", "energy / measured"]
+    rows = []
+    for view in views:
+        row = [
             view.name,
             f"{view.fit.samples} of {len(view.record)}",
             number(view.fit.rmse * unit.factor, 3, zeros=True),
             number(view.fit.rnl, 4, zeros=True),
-            view.fit.compared,
-        )
-        for view in of.views[:_LISTED]
-    )
-    return Table("Records and fit", ("record", "samples compared", f"rms error [{unit.name}]", "RNL", "compared"), rows)
+            _ratio(view.fit),
+        ]
+        row += [number(view.fitted.rnl, 4, zeros=True), _ratio(view.fitted)] if beside else []
+        rows.append((*row, view.fit.compared))
+    header += ["RNL as fitted", "energy / measured as fitted"] if beside else []
+    return Table("Records and fit", (*header, "compared"), tuple(rows))
+
+
+def _ratio(fit: RecordFit) -> str:
+    ratio = energy_ratio(fit.figures)
+    return "–" if ratio is None else number(ratio, 3, zeros=True)
 
 
 def provenance(of: Evaluation) -> Table:

@@ -4,13 +4,16 @@ from __future__ import annotations
 
 from ..identification.campaign import campaign_verdicts
 from ..identification.outcomes import Outcome
+from ..stated_figures import Figures, differ, energy_ratio
 from .blocks import Level, Notice
 from .engineering import EngineeringFigures
 from .evaluation import Evaluation
 from .quantities import number, percent, span
 
 # Findings that say that the model does not follow its own records.
-_POOR = frozenset({Outcome.POOR_FIT, Outcome.LACK_OF_FIT, Outcome.NI_MODEL})
+_POOR = frozenset({Outcome.POOR_FIT, Outcome.LACK_OF_FIT, Outcome.NI_MODEL, Outcome.WORSE_THAN_LINE})
+# Findings that say that the spring alone does not give what was recorded.
+_ALONE = frozenset({Outcome.SPRING_ALONE, Outcome.LOOP_ENERGY, Outcome.JITTER})
 # Findings that leave the model as good as it would be without them.
 HARMLESS = frozenset({Outcome.FIRST_CYCLE_DIFFERS, Outcome.AMPLIFIER_REDUCED})
 # Findings on loops that were not recorded.
@@ -37,31 +40,40 @@ def verdict(of: Evaluation, figures: EngineeringFigures) -> tuple[Notice, tuple[
     }[grade]
     if grade is Level.CARE and set(findings) - HARMLESS <= _EXTRAPOLATED:
         headline = "Good to use at the recorded amplitudes; smaller loops are extrapolated."
+    if grade is Level.CARE and findings.keys() & _ALONE:
+        headline = "The saved spring alone differs from what was recorded: use it with the cautions below."
     return Notice(grade, headline), (_fit(of, figures), _range(of, figures), _rate(of))
 
 
 def _fit(of: Evaluation, figures: EngineeringFigures) -> str:
     whole, unit = of.identification, of.residual
     parts = [
-        f"The model follows the measured force with an rms error of {number(whole.rmse * unit.factor, 3)} {unit.name}, "
-        f"{percent(1.0 - whole.rnl)} of the rms force (RNL {number(whole.rnl, 4)}, 1 is perfect)"
+        "The saved spring alone, driven by the displacement as recorded, follows the measured force with an rms error "
+        f"of {number(whole.rmse * unit.factor, 3)} {unit.name}, {percent(1.0 - whole.rnl)} of the rms force "
+        f"({_figures(whole.figures)}; RNL 1 is perfect)"
     ]
+    if differ(whole.figures, whole.fitted_figures):
+        parts.append(f"as fitted, {of.beside}, it is {_figures(whole.fitted_figures)}")
     if whole.lack_of_fit is not None:
         lack = whole.lack_of_fit
         noise = f"{number(lack.over_noise, 2)} times the noise of the records"
         parts.append(
-            f"this misfit is {noise} and {percent(lack.of_height)} of the loops' height"
+            f"the misfit of the fit is {noise} and {percent(lack.of_height)} of the loops' height"
             if lack.is_structured
-            else f"this is what noise alone would leave ({noise})"
+            else f"the fit leaves what noise alone would ({noise})"
         )
     row = figures.largest
     if row.measured is not None and row.measured.figures.energy_per_cycle > 0.0:
         change = row.model.energy_per_cycle / row.measured.figures.energy_per_cycle - 1.0
-        alone = ", the rig's effects taken out" if whole.effects else ""
-        parts.append(
-            f"the energy per cycle of the largest loop is {percent(change, sign=True)} from the measured one{alone}"
-        )
+        parts.append(f"the energy per cycle of the largest loop is {percent(change, sign=True)} from the measured one")
     return "; ".join(parts) + "."
+
+
+def _figures(figures: Figures) -> str:
+    """RNL and the energy of the loops."""
+    ratio = energy_ratio(figures)
+    energy = "" if ratio is None else f", loop energy {number(ratio, 3, zeros=True)} of the measured"
+    return f"RNL {number(figures['rnl'], 4, zeros=True)}{energy}"
 
 
 def _range(of: Evaluation, figures: EngineeringFigures) -> str:

@@ -43,6 +43,9 @@ def loops(of: Evaluation) -> Chart:
         traces.append(over_cycles(view, x, view.only_compared(force), unit, "measured", Role.MEASURED, Form.LINE))
     for view in of.shown:
         x, force = view.record.displacement, view.only_compared(view.fit.predicted)
+        if view.differs:
+            fitted = view.only_compared(view.fitted.predicted)
+            traces.append(over_cycles(view, x, fitted, unit, "as fitted", Role.LEFT_OUT, Form.DASHED))
         traces.append(over_cycles(view, x, force, unit, "model", Role.MODEL, Form.LINE))
     low = min(float(view.record.displacement.min()) for view in of.views)
     high = max(float(view.record.displacement.max()) for view in of.views)
@@ -50,14 +53,19 @@ def loops(of: Evaluation) -> Chart:
     greatest = max(float(view.record.force.max()) for view in of.views)
     whole = of.identification
     sentence = (
-        f"Measured and predicted force over displacement, from {span(low, high, unit[0])} and "
-        f"{span(least, greatest, unit[1])}; rms error {number(whole.rmse * unit[1].factor, 3)} {unit[1].name}, "
-        f"RNL {number(whole.rnl, 4)}.{_shown(of)}"
+        "Measured force, and that of the saved spring alone along the displacement as recorded, over "
+        f"{span(low, high, unit[0])} and {span(least, greatest, unit[1])}; rms error "
+        f"{number(whole.rmse * unit[1].factor, 3)} {unit[1].name}, RNL {number(whole.rnl, 4)}.{_fitted(of)}{_shown(of)}"
     )
     return Chart(
         "loops", "Measured and predicted loops", Axis("displacement", unit[0]), Axis("force", unit[1]),
         tuple(traces), sentence, wide=True,
     )  # fmt: skip
+
+
+def _fitted(of: Evaluation) -> str:
+    """What the line of the fit is, in a sentence; empty where there is none."""
+    return f" As fitted: {of.beside}." if any(view.differs for view in of.shown) else ""
 
 
 def _shown(of: Evaluation) -> str:

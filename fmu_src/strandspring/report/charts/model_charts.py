@@ -64,7 +64,7 @@ def omega(of: Evaluation) -> Chart:
     for view in of.shown:
         values = of.omega(view)
         peaks.append(float(np.abs(values[view.first :]).max()))
-        displacement = view.strokes.displacement
+        displacement = view.record.displacement
         traces.append(over_cycles(view, displacement, values, (of.length, NUMBER), "omega", Role.MODEL, Form.LINE))
     sentence = (
         f"Normalized hysteretic variable omega over displacement; it reaches ±{number(max(peaks), 3)}, where ±1 is "
