@@ -95,7 +95,7 @@ def test_the_path_is_the_displacement_as_recorded_and_its_jitter_is_cautioned() 
     np.testing.assert_allclose(fit.predicted, stiff.response(jitter, fit.omega_start), rtol=0.0, atol=1e-9)
     assert smoothed.rmse < 0.5 * fit.rmse
     deviation = np.std(stiff.response(clean))
-    (sentence,) = [caution for caution in prediction.cautions if "smoothed path" in caution]
+    (sentence,) = [caution for caution in prediction.cautions if "along the smoothed one" in caution]
     for error in (fit.rmse, smoothed.rmse):
         assert f"{100.0 * error / deviation:.2g} %" in sentence
     assert "along the smoothed path: RNL" in prediction.lines()[2]

@@ -71,7 +71,7 @@ def test_the_verdict_is_as_good_as_the_findings() -> None:
     assert extrapolated[0] == Notice(
         Level.CARE, "Good to use at the recorded amplitudes; smaller loops are extrapolated."
     )
-    assert extrapolated[-1].advice == "Record loops of about 4.7 mm too."
+    assert extrapolated[1].advice == "Record loops of about 4.7 mm too."
     poor = replace(reports.campaign(), findings={Outcome.LACK_OF_FIT: "9 % of the force; mostly noise: measure again"})
     first, caution = notices(content_of(poor))
     assert first.level is Level.POOR
