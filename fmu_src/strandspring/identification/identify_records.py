@@ -22,9 +22,10 @@ from .identified_model import IdentifiedModel
 from .loops import Loops, join
 from .method import Method, checked_method
 from .outcomes import IdentificationError, Outcome, by_harm
+from .recorded_energies import recorded_energies
 from .refined import RefinedOptions
 from .saved_spring import differences, is_worse_than_a_line
-from .small_loops import extrapolated_energy
+from .small_loops import small_loops
 from .steady_part import SteadyRecord, find_steady_part
 from .turns import turns_between_samples
 from .unit_check import refuse_differing_units
@@ -157,11 +158,12 @@ def _identified(group: tuple[Record, ...], method: Method, save_anyway: bool) ->
         if not save_anyway:
             raise IdentificationError(Outcome.WORSE_THAN_LINE, where)
         findings[Outcome.WORSE_THAN_LINE] = ""
-    findings |= differences(solver, measured, fits, smoothed, fitted)
+    recorded = recorded_energies(solver, measured, fits)
+    findings |= differences(measured, recorded, fits, smoothed, fitted)
     loops = join([part.loops for part in parts])
+    small = small_loops(result.parameters, result.uncertainty, recorded, result.other_energies)
     if loops.has_one_amplitude and Outcome.SMALL_LOOPS not in findings:
-        known = result.uncertainty or {}
-        findings[Outcome.ONE_AMPLITUDE] = extrapolated_energy(result.parameters, known, 0.5 * loops.shortest)
+        findings[Outcome.ONE_AMPLITUDE] = small.sentence
     if gaps := _gaps(loops):
         findings[Outcome.RANGE_WITH_GAPS] = gaps
     if result.lack_of_fit is None and rnl < _POOR_RNL:
@@ -181,6 +183,7 @@ def _identified(group: tuple[Record, ...], method: Method, save_anyway: bool) ->
         band=result.band,
         effects=result.effects,
         lack_of_fit=result.lack_of_fit,
+        small_loops=small,
         method=method.name,
         options={field.name: _in_json(getattr(method, field.name)) for field in fields(method)},
     )

@@ -32,6 +32,7 @@ class Fitted:
     predicted : tuple of ndarray     Force at every sample of each record, the rig's effects included [N]; empty where
                                      the spring alone says it.
     lack_of_fit : LackOfFit or None
+    other_energies : tuple of float  Energies of small loops that the records do not rule out [J].
     alone : tuple of SteadyRecord    The steady parts without the rig's effects; empty if the method takes none out.
     turning : tuple of SteadyRecord  The steady parts with reversals between their samples; empty if at samples.
     """
@@ -46,6 +47,7 @@ class Fitted:
     predicted: tuple[FloatArray, ...] = ()
     lack_of_fit: LackOfFit | None = None
     alone: tuple[SteadyRecord, ...] = ()
+    other_energies: tuple[float, ...] = ()
     turning: tuple[SteadyRecord, ...] = ()
 
 

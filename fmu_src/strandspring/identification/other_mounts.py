@@ -17,6 +17,7 @@ from ..kernel.arrays import FloatArray
 from .corrected import Corrected
 from .loops import IndexArray, Loops
 from .rig import Rig
+from .search import force_floor, information
 from .tangent import Tangent
 
 _THRESHOLDS = 0.6 * 0.5 ** np.arange(7)  # of stop operators, shares of half the longest stroke
@@ -63,6 +64,14 @@ def explanations(rig: Rig, state: Corrected) -> list[Explanation]:
         left = tangent.misfit - trace @ np.linalg.lstsq(trace, tangent.misfit, rcond=1e-6)[0]
         found.append(Explanation(mount, float(np.sqrt(left @ left / total)), price, mount in _GROUPED))
     return found
+
+
+def nearest_mount(rig: Rig, state: Corrected) -> str:
+    """The class of mount that explains the residuals of a spring best by the criterion of `search`, in words."""
+    independent = state.loops.force.size / state.fit.autocorrelation_time
+    floor = force_floor(state.loops)
+    best = min(explanations(rig, state), key=lambda one: information(one.misfit**2, one.price, independent, floor))
+    return best.mount
 
 
 def _mounts(rig: Rig, state: Corrected) -> Iterator[tuple[str, FloatArray, int]]:

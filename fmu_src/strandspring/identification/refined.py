@@ -16,7 +16,7 @@ from ..kernel.path import PathSolver
 from ..records.record import Record
 from .bootstrap import bootstrap
 from .causes import causes_in
-from .corrected import Corrected
+from .corrected import Corrected, rms_in
 from .effects import find_delayed, hinted_effects, other_effects
 from .figures import periodic_start
 from .known_rig import KnownRig
@@ -25,6 +25,7 @@ from .linearised import Linearised
 from .loops import POINTS_PER_STROKE, Loops
 from .method import Fitted, Method
 from .noise import force_noise
+from .other_mounts import nearest_mount
 from .outcomes import IdentificationError, Outcome
 from .polynomials import Basis
 from .posterior import posterior
@@ -34,12 +35,13 @@ from .refinement import Samples, refine
 from .removal import Kept, find_removable
 from .rig import STATES, Effect, Rig, Sizes, sizes_at
 from .rig_effects import CAUTIONS, RELAXING, described, detail, in_words, with_other_effects
-from .search import CLOSE, PILOT, Candidate, bending_more, search
-from .small_loops import undecided_energy
+from .search import CLOSE, PILOT, Candidate, bending_more, is_explained, search
+from .small_loops import loop_energy, rival_springs, springs_of, undecided_energy
 from .solution import cautions_of, is_positive, refuse_too_few, saturation_share, spring_of
 from .spring_alone import spring_alone
 from .steady_part import SteadyRecord
 from .uncertainty import is_sigma_uncertain, uncertainty
+from .wider_class import unrecorded
 
 # Points in all, and at least in a stroke, on which minima are looked for.
 _SEARCHED = 1000
@@ -168,7 +170,8 @@ class RefinedOptions(Method):
         noise = tuple(force_noise(part.record.force, part.strokes.turning[1:-1]) for part in parts)
         refuse_too_few(rig.loops, Basis(*rig.loops.reach, *(self.degrees or PILOT)), where)
         refusal = next((part.refusal for part in parts if part.refusal is not None), None)
-        rig, found, kept, causes = self._searched(rig, Samples(rig.loops, noise).noise_rms, refusal, where)
+        noise_rms = Samples(rig.loops, noise).noise_rms
+        rig, found, kept, causes = self._searched(rig, noise_rms, refusal, where)
         best, sizes = found[0], found[0].sizes
         final_rig, final_sizes = rig.describing(STATES[self.state]), sizes_at(sizes, STATES[self.state])
         samples = Samples(_points(final_rig, sizes, best.fit), noise)
@@ -196,11 +199,17 @@ class RefinedOptions(Method):
         one_amplitude = loops.has_one_amplitude
         doubts = _doubts(cautions, sizes, content["interval_95"], hinted_effects(rig, best)) if one_amplitude else []
         doubts += [f"undecided is {sentence}" for sentence in rig_or_mount]
-        alternatives = self._alternatives(found)
-        if undecided := undecided_energy(spring, content, alternatives, 0.5 * loops.shortest, misfit, doubts):
+        rivals = rival_springs(self._alternatives(found))
+        if undecided := undecided_energy(spring, content, rivals, 0.5 * loops.shortest, misfit, doubts):
             findings[Outcome.SMALL_LOOPS] = undecided
         if lack.is_reported:
             findings[Outcome.LACK_OF_FIT] = lack.advice
+        other_energies = [loop_energy(other) for other in (*rivals, *springs_of([one.fit for one in kept]))]
+        if not is_explained(best.fit, rms_in(best.loops, noise_rms, rig.loops)):
+            wider = unrecorded(best)
+            if wider.is_far:
+                findings[Outcome.OTHER_MOUNT] = wider.sentence(nearest_mount(rig, best))
+            other_energies += [loop_energy(spring) * share for share in wider.energies]
         predicted: tuple[FloatArray, ...] = ()
         alone: tuple[SteadyRecord, ...] = ()
         if sizes or self.known.effects or is_turning:

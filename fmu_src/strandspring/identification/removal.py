@@ -43,12 +43,14 @@ class Kept:
     Attributes
     ----------
     sizes : dict           As they would have been removed.
+    fit : Candidate        The spring without them.
     instead : str          The other mount that explains the records as well, in words; empty if more than noise is
                            left, so that none of these sizes can be trusted.
     is_negligible : bool   Nobody would miss them.
     """
 
     sizes: Sizes
+    fit: Candidate
     instead: str = ""
     is_negligible: bool = False
 
@@ -84,18 +86,18 @@ def _doubted(rig: Rig, best: Corrected, noise: float) -> Kept | None:
         return None
     negligible = _negligible(rig, sizes)
     if negligible:
-        return Kept(negligible, is_negligible=True)
+        return Kept(negligible, best.fit, is_negligible=True)
     left = rms_in(best.loops, noise, rig.loops)
     if not is_explained(best.fit, left) and best.fit.misfit > force_floor(best.loops):
         harmless = (*_ZEROS, *_DRIFTS) if _drifts_clearly(rig, best) else _ZEROS
         in_loops = {effect: size for effect, size in sizes.items() if effect not in harmless}
-        return Kept(in_loops) if in_loops else None
+        return Kept(in_loops, best.fit) if in_loops else None
     if Effect.VISCOSITY in sizes and rig.loops.has_one_amplitude:
-        return Kept({Effect.VISCOSITY: sizes[Effect.VISCOSITY]}, "friction of the mount")
+        return Kept({Effect.VISCOSITY: sizes[Effect.VISCOSITY]}, best.fit, "friction of the mount")
     judged = [effect for effect in sizes if effect in _JUDGED]
     for effects in [judged] * (len(judged) > 1) + [[effect] for effect in judged]:
         if instead := _other_mount(rig, best, effects):
-            return Kept({effect: sizes[effect] for effect in effects}, instead)
+            return Kept({effect: sizes[effect] for effect in effects}, best.fit, instead)
     return None
 
 

@@ -11,21 +11,19 @@ from collections.abc import Sequence
 import numpy as np
 
 from ..kernel.arrays import FloatArray
-from ..kernel.path import PathSolver
-from ..loops.noise_levels import noise_level
 from ..records.record import Record
-from .figures import RecordFit, chosen_samples, overall, steps_of_work
+from .figures import RecordFit, chosen_samples, overall
 from .outcomes import Outcome
+from .recorded_energies import LoopEnergy
 from .steady_part import SteadyRecord
 
 _WORTH = 0.05  # difference that is reported, share of the force's standard deviation or of a loop's energy
-_ONE_AMPLITUDE = 0.9  # amplitude in the largest of a group down to which it belongs to the group
 _BEYOND_NOISE = 3.0  # standard errors from which a difference of energies is real
 
 
 def differences(
-    solver: PathSolver,
     parts: Sequence[SteadyRecord],
+    recorded: Sequence[LoopEnergy],
     alone: Sequence[RecordFit],
     smoothed: Sequence[RecordFit],
     fitted: Sequence[RecordFit],
@@ -34,8 +32,8 @@ def differences(
 
     Parameters
     ----------
-    solver : PathSolver                 Of the saved spring.
     parts : sequence of SteadyRecord    As recorded.
+    recorded : sequence of LoopEnergy   Of the saved spring.
     alone : sequence of RecordFit       Of the spring along the displacement as recorded.
     smoothed : sequence of RecordFit    Along the path without reversals below the noise.
     fitted : sequence of RecordFit      With what was removed from the records.
@@ -52,7 +50,7 @@ def differences(
             f"error of the force {100.0 * own / deviation:.2g} % of its standard deviation, RNL {own_rnl:.4g}; "
             f"{100.0 * best / deviation:.2g} %, {best_rnl:.4g} with what was removed"
         )
-    if energies := _energies(solver, parts, alone):
+    if energies := _energies(recorded):
         found[Outcome.LOOP_ENERGY] = energies
     return found
 
@@ -95,46 +93,13 @@ def _centred(part: SteadyRecord, fit: RecordFit) -> FloatArray:
     return np.asarray(force - force.mean())
 
 
-def _energies(solver: PathSolver, parts: Sequence[SteadyRecord], fits: Sequence[RecordFit]) -> str:
+def _energies(recorded: Sequence[LoopEnergy]) -> str:
     """By how much the spring's loops differ in energy from those recorded, amplitude by amplitude, where it counts."""
-    amplitudes, measured, predicted, variances = np.concatenate(
-        [_cycles(solver, part, fit) for part, fit in zip(parts, fits, strict=True)], axis=1
-    )
     texts = []
-    order = np.argsort(-amplitudes)
-    while order.size:
-        group = order[amplitudes[order] >= _ONE_AMPLITUDE * amplitudes[order[0]]]
-        order = order[group.size :]
-        recorded = float(measured[group].sum())
-        difference = float(predicted[group].sum()) - recorded
-        is_real = abs(difference) > _BEYOND_NOISE * float(np.sqrt(variances[group].sum()))
-        if is_real and abs(difference) > _WORTH * abs(recorded):
-            size = f"energy {100.0 * difference / recorded:+.0f} %" if recorded > 0.0 else "no loop was recorded"
-            texts.append(f"{size} at {1e3 * float(amplitudes[group].mean()):.3g} mm")
+    for loop in recorded:
+        difference = loop.predicted - loop.measured
+        if abs(difference) > max(_BEYOND_NOISE * loop.error, _WORTH * abs(loop.measured)):
+            share = 100.0 * difference / loop.measured if loop.measured > 0.0 else 0.0
+            size = f"energy {share:+.0f} %" if share else "no loop was recorded"
+            texts.append(f"{size} at {1e3 * loop.amplitude:.3g} mm")
     return ", ".join(texts)
-
-
-def _cycles(solver: PathSolver, part: SteadyRecord, fit: RecordFit) -> FloatArray:
-    """Amplitude [m], hysteretic work measured and predicted [J], and its variance by noise of each cycle: (4, C)."""
-    strokes, record = part.strokes, part.record
-    path = record.displacement
-    used = part.used & chosen_samples(record, fit.first_sample)
-    counted = used[1:] & used[:-1]
-    of_interval = strokes.of_sample[1:]
-    first = int(of_interval[fit.first_sample]) if fit.first_sample < of_interval.size else 0
-    cycle = np.maximum(of_interval - first, 0) // 2
-    # A single stroke at the end belongs to the cycle before it.
-    count = max((strokes.count - first) // 2, 1)
-    cycle = np.minimum(cycle, count - 1)
-    noise = noise_level(record.force, strokes.turning[1:-1])
-    rows = [
-        np.bincount(cycle, weights=np.where(counted, values, 0.0), minlength=count)
-        for values in (
-            steps_of_work(solver, path, record.force),
-            steps_of_work(solver, path, fit.predicted),
-            (noise * np.diff(path)) ** 2,
-        )
-    ]
-    lengths = strokes.length[first : first + 2 * count]
-    amplitudes = 0.5 * np.array([lengths[2 * k : 2 * k + 2].max() for k in range(count)])
-    return np.stack([amplitudes, *rows])

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
+from dataclasses import asdict, dataclass
 from functools import lru_cache
 from typing import Any
 
@@ -17,6 +18,7 @@ from ..kernel.points import RecordPoints
 from .intervals import NORMAL_95
 from .loops import ONE_AMPLITUDE
 from .outcomes import IdentificationError
+from .recorded_energies import LoopEnergy
 from .search import CLOSE, Candidate
 from .solution import spring_of
 
@@ -29,7 +31,41 @@ _UNDECIDED = 0.07  # uncertainty of the energy that is reported, share of it
 _MISFIT = 0.1  # misfit beyond noise that is reported, share of half the height of those loops
 _COUNTLESS = 10.0  # times that half height from which on a misfit is not given as a number
 _VOID = 1e-3  # energy of a loop that is none, in that of the saturated force along it
+# Powers of the amplitude with which the energy of a loop falls, of 0.06 to 0.36 of it at 0.3 of the amplitude: nine in
+# ten of the mounts of 13 classes drawn in tests/benchmarks/zoo.py.
+_POWERS = (0.85, 2.34)
+_LESS, _MORE = 0.2, 1.3  # by which the power differs towards smaller loops
+_MARGIN = 0.07  # error of what was recorded, share of it
 _APART = 0.05  # difference between the energies of two fits that is reported, share of it
+
+
+@dataclass(frozen=True)
+class SmallLoops:
+    """Energy of loops about mid-range with the share AMPLITUDE of the range.
+
+    Attributes
+    ----------
+    amplitude : float    [m]
+    energy : float       Of the spring, a cycle [J].
+    low, high : float    What it may be by the records, whatever the class of the mount [J].
+    """
+
+    amplitude: float
+    energy: float
+    low: float
+    high: float
+
+    @property
+    def sentence(self) -> str:
+        """The figures in words."""
+        return (
+            f"at {1e3 * self.amplitude:.3g} mm the spring takes {self.energy:.3g} J a cycle, and a mount of another "
+            f"class {self.low:.2g} to {self.high:.2g} J"
+        )
+
+    def as_json(self) -> dict[str, float]:
+        """Content of the model file's field `fit.small_loops`."""
+        return asdict(self)
 
 
 def loop_energy(spring: SpringParameters) -> float:
@@ -67,7 +103,7 @@ def _energy_with_derivatives(spring: SpringParameters) -> tuple[float, FloatArra
 def undecided_energy(
     spring: SpringParameters,
     uncertainty: dict[str, Any],
-    alternatives: Sequence[Sequence[Candidate]],
+    rivals: Sequence[SpringParameters],
     smallest: float,
     misfit: float = 0.0,
     doubts: Sequence[str] = (),
@@ -78,8 +114,7 @@ def undecided_energy(
     ----------
     spring : SpringParameters
     uncertainty : dict                Content of the model file's field, with the joint covariance.
-    alternatives : sequence of sequences of Candidate   Each with the fit that gave the spring first, and others with
-                                      their criterion by the same count.
+    rivals : sequence of SpringParameters   Of other fits that are about as good.
     smallest : float                  Amplitude of the smallest loops recorded [m].
     misfit : float                    rms misfit that is not noise [N].
     doubts : sequence of str          Further reasons why the energy of loops that were not recorded is undecided.
@@ -102,16 +137,9 @@ def undecided_energy(
             f"the misfit that is not noise is {size} the mean half height of the loops at {100.0 * AMPLITUDE:.0f} % of "
             "the amplitude"
         )
-    rivals = [
-        other
-        for best, *others in alternatives
-        for other in others
-        if other.criterion < best.criterion + CLOSE and other.misfit < _AS_GOOD * best.misfit
-    ]
-    springs = list(_springs(rivals))
-    energies = [loop_energy(other) for other in springs]
+    energies = [loop_energy(other) for other in rivals]
     if any(abs(other - energy) > max(_APART * energy, void) for other in energies):
-        next_best = springs[0]
+        next_best = rivals[0]
         parts += [
             f"at {100.0 * AMPLITUDE:.0f} % of the amplitude {_in_words([energy], void)} a cycle, equally good fits "
             f"{_in_words(energies, void)}",
@@ -121,17 +149,74 @@ def undecided_energy(
     return "; ".join([*parts, _advice(spring, smallest)]) if parts else ""
 
 
-def extrapolated_energy(spring: SpringParameters, uncertainty: Mapping[str, Any], amplitude: float) -> str:
-    """How far the energy of loops smaller than this amplitude [m] is known if the model holds, in words."""
-    known = f"below {1e3 * amplitude:.3g} mm"
+def small_loops(
+    spring: SpringParameters,
+    uncertainty: Mapping[str, Any],
+    recorded: Sequence[LoopEnergy],
+    others: Sequence[float] = (),
+) -> SmallLoops:
+    """Energy of small loops, and the range it may have if the mount is of another class than the model.
+
+    Parameters
+    ----------
+    spring : SpringParameters
+    uncertainty : mapping                Content of the model file's field; may be empty.
+    recorded : sequence of LoopEnergy    The largest amplitude first.
+    others : sequence of float           Energies of small loops that the records do not rule out [J].
+    """
+    energy, derivatives = _energy_with_derivatives(spring)
     joint = JointCovariance.of(spring, uncertainty)
-    if joint is None:
-        return known
-    error, share = 100.0 * _relative_error(*_energy_with_derivatives(spring), joint), 100.0 * AMPLITUDE
-    return f"{known}; if the model holds there, to +- {error:.2g} % at {share:.0f} % of that amplitude"
+    error = 0.0 if joint is None else min(_relative_error(energy, derivatives, joint), 1.0) * energy
+    amplitude = AMPLITUDE * 0.5 * (spring.displacement_max - spring.displacement_min)
+    possible = [energy - error, energy + error, *others, *_from_recorded(recorded, amplitude)]
+    return SmallLoops(amplitude, energy, max(min(possible), 0.0), max(possible))
 
 
-def _springs(fits: Sequence[Candidate]) -> Iterator[SpringParameters]:
+def _from_recorded(recorded: Sequence[LoopEnergy], amplitude: float) -> list[float]:
+    """Least and greatest energy at an amplitude [J] by those recorded, whatever the class of the mount.
+
+    Energies follow powers of the amplitude: 1 for dry friction, 2 for viscous force. Where two were recorded, theirs
+    goes on, and rises towards small loops.
+    """
+    loops = [loop for loop in recorded if loop.measured > 0.0]
+    if not loops:
+        return []
+    near = min(range(len(loops)), key=lambda k: abs(math.log(loops[k].amplitude / amplitude)))
+    # Its neighbour on the other side of the amplitude, or the next larger one.
+    beyond = near + 1 if loops[near].amplitude > amplitude and near + 1 < len(loops) else near - 1
+    if beyond < 0:
+        beyond = 1 if len(loops) > 1 else 0
+    anchor, other = loops[near], loops[beyond]
+    if anchor is other:
+        low, high = _POWERS
+    else:
+        power = math.log(anchor.measured / other.measured) / math.log(anchor.amplitude / other.amplitude)
+        power = min(max(power, _POWERS[0]), _POWERS[1])
+        low, high = power - _LESS, power + _MORE
+    ratio = amplitude / anchor.amplitude
+    energies = [anchor.measured * ratio**exponent for exponent in (low, high)]
+    margin = _MARGIN + anchor.spread / anchor.measured
+    return [min(energies) * max(1.0 - margin, 0.0), max(energies) * (1.0 + margin)]
+
+
+def rival_springs(alternatives: Sequence[Sequence[Candidate]]) -> list[SpringParameters]:
+    """The springs of other fits that are about as good, without those beyond the limits of a spring.
+
+    Parameters
+    ----------
+    alternatives : sequence of sequences of Candidate   Each with the fit that gave the spring first, and others with
+                                                        their criterion by the same count.
+    """
+    fits = [
+        other
+        for best, *others in alternatives
+        for other in others
+        if other.criterion < best.criterion + CLOSE and other.misfit < _AS_GOOD * best.misfit
+    ]
+    return list(springs_of(fits))
+
+
+def springs_of(fits: Sequence[Candidate]) -> Iterator[SpringParameters]:
     """The springs of fits, without those beyond the limits of a spring."""
     for fit in fits:
         with suppress(IdentificationError):

@@ -119,16 +119,16 @@ def _differences(loop: MeanLoop, other: MeanLoop) -> list[float]:
     hardly depends on the first, and the slope at one place not on the second. Units change both.
     """
     stroke = _INSIDE * min(float(np.ptp(each.displacement)) for each in (loop, other))
-    ratios = [_after_reversals(loop, stroke) / _after_reversals(other, stroke)]
+    pairs = [(_after_reversals(loop, stroke), _after_reversals(other, stroke))]
     if (places := _common_place(loop, other)) is not None:
         slopes = [
             np.polyfit(place, np.interp(place, each.displacement, 0.5 * (each.loading + each.unloading)), 1)[0]
             for each, place in zip((loop, other), places, strict=True)
         ]
-        ratios.append(float(slopes[0] / slopes[1]))
+        pairs.append((float(slopes[0]), float(slopes[1])))
     if _ratio_of_ranges(loop, other) <= _ALIKE:
-        ratios.append(loop.half_height / other.half_height)
-    return [math.log(ratio) if ratio > 0.0 else math.inf for ratio in ratios]
+        pairs.append((loop.half_height, other.half_height))
+    return [math.log(one / two) if one > 0.0 and two > 0.0 else math.inf for one, two in pairs]
 
 
 def _common_place(loop: MeanLoop, other: MeanLoop) -> tuple[FloatArray, FloatArray] | None:

@@ -8,6 +8,7 @@ problem says by how much loops differ from the spring's, and how far that is kno
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -18,13 +19,15 @@ from .corrected import Corrected
 from .loops import Loops
 from .other_mounts import stop_operators
 from .projection import Problem, Refinement, triangle_of
+from .small_loops import AMPLITUDE
 
-AMPLITUDE = 0.3  # of the small loops, share of the largest
 _THRESHOLDS = 0.7 * 0.6 ** np.arange(8)  # of stop operators, shares of the amplitude
 _KNOTS = 9  # of the amplifier
 _PRIOR = 0.5  # standard deviation of each further force, share of the hysteretic force (rms)
 _CYCLES = 40  # until a loop is steady
 _POINTS = 48  # in a stroke
+_ERRORS = 2.0  # standard errors that count
+_WORTH = 0.03  # difference on nested loops that is reported, share of the force's standard deviation
 _ROUNDS = 2  # of estimating the noise that is left
 # Reversals of nested loops after a full cycle, in amplitudes.
 _NESTED = (0.0, 1.0, -1.0, 0.6, -0.2, 0.6, -0.3, 0.3, -0.3, 0.3, 0.2, 0.8, 0.2, 0.8)
@@ -46,7 +49,21 @@ class Unrecorded:
     energy_error: float
     nested: float
     nested_error: float
-    evidence: float
+
+    @property
+    def is_far(self) -> bool:
+        """Whether nested loops may differ from the spring's by what counts."""
+        return math.hypot(self.nested, _ERRORS * self.nested_error) > _WORTH
+
+    @property
+    def energies(self) -> tuple[float, float]:
+        """Ends of the range of the energy, shares of the spring's [-]."""
+        return self.energy - _ERRORS * self.energy_error, self.energy + _ERRORS * self.energy_error
+
+    def sentence(self, mount: str) -> str:
+        """The figures in words, given the class of mount that explains the records best."""
+        share = 100.0 * math.hypot(self.nested, self.nested_error)
+        return f"{mount}; on nested loops the force may differ by {share:.0f} % of its standard deviation"
 
 
 def unrecorded(state: Corrected) -> Unrecorded:
@@ -54,7 +71,7 @@ def unrecorded(state: Corrected) -> Unrecorded:
     loops, fit = state.loops, state.fit.refinement
     residuals = fit.backbone.misfit(loops.force, fit.omega)
     columns, own = _columns(state, loops, fit.derivatives.shape[0])
-    mean, root, evidence = _posterior(loops, columns, own, residuals, loops.rms(fit.omega * fit.backbone.G))
+    mean, root = _posterior(loops, columns, own, residuals, loops.rms(fit.omega * fit.backbone.G))
     low, high = loops.reach
     half, middle = 0.5 * (high - low), 0.5 * (high + low)
     small = _through(middle + AMPLITUDE * half * np.resize([1.0, -1.0], 2 * _CYCLES + 2), 2 * _CYCLES - 1)
@@ -71,13 +88,12 @@ def unrecorded(state: Corrected) -> Unrecorded:
         energy_error=float(np.linalg.norm(gradient @ root)) / scale,
         nested=float(np.sqrt(np.mean((at_nested @ mean) ** 2))) / deviation,
         nested_error=float(np.sqrt(np.mean(np.sum((at_nested @ root) ** 2, axis=1)))) / deviation,
-        evidence=evidence,
     )
 
 
 def _posterior(
     loops: Loops, columns: FloatArray, own: int, residuals: FloatArray, hysteretic: float
-) -> tuple[FloatArray, FloatArray, float]:
+) -> tuple[FloatArray, FloatArray]:
     """Mean and a root of the covariance of the coefficients, of which the first are the spring's own.
 
     Parameters
@@ -101,7 +117,7 @@ def _posterior(
         inverse = np.linalg.pinv(np.vstack([matrix / noise, np.diag(prior)]), rcond=1e-9)
         mean = inverse[:, : target.size] @ (target / noise)
         left = target - matrix @ mean
-    return mean / scale, inverse / scale[:, None], independent * float(np.log((target @ target) / (left @ left)))
+    return mean / scale, inverse / scale[:, None]
 
 
 def _columns(state: Corrected, loops: Loops, freed: int) -> tuple[FloatArray, int]:
