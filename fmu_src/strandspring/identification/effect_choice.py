@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from .corrected import Corrected, best_of
 from .effect_sizes import fitted_with
-from .effect_traces import MARGIN, promising
+from .effect_traces import promising
 from .rig import Rig
-from .search import Candidate, is_explained, with_degrees, with_richer_bases
+from .search import MARGIN, Candidate, is_explained, with_degrees, with_richer_bases
 from .table import TableBasis
 
 # An effect must explain this share of the misfit, unless nothing but noise is left: where the model itself does not

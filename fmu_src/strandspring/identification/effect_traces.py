@@ -11,10 +11,9 @@ from ..kernel.arrays import FloatArray
 from .autocorrelation import autocorrelation_time
 from .corrected import Corrected, Gain
 from .rig import Effect, Rig, Sizes
-from .search import force_floor, information
+from .search import MARGIN, force_floor, information
 from .tangent import Tangent
 
-MARGIN = 12.0  # by which an effect must lower the criterion beyond its price
 TRIED = 3  # effects that promise most are tried
 _ZEROS = (Effect.FORCE_ZERO, Effect.DISPLACEMENT_ZERO)  # much alike: with both FE could have any offset
 

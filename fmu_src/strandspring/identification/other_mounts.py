@@ -17,7 +17,7 @@ from ..kernel.arrays import FloatArray
 from .corrected import Corrected
 from .loops import IndexArray, Loops
 from .rig import Rig
-from .search import force_floor, information
+from .search import MARGIN, force_floor, information
 from .tangent import Tangent
 
 _THRESHOLDS = 0.6 * 0.5 ** np.arange(7)  # of stop operators, shares of half the longest stroke
@@ -66,12 +66,20 @@ def explanations(rig: Rig, state: Corrected) -> list[Explanation]:
     return found
 
 
-def nearest_mount(rig: Rig, state: Corrected) -> str:
-    """The class of mount that explains the residuals of a spring best by the criterion of `search`, in words."""
+def nearest_mount(rig: Rig, state: Corrected) -> str | None:
+    """The class of mount that explains the residuals of a spring best, in words; None if none is worth its price.
+
+    The criterion is that of `search`, and must fall by as much as for an effect of the rig.
+    """
     independent = state.loops.force.size / state.fit.autocorrelation_time
     floor = force_floor(state.loops)
-    best = min(explanations(rig, state), key=lambda one: information(one.misfit**2, one.price, independent, floor))
-    return best.mount
+
+    def criterion(misfit: float, price: int) -> float:
+        return information(misfit**2, price, independent, floor)
+
+    best = min(explanations(rig, state), key=lambda one: criterion(one.misfit, one.price))
+    gain = criterion(state.fit.misfit, 0) - criterion(best.misfit, best.price)
+    return best.mount if gain > MARGIN else None
 
 
 def _mounts(rig: Rig, state: Corrected) -> Iterator[tuple[str, FloatArray, int]]:

@@ -207,8 +207,9 @@ class RefinedOptions(Method):
         other_energies = [loop_energy(other) for other in (*rivals, *springs_of([one.fit for one in kept]))]
         if not is_explained(best.fit, rms_in(best.loops, noise_rms, rig.loops)):
             wider = unrecorded(best)
-            if wider.is_far:
-                findings[Outcome.OTHER_MOUNT] = wider.sentence(nearest_mount(rig, best))
+            mount = nearest_mount(rig, best)
+            if wider.is_far and mount is not None:
+                findings[Outcome.OTHER_MOUNT] = wider.sentence(mount)
             other_energies += [loop_energy(spring) * share for share in wider.energies]
         predicted: tuple[FloatArray, ...] = ()
         alone: tuple[SteadyRecord, ...] = ()

@@ -17,7 +17,8 @@ from .outcomes import Outcome
 from .recorded_energies import LoopEnergy
 from .steady_part import SteadyRecord
 
-_WORTH = 0.05  # difference that is reported, share of the force's standard deviation or of a loop's energy
+_WORTH = 0.05  # difference that is reported, share of the force's standard deviation
+_WORTH_ENERGY = 0.03  # the same of a loop's energy
 _BEYOND_NOISE = 3.0  # standard errors from which a difference of energies is real
 
 
@@ -98,7 +99,7 @@ def _energies(recorded: Sequence[LoopEnergy]) -> str:
     texts = []
     for loop in recorded:
         difference = loop.predicted - loop.measured
-        if abs(difference) > max(_BEYOND_NOISE * loop.error, _WORTH * abs(loop.measured)):
+        if abs(difference) > max(_BEYOND_NOISE * loop.error, _WORTH_ENERGY * abs(loop.measured)):
             share = 100.0 * difference / loop.measured if loop.measured > 0.0 else 0.0
             size = f"energy {share:+.0f} %" if share else "no loop was recorded"
             texts.append(f"{size} at {1e3 * loop.amplitude:.3g} mm")

@@ -52,6 +52,7 @@ _EXACT = 0.3  # share of a misfit below the floor that higher degrees must leave
 _AS_WELL = 1.02  # held-out error in that of the best basis up to which a polynomial, or else a leaner one, is taken
 NOISE_ONLY = 1.2  # misfit over noise up to which residuals are noise, if they are white
 WHITE = 2.0  # autocorrelation time up to which they are
+MARGIN = 12.0  # by which an effect or another class must lower the criterion beyond its price
 CLOSE = 10.0  # difference of the criterion up to which two fits are about as good
 SATURATION = 20.0  # by which the criterion must favour a fit whose strokes do not saturate
 
