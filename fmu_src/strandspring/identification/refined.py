@@ -33,7 +33,7 @@ from .prediction_interval import PredictionBand, PredictionInterval, prediction_
 from .projection import Refinement
 from .refinement import Samples, refine
 from .removal import Kept, find_removable
-from .rig import STATES, Effect, Rig, Sizes, sizes_at
+from .rig import STATES, Effect, Rig, Sizes
 from .rig_effects import CAUTIONS, RELAXING, described, detail, in_words, with_other_effects
 from .search import CLOSE, PILOT, Candidate, bending_more, is_explained, search
 from .small_loops import loop_energy, rival_springs, springs_of, undecided_energy
@@ -173,7 +173,8 @@ class RefinedOptions(Method):
         noise_rms = Samples(rig.loops, noise).noise_rms
         rig, found, kept, causes = self._searched(rig, noise_rms, refusal, where)
         best, sizes = found[0], found[0].sizes
-        final_rig, final_sizes = rig.describing(STATES[self.state]), sizes_at(sizes, STATES[self.state])
+        final_rig = rig.describing(self.state)
+        final_sizes = final_rig.sizes_here(sizes)
         samples = Samples(_points(final_rig, sizes, best.fit), noise)
         loops = samples.loops
         basis, refinement = self._refined(samples, best.fit, where)

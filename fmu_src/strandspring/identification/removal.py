@@ -31,7 +31,8 @@ _FAMILIES = {
     _WEAR: "wear, or friction or stiffness that depends on amplitude or rate",
     _DRIFTS: "drift or relaxation",
 }
-_MOST = 0.2  # misfit left by a drift in that without it, from which it is one whatever else is left
+_MOST = 0.2  # misfit left by a drift in that without it, up to which it is one whatever else is left
+_MUCH = 0.5  # the same of zeros
 _JUDGED = (*_LOCKED, *_WEAR, Effect.CURVED_DRIFT)  # what other mounts may do as well
 _LITTLE = 1e-3  # motion that is not worth removing, share of the amplitude
 
@@ -89,7 +90,12 @@ def _doubted(rig: Rig, best: Corrected, noise: float) -> Kept | None:
         return Kept(negligible, best.fit, is_negligible=True)
     left = rms_in(best.loops, noise, rig.loops)
     if not is_explained(best.fit, left) and best.fit.misfit > force_floor(best.loops):
-        harmless = (*_ZEROS, *_DRIFTS) if _drifts_clearly(rig, best) else _ZEROS
+        harmless = [
+            effect
+            for effects, share in ((_DRIFTS, _MOST), (_ZEROS, _MUCH))
+            if _makes_up(rig, best, effects, share)
+            for effect in effects
+        ]
         in_loops = {effect: size for effect, size in sizes.items() if effect not in harmless}
         return Kept(in_loops, best.fit) if in_loops else None
     if Effect.VISCOSITY in sizes and rig.loops.has_one_amplitude:
@@ -112,13 +118,13 @@ def _negligible(rig: Rig, sizes: Sizes) -> Sizes:
     }
 
 
-def _drifts_clearly(rig: Rig, best: Corrected) -> bool:
-    """Whether a drift, which hardly changes the loops, makes up most of the misfit."""
-    others = {effect: size for effect, size in best.sizes.items() if effect not in _DRIFTS}
+def _makes_up(rig: Rig, best: Corrected, effects: Sequence[Effect], share: float) -> bool:
+    """Whether effects that hardly change the loops leave no more than a share of the misfit without them."""
+    others = {effect: size for effect, size in best.sizes.items() if effect not in effects}
     if len(others) == len(best.sizes):
         return False
     without = fitted_with(_points_of(rig, best), best.fit, others)
-    return without is not None and best.fit.misfit < _MOST * without.fit.misfit
+    return without is not None and best.fit.misfit < share * without.fit.misfit
 
 
 def _points_of(rig: Rig, best: Corrected) -> Rig:

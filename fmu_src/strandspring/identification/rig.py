@@ -38,8 +38,9 @@ class Effect(Enum):
 
 Sizes = dict[Effect, FloatArray]
 
-# Where in the test the spring is that a model describes, if the test changes it: share of the test that is over.
-STATES = {"first": 0.0, "mean": 0.5, "last": 1.0}
+# Which spring a model describes, if the test changes it.
+STATES = ("first", "mean", "last")
+_POWERS = np.arange(1, 4)  # of a curved drift
 
 _TIMED = (Effect.DELAY, Effect.VISCOSITY)
 _BETWEEN_RECORDS = (Effect.FORCE_ZERO, Effect.DISPLACEMENT_ZERO)
@@ -178,7 +179,8 @@ class Rig:
     courses : tuple of _Course     Of each record.
     delay : float or None          By which the force lags as far as it is known; the points allow for it [s].
     kept : frozenset of Effect     Effects that are left in the records.
-    state : float                  Share of the test after which the spring is described that changes during it.
+    worn : float                   Share of the cycles after which the spring is described that changes during them.
+    drifted : tuple of float       Share of the test after which it is, its square and its cube.
     """
 
     loops: Loops
@@ -188,7 +190,8 @@ class Rig:
     courses: tuple[_Course, ...]
     delay: float | None = None
     kept: frozenset[Effect] = frozenset()
-    state: float = 0.0
+    worn: float = 0.0
+    drifted: tuple[float, ...] = (0.0, 0.0, 0.0)
 
     @classmethod
     def from_parts(cls, parts: Sequence[SteadyRecord], points: int | None, delay: float | None = None) -> Rig:
@@ -211,15 +214,27 @@ class Rig:
     def with_points(self, points: int | None) -> Rig:
         """The same rig with strokes averaged over another number of points, or every sample."""
         other = Rig._of(self.parts, self.courses, points, self.delay)
-        return replace(other, kept=self.kept, state=self.state)
+        return replace(other, kept=self.kept, worn=self.worn, drifted=self.drifted)
 
     def keeping(self, effects: Iterable[Effect]) -> Rig:
         """The same rig with these effects left in the records, too."""
         return replace(self, kept=self.kept | frozenset(effects))
 
-    def describing(self, state: float) -> Rig:
-        """The same rig for the spring after another share of the test, with sizes of `sizes_at`."""
-        return replace(self, state=state)
+    def describing(self, state: str) -> Rig:
+        """The same rig for the spring in another of STATES than at first, with sizes of `sizes_here`."""
+        if state == "first":
+            return replace(self, worn=0.0, drifted=(0.0, 0.0, 0.0))
+        if state == "last":
+            return replace(self, worn=1.0, drifted=(1.0, 1.0, 1.0))
+        weight = self.loops.weight
+        drifted = np.average(self.elapsed(self.loops)[:, None] ** _POWERS, axis=0, weights=weight)
+        return replace(
+            self, worn=float(np.average(_cycles_over(self.loops), weights=weight)), drifted=tuple(drifted.tolist())
+        )
+
+    def sizes_here(self, sizes: Sizes) -> Sizes:
+        """Sizes of wear, which are shares of the force at first, as shares of that of the spring described."""
+        return {e: size / (1.0 + self.worn * size) if e in _WEAR else size for e, size in sizes.items()}
 
     def finer(self) -> Rig:
         """With every sample, or cells of half the width where strokes have more samples than that.
@@ -293,12 +308,9 @@ class Rig:
             case Effect.VISCOSITY:
                 return self.velocity(loops)[:, None]
             case Effect.DRIFT:
-                return self.elapsed(loops)[:, None] - self.state
+                return self.elapsed(loops)[:, None] - self.drifted[0]
             case Effect.CURVED_DRIFT:
-                powers = np.arange(1, 4)
-                # The mean of t^k over the test is 1/(k + 1).
-                at = 1.0 / (powers + 1.0) if self.state == STATES["mean"] else self.state**powers
-                return np.asarray(self.elapsed(loops)[:, None] ** powers - at)
+                return np.asarray(self.elapsed(loops)[:, None] ** _POWERS - self.drifted)
             case _:
                 others = np.arange(1, len(self.parts))
                 return np.asarray(loops.record[loops.stroke][:, None] == others, np.float64)
@@ -315,9 +327,9 @@ class Rig:
         """
         h, backbone, omega = fit.refinement.hysteresis, fit.refinement.backbone, fit.refinement.omega
         if effect is Effect.FRICTION_WEAR:
-            return np.asarray(((_cycles_over(loops) - self.state) * omega * backbone.G)[:, None])
+            return np.asarray(((_cycles_over(loops) - self.worn) * omega * backbone.G)[:, None])
         if effect is Effect.STIFFNESS_WEAR:
-            over = _cycles_over(loops) - self.state
+            over = _cycles_over(loops) - self.worn
             return np.asarray((over * (backbone.FE - np.mean(backbone.FE)))[:, None])
         if effect not in _MOVING:
             return self.plain_columns(effect, loops)
@@ -401,11 +413,6 @@ class Rig:
         loops = self.placed(sizes)
         fit = transferred(fit, loops)
         return fit, fit.refinement.backbone.force(fit.refinement.omega) + self.added(sizes, fit, loops)
-
-
-def sizes_at(sizes: Sizes, state: float) -> Sizes:
-    """Sizes of wear as shares of the force after another share of the test than none."""
-    return {effect: size / (1.0 + state * size) if effect in _WEAR else size for effect, size in sizes.items()}
 
 
 def wears(sizes: Sizes) -> bool:
