@@ -116,7 +116,8 @@ def test_records_that_only_a_delay_explains_are_identified_with_it(
     fault: str, seed: int, index: int, as_measured: str
 ) -> None:
     case = drawn(fault, seed, index)
-    found = identify(case.records)
+    # Without the delay, which an FMU does not have, the spring may be worse than a line.
+    found = identify(case.records, save_anyway=True)
     truth = SIZES[fault][3](case)
     assert found.effects == {"delay": pytest.approx(truth, abs=4.0 * delay_bound(case, truth))}
     assert f"; without it, {as_measured}" in found.findings[Outcome.DELAY]
@@ -162,11 +163,13 @@ def test_effects_that_explain_the_records_as_well_are_named_with_their_sizes() -
     assert 1e-3 * float(told[1]) == pytest.approx(truth, abs=4.0 * delay_bound(case, truth))
 
 
-def test_where_more_than_noise_is_left_what_explains_less_is_named_too() -> None:
-    # A Maxwell element beside the spring, which wear imitates best.
+def test_where_more_than_noise_is_left_nothing_is_removed() -> None:
+    """A Maxwell element beside the spring, which wear imitates best, and viscous damping nearly as well."""
     generator = np.random.default_rng([15, zlib.crc32(b"Maxwell element"), 0])
     case = simulate(draw_spring(generator), draw_experiment(generator), generator, FAULTS["Maxwell element"], "drawn")
-    assert "; or, nearly as well, viscous damping: " in identify(case.records).findings[Outcome.FRICTION_WEAR]
+    found = identify(case.records)
+    assert not found.effects
+    assert "relaxation" in found.findings[Outcome.RIG_OR_MOUNT]
 
 
 def test_every_effect_has_words_as_a_rival() -> None:

@@ -16,7 +16,7 @@ from strandspring import Outcome, Spring, identify
 from strandspring.identification.refined import _doubts
 from strandspring.identification.rig import Effect, Rig
 from strandspring.identification.search import Candidate, search
-from strandspring.identification.small_loops import AMPLITUDE, loop_energy, undecided_energy
+from strandspring.identification.small_loops import AMPLITUDE, loop_energy, rival_springs, undecided_energy
 from strandspring.identification.steady_part import find_steady_part
 from synthetic import AMPLITUDE as AMPLITUDE_RECORDED
 from synthetic import record_of, sine, spring_of
@@ -56,9 +56,9 @@ def minima(n: float, criterion: float) -> list[Candidate]:
 
 def test_another_minimum_that_fits_as_well_is_named() -> None:
     spring = identify(record_of(spring_of(1.0, 1.0), sine(), noise=0.01)).parameters
-    assert undecided_energy(spring, {}, [minima(8.0, 20.0)], 0.02) == ""  # fits worse
-    assert undecided_energy(spring, {}, [minima(spring.n, 1.0)], 0.02) == ""  # is the same
-    text = undecided_energy(spring, {}, [minima(8.0, 1.0)], 0.02)
+    assert undecided_energy(spring, {}, rival_springs([minima(8.0, 20.0)]), 0.02) == ""  # fits worse
+    assert undecided_energy(spring, {}, rival_springs([minima(spring.n, 1.0)]), 0.02) == ""  # is the same
+    text = undecided_energy(spring, {}, rival_springs([minima(8.0, 1.0)]), 0.02)
     assert "; the next one has n 8, " in text
     assert text.startswith(f"at 30 % of the amplitude {loop_energy(spring):.3g} J a cycle, equally good fits ")
 
@@ -67,10 +67,10 @@ def test_energies_of_other_fits_are_a_range_only_where_they_differ() -> None:
     spring = identify(record_of(spring_of(1.0, 1.0), sine(), noise=0.01)).parameters
     best, other = minima(8.0, 1.0)
     alike = replace(other, criterion=other.criterion + 0.1)
-    text = undecided_energy(spring, {}, [[best, other, alike]], 0.02).partition(";")[0]
+    text = undecided_energy(spring, {}, rival_springs([[best, other, alike]]), 0.02).partition(";")[0]
     assert re.fullmatch(r".* a cycle, equally good fits [\d.]+ J", text)
     third = minima(0.2, 1.0)[1]
-    text = undecided_energy(spring, {}, [[best, other, third]], 0.02).partition(";")[0]
+    text = undecided_energy(spring, {}, rival_springs([[best, other, third]]), 0.02).partition(";")[0]
     assert re.fullmatch(r".* a cycle, equally good fits [\d.]+ to [\d.]+ J", text)
 
 
@@ -82,11 +82,11 @@ def test_fits_without_small_loops_have_no_energy_and_differ_by_nothing() -> None
     elastic = replace(best, refinement=replace(best.refinement, hysteresis=hysteresis))
     more = replace(elastic, refinement=replace(best.refinement, hysteresis=replace(hysteresis, n=30.0)))
     spring = spring_of(1.0, 1.0)
-    text = undecided_energy(spring, {}, [[best, elastic, more]], 0.02)
+    text = undecided_energy(spring, {}, rival_springs([[best, elastic, more]]), 0.02)
     assert f"{loop_energy(spring):.3g} J a cycle, equally good fits no energy; the next" in text
     void = replace(spring, rho=1.5 / amplitude, sigma=0.5, n=40.0)
     assert loop_energy(void) < 1e-6 * loop_energy(spring)
-    assert undecided_energy(void, {}, [[elastic, more]], 0.02, misfit=1e-4) == ""
+    assert undecided_energy(void, {}, rival_springs([[elastic, more]]), 0.02, misfit=1e-4) == ""
 
 
 def test_misfit_that_is_large_beside_the_small_loops_is_reported() -> None:
@@ -108,7 +108,7 @@ def test_misfit_that_is_large_beside_the_small_loops_is_reported() -> None:
     ],
 )
 def test_the_advice_depends_on_the_smallest_loops_recorded(smallest: float, advice: str) -> None:
-    assert f"; {advice}" in undecided_energy(spring_of(1.0, 1.0), {}, [minima(0.2, 1.0)], smallest)
+    assert f"; {advice}" in undecided_energy(spring_of(1.0, 1.0), {}, rival_springs([minima(0.2, 1.0)]), smallest)
 
 
 def test_the_shortest_stroke_is_that_of_the_smallest_loops() -> None:

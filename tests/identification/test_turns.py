@@ -31,7 +31,7 @@ def test_dense_records_whose_reversals_were_estimated_go_without_a_caution(sampl
     path = 0.02 * (0.4 + 0.1 * np.floor(phase / (2.0 * np.pi))) * 2.0 / np.pi * np.arcsin(np.sin(phase))
     force = Spring(spring).response(path)[::fine]
     found = identify(Record(path[::fine], force + 0.05 * np.random.default_rng(3).standard_normal(force.size)))
-    assert found.fits[0].compared.endswith("with reversals between the samples")
+    assert found.fitted[0].compared.endswith("with reversals between the samples")
     assert not {Outcome.TURNS_RESTORED, Outcome.TURNS_BETWEEN_SAMPLES} & set(found.outcomes)
     for name in ("rho", "sigma", "n"):
         error = getattr(found.parameters, name) - getattr(spring, name)

@@ -181,6 +181,8 @@ class Rig:
     kept : frozenset of Effect     Effects that are left in the records.
     worn : float                   Share of the cycles after which the spring is described that changes during them.
     drifted : tuple of float       Share of the test after which it is, its square and its cube.
+    zeroed : tuple of float        Shares that the zeros of the records have in the zero that it is described with, of
+                                   all records but the first; of all the first if empty.
     """
 
     loops: Loops
@@ -192,6 +194,7 @@ class Rig:
     kept: frozenset[Effect] = frozenset()
     worn: float = 0.0
     drifted: tuple[float, ...] = (0.0, 0.0, 0.0)
+    zeroed: tuple[float, ...] = ()
 
     @classmethod
     def from_parts(cls, parts: Sequence[SteadyRecord], points: int | None, delay: float | None = None) -> Rig:
@@ -214,7 +217,7 @@ class Rig:
     def with_points(self, points: int | None) -> Rig:
         """The same rig with strokes averaged over another number of points, or every sample."""
         other = Rig._of(self.parts, self.courses, points, self.delay)
-        return replace(other, kept=self.kept, worn=self.worn, drifted=self.drifted)
+        return replace(other, kept=self.kept, worn=self.worn, drifted=self.drifted, zeroed=self.zeroed)
 
     def keeping(self, effects: Iterable[Effect]) -> Rig:
         """The same rig with these effects left in the records, too."""
@@ -223,13 +226,18 @@ class Rig:
     def describing(self, state: str) -> Rig:
         """The same rig for the spring in another of STATES than at first, with sizes of `sizes_here`."""
         if state == "first":
-            return replace(self, worn=0.0, drifted=(0.0, 0.0, 0.0))
+            return replace(self, worn=0.0, drifted=(0.0, 0.0, 0.0), zeroed=())
         if state == "last":
-            return replace(self, worn=1.0, drifted=(1.0, 1.0, 1.0))
+            zeroed = (*[0.0] * (len(self.parts) - 2), 1.0) if len(self.parts) > 1 else ()
+            return replace(self, worn=1.0, drifted=(1.0, 1.0, 1.0), zeroed=zeroed)
         weight = self.loops.weight
         drifted = np.average(self.elapsed(self.loops)[:, None] ** _POWERS, axis=0, weights=weight)
+        of_record = [float(weight[points].sum()) for _, points in self.loops.by_record]
         return replace(
-            self, worn=float(np.average(_cycles_over(self.loops), weights=weight)), drifted=tuple(drifted.tolist())
+            self,
+            worn=float(np.average(_cycles_over(self.loops), weights=weight)),
+            drifted=tuple(drifted.tolist()),
+            zeroed=tuple(own / sum(of_record) for own in of_record[1:]),
         )
 
     def sizes_here(self, sizes: Sizes) -> Sizes:
@@ -313,7 +321,8 @@ class Rig:
                 return np.asarray(self.elapsed(loops)[:, None] ** _POWERS - self.drifted)
             case _:
                 others = np.arange(1, len(self.parts))
-                return np.asarray(loops.record[loops.stroke][:, None] == others, np.float64)
+                of_record = np.asarray(loops.record[loops.stroke][:, None] == others, np.float64)
+                return of_record - self.zeroed if self.zeroed else of_record
 
     def columns(self, effect: Effect, fit: Candidate, loops: Loops, delay: float = 0.0) -> FloatArray:
         """Derivatives of the force by the sizes of any effect, shape (P, sizes).
@@ -355,7 +364,8 @@ class Rig:
         Those that were measured in one cell are averaged, so that sizes hardly change how much noise is left.
         """
         play = float(sizes.get(Effect.PLAY, [0.0])[0])
-        zeros = np.append(0.0, sizes.get(Effect.DISPLACEMENT_ZERO, np.zeros(len(self.parts) - 1)))
+        shifts = sizes.get(Effect.DISPLACEMENT_ZERO, np.zeros(len(self.parts) - 1))
+        zeros = np.append(0.0, shifts) - (shifts @ self.zeroed if self.zeroed else 0.0)
         pieces = []
         for loops, course, zero in zip(self.fine, self.courses, zeros.tolist(), strict=True):
             moved = course.moved(loops, delay, whole=self.points is None) if delay else loops

@@ -28,6 +28,7 @@ _CYCLES = 40  # until a loop is steady
 _POINTS = 48  # in a stroke
 _ERRORS = 2.0  # standard errors that count
 _WORTH = 0.03  # difference on nested loops that is reported, share of the force's standard deviation
+_NOTHING = 1e-12  # rms of a column in that of the largest up to which it is zero
 _ROUNDS = 2  # of estimating the noise that is left
 # Reversals of nested loops after a full cycle, in amplitudes.
 _NESTED = (0.0, 1.0, -1.0, 0.6, -0.2, 0.6, -0.3, 0.3, -0.3, 0.3, 0.2, 0.8, 0.2, 0.8)
@@ -104,7 +105,8 @@ def _posterior(
     residuals : ndarray, shape (P,) [N]
     hysteretic : float              rms hysteretic force [N].
     """
-    scale = np.maximum([loops.rms(column) for column in columns.T], 1e-300)
+    scale = np.array([loops.rms(column) for column in columns.T])
+    scale[scale <= _NOTHING * scale.max()] = np.inf  # no point shows it
     root = np.sqrt(loops.weight)
     triangle = triangle_of(np.column_stack([columns / scale, residuals]) * root[:, None])
     matrix, target = triangle[:, :-1], triangle[:, -1]
@@ -136,7 +138,8 @@ def _columns(state: Corrected, loops: Loops, freed: int) -> tuple[FloatArray, in
     yielding[:, : rows.shape[0]] = (rows * fit.backbone.G).T
     low, high = state.loops.reach
     place = (2.0 * loops.displacement - low - high) / (high - low)
-    stops = stop_operators(loops, np.asarray(0.5 * (high - low) * _THRESHOLDS))
+    thresholds = np.asarray(0.5 * (high - low) * _THRESHOLDS)
+    stops = stop_operators(loops, thresholds) / thresholds
     knots = np.linspace(-1.0, 1.0, _KNOTS)
     hats = np.maximum(1.0 - np.abs(place[:, None] - knots) / (knots[1] - knots[0]), 0.0)
     parts = [
