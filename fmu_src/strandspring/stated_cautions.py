@@ -47,6 +47,13 @@ def stated_effects(model: ModelFile) -> list[str]:
     return sorted(effects) if isinstance(effects, dict) else []
 
 
+def stated_amplitudes(model: ModelFile) -> list[float]:
+    """Amplitudes of the loops that the model was identified from [m]; empty where the file does not say so."""
+    loops = model.fit.get("recorded_loops")
+    entries = [entry.get("amplitude") for entry in loops if isinstance(entry, dict)] if isinstance(loops, list) else []
+    return [float(value) for value in entries if isinstance(value, int | float) and value > 0.0]
+
+
 def cautions_in_use(name: str, model: ModelFile) -> Iterator[str]:
     """Sentences about a model, called so, in whatever it is used for."""
     if cautions := stated_cautions(model):

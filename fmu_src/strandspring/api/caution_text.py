@@ -11,13 +11,16 @@ from ..identification.direction import backwards
 from ..identification.figures import RecordFit
 from ..identification.saved_spring import effect_of_smoothing
 from ..kernel.arrays import FloatArray
+from ..loops.strokes import find_strokes
 from ..modelfile import ModelFile
 from ..records.record import Record
-from ..stated_cautions import stated_effects
+from ..stated_cautions import stated_amplitudes, stated_effects
 from ..strict_json import printable
 
 # Share of the identified range by which rounding may take a sample beyond its ends.
 _ROUNDING = 1e-9
+_ALIKE = 0.15  # logarithm of the ratio of two amplitudes up to which they are alike
+_FEW = 0.05  # share of strokes that hardly counts
 
 
 def outside_range(p: SpringParameters) -> str:
@@ -38,6 +41,23 @@ def smoothing_caution(record: Record, fit: RecordFit, smoothed: RecordFit) -> li
     """A sentence where reversals of a displacement below its noise change the error; none where they do not."""
     sentence = effect_of_smoothing(record, fit, smoothed)
     return [f"{record.path}: {sentence}"] if sentence else []
+
+
+def unrecorded_cautions(source: str, model: ModelFile, record: Record) -> list[str]:
+    """A sentence where loops of a record are of no amplitude that the model was identified from; none otherwise."""
+    known = np.array(stated_amplitudes(model))
+    amplitudes = 0.5 * find_strokes(record.displacement).length[1:-1]
+    if not known.size or not amplitudes.size:
+        return []
+    alike = np.abs(np.log(amplitudes[:, None] / known)).min(axis=1) <= _ALIKE
+    if np.mean(~alike) <= _FEW:
+        return []
+    own = amplitudes[~alike]
+    given = ", ".join(f"{1e3 * value:.3g}" for value in sorted(known))
+    return [
+        f"{record.path}: holds loops of {1e3 * own.min():.3g} to {1e3 * own.max():.3g} mm, but {source} was identified "
+        f"from loops of {given} mm; its 95 % prediction interval does not hold for the others."
+    ]
 
 
 def outside_cautions(source: str, displacement: FloatArray, p: SpringParameters) -> list[str]:

@@ -95,6 +95,7 @@ class Identification(IdentifiedModel, Result):
         ]
         if self.lack_of_fit is not None:
             lines.append(f"  {self.lack_of_fit.sentence}")
+        lines.append(f"  {self.small_loops.sentence}")
         taken_out = KnownRig.of(self.effects, self.options).sentence
         if taken_out:
             lines.append(f"  {taken_out}")

@@ -21,7 +21,13 @@ from ..loops.strokes import find_strokes
 from ..modelfile import ModelFile
 from ..records.record import Record
 from ..stated_figures import in_words
-from .caution_text import backwards_cautions, effects_cautions, outside_cautions, smoothing_caution
+from .caution_text import (
+    backwards_cautions,
+    effects_cautions,
+    outside_cautions,
+    smoothing_caution,
+    unrecorded_cautions,
+)
 from .placing import ModelSource, model_of, source_of
 from .plotting import some_axes
 from .records import Source, given_records
@@ -190,6 +196,7 @@ def predict(
         smoothed.append(along_smoothed(solver, record, find_strokes(record.displacement), fits[-1]))
         cautions += smoothing_caution(record, fits[-1], smoothed[-1])
         cautions += outside_cautions(record.path, record.displacement, content.parameters)
+        cautions += unrecorded_cautions(source, content, record)
     return Prediction(source, content, records, tuple(fits), tuple(smoothed), tuple(cautions), interval)
 
 

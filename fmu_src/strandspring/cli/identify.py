@@ -98,6 +98,8 @@ def identify(
                     for outcome, sentence in zip(identification.outcomes, identification.cautions, strict=True)
                 ],
                 "effects": identification.effects,
+                "recorded_loops": [loop.as_json() for loop in identification.recorded],
+                "small_loops": identification.small_loops.as_json(),
                 "lack_of_fit": None if identification.lack_of_fit is None else identification.lack_of_fit.as_json(),
                 "notes": identification.notes,
                 "rate_independence": rate,

@@ -14,6 +14,7 @@ from .figures import RecordFit, both_figures, overall_figures
 from .lack_of_fit import LackOfFit
 from .outcomes import Outcome
 from .prediction_interval import PredictionBand
+from .recorded_energies import LoopEnergy
 from .small_loops import SmallLoops
 from .steady_part import SteadyRecord
 
@@ -43,6 +44,7 @@ class IdentifiedModel:
     effects : dict                  Sizes of the rig's effects that were taken out, found or given, by name, in SI
                                     units; empty without any. `parameters` are those of the spring alone.
     lack_of_fit : LackOfFit or None Misfit by what matters; of the refined method only.
+    recorded : tuple of LoopEnergy  Energies of the recorded loops, measured and of the saved spring, by amplitude.
     small_loops : SmallLoops        Energy of loops smaller than the recorded ones, with the range it may have.
     method : str
     options : dict                  The options, for the provenance.
@@ -62,6 +64,7 @@ class IdentifiedModel:
     band: PredictionBand | None
     effects: dict[str, Any]
     lack_of_fit: LackOfFit | None
+    recorded: tuple[LoopEnergy, ...]
     small_loops: SmallLoops
     method: str
     options: dict[str, Any]
@@ -111,6 +114,7 @@ class IdentifiedModel:
                     for outcome, sentence in zip(self.outcomes, self.cautions, strict=True)
                 ],
                 **({"effects": self.effects} if self.effects else {}),
+                "recorded_loops": [loop.as_json() for loop in self.recorded],
                 "small_loops": self.small_loops.as_json(),
                 **({"lack_of_fit": self.lack_of_fit.as_json()} if self.lack_of_fit else {}),
                 "records": [

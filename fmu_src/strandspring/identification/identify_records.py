@@ -183,6 +183,7 @@ def _identified(group: tuple[Record, ...], method: Method, save_anyway: bool) ->
         band=result.band,
         effects=result.effects,
         lack_of_fit=result.lack_of_fit,
+        recorded=recorded,
         small_loops=small,
         method=method.name,
         options={field.name: _in_json(getattr(method, field.name)) for field in fields(method)},

@@ -33,6 +33,10 @@ class LoopEnergy:
     error: float
     spread: float
 
+    def as_json(self) -> dict[str, float]:
+        """An entry of the model file's field `fit.recorded_loops`."""
+        return {"amplitude": self.amplitude, "energy": self.measured, "predicted_energy": self.predicted}
+
 
 def recorded_energies(
     solver: PathSolver, parts: Sequence[SteadyRecord], fits: Sequence[RecordFit]

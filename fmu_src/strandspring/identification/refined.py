@@ -259,8 +259,11 @@ class RefinedOptions(Method):
         rig, candidates = _with_turns(rig, search(rig.loops, self.degrees), self.degrees)
         if not candidates:
             raise IdentificationError(Outcome.BRANCHES_CROSS, where)
-        causes = causes_in(rig, candidates)
-        return rig, *find_removable(rig.keeping(causes.forbidden), candidates, noise, self.degrees), causes.findings
+        findings: dict[Outcome, str] = {}
+        if not is_explained(candidates[0], noise):
+            causes = causes_in(rig, candidates)
+            rig, findings = rig.keeping(causes.forbidden), causes.findings
+        return rig, *find_removable(rig, candidates, noise, self.degrees), findings
 
     def _uncertainty(self, linear: Linearised, interval: PredictionInterval, where: str) -> dict[str, Any]:
         """Content of the model file's field."""

@@ -59,8 +59,8 @@ class SmallLoops:
     def sentence(self) -> str:
         """The figures in words."""
         return (
-            f"at {1e3 * self.amplitude:.3g} mm the spring takes {self.energy:.3g} J a cycle, and a mount of another "
-            f"class {self.low:.2g} to {self.high:.2g} J"
+            f"loops of {1e3 * self.amplitude:.3g} mm take {self.energy:.3g} J a cycle, {self.low:.2g} to "
+            f"{self.high:.2g} J if the mount is of another class"
         )
 
     def as_json(self) -> dict[str, float]:
