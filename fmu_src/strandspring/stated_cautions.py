@@ -42,7 +42,7 @@ def _changed(model: ModelFile) -> dict[str, str]:
 
 
 def stated_effects(model: ModelFile) -> list[str]:
-    """Names of the effects of the rig that were taken out of the records."""
+    """Names of the effects of the rig that were removed from the records."""
     effects = model.fit.get("effects")
     return sorted(effects) if isinstance(effects, dict) else []
 
@@ -61,6 +61,6 @@ def cautions_in_use(name: str, model: ModelFile) -> Iterator[str]:
         yield f"{name} was identified with cautions ({named}); see `strandspring info`."
     if rates := [effect for effect in stated_effects(model) if effect in _OF_SPEED]:
         yield (
-            f"The records of {name} showed {' and '.join(rates)}, taken out of the model: if that is of the mount and "
+            f"The records of {name} showed {' and '.join(rates)}, removed from the model: if that is of the mount and "
             "not of the rig, its force depends on speed, and here it does not; add a damper."
         )

@@ -21,7 +21,7 @@ SPRING = Spring.from_model(MODEL)
 
 def test_a_record_beside_a_model_without_the_effects_of_its_rig_is_cautioned() -> None:
     record = synthesize(SPRING, samples=100)
-    expected = "mount: drift, viscosity was taken out of the records of the model, as an effect of the rig"
+    expected = "mount: drift, viscosity was removed from the records of the model, as an effect of the rig"
     assert any(sentence.startswith(expected) for sentence in predict(SPRING, record).cautions)
     assert any(sentence.startswith(expected) for sentence in info(SPRING, record).cautions)
     assert predict(Spring(spring_of(1.0, 1.0)), record).cautions == ()
@@ -30,7 +30,7 @@ def test_a_record_beside_a_model_without_the_effects_of_its_rig_is_cautioned() -
 def test_info_shows_what_the_identification_asked_to_be_careful_with() -> None:
     summary = info(SPRING).summary()
     assert "Caution: Of the identification: The energy of small loops is undecided." in summary
-    assert "taken out of the records, as effects of the rig: drift, viscosity" in summary
+    assert "removed from the records, as effects of the rig: drift, viscosity" in summary
 
 
 def test_isolation_and_studies_say_which_cautions_a_model_has() -> None:
@@ -46,7 +46,7 @@ def test_what_is_not_stated_is_no_caution(fit: dict[str, object]) -> None:
 
 
 def test_a_viscous_force_that_was_taken_out_asks_for_a_damper() -> None:
-    assert "showed viscosity, taken out of the model" in list(cautions_in_use("mount", MODEL))[-1]
+    assert "showed viscosity, removed from the model" in list(cautions_in_use("mount", MODEL))[-1]
 
 
 def test_parameters_that_were_changed_by_hand_are_cautioned() -> None:

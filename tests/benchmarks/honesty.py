@@ -30,7 +30,7 @@ from scipy.interpolate import CubicSpline
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "helpers"))
 
-from judgement import WRONG_ENERGY, Judgement, judge_case
+from judgement import Judgement, judge_case
 from noise_bound import bound, delay_bound, share_within, wear_bound
 from rig import DOUBTED, UNDECIDED, Case, Experiment, Fault, draw_experiment, draw_spring, elastic_force, simulate
 from rig_faults import FAULTS
@@ -68,7 +68,6 @@ SIZE_SHARE = 0.1  # error of a size that is allowed, share of it
 SIZE_FLOORS = {"delay": 3e-4, "displacement_zero": 1e-4}  # error that is allowed in any case [s], [m]
 FEW = (9.0, 60.0)  # samples in a cycle of coarse records
 WITHIN = 0.05  # error of n and rho that is allowed under noise of the displacement, share of them
-UNREPORTED = 0.07  # uncertainty of the energy of small loops that no caution gives
 console = Console(width=150)
 
 
@@ -283,30 +282,18 @@ def spans(arguments: argparse.Namespace) -> None:
         experiment = draw_experiment(generator, amplitudes=(1.0,), cycles=(3,))
         case = simulate(draw_spring(generator), experiment, generator, FAULTS[name], "drawn")
         result = run(case)
-        if result.judgement is None:
+        if result.judgement is None or result.identification is None:
             console.print(f"{index:4} {name:9} {result.line}")
             continue
-        low, high = given_range(result.cautions.get("SMALL_LOOPS"))
+        given = result.identification.small_loops
+        low, high = given.low / given.energy, given.high / given.energy
         ratio = 1.0 / (1.0 + result.judgement.energy)
         held += low <= ratio <= high
         wrong += result.wrong
         if arguments.verbose or not low <= ratio <= high:
-            given = f"truth {ratio:.3g} of the energy, range given {low:.3g} to {high:.3g}"
-            console.print(f"{index:4} {name:9} {given}  {result.line}")
+            figures = f"truth {ratio:.3g} of the energy, range given {low:.3g} to {high:.3g}"
+            console.print(f"{index:4} {name:9} {figures}  {result.line}")
     console.print(f"spans: {held} of {arguments.count} hold the truth, wrong {wrong}")
-
-
-def given_range(sentence: str | None) -> tuple[float, float]:
-    """Range of the energy of small loops that a caution gives, in the spring's; without a caution, what is right."""
-    if sentence is None:
-        return 1.0 - WRONG_ENERGY, 1.0 + WRONG_ENERGY
-    if "undetermined" in sentence:
-        return -np.inf, np.inf
-    known = re.search(r"\+- (\d+) %", sentence)
-    error = float(known[1]) / 100.0 if known else UNREPORTED
-    others = re.search(r"give (\S+) to (\S+) J a cycle, this one (\S+) J", sentence)
-    low, high, own = map(float, others.groups()) if others else (1.0, 1.0, 1.0)
-    return min(1.0 - error, low / own), max(1.0 + error, high / own)
 
 
 def ends(arguments: argparse.Namespace) -> None:

@@ -32,14 +32,13 @@ from rich.table import Table
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "helpers"))
 
-from honesty import cautions_of, clean_cases, described, given_range
+from honesty import cautions_of, clean_cases, described
 from honesty import measured as measured_records
 
 from rig import FloatArray, draw_experiment, draw_spring
 from spring_oracle import OracleSpring
-from strandspring import Identification, Record, RefinedOptions, identify, read_record
+from strandspring import Record, RefinedOptions, identify, read_record
 from strandspring.errors import StrandspringError
-from strandspring.identification.small_loops import loop_energy
 from strandspring.loops.strokes import find_strokes
 from zoo_mounts import DRAWS
 from zoo_rig import FORCE_SHIFTS, ZooCase, draw_case, keep_options, lab_like, own_case, without_times
@@ -81,7 +80,7 @@ class Result:
     ----------
     case : ZooCase
     cautions : dict             Names of outcomes with their sentences.
-    effects : tuple of str      What was taken out.
+    effects : tuple of str      What was removed.
     energies : tuple of float   For each amplitude the energy of the spring's loops over that of the mount's.
     recorded : tuple of float   The same, over the energy of the loops as measured.
     force : float               rms error along the records, share of the force's standard deviation.
@@ -215,7 +214,7 @@ def judged(case: ZooCase) -> Result:
         tuple(recorded),
         deviation(errors, free) / case.scale,
         deviation(minor, free) / case.scale,
-        (case.small_energy(), *range_of(found)),
+        (case.small_energy(), found.small_loops.low, found.small_loops.high),
         seconds,
     )
 
@@ -232,16 +231,6 @@ def closed(force: FloatArray, displacement: FloatArray) -> float:
 def deviation(errors: FloatArray, free: bool) -> float:
     """Root mean square of errors, of their deviations from the mean if what the force is counted from is free."""
     return float(np.std(errors) if free else np.sqrt(np.mean(errors**2)))
-
-
-def range_of(found: Identification) -> tuple[float, float]:
-    """Range given for the energy of loops at 30 % of the amplitude [J]; without one, what would be right."""
-    given = getattr(found, "small_loops", None)
-    if given is not None:
-        return float(given.low), float(given.high)
-    energy = loop_energy(found.parameters)
-    low, high = given_range(cautions_of(found).get("SMALL_LOOPS"))
-    return low * energy, high * energy
 
 
 def cases(arguments: argparse.Namespace) -> Iterable[ZooCase]:
@@ -262,10 +251,10 @@ def run(arguments: argparse.Namespace) -> None:
     table = Table(title=f"{arguments.count} records of each mount and number of amplitudes, half of them with a fault")
     columns = (
         "mount", "amplitudes", "refused", "energy off", "silent", "of which as recorded", "energy worst", "minor off",
-        "silent", "minor median", "ranges held", "taken out",
+        "silent", "minor median", "ranges held", "removed",
     )  # fmt: skip
     for column in columns:
-        is_text = column in ("mount", "taken out")
+        is_text = column in ("mount", "removed")
         table.add_column(column, justify="left" if is_text else "right", no_wrap=column == "mount")
     names = [name for name in DRAWS if arguments.only in name]
     groups = [(name, k) for name in names for k in (1, 2, 3)] + [("all", k) for k in (1, 2, 3)]
@@ -281,8 +270,8 @@ def run(arguments: argparse.Namespace) -> None:
         ("with a fault", [r for r in results if r.case.fault]),
         ("mounts that change from cycle to cycle", [r for r in results if r.case.mount.changes]),
         ("mounts that do not", [r for r in results if not r.case.mount.changes]),
-        ("with effects taken out", [r for r in results if r.effects]),
-        ("with nothing taken out", [r for r in results if not r.effects]),
+        ("with effects removed", [r for r in results if r.effects]),
+        ("with nothing removed", [r for r in results if not r.effects]),
     ):
         cells = summary(chosen)
         pairs = ", ".join(f"{column} {cell}" for column, cell in zip(columns[2:], cells, strict=True))

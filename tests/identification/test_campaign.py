@@ -115,7 +115,7 @@ def test_saturated_loading_paths_overlap_and_others_do_not(strokes_in_steady: fl
     assert model.verdict is comparison.verdict is verdict
     assert comparison.amplitudes == 2
     assert model.relative_to_height is not None
-    # What the noise of 3 % adds to the distance is taken out; 12 samples a cell leave 1 % of the loop's height.
+    # What the noise of 3 % adds to the distance is removed; 12 samples a cell leave 1 % of the loop's height.
     assert comparison.relative_to_height == pytest.approx(model.relative_to_height, abs=0.02)
     assert f"{comparison.distance:.3g} N" in comparison.sentence
 

@@ -1,4 +1,4 @@
-"""Causes together: what each forbids to be taken out, and that clean springs have none."""
+"""Causes together: what each forbids to be removed, and that clean springs have none."""
 
 from __future__ import annotations
 

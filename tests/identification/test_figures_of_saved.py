@@ -1,6 +1,6 @@
 """The figures of a model file are those of the spring in it, along the records as recorded.
 
-They are recomputed from the file alone by an ODE solver. Where effects of a rig were taken out, or noise of the
+They are recomputed from the file alone by an ODE solver. Where effects of a rig were removed, or noise of the
 displacement smoothed, the figures are still those of the spring alone along the record.
 """
 

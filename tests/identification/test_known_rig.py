@@ -1,4 +1,4 @@
-"""What is known of a rig is taken out as given: moving mass, fixture stiffness, delay."""
+"""What is known of a rig is removed as given: moving mass, fixture stiffness, delay."""
 
 from __future__ import annotations
 

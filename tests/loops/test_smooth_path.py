@@ -1,4 +1,4 @@
-"""The noise of a displacement is taken out without rounding its reversals off."""
+"""The noise of a displacement is removed without rounding its reversals off."""
 
 from __future__ import annotations
 

@@ -68,16 +68,16 @@ def outside_cautions(source: str, displacement: FloatArray, p: SpringParameters)
 
 
 def effects_of(model: ModelFile) -> str:
-    """The effects of the rig that were taken out of a model's records, in words; empty if none was."""
+    """The effects of the rig that were removed from a model's records, in words; empty if none was."""
     return printable(", ".join(stated_effects(model)).replace("_", " "))
 
 
 def effects_cautions(source: str, model: ModelFile) -> list[str]:
-    """A sentence about records beside a model without the effects of its rig; none if none was taken out."""
+    """A sentence about records beside a model without the effects of its rig; none if none was removed."""
     effects = effects_of(model)
     if not effects:
         return []
     return [
-        f"{source}: {effects} was taken out of the records of the model, as an effect of the rig; where the records "
+        f"{source}: {effects} was removed from the records of the model, as an effect of the rig; where the records "
         "given here hold it too, the measured forces differ from the model by it."
     ]

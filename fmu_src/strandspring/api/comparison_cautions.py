@@ -64,8 +64,8 @@ def comparison_cautions(
     effects = [effects_of(model) or "nothing" for model in models]
     if effects[0] != effects[1]:
         cautions.append(
-            f"As effects of the rig, {effects[0]} was taken out of A's records and {effects[1]} out of B's: a "
-            "difference may be one of the rigs, or of how it was taken out."
+            f"As effects of the rig, {effects[0]} was removed from A's records and {effects[1]} from B's: a "
+            "difference may be one of the rigs, or of how it was removed."
         )
     digests = [_digests(model) for model in models]
     if digests[0] & digests[1]:

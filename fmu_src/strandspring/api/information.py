@@ -61,7 +61,7 @@ class Information(Result):
     rate_independence : RateIndependence or None   Whether the force depends on the frequency.
     overlap : Overlap or None               Whether the loading paths of different amplitudes overlap.
     cautions : tuple of str                 Those of the identification; loops that run backwards, are open or leave
-                                            the identified range; effects of the rig that were taken out.
+                                            the identified range; effects of the rig that were removed.
     """
 
     source: str
@@ -93,7 +93,7 @@ class Information(Result):
         if files:
             lines.append(f"  from {', '.join(map(printable, files))}")
         if effects := effects_of(model):
-            lines.append(f"  taken out of the records, as effects of the rig: {effects}")
+            lines.append(f"  removed from the records, as effects of the rig: {effects}")
         if sentence := zero_sentence(self.zero):
             lines.append(f"  {sentence}")
         return lines

@@ -51,7 +51,7 @@ class Prediction(Result):
     fits : tuple of RecordFit     Prediction and figures of each record, along its displacement as recorded.
     smoothed : tuple of RecordFit The same along the path without reversals below the noise of the displacement.
     cautions : tuple of str       Loops that run backwards, samples outside the identified range, reversals below the
-                                  noise that change the error, effects of the rig taken out of the records of the model.
+                                  noise that change the error, effects of the rig removed from the records of the model.
     interval : PredictionInterval and JointCovariance, or None   What the 95 % prediction interval is made of.
     """
 

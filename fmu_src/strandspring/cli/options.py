@@ -177,7 +177,7 @@ identification_options = together(
                  help="Degrees of the elastic and the amplifier polynomial; auto may make the elastic force a table."),
     click.option("--method", default="refined", show_default=True,
                  type=click.Choice(list(METHODS)),
-                 help="refined: least squares from several starts, effects of the rig taken out, standard errors; "
+                 help="refined: least squares from several starts, effects of the rig removed, standard errors; "
                  "two-stage: the paper's, no iteration, no initial values; scan: a coarse grid; ni: Ni's model and "
                  "method, for comparison."),
     click.option("--formulas", default="whole-branch", show_default=True,
@@ -197,11 +197,11 @@ identification_options = together(
                  help="Refined: also sample the posterior distribution of the parameters by Monte Carlo, some "
                  "thousand steps; needs pip install strandspring[posterior]."),
     click.option("--moving-mass", type=FiniteRange(min=0.0, unit="kg"), default=0.0, metavar="KG",
-                 help="Refined: mass between load cell and spring, whose inertia is taken out [kg]; needs times."),
+                 help="Refined: mass between load cell and spring, whose inertia is removed [kg]; needs times."),
     click.option("--fixture-stiffness", type=FiniteRange(min=0.0, min_open=True, unit="N/mm"), metavar="N/MM",
                  callback=_fixture_stiffness,
                  help="Refined: stiffness of what yields between displacement sensor and spring, whose deflection is "
-                 "taken out [N/mm]."),
+                 "removed [N/mm]."),
     click.option("--delay", type=FiniteRange(unit="ms"), metavar="MS", callback=_delay,
                  help="Refined: time by which the force lags, negative if it leads [ms]; needs times.  "
                  "[default: sought in the records]"),

@@ -194,7 +194,7 @@ def loading_overlap(loops: Sequence[Loop]) -> Overlap | None:
     """The paper's hardening overlap: do loading paths of different amplitudes run together once under way?
 
     Compared is where each smaller loop has travelled half its stroke and the largest one as far; what the noise of the
-    force makes of the distance is taken out.
+    force makes of the distance is removed.
 
     Parameters
     ----------

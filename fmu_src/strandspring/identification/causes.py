@@ -23,7 +23,7 @@ class Causes:
     Attributes
     ----------
     findings : dict           Outcomes with their details.
-    forbidden : frozenset     Effects of the rig that are not to be taken out, as the causes look like them.
+    forbidden : frozenset     Effects of the rig that are not to be removed, as the causes look like them.
     smallest_loop : float     Amplitude of the smallest loop that the records tell of, share of the recorded one [-].
     """
 

@@ -1,4 +1,4 @@
-"""A spring fitted to points from which effects of the rig were taken out, and how two of them compare."""
+"""A spring fitted to points from which effects of the rig were removed, and how two of them compare."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class Gain:
 
 @dataclass(frozen=True, eq=False)
 class Corrected:
-    """A spring fitted to points from which effects were taken out.
+    """A spring fitted to points from which effects were removed.
 
     Attributes
     ----------

@@ -1,4 +1,4 @@
-"""Which effects of the rig the records show: found by their trace in the residuals, and taken out.
+"""Which effects of the rig the records show: found by their trace in the residuals, and removed.
 
 An effect is tried if a linear least-squares problem in its size, FE, FA, rho, sigma and n promises that it is worth its
 price, and enters if it lowers the criterion of `search` by a margin once fitted, with the degrees of FE and FA that
@@ -41,7 +41,7 @@ from .steady_part import find_steady_part
 from .table import TableBasis
 
 _UNCLEAR = 30.0  # difference of the criterion up to which others may be the cause where residuals are not white
-_TRACE = 3.0  # by which one would lower the criterion that is named without being taken out
+_TRACE = 3.0  # by which one would lower the criterion that is named without being removed
 _DOUBTFUL_STEPS = 2  # of Gauss-Newton
 # Effects that may be fitted with the spring from the beginning.
 _LINEAR = (

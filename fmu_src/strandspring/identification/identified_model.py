@@ -41,7 +41,7 @@ class IdentifiedModel:
                                     joint covariance, prediction interval; empty but for the refined method.
     band : PredictionBand or None   95 % confidence band and prediction interval on the last loop; of the refined
                                     method only.
-    effects : dict                  Sizes of the rig's effects that were taken out, found or given, by name, in SI
+    effects : dict                  Sizes of the rig's effects that were removed, found or given, by name, in SI
                                     units; empty without any. `parameters` are those of the spring alone.
     lack_of_fit : LackOfFit or None Misfit by what matters; of the refined method only.
     recorded : tuple of LoopEnergy  Energies of the recorded loops, measured and of the saved spring, by amplitude.

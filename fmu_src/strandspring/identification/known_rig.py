@@ -70,7 +70,7 @@ class KnownRig:
 
     @property
     def effects(self) -> dict[str, float]:
-        """What is taken out, by name, in SI units."""
+        """What is removed, by name, in SI units."""
         taken = {
             "moving_mass": self.moving_mass if self.moving_mass > 0.0 else None,
             "fixture_stiffness": self.fixture_stiffness if self.fixture_stiffness < math.inf else None,
@@ -80,7 +80,7 @@ class KnownRig:
 
     @property
     def sentence(self) -> str:
-        """What is taken out, in words; empty if nothing is."""
+        """What is removed, in words; empty if nothing is."""
         texts = {
             "moving_mass": f"a moving mass of {self.moving_mass:.6g} kg",
             "fixture_stiffness": f"a fixture of {1e-3 * self.fixture_stiffness:.6g} N/mm",

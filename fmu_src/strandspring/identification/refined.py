@@ -1,4 +1,4 @@
-"""The refined method: least squares from several starts, effects of the rig taken out, with standard errors."""
+"""The refined method: least squares from several starts, effects of the rig removed, with standard errors."""
 
 from __future__ import annotations
 
@@ -74,9 +74,9 @@ _LIKE_LOOPS = {
 
 @dataclass(frozen=True)
 class RefinedOptions(Method):
-    """Options of the refined method: several starts, effects of the rig taken out, standard errors.
+    """Options of the refined method: several starts, effects of the rig removed, standard errors.
 
-    Effects that the records show and that pay for themselves are taken out unasked, see `effects`; what no record shows
+    Effects that the records show and that pay for themselves are removed unasked, see `effects`; what no record shows
     is given here.
 
     Parameters
@@ -87,7 +87,7 @@ class RefinedOptions(Method):
     bootstrap : int                Repetitions of a stroke-wise bootstrap for the standard errors; 0 for none.
     seed : int                     Of the bootstrap and the posterior.
     posterior : int                Steps of a Monte Carlo sampler of the posterior; 0 for none. Needs emcee.
-    moving_mass : float            Between load cell and spring [kg]; its inertia is taken out, which needs times.
+    moving_mass : float            Between load cell and spring [kg]; its inertia is removed, which needs times.
     fixture_stiffness : float      Of what yields between displacement sensor and spring [N/m]; infinite for nothing.
     delay : float or None          By which the force lags [s], negative if it leads; sought in the records if None.
                                    One that is given needs times.
@@ -163,7 +163,7 @@ class RefinedOptions(Method):
         RecordError           If a delay is given for a single closed period.
         """
         if self.delay and any(part.periodic for part in parts):
-            raise RecordError(f"{where}: a delay cannot be taken out of a single cycle; record at least two.")
+            raise RecordError(f"{where}: a delay cannot be removed from a single cycle; record at least two.")
         strokes = sum(part.strokes.count for part in parts)
         rig = Rig.from_parts(parts, max(_LEAST_POINTS, _SEARCHED // strokes), self.delay)
         rig = rig.keeping(effect for name in self.keep for effect in KEEP[name])
@@ -357,9 +357,9 @@ def _doubts(cautions: Sequence[Outcome], sizes: Sizes, intervals: dict[str, Any]
     Parameters
     ----------
     cautions : sequence of Outcome
-    sizes : dict       Effects that were taken out.
+    sizes : dict       Effects that were removed.
     intervals : dict   Of the parameters, an open end being None.
-    hinted : dict      The effect that was not taken out, but may be in the records.
+    hinted : dict      The effect that was not removed, but may be in the records.
     """
     unseen = ["the strokes do not saturate"] if Outcome.NO_STEADY_SECTION in cautions else []
     for name, outcome in (("n", Outcome.N_AT_BOUND), ("sigma", Outcome.SIGMA_AT_BOUND)):
@@ -372,5 +372,5 @@ def _doubts(cautions: Sequence[Outcome], sizes: Sizes, intervals: dict[str, Any]
     if taken_out:
         doubts.append(f"at one amplitude {' and '.join(taken_out)} can hardly be distinguished from part of the loop")
     if hinted:
-        doubts.append(f"there is a trace of {in_words(hinted)}, too weak to be taken out")
+        doubts.append(f"there is a trace of {in_words(hinted)}, too weak to be removed")
     return doubts

@@ -50,7 +50,7 @@ _MOST_DELAY = 0.1  # share of a cycle
 _MOST_WEAR = 0.9  # share of the force, lost or gained
 _DECAY = 30.0  # time constants over which relaxation is summed at once
 _HALF_WINDOW = 3  # samples to either side over which the velocity is taken
-# Points that effects are taken out of before they are averaged: every sample, unless there are more.
+# Points that effects are removed from before they are averaged: every sample, unless there are more.
 _FINE = 40_000
 _FINER = 2  # times as many cells where effects are looked for
 

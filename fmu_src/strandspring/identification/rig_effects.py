@@ -67,7 +67,7 @@ def with_other_effects(findings: dict[Outcome, str], sizes: Sizes, others: Seque
     Parameters
     ----------
     findings : dict             Details by outcome.
-    sizes : dict                Effects that were taken out.
+    sizes : dict                Effects that were removed.
     others : sequence of dict   Effects that could have been instead, the best first.
     """
     completed = dict(findings)

@@ -1,4 +1,4 @@
-"""What the records would be without the rig: the effects that were found or given taken out of every sample."""
+"""What the records would be without the rig: the effects that were found or given removed from every sample."""
 
 from __future__ import annotations
 

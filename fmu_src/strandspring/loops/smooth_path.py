@@ -1,4 +1,4 @@
-"""The noise of a displacement taken out by smoothing that stops where the path bends or jumps.
+"""The noise of a displacement removed by smoothing that stops where the path bends or jumps.
 
 The smoothed path y minimises sum (y - x)^2 + lambda * sum (third differences of y)^2, which makes it quadratic on the
 scale of lambda^(1/6) samples (Whittaker, 1923; Eilers, Anal. Chem. 75, 2003). Third differences across a break, as at

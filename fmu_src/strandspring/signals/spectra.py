@@ -71,7 +71,7 @@ class PowerSpectrum:
 
 
 def power_spectrum(samples: ArrayLike, interval: float, resolution: float) -> PowerSpectrum:
-    """Welch's estimate: segments of 1/resolution, Hann's window, an overlap of one half, the mean of each taken out.
+    """Welch's estimate: segments of 1/resolution, Hann's window, an overlap of one half, the mean of each removed.
 
     Parameters
     ----------
