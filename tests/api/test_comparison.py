@@ -267,7 +267,7 @@ def test_a_moved_zero_is_suspected() -> None:
 def test_effects_of_the_rig_in_one_of_both_are_named() -> None:
     a, b = identified(25.0, 1), identified(25.0, 2)
     model = replace(b.model, fit={**b.model.fit, "effects": {"play\u001b": 1e-4}})
-    assert any("nothing was removed from A's records and play? out of B's" in c for c in compare(a, model).cautions)
+    assert any("nothing was removed from A's records and play? from B's" in c for c in compare(a, model).cautions)
 
 
 def test_records_say_which_spring_they_are_of() -> None:

@@ -13,10 +13,12 @@ from judgement import judge_case
 from rig import Experiment, draw_experiment, draw_spring, simulate
 from rig_faults import FAULTS
 from strandspring import Outcome, Spring, identify
-from strandspring.identification.refined import _doubts
-from strandspring.identification.rig import Effect, Rig
+from strandspring.identification.corrected import Corrected
+from strandspring.identification.one_amplitude import one_amplitude_doubts
+from strandspring.identification.recorded_energies import LoopEnergy
+from strandspring.identification.rig import Effect, Rig, Sizes
 from strandspring.identification.search import Candidate, search
-from strandspring.identification.small_loops import AMPLITUDE, loop_energy, rival_springs, undecided_energy
+from strandspring.identification.small_loops import AMPLITUDE, loop_energy, rival_springs, small_loops, undecided_energy
 from strandspring.identification.steady_part import find_steady_part
 from synthetic import AMPLITUDE as AMPLITUDE_RECORDED
 from synthetic import record_of, sine, spring_of
@@ -180,8 +182,30 @@ def test_an_effect_that_is_hardly_shown_is_taken_out_or_leaves_it_undecided(
 def test_what_is_much_like_part_of_a_loop_leaves_it_undecided() -> None:
     known = {"n": [1.0, 2.0], "sigma": [1.0, 2.0]}
     size = np.array([1.0])
-    (doubt,) = _doubts([], {Effect.DELAY: size, Effect.VISCOSITY: size}, known, {})
+    rig = Rig.from_parts([find_steady_part(record_of(spring_of(1.0, 1.0), sine(), noise=0.01))], 160)
+    plain = Corrected(search(rig.loops)[0], rig.loops, {})
+
+    def doubts(sizes: Sizes) -> list[str]:
+        return one_amplitude_doubts(rig, replace(plain, sizes=sizes), [], known)
+
+    (doubt,) = doubts({Effect.DELAY: size, Effect.VISCOSITY: size})
     assert doubt == "at one amplitude a delay and viscous damping can hardly be distinguished from part of the loop"
-    (doubt,) = _doubts([], {Effect.CURVED_DRIFT: np.ones(3)}, known, {})
+    (doubt,) = doubts({Effect.CURVED_DRIFT: np.ones(3)})
     assert doubt.startswith("at one amplitude the relaxation that a curved drift may come from can hardly")
-    assert _doubts([], {Effect.DRIFT: size}, known, {}) == []
+    assert doubts({Effect.DRIFT: size}) == []
+
+
+def test_the_range_of_small_loops_holds_what_no_class_can_leave() -> None:
+    """One loop of 2 J at 20 mm: those of 6 mm take 0.06 to 0.36 of it by the powers, and 7 % more or less."""
+    spring = replace(spring_of(1.0, 1.0), displacement_min=0.03, displacement_max=0.07)
+    own = loop_energy(spring)
+    found = small_loops(spring, {}, [LoopEnergy(0.02, 2.0, 2.0, 0.0, 0.0)])
+    assert found.energy == pytest.approx(own)
+    assert found.low == pytest.approx(min(0.93 * 2.0 * 0.3**2.34, own))
+    assert found.high == pytest.approx(max(1.07 * 2.0 * 0.3**0.85, own))
+    # A second amplitude shows the power; other energies that are possible widen the range.
+    two = small_loops(spring, {}, [LoopEnergy(0.02, 2.0, 2.0, 0.0, 0.0), LoopEnergy(0.01, 0.8, 0.8, 0.0, 0.0)])
+    power = np.log(2.0 / 0.8) / np.log(2.0)
+    assert two.low == pytest.approx(min(0.93 * 0.8 * 0.6 ** (power + 1.3), own))
+    assert two.high == pytest.approx(max(1.07 * 0.8 * 0.6 ** (power - 0.2), own))
+    assert small_loops(spring, {}, [], [3.0 * own]).high == pytest.approx(3.0 * own)

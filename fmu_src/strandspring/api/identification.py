@@ -78,8 +78,8 @@ class Identification(IdentifiedModel, Result):
 
         ranking = rank(self.parts, (OWN, *RIVALS), advance or (lambda _: None))
         if self.effects:
-            taken_out = ", ".join(name.replace("_", " ") for name in self.effects)
-            sentence = f"All classes were fitted to the records without the effects of the rig: {taken_out}."
+            removed = ", ".join(name.replace("_", " ") for name in self.effects)
+            sentence = f"All classes were fitted to the records without the effects of the rig: {removed}."
             ranking = replace(ranking, notes=(*ranking.notes, sentence))
         if not ranking.better:
             return self, ranking
@@ -96,9 +96,9 @@ class Identification(IdentifiedModel, Result):
         if self.lack_of_fit is not None:
             lines.append(f"  {self.lack_of_fit.sentence}")
         lines.append(f"  {self.small_loops.sentence}")
-        taken_out = KnownRig.of(self.effects, self.options).sentence
-        if taken_out:
-            lines.append(f"  {taken_out}")
+        removed = KnownRig.of(self.effects, self.options).sentence
+        if removed:
+            lines.append(f"  {removed}")
         return lines
 
     def summary(self) -> str:

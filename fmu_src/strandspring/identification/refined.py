@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from importlib.util import find_spec
-from typing import Any, ClassVar
+from typing import Any, ClassVar, NamedTuple
 
 from ..arguments import seed_of, whole
 from ..core.parameters import SpringParameters
@@ -17,7 +17,7 @@ from ..records.record import Record
 from .bootstrap import bootstrap
 from .causes import causes_in
 from .corrected import Corrected, rms_in
-from .effects import find_delayed, hinted_effects, other_effects
+from .effects import find_delayed, other_effects
 from .figures import periodic_start
 from .known_rig import KnownRig
 from .lack_of_fit import LackOfFit
@@ -25,6 +25,7 @@ from .linearised import Linearised
 from .loops import POINTS_PER_STROKE, Loops
 from .method import Fitted, Method
 from .noise import force_noise
+from .one_amplitude import one_amplitude_doubts
 from .other_mounts import nearest_mount
 from .outcomes import IdentificationError, Outcome
 from .polynomials import Basis
@@ -34,7 +35,7 @@ from .projection import Refinement
 from .refinement import Samples, refine
 from .removal import Kept, find_removable
 from .rig import STATES, Effect, Rig, Sizes
-from .rig_effects import CAUTIONS, RELAXING, described, detail, in_words, with_other_effects
+from .rig_effects import CAUTIONS, RELAXING, described, detail, with_other_effects
 from .search import CLOSE, PILOT, Candidate, bending_more, is_explained, search
 from .small_loops import loop_energy, rival_springs, springs_of, undecided_energy
 from .solution import cautions_of, is_positive, refuse_too_few, saturation_share, spring_of
@@ -63,13 +64,23 @@ KEEP = {
     "all": tuple(Effect),
 }
 _LEAST_STEPS = 100  # of the sampler of the posterior
-# Effects that a loop of a single amplitude is known from by its form alone.
-_LIKE_LOOPS = {
-    Effect.DELAY: "a delay",
-    Effect.VISCOSITY: "viscous damping",
-    Effect.PLAY: "play",
-    Effect.CURVED_DRIFT: "the relaxation that a curved drift may come from",
-}
+
+
+class _Found(NamedTuple):
+    """What a search found.
+
+    Attributes
+    ----------
+    rig : Rig                    With reversals restored if need be, and what must stay in the records kept.
+    states : list of Corrected   Springs, the best first.
+    kept : list of Kept          Effects that were left in the records.
+    causes : dict                Outcomes of other causes than effects of the rig, with their details.
+    """
+
+    rig: Rig
+    states: list[Corrected]
+    kept: list[Kept]
+    causes: dict[Outcome, str]
 
 
 @dataclass(frozen=True)
@@ -171,10 +182,10 @@ class RefinedOptions(Method):
         refuse_too_few(rig.loops, Basis(*rig.loops.reach, *(self.degrees or PILOT)), where)
         refusal = next((part.refusal for part in parts if part.refusal is not None), None)
         noise_rms = Samples(rig.loops, noise).noise_rms
-        rig, found, kept, causes = self._searched(rig, noise_rms, refusal, where)
-        best, sizes = found[0], found[0].sizes
+        found = self._searched(rig, noise_rms, refusal, where)
+        rig, best = found.rig, found.states[0]
+        sizes = best.sizes
         final_rig = rig.describing(self.state)
-        final_sizes = final_rig.sizes_here(sizes)
         samples = Samples(_points(final_rig, sizes, best.fit), noise)
         loops = samples.loops
         basis, refinement = self._refined(samples, best.fit, where)
@@ -185,41 +196,40 @@ class RefinedOptions(Method):
         lack = LackOfFit.of(loops, refinement, samples.noise_rms)
         effects = described(sizes)
         cautions = self._cautions(linear, interval, sizes, content)
-        findings = causes | {outcome: detail(outcome, effects) for outcome in cautions}
+        findings = found.causes | {outcome: detail(outcome, effects) for outcome in cautions}
         if refusal is not None:
             sentence = refusal.outcome.value.partition(";")[0]
             findings[Outcome.DELAY] += f"; without it, {sentence[0].lower()}{sentence[1:]}"
-        is_turning = any(part.strokes.beyond is not None for part in rig.parts)
-        rig_or_mount = dict.fromkeys(one.sentence for one in kept if not one.is_negligible)
-        if rig_or_mount:
-            findings[Outcome.RIG_OR_MOUNT] = "; ".join(rig_or_mount)
         if Effect.CURVED_DRIFT in sizes:
             findings[Outcome.DRIFT_REMOVED] += RELAXING
-        findings = with_other_effects(findings, sizes, other_effects(found))
+        findings = with_other_effects(findings, sizes, other_effects(found.states))
+        rig_or_mount = dict.fromkeys(one.sentence for one in found.kept if not one.is_negligible)
+        if rig_or_mount:
+            findings[Outcome.RIG_OR_MOUNT] = "; ".join(rig_or_mount)
+        rivals = rival_springs(self._alternatives(found.states))
         misfit = lack.beyond_noise * loops.rms(refinement.omega * refinement.backbone.G) if lack.is_structured else 0.0
-        one_amplitude = loops.has_one_amplitude
-        doubts = _doubts(cautions, sizes, content["interval_95"], hinted_effects(rig, best)) if one_amplitude else []
+        doubts = one_amplitude_doubts(rig, best, cautions, content["interval_95"]) if loops.has_one_amplitude else []
         doubts += [f"undecided is {sentence}" for sentence in rig_or_mount]
-        rivals = rival_springs(self._alternatives(found))
         if undecided := undecided_energy(spring, content, rivals, 0.5 * loops.shortest, misfit, doubts):
             findings[Outcome.SMALL_LOOPS] = undecided
         if lack.is_reported:
             findings[Outcome.LACK_OF_FIT] = lack.advice
-        other_energies = [loop_energy(other) for other in (*rivals, *springs_of([one.fit for one in kept]))]
+        other_energies = [loop_energy(other) for other in (*rivals, *springs_of([one.fit for one in found.kept]))]
         if not is_explained(best.fit, rms_in(best.loops, noise_rms, rig.loops)):
             wider = unrecorded(best)
-            mount = nearest_mount(rig, best)
-            if wider.is_far and mount is not None:
-                findings[Outcome.OTHER_MOUNT] = wider.sentence(mount)
             other_energies += [loop_energy(spring) * share for share in wider.energies]
+            if wider.is_far and (mount := nearest_mount(rig, best)) is not None:
+                findings[Outcome.OTHER_MOUNT] = wider.sentence(mount)
+        is_turning = any(part.strokes.beyond is not None for part in rig.parts)
         predicted: tuple[FloatArray, ...] = ()
         alone: tuple[SteadyRecord, ...] = ()
         if sizes or self.known.effects or is_turning:
             whole = final_rig.with_points(None)
             final = replace(best.fit, basis=basis, refinement=refinement)
-            predicted = self._measured(whole, final_sizes, final, spring)
+            described_sizes = final_rig.sizes_here(sizes)
+            predicted = self._measured(whole, described_sizes, final, spring)
             if sizes or self.delay:
-                alone = spring_alone(whole, final_sizes, final)
+                alone = spring_alone(whole, described_sizes, final)
         return Fitted(
             spring,
             findings,
@@ -232,13 +242,11 @@ class RefinedOptions(Method):
             lack_of_fit=lack,
             alone=alone,
             turning=tuple(rig.parts) if is_turning else (),
+            other_energies=tuple(other_energies),
         )
 
-    def _searched(
-        self, rig: Rig, noise: float, refusal: IdentificationError | None, where: str
-    ) -> tuple[Rig, list[Corrected], list[Kept], dict[Outcome, str]]:
-        """The rig, with reversals restored if need be; the springs found on it, the best first; what was kept in them;
-        and other causes that the records show.
+    def _searched(self, rig: Rig, noise: float, refusal: IdentificationError | None, where: str) -> _Found:
+        """The springs that the records show.
 
         Parameters
         ----------
@@ -255,7 +263,7 @@ class RefinedOptions(Method):
             delayed = find_delayed(rig, noise, self.degrees)
             if not delayed:
                 raise refusal
-            return rig, delayed, [], {}
+            return _Found(rig, delayed, [], {})
         rig, candidates = _with_turns(rig, search(rig.loops, self.degrees), self.degrees)
         if not candidates:
             raise IdentificationError(Outcome.BRANCHES_CROSS, where)
@@ -263,7 +271,7 @@ class RefinedOptions(Method):
         if not is_explained(candidates[0], noise):
             causes = causes_in(rig, candidates)
             rig, findings = rig.keeping(causes.forbidden), causes.findings
-        return rig, *find_removable(rig, candidates, noise, self.degrees), findings
+        return _Found(rig, *find_removable(rig, candidates, noise, self.degrees), findings)
 
     def _uncertainty(self, linear: Linearised, interval: PredictionInterval, where: str) -> dict[str, Any]:
         """Content of the model file's field."""
@@ -336,7 +344,7 @@ def _with_turns(rig: Rig, candidates: list[Candidate], degrees: tuple[int, int] 
     found = rig, candidates
     for corners in (False, True):
         parts = [part.turning_between_samples(corners) for part in rig.parts]
-        turning = Rig.from_parts(parts, rig.points, rig.delay)
+        turning = Rig.from_parts(parts, rig.points, rig.delay).keeping(rig.kept)
         if others := search(turning.loops, degrees):
             between = Corrected(others[0], turning.loops, {})
             if between.better_by(at_samples) > CLOSE and between.better_by(best) > 0.0:
@@ -349,28 +357,3 @@ def _points(rig: Rig, sizes: Sizes, fit: Candidate) -> Loops:
     strokes = sum(part.strokes.count for part in rig.parts)
     finest = rig.with_points(max(POINTS_PER_STROKE, min(_POINTS_PER_STROKE, _POINTS // strokes)))
     return finest.corrected(sizes, fit) if sizes else finest.loops
-
-
-def _doubts(cautions: Sequence[Outcome], sizes: Sizes, intervals: dict[str, Any], hinted: Sizes) -> list[str]:
-    """Why loops of one amplitude do not decide the energy of smaller ones.
-
-    Parameters
-    ----------
-    cautions : sequence of Outcome
-    sizes : dict       Effects that were removed.
-    intervals : dict   Of the parameters, an open end being None.
-    hinted : dict      The effect that was not removed, but may be in the records.
-    """
-    unseen = ["the strokes do not saturate"] if Outcome.NO_STEADY_SECTION in cautions else []
-    for name, outcome in (("n", Outcome.N_AT_BOUND), ("sigma", Outcome.SIGMA_AT_BOUND)):
-        if outcome in cautions:
-            unseen.append(f"{name} ended at its bound")
-        elif None in intervals[name]:
-            unseen.append(f"{name} is known on one side only")
-    doubts = [f"the form of the loop is little known, since {' and '.join(unseen)}"] if unseen else []
-    taken_out = [name for effect, name in _LIKE_LOOPS.items() if effect in sizes]
-    if taken_out:
-        doubts.append(f"at one amplitude {' and '.join(taken_out)} can hardly be distinguished from part of the loop")
-    if hinted:
-        doubts.append(f"there is a trace of {in_words(hinted)}, too weak to be removed")
-    return doubts
