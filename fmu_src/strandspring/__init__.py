@@ -67,7 +67,7 @@ if TYPE_CHECKING:
     from .identification.outcomes import IdentificationError as IdentificationError
     from .identification.outcomes import Outcome as Outcome
     from .identification.refined import RefinedOptions as RefinedOptions
-    from .identification.scan import ScanOptions as ScanOptions
+    from .identification.search.scan import ScanOptions as ScanOptions
     from .intake.description_file import read_campaign as read_campaign
     from .jobs.cluster import Cluster as Cluster
     from .loops.selection import select as select
@@ -98,7 +98,7 @@ _MODULES = {
     "Record": "records.record",
     "RecordError": "errors",
     "RefinedOptions": "identification.refined",
-    "ScanOptions": "identification.scan",
+    "ScanOptions": "identification.search.scan",
     "ReportDetails": "report.details",
     "Simulation": "api.simulating",
     "Spring": "api.spring",

@@ -9,8 +9,8 @@ import pytest
 from matplotlib.figure import Figure
 
 from strandspring import Record, Spring, info, synthesize
-from strandspring.identification.campaign import RateVerdict
 from strandspring.kernel.path import PathSolver
+from strandspring.loops.campaign import RateVerdict
 from strandspring.loops.modelled import steady_loop_figures
 from synthetic import MEAN, record_of, sine, spring_of
 

@@ -10,7 +10,7 @@ import pytest
 from matplotlib.figure import Figure
 
 from strandspring import Record, Spring, bundled_record, predict, synthesize
-from strandspring.identification.prediction_interval import prediction_error
+from strandspring.identification.certainty.prediction_interval import prediction_error
 from synthetic import record_of, sine, spring_of
 
 ROOT = Path(__file__).resolve().parents[2]

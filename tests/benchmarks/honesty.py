@@ -45,9 +45,9 @@ from strandspring import (
     read_record,
 )
 from strandspring.errors import StrandspringError
-from strandspring.identification.intervals import NORMAL_95
-from strandspring.identification.polynomials import Basis
-from strandspring.identification.table import TableBasis
+from strandspring.identification.certainty.intervals import NORMAL_95
+from strandspring.identification.points.polynomials import Basis
+from strandspring.identification.points.table import TableBasis
 
 ROOT = Path(__file__).resolve().parents[2]
 ALARMS = ("delay", "lag", "drift", "viscous", "viscosity", "wear")

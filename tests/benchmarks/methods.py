@@ -38,7 +38,7 @@ from strandspring import (
     read_record,
 )
 from strandspring.identification.method import Method
-from strandspring.identification.noise import force_noise
+from strandspring.identification.points.noise import force_noise
 from strandspring.loops.strokes import find_strokes
 from strandspring.peers.ni import PAPER_NI, NiParameters, sine_period, with_noise
 from strandspring.peers.ni_method import ni_method, plausible_start, random_start

@@ -10,8 +10,8 @@ import pytest
 from rig import Case, draw_experiment, draw_spring, simulate
 from rig_causes import band_limited, drawn_case
 from strandspring import Record, read_record
-from strandspring.identification.band_limit import band_limit
-from strandspring.identification.steady_part import SteadyRecord, find_steady_part
+from strandspring.identification.causes.band_limit import band_limit
+from strandspring.identification.points.steady_part import SteadyRecord, find_steady_part
 
 ROOT = Path(__file__).resolve().parents[2]
 

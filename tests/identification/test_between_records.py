@@ -10,8 +10,8 @@ import pytest
 from rig import Fault
 from rig_causes import at_frequencies, lagging, less_friction, moving_mass, rubber, wearing
 from strandspring import Outcome
-from strandspring.identification.between_records import Difference, differences
-from strandspring.identification.rig import Effect
+from strandspring.identification.causes.between_records import Difference, differences
+from strandspring.identification.rig.rig import Effect
 
 ONE, THREE = (0.5, 0.5, 0.5), (0.2, 0.7, 2.0)
 STEPS = [(1.0,), (0.4, 0.7, 1.0)]

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from strandspring import Record, SpringParameters
-from strandspring.identification.campaign import (
+from strandspring.kernel.path import PathSolver
+from strandspring.loops.campaign import (
     OverlapVerdict,
     RateIndependence,
     RateVerdict,
@@ -16,7 +17,6 @@ from strandspring.identification.campaign import (
     loading_overlap,
     rate_independence,
 )
-from strandspring.kernel.path import PathSolver
 from strandspring.loops.cycles import find_cycles
 from strandspring.loops.modelled import steady_loop
 from synthetic import AMPLITUDE, MEAN, spring_of

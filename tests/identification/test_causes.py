@@ -8,10 +8,10 @@ import pytest
 from rig import Case, draw_experiment, draw_spring, simulate
 from rig_causes import at_frequencies, band_limited, drawn_case, gapped, humming, less_friction
 from strandspring import Outcome
-from strandspring.identification.causes import Causes, causes_in
-from strandspring.identification.rig import Effect, Rig
-from strandspring.identification.search import search
-from strandspring.identification.steady_part import find_steady_part
+from strandspring.identification.causes.causes import Causes, causes_in
+from strandspring.identification.points.steady_part import find_steady_part
+from strandspring.identification.rig.rig import Effect, Rig
+from strandspring.identification.search.search import search
 
 
 def causes_of(records: Case | tuple) -> Causes:

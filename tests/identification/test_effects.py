@@ -15,10 +15,10 @@ from noise_bound import delay_bound, wear_bound
 from rig import Case, Experiment, draw_experiment, draw_spring, elastic_force, simulate
 from rig_faults import FAULTS
 from strandspring import Identification, IdentificationError, Outcome, Record, Spring, identify, read_record
-from strandspring.identification.rig import Effect, Rig, Sizes
-from strandspring.identification.rig_effects import CAUTIONS, with_other_effects
-from strandspring.identification.search import Candidate, search
-from strandspring.identification.steady_part import find_steady_part
+from strandspring.identification.points.steady_part import find_steady_part
+from strandspring.identification.rig.rig import Effect, Rig, Sizes
+from strandspring.identification.rig.rig_effects import CAUTIONS, with_other_effects
+from strandspring.identification.search.search import Candidate, search
 
 ROOT = Path(__file__).resolve().parents[2]
 STEPPED = Experiment(amplitudes=(0.4, 0.7, 1.0), cycles=(3, 3, 3), noise=0.002)

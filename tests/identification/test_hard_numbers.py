@@ -19,12 +19,12 @@ from strandspring import (
     identify,
 )
 from strandspring.errors import ModelError
-from strandspring.identification.direction import correlation
-from strandspring.identification.intervals import around
-from strandspring.identification.loops import Loops
-from strandspring.identification.prediction_interval import _halves, prediction_error
-from strandspring.identification.rig import Effect, Rig
-from strandspring.identification.steady_part import find_steady_part
+from strandspring.identification.certainty.intervals import around
+from strandspring.identification.certainty.prediction_interval import _halves, prediction_error
+from strandspring.identification.points.direction import correlation
+from strandspring.identification.points.loops import Loops
+from strandspring.identification.points.steady_part import find_steady_part
+from strandspring.identification.rig.rig import Effect, Rig
 from strandspring.joint import JointCovariance, joint_names
 from synthetic import AMPLITUDE, MEAN, record_of, sine, spring_of
 

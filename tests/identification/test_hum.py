@@ -8,10 +8,10 @@ import pytest
 from rig import Case, draw_experiment, draw_spring, simulate
 from rig_causes import drawn_case, humming
 from rig_faults import FAULTS
-from strandspring.identification.hum import Hum, hum_beside
-from strandspring.identification.rig import Rig
-from strandspring.identification.search import search
-from strandspring.identification.steady_part import find_steady_part
+from strandspring.identification.causes.hum import Hum, hum_beside
+from strandspring.identification.points.steady_part import find_steady_part
+from strandspring.identification.rig.rig import Rig
+from strandspring.identification.search.search import search
 
 
 def found_in(case: Case) -> Hum | None:

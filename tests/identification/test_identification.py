@@ -19,11 +19,11 @@ from strandspring import (
 )
 from strandspring.core.parameters import least_value
 from strandspring.errors import RecordError
-from strandspring.identification.direction import backwards
-from strandspring.identification.figures import predict_record, rmse, rnl
-from strandspring.identification.loops import gather
-from strandspring.identification.smoothing import moving_average
-from strandspring.identification.steady_part import find_steady_part
+from strandspring.identification.certainty.figures import predict_record, rmse, rnl
+from strandspring.identification.points.direction import backwards
+from strandspring.identification.points.loops import gather
+from strandspring.identification.points.smoothing import moving_average
+from strandspring.identification.points.steady_part import find_steady_part
 from strandspring.kernel.path import PathSolver
 from strandspring.loops.strokes import find_strokes
 from strandspring.peers.three_point import three_points

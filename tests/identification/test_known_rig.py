@@ -12,8 +12,8 @@ from judgement import judge_case
 from rig import Case, Experiment, draw_experiment, draw_spring, simulate
 from rig_faults import FAULTS
 from strandspring import IdentificationError, Outcome, Record, RecordError, RefinedOptions, ScanOptions, identify
-from strandspring.identification.acceleration import acceleration
-from strandspring.identification.known_rig import KnownRig, unknown_effects
+from strandspring.identification.points.acceleration import acceleration
+from strandspring.identification.rig.known_rig import KnownRig, unknown_effects
 
 SINE = Experiment(noise=0.002)
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from numpy.polynomial import legendre
 
-from strandspring.identification.polynomials import Basis
-from strandspring.identification.scan import _squared_misfits
+from strandspring.identification.points.polynomials import Basis
+from strandspring.identification.search.scan import _squared_misfits
 
 LOW, HIGH = 0.012, 0.047
 X = np.linspace(LOW, HIGH, 61)

@@ -10,14 +10,14 @@ import numpy as np
 import pytest
 
 from strandspring import Outcome, RefinedOptions, identify
-from strandspring.identification.corrected import Corrected
-from strandspring.identification.loops import gather
-from strandspring.identification.other_mounts import stop_operators
+from strandspring.identification.points.loops import gather
+from strandspring.identification.points.steady_part import find_steady_part
 from strandspring.identification.refined import KEEP
-from strandspring.identification.rig import Effect, Rig
-from strandspring.identification.search import search
-from strandspring.identification.steady_part import find_steady_part
-from strandspring.identification.wider_class import unrecorded
+from strandspring.identification.rig.corrected import Corrected
+from strandspring.identification.rig.other_mounts import stop_operators
+from strandspring.identification.rig.rig import Effect, Rig
+from strandspring.identification.search.search import search
+from strandspring.identification.unrecorded.wider_class import unrecorded
 from strandspring.loops.strokes import find_strokes
 from synthetic import MEAN, record_of, sine, spring_of
 from zoo_mounts import DRAWS

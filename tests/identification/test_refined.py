@@ -18,9 +18,9 @@ from strandspring import (
     identify,
     read_record,
 )
-from strandspring.identification.figures import predict_record, rmse, rnl
-from strandspring.identification.noise import force_noise
-from strandspring.identification.small_loops import loop_energy
+from strandspring.identification.certainty.figures import predict_record, rmse, rnl
+from strandspring.identification.points.noise import force_noise
+from strandspring.identification.unrecorded.small_loops import loop_energy
 from strandspring.kernel.path import PathSolver
 from strandspring.loops.strokes import find_strokes
 from stroke_points import omega_with_derivatives

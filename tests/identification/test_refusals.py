@@ -9,7 +9,7 @@ import pytest
 
 from rig import amplitude_of, draw_spring
 from strandspring import IdentificationError, Outcome, Record, Spring, read_record
-from strandspring.identification.steady_part import find_steady_part
+from strandspring.identification.points.steady_part import find_steady_part
 
 ROOT = Path(__file__).resolve().parents[2]
 

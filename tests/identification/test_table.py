@@ -8,17 +8,17 @@ import numpy as np
 import pytest
 
 from strandspring import Record, Spring, SpringParameters
-from strandspring.identification.linearised import Linearised
-from strandspring.identification.loops import Loops
-from strandspring.identification.noise import force_noise
-from strandspring.identification.polynomials import Basis
-from strandspring.identification.projection import Refinement
-from strandspring.identification.refinement import Samples, refine
-from strandspring.identification.solution import is_positive, spring_of
-from strandspring.identification.stages import Hysteresis
-from strandspring.identification.steady_part import find_steady_part
-from strandspring.identification.table import TableBasis
-from strandspring.identification.uncertainty import uncertainty
+from strandspring.identification.certainty.uncertainty import uncertainty
+from strandspring.identification.least_squares.linearised import Linearised
+from strandspring.identification.least_squares.projection import Refinement
+from strandspring.identification.least_squares.refinement import Samples, refine
+from strandspring.identification.least_squares.stages import Hysteresis
+from strandspring.identification.points.loops import Loops
+from strandspring.identification.points.noise import force_noise
+from strandspring.identification.points.polynomials import Basis
+from strandspring.identification.points.steady_part import find_steady_part
+from strandspring.identification.points.table import TableBasis
+from strandspring.identification.search.solution import is_positive, spring_of
 from strandspring.kernel.path import PathSolver
 from synthetic import AMPLITUDE, MEAN, record_of, sine
 from synthetic import spring_of as known_spring

@@ -24,12 +24,12 @@ from strandspring import (
     select,
     synthesize,
 )
-from strandspring.identification.coloured_noise import _cosine_transform, coefficient_covariance
-from strandspring.identification.figures import predict_record
-from strandspring.identification.intervals import quantile_95
-from strandspring.identification.loops import gather
-from strandspring.identification.prediction_interval import PredictionInterval, prediction_error
-from strandspring.identification.repetition import repeated_share
+from strandspring.identification.certainty.figures import predict_record
+from strandspring.identification.certainty.intervals import quantile_95
+from strandspring.identification.certainty.prediction_interval import PredictionInterval, prediction_error
+from strandspring.identification.least_squares.coloured_noise import _cosine_transform, coefficient_covariance
+from strandspring.identification.points.loops import gather
+from strandspring.identification.points.repetition import repeated_share
 from strandspring.joint import JointCovariance, joint_names
 from strandspring.kernel.path import PathSolver
 from strandspring.loops.strokes import find_strokes

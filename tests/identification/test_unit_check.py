@@ -10,8 +10,8 @@ import pytest
 
 from rig import Case, Experiment, amplitude_of, draw_spring, simulate
 from strandspring import IdentificationError, Outcome, Record, Spring, bundled_record, identify, read_record
-from strandspring.identification.steady_part import find_steady_part
-from strandspring.identification.unit_check import implausible_sizes, refuse_differing_units
+from strandspring.identification.points.steady_part import find_steady_part
+from strandspring.identification.points.unit_check import implausible_sizes, refuse_differing_units
 from synthetic import record_of, sine, spring_of
 
 ROOT = Path(__file__).resolve().parents[2]

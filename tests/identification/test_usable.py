@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from strandspring import Outcome, Record
-from strandspring.identification.usable import dwells_without_relaxation, usable_samples
+from strandspring.identification.points.usable import dwells_without_relaxation, usable_samples
 from strandspring.loops.strokes import find_strokes
 from synthetic import record_of, sine, spring_of
 

@@ -8,7 +8,7 @@ import pytest
 from springs import MOUNT
 from strandspring import IdentificationError, NiOptions, Outcome, Record, Spring, TwoStageOptions, identify, select
 from strandspring.errors import RecordError
-from strandspring.identification.figures import predict_record
+from strandspring.identification.certainty.figures import predict_record
 from strandspring.kernel.path import PathSolver
 from strandspring.loops.cycles import find_cycles
 from strandspring.loops.measured import measured_loops

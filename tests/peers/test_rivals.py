@@ -13,8 +13,8 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from strandspring import Record
-from strandspring.identification.polynomials import Basis
-from strandspring.identification.steady_part import find_steady_part
+from strandspring.identification.points.polynomials import Basis
+from strandspring.identification.points.steady_part import find_steady_part
 from strandspring.kernel.generalised import generalised_path
 from strandspring.peers.rivals.classes import OWN, RIVALS
 from strandspring.peers.rivals.fitting import Fit, fit_class

@@ -7,9 +7,9 @@ from collections.abc import Iterable
 import numpy as np
 
 from ..core.parameters import SpringParameters
-from ..identification.direction import backwards
-from ..identification.figures import RecordFit
-from ..identification.saved_spring import effect_of_smoothing
+from ..identification.certainty.figures import RecordFit
+from ..identification.certainty.saved_spring import effect_of_smoothing
+from ..identification.points.direction import backwards
 from ..kernel.arrays import FloatArray
 from ..loops.strokes import find_strokes
 from ..modelfile import ModelFile

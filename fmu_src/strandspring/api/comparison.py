@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from ..arguments import numbers, optional_number, seed_of, whole
 from ..core.parameters import SpringParameters
 from ..errors import StrandspringError
-from ..identification.figures import RecordFit, predict_record
+from ..identification.certainty.figures import RecordFit, predict_record
 from ..kernel.path import PathSolver
 from ..loops.loop import Loop
 from ..loops.modelled import steady_loop

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ..identification.figures import RecordFit, along_smoothed
+from ..identification.certainty.figures import RecordFit, along_smoothed
 from ..kernel.path import PathSolver
 from ..loops.loop import Loop
 from ..loops.modelled import steady_loop

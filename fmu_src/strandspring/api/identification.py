@@ -11,10 +11,10 @@ from numpy.typing import ArrayLike
 
 from ..identification.identified_model import IdentifiedModel
 from ..identification.identify_records import identify_records
-from ..identification.known_rig import KnownRig
 from ..identification.method import Method
 from ..identification.notes import notes_on
 from ..identification.outcomes import Outcome, by_harm
+from ..identification.rig.known_rig import KnownRig
 from ..joint import HYSTERETIC_UNITS
 from ..stated_figures import differ, in_words
 from .records import Source, given_records

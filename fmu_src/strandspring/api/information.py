@@ -14,8 +14,8 @@ from numpy.typing import ArrayLike
 from ..arguments import numbers
 from ..coordinates import counted_from, zero_sentence
 from ..core.parameters import SpringParameters
-from ..identification.campaign import Overlap, RateIndependence, campaign_verdicts
 from ..kernel.path import PathSolver
+from ..loops.campaign import Overlap, RateIndependence, campaign_verdicts
 from ..loops.loop import Loop, LoopFigures
 from ..loops.measured import MeasuredLoop, measured_loops
 from ..loops.modelled import steady_loop, steady_loop_figures

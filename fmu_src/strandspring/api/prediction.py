@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..errors import ModelError
-from ..identification.figures import RecordFit, along_smoothed, overall_figures, predict_record
-from ..identification.prediction_interval import PredictionInterval, prediction_error
+from ..identification.certainty.figures import RecordFit, along_smoothed, overall_figures, predict_record
+from ..identification.certainty.prediction_interval import PredictionInterval, prediction_error
 from ..joint import JointCovariance
 from ..kernel.arrays import FloatArray
 from ..kernel.path import PathSolver

@@ -6,9 +6,9 @@ from dataclasses import asdict
 from typing import Any
 
 from ..core.parameters import SIGMA_RANGE, SpringParameters
-from ..identification.campaign import Overlap, RateIndependence
-from ..identification.figures import RecordFit, both_figures
-from ..identification.prediction_interval import PredictionInterval
+from ..identification.certainty.figures import RecordFit, both_figures
+from ..identification.certainty.prediction_interval import PredictionInterval
+from ..loops.campaign import Overlap, RateIndependence
 from ..stated_figures import differ, in_words
 from ..strict_json import printable
 

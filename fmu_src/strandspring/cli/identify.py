@@ -10,8 +10,8 @@ import click
 from ..api.identification import Identification
 from ..api.identification import identify as identify_records
 from ..api.text import fit_json, verdict_json
-from ..identification.campaign import campaign_verdicts
 from ..identification.method import Method
+from ..loops.campaign import campaign_verdicts
 from ..modelfile import ModelFile, save_model
 from ..peers.rivals.ranking import Ranking
 from .cautions import note_assumptions, note_most_harmful

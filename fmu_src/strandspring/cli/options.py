@@ -13,8 +13,8 @@ import click
 from ..errors import ModelError, RecordError
 from ..identification.method import Method
 from ..identification.refined import KEEP, RefinedOptions
-from ..identification.rig import STATES
-from ..identification.scan import ScanOptions
+from ..identification.rig.rig import STATES
+from ..identification.search.scan import ScanOptions
 from ..intake.description_file import entries
 from ..intake.wanted import Wanted
 from ..intake.windows import is_window

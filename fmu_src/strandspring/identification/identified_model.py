@@ -10,13 +10,13 @@ from .._version import __version__
 from ..core.parameters import SpringParameters
 from ..modelfile import ModelFile
 from ..records.record import Record
-from .figures import RecordFit, both_figures, overall_figures
-from .lack_of_fit import LackOfFit
+from .certainty.figures import RecordFit, both_figures, overall_figures
+from .certainty.lack_of_fit import LackOfFit
+from .certainty.prediction_interval import PredictionBand
+from .certainty.recorded_energies import LoopEnergy
 from .outcomes import Outcome
-from .prediction_interval import PredictionBand
-from .recorded_energies import LoopEnergy
-from .small_loops import SmallLoops
-from .steady_part import SteadyRecord
+from .points.steady_part import SteadyRecord
+from .unrecorded.small_loops import SmallLoops
 
 
 @dataclass(frozen=True, eq=False)

@@ -17,18 +17,26 @@ from ..kernel.path import PathSolver
 from ..loops.strokes import find_strokes
 from ..records.record import Record
 from ..records.spikes import spikes_of
-from .figures import RecordFit, alone, along_strokes, estimate_omega_start, overall, periodic_start, record_fit
+from .certainty.figures import (
+    RecordFit,
+    alone,
+    along_strokes,
+    estimate_omega_start,
+    overall,
+    periodic_start,
+    record_fit,
+)
+from .certainty.recorded_energies import recorded_energies
+from .certainty.saved_spring import differences, is_worse_than_a_line
 from .identified_model import IdentifiedModel
-from .loops import Loops, join
 from .method import Method, checked_method
 from .outcomes import IdentificationError, Outcome, by_harm
-from .recorded_energies import recorded_energies
+from .points.loops import Loops, join
+from .points.steady_part import SteadyRecord, find_steady_part
+from .points.turns import turns_between_samples
+from .points.unit_check import refuse_differing_units
 from .refined import RefinedOptions
-from .saved_spring import differences, is_worse_than_a_line
-from .small_loops import small_loops
-from .steady_part import SteadyRecord, find_steady_part
-from .turns import turns_between_samples
-from .unit_check import refuse_differing_units
+from .unrecorded.small_loops import small_loops
 
 _POOR_RNL = 0.9
 _MANY_COMMON = 16  # samples; parts one after the other share one

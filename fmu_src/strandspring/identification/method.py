@@ -10,10 +10,10 @@ from typing import Any, ClassVar
 from ..core.parameters import MAXIMUM_DEGREE, SpringParameters
 from ..kernel.arrays import FloatArray
 from ..records.record import Record
-from .lack_of_fit import LackOfFit
+from .certainty.lack_of_fit import LackOfFit
+from .certainty.prediction_interval import PredictionBand
 from .outcomes import Outcome
-from .prediction_interval import PredictionBand
-from .steady_part import SteadyRecord
+from .points.steady_part import SteadyRecord
 
 
 @dataclass(frozen=True, eq=False)

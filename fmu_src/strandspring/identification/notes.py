@@ -8,10 +8,10 @@ import numpy as np
 
 from ..records.record import Record
 from .identified_model import IdentifiedModel
-from .known_rig import KnownRig, unknown_effects
+from .points.unit_check import implausible_sizes
+from .points.usable import dwells_without_relaxation
 from .refined import RefinedOptions
-from .unit_check import implausible_sizes
-from .usable import dwells_without_relaxation
+from .rig.known_rig import KnownRig, unknown_effects
 
 
 def notes_on(identification: IdentifiedModel) -> tuple[str, ...]:

@@ -14,35 +14,35 @@ from ..errors import RecordError
 from ..kernel.arrays import FloatArray
 from ..kernel.path import PathSolver
 from ..records.record import Record
-from .bootstrap import bootstrap
-from .causes import causes_in
-from .corrected import Corrected, rms_in
-from .effects import find_delayed, other_effects
-from .figures import periodic_start
-from .known_rig import KnownRig
-from .lack_of_fit import LackOfFit
-from .linearised import Linearised
-from .loops import POINTS_PER_STROKE, Loops
+from .causes.causes import causes_in
+from .certainty.bootstrap import bootstrap
+from .certainty.figures import periodic_start
+from .certainty.lack_of_fit import LackOfFit
+from .certainty.posterior import posterior
+from .certainty.prediction_interval import PredictionBand, PredictionInterval, prediction_interval
+from .certainty.uncertainty import is_sigma_uncertain, uncertainty
+from .least_squares.linearised import Linearised
+from .least_squares.projection import Refinement
+from .least_squares.refinement import Samples, refine
 from .method import Fitted, Method
-from .noise import force_noise
-from .one_amplitude import one_amplitude_doubts
-from .other_mounts import nearest_mount
 from .outcomes import IdentificationError, Outcome
-from .polynomials import Basis
-from .posterior import posterior
-from .prediction_interval import PredictionBand, PredictionInterval, prediction_interval
-from .projection import Refinement
-from .refinement import Samples, refine
-from .removal import Kept, find_removable
-from .rig import STATES, Effect, Rig, Sizes
-from .rig_effects import CAUTIONS, RELAXING, described, detail, with_other_effects
-from .search import CLOSE, PILOT, Candidate, bending_more, is_explained, search
-from .small_loops import loop_energy, rival_springs, springs_of, undecided_energy
-from .solution import cautions_of, is_positive, refuse_too_few, saturation_share, spring_of
-from .spring_alone import spring_alone
-from .steady_part import SteadyRecord
-from .uncertainty import is_sigma_uncertain, uncertainty
-from .wider_class import unrecorded
+from .points.loops import POINTS_PER_STROKE, Loops
+from .points.noise import force_noise
+from .points.polynomials import Basis
+from .points.steady_part import SteadyRecord
+from .rig.corrected import Corrected, rms_in
+from .rig.effects import find_delayed, other_effects
+from .rig.known_rig import KnownRig
+from .rig.other_mounts import nearest_mount
+from .rig.removal import Kept, find_removable
+from .rig.rig import STATES, Effect, Rig, Sizes
+from .rig.rig_effects import CAUTIONS, RELAXING, described, detail, with_other_effects
+from .rig.spring_alone import spring_alone
+from .search.search import CLOSE, PILOT, Candidate, bending_more, is_explained, search
+from .search.solution import cautions_of, is_positive, refuse_too_few, saturation_share, spring_of
+from .unrecorded.one_amplitude import one_amplitude_doubts
+from .unrecorded.small_loops import loop_energy, rival_springs, springs_of, undecided_energy
+from .unrecorded.wider_class import unrecorded
 
 # Points in all, and at least in a stroke, on which minima are looked for.
 _SEARCHED = 1000

@@ -34,8 +34,8 @@ from numpy.typing import ArrayLike
 
 from ..conversions import NormalizedBoucWen
 from ..errors import RecordError
+from ..identification.least_squares.stages import N_BOUNDS, SIGMA_BOUNDS
 from ..identification.outcomes import IdentificationError, Outcome
-from ..identification.stages import N_BOUNDS, SIGMA_BOUNDS
 from ..kernel.arrays import FloatArray
 from ..loops.noise_levels import noise_level
 from ..loops.turning import turning_points

@@ -13,13 +13,13 @@ from typing import ClassVar
 import numpy as np
 
 from ..errors import RecordError
-from ..identification.loops import Loops
+from ..identification.least_squares.stages import Backbone, Hysteresis
 from ..identification.method import Fitted, Method
 from ..identification.outcomes import IdentificationError, Outcome
-from ..identification.polynomials import Basis
-from ..identification.solution import Solution, fitted
-from ..identification.stages import Backbone, Hysteresis
-from ..identification.steady_part import SteadyRecord
+from ..identification.points.loops import Loops
+from ..identification.points.polynomials import Basis
+from ..identification.points.steady_part import SteadyRecord
+from ..identification.search.solution import Solution, fitted
 from .ni import NiParameters
 from .ni_method import NiOutcome, ni_method, plausible_start
 

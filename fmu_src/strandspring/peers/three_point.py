@@ -10,11 +10,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ..identification.loops import Loops, single_branch
-from ..identification.polynomials import Basis, Columns
-from ..identification.smoothing import automatic_half_width, moving_average
-from ..identification.stages import N_BOUNDS, SIGMA_BOUNDS, Backbone, Hysteresis
-from ..identification.steady_part import mean_loop
+from ..identification.least_squares.stages import N_BOUNDS, SIGMA_BOUNDS, Backbone, Hysteresis
+from ..identification.points.loops import Loops, single_branch
+from ..identification.points.polynomials import Basis, Columns
+from ..identification.points.smoothing import automatic_half_width, moving_average
+from ..identification.points.steady_part import mean_loop
 from ..kernel.arrays import FloatArray
 
 # omega at the points H1 (recovering), H2 and H3 (approaching saturation). H1 moves towards zero if the branch is

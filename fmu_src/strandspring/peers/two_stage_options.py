@@ -9,11 +9,11 @@ from typing import ClassVar, Literal
 import numpy as np
 
 from ..errors import RecordError
-from ..identification.loops import join
 from ..identification.method import Fitted, Method
-from ..identification.solution import fitted
-from ..identification.steady_part import SteadyRecord
-from ..identification.two_stage import Stages, two_stage, whole_branches
+from ..identification.points.loops import join
+from ..identification.points.steady_part import SteadyRecord
+from ..identification.search.solution import fitted
+from ..identification.search.two_stage import Stages, two_stage, whole_branches
 from ..records.record import Record
 from .periods import whole_periods
 from .three_point import three_point_stages

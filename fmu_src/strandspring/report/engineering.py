@@ -8,8 +8,8 @@ from functools import cached_property
 
 import numpy as np
 
+from ..identification.certainty.intervals import NORMAL_95
 from ..identification.identified_model import IdentifiedModel
-from ..identification.intervals import NORMAL_95
 from ..identification.outcomes import Outcome
 from ..joint import JointCovariance
 from ..kernel.arrays import FloatArray

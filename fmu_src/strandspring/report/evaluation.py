@@ -10,7 +10,7 @@ from pathlib import PurePath
 
 import numpy as np
 
-from ..identification.figures import RecordFit
+from ..identification.certainty.figures import RecordFit
 from ..identification.identified_model import IdentifiedModel
 from ..kernel.arrays import FloatArray
 from ..kernel.path import PathSolver

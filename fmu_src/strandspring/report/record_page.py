@@ -9,7 +9,7 @@ import numpy as np
 
 from .._version import __version__
 from ..identification.outcomes import IdentificationError
-from ..identification.steady_part import find_steady_part
+from ..identification.points.steady_part import find_steady_part
 from ..loops.overview import RecordOverview, overview
 from ..loops.strokes import IndexArray
 from ..records.record import Record

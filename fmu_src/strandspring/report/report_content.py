@@ -6,10 +6,10 @@ from collections.abc import Callable, Iterator
 from typing import Any
 
 from .._version import __version__
+from ..identification.certainty.prediction_interval import PredictionInterval
 from ..identification.identified_model import IdentifiedModel
 from ..identification.notes import notes_on
 from ..identification.outcomes import Outcome
-from ..identification.prediction_interval import PredictionInterval
 from ..modelfile import ModelFile
 from ..stated_figures import differ, energy_ratio
 from . import report_tables as tables

@@ -6,8 +6,8 @@ from collections.abc import Iterator
 from typing import Any
 
 from ..core.parameters import SpringParameters
-from ..identification.figures import RecordFit
-from ..identification.intervals import NORMAL_95
+from ..identification.certainty.figures import RecordFit
+from ..identification.certainty.intervals import NORMAL_95
 from ..loops.loop import LoopFigures
 from ..stated_figures import energy_ratio
 from .blocks import Table

@@ -8,9 +8,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...identification.other_mounts import stop_operators
-from ...identification.polynomials import Basis
-from ...identification.stages import N_BOUNDS, SIGMA_BOUNDS
+from ...identification.least_squares.stages import N_BOUNDS, SIGMA_BOUNDS
+from ...identification.points.polynomials import Basis
+from ...identification.rig.other_mounts import stop_operators
 from ...kernel.arrays import FloatArray
 from ...kernel.generalised import generalised_path
 from .rival import KNEE, Rival, Shape

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ...identification.polynomials import Basis
+from ...identification.points.polynomials import Basis
 from ...kernel.arrays import FloatArray
 from ...loops.strokes import IndexArray
 from .rival import Rival

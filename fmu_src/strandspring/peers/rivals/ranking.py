@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from ...identification.steady_part import SteadyRecord
+from ...identification.points.steady_part import SteadyRecord
 from ...kernel.arrays import FloatArray
 from ...loops.strokes import IndexArray
 from .classes import OWN, RIVALS

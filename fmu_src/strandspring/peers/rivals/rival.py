@@ -16,7 +16,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from ...identification.polynomials import Basis
+from ...identification.points.polynomials import Basis
 from ...kernel.arrays import FloatArray
 from .track import Track
 

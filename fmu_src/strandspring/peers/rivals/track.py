@@ -8,8 +8,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ...identification.loops import POINTS_PER_STROKE, Loops, gather, join
-from ...identification.steady_part import SteadyRecord
+from ...identification.points.loops import POINTS_PER_STROKE, Loops, gather, join
+from ...identification.points.steady_part import SteadyRecord
 from ...kernel.arrays import FloatArray
 from ...loops.noise_levels import noise_level
 from ...loops.strokes import IndexArray, find_strokes

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from ...identification.autocorrelation import autocorrelation_time
+from ...identification.points.autocorrelation import autocorrelation_time
 from ...kernel.arrays import FloatArray
 from ..chart import Axis, Chart, Form, Role, Trace, joined
 from ..evaluation import SHOWN_RECORDS, Evaluation, RecordView

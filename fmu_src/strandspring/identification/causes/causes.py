@@ -1,0 +1,60 @@
+"""Causes that records show beside a spring, of which no effect of the rig is one, with the effects they look like."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from ..outcomes import Outcome
+from ..rig.rig import Effect, Rig
+from ..search.search import Candidate
+from .backlash import backlash
+from .band_limit import band_limit
+from .between_records import differences
+from .hum import hum_beside
+
+_LIKE_CORNERS = frozenset((Effect.DELAY, Effect.VISCOSITY, Effect.PLAY))
+
+
+@dataclass(frozen=True)
+class Causes:
+    """What was found.
+
+    Attributes
+    ----------
+    findings : dict           Outcomes with their details.
+    forbidden : frozenset     Effects of the rig that are not to be removed, as the causes look like them.
+    smallest_loop : float     Amplitude of the smallest loop that the records tell of, share of the recorded one [-].
+    """
+
+    findings: dict[Outcome, str]
+    forbidden: frozenset[Effect]
+    smallest_loop: float = 0.0
+
+
+def causes_in(rig: Rig, candidates: Sequence[Candidate]) -> Causes:
+    """The causes in the records of a rig.
+
+    Parameters
+    ----------
+    rig : Rig
+    candidates : sequence of Candidate   From `search`, of the points as measured, the best first; may be empty.
+    """
+    findings: dict[Outcome, str] = {}
+    forbidden: frozenset[Effect] = frozenset()
+    smallest = 0.0
+    for difference in differences([part.record for part in rig.parts]):
+        findings[difference.outcome] = difference.detail
+        forbidden |= frozenset(difference.forbidden)
+    if (limit := band_limit(rig.parts)) is not None:
+        findings[Outcome.BAND_LIMITED] = limit.sentence
+        smallest = limit.smallest_loop
+        # A filter on the force alone delays it.
+        forbidden |= _LIKE_CORNERS if limit.is_common else frozenset()
+    if (gap := backlash(rig.parts)) is not None:
+        findings[Outcome.BACKLASH] = gap.sentence
+        forbidden |= _LIKE_CORNERS
+    if candidates and (line := hum_beside(rig, candidates[0])) is not None:
+        findings[Outcome.HUM] = line.sentence
+        forbidden |= _LIKE_CORNERS
+    return Causes(findings, forbidden, smallest)

@@ -1,0 +1,1 @@
+"""How far a fit can be trusted: figures of the saved spring, standard errors, intervals, misfit."""

@@ -1,0 +1,217 @@
+"""How well a model follows a record: RMSE and RNL, and the omega at which the record starts."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...errors import RecordError
+from ...kernel.arrays import FloatArray
+from ...kernel.path import PathSolver
+from ...loops.strokes import Strokes, find_strokes
+from ...records.record import Record
+from ...stated_figures import NAMES
+from ..points.steady_part import SteadyRecord
+
+# The memory of omega_start is gone after two strokes; this many samples of them are enough to estimate it.
+_START_SAMPLES = 4000
+_SELECTED = ", within the selected displacements"
+
+
+def rmse(force: FloatArray, predicted: FloatArray) -> float:
+    """Root mean square error [N], paper eq. (32)."""
+    return float(np.sqrt(np.mean((force - predicted) ** 2)))
+
+
+def rnl(force: FloatArray, predicted: FloatArray) -> float:
+    """1 - sqrt(sum of squared errors / sum of squared forces), paper eq. (33) with the root it needs.
+
+    Only with the root do the three rows of the paper's Table 1 have one rms force.
+    """
+    return float(1.0 - np.sqrt(np.sum((predicted - force) ** 2) / np.sum(force**2)))
+
+
+@dataclass(frozen=True, eq=False)
+class RecordFit:
+    """Prediction of one record.
+
+    Attributes
+    ----------
+    path : str
+    predicted : ndarray, shape (K,)   Force at every sample of the record [N].
+    first_sample : int                First sample compared.
+    samples : int                     Number of samples compared.
+    rmse, rnl : float                 Over the samples compared [N], [-].
+    rms_force : float                 Over the samples compared [N].
+    energy, predicted_energy : float  Work of the hysteretic force over the samples compared, the integral of
+                                      (force - FE) over the displacement, measured and predicted [J].
+    omega_start : float               omega at the record's first sample.
+    compared : str                    What was compared and where omega_start comes from, in words.
+    """
+
+    path: str
+    predicted: FloatArray
+    first_sample: int
+    samples: int
+    rmse: float
+    rnl: float
+    rms_force: float
+    energy: float
+    predicted_energy: float
+    omega_start: float
+    compared: str
+
+    @property
+    def figures(self) -> dict[str, float]:
+        """What the model file and JSON hold of it, in N and J."""
+        return {name: getattr(self, name) for name in NAMES}
+
+    def beside(self, fitted: RecordFit) -> str:
+        """What another prediction of the record has that this one, by the spring alone, has not, in words."""
+        return fitted.compared.removeprefix(self.compared).removeprefix(", ")
+
+
+def record_fit(
+    solver: PathSolver,
+    record: Record,
+    path: FloatArray,
+    predicted: FloatArray,
+    first_sample: int,
+    omega_start: float,
+    compared: str,
+) -> RecordFit:
+    """Figures of a prediction from `first_sample` on.
+
+    Parameters
+    ----------
+    solver : PathSolver               Of the spring whose FE is taken from the forces to have hysteretic ones.
+    record : Record
+    path : ndarray, shape (K,)        Displacement of the prediction [m].
+    predicted : ndarray, shape (K,)   [N]
+    first_sample, omega_start, compared   As in `RecordFit`.
+
+    Raises
+    ------
+    RecordError   If no such sample is within the selected displacements.
+    """
+    chosen = chosen_samples(record, first_sample)
+    if record.compared is not None:
+        if not chosen.any():
+            raise RecordError(
+                f"{record.path}: no sample from number {first_sample + 1} on, where the steady part begins, is within "
+                "the selected displacements; select others."
+            )
+        if _SELECTED not in compared:
+            compared += _SELECTED
+    force, p = record.force[chosen], predicted[chosen]
+    rms_force = float(np.sqrt(np.mean(force**2)))
+    counted = chosen[1:] & chosen[:-1]
+    energy, predicted_energy = (
+        float(np.sum(steps_of_work(solver, path, each)[counted])) for each in (record.force, predicted)
+    )
+    return RecordFit(
+        record.path, predicted, first_sample, force.size, rmse(force, p), rnl(force, p), rms_force,
+        energy, predicted_energy, omega_start, compared,
+    )  # fmt: skip
+
+
+def chosen_samples(record: Record, first_sample: int) -> NDArray[np.bool_]:
+    """The samples compared: from one on, within the selected displacements, shape (K,)."""
+    chosen = np.arange(len(record)) >= first_sample
+    return chosen if record.compared is None else chosen & record.compared
+
+
+def steps_of_work(solver: PathSolver, path: FloatArray, force: FloatArray) -> FloatArray:
+    """Work of a force without FE in each interval of a path, shape (K - 1,) [J], by the trapezoidal rule."""
+    hysteretic = force - solver.force_with_partials(path, np.zeros(path.size))[0]
+    return np.asarray(0.5 * (hysteretic[1:] + hysteretic[:-1]) * np.diff(path))
+
+
+def predict_record(solver: PathSolver, record: Record) -> RecordFit:
+    """Predict a whole record along its displacement as recorded.
+
+    The unknown omega at its start is estimated as one bounded scalar.
+    """
+    strokes = find_strokes(record.displacement)
+    if strokes.turning[min(2, strokes.count)] < _START_SAMPLES:
+        # Else samples are left out, and what they do to the memory with them.
+        strokes = replace(strokes, displacement=record.displacement)
+    omega_start = estimate_omega_start(solver, strokes, record.force, record.compared)
+    return alone(solver, record, 0, omega_start, "all samples, omega_start estimated")
+
+
+def alone(solver: PathSolver, record: Record, first_sample: int, omega_start: float, compared: str) -> RecordFit:
+    """Prediction by a spring alone, driven by the displacement as recorded: what its FMU gives."""
+    path = record.displacement
+    return record_fit(solver, record, path, solver.force(path, omega_start), first_sample, omega_start, compared)
+
+
+def along_strokes(solver: PathSolver, part: SteadyRecord, fit: RecordFit) -> RecordFit:
+    """The same along the path without reversals below the noise; the same fit where nothing was smoothed."""
+    return along_smoothed(solver, part.record, part.strokes, fit)
+
+
+def along_smoothed(solver: PathSolver, record: Record, strokes: Strokes, fit: RecordFit) -> RecordFit:
+    """The same of a record whose strokes are known."""
+    path = strokes.displacement
+    if np.array_equal(path, record.displacement):
+        return fit
+    force = solver.force(path, fit.omega_start)
+    return record_fit(
+        solver, record, path, force, fit.first_sample, fit.omega_start, f"{fit.compared}, along the smoothed path"
+    )
+
+
+def periodic_start(solver: PathSolver, path: FloatArray) -> float:
+    """The omega at the start of one steady period, which ends with the memory it began with."""
+    return float(solver.omega(path, float(solver.omega(path)[-1]))[-1])
+
+
+def estimate_omega_start(
+    solver: PathSolver, strokes: Strokes, force: FloatArray, compared: NDArray[np.bool_] | None = None
+) -> float:
+    """The omega at the first sample that follows the first two strokes best, or what is compared of them."""
+    end = int(strokes.turning[min(2, strokes.count)]) + 1
+    step = max(1, end // _START_SAMPLES)
+    # Turning points stay in the path, or thinning would cut the strokes short.
+    chosen = np.union1d(np.arange(0, end, step), strokes.turning[strokes.turning < end])
+    path, measured = strokes.displacement[chosen], force[chosen]
+    weights = np.ones(chosen.size) if compared is None or not compared[chosen].any() else compared[chosen]
+
+    def misfit(omega: float) -> float:
+        return float(weights @ (solver.force(path, omega) - measured) ** 2)
+
+    # Imported here because it takes a third of a second, and identification does without it.
+    from scipy.optimize import minimize_scalar
+
+    inner = minimize_scalar(misfit, bounds=(-1.0, 1.0), method="bounded", options={"xatol": 1e-6})
+    return float(min((-1.0, 1.0, float(inner.x)), key=misfit))
+
+
+def overall(fits: tuple[RecordFit, ...]) -> tuple[float, float]:
+    """RMSE [N] and RNL over the compared samples of several records."""
+    squared = sum(fit.samples * fit.rmse**2 for fit in fits)
+    power = sum(fit.samples * fit.rms_force**2 for fit in fits)
+    count = sum(fit.samples for fit in fits)
+    return float(np.sqrt(squared / count)), float(1.0 - np.sqrt(squared / power))
+
+
+def overall_figures(fits: tuple[RecordFit, ...]) -> dict[str, float]:
+    """The figures of a `RecordFit` over several records."""
+    works = (sum(getattr(fit, name) for fit in fits) for name in NAMES[2:])
+    return dict(zip(NAMES, (*overall(fits), *works), strict=True))
+
+
+def both_figures(fit: RecordFit, other: RecordFit, name: str = "fitted") -> dict[str, Any]:
+    """What model file and JSON say of a record: the figures of the spring alone, and below a name those of another
+    prediction, such as the fit.
+    """
+    return {
+        **fit.figures,
+        "omega_start": fit.omega_start,
+        "compared": fit.compared,
+        name: {**other.figures, "compared": other.compared},
+    }

@@ -1,0 +1,101 @@
+"""Energies of the recorded loops, measured and of the saved spring, by amplitude."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...kernel.arrays import FloatArray
+from ...kernel.path import PathSolver
+from ...loops.noise_levels import noise_level
+from ..points.loops import ONE_AMPLITUDE
+from ..points.steady_part import SteadyRecord
+from .figures import RecordFit, chosen_samples, steps_of_work
+
+
+@dataclass(frozen=True)
+class LoopEnergy:
+    """Loops of about one amplitude.
+
+    Attributes
+    ----------
+    amplitude : float             Mean [m].
+    measured, predicted : float   Mean energy of a cycle, and that of the saved spring along the same path [J].
+    error : float                 Standard error of the measured one by the noise of the force [J].
+    spread : float                Half the difference between the largest and the smallest cycle [J].
+    """
+
+    amplitude: float
+    measured: float
+    predicted: float
+    error: float
+    spread: float
+
+    def as_json(self) -> dict[str, float]:
+        """An entry of the model file's field `fit.recorded_loops`."""
+        return {"amplitude": self.amplitude, "energy": self.measured, "predicted_energy": self.predicted}
+
+
+def recorded_energies(
+    solver: PathSolver, parts: Sequence[SteadyRecord], fits: Sequence[RecordFit]
+) -> tuple[LoopEnergy, ...]:
+    """Energies of the loops of some records, the largest amplitude first.
+
+    Parameters
+    ----------
+    solver : PathSolver                Of the saved spring.
+    parts : sequence of SteadyRecord   As recorded.
+    fits : sequence of RecordFit       Of the spring along the displacement as recorded.
+    """
+    pieces = [_cycles(solver, part, fit) for part, fit in zip(parts, fits, strict=True)]
+    amplitudes, shares, measured, predicted, variances = np.concatenate(pieces, axis=1)
+    found = []
+    order = np.argsort(-amplitudes)
+    while order.size:
+        group = order[amplitudes[order] >= ONE_AMPLITUDE * amplitudes[order[0]]]
+        order = order[group.size :]
+        whole = group[shares[group] >= ONE_AMPLITUDE]
+        group = whole if whole.size else group
+        found.append(
+            LoopEnergy(
+                float(amplitudes[group].mean()),
+                float(measured[group].mean()),
+                float(predicted[group].mean()),
+                float(np.sqrt(variances[group].sum())) / group.size,
+                0.5 * float(np.ptp(measured[group])),
+            )
+        )
+    return tuple(found)
+
+
+def _cycles(solver: PathSolver, part: SteadyRecord, fit: RecordFit) -> FloatArray:
+    """Of each cycle, shape (5, C): amplitude [m], share of the shorter stroke in the longer, work measured and
+    predicted [J], and its variance by noise [J^2].
+    """
+    strokes, record = part.strokes, part.record
+    path = record.displacement
+    used = part.used & chosen_samples(record, fit.first_sample)
+    counted = used[1:] & used[:-1]
+    of_interval = strokes.of_sample[1:]
+    first = int(of_interval[min(fit.first_sample, of_interval.size - 1)])
+    # A single stroke at the end does not count.
+    count = max((strokes.count - first) // 2, 1)
+    cycle = np.maximum(of_interval - first, 0) // 2
+    counted &= cycle < count
+    cycle = np.minimum(cycle, count - 1)
+    noise = noise_level(record.force, strokes.turning[1:-1])
+    rows = [
+        np.bincount(cycle, weights=np.where(counted, values, 0.0), minlength=count)
+        for values in (
+            steps_of_work(solver, path, record.force),
+            steps_of_work(solver, path, fit.predicted),
+            (noise * np.diff(path)) ** 2,
+        )
+    ]
+    lengths = strokes.length[first : first + 2 * count]
+    # The longer stroke counts, since the first and the last of a record are often cut.
+    amplitudes = 0.5 * np.array([lengths[2 * k : 2 * k + 2].max() for k in range(count)])
+    shares = np.array([lengths[2 * k : 2 * k + 2].min() for k in range(count)]) / np.maximum(2.0 * amplitudes, 1e-300)
+    return np.stack([amplitudes, shares, *rows])

@@ -1,0 +1,215 @@
+"""The two stages of the paper, each one linear least-squares problem.
+
+Stage 1 (paper eqs. 12-20) reads FE and kappa_omega*FA from the points at which omega is known. In the paper that is
+the steady section, omega = +1 on loading and -1 on unloading points; here each branch is used wherever it alone is
+saturated, so that the whole range is covered and nothing is extrapolated:
+
+    r = FE(x) + omega*G(x),     G = kappa_omega*FA.
+
+Stage 2 (eqs. 21-25) extracts omega = (r - FE)/G and reads rho, sigma, n from it. Instead of differentiating noisy
+data at three points it integrates eq. (22) along each stroke; with u = side*omega and the travel s,
+
+    u(s) = u(0) + a*[s - integral over u > 0 of u^n ds] + b*integral over u < 0 of (-u)^n ds,
+    a = rho,   b = rho*(2*sigma - 1),
+
+which is linear in a, b and u(0) for a given n; n comes from a bounded scan of its whole range.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...core.parameters import SIGMA_RANGE
+from ...kernel.arrays import FloatArray
+from ...kernel.line import IntegratedLines
+from ...loops.noise_levels import median
+from ..points.loops import Loops
+from ..points.polynomials import Columns
+from ..points.smoothing import automatic_half_width, moving_average
+
+SIGMA_BOUNDS = SIGMA_RANGE
+N_BOUNDS = (0.05, 20.0)
+_N_SCAN = np.geomspace(*N_BOUNDS, 19)
+_N_FINER = np.geomspace(_N_SCAN[0] / _N_SCAN[1], _N_SCAN[1] / _N_SCAN[0], 9)[1:-1]  # about the best one
+# Singular values of the steady section below this share of the largest are noise: the branches overlap too little.
+_STEADY_RCOND = 1e-3
+# FA may not fall below this share of its median while omega is extracted.
+_LEAST_AMPLIFIER = 0.1
+
+
+@dataclass(frozen=True)
+class Hysteresis:
+    """rho [1/m], sigma, n of eq. (11)."""
+
+    rho: float
+    sigma: float
+    n: float
+
+
+@dataclass(frozen=True, eq=False)
+class Backbone:
+    """FE and G = kappa_omega*FA as Legendre coefficients, and both at the points of the loops [N]."""
+
+    elastic: FloatArray
+    amplified: FloatArray
+    FE: FloatArray
+    G: FloatArray
+
+    @classmethod
+    def from_coefficients(cls, coefficients: FloatArray, columns: Columns) -> Backbone:
+        """The backbone of all coefficients, those of FE first, at the displacements of the columns."""
+        terms = columns.elastic.shape[1]
+        elastic, amplified = coefficients[:terms], coefficients[terms:]
+        return cls(elastic, amplified, columns.elastic @ elastic, columns.amplifier @ amplified)
+
+    def force(self, omega: FloatArray) -> FloatArray:
+        """Predicted force at the points [N]."""
+        return self.FE + omega * self.G
+
+    def misfit(self, force: FloatArray, omega: FloatArray) -> FloatArray:
+        """Residuals of a measured force at the points [N]."""
+        return np.asarray(force - self.FE - omega * self.G)
+
+
+def fit_backbone(
+    loops: Loops, columns: Columns, omega: FloatArray, chosen: NDArray[np.bool_] | None = None
+) -> Backbone | None:
+    """Stage 1: FE and G by linear least squares on the chosen points; None if they are too few.
+
+    Parameters
+    ----------
+    loops : Loops
+    columns : Columns                      Basis functions at the points.
+    omega : ndarray, shape (P,)            omega at each point: +-1 in the steady section.
+    chosen : ndarray of bool, shape (P,)   The steady section; all points if None.
+    """
+    matrix = np.hstack([columns.elastic, omega[:, None] * columns.amplifier])
+    root = np.sqrt(loops.weight)
+    rows = slice(None) if chosen is None else chosen
+    rcond = 1e-12 if chosen is None else _STEADY_RCOND
+    weighted = (matrix * root[:, None])[rows]
+    if weighted.shape[0] < 2 * weighted.shape[1]:
+        return None
+    return Backbone.from_coefficients(np.linalg.lstsq(weighted, (loops.force * root)[rows], rcond=rcond)[0], columns)
+
+
+def extract_omega(loops: Loops, backbone: Backbone, half_width: int | None) -> tuple[FloatArray, FloatArray] | None:
+    """omega = (r - FE)/G (eq. 21) after smoothing, and the G it was divided by; None without a positive loop.
+
+    Parameters
+    ----------
+    half_width : int or None    Of the moving average; from the noise if None.
+    """
+    middle = median(backbone.G)
+    if middle <= 0.0:
+        return None
+    G = np.maximum(backbone.G, _LEAST_AMPLIFIER * middle)
+    omega = (loops.force - backbone.FE) / G
+    if half_width is None:
+        half_width = automatic_half_width(loops, omega)
+    return moving_average(loops, omega, half_width), G
+
+
+def fit_hysteresis(
+    loops: Loops, backbones: Sequence[Backbone | None], half_width: int | None = None
+) -> list[tuple[Hysteresis, float] | None]:
+    """Stage 2 for each backbone: rho, sigma, n and the rms misfit [N] of the integrated eq. (22).
+
+    None without a backbone, a positive loop or a rho > 0.
+    """
+    extracted = [None if each is None else extract_omega(loops, each, half_width) for each in backbones]
+    possible = [each for each in extracted if each is not None]
+    if not possible:
+        return [None] * len(extracted)
+    fits = iter(_fits(loops, *(np.array(each) for each in zip(*possible, strict=True))))
+    return [None if each is None else next(fits) for each in extracted]
+
+
+def _fits(loops: Loops, omega: FloatArray, G: FloatArray) -> list[tuple[Hysteresis, float] | None]:
+    """Stage 2 from each omega and its G, both of shape (L, P); None without a rho > 0."""
+    branches = _branches(loops)
+    u, weight = loops.side * omega, loops.weight * G**2
+    u = branches.all(u, -u[:, branches.after - 1])
+    weight = branches.all(weight, weight[:, branches.after])
+    # Noise may carry u out of its bounds: a little of that is kept in what is fitted, none in what is integrated.
+    lines = IntegratedLines(branches.first, branches.travel, u.clip(-1.0, 1.0), u.clip(-1.5, 1.5), weight)
+    misfit, _, _ = _fit(lines, np.tile(_N_SCAN, (len(u), 1)))
+    best = misfit.argmin(axis=1)[:, None]
+    n = _N_SCAN[best] * np.where((best > 0) & (best < _N_SCAN.size - 1), _N_FINER, 1.0)
+    found = np.stack([n, *_fit(lines, n)])
+    best = found[1].argmin(axis=1)
+    fits: list[tuple[Hysteresis, float] | None] = []
+    for n_there, misfit_there, rho, recovery in found[:, np.arange(len(u)), best].T.tolist():
+        if math.isinf(misfit_there):
+            fits.append(None)
+            continue
+        sigma = min(max(0.5 * (1.0 + recovery / rho), SIGMA_BOUNDS[0]), SIGMA_BOUNDS[1])
+        fits.append((Hysteresis(rho, sigma, n_there), math.sqrt(misfit_there / float(loops.weight.sum()))))
+    return fits
+
+
+def _fit(lines: IntegratedLines, n: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Weighted squared misfit, inf where no rho > 0 fits, and slopes a, b for each n, shapes (L, N)."""
+    aa, ab, bb, ay, by = lines.sums(n)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        determinant = aa * bb - ab**2
+        a = (bb * ay - ab * by) / determinant
+        b = (aa * by - ab * ay) / determinant
+        # The bounds of sigma are bounds of b/a; on one of them the line has a single slope.
+        low, high = (2.0 * sigma - 1.0 for sigma in SIGMA_BOUNDS)
+        for outside, ratio in ((~(b >= low * a), low), (b > high * a, high)):
+            on_bound = (ay + ratio * by) / (aa + 2.0 * ratio * ab + ratio**2 * bb)
+            a, b = np.where(outside, on_bound, a), np.where(outside, ratio * on_bound, b)
+        misfit = lines.squared_target[:, None] - 2 * (a * ay + b * by) + a**2 * aa + 2 * a * b * ab + b**2 * bb
+        misfit = np.where((a > 0.0) & np.isfinite(misfit), np.maximum(misfit, 0.0), np.inf)
+    return misfit, a, b
+
+
+@dataclass(frozen=True, eq=False)
+class _Branches:
+    """Points of loops, each stroke begun by the reversal that ended the one before it.
+
+    A reversal turns the sign of u. Without that point a loop that switches between two samples, as dry friction
+    does, would show nothing of rho.
+
+    Attributes
+    ----------
+    after : ndarray, shape (E,)          The point after each reversal.
+    added, kept : ndarray, shapes (E,), (P,)   Places of reversals and points among all.
+    first : ndarray                      First of each stroke.
+    travel : ndarray, shape (P + E,)     [m]
+    """
+
+    after: NDArray[np.intp]
+    added: NDArray[np.intp]
+    kept: NDArray[np.intp]
+    first: NDArray[np.intp]
+    travel: FloatArray
+
+    def all(self, of_points: FloatArray, of_reversals: FloatArray) -> FloatArray:
+        """Values of all, shape (L, P + E), from those of several lines."""
+        values = np.empty((len(of_points), self.travel.size))
+        values[:, self.kept], values[:, self.added] = of_points, of_reversals
+        return values
+
+
+@lru_cache(maxsize=2)  # several candidates for omega are fitted on the same points
+def _branches(loops: Loops) -> _Branches:
+    first = loops.bounds[1:-1]
+    follows = loops.stroke[first] == loops.stroke[first - 1] + 1
+    follows &= loops.record[loops.stroke[first]] == loops.record[loops.stroke[first - 1]]
+    after = first[follows]
+    added = after + np.arange(after.size)
+    is_kept = np.ones(loops.stroke.size + after.size, dtype=bool)
+    is_kept[added] = False
+    kept = np.flatnonzero(is_kept)
+    firsts = np.sort(np.concatenate([kept[loops.bounds[:1]], kept[first[~follows]], added]))
+    travel = np.zeros(is_kept.size)
+    travel[kept] = loops.travel
+    return _Branches(after, added, kept, firsts, travel)

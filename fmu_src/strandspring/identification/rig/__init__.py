@@ -1,0 +1,1 @@
+"""Effects of the test rig: found, judged against what mounts do, and removed or kept."""

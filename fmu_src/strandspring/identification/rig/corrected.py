@@ -1,0 +1,88 @@
+"""A spring fitted to points from which effects of the rig were removed, and how two of them compare."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from ..points.loops import Loops
+from ..search.search import SATURATION, Candidate, force_floor, information
+from .rig import Effect, Sizes
+
+
+@dataclass(frozen=True, eq=False)
+class Gain:
+    """What one more effect promises by the linear problem.
+
+    Attributes
+    ----------
+    effect : Effect
+    criterion : float   By how much it would lower the criterion, its price paid.
+    sizes : dict        Of all effects, with it.
+    """
+
+    effect: Effect
+    criterion: float
+    sizes: Sizes
+
+
+@dataclass(frozen=True, eq=False)
+class Corrected:
+    """A spring fitted to points from which effects were removed.
+
+    Attributes
+    ----------
+    fit : Candidate
+    loops : Loops    The corrected points.
+    sizes : dict     Effects with their sizes.
+    """
+
+    fit: Candidate
+    loops: Loops
+    sizes: Sizes
+
+    @cached_property
+    def gains(self) -> dict[Effect, Gain]:
+        """What one more effect promises, of those that were asked for."""
+        return {}
+
+    @property
+    def price(self) -> int:
+        """Number of sizes fitted."""
+        return sum(map(len, self.sizes.values()))
+
+    def better_by(self, other: Corrected) -> float:
+        """By how much the criterion favours this one over another one."""
+        loops = self.loops
+        finer = min(self.fit, other.fit, key=lambda fit: fit.misfit)
+        independent = loops.force.size / finer.autocorrelation_time
+        floor = force_floor(loops)
+
+        def criterion(one: Corrected) -> float:
+            misfit = rms_in(loops, one.fit.misfit, one.loops)
+            value = information(misfit**2, one.price + one.fit.coefficients, independent, floor)
+            return value + (0.0 if one.fit.steady else SATURATION)
+
+        return criterion(other) - criterion(self)
+
+
+def best_of(alternatives: Sequence[Corrected]) -> Corrected:
+    """The best by the criterion; the first of equals."""
+    best = alternatives[0]
+    for other in alternatives[1:]:
+        if other.better_by(best) > 0.0:
+            best = other
+    return best
+
+
+def rms_in(cells: Loops, rms: float, loops: Loops) -> float:
+    """An rms of some points [N], if as much noise were left as in other cells than theirs."""
+    return rms * _averaged_noise(cells) / _averaged_noise(loops)
+
+
+def _averaged_noise(loops: Loops) -> float:
+    """The rms that averaged white noise gives, share of that of single samples."""
+    return float(np.sqrt(loops.force.size / loops.weight.sum()))

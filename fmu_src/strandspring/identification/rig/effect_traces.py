@@ -1,0 +1,90 @@
+"""What effects of the rig leave in the residuals of a fit, and what taking them out promises by a linear problem."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from itertools import accumulate
+
+import numpy as np
+
+from ...kernel.arrays import FloatArray
+from ..points.autocorrelation import autocorrelation_time
+from ..search.search import MARGIN, force_floor, information
+from .corrected import Corrected, Gain
+from .rig import Effect, Rig, Sizes
+from .tangent import Tangent
+
+TRIED = 3  # effects that promise most are tried
+_ZEROS = (Effect.FORCE_ZERO, Effect.DISPLACEMENT_ZERO)  # much alike: with both FE could have any offset
+
+
+def promising(rig: Rig, state: Corrected, margin: float = MARGIN) -> list[Sizes]:
+    """Sizes with one more effect each, those that promise most by the linear problem, if more than the margin."""
+    return [gain.sizes for gain in gains_of(rig, state) if gain.criterion > margin][:TRIED]
+
+
+def gains_of(rig: Rig, state: Corrected, among: Sequence[Effect] = tuple(Effect)) -> list[Gain]:
+    """What each of the effects that a state does not have promises, the most first."""
+    open_to = [effect for effect in rig.effects if effect in among and effect not in state.sizes]
+    if new := [effect for effect in open_to if effect not in state.gains]:
+        state.gains.update((gain.effect, gain) for gain in _gains(rig, state, new))
+    gains = [state.gains[effect] for effect in open_to if effect in state.gains]
+    return sorted(gains, key=lambda gain: -gain.criterion)
+
+
+def _gains(rig: Rig, state: Corrected, effects: Sequence[Effect]) -> Iterator[Gain]:
+    """The same of some effects, without those that make no sense beside others."""
+    traces = EffectTraces(rig, state, [*state.sizes, *effects])
+    weight = state.loops.weight.sum()
+    floor = force_floor(state.loops)
+    _, without = traces.solved(list(state.sizes))
+    for effect in effects:
+        if effect is Effect.DRIFT and Effect.CURVED_DRIFT in state.sizes:
+            continue
+        if effect in _ZEROS and not state.sizes.keys().isdisjoint(_ZEROS):
+            continue
+        kept = [e for e in state.sizes if not (effect is Effect.CURVED_DRIFT and e is Effect.DRIFT)]
+        step, residuals = traces.solved([*kept, effect])
+        independent = residuals.size / autocorrelation_time(residuals)
+        price = sum(map(len, step.values())) - state.price
+        before, after = (
+            information(float(left @ left) / weight, paid, independent, floor)
+            for left, paid in ((without, 0), (residuals, price))
+        )
+        sizes = {e: state.sizes.get(e, 0.0) + change for e, change in step.items()}
+        yield Gain(effect, before - after, sizes)
+
+
+class EffectTraces:
+    """What effects leave in the residuals of a fit beside what FE, FA, rho, sigma and n can take over.
+
+    Parameters
+    ----------
+    rig : Rig
+    state : Corrected
+    effects : sequence of Effect
+    """
+
+    def __init__(self, rig: Rig, state: Corrected, effects: Sequence[Effect]) -> None:
+        tangent = Tangent(state)
+        self._misfit = tangent.misfit
+        delay = float(state.sizes.get(Effect.DELAY, [0.0])[0])
+        self._traces = {
+            effect: tangent.beside(rig.columns(effect, state.fit, state.loops, delay) * tangent.root[:, None])
+            for effect in effects
+        }
+
+    def solved(self, effects: Sequence[Effect]) -> tuple[Sizes, FloatArray]:
+        """Sizes of these effects by least squares, and the weighted residuals that are left."""
+        if not effects:
+            return {}, self._misfit
+        traces = [self._traces[effect] for effect in effects]
+        matrix = np.hstack(traces) if len(traces) > 1 else traces[0]
+        scale = np.maximum(np.sqrt(np.sum(matrix**2, axis=0)), 1e-300)
+        if matrix.shape[1] == 1:
+            solution = self._misfit @ (matrix / scale) / scale
+        else:
+            solution = np.linalg.lstsq(matrix / scale, self._misfit, rcond=1e-8)[0] / scale
+        ends = accumulate(trace.shape[1] for trace in traces)
+        steps = [solution[end - trace.shape[1] : end] for trace, end in zip(traces, ends, strict=True)]
+        return dict(zip(effects, steps, strict=True)), self._misfit - matrix @ solution

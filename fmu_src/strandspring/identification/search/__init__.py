@@ -1,0 +1,1 @@
+"""The right minimum without initial values: starts, degrees, and what is physically possible."""

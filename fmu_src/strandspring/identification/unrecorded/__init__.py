@@ -1,0 +1,1 @@
+"""Loops that were not recorded: their energy, and the force on nested ones."""

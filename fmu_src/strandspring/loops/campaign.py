@@ -1,0 +1,261 @@
+"""Comparison of several loops: whether the rate matters, and whether the loading paths overlap."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import Enum
+
+import numpy as np
+
+from ..kernel.arrays import FloatArray
+from ..records.record import Record
+from .cycles import Cycle, find_cycles
+from .loop import Loop, group_by_amplitude
+
+_CELLS = 40  # on each branch compared
+_SAME_FREQUENCY = 1.1  # frequencies within this factor count as one
+_RECOVERY = 0.2  # share of the stroke after a reversal left out of the rate's comparison: unequal turning points show
+_END = 0.02  # share of the stroke before a reversal left out, where the branches end
+_RESOLUTION = 1e-3  # least noise assumed, share of the loop height: no rig repeats better
+_BEYOND_NOISE = 2.0  # difference that counts as real, in units of the noise
+_LITTLE = 0.05  # difference between frequencies that counts as small, share of the loop height
+_SMALLER = 0.9  # greatest amplitude that counts as smaller than the largest one
+_TRAVELLED = 0.5  # share of the smaller loop's stroke after which its loading path is compared
+_LEAST_SHARED = 0.1  # share of the smaller loop's stroke that must be left to compare
+_OVERLAPPING = 0.1  # distance of loading paths that counts as overlap, share of the loop height
+
+
+class RateVerdict(Enum):
+    """Whether the force depends on the frequency; the value is the sentence for the user."""
+
+    INDEPENDENT = "The force does not depend on the frequency beyond the noise."
+    LITTLE = "The loops of different frequencies differ beyond the noise, but little against the height of the loop."
+    DEPENDENT = (
+        "The force depends on the frequency, unless specimen or force sensor drifted between the cycles compared: a "
+        "rate-independent model describes their mean; repeat one frequency to check, or identify each frequency alone."
+    )
+    NO_TIMES = "Whether the force depends on the frequency is unknown, because no cycle has times; give a time column."
+    ONE_FREQUENCY = (
+        "Whether the force depends on the frequency is unknown, because no amplitude was measured at two "
+        "frequencies; repeat one amplitude at another frequency."
+    )
+
+
+@dataclass(frozen=True)
+class RateIndependence:
+    """Comparison of loops of like amplitude at different frequencies.
+
+    Attributes
+    ----------
+    verdict : RateVerdict
+    frequencies : (float, float) or None   Least and greatest frequency compared [Hz]; None if unknown.
+    amplitudes : int                       Number of amplitudes at which frequencies were compared.
+    relative_to_noise : float or None      rms difference between mean loops of two frequencies over what cycle-to-cycle
+                                           scatter and force noise make of it [-].
+    relative_to_height : float or None     The same difference over the mean distance of the branches [-].
+    """
+
+    verdict: RateVerdict
+    frequencies: tuple[float, float] | None = None
+    amplitudes: int = 0
+    relative_to_noise: float | None = None
+    relative_to_height: float | None = None
+
+    @property
+    def sentence(self) -> str:
+        """The verdict with its figures."""
+        if self.frequencies is None or self.relative_to_noise is None or self.relative_to_height is None:
+            return self.verdict.value
+        low, high = self.frequencies
+        return (
+            f"{self.verdict.value} From {low:.3g} to {high:.3g} Hz the rms difference is {self.relative_to_noise:.2g} "
+            f"times the noise and {100 * self.relative_to_height:.2g} % of the loop's height."
+        )
+
+
+def rate_independence(cycles: Sequence[Cycle]) -> RateIndependence:
+    """Whether the force depends on the frequency beyond noise, from cycles of one spring.
+
+    At each amplitude the mean loops of the frequencies are compared by analysis of variance, without a constant
+    offset of the force, which a drifting sensor makes, and without the first fifth after each reversal, where small
+    differences between the turning points would count. Several amplitudes are pooled by their mean squares.
+
+    Parameters
+    ----------
+    cycles : sequence of Cycle   Of one or more records.
+    """
+    timed = [cycle for cycle in cycles if cycle.frequency is not None]
+    if not timed:
+        return RateIndependence(RateVerdict.NO_TIMES)
+    compared: list[tuple[float, float]] = []
+    frequencies: list[float] = []
+    for group in group_by_amplitude(timed):
+        classes = _by_frequency(group)
+        if len(classes) > 1:
+            compared.append(_rate_difference(classes))
+            frequencies += [cycle.frequency or 0.0 for cycle in group]
+    if not compared:
+        return RateIndependence(RateVerdict.ONE_FREQUENCY)
+    to_noise, to_height = np.sqrt(np.mean(np.square(compared), axis=0)).tolist()
+    if to_noise <= _BEYOND_NOISE:
+        verdict = RateVerdict.INDEPENDENT
+    else:
+        verdict = RateVerdict.LITTLE if to_height <= _LITTLE else RateVerdict.DEPENDENT
+    return RateIndependence(verdict, (min(frequencies), max(frequencies)), len(compared), to_noise, to_height)
+
+
+def _by_frequency(cycles: Sequence[Cycle]) -> list[list[Cycle]]:
+    """Cycles of one frequency together, by rising frequency."""
+    classes: list[list[Cycle]] = []
+    start = 0.0
+    for cycle in sorted(cycles, key=lambda one: one.frequency or 0.0):
+        frequency = cycle.frequency or 0.0
+        if not classes or frequency > _SAME_FREQUENCY * start:
+            classes.append([])
+            start = frequency
+        classes[-1].append(cycle)
+    return classes
+
+
+def _rate_difference(classes: list[list[Cycle]]) -> tuple[float, float]:
+    """rms difference between the mean loops of two classes, relative to its noise and to the loop height."""
+    cycles = [cycle for members in classes for cycle in members]
+    low = max(cycle.figures.low for cycle in cycles)
+    high = min(cycle.figures.high for cycle in cycles)
+    shares = np.linspace(_RECOVERY, 1.0 - _END, _CELLS)
+    rows, sampling = [], []
+    for cycle in cycles:
+        loading, up = cycle.loading.profile(low + (high - low) * shares)
+        unloading, down = cycle.unloading.profile(high - (high - low) * shares[::-1])
+        row = np.concatenate([loading, unloading])
+        rows.append(row - row.mean())
+        sampling.append(cycle.noise**2 * np.mean(1.0 / np.concatenate([up, down])))
+    profiles = np.stack(rows)
+    sizes = np.array([len(members) for members in classes])
+    of_class = np.repeat(np.arange(sizes.size), sizes)
+    means = np.stack([profiles[of_class == k].mean(axis=0) for k in range(sizes.size)])
+    between = np.mean(np.sum((means - means.mean(axis=0)) ** 2, axis=0)) / (sizes.size - 1)
+    freedom = len(cycles) - sizes.size
+    scatter = np.mean(np.sum((profiles - means[of_class]) ** 2, axis=0)) / freedom if freedom else 0.0
+    height = float(np.mean([abs(cycle.figures.height) for cycle in cycles]))
+    variance = max(float(scatter), float(np.mean(sampling)), (_RESOLUTION * height) ** 2, 1e-300)
+    expected = variance * float(np.mean(1.0 / sizes))
+    return float(np.sqrt(between / expected)), float(np.sqrt(2.0 * between)) / max(height, 1e-300)
+
+
+class OverlapVerdict(Enum):
+    """Whether loading paths of different amplitudes overlap; the value is the sentence for the user."""
+
+    OVERLAPPING = "The loading paths of different amplitudes overlap."
+    APART = (
+        "The loading paths of different amplitudes do not overlap: the hysteresis does not saturate within the smaller "
+        "strokes, or the spring changed between them."
+    )
+    LOST_IN_NOISE = (
+        "Whether the loading paths of different amplitudes overlap is unknown, because the loops are no higher "
+        "than the noise; record more cycles."
+    )
+    NO_SHARED_RANGE = (
+        "Whether the loading paths of different amplitudes overlap is unknown, because no two of them share enough "
+        "of their range; record larger and smaller amplitudes about one mean."
+    )
+
+
+@dataclass(frozen=True)
+class Overlap:
+    """Distance of the smaller loops' loading paths from that of the largest loop.
+
+    Attributes
+    ----------
+    verdict : OverlapVerdict
+    amplitudes : int                     Number of smaller amplitudes compared.
+    distance : float or None             rms distance beyond noise [N]; None if unknown.
+    relative_to_height : float or None   The same over the mean distance of the largest loop's branches [-].
+    """
+
+    verdict: OverlapVerdict
+    amplitudes: int = 0
+    distance: float | None = None
+    relative_to_height: float | None = None
+
+    @property
+    def sentence(self) -> str:
+        """The verdict with its figures."""
+        if self.distance is None or self.relative_to_height is None:
+            return self.verdict.value
+        return (
+            f"{self.verdict.value} In the second half of the smaller strokes they lie {self.distance:.3g} N (rms) from "
+            f"the largest one's, {100 * self.relative_to_height:.2g} % of its loop's height."
+        )
+
+
+def loading_overlap(loops: Sequence[Loop]) -> Overlap | None:
+    """The paper's hardening overlap: do loading paths of different amplitudes run together once under way?
+
+    Compared is where each smaller loop has travelled half its stroke and the largest one as far; what the noise of the
+    force makes of the distance is removed.
+
+    Parameters
+    ----------
+    loops : sequence of Loop   Measured cycles, or the model's loops.
+
+    Returns
+    -------
+    Overlap or None            None if no amplitude is below nine tenths of the largest.
+    """
+    *others, largest = group_by_amplitude(loops) or [[]]
+    smaller = [g for g in others if g[0].figures.amplitude <= _SMALLER * largest[0].figures.amplitude]
+    if not smaller:
+        return None
+    squares, variances = [], []
+    for group in smaller:
+        members = [loop.figures for loop in (*group, *largest)]
+        stroke = float(np.mean([loop.figures.stroke for loop in group]))
+        begin = max(figures.low for figures in members) + _TRAVELLED * stroke
+        end = min(figures.high for figures in members) - _END * stroke
+        if end - begin >= _LEAST_SHARED * stroke:
+            cells = np.linspace(begin, end, _CELLS)
+            (one, its_variance), (other, other_variance) = _loading(group, cells), _loading(largest, cells)
+            squares.append(np.mean((one - other) ** 2))
+            variances.append(its_variance + other_variance)
+    if not squares:
+        return Overlap(OverlapVerdict.NO_SHARED_RANGE)
+    noise = float(np.mean(variances))
+    distance = float(np.sqrt(max(np.mean(squares) - noise, 0.0)))
+    height = abs(float(np.mean([loop.figures.height for loop in largest])))
+    if height <= _BEYOND_NOISE * np.sqrt(noise):
+        return Overlap(OverlapVerdict.LOST_IN_NOISE)
+    share = distance / max(height, 1e-300)
+    verdict = OverlapVerdict.OVERLAPPING if share <= _OVERLAPPING else OverlapVerdict.APART
+    return Overlap(verdict, len(squares), distance, share)
+
+
+def _loading(loops: Sequence[Loop], cells: FloatArray) -> tuple[FloatArray, float]:
+    """Mean loading path on cells of displacement [N], and the mean variance that noise gives it [N^2]."""
+    profiles = [loop.loading.profile(cells) for loop in loops]
+    variance = [loop.noise**2 * np.mean(1.0 / count) for loop, (_, count) in zip(loops, profiles, strict=True)]
+    return np.asarray(np.mean([force for force, _ in profiles], axis=0)), float(np.mean(variance)) / len(loops)
+
+
+def campaign_verdicts(
+    records: Sequence[Record], model_loops: Sequence[Loop] = ()
+) -> tuple[RateIndependence | None, Overlap | None]:
+    """Rate dependence and overlap from the cycles of a test campaign.
+
+    Parameters
+    ----------
+    records : sequence of Record
+    model_loops : sequence of Loop   Their loading paths are compared if the records hold no closed loop.
+
+    Returns
+    -------
+    rate : RateIndependence or None   None where nobody would ask: no records, or one of one amplitude.
+    overlap : Overlap or None         As `loading_overlap`.
+    """
+    # A first loading differs from a steady loop, whatever its frequency and amplitude.
+    cycles = [cycle for record in records for cycle in find_cycles(record) if cycle.gap == 0.0]
+    rate = rate_independence(cycles) if records else None
+    if rate is not None and rate.frequencies is None and len(records) == 1 and len(group_by_amplitude(cycles)) < 2:
+        rate = None
+    return rate, loading_overlap(cycles or list(model_loops))
