@@ -26,6 +26,7 @@ from .certainty.figures import (
     periodic_start,
     record_fit,
 )
+from .certainty.prediction_interval import PredictionInterval
 from .certainty.recorded_energies import recorded_energies
 from .certainty.saved_spring import differences, is_worse_than_a_line
 from .identified_model import IdentifiedModel
@@ -39,6 +40,7 @@ from .refined import RefinedOptions
 from .unrecorded.small_loops import small_loops
 
 _POOR_RNL = 0.9
+_LARGER = 1.02  # error of the spring alone in that of the fit from which it counts
 _MANY_COMMON = 16  # samples; parts one after the other share one
 
 
@@ -187,7 +189,7 @@ def _identified(group: tuple[Record, ...], method: Method, save_anyway: bool) ->
         degrees=(len(result.parameters.kE) - 1 if result.parameters.kE else None, len(result.parameters.kA) - 1),
         steady_share=result.steady_share,
         findings=findings,
-        uncertainty=result.uncertainty,
+        uncertainty=_of_saved_spring(result.uncertainty, rmse, overall(fitted)[0]),
         band=result.band,
         effects=result.effects,
         lack_of_fit=result.lack_of_fit,
@@ -212,6 +214,15 @@ def _gaps(loops: Loops) -> str:
             gaps.append(f"{1e3 * reached:.4g} to {1e3 * low:.4g} mm")
         reached = max(reached, high)
     return "; ".join(gaps)
+
+
+def _of_saved_spring(uncertainty: dict[str, Any], rmse: float, fitted: float) -> dict[str, Any]:
+    """Content of the model file's field, with the prediction interval of the spring alone, whose error is larger."""
+    interval = PredictionInterval.of(uncertainty)
+    if interval is None or rmse <= _LARGER * fitted:
+        return uncertainty
+    widened = interval.widened(math.sqrt(rmse**2 - fitted**2))
+    return {**uncertainty, "prediction_interval": widened.as_json()}
 
 
 def _in_json(value: Any) -> Any:

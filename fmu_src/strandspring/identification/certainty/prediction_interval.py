@@ -22,7 +22,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -93,6 +93,15 @@ class PredictionInterval:
         scale = self.additive**2 + (self.relative * force) ** 2
         beyond = np.maximum(error**2 - self.error**2, 0.0)
         return np.asarray(np.sqrt(self.factor**2 * scale + NORMAL_95**2 * beyond))
+
+    def widened(self, error: float) -> PredictionInterval:
+        """The interval of a spring that has a further error beside the fit, rms [N]."""
+        further = NORMAL_95 * error
+        return replace(
+            self,
+            additive=math.hypot(self.additive, further / self.factor),
+            half_width=math.hypot(self.half_width, further),
+        )
 
     def as_json(self) -> dict[str, Any]:
         """Content of the model file's field `uncertainty.prediction_interval`."""
