@@ -10,7 +10,7 @@ import pytest
 from fmu_tools import SPRING
 from strandspring.fmu.native.native_fmu import build_native_fmu
 from strandspring.fmu.native.platforms import chosen_platforms
-from strandspring.modelfile import ModelFile
+from strandspring.model.modelfile import ModelFile
 
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     # A shell without job control starts background work so, and the programs that tests interrupt would inherit it.

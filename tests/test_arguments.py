@@ -24,8 +24,8 @@ from strandspring import (
     synthesize,
     synthesize_ni,
 )
-from strandspring.arguments import limits, number, numbers, whole
 from strandspring.examples.system_models import SYSTEMS
+from strandspring.ground.arguments import limits, number, numbers, whole
 
 SPRING = Spring(SpringParameters((0.0, 8000.0), (1.0,), 10.0, 500.0, 1.0, 1.0, 0.0, -0.02, 0.02), "mount")
 CRADLE = SYSTEMS / "gun_cradle.toml"

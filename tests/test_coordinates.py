@@ -13,10 +13,10 @@ import pytest
 
 from fmu_tools import OTHER, SPRING, instance
 from springs import TABLE
-from strandspring.coordinates import chosen_zero, counted_from, given_zero, sensible_zero
 from strandspring.errors import StrandspringError
 from strandspring.kernel.path import PathSolver
-from strandspring.modelfile import ModelFile, save_model
+from strandspring.model.coordinates import chosen_zero, counted_from, given_zero, sensible_zero
+from strandspring.model.modelfile import ModelFile, save_model
 from terminal import Terminal
 
 MIDDLE = 0.5 * (SPRING.displacement_min + SPRING.displacement_max)

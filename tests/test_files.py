@@ -16,8 +16,8 @@ import numpy as np
 import pytest
 
 from strandspring.errors import ModelError, StrandspringError
-from strandspring.files import _parts, read_bytes, read_text, replacing, write_csv, write_text
-from strandspring.locks import lock
+from strandspring.ground.files import _parts, read_bytes, read_text, replacing, write_csv, write_text
+from strandspring.ground.locks import lock
 
 
 def refusal(path: str | Path, maximum: int = 100) -> str:
@@ -97,7 +97,7 @@ def test_the_content_is_on_the_disk_before_the_name(tmp_path: Path, monkeypatch:
 KILLED = """
 import os, signal, sys
 from pathlib import Path
-from strandspring.files import replacing
+from strandspring.ground.files import replacing
 with replacing(Path(sys.argv[1])) as part:
     part.write_text("half")
     os.kill(os.getpid(), signal.SIGKILL)

@@ -26,7 +26,7 @@ from strandspring.core.parameters import (
     SIGMA_RANGE,
     problems,
 )
-from strandspring.modelfile import MAXIMUM_BYTES, NAME_PATTERN, ModelFile, load_model, save_model
+from strandspring.model.modelfile import MAXIMUM_BYTES, NAME_PATTERN, ModelFile, load_model, save_model
 
 # Files are rewritten example by example, so that one folder per test is enough.
 LAW = settings(

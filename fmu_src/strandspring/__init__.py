@@ -56,8 +56,6 @@ if TYPE_CHECKING:
     from .api.system_studying import study_system as study_system
     from .api.verifying import Verification as Verification
     from .api.verifying import verify as verify
-    from .conversions import ClassicBoucWen as ClassicBoucWen
-    from .conversions import NormalizedBoucWen as NormalizedBoucWen
     from .core.parameters import SpringParameters as SpringParameters
     from .cosimulation.prescribed import simulate_fmu as simulate_fmu
     from .errors import BuildError as BuildError
@@ -71,7 +69,9 @@ if TYPE_CHECKING:
     from .intake.description_file import read_campaign as read_campaign
     from .jobs.cluster import Cluster as Cluster
     from .loops.selection import select as select
-    from .modelfile import model_schema as model_schema
+    from .model.conversions import ClassicBoucWen as ClassicBoucWen
+    from .model.conversions import NormalizedBoucWen as NormalizedBoucWen
+    from .model.modelfile import model_schema as model_schema
     from .peers.limit_cycle import limit_cycle as limit_cycle
     from .peers.ni_spring import NiOptions as NiOptions
     from .peers.two_stage_options import TwoStageOptions as TwoStageOptions
@@ -82,7 +82,7 @@ if TYPE_CHECKING:
 # Where each name is defined.
 _MODULES = {
     "BuildError": "errors",
-    "ClassicBoucWen": "conversions",
+    "ClassicBoucWen": "model.conversions",
     "Cluster": "jobs.cluster",
     "Comparison": "api.comparison",
     "Identification": "api.identification",
@@ -92,7 +92,7 @@ _MODULES = {
     "ManyResult": "api.many",
     "ModelError": "errors",
     "NiOptions": "peers.ni_spring",
-    "NormalizedBoucWen": "conversions",
+    "NormalizedBoucWen": "model.conversions",
     "Outcome": "identification.outcomes",
     "Prediction": "api.prediction",
     "Record": "records.record",
@@ -120,7 +120,7 @@ _MODULES = {
     "isolate_system": "api.system_isolation",
     "identify_many": "api.many",
     "limit_cycle": "peers.limit_cycle",
-    "model_schema": "modelfile",
+    "model_schema": "model.modelfile",
     "predict": "api.prediction",
     "read_campaign": "intake.description_file",
     "read_record": "records.reading",

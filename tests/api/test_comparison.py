@@ -14,11 +14,11 @@ from matplotlib.figure import Figure
 from strandspring import RefinedOptions, Spring, SpringParameters, StrandspringError, compare, identify, synthesize
 from strandspring.api.comparison_words import Verdict
 from strandspring.api.differences import loop_figures, parameter_differences
-from strandspring.joint import JointCovariance, joint_names
+from strandspring.ground.plotfile import save_figure
 from strandspring.kernel.path import PathSolver
-from strandspring.modelfile import ModelFile
-from strandspring.plotfile import save_figure
-from strandspring.spread import DRAWN
+from strandspring.model.joint import JointCovariance, joint_names
+from strandspring.model.modelfile import ModelFile
+from strandspring.model.spread import DRAWN
 from synthetic import AMPLITUDE, MEAN, record_of, sine, spring_of
 
 TRUE = spring_of(1.0, 1.0)

@@ -15,9 +15,9 @@ from springs import MOUNT
 from strandspring import Spring, StrandspringError, isolate
 from strandspring.api.isolation import CheckedMotion
 from strandspring.examples.mounts import STIFF_CORNER
-from strandspring.isolation.curves_plot import fill
-from strandspring.isolation.response import frequency_response
-from strandspring.isolation.system import Excitation, IsolatedMass, IsolationError
+from strandspring.vibration.one_mass.curves_plot import fill
+from strandspring.vibration.one_mass.response import frequency_response
+from strandspring.vibration.one_mass.system import Excitation, IsolatedMass, IsolationError
 
 SOFT = Spring(MOUNT, "soft")
 STIFF = Spring(STIFF_CORNER, "stiff")

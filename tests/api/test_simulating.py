@@ -10,11 +10,11 @@ import pytest
 
 import strandspring
 from strandspring import Simulation, simulate
-from strandspring.answers.verdicts import Quantity, Verdict
 from strandspring.api import simulating
 from strandspring.errors import MountedSystemError
 from strandspring.examples import systems
-from strandspring.system_files.system_file import load_system_file
+from strandspring.vibration.description.system_file import load_system_file
+from strandspring.vibration.verdicts.verdicts import Quantity, Verdict
 
 EXAMPLES = Path(systems.__path__[0])
 CRADLE = EXAMPLES / "gun_cradle.toml"

@@ -7,8 +7,8 @@ from dataclasses import replace
 import pytest
 
 from strandspring import Spring, info, isolate, predict, study, synthesize
-from strandspring.modelfile import ModelFile
-from strandspring.stated_cautions import cautions_in_use
+from strandspring.model.modelfile import ModelFile
+from strandspring.model.stated_cautions import cautions_in_use
 from synthetic import spring_of
 
 FIT = {

@@ -10,7 +10,7 @@ import pytest
 from springs import MOUNT
 from strandspring import ModelError, Spring, StrandspringError, study
 from strandspring.cli.main import main
-from strandspring.modelfile import ModelFile
+from strandspring.model.modelfile import ModelFile
 from strandspring.studies.definition import RunRow
 from studies import SPRING, UNCERTAINTY
 

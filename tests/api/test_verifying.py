@@ -12,7 +12,7 @@ from springs import MOUNT
 from strandspring import ModelError, Spring, info, verify
 from strandspring.fmu.papers import HASHES, REFERENCE, STIMULI, sealed
 from strandspring.fmu.python_backed import fmu_contents
-from strandspring.modelfile import ModelFile
+from strandspring.model.modelfile import ModelFile
 
 
 def test_a_good_fmu_and_a_changed_one(tmp_path: Path) -> None:

@@ -22,9 +22,9 @@ sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "helpers"))
 
 from shaken import shaken
 from springs import MOUNT
-from strandspring.isolation.harmonic_balance import HarmonicBalance
-from strandspring.isolation.response import frequency_response
-from strandspring.isolation.system import Excitation, IsolatedMass, static_equilibrium
+from strandspring.vibration.one_mass.harmonic_balance import HarmonicBalance
+from strandspring.vibration.one_mass.response import frequency_response
+from strandspring.vibration.one_mass.system import Excitation, IsolatedMass, static_equilibrium
 from verlet import Verlet
 
 LEVELS = (2e-4, 6e-4, 1.2e-3)

@@ -32,7 +32,7 @@ from strandspring.fmu.check import running
 from strandspring.fmu.native.native_fmu import build_native_fmu
 from strandspring.fmu.native.platforms import host_folder
 from strandspring.fmu.python_backed import build_python_fmu
-from strandspring.modelfile import ModelFile
+from strandspring.model.modelfile import ModelFile
 
 HERE = Path(__file__).resolve().parent
 MODEL = HERE.parents[1] / "models" / "rubber_hinge.json"

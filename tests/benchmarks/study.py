@@ -22,12 +22,12 @@ from rich.table import Table
 
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "helpers"))
 
-from strandspring.isolation.system import Excitation
 from strandspring.jobs.cluster import Cluster
 from strandspring.jobs.runners import Local, Runner
-from strandspring.spread import Spread
+from strandspring.model.spread import Spread
 from strandspring.studies.definition import Study
 from strandspring.studies.run import run_study
+from strandspring.vibration.one_mass.system import Excitation
 from synthetic import spring_of
 
 console = Console(width=118)

@@ -21,13 +21,13 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "helpers"))
 
 from mounted_examples import COMPRESSION, GRAVITY, box, unit
 from strandspring import Spring, SpringParameters
-from strandspring.signals.level_table import LevelTable
-from strandspring.signals.pulses import HalfSine
-from strandspring.signals.random_signal import RandomVibration
-from strandspring.systems.loads import Channel, ChannelKind, LoadCase, Signal
-from strandspring.systems.rest import rest
-from strandspring.systems.simulation import run_once
-from strandspring.systems.solving import solver
+from strandspring.vibration.bodies.loads import Channel, ChannelKind, LoadCase, Signal
+from strandspring.vibration.bodies.rest import rest
+from strandspring.vibration.bodies.simulation import run_once
+from strandspring.vibration.bodies.solving import solver
+from strandspring.vibration.signals.level_table import LevelTable
+from strandspring.vibration.signals.pulses import HalfSine
+from strandspring.vibration.signals.random_signal import RandomVibration
 
 ROUNDS, DRAWS = 5, 1000
 SHOCK_STEP, RANDOM_STEP = 1e-4, 1.0 / 20_000

@@ -17,7 +17,7 @@ import pytest
 
 from strandspring import Spring
 from strandspring.cli.main import COMMANDS, main
-from strandspring.modelfile import load_model
+from strandspring.model.modelfile import load_model
 from synthetic import record_of, sine, spring_of
 
 ROOT = Path(__file__).resolve().parents[2]

@@ -14,8 +14,8 @@ import pytest
 from springs import MOUNT
 from strandspring import Spring
 from strandspring.examples.mounts import STIFF_CORNER
-from strandspring.isolation.response import frequency_response
-from strandspring.isolation.system import Excitation, IsolatedMass
+from strandspring.vibration.one_mass.response import frequency_response
+from strandspring.vibration.one_mass.system import Excitation, IsolatedMass
 from terminal import Terminal
 
 FEW = ("--points", "12")

@@ -24,7 +24,7 @@ from strandspring.api.text_table import table_lines
 from strandspring.cli.main import COMMANDS
 from strandspring.cli.output import advancing, progress
 from strandspring.errors import StrandspringError
-from strandspring.files import refuse_unwritable, write_text
+from strandspring.ground.files import refuse_unwritable, write_text
 from terminal import Terminal
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -98,7 +98,7 @@ import sys, time
 from pathlib import Path
 import click
 from strandspring.cli import main as program
-from strandspring.files import replacing
+from strandspring.ground.files import replacing
 
 @click.command()
 @click.option("--json", is_flag=True)

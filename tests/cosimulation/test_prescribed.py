@@ -17,7 +17,7 @@ from strandspring.core.parameters import SpringParameters
 from strandspring.cosimulation import CosimulationError, FmuSpring
 from strandspring.fmu.native.native_fmu import build_native_fmu
 from strandspring.fmu.native.platforms import chosen_platforms
-from strandspring.modelfile import ModelFile
+from strandspring.model.modelfile import ModelFile
 
 # The same closed form in C and in Python, stroke by stroke: rounding of the mathematics libraries.
 RTOL = 1e-12

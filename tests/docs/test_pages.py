@@ -25,9 +25,9 @@ from strandspring.intake import description_file
 from strandspring.records import content
 from strandspring.records.formats import reader_process
 from strandspring.records.source import MAX_ROWS
-from strandspring.system_files import system_file
-from strandspring.systems.mounted import MOST_AXES, MOST_BODIES
-from strandspring.systems.simulation import MOST_STEPS
+from strandspring.vibration.bodies.mounted import MOST_AXES, MOST_BODIES
+from strandspring.vibration.bodies.simulation import MOST_STEPS
+from strandspring.vibration.description import system_file
 
 
 @pytest.fixture(scope="module")

@@ -21,11 +21,11 @@ import pytest
 
 from fmu_tools import SPRING
 from strandspring import Spring, scratch
-from strandspring.children import kill_all, run
 from strandspring.compiled import images
 from strandspring.compiled.targets import FMU_TARGETS
 from strandspring.errors import BuildError, StrandspringError
-from strandspring.scratch import TemporaryFolder
+from strandspring.ground.children import kill_all, run
+from strandspring.ground.scratch import TemporaryFolder
 
 PATIENCE = 30.0  # seconds, for a busy machine
 
@@ -70,7 +70,7 @@ def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 HOLDER = """
 import sys, time
-from strandspring.scratch import TemporaryFolder
+from strandspring.ground.scratch import TemporaryFolder
 folder = TemporaryFolder()
 (folder.path / "file").touch()
 print("ready", flush=True)
@@ -169,7 +169,7 @@ def test_folders_of_other_users_are_left_alone(place: Path) -> None:
 
 CROWD = """
 import sys
-from strandspring import scratch
+from strandspring.ground import scratch
 print("ready", flush=True)
 for _ in range(300):
     scratch._remove_abandoned.cache_clear()
@@ -190,7 +190,7 @@ def test_processes_that_tidy_up_at_once_never_remove_what_is_in_use(place: Path,
 def test_a_fork_leaves_the_folder_of_its_parent(place: Path) -> None:
     program = """
 import os
-from strandspring.scratch import TemporaryFolder
+from strandspring.ground.scratch import TemporaryFolder
 with TemporaryFolder() as folder:
     if os.fork() == 0:
         raise SystemExit
@@ -215,7 +215,7 @@ SLEEPER = "import subprocess; subprocess.run(['sleep', '600'])"
 PARENT = f"""
 import os, sys, threading
 from pathlib import Path
-from strandspring.children import run
+from strandspring.ground.children import run
 command = [sys.executable, "-c", {SLEEPER!r}]
 threading.Thread(target=run, args=(command, Path(), os.environ), daemon=True).start()
 print("ready", flush=True)

@@ -16,11 +16,11 @@ from fmpy.ssp.ssd import ParameterSet, read_ssv
 from fmu_tools import SPRING, built, instance, run_python, wandering_path
 from springs import force_scale
 from strandspring import Spring, SpringParameters
-from strandspring.coordinates import placed, zero_sentence
 from strandspring.core.variables import spring_parameters, start_values, variables
 from strandspring.exchange.modelica import record_text
 from strandspring.fmu.ssv import parameter_values
-from strandspring.modelfile import ModelFile
+from strandspring.model.coordinates import placed, zero_sentence
+from strandspring.model.modelfile import ModelFile
 from terminal import Terminal
 
 AWKWARD = "\"quoted\" 'single' <b>bold</b> &amp; ]]> <!-- \nnew line\ttab\rreturn äöü 弹簧 %s {{ 7*7 }}"
@@ -83,7 +83,7 @@ def test_same_model_same_text_in_other_processes() -> None:
 from fmu_tools import SPRING
 from strandspring.exchange.modelica import record_text
 from strandspring.fmu.ssv import parameter_values
-from strandspring.modelfile import ModelFile
+from strandspring.model.modelfile import ModelFile
 from terminal import Terminal
 model = ModelFile("spring", SPRING, "described")
 print(parameter_values(model), record_text(model, "spring", ""))

@@ -21,16 +21,16 @@ from fmu_tools import OTHER, SPRING
 from pages import blocks
 from springs import TABLE, force_by_definition, force_scale, spring
 from strandspring import Spring, SpringParameters
-from strandspring.coordinates import placed
 from strandspring.core.parameters import ARRAYS, SCALARS
 from strandspring.core.variables import variables
 from strandspring.cosimulation import FmuSpring, Motion, Plant, one_mass, simulate
 from strandspring.errors import StrandspringError
 from strandspring.exchange.modelica import EXAMPLE, LIBRARY, record_name, record_path, record_text, write_library
 from strandspring.fmu.native.native_fmu import build_native_fmu
-from strandspring.isolation.response import frequency_response
-from strandspring.isolation.system import Excitation, IsolatedMass
-from strandspring.modelfile import ModelFile, load_model
+from strandspring.model.coordinates import placed
+from strandspring.model.modelfile import ModelFile, load_model
+from strandspring.vibration.one_mass.response import frequency_response
+from strandspring.vibration.one_mass.system import Excitation, IsolatedMass
 
 TESTS = Path(__file__).resolve().parents[1]
 HINGE = load_model(TESTS.parent / "models/rubber_hinge.json").parameters

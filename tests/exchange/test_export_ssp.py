@@ -12,14 +12,14 @@ import pytest
 from fmpy.ssp.ssd import read_ssd, read_ssv
 from fmpy.validation import validate_fmu
 
-from strandspring.coordinates import placed
 from strandspring.cosimulation import FmuSpring, Jacobi, Motion, one_mass, simulate
 from strandspring.examples.ssp_system import Run, run_fmpy, run_libcosim
 from strandspring.exchange.shaken_mass_slave import ShakenMass as ShakenMassSlave
 from strandspring.exchange.ssp import ShakenMass
 from strandspring.fmu.native.native_fmu import build_native_fmu
 from strandspring.fmu.ssv import parameter_values
-from strandspring.modelfile import load_model
+from strandspring.model.coordinates import placed
+from strandspring.model.modelfile import load_model
 from terminal import Terminal
 
 HINGE = Path(__file__).resolve().parents[2] / "models/rubber_hinge.json"

@@ -14,7 +14,7 @@ from fmu_tools import SPRING
 from native_tools import HEADERS
 from strandspring.fmu.native.native_fmu import build_native_fmu
 from strandspring.fmu.native.platforms import chosen_platforms
-from strandspring.modelfile import ModelFile
+from strandspring.model.modelfile import ModelFile
 from strandspring.system_fmu.system_native import build_system_fmu
 from system_fmu_tools import BOX, BOX_OPTIONS
 

@@ -15,7 +15,7 @@ from strandspring.api.building import BuildOptions, WantedSettings
 from strandspring.errors import BuildError
 from strandspring.fmu.native.native_fmu import build_native_fmu
 from strandspring.fmu.python_backed import build_python_fmu
-from strandspring.modelfile import ModelFile, save_model
+from strandspring.model.modelfile import ModelFile, save_model
 from terminal import Terminal
 
 MODEL = ModelFile("spring", SPRING)

@@ -19,7 +19,7 @@ from strandspring.core.parameters import SpringParameters
 from strandspring.core.variables import start_values
 from strandspring.fmu.check import described_spring
 from strandspring.fmu.native.native_fmu import build_native_fmu
-from strandspring.modelfile import ModelFile
+from strandspring.model.modelfile import ModelFile
 
 AWKWARD = "\"quoted\" 'single' <b>bold</b> &amp; ]]> <!-- \nnew line\ttab äöü 弹簧 %s %n {name} {{ 7*7 }}"
 ONE = SpringParameters((5.0,), (1.0,), 10.0, 200.0, 1.0, 0.5, 0.0, -0.01, 0.01)

@@ -30,7 +30,7 @@ from strandspring.fmu.native.platforms import Platform, binaries, chosen_platfor
 from strandspring.fmu.papers import BUILD, RELATED, BuildSettings, sealed
 from strandspring.fmu.python_backed import build_python_fmu
 from strandspring.fmu.ssv import parameter_values
-from strandspring.modelfile import ModelFile
+from strandspring.model.modelfile import ModelFile
 
 MODEL = ModelFile("spring", SPRING)
 # What a binary for macOS begins with.
@@ -222,7 +222,7 @@ import sys
 from pathlib import Path
 from fmu_tools import SPRING
 from strandspring.fmu.native.native_fmu import build_native_fmu
-from strandspring.modelfile import ModelFile
+from strandspring.model.modelfile import ModelFile
 for states in (False, True):
     build_native_fmu(ModelFile("spring", SPRING), Path(sys.argv[1]), (), with_states=states, fmi=3)
 """

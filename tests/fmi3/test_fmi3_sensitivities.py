@@ -15,7 +15,7 @@ from strandspring.core.parameters import SpringParameters
 from strandspring.fmu.check import running
 from strandspring.fmu.native.native_fmu import build_native_fmu
 from strandspring.fmu.native.platforms import chosen_platforms
-from strandspring.modelfile import ModelFile
+from strandspring.model.modelfile import ModelFile
 
 SPRINGS = {"polynomial": SPRING, "table": TABLE, "other": OTHER}
 STEP = 1e-3

@@ -22,7 +22,7 @@ from strandspring.core.parameters import SpringParameters
 from strandspring.fmu.check import check_fmu, running
 from strandspring.fmu.native.native_fmu import build_native_fmu
 from strandspring.fmu.native.platforms import chosen_platforms, host_folder
-from strandspring.modelfile import ModelFile, save_model
+from strandspring.model.modelfile import ModelFile, save_model
 from terminal import Terminal
 
 STEP = 1e-3

@@ -22,7 +22,7 @@ from strandspring.fmu.check_plot import loops_svg
 from strandspring.fmu.documentation import flat
 from strandspring.fmu.native.platforms import PLATFORMS, host_folder
 from strandspring.fmu.python_backed import build_python_fmu, fmu_contents
-from strandspring.modelfile import ModelFile
+from strandspring.model.modelfile import ModelFile
 
 AWKWARD = "\"quoted\" 'single' <b>bold</b> &amp; ]]> <!-- \nnew line\ttab äöü 弹簧 %s %n {name} {{ 7*7 }}"
 

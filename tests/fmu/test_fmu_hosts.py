@@ -26,7 +26,7 @@ from portable_host import wine
 from strandspring.fmu.native.platforms import PLATFORMS, chosen_platforms, host_folder
 from strandspring.fmu.python_backed import build_python_fmu
 from strandspring.kernel.path import PathSolver
-from strandspring.modelfile import ModelFile
+from strandspring.model.modelfile import ModelFile
 
 VERSIONS = range(10, 15)
 CYCLES_GROW_BY = 256  # pages: what the heap may need to settle after a thousand cycles

@@ -15,14 +15,14 @@ import numpy as np
 import pytest
 
 from fmu_tools import SPRING, instance
-from strandspring.coordinates import placed
 from strandspring.errors import ModelError
 from strandspring.fmu.native.native_fmu import build_native_fmu
 from strandspring.fmu.papers import HASHES, REFERENCE, RELATED, STIMULI
 from strandspring.fmu.python_backed import build_python_fmu
 from strandspring.fmu.verification import verify_fmu
 from strandspring.kernel.path import PathSolver
-from strandspring.modelfile import MODEL_IN_FMU, ModelFile, load_model, save_model
+from strandspring.model.coordinates import placed
+from strandspring.model.modelfile import MODEL_IN_FMU, ModelFile, load_model, save_model
 from terminal import Terminal
 
 JOINT = {

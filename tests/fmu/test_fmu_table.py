@@ -19,7 +19,7 @@ from springs import TABLE
 from strandspring.fmu.check import check_fmu, described_spring
 from strandspring.fmu.native.native_fmu import build_native_fmu
 from strandspring.kernel.path import PathSolver
-from strandspring.modelfile import ModelFile
+from strandspring.model.modelfile import ModelFile
 
 BUILDERS: dict[str, Callable[[Path], Path]] = {
     "python": lambda folder: built(folder, TABLE),

@@ -14,7 +14,7 @@ from springs import TABLE
 from strandspring import SpringParameters
 from strandspring.fmu.native.native_fmu import build_native_fmu
 from strandspring.kernel.path import PathSolver
-from strandspring.modelfile import ModelFile
+from strandspring.model.modelfile import ModelFile
 
 BUILDERS: dict[str, Callable[[Path, SpringParameters], Path]] = {
     "python": built,

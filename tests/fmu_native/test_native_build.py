@@ -31,7 +31,7 @@ from strandspring.fmu.native.block import filled
 from strandspring.fmu.native.macho import universal
 from strandspring.fmu.native.native_fmu import build_native_fmu, native_contents
 from strandspring.fmu.native.platforms import PLATFORMS, chosen_platforms, default_platforms, host_folder
-from strandspring.modelfile import ModelFile
+from strandspring.model.modelfile import ModelFile
 
 AWKWARD = (
     "\"quoted\" 'single' <b>bold</b> &amp; ]]> <!-- --> \n#error newline\r\n*/ int evil = 1; /* \\ \\\n ?/ %s %n "

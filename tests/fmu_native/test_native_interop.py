@@ -21,7 +21,7 @@ from strandspring import Spring
 from strandspring.fmu.check import check_fmu
 from strandspring.fmu.native.native_fmu import build_native_fmu
 from strandspring.fmu.native.platforms import host_folder
-from strandspring.modelfile import ModelFile
+from strandspring.model.modelfile import ModelFile
 
 STEP = 1e-3
 # The same closed form in C and in Python, stroke by stroke: rounding of the mathematics libraries.

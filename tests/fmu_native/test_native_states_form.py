@@ -32,7 +32,7 @@ from strandspring.fmu.check import check_fmu, examine_fmu
 from strandspring.fmu.native.native_fmu import build_native_fmu, native_contents
 from strandspring.fmu.native.platforms import chosen_platforms
 from strandspring.kernel.path import PathSolver
-from strandspring.modelfile import ModelFile, save_model
+from strandspring.model.modelfile import ModelFile, save_model
 from terminal import Terminal
 
 OUTPUTS = ("force", "stiffness", "absorbed_energy")

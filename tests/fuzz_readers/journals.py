@@ -34,7 +34,7 @@ from strandspring.errors import StrandspringError
 from strandspring.intake.wanted import Wanted
 from strandspring.jobs import row_index
 from strandspring.jobs.runners import Local
-from strandspring.modelfile import ModelFile
+from strandspring.model.modelfile import ModelFile
 from strandspring.studies.definition import RunRow, Study
 from strandspring.studies.journal import journal_path
 from strandspring.studies.run import run_study

@@ -25,7 +25,7 @@ from models_made import model_file
 from strandspring import SpringParameters, StrandspringError, info, verify
 from strandspring.fmu.papers import BUILD, HASHES, REFERENCE, STIMULI
 from strandspring.fmu.python_backed import fmu_contents
-from strandspring.modelfile import MODEL_IN_FMU, ModelFile
+from strandspring.model.modelfile import MODEL_IN_FMU, ModelFile
 
 Dice = np.random.Generator
 Files = dict[str, bytes]

@@ -22,8 +22,8 @@ from judged import finite, kind_of
 from models_made import RAW
 from records_pieces import mutated
 from strandspring import StrandspringError
-from strandspring.strict_toml import parse_toml
-from strandspring.system_files.system_file import SystemFile, load_system_file
+from strandspring.ground.strict_toml import parse_toml
+from strandspring.vibration.description.system_file import SystemFile, load_system_file
 
 _SYSTEMS = Path(__file__).resolve().parents[2] / "fmu_src/strandspring/examples/systems"
 _NUMBERS: tuple[Any, ...] = (

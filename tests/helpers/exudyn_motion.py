@@ -16,8 +16,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from strandspring.systems.loads import ChannelKind, LoadCase
-from strandspring.systems.mounted import BASE, Motion, Mount, MountAxis, MountedSystem
+from strandspring.vibration.bodies.loads import ChannelKind, LoadCase
+from strandspring.vibration.bodies.mounted import BASE, Motion, Mount, MountAxis, MountedSystem
 
 FloatArray = NDArray[np.float64]
 

@@ -23,7 +23,7 @@ from fmpy.logging import addLoggerProxy
 
 from strandspring.core.parameters import SpringParameters
 from strandspring.fmu.python_backed import build_python_fmu
-from strandspring.modelfile import ModelFile
+from strandspring.model.modelfile import ModelFile
 
 SPRING = SpringParameters(
     kE=(3.0, 1.1e4, -2.0e4, 1.0e6),

@@ -36,10 +36,10 @@ from strandspring.compiled.images import FMI_HEADERS, FMU3, SYSTEM3, fmi_header
 from strandspring.fmu.native.block import USUAL, Form, values_source
 from strandspring.fmu.native.native_fmu import native_contents
 from strandspring.fmu.python_backed import fmu_contents
-from strandspring.modelfile import ModelFile
+from strandspring.model.modelfile import ModelFile
 from strandspring.system_fmu.system_native import system_contents
 from strandspring.system_fmu.system_variables import SystemFmuOptions
-from strandspring.systems.mounted import MountedSystem
+from strandspring.vibration.bodies.mounted import MountedSystem
 from system_fmu_tools import BOX, BOX_OPTIONS
 
 FUZZER = Path(__file__).parents[1] / "fuzz"

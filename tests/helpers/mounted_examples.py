@@ -11,9 +11,18 @@ from numpy.typing import ArrayLike, NDArray
 from springs import spring
 from strandspring import SpringParameters
 from strandspring.kernel.motion import Histories, MotionFigures
-from strandspring.systems.loads import LoadCase
-from strandspring.systems.mounted import Motion, Mount, MountAxis, MountedSystem, Point, RigidBody, Stops, Vector
-from strandspring.systems.solving import channel_rows, solver
+from strandspring.vibration.bodies.loads import LoadCase
+from strandspring.vibration.bodies.mounted import (
+    Motion,
+    Mount,
+    MountAxis,
+    MountedSystem,
+    Point,
+    RigidBody,
+    Stops,
+    Vector,
+)
+from strandspring.vibration.bodies.solving import channel_rows, solver
 
 FloatArray = NDArray[np.float64]
 

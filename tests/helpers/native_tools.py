@@ -24,7 +24,7 @@ from strandspring.core.parameters import SpringParameters
 from strandspring.fmu.native.native_fmu import build_native_fmu
 from strandspring.fmu.native.platforms import chosen_platforms, host_folder
 from strandspring.fmu.python_backed import build_python_fmu
-from strandspring.modelfile import ModelFile
+from strandspring.model.modelfile import ModelFile
 
 # The headers of FMI, and the functions of both interfaces that they declare.
 HEADERS = Path(str(files("fmpy") / "c-code"))

@@ -16,7 +16,7 @@ from fmu_tools import SPRING
 from springs import TABLE, spring
 from strandspring import SpringParameters
 from strandspring.exchange.c_sources import STEP_SOURCES, law_path, write_c_sources
-from strandspring.modelfile import ModelFile
+from strandspring.model.modelfile import ModelFile
 
 HERE = Path(__file__).parents[1] / "realtime"
 # FA as wild as a polynomial of degree 20 can be.

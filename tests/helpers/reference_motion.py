@@ -32,8 +32,8 @@ from scipy.optimize import brentq, root
 from scipy.spatial.transform import Rotation
 
 from strandspring import SpringParameters
-from strandspring.systems.loads import ChannelKind, LoadCase
-from strandspring.systems.mounted import BASE, Motion, MountedSystem
+from strandspring.vibration.bodies.loads import ChannelKind, LoadCase
+from strandspring.vibration.bodies.mounted import BASE, Motion, MountedSystem
 
 FloatArray = NDArray[np.float64]
 

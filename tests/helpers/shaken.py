@@ -15,7 +15,7 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 from strandspring.core.parameters import polynomial
-from strandspring.isolation.system import Excitation, IsolatedMass, static_equilibrium
+from strandspring.vibration.one_mass.system import Excitation, IsolatedMass, static_equilibrium
 
 _PHASES = 256
 _AGREE = 3  # periods in a row that must repeat

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from strandspring.isolation.system import Excitation
-from strandspring.spread import Spread
+from strandspring.model.spread import Spread
 from strandspring.studies.definition import Study
+from strandspring.vibration.one_mass.system import Excitation
 from synthetic import spring_of
 
 SPRING = spring_of(1.0, 1.0)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
-from strandspring.system_files.system_file import schema_of_tables
+from strandspring.vibration.description.system_file import schema_of_tables
 
 PUBLISHED = Path(__file__).resolve().parents[2] / "models/strandspring-system.schema.json"
 

@@ -12,8 +12,8 @@ import numpy as np
 from strandspring.compiled.images import KERNEL
 from strandspring.compiled.targets import host_target
 from strandspring.compiled.zig import shared_library
-from strandspring.isolation.system import IsolatedMass, static_equilibrium
 from strandspring.kernel.path import Law
+from strandspring.vibration.one_mass.system import IsolatedMass, static_equilibrium
 
 REPEAT, MOST_PERIODS = 1e-5, 100_000
 

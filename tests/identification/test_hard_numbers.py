@@ -25,7 +25,7 @@ from strandspring.identification.points.direction import correlation
 from strandspring.identification.points.loops import Loops
 from strandspring.identification.points.steady_part import find_steady_part
 from strandspring.identification.rig.rig import Effect, Rig
-from strandspring.joint import JointCovariance, joint_names
+from strandspring.model.joint import JointCovariance, joint_names
 from synthetic import AMPLITUDE, MEAN, record_of, sine, spring_of
 
 

@@ -30,9 +30,9 @@ from strandspring.identification.certainty.prediction_interval import Prediction
 from strandspring.identification.least_squares.coloured_noise import _cosine_transform, coefficient_covariance
 from strandspring.identification.points.loops import gather
 from strandspring.identification.points.repetition import repeated_share
-from strandspring.joint import JointCovariance, joint_names
 from strandspring.kernel.path import PathSolver
 from strandspring.loops.strokes import find_strokes
+from strandspring.model.joint import JointCovariance, joint_names
 from synthetic import record_of, sine, spring_of
 
 ROOT = Path(__file__).resolve().parents[2]

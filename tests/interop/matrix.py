@@ -16,7 +16,7 @@ from portable_host import wine
 from strandspring.fmu.native.native_fmu import build_native_fmu
 from strandspring.fmu.native.platforms import chosen_platforms
 from strandspring.fmu.python_backed import build_python_fmu
-from strandspring.modelfile import ModelFile
+from strandspring.model.modelfile import ModelFile
 
 
 class Sampling(Enum):

@@ -14,7 +14,7 @@ from fmu_tools import SPRING
 from matrix import build_with_states
 from strandspring.cosimulation import FmuSpring, Verlet, one_mass, simulate
 from strandspring.fmu.native.native_fmu import build_native_fmu
-from strandspring.modelfile import ModelFile
+from strandspring.model.modelfile import ModelFile
 
 MASS, SPEED, STOP, STEP = 5.0, 0.6, 1.0, 1e-3  # kg, m/s, s, s
 CENTRED = replace(SPRING, displacement_offset=0.0, displacement_min=-0.03, displacement_max=0.03)

@@ -19,7 +19,7 @@ from hosts.motion import STEP, TIMES, displacement
 from matrix import KINDS, TOOLS, Kind, Sampling, Tool, table
 from pages import ROOT, TEXTS
 from strandspring import Spring
-from strandspring.modelfile import load_model
+from strandspring.model.modelfile import load_model
 
 MODEL = ROOT / "models" / "rubber_hinge.json"
 HOSTS = Path(__file__).with_name("hosts")

@@ -11,10 +11,10 @@ import pytest
 from shaken import shaken
 from springs import MOUNT
 from strandspring import Spring, SpringParameters
-from strandspring.conversions import NormalizedBoucWen
-from strandspring.isolation.response import FrequencyResponse, frequency_response
-from strandspring.isolation.system import Excitation, IsolatedMass, IsolationError, static_equilibrium
+from strandspring.model.conversions import NormalizedBoucWen
 from strandspring.peers.ni import PAPER_NI
+from strandspring.vibration.one_mass.response import FrequencyResponse, frequency_response
+from strandspring.vibration.one_mass.system import Excitation, IsolatedMass, IsolationError, static_equilibrium
 from verlet import Verlet
 
 ROOT = Path(__file__).resolve().parents[2]

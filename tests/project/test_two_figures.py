@@ -13,7 +13,7 @@ from scipy.interpolate import CubicSpline
 
 import reports
 from strandspring import Identification, Record, Spring, SpringParameters, build_fmu, identify, predict, simulate_fmu
-from strandspring.stated_figures import energy_ratio
+from strandspring.model.stated_figures import energy_ratio
 
 SUBSTEPS = 8  # of a fourth-order step between two samples
 

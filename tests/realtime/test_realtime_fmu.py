@@ -15,7 +15,7 @@ from realtime_tools import FLAGS, HERE, MOST_STACK, SPRINGS, cc
 from strandspring import SpringParameters
 from strandspring.compiled.images import FMI_HEADERS, fmi_header
 from strandspring.fmu.native.native_fmu import native_contents
-from strandspring.modelfile import ModelFile
+from strandspring.model.modelfile import ModelFile
 
 OUTPUTS = ("force", "stiffness", "absorbed_energy", "omega")
 # By version of FMI: the unit of the sources, and the file and function of a step.

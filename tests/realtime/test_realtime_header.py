@@ -19,7 +19,7 @@ from springs import TABLE
 from strandspring import Spring, export
 from strandspring.core.parameters import N_RANGE
 from strandspring.exchange import c_sources
-from strandspring.modelfile import ModelFile
+from strandspring.model.modelfile import ModelFile
 
 HEADER = (files("strandspring.exchange") / "assets" / "strandspring.h").read_text(encoding="utf-8")
 

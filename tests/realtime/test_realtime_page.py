@@ -15,7 +15,7 @@ from pages import TEXTS
 from strandspring.fmu.check import running
 from strandspring.fmu.native.native_fmu import build_native_fmu, native_contents
 from strandspring.fmu.native.platforms import chosen_platforms
-from strandspring.modelfile import ModelFile
+from strandspring.model.modelfile import ModelFile
 
 MODEL = ModelFile("spring", SPRING)
 

@@ -17,7 +17,7 @@ from test_formats import FORMATS, text
 from springs import MOUNT
 from strandspring import Spring
 from strandspring.examples import system_models
-from strandspring.isolated import ISOLATED, isolated_processes
+from strandspring.ground.isolated import ISOLATED, isolated_processes
 
 ROOT = Path(__file__).resolve().parents[2]
 SCRIPT = Path(sysconfig.get_path("scripts")) / "strandspring"

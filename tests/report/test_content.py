@@ -12,7 +12,7 @@ import pytest
 import reports
 from springs import TABLE
 from strandspring import Identification, Outcome, StrandspringError, identify
-from strandspring.modelfile import ModelFile
+from strandspring.model.modelfile import ModelFile
 from strandspring.report import details, drawing, evaluation, figure, page, quantities, thinning
 from strandspring.report.blocks import Content, Facts, Gallery, Level, Notice, Table, Text
 from strandspring.report.chart import Chart

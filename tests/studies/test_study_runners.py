@@ -24,16 +24,16 @@ import pytest
 from distributed import LocalCluster
 
 from strandspring import StrandspringError, __version__
-from strandspring.isolation.system import Excitation, IsolationError
+from strandspring.ground.locks import lock
 from strandspring.jobs.cluster import Cluster
 from strandspring.jobs.runners import Local
 from strandspring.jobs.sole_file import open_alone
-from strandspring.locks import lock
-from strandspring.modelfile import ModelFile, save_model
-from strandspring.spread import Spread
+from strandspring.model.modelfile import ModelFile, save_model
+from strandspring.model.spread import Spread
 from strandspring.studies.definition import RunRow, Study
 from strandspring.studies.journal import Journal, journal_path
 from strandspring.studies.run import manifest, run_study
+from strandspring.vibration.one_mass.system import Excitation, IsolationError
 from studies import CHEAP, COMMAND, ERRORS, SPRING, UNCERTAINTY, Counter
 from terminal import Terminal
 

@@ -21,21 +21,21 @@ from distributed import LocalCluster
 
 import strandspring
 from strandspring import StrandspringError
-from strandspring.answers.answers import answer_case
-from strandspring.answers.drawn_springs import Drawn
-from strandspring.answers.verdicts import Verdict
 from strandspring.errors import MountedSystemError
 from strandspring.examples.system_models import SYSTEMS
 from strandspring.jobs.cluster import Cluster
 from strandspring.jobs.runners import Local, Runner
-from strandspring.modelfile import load_model, save_model
+from strandspring.model.modelfile import load_model, save_model
 from strandspring.studies.journal import journal_path
 from strandspring.studies.run_system import run_system_study
 from strandspring.studies.system_planning import planned_study, undrawn
 from strandspring.studies.system_study import SystemRow, SystemStudy, system_row
 from strandspring.studies.system_summaries import SystemSummaries
-from strandspring.system_files.named_files import FilesOfFolder
-from strandspring.system_files.system_file import read_description, system_of_content
+from strandspring.vibration.description.named_files import FilesOfFolder
+from strandspring.vibration.description.system_file import read_description, system_of_content
+from strandspring.vibration.verdicts.answers import answer_case
+from strandspring.vibration.verdicts.drawn_springs import Drawn
+from strandspring.vibration.verdicts.verdicts import Verdict
 from studies import Counter
 from terminal import Terminal
 

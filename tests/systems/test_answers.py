@@ -9,22 +9,31 @@ import numpy as np
 import pytest
 
 from mounted_examples import CORNERS, box, elastic, hysteretic, one_mass, three_axes, unit
-from strandspring import modelfile
-from strandspring.answers.answers import CaseAnswer, answer_candidate, answer_case
-from strandspring.answers.case_cautions import CautionKind
-from strandspring.answers.draws import CaseDraws, Drawn
-from strandspring.answers.verdicts import Figure, Quantity, Verdict, judged
 from strandspring.examples import systems
-from strandspring.signals.level_table import LevelTable
-from strandspring.signals.pulses import HalfSine
-from strandspring.signals.random_signal import RandomVibration
-from strandspring.signals.shock_spectra import shock_spectrum
-from strandspring.system_files.system_file import load_system_file
-from strandspring.systems.limits import Limits
-from strandspring.systems.loads import Channel, ChannelKind, LoadCase, Signal
-from strandspring.systems.mounted import Motion, Mount, MountAxis, MountedSystem, Point, RigidBody, Stops, Vector
-from strandspring.systems.rest import rest
-from strandspring.systems.simulation import simulate_case
+from strandspring.model import modelfile
+from strandspring.vibration.bodies.limits import Limits
+from strandspring.vibration.bodies.loads import Channel, ChannelKind, LoadCase, Signal
+from strandspring.vibration.bodies.mounted import (
+    Motion,
+    Mount,
+    MountAxis,
+    MountedSystem,
+    Point,
+    RigidBody,
+    Stops,
+    Vector,
+)
+from strandspring.vibration.bodies.rest import rest
+from strandspring.vibration.bodies.simulation import simulate_case
+from strandspring.vibration.description.system_file import load_system_file
+from strandspring.vibration.signals.level_table import LevelTable
+from strandspring.vibration.signals.pulses import HalfSine
+from strandspring.vibration.signals.random_signal import RandomVibration
+from strandspring.vibration.signals.shock_spectra import shock_spectrum
+from strandspring.vibration.verdicts.answers import CaseAnswer, answer_candidate, answer_case
+from strandspring.vibration.verdicts.case_cautions import CautionKind
+from strandspring.vibration.verdicts.draws import CaseDraws, Drawn
+from strandspring.vibration.verdicts.verdicts import Figure, Quantity, Verdict, judged
 
 X: Vector = (1.0, 0.0, 0.0)
 DOWN: Vector = (0.0, 0.0, -1.0)

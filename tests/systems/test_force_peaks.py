@@ -7,9 +7,9 @@ from pathlib import Path
 
 import numpy as np
 
-from strandspring.system_files.system_file import load_system_file
-from strandspring.systems.simulation import run_with_histories, simulate_case
-from strandspring.systems.solving import solver
+from strandspring.vibration.bodies.simulation import run_with_histories, simulate_case
+from strandspring.vibration.bodies.solving import solver
+from strandspring.vibration.description.system_file import load_system_file
 
 SYSTEM = """
 format = "strandspring-system"

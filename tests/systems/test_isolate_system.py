@@ -12,10 +12,10 @@ import pytest
 
 import strandspring
 from strandspring import SystemIsolation, isolate_system
-from strandspring.isolation.system import IsolationError
-from strandspring.system_files.system_file import load_system_file
-from strandspring.systems.modes import modes
-from strandspring.systems.rest import rest
+from strandspring.vibration.bodies.modes import modes
+from strandspring.vibration.bodies.rest import rest
+from strandspring.vibration.description.system_file import load_system_file
+from strandspring.vibration.one_mass.system import IsolationError
 from terminal import Terminal
 
 EXAMPLES = Path(strandspring.__file__).parent / "examples" / "systems"

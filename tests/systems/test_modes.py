@@ -14,9 +14,9 @@ from strandspring import SpringParameters
 from strandspring.errors import MountedSystemError
 from strandspring.kernel.path import PathSolver
 from strandspring.loops.modelled import steady_loop_figures
-from strandspring.systems.modes import modes, secant_stiffness, tangent_stiffness
-from strandspring.systems.mounted import BASE, Motion, Mount, MountAxis, MountedSystem, RigidBody, Stops
-from strandspring.systems.small_motion import SmallMotion, nominal_pose
+from strandspring.vibration.bodies.modes import modes, secant_stiffness, tangent_stiffness
+from strandspring.vibration.bodies.mounted import BASE, Motion, Mount, MountAxis, MountedSystem, RigidBody, Stops
+from strandspring.vibration.bodies.small_motion import SmallMotion, nominal_pose
 
 UNIT = np.eye(3)
 INERTIA = ((0.25, 0.0, 0.0), (0.0, 0.30, 0.0), (0.0, 0.0, 0.35))

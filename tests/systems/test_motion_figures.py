@@ -26,8 +26,8 @@ from mounted_examples import (
 )
 from reference_motion import Course, half_sine, sine
 from strandspring import SpringParameters
-from strandspring.systems.loads import Channel, ChannelKind, LoadCase
-from strandspring.systems.mounted import Mount, MountAxis, MountedSystem, Point, RigidBody, Vector
+from strandspring.vibration.bodies.loads import Channel, ChannelKind, LoadCase
+from strandspring.vibration.bodies.mounted import Mount, MountAxis, MountedSystem, Point, RigidBody, Vector
 
 # Of MotionRecord.of_points, of_axes in motion.h.
 LARGEST_ACCELERATION, LARGEST_SWAY, MEAN_SQUARES, SWAY_SQUARES = 0, 5, 9, 15

@@ -24,9 +24,9 @@ from mounted_examples import (
     unit,
 )
 from strandspring import SpringParameters
-from strandspring.signals.pulses import HalfSine, TerminalSawtooth
-from strandspring.systems.loads import Channel, ChannelKind, LoadCase, Signal
-from strandspring.systems.mounted import Motion, Mount, MountAxis, MountedSystem, RigidBody, Stops, Vector
+from strandspring.vibration.bodies.loads import Channel, ChannelKind, LoadCase, Signal
+from strandspring.vibration.bodies.mounted import Motion, Mount, MountAxis, MountedSystem, RigidBody, Stops, Vector
+from strandspring.vibration.signals.pulses import HalfSine, TerminalSawtooth
 
 LAW = settings(derandomize=True, deadline=None, max_examples=40, phases=[Phase.generate])
 STEP, DURATION = 1e-4, 0.04

@@ -30,8 +30,8 @@ from mounted_examples import (
     unit,
 )
 from reference_motion import Course, ReferenceMotion, half_sine, reference_motion, sine, start_of
-from strandspring.systems.loads import Channel, ChannelKind, LoadCase
-from strandspring.systems.mounted import Mount, MountAxis, MountedSystem, Point, RigidBody, Stops, Vector
+from strandspring.vibration.bodies.loads import Channel, ChannelKind, LoadCase
+from strandspring.vibration.bodies.mounted import Mount, MountAxis, MountedSystem, Point, RigidBody, Stops, Vector
 
 DURATION, EVERY = 0.05, 2e-3
 TIMES = np.arange(0.0, DURATION + 0.5 * EVERY, EVERY)

@@ -9,16 +9,16 @@ import pytest
 
 from mounted_examples import GRAVITY, FloatArray, box, inclined_box, plane_box, three_axes, two_stages, unit
 from reference_motion import half_sine, reference_motion
-from strandspring.signals.level_table import LevelTable
-from strandspring.signals.pulses import HalfSine, TerminalSawtooth
-from strandspring.signals.random_signal import RandomVibration
-from strandspring.signals.recorded_signal import RecordedSignal
-from strandspring.systems.loads import Channel, ChannelKind, LoadCase, Signal
-from strandspring.systems.mounted import MountedSystem
-from strandspring.systems.rest import rest
-from strandspring.systems.run_figures import RunFigures
-from strandspring.systems.simulation import CaseRun, run_once, simulate_case
-from strandspring.systems.solving import solver
+from strandspring.vibration.bodies.loads import Channel, ChannelKind, LoadCase, Signal
+from strandspring.vibration.bodies.mounted import MountedSystem
+from strandspring.vibration.bodies.rest import rest
+from strandspring.vibration.bodies.run_figures import RunFigures
+from strandspring.vibration.bodies.simulation import CaseRun, run_once, simulate_case
+from strandspring.vibration.bodies.solving import solver
+from strandspring.vibration.signals.level_table import LevelTable
+from strandspring.vibration.signals.pulses import HalfSine, TerminalSawtooth
+from strandspring.vibration.signals.random_signal import RandomVibration
+from strandspring.vibration.signals.recorded_signal import RecordedSignal
 
 # Of the largest true error of its kind: where the term in h^2 all but cancels, the error is smaller and of no order.
 LEAST_SHARE = 0.25

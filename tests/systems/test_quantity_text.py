@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from strandspring.system_files.quantity_text import (
+from strandspring.vibration.description.quantity_text import (
     ACCELERATION,
     ACCELERATION_DENSITY,
     ANGLE,

@@ -14,8 +14,8 @@ from scipy.signal import lfilter
 
 from strandspring.errors import MountedSystemError
 from strandspring.kernel.shock import largest_responses
-from strandspring.signals.pulses import Rectangle
-from strandspring.signals.shock_spectra import (
+from strandspring.vibration.signals.pulses import Rectangle
+from strandspring.vibration.signals.shock_spectra import (
     Response,
     octave_frequencies,
     shock_spectrum,

@@ -13,9 +13,10 @@ from hypothesis import strategies as st
 from scipy.integrate import quad
 
 from strandspring.errors import MountedSystemError
-from strandspring.signals.averaging import smooth_averages
-from strandspring.signals.level_table import LevelTable, displacement_limited
-from strandspring.signals.pulses import (
+from strandspring.vibration.bodies.loads import Signal
+from strandspring.vibration.signals.averaging import smooth_averages
+from strandspring.vibration.signals.level_table import LevelTable, displacement_limited
+from strandspring.vibration.signals.pulses import (
     HalfSine,
     InitialSawtooth,
     Rectangle,
@@ -25,10 +26,9 @@ from strandspring.signals.pulses import (
     Triangle,
     VelocityStep,
 )
-from strandspring.signals.random_signal import RandomVibration
-from strandspring.signals.recorded_signal import RecordedSignal
-from strandspring.signals.sine_signals import SineDwell, SineSweep
-from strandspring.systems.loads import Signal
+from strandspring.vibration.signals.random_signal import RandomVibration
+from strandspring.vibration.signals.recorded_signal import RecordedSignal
+from strandspring.vibration.signals.sine_signals import SineDwell, SineSweep
 
 D = 0.011
 RECOIL = TabulatedPulse(((0.001, 0.0), (0.002, 3.0), (0.002, 5.0), (0.0045, 5.0), (0.01, 0.0)))

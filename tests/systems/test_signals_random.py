@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from strandspring.signals.level_table import LevelTable
-from strandspring.signals.random_signal import RandomVibration
-from strandspring.signals.spectra import power_spectrum
+from strandspring.vibration.signals.level_table import LevelTable
+from strandspring.vibration.signals.random_signal import RandomVibration
+from strandspring.vibration.signals.spectra import power_spectrum
 
 # The shape of MIL-STD-810's general minimum integrity exposure, in (m/s^2)^2/Hz.
 EXPOSURE = LevelTable(((20.0, 1.0), (80.0, 4.0), (350.0, 4.0), (2000.0, 0.7)))

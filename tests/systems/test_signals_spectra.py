@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from strandspring.errors import MountedSystemError
-from strandspring.signals.spectra import power_spectrum
+from strandspring.vibration.signals.spectra import power_spectrum
 
 SEED = 4
 

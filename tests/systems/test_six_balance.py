@@ -11,17 +11,17 @@ from scipy.spatial.transform import Rotation
 from springs import MOUNT
 from strandspring import SpringParameters
 from strandspring.errors import MountedSystemError
-from strandspring.isolation.continuation import follow
-from strandspring.isolation.harmonic_balance import HarmonicBalance
-from strandspring.isolation.response import frequency_response
-from strandspring.isolation.system import Excitation, IsolatedMass, static_equilibrium
-from strandspring.systems.loads import Channel, ChannelKind
-from strandspring.systems.mounted import Motion, Mount, MountAxis, MountedSystem, Point, RigidBody, Stops
-from strandspring.systems.shaking import Shaking
-from strandspring.systems.six_balance import SixBalance
-from strandspring.systems.six_response import system_response
-from strandspring.systems.small_motion import Pose, nominal_pose
-from strandspring.systems.solving import channel_rows, solver
+from strandspring.vibration.bodies.loads import Channel, ChannelKind
+from strandspring.vibration.bodies.mounted import Motion, Mount, MountAxis, MountedSystem, Point, RigidBody, Stops
+from strandspring.vibration.bodies.shaking import Shaking
+from strandspring.vibration.bodies.six_balance import SixBalance
+from strandspring.vibration.bodies.six_response import system_response
+from strandspring.vibration.bodies.small_motion import Pose, nominal_pose
+from strandspring.vibration.bodies.solving import channel_rows, solver
+from strandspring.vibration.one_mass.continuation import follow
+from strandspring.vibration.one_mass.harmonic_balance import HarmonicBalance
+from strandspring.vibration.one_mass.response import frequency_response
+from strandspring.vibration.one_mass.system import Excitation, IsolatedMass, static_equilibrium
 
 INERTIA = ((0.25, 0.02, 0.0), (0.02, 0.30, -0.01), (0.0, -0.01, 0.35))
 STRAIGHT = SpringParameters((0.0, 9000.0), (1.0,), 20.0, 500.0, 1.0, 1.0, 0.0, -0.03, 0.03)

@@ -11,11 +11,11 @@ from scipy.spatial.transform import Rotation
 from springs import EXAMPLES
 from strandspring import SpringParameters
 from strandspring.kernel.path import PathSolver
-from strandspring.systems.axis_laws import AxisLaws
-from strandspring.systems.mounted import Motion, Mount, MountAxis, MountedSystem, RigidBody, Stops
-from strandspring.systems.small_motion import SmallMotion, nominal_pose
-from strandspring.systems.solving import solver
-from strandspring.systems.stable_step import largest_stable_step
+from strandspring.vibration.bodies.axis_laws import AxisLaws
+from strandspring.vibration.bodies.mounted import Motion, Mount, MountAxis, MountedSystem, RigidBody, Stops
+from strandspring.vibration.bodies.small_motion import SmallMotion, nominal_pose
+from strandspring.vibration.bodies.solving import solver
+from strandspring.vibration.bodies.stable_step import largest_stable_step
 
 INERTIA = ((0.25, 0.01, 0.0), (0.01, 0.30, 0.0), (0.0, 0.0, 0.35))
 

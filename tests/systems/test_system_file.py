@@ -21,14 +21,14 @@ from springs import EXAMPLES
 from strandspring.docs.site import page_text
 from strandspring.errors import MountedSystemError
 from strandspring.examples import system_models
-from strandspring.modelfile import ModelFile, load_model, save_model
-from strandspring.strict_toml import parse_toml
-from strandspring.system_files.system_file import SystemFile, load_system_file, schema_of_tables
-from strandspring.system_files.system_file import system_schema as published
-from strandspring.system_files.system_tables import SystemTable
-from strandspring.systems.loads import ChannelKind
-from strandspring.systems.mounted import BASE, STANDARD_GRAVITY, Motion
-from strandspring.systems.simulation import simulate_case
+from strandspring.ground.strict_toml import parse_toml
+from strandspring.model.modelfile import ModelFile, load_model, save_model
+from strandspring.vibration.bodies.loads import ChannelKind
+from strandspring.vibration.bodies.mounted import BASE, STANDARD_GRAVITY, Motion
+from strandspring.vibration.bodies.simulation import simulate_case
+from strandspring.vibration.description.system_file import SystemFile, load_system_file, schema_of_tables
+from strandspring.vibration.description.system_file import system_schema as published
+from strandspring.vibration.description.system_tables import SystemTable
 
 Content = dict[str, Any]
 SYSTEMS = Path(__file__).resolve().parents[2] / "fmu_src/strandspring/examples/systems"

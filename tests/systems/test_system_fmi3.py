@@ -33,7 +33,7 @@ from strandspring.fmu.native.platforms import chosen_platforms, host_folder
 from strandspring.system_fmu.system_check import examine_system_fmu
 from strandspring.system_fmu.system_native import build_system_fmu, system_contents, system_identifier
 from strandspring.system_fmu.system_variables import SystemFmuOptions
-from strandspring.systems.mounted import MountedSystem
+from strandspring.vibration.bodies.mounted import MountedSystem
 from system_fmu3_tools import NativeSystem3, system_library3
 from system_fmu_tools import BOX, BOX_OPTIONS, STAGES, STAGES_OPTIONS, NativeSystem, shock, system_library
 

@@ -23,7 +23,7 @@ from strandspring.system_fmu.system_check import examine_system_fmu
 from strandspring.system_fmu.system_native import build_system_fmu, system_contents
 from strandspring.system_fmu.system_reference import expected_motion
 from strandspring.system_fmu.system_variables import ForceInput, SystemFmuOptions, unique_names
-from strandspring.systems.mounted import MountedSystem, Point
+from strandspring.vibration.bodies.mounted import MountedSystem, Point
 from system_fmu_tools import (
     BOX,
     BOX_OPTIONS,

@@ -17,8 +17,8 @@ from strandspring import BuildError, StrandspringError, build_fmu
 from strandspring.errors import MountedSystemError
 from strandspring.fmu.archive import write_archive
 from strandspring.fmu.papers import sealed
-from strandspring.system_files.system_file import is_system_file, load_system_file
-from strandspring.systems.simulation import simulate_case
+from strandspring.vibration.bodies.simulation import simulate_case
+from strandspring.vibration.description.system_file import is_system_file, load_system_file
 from terminal import Terminal
 
 EXAMPLES = Path(strandspring.__file__).parent / "examples" / "systems"

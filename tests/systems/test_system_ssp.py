@@ -22,10 +22,10 @@ from strandspring.fmu.description import Backend, Content, described
 from strandspring.fmu.native.native_fmu import build_native_fmu
 from strandspring.fmu.native.platforms import chosen_platforms
 from strandspring.fmu.python_backed import slave_contents
-from strandspring.modelfile import ModelFile
+from strandspring.model.modelfile import ModelFile
 from strandspring.system_fmu.system_variables import SystemFmuOptions
-from strandspring.systems.mounted import Mount, MountAxis, MountedSystem, RigidBody
-from strandspring.systems.solving import solver
+from strandspring.vibration.bodies.mounted import Mount, MountAxis, MountedSystem, RigidBody
+from strandspring.vibration.bodies.solving import solver
 from system_fmu_tools import ACROSS, ALONG, BOX, SHEAR, UP, VERTICAL, NativeSystem, system_library
 
 # The body of BOX about its principal axes, on mounts without dampers, which spring FMUs do not have; one is inclined.

@@ -6,11 +6,11 @@ from typing import Literal
 
 import numpy as np
 
-from ..coordinates import counted_from
 from ..core.parameters import SpringParameters
 from ..errors import StrandspringError
 from ..loops.loop import Loop
-from ..modelfile import ModelFile
+from ..model.coordinates import counted_from
+from ..model.modelfile import ModelFile
 
 Align = Literal["record", "middle"]
 

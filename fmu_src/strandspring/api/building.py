@@ -10,19 +10,19 @@ from functools import partial
 from pathlib import Path
 from typing import Any, Literal, TypeAlias, get_args
 
-from ..coordinates import checked_zero
 from ..errors import BuildError
-from ..files import refuse_unwritable
 from ..fmu.archive import fmu_path
 from ..fmu.check import examine_fmu
 from ..fmu.native.native_fmu import build_native_fmu
 from ..fmu.native.platforms import Platform, chosen_platforms
 from ..fmu.papers import BuildSettings
 from ..fmu.python_backed import build_python_fmu
+from ..ground.files import refuse_unwritable
 from ..identification.identified_model import IdentifiedModel
 from ..identification.identify_records import identify_records
-from ..modelfile import ModelFile, check_name, identifier, is_fmu, is_model_path
-from ..system_files.system_file import is_system_file
+from ..model.coordinates import checked_zero
+from ..model.modelfile import ModelFile, check_name, identifier, is_fmu, is_model_path
+from ..vibration.description.system_file import is_system_file
 from .building_system import SystemToBuild
 from .fmus_in_place import BuiltFmu, FmuJob, build_in_place
 from .placing import ModelSource, model_of, origin_of, path_of

@@ -9,14 +9,14 @@ from pathlib import Path
 
 from ..errors import MountedSystemError
 from ..fmu.native.platforms import Platform
-from ..system_files.system_file import SystemFile, load_system_file
 from ..system_fmu.system_check import examine_system_fmu
 from ..system_fmu.system_native import build_system_fmu, system_identifier
 from ..system_fmu.system_variables import ForceInput, SystemFmuOptions
-from ..systems.loads import Channel, ChannelKind, LoadCase
-from ..systems.mounted import MountedSystem
-from ..systems.rest import rest
-from ..systems.stable_step import largest_stable_step
+from ..vibration.bodies.loads import Channel, ChannelKind, LoadCase
+from ..vibration.bodies.mounted import MountedSystem
+from ..vibration.bodies.rest import rest
+from ..vibration.bodies.stable_step import largest_stable_step
+from ..vibration.description.system_file import SystemFile, load_system_file
 from .fmus_in_place import BuiltFmu, FmuJob, build_in_place
 from .progress import Progress, unseen
 

@@ -7,15 +7,15 @@ from collections.abc import Iterable
 import numpy as np
 
 from ..core.parameters import SpringParameters
+from ..ground.strict_json import printable
 from ..identification.certainty.figures import RecordFit
 from ..identification.certainty.saved_spring import effect_of_smoothing
 from ..identification.points.direction import backwards
 from ..kernel.arrays import FloatArray
 from ..loops.strokes import find_strokes
-from ..modelfile import ModelFile
+from ..model.modelfile import ModelFile
+from ..model.stated_cautions import stated_amplitudes, stated_effects
 from ..records.record import Record
-from ..stated_cautions import stated_amplitudes, stated_effects
-from ..strict_json import printable
 
 # Share of the identified range by which rounding may take a sample beyond its ends.
 _ROUNDING = 1e-9

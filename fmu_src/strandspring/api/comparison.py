@@ -10,16 +10,16 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from numpy.typing import ArrayLike
 
-from ..arguments import numbers, optional_number, seed_of, whole
 from ..core.parameters import SpringParameters
 from ..errors import StrandspringError
+from ..ground.arguments import numbers, optional_number, seed_of, whole
 from ..identification.certainty.figures import RecordFit, predict_record
 from ..kernel.path import PathSolver
 from ..loops.loop import Loop
 from ..loops.modelled import steady_loop
-from ..modelfile import ModelFile
+from ..model.modelfile import ModelFile
+from ..model.spread import Spread
 from ..records.record import Record
-from ..spread import Spread
 from .alignment import Align, aligned, apart, shared_range
 from .common_form import common_form, in_form
 from .comparison_cautions import comparison_cautions, comparison_notes

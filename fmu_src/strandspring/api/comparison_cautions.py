@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
+from ..ground.strict_json import printable
 from ..identification.certainty.figures import RecordFit, along_smoothed
 from ..kernel.path import PathSolver
 from ..loops.loop import Loop
 from ..loops.modelled import steady_loop
 from ..loops.strokes import find_strokes
-from ..modelfile import ModelFile
+from ..model.modelfile import ModelFile
+from ..model.stated_cautions import stated_cautions
 from ..records.record import Record
-from ..stated_cautions import stated_cautions
-from ..strict_json import printable
 from .alignment import Align, aligned, apart, middle_of, shared_range
 from .caution_text import backwards_cautions, effects_of, outside_cautions, smoothing_caution
 from .common_form import common_form, form_of, form_words

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
-from ..isolation.response import FrequencyResponse
 from ..loops.loop import Loop
+from ..vibration.one_mass.response import FrequencyResponse
 from .differences import FIGURES, Difference
 from .information import PANELS
 
@@ -25,7 +25,7 @@ def draw(
     responses: Sequence[FrequencyResponse],
 ) -> None:
     """Draw loops, their difference, three figures over the amplitude, and transmissibility into six axes."""
-    from ..isolation.curves_plot import decimal_ticks  # loads matplotlib
+    from ..vibration.one_mass.curves_plot import decimal_ticks  # loads matplotlib
 
     top, difference, *middle, last = panels
     for label, color, loop in zip("AB", _COLORS, loops, strict=True):

@@ -25,12 +25,12 @@ import numpy as np
 
 from ..core.parameters import SIGMA_RANGE, SpringParameters
 from ..errors import ModelError
-from ..joint import HYSTERETIC_UNITS, JointCovariance
 from ..kernel.arrays import FloatArray
 from ..kernel.path import PathSolver
 from ..loops.modelled import steady_loop_figures
-from ..modelfile import ModelFile
-from ..spread import DRAWN, Spread
+from ..model.joint import HYSTERETIC_UNITS, JointCovariance
+from ..model.modelfile import ModelFile
+from ..model.spread import DRAWN, Spread
 from .text import AT_BOUND
 
 LEVEL = 0.05  # error of all judgements together

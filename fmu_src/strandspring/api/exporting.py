@@ -7,15 +7,15 @@ import os
 from dataclasses import dataclass
 from pathlib import Path
 
-from ..arguments import optional_number
-from ..coordinates import placed
 from ..errors import StrandspringError
 from ..exchange.c_sources import law_path, write_c_sources
 from ..exchange.modelica import LIBRARY, record_path, write_library
-from ..files import refuse_unwritable, write_text
 from ..fmu.ssv import parameter_values
-from ..modelfile import ModelFile
-from ..scratch import TemporaryFolder
+from ..ground.arguments import optional_number
+from ..ground.files import refuse_unwritable, write_text
+from ..ground.scratch import TemporaryFolder
+from ..model.coordinates import placed
+from ..model.modelfile import ModelFile
 from .placing import ModelSource, model_of, origin_of
 from .progress import Progress, unseen
 

@@ -8,9 +8,9 @@ from pathlib import Path
 from typing import NamedTuple
 
 from ..errors import BuildError, StrandspringError
-from ..files import existing_folder, reason_of, refuse_unwritable
 from ..fmu.check import CheckReport
-from ..scratch import TemporaryFolder
+from ..ground.files import existing_folder, reason_of, refuse_unwritable
+from ..ground.scratch import TemporaryFolder
 from .progress import Progress, unseen
 
 

@@ -8,9 +8,9 @@ from itertools import chain, count
 
 import numpy as np
 
-from ..answers.answers import CaseAnswer
 from ..errors import MountedSystemError
-from ..systems.axis_names import axis_names
+from ..vibration.bodies.axis_names import axis_names
+from ..vibration.verdicts.answers import CaseAnswer
 
 _LONGEST = 100  # of the name of a file
 

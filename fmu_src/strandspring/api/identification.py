@@ -15,8 +15,8 @@ from ..identification.method import Method
 from ..identification.notes import notes_on
 from ..identification.outcomes import Outcome, by_harm
 from ..identification.rig.known_rig import KnownRig
-from ..joint import HYSTERETIC_UNITS
-from ..stated_figures import differ, in_words
+from ..model.joint import HYSTERETIC_UNITS
+from ..model.stated_figures import differ, in_words
 from .records import Source, given_records
 from .result import Result
 from .spring import Spring

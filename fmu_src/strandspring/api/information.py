@@ -11,19 +11,19 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..arguments import numbers
-from ..coordinates import counted_from, zero_sentence
 from ..core.parameters import SpringParameters
+from ..ground.arguments import numbers
+from ..ground.strict_json import printable
 from ..kernel.path import PathSolver
 from ..loops.campaign import Overlap, RateIndependence, campaign_verdicts
 from ..loops.loop import Loop, LoopFigures
 from ..loops.measured import MeasuredLoop, measured_loops
 from ..loops.modelled import steady_loop, steady_loop_figures
-from ..modelfile import ModelFile
+from ..model.coordinates import counted_from, zero_sentence
+from ..model.modelfile import ModelFile
+from ..model.stated_cautions import stated_cautions
+from ..model.stated_figures import in_words, stated_fit, stated_fits
 from ..records.record import Record
-from ..stated_cautions import stated_cautions
-from ..stated_figures import in_words, stated_fit, stated_fits
-from ..strict_json import printable
 from .caution_text import backwards_cautions, effects_cautions, effects_of, outside_range
 from .placing import ModelSource, model_of, origin_of, source_of
 from .plotting import some_axes

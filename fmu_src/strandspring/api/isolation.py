@@ -15,13 +15,16 @@ from typing import TYPE_CHECKING, Any
 
 from numpy.typing import ArrayLike
 
-from ..arguments import limits, number, optional_number, whole
-from ..coordinates import counted_from, zero_sentence
-from ..files import write_csv
-from ..isolation.band import band_frequencies
-from ..isolation.curve_points import ResponsePoint
-from ..isolation.response import FrequencyResponse, Resonance, frequency_response
-from ..isolation.system import (
+from ..ground.arguments import limits, number, optional_number, whole
+from ..ground.files import write_csv
+from ..ground.scratch import TemporaryFolder
+from ..model.coordinates import counted_from, zero_sentence
+from ..model.modelfile import ModelFile
+from ..model.stated_cautions import cautions_in_use
+from ..vibration.one_mass.band import band_frequencies
+from ..vibration.one_mass.curve_points import ResponsePoint
+from ..vibration.one_mass.response import FrequencyResponse, Resonance, frequency_response
+from ..vibration.one_mass.system import (
     DEFAULT_SHARES,
     Excitation,
     IsolatedMass,
@@ -30,9 +33,6 @@ from ..isolation.system import (
     free_travel,
     static_equilibrium,
 )
-from ..modelfile import ModelFile
-from ..scratch import TemporaryFolder
-from ..stated_cautions import cautions_in_use
 from .caution_text import outside_range
 from .levels import checked_count, given_levels
 from .placing import ModelSource, model_of, origin_of, path_of
@@ -291,7 +291,7 @@ class Isolation(Result):
         -------
         Axes                  Those of the transmissibility.
         """
-        from ..isolation.curves_plot import HANDLE_LENGTH, curves_of, draw, fill
+        from ..vibration.one_mass.curves_plot import HANDLE_LENGTH, curves_of, draw, fill
 
         if axes is None:
             from matplotlib import pyplot as plt
@@ -308,7 +308,7 @@ class Isolation(Result):
         ------
         StrandspringError   If the name ends in something else, or the file cannot be written.
         """
-        from ..isolation.curves_plot import fill
+        from ..vibration.one_mass.curves_plot import fill
 
         save_plot(path, _SIZE, lambda figure: fill(figure, self.curves, self.title))
 

@@ -6,8 +6,8 @@ import math
 
 from numpy.typing import ArrayLike
 
-from ..arguments import numbers, whole
-from ..isolation.system import Excitation, IsolationError
+from ..ground.arguments import numbers, whole
+from ..vibration.one_mass.system import Excitation, IsolationError
 
 
 def given_levels(

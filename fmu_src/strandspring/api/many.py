@@ -9,19 +9,19 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ..arguments import optional_number, workers_of
 from ..batches.batch import BatchSummary, identify_batch
 from ..batches.figures_in_batch import FIGURES, JUDGED
 from ..batches.outliers import FEWEST, LIMIT
 from ..batches.sources import TABLE, find_springs
 from ..batches.spring_row import IDENTIFIED, STATUSES, BatchWork
 from ..errors import RecordError
+from ..ground.arguments import optional_number, workers_of
 from ..identification.method import Method, checked_method
 from ..identification.refined import RefinedOptions
 from ..intake.wanted import Wanted
 from ..jobs.cluster import Cluster, cluster_of
 from ..jobs.runners import Local
-from ..joint import HYSTERETIC_UNITS
+from ..model.joint import HYSTERETIC_UNITS
 from .records import checked_units
 from .result import Result
 from .text import counted

@@ -6,9 +6,9 @@ import os
 from pathlib import Path
 from typing import Any, Protocol, TypeAlias
 
-from ..coordinates import chosen_zero
 from ..core.parameters import SpringParameters
-from ..modelfile import ModelFile, is_fmu, load_model
+from ..model.coordinates import chosen_zero
+from ..model.modelfile import ModelFile, is_fmu, load_model
 
 
 class Modelled(Protocol):

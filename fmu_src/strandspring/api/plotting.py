@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..errors import StrandspringError
-from ..plotfile import SUFFIXES, save_figure
+from ..ground.plotfile import SUFFIXES, save_figure
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -14,13 +14,13 @@ from numpy.typing import ArrayLike
 from ..errors import ModelError
 from ..identification.certainty.figures import RecordFit, along_smoothed, overall_figures, predict_record
 from ..identification.certainty.prediction_interval import PredictionInterval, prediction_error
-from ..joint import JointCovariance
 from ..kernel.arrays import FloatArray
 from ..kernel.path import PathSolver
 from ..loops.strokes import find_strokes
-from ..modelfile import ModelFile
+from ..model.joint import JointCovariance
+from ..model.modelfile import ModelFile
+from ..model.stated_figures import in_words
 from ..records.record import Record
-from ..stated_figures import in_words
 from .caution_text import (
     backwards_cautions,
     effects_cautions,

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..errors import RecordError
-from ..files import bundled_file
+from ..ground.files import bundled_file
 from ..records.channels import Channel, ChannelTable
 from ..records.formats.named_arrays import seconds
 from ..records.reading import MAX_TRAVEL, check_reverse, read_record, record_of_tables

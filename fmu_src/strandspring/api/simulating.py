@@ -10,17 +10,17 @@ from functools import partial
 from pathlib import Path, PurePath
 from typing import TYPE_CHECKING, Any
 
-from ..answers.answers import CandidateAnswer, CaseAnswer, answer_candidate, answer_case
-from ..answers.drawn_springs import Drawn
-from ..answers.draws import CaseDraws
-from ..answers.verdicts import Figure, Verdict
-from ..arguments import optional_number, optional_whole, workers_of
 from ..errors import MountedSystemError
-from ..files import refuse_unwritable, write_csv
+from ..ground.arguments import optional_number, optional_whole, workers_of
+from ..ground.files import refuse_unwritable, write_csv
 from ..jobs.threads import in_threads
-from ..system_files.chosen import chosen_candidates, chosen_cases
-from ..system_files.system_file import SystemFile, load_system_file
-from ..systems.rest import SHARES
+from ..vibration.bodies.rest import SHARES
+from ..vibration.description.chosen import chosen_candidates, chosen_cases
+from ..vibration.description.system_file import SystemFile, load_system_file
+from ..vibration.verdicts.answers import CandidateAnswer, CaseAnswer, answer_candidate, answer_case
+from ..vibration.verdicts.drawn_springs import Drawn
+from ..vibration.verdicts.draws import CaseDraws
+from ..vibration.verdicts.verdicts import Figure, Verdict
 from .history_table import history_table, unique_names
 from .plotting import save_plot, some_axes
 from .progress import Progress, unseen

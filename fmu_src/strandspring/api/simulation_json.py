@@ -8,14 +8,14 @@ from typing import Any
 
 import numpy as np
 
-from ..answers.answers import CandidateAnswer, CaseAnswer
-from ..answers.courses import SRS_DAMPING, Courses
-from ..answers.range_use import RangeUse
-from ..answers.verdicts import Figure
-from ..systems.axis_names import axis_names
-from ..systems.modes import Mode
-from ..systems.mounted import MountedSystem
-from ..systems.simulation import CaseRun
+from ..vibration.bodies.axis_names import axis_names
+from ..vibration.bodies.modes import Mode
+from ..vibration.bodies.mounted import MountedSystem
+from ..vibration.bodies.simulation import CaseRun
+from ..vibration.verdicts.answers import CandidateAnswer, CaseAnswer
+from ..vibration.verdicts.courses import SRS_DAMPING, Courses
+from ..vibration.verdicts.range_use import RangeUse
+from ..vibration.verdicts.verdicts import Figure
 
 Json = dict[str, Any]
 

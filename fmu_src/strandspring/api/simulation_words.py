@@ -8,13 +8,13 @@ from collections.abc import Collection, Iterator, Sequence
 
 import numpy as np
 
-from ..answers.answers import CandidateAnswer, CaseAnswer
-from ..answers.case_cautions import Caution, CautionKind
-from ..answers.static_answer import SECANT_SHARE, StaticAnswer
-from ..answers.verdicts import Figure, Quantity, Verdict
 from ..kernel.arrays import FloatArray
-from ..systems.axis_names import axis_names
-from ..systems.mounted import STANDARD_GRAVITY, MountedSystem
+from ..vibration.bodies.axis_names import axis_names
+from ..vibration.bodies.mounted import STANDARD_GRAVITY, MountedSystem
+from ..vibration.verdicts.answers import CandidateAnswer, CaseAnswer
+from ..vibration.verdicts.case_cautions import Caution, CautionKind
+from ..vibration.verdicts.static_answer import SECANT_SHARE, StaticAnswer
+from ..vibration.verdicts.verdicts import Figure, Quantity, Verdict
 from .text import counted
 from .text_table import table_lines
 

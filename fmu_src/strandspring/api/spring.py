@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, Any
 
 from numpy.typing import ArrayLike
 
-from ..arguments import number
 from ..core.parameters import SpringParameters
+from ..ground.arguments import number
 from ..kernel.arrays import FloatArray
 from ..kernel.path import PathSolver, as_path
-from ..modelfile import ModelFile, load_model, save_model
+from ..model.modelfile import ModelFile, load_model, save_model
 
 if TYPE_CHECKING:
     from .. import Comparison, Information, Prediction, Record

@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING, NamedTuple, TypeVar
 
 import numpy as np
 
-from ..arguments import workers_of
 from ..errors import StrandspringError
+from ..ground.arguments import workers_of
+from ..ground.scratch import TemporaryFolder
 from ..jobs.cluster import Cluster, cluster_of
 from ..jobs.runners import Local, Runner
-from ..scratch import TemporaryFolder
-from ..spread import Quantiles
+from ..model.spread import Quantiles
 
 if TYPE_CHECKING:
     import pandas as pd

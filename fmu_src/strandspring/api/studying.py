@@ -11,19 +11,19 @@ from typing import TYPE_CHECKING
 
 from numpy.typing import ArrayLike
 
-from ..arguments import limits, number, numbers, optional_number, whole
-from ..coordinates import counted_from, zero_sentence
 from ..core.parameters import SpringParameters
 from ..errors import ModelError
-from ..files import readable
-from ..isolation.system import Excitation, IsolatedMass, IsolationError, free_travel, static_equilibrium
+from ..ground.arguments import limits, number, numbers, optional_number, whole
+from ..ground.files import readable
 from ..jobs.cluster import Cluster
-from ..modelfile import ModelFile
-from ..spread import Spread
-from ..stated_cautions import cautions_in_use
+from ..model.coordinates import counted_from, zero_sentence
+from ..model.modelfile import ModelFile
+from ..model.spread import Spread
+from ..model.stated_cautions import cautions_in_use
 from ..studies.definition import RunRow, Study
 from ..studies.quantiles import GridPointSummary, Summaries
 from ..studies.run import run_study
+from ..vibration.one_mass.system import Excitation, IsolatedMass, IsolationError, free_travel, static_equilibrium
 from .caution_text import outside_range
 from .levels import given_levels
 from .placing import ModelSource, model_of, origin_of, path_of

@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..arguments import number, numbers, seed_of, whole
+from ..ground.arguments import number, numbers, seed_of, whole
 from ..kernel.arrays import FloatArray
 from ..kernel.path import PathSolver
 from ..peers.ni import PAPER_NI, sine_period, with_noise

@@ -14,19 +14,19 @@ import numpy as np
 from numpy.typing import ArrayLike
 from threadpoolctl import threadpool_limits
 
-from ..arguments import limits
 from ..errors import MountedSystemError
-from ..files import write_csv
-from ..isolation.band import DEFAULT_BAND, checked_limits
-from ..isolation.system import DEFAULT_SHARES, Excitation, IsolationError
-from ..system_files.system_file import SystemFile, load_system_file
-from ..systems.axis_laws import AxisLaws
-from ..systems.modes import Mode, modes
-from ..systems.mounted import MountedSystem, Vector
-from ..systems.rest import RestPose, rest
-from ..systems.shaking import Shaking
-from ..systems.six_balance import SixBalance
-from ..systems.six_response import DIRECTIONS, PointResonance, SystemResponse, all_points, system_response
+from ..ground.arguments import limits
+from ..ground.files import write_csv
+from ..vibration.bodies.axis_laws import AxisLaws
+from ..vibration.bodies.modes import Mode, modes
+from ..vibration.bodies.mounted import MountedSystem, Vector
+from ..vibration.bodies.rest import RestPose, rest
+from ..vibration.bodies.shaking import Shaking
+from ..vibration.bodies.six_balance import SixBalance
+from ..vibration.bodies.six_response import DIRECTIONS, PointResonance, SystemResponse, all_points, system_response
+from ..vibration.description.system_file import SystemFile, load_system_file
+from ..vibration.one_mass.band import DEFAULT_BAND, checked_limits
+from ..vibration.one_mass.system import DEFAULT_SHARES, Excitation, IsolationError
 from .levels import checked_count, given_levels, positive_levels
 from .plotting import save_plot
 from .progress import Progress, unseen
@@ -182,7 +182,7 @@ class SystemIsolation(Result):
         ------
         StrandspringError   If the name ends in something else, or the file cannot be written.
         """
-        from ..systems.response_plot import fill, size_of
+        from ..vibration.bodies.response_plot import fill, size_of
 
         curves = {one.label: one.responses for one in self.candidates}
         save_plot(path, size_of(curves), lambda figure: fill(figure, curves, self.name))

@@ -12,18 +12,18 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..answers.verdicts import Verdict
 from ..errors import MountedSystemError
-from ..files import readable
+from ..ground.files import readable
 from ..jobs.cluster import Cluster
 from ..studies.run_system import run_system_study
 from ..studies.system_planning import planned_study, undrawn
 from ..studies.system_study import SystemStudy
 from ..studies.system_summaries import SystemSummaries, SystemSummary
 from ..studies.varied import Given, shown_alone
-from ..system_files.named_files import FilesOfFolder
-from ..system_files.system_file import read_description
-from ..systems.mounted import STANDARD_GRAVITY
+from ..vibration.bodies.mounted import STANDARD_GRAVITY
+from ..vibration.description.named_files import FilesOfFolder
+from ..vibration.description.system_file import read_description
+from ..vibration.verdicts.verdicts import Verdict
 from .plotting import save_plot, some_axes
 from .progress import Progress, unseen
 from .result import Result

@@ -6,11 +6,11 @@ from dataclasses import asdict
 from typing import Any
 
 from ..core.parameters import SIGMA_RANGE, SpringParameters
+from ..ground.strict_json import printable
 from ..identification.certainty.figures import RecordFit, both_figures
 from ..identification.certainty.prediction_interval import PredictionInterval
 from ..loops.campaign import Overlap, RateIndependence
-from ..stated_figures import differ, in_words
-from ..strict_json import printable
+from ..model.stated_figures import differ, in_words
 
 AT_BOUND = 1.001  # an end of an interval that is less than this times a bound is the bound itself
 

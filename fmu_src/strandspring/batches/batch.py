@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from ..errors import StrandspringError
-from ..files import readable, refuse_unwritable, write_text
+from ..ground.files import readable, refuse_unwritable, write_text
 from ..identification.outcomes import Outcome
 from ..jobs.cluster import Cluster
 from ..jobs.runners import JobError, Runner, finished_rows

@@ -11,8 +11,8 @@ from pathlib import Path
 from typing import NamedTuple
 
 from ..errors import RecordError, StrandspringError
-from ..files import readable
-from ..modelfile import LONGEST_NAME, identifier
+from ..ground.files import readable
+from ..model.modelfile import LONGEST_NAME, identifier
 
 # What is taken from a folder; any other file is identified if it is named itself.
 RECORD_SUFFIXES = frozenset(

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from ..files import readable, reason_of
+from ..ground.files import readable, reason_of
 from ..jobs.rowlog import RowLog
 from ..jobs.runners import JobError
 from .sources import JOURNAL, SpringFile

@@ -15,17 +15,17 @@ import numpy as np
 from .._version import __version__
 from ..core.parameters import SpringParameters
 from ..errors import RecordError, StrandspringError
-from ..files import opened, readable
+from ..ground.files import opened, readable
 from ..identification.identified_model import IdentifiedModel
 from ..identification.identify_records import identify_records
 from ..identification.method import Method
 from ..identification.notes import notes_on
 from ..identification.outcomes import Outcome
 from ..intake.wanted import Wanted
-from ..joint import HYSTERETIC_UNITS
-from ..modelfile import check_name
+from ..model.joint import HYSTERETIC_UNITS
+from ..model.modelfile import check_name
+from ..model.stated_figures import energy_ratio
 from ..records.content import MAX_BYTES
-from ..stated_figures import energy_ratio
 from .sources import SpringFile
 
 IDENTIFIED, REFUSED, UNREADABLE, FAILED = STATUSES = ("identified", "refused", "unreadable", "failed")

@@ -8,8 +8,8 @@ from itertools import islice
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from ..files import readable, replacing, write_csv
-from ..joint import HYSTERETIC_UNITS
+from ..ground.files import readable, replacing, write_csv
+from ..model.joint import HYSTERETIC_UNITS
 from .figures_in_batch import FIGURES
 from .spring_row import UNREADABLE, SpringRow
 

@@ -12,15 +12,15 @@ from ..api.building import BuildOptions, Kind, WantedSettings, build_all, checke
 from ..api.building_system import SystemToBuild
 from ..api.fmus_in_place import BuiltFmu
 from ..api.records import bundled_record
-from ..coordinates import zero_sentence
 from ..errors import BuildError
-from ..files import refuse_unwritable
 from ..fmu.archive import binary_sizes, fmu_path
 from ..fmu.native.platforms import PLATFORMS, Platform, chosen_platforms
-from ..modelfile import is_model_path, load_model, save_model
-from ..stated_figures import NAMES
-from ..system_files.system_file import is_system_file
+from ..ground.files import refuse_unwritable
+from ..model.coordinates import zero_sentence
+from ..model.modelfile import is_model_path, load_model, save_model
+from ..model.stated_figures import NAMES
 from ..system_fmu.system_variables import system_variables
+from ..vibration.description.system_file import is_system_file
 from .cautions import note_most_harmful
 from .identify import identified
 from .options import identification_options, identifier, method_options, name_option, record_files, record_options

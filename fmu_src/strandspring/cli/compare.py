@@ -10,8 +10,8 @@ from ..api.alignment import Align
 from ..api.comparison import DRAWS
 from ..api.comparison import compare as compare_springs
 from ..api.comparison_words import figure_table, parameter_table
-from ..modelfile import load_model
-from ..plotfile import SUFFIXES
+from ..ground.plotfile import SUFFIXES
+from ..model.modelfile import load_model
 from .cautions import note_assumptions, note_cautions
 from .mount import positive
 from .options import FiniteRange, read_records, record_files, record_options

@@ -9,7 +9,7 @@ import click
 
 from .._version import __version__
 from ..docs.site import PAGES, page_text, write_site
-from ..files import user_cache
+from ..ground.files import user_cache
 from .output import result
 from .paths import refuse_overwriting
 

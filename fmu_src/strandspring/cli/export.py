@@ -7,12 +7,12 @@ from pathlib import Path
 import click
 
 from ..api.exporting import Exports, refuse_package
-from ..coordinates import zero_sentence
 from ..errors import StrandspringError
 from ..exchange.c_sources import constant_bytes
 from ..exchange.modelica import LIBRARY, record_name
-from ..files import reason_of
-from ..modelfile import load_model
+from ..ground.files import reason_of
+from ..model.coordinates import zero_sentence
+from ..model.modelfile import load_model
 from .options import FiniteRange
 from .output import note, reporting, result, result_json
 from .paths import refuse_overwriting

@@ -12,7 +12,7 @@ from ..api.identification import identify as identify_records
 from ..api.text import fit_json, verdict_json
 from ..identification.method import Method
 from ..loops.campaign import campaign_verdicts
-from ..modelfile import ModelFile, save_model
+from ..model.modelfile import ModelFile, save_model
 from ..peers.rivals.ranking import Ranking
 from .cautions import note_assumptions, note_most_harmful
 from .options import (

@@ -14,8 +14,8 @@ from ..api.information import info as information_of
 from ..api.text import verdict_json
 from ..loops.loop import LoopFigures
 from ..loops.measured import MeasuredLoop
-from ..modelfile import load_model, save_model
-from ..stated_figures import stated_json
+from ..model.modelfile import load_model, save_model
+from ..model.stated_figures import stated_json
 from .cautions import note_assumptions, note_cautions
 from .options import FiniteRange, read_records, record_files, record_options
 from .output import result, result_json, result_table, working

@@ -10,7 +10,7 @@ import click
 import numpy as np
 
 from ..api.system_isolation import IsolatedSystem, SystemIsolation, isolate_system
-from ..systems.six_response import DIRECTIONS, SystemResponse
+from ..vibration.bodies.six_response import DIRECTIONS, SystemResponse
 from .descriptions import is_system, refuse_mixed
 from .mount import chosen_levels, positive
 from .options import together

@@ -15,9 +15,9 @@ import click
 from click.shell_completion import CompletionItem
 
 from .._version import __version__
-from ..endings import handled_endings
 from ..errors import StrandspringError
-from ..files import readable, reason_of
+from ..ground.endings import handled_endings
+from ..ground.files import readable, reason_of
 from ..identification.outcomes import IdentificationError
 from .output import drop_failing_output, result_json
 

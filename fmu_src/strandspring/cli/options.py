@@ -20,8 +20,8 @@ from ..intake.wanted import Wanted
 from ..intake.windows import is_window
 from ..jobs.cluster import PATIENCE, Cluster
 from ..jobs.runners import JobError
-from ..modelfile import check_name
-from ..modelfile import identifier as identifier
+from ..model.modelfile import check_name
+from ..model.modelfile import identifier as identifier
 from ..peers.ni_spring import NiOptions
 from ..peers.two_stage_options import TwoStageOptions
 from ..records.record import Record

@@ -11,8 +11,8 @@ import numpy as np
 from ..api.prediction import Prediction
 from ..api.prediction import predict as predict_records
 from ..api.text import fit_json
-from ..files import write_csv
-from ..modelfile import load_model
+from ..ground.files import write_csv
+from ..model.modelfile import load_model
 from .cautions import note_assumptions, note_cautions
 from .options import read_records, record_files, record_options
 from .output import note, result, result_json, working

@@ -8,7 +8,7 @@ from typing import Any
 import click
 
 from ..api.identification import Identification
-from ..modelfile import ModelFile
+from ..model.modelfile import ModelFile
 from ..report.details import ReportDetails
 from ..report.figure import write_figure
 from ..report.page import SUFFIXES as REPORT_SUFFIXES

@@ -10,7 +10,7 @@ import click
 
 from ..api.showing import show as write_page
 from ..api.text import counted
-from ..files import user_cache
+from ..ground.files import user_cache
 from ..loops.overview import overview
 from .cautions import note_assumptions
 from .options import read_records, record_files, record_options

@@ -8,9 +8,9 @@ from typing import Any
 import click
 
 from ..api.simulating import simulate as simulated
-from ..files import refuse_unwritable
+from ..ground.files import refuse_unwritable
 from ..report.page import SUFFIXES, check_report_path
-from ..system_files.system_file import load_system_file
+from ..vibration.description.system_file import load_system_file
 from .options import FiniteRange
 from .output import reporting, result, result_json, terminal_width, working
 from .paths import PLOT_FILE, FileOfFormat, refuse_overwriting

@@ -8,7 +8,7 @@ from typing import Any
 import click
 
 from ..api.system_studying import SystemStudyResult
-from ..spread import Quantiles
+from ..model.spread import Quantiles
 from .descriptions import refuse_mixed
 from .mount import positive
 from .options import together

@@ -8,7 +8,7 @@ from ..api.caution_text import outside_cautions
 from ..api.synthesis import synthesize as synthesize_spring
 from ..api.synthesis import synthesize_ni
 from ..core.parameters import N_RANGE
-from ..modelfile import load_model
+from ..model.modelfile import load_model
 from ..peers.ni import PAPER_NI
 from ..records.record import Record
 from .cautions import note_cautions

@@ -9,7 +9,7 @@ import click
 
 from ..api.text import counted
 from ..api.verifying import verify as verified
-from ..files import readable
+from ..ground.files import readable
 from .output import note, result, result_json, working
 
 

@@ -21,9 +21,9 @@ from functools import cache
 from importlib.util import find_spec
 from pathlib import Path
 
-from ..children import kill_all
 from ..errors import BuildError, StrandspringError
-from ..files import replacing, user_cache
+from ..ground.children import kill_all
+from ..ground.files import replacing, user_cache
 from . import zig
 from .targets import FLAGS, Target
 

@@ -10,9 +10,9 @@ from importlib import metadata
 from importlib.util import find_spec
 from pathlib import Path
 
-from ..children import run
 from ..errors import BuildError
-from ..scratch import TemporaryFolder
+from ..ground.children import run
+from ..ground.scratch import TemporaryFolder
 from .targets import FLAGS, Target
 
 # Variables that say where the compiler has its cache, the first that is set.

@@ -12,8 +12,8 @@ from pathlib import Path
 
 import numpy as np
 
-from ..isolation.curve_points import ResponsePoint
-from ..isolation.system import Excitation, IsolatedMass
+from ..vibration.one_mass.curve_points import ResponsePoint
+from ..vibration.one_mass.system import Excitation, IsolatedMass
 from .coupled_motion import simulate
 from .fmu_spring import FmuSpring
 from .plants import one_mass

@@ -12,7 +12,7 @@ from markupsafe import Markup
 
 from .._version import __version__
 from ..errors import StrandspringError
-from ..files import write_text
+from ..ground.files import write_text
 
 # In the order in which they are read.
 PAGES = (

@@ -15,7 +15,7 @@ from pathlib import Path
 from ..core.parameters import SpringParameters
 from ..fmu.native.native_fmu import build_native_fmu
 from ..fmu.python_backed import build_python_fmu
-from ..modelfile import ModelFile
+from ..model.modelfile import ModelFile
 
 BACKENDS: dict[str, Callable[..., Path]] = {"native": build_native_fmu, "python": build_python_fmu}
 

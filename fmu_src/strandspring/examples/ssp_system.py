@@ -17,7 +17,7 @@ from fmpy.ssp.simulation import simulate_ssp
 from fmpy.ssp.ssd import ParameterSet, read_ssv
 
 from ..exchange.ssp import ShakenMass, write_system
-from ..modelfile import ModelFile
+from ..model.modelfile import ModelFile
 from .excitations import Sine
 from .mounts import RECOIL_SPRING, build_example_fmu, example_arguments
 

@@ -14,14 +14,14 @@ from importlib.resources import files
 from pathlib import Path
 from textwrap import fill, wrap
 
-from ..coordinates import zero_sentence
 from ..core.parameters import SpringParameters
-from ..files import write_text
+from ..ground.files import write_text
 from ..kernel.library import library
 from ..kernel.path import packed
 from ..kernel.saturation_table import WITH_ENERGIES
 from ..kernel.structures import structures
-from ..modelfile import ModelFile
+from ..model.coordinates import zero_sentence
+from ..model.modelfile import ModelFile
 
 FOLDER = "strandspring_c"
 # What steps are compiled of; saturation.c, for targets that make tables, is empty otherwise.

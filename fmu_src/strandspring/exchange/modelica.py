@@ -15,12 +15,12 @@ from textwrap import wrap
 from typing import TYPE_CHECKING
 
 from .._version import __version__
-from ..coordinates import zero_sentence
 from ..core.parameters import SCALARS, SpringParameters
 from ..core.spline import Elastic
 from ..errors import StrandspringError
-from ..files import read_text, reason_of, write_text
-from ..modelfile import ModelFile
+from ..ground.files import read_text, reason_of, write_text
+from ..model.coordinates import zero_sentence
+from ..model.modelfile import ModelFile
 
 if TYPE_CHECKING:
     from importlib.resources.abc import Traversable  # not in Python 3.10

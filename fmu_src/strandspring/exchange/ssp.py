@@ -17,9 +17,9 @@ from ..fmu.archive import licences, write_archive
 from ..fmu.native.platforms import default_platforms
 from ..fmu.python_backed import slave_contents
 from ..fmu.ssv import parameter_set, parameter_values
+from ..ground.scratch import TemporaryFolder
 from ..kernel.path import PathSolver, as_path
-from ..modelfile import ModelFile
-from ..scratch import TemporaryFolder
+from ..model.modelfile import ModelFile
 
 _UNITS = (Unit("kg", kg=1), Unit("m", m=1), Unit("N", kg=1, m=1, s=-2), Unit("Hz", s=-1))
 _PERIODS = 10

@@ -12,8 +12,8 @@ from pathlib import Path
 
 from ..compiled.images import fmi_header
 from ..errors import BuildError
-from ..files import replacing
-from ..modelfile import ModelFile
+from ..ground.files import replacing
+from ..model.modelfile import ModelFile
 from .documentation import documentation_page
 
 # By version of FMI.

@@ -19,11 +19,11 @@ from fmpy.validation import validate_fmu
 
 from ..core.parameters import SpringParameters
 from ..core.variables import spring_parameters
-from ..endings import kept_endings
 from ..errors import BuildError
+from ..ground.endings import kept_endings
+from ..ground.scratch import TemporaryFolder
 from ..kernel.arrays import FloatArray
 from ..kernel.path import PathSolver
-from ..scratch import TemporaryFolder
 from .archive import binary_sizes
 from .fmpy_host import MODELS, SLAVES, fmi_version, library_path
 from .native.platforms import host_folder

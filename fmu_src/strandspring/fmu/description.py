@@ -8,7 +8,7 @@ from xml.etree.ElementTree import Element, SubElement
 
 from ..core.variables import Unit, nominal_values
 from ..errors import BuildError
-from ..modelfile import ModelFile
+from ..model.modelfile import ModelFile
 from . import description2, description3
 from .described_variables import described_variables
 from .description_content import Backend, Content

@@ -8,8 +8,8 @@ from typing import Any
 from jinja2 import Environment, StrictUndefined
 from markupsafe import Markup
 
-from ..modelfile import ModelFile
-from ..stated_figures import StatedFit, energy_ratio, stated_fits
+from ..model.modelfile import ModelFile
+from ..model.stated_figures import StatedFit, energy_ratio, stated_fits
 from .array_variables import StartValue
 from .check_plot import loops_svg
 from .described_variables import described_variables

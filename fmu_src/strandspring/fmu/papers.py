@@ -22,13 +22,13 @@ from xml.etree.ElementTree import Element, SubElement
 import numpy as np
 
 from .._version import __version__
-from ..coordinates import counted_from
 from ..core.parameters import LARGEST_DISPLACEMENT, SpringParameters
 from ..errors import ModelError
-from ..joint import JointCovariance
 from ..kernel.arrays import FloatArray
 from ..kernel.path import PathSolver
-from ..modelfile import MODEL_IN_FMU, ModelFile, text_in_fmu
+from ..model.coordinates import counted_from
+from ..model.joint import JointCovariance
+from ..model.modelfile import MODEL_IN_FMU, ModelFile, text_in_fmu
 from .ssv import parameter_values
 from .xml_parts import xml_file
 

@@ -12,10 +12,10 @@ from importlib.resources import files
 from pathlib import Path
 
 from ..compiled.images import BRIDGE
-from ..coordinates import placed
 from ..core.facade import INSIDE_FMU
 from ..errors import BuildError
-from ..modelfile import ModelFile
+from ..model.coordinates import placed
+from ..model.modelfile import ModelFile
 from .archive import common_contents, content_guid, fmu_path, installed_version, write_archive
 from .description import model_description
 from .description_content import Backend

@@ -9,7 +9,7 @@ from pathlib import Path
 import fmpy
 import numpy as np
 
-from ..endings import kept_endings
+from ..ground.endings import kept_endings
 from ..kernel.arrays import FloatArray
 from .check import FORCE_TOLERANCE, CheckReport, running, why_not_here
 from .fmpy_host import fmi_version

@@ -15,10 +15,10 @@ import numpy as np
 from fmpy.validation import validate_fmu
 
 from ..errors import StrandspringError
-from ..files import read_bytes
+from ..ground.files import read_bytes
+from ..ground.unpacking import unpacked
 from ..kernel.arrays import FloatArray
-from ..modelfile import MAXIMUM_FMU_BYTES
-from ..unpacking import unpacked
+from ..model.modelfile import MAXIMUM_FMU_BYTES
 from .check import OUTPUTS, CheckReport, compare_run
 from .papers import HASHES, REFERENCE, STIMULI, SYSTEM_REFERENCE, SYSTEM_STIMULI
 from .table_check import compare_table

@@ -8,7 +8,7 @@ from typing import Any
 
 from .._version import __version__
 from ..core.parameters import SpringParameters
-from ..modelfile import ModelFile
+from ..model.modelfile import ModelFile
 from ..records.record import Record
 from .certainty.figures import RecordFit, both_figures, overall_figures
 from .certainty.lack_of_fit import LackOfFit

@@ -8,9 +8,9 @@ from dataclasses import dataclass, replace
 from importlib.util import find_spec
 from typing import Any, ClassVar, NamedTuple
 
-from ..arguments import seed_of, whole
 from ..core.parameters import SpringParameters
 from ..errors import RecordError
+from ..ground.arguments import seed_of, whole
 from ..kernel.arrays import FloatArray
 from ..kernel.path import PathSolver
 from ..records.record import Record

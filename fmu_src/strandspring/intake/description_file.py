@@ -36,9 +36,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..errors import RecordError
-from ..files import read_text, readable
+from ..ground.files import read_text, readable
+from ..ground.strict_toml import parse_toml
 from ..records.record import Record
-from ..strict_toml import parse_toml
 from .wanted import Wanted
 
 if TYPE_CHECKING:

@@ -21,7 +21,7 @@ from typing import Any, BinaryIO, Generic, TypeVar, get_type_hints
 import numpy as np
 from pydantic import ConfigDict, TypeAdapter, ValidationError
 
-from ..files import readable, reason_of
+from ..ground.files import readable, reason_of
 from .checked_lines import CheckedLines, json_line
 from .row_index import LONGEST_LINE, NOT_FINISHED, RowIndex
 from .runners import JobError

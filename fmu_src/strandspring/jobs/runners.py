@@ -23,9 +23,9 @@ from typing import Any, NamedTuple, Protocol, TypeVar
 
 from threadpoolctl import threadpool_limits
 
-from ..endings import held_endings, kept_endings, leave_interrupts_to_parent
 from ..errors import StrandspringError
-from ..isolated import isolated_processes
+from ..ground.endings import held_endings, kept_endings, leave_interrupts_to_parent
+from ..ground.isolated import isolated_processes
 from .threads import usable_cores
 
 _MOST_WORKERS = 61  # Windows waits for no more processes

@@ -7,8 +7,8 @@ import sys
 from pathlib import Path
 from typing import BinaryIO
 
-from ..files import readable, reason_of
-from ..locks import lock
+from ..ground.files import readable, reason_of
+from ..ground.locks import lock
 from .runners import JobError
 
 

@@ -32,13 +32,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..conversions import NormalizedBoucWen
 from ..errors import RecordError
 from ..identification.least_squares.stages import N_BOUNDS, SIGMA_BOUNDS
 from ..identification.outcomes import IdentificationError, Outcome
 from ..kernel.arrays import FloatArray
 from ..loops.noise_levels import noise_level
 from ..loops.turning import turning_points
+from ..model.conversions import NormalizedBoucWen
 from .periods import Periods, whole_periods
 
 _SCAN_N, _SCAN_STIFFNESS = 12, 24  # values tried before the minimum is bracketed

@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import IO, Any
 
 from ..errors import RecordError
-from ..files import read_bytes, readable
+from ..ground.files import read_bytes, readable
 from .units import quoted
 
 MAX_BYTES = 2 * 1024**3

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..errors import RecordError
-from ..files import readable, write_csv
+from ..ground.files import readable, write_csv
 
 # Beyond what any rig measures [m], [N], [s]; powers of such numbers overflow or vanish.
 _LEAST, _GREATEST = 1e-30, 1e30

@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import Any
 
 from ..errors import StrandspringError
-from ..files import replacing
-from ..scratch import TemporaryFolder
+from ..ground.files import replacing
+from ..ground.scratch import TemporaryFolder
 from .blocks import Block, Content, Gallery, Notice, Text
 from .chart import Figure
 from .quantities import bound

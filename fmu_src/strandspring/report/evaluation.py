@@ -16,8 +16,8 @@ from ..kernel.arrays import FloatArray
 from ..kernel.path import PathSolver
 from ..loops.cycles import Cycle, find_cycles
 from ..loops.strokes import IndexArray, Strokes, find_strokes
+from ..model.stated_figures import differ
 from ..records.record import Record
-from ..stated_figures import differ
 from .quantities import Unit, prose, unit_of
 from .thinning import visible
 

@@ -18,8 +18,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
 from ..errors import StrandspringError
+from ..ground.plotfile import SUFFIXES, save_figure
 from ..identification.identified_model import IdentifiedModel
-from ..plotfile import SUFFIXES, save_figure
 from .chart import Figure
 from .charts import engineering_charts, fit_charts, isolation_charts, model_charts
 from .engineering import EngineeringFigures

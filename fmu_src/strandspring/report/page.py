@@ -14,9 +14,9 @@ from pathlib import Path
 from typing import Any
 
 from ..errors import StrandspringError
-from ..files import write_text
+from ..ground.files import write_text
 from ..identification.identified_model import IdentifiedModel
-from ..modelfile import ModelFile
+from ..model.modelfile import ModelFile
 from .blocks import Content
 from .chart_json import figure_json
 from .details import ReportDetails

@@ -10,8 +10,8 @@ from ..identification.certainty.prediction_interval import PredictionInterval
 from ..identification.identified_model import IdentifiedModel
 from ..identification.notes import notes_on
 from ..identification.outcomes import Outcome
-from ..modelfile import ModelFile
-from ..stated_figures import differ, energy_ratio
+from ..model.modelfile import ModelFile
+from ..model.stated_figures import differ, energy_ratio
 from . import report_tables as tables
 from .blocks import Block, Content, Facts, Gallery, Level, Notice, Section, Signatures, Text, Tile, Tiles
 from .chart import Figure

@@ -9,7 +9,7 @@ from ..core.parameters import SpringParameters
 from ..identification.certainty.figures import RecordFit
 from ..identification.certainty.intervals import NORMAL_95
 from ..loops.loop import LoopFigures
-from ..stated_figures import energy_ratio
+from ..model.stated_figures import energy_ratio
 from .blocks import Table
 from .engineering import NAMES, Comparison, EngineeringFigures, MeasuredFigures
 from .evaluation import Evaluation

@@ -8,10 +8,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from .._version import __version__
-from ..answers.answers import CandidateAnswer, CaseAnswer
-from ..answers.case_cautions import CautionKind
-from ..answers.static_answer import SECANT_SHARE
-from ..answers.verdicts import Figure, Quantity, Verdict
+from ..vibration.verdicts.answers import CandidateAnswer, CaseAnswer
+from ..vibration.verdicts.case_cautions import CautionKind
+from ..vibration.verdicts.static_answer import SECANT_SHARE
+from ..vibration.verdicts.verdicts import Figure, Quantity, Verdict
 from .blocks import Block, Content, Facts, Gallery, Level, Notice, Section, Table, Text, Tile, Tiles
 from .chart import Figure as Drawing
 from .charts import motion_charts as charts

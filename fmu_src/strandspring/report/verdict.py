@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from ..identification.outcomes import Outcome
 from ..loops.campaign import campaign_verdicts
-from ..stated_figures import Figures, differ, energy_ratio
+from ..model.stated_figures import Figures, differ, energy_ratio
 from .blocks import Level, Notice
 from .engineering import EngineeringFigures
 from .evaluation import Evaluation

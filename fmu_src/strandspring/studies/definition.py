@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 
 from ..core.parameters import SpringParameters
-from ..isolation.band import band_frequencies, checked_limits
-from ..isolation.response import frequency_response
-from ..isolation.system import Excitation, IsolatedMass, IsolationError, static_equilibrium
-from ..spread import Spread
+from ..model.spread import Spread
+from ..vibration.one_mass.band import band_frequencies, checked_limits
+from ..vibration.one_mass.response import frequency_response
+from ..vibration.one_mass.system import Excitation, IsolatedMass, IsolationError, static_equilibrium
 
 DONE = "done"
 _MOST_RUNS = 1_000_000

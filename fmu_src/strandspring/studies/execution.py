@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any, Protocol, TypeVar
 
 from ..errors import StrandspringError
-from ..files import refuse_unwritable, write_csv
+from ..ground.files import refuse_unwritable, write_csv
 from ..jobs.runners import Runner, finished_rows
 from .journal import Journal, Row
 

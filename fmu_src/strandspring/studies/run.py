@@ -10,8 +10,8 @@ from operator import attrgetter
 from pathlib import Path
 from typing import Any
 
-from ..isolation.system import IsolationError
 from ..jobs.runners import Runner
+from ..vibration.one_mass.system import IsolationError
 from .definition import RunRow, Study
 from .execution import run_all
 from .journal import manifest_of

@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from ..answers.drawn_springs import Drawn
 from ..errors import MountedSystemError
-from ..system_files.chosen import chosen_candidates, chosen_cases
-from ..system_files.named_files import HeldFiles, NamedFiles, named_models, named_records
-from ..system_files.system_file import system_of_content
-from ..system_files.system_tables import SystemTable
+from ..vibration.description.chosen import chosen_candidates, chosen_cases
+from ..vibration.description.named_files import HeldFiles, NamedFiles, named_models, named_records
+from ..vibration.description.system_file import system_of_content
+from ..vibration.description.system_tables import SystemTable
+from ..vibration.verdicts.drawn_springs import Drawn
 from .system_study import SystemStudy
 from .varied import Given, varied, with_texts
 

@@ -10,16 +10,16 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..answers.answers import CaseAnswer, answer_case
-from ..answers.drawn_springs import Drawn
-from ..answers.verdicts import Quantity, Verdict
 from ..errors import MountedSystemError, StrandspringError
-from ..system_files.named_files import HeldFiles
-from ..system_files.system_file import SystemFile, system_of_content
-from ..system_files.system_tables import SystemTable
-from ..system_files.value_paths import Location
-from ..systems.mounted import MountedSystem
-from ..systems.rest import SHARES
+from ..vibration.bodies.mounted import MountedSystem
+from ..vibration.bodies.rest import SHARES
+from ..vibration.description.named_files import HeldFiles
+from ..vibration.description.system_file import SystemFile, system_of_content
+from ..vibration.description.system_tables import SystemTable
+from ..vibration.description.value_paths import Location
+from ..vibration.verdicts.answers import CaseAnswer, answer_case
+from ..vibration.verdicts.drawn_springs import Drawn
+from ..vibration.verdicts.verdicts import Quantity, Verdict
 from .definition import DONE
 from .varied import Varied, with_texts
 

@@ -8,8 +8,8 @@ from typing import Protocol
 
 import numpy as np
 
-from ..answers.verdicts import Verdict
-from ..spread import Quantiles
+from ..model.spread import Quantiles
+from ..vibration.verdicts.verdicts import Verdict
 from .quantiles import SHARES, Reasons, quantiles
 from .summary_sequence import SummarySequence
 from .system_study import SystemRow, SystemStudy

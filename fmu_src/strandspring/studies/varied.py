@@ -16,10 +16,10 @@ import numpy as np
 from pydantic import ValidationError
 
 from ..errors import MountedSystemError
-from ..strict_json import is_finite
-from ..system_files.system_tables import SystemTable
-from ..system_files.table_refusals import refusal
-from ..system_files.value_paths import PLACES, Location, locations, set_value, value_at
+from ..ground.strict_json import is_finite
+from ..vibration.description.system_tables import SystemTable
+from ..vibration.description.table_refusals import refusal
+from ..vibration.description.value_paths import PLACES, Location, locations, set_value, value_at
 
 MOST_VALUES = 10_000
 PERCENT = "%"

@@ -14,9 +14,9 @@ from ..errors import MountedSystemError
 from ..fmu.native.block import with_block
 from ..kernel.arrays import FloatArray
 from ..kernel.motion import CHANNEL
-from ..systems.loads import ChannelKind
-from ..systems.mounted import MountedSystem
-from ..systems.solving import arrays
+from ..vibration.bodies.loads import ChannelKind
+from ..vibration.bodies.mounted import MountedSystem
+from ..vibration.bodies.solving import arrays
 from .system_variables import SystemFmuOptions, base_vectors, system_start_values, system_variables
 
 _MAGIC, _VERSION = b"strandspringsys", 1

@@ -9,7 +9,7 @@ from fmpy.validation import validate_fmu
 
 from ..fmu.check import CheckReport
 from ..fmu.table_check import compare_table
-from ..systems.mounted import MountedSystem
+from ..vibration.bodies.mounted import MountedSystem
 from .system_reference import reference_run, reference_step
 from .system_variables import SystemFmuOptions
 

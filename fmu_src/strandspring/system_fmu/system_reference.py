@@ -12,9 +12,9 @@ from ..errors import MountedSystemError
 from ..fmu.papers import SYSTEM_REFERENCE, SYSTEM_STIMULI
 from ..kernel.arrays import FloatArray
 from ..kernel.motion import Histories, MotionFigures
-from ..systems.mounted import STANDARD_GRAVITY, MountedSystem
-from ..systems.rest import rest
-from ..systems.solving import solver
+from ..vibration.bodies.mounted import STANDARD_GRAVITY, MountedSystem
+from ..vibration.bodies.rest import rest
+from ..vibration.bodies.solving import solver
 from .system_block import channel_rows_of
 from .system_variables import SystemFmuOptions, base_directions, system_variables
 

@@ -10,9 +10,9 @@ import numpy as np
 
 from ..core.variables import Unit, Variable, units
 from ..errors import MountedSystemError
+from ..ground.strict_json import printable
 from ..kernel.arrays import FloatArray
-from ..strict_json import printable
-from ..systems.mounted import MountedSystem, RigidBody, Vector
+from ..vibration.bodies.mounted import MountedSystem, RigidBody, Vector
 
 LEAST_STEP = 1e-12  # [s]
 LARGEST_GRAVITY = 1e4  # [m/s^2]

@@ -12,8 +12,8 @@ from ...errors import RecordError
 from ...kernel.arrays import FloatArray
 from ...kernel.path import PathSolver
 from ...loops.strokes import Strokes, find_strokes
+from ...model.stated_figures import NAMES
 from ...records.record import Record
-from ...stated_figures import NAMES
 from ..points.steady_part import SteadyRecord
 
 # The memory of omega_start is gone after two strokes; this many samples of them are enough to estimate it.

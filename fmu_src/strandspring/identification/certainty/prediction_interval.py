@@ -30,10 +30,10 @@ from numpy.typing import NDArray
 
 from ...core.parameters import SpringParameters
 from ...errors import ModelError
-from ...joint import JointCovariance
 from ...kernel.arrays import FloatArray
 from ...kernel.path import PathSolver
-from ...stated_uncertainty import INTERVAL_NUMBERS, LEVEL
+from ...model.joint import JointCovariance
+from ...model.stated_uncertainty import INTERVAL_NUMBERS, LEVEL
 from ..least_squares.linearised import Linearised
 from ..least_squares.projection import triangle_of
 from ..least_squares.refinement import Samples

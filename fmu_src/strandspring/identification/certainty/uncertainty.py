@@ -19,8 +19,8 @@ from typing import Any
 
 import numpy as np
 
-from ...joint import joint_names
 from ...kernel.arrays import FloatArray
+from ...model.joint import joint_names
 from ..least_squares.linearised import Linearised, is_sigma_free
 from ..least_squares.projection import Refinement
 from ..least_squares.stages import SIGMA_BOUNDS

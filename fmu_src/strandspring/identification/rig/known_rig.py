@@ -17,8 +17,8 @@ from typing import Any
 
 import numpy as np
 
-from ...arguments import number, optional_number
 from ...errors import RecordError
+from ...ground.arguments import number, optional_number
 from ...kernel.arrays import FloatArray
 from ...loops.strokes import find_strokes
 from ...records.record import Record

@@ -12,9 +12,9 @@ from typing import Any
 import numpy as np
 
 from ...core.parameters import SpringParameters
-from ...joint import JointCovariance
 from ...kernel.arrays import FloatArray
 from ...kernel.points import RecordPoints
+from ...model.joint import JointCovariance
 from ..certainty.intervals import NORMAL_95
 from ..certainty.recorded_energies import LoopEnergy
 from ..outcomes import IdentificationError

@@ -22,9 +22,9 @@ from typing import IO, Any
 import numpy as np
 
 from ...errors import RecordError
-from ...files import reason_of
-from ...isolated import ISOLATED
-from ...scratch import TemporaryFolder
+from ...ground.files import reason_of
+from ...ground.isolated import ISOLATED
+from ...ground.scratch import TemporaryFolder
 from ..channels import Channel, FloatArray
 from ..content import Content
 from .guarding import damaged

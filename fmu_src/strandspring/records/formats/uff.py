@@ -11,7 +11,7 @@ import numpy as np
 import pyuff
 
 from ...errors import RecordError
-from ...scratch import TemporaryFolder
+from ...ground.scratch import TemporaryFolder
 from ..channels import Channel, FloatArray
 from ..content import Content
 

@@ -7,9 +7,9 @@ import math
 import numpy as np
 
 from ...core.parameters import SpringParameters
-from ...isolation.band import band_frequencies
-from ...isolation.response import FrequencyResponse, frequency_response
-from ...isolation.system import (
+from ...vibration.one_mass.band import band_frequencies
+from ...vibration.one_mass.response import FrequencyResponse, frequency_response
+from ...vibration.one_mass.system import (
     DEFAULT_SHARES,
     STANDARD_GRAVITY,
     Excitation,

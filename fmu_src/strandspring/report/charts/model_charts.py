@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...joint import JointCovariance, joint_names
 from ...kernel.arrays import FloatArray
+from ...model.joint import JointCovariance, joint_names
 from ..chart import Axis, Chart, Form, HeatMap, Role, Trace
 from ..evaluation import Evaluation
 from ..quantities import NUMBER, number, span

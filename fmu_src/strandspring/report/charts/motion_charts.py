@@ -10,15 +10,15 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from ...answers.answers import CaseAnswer
-from ...answers.courses import SRS_DAMPING, Courses
-from ...answers.verdicts import Quantity
 from ...kernel.arrays import FloatArray
 from ...loops.strokes import IndexArray
-from ...signals.shock_spectra import ShockSpectrum
-from ...signals.spectra import PowerSpectrum
-from ...systems.axis_names import axis_names
-from ...systems.mounted import STANDARD_GRAVITY
+from ...vibration.bodies.axis_names import axis_names
+from ...vibration.bodies.mounted import STANDARD_GRAVITY
+from ...vibration.signals.shock_spectra import ShockSpectrum
+from ...vibration.signals.spectra import PowerSpectrum
+from ...vibration.verdicts.answers import CaseAnswer
+from ...vibration.verdicts.courses import SRS_DAMPING, Courses
+from ...vibration.verdicts.verdicts import Quantity
 from ..chart import Axis, Chart, Form, Role, Trace, joined
 from ..quantities import Unit, number, percent
 from ..thinning import visible

@@ -1,0 +1,1 @@
+"""What everything stands on: files, locks, scratch folders, children, strict formats, arguments."""

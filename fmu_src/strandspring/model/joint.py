@@ -1,0 +1,114 @@
+"""The joint covariance of all coefficients of a spring, as a model file holds it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+from ..core.parameters import N_RANGE, SIGMA_RANGE, SpringParameters
+from ..errors import ModelError
+from ..ground.strict_json import is_finite
+
+# The parameters of the hysteresis with their units; their logarithms have the covariance.
+HYSTERETIC_UNITS = {"kappa_omega": "N", "rho": "1/m", "sigma": "1", "n": "1"}
+# Of a standard deviation, times the power of the displacement that the coefficient belongs to: its square is a number,
+# and no record leaves so much open.
+_LARGEST = 1e30
+_RANGES = {"sigma": SIGMA_RANGE, "n": N_RANGE}
+
+
+@dataclass(frozen=True)
+class JointCovariance:
+    """Covariance L*L' of kE or FE_forces, of kA without kA[0], and of ln(kappa_omega), ln(rho), ln(sigma) and ln(n).
+
+    Parameters
+    ----------
+    root : tuple of tuples of float   Rows of the lower triangular matrix L: 1 number, 2 numbers, and so on.
+    """
+
+    root: tuple[tuple[float, ...], ...]
+
+    @classmethod
+    def of(cls, spring: SpringParameters, uncertainty: Mapping[str, Any]) -> JointCovariance | None:
+        """The covariance in a model file's `uncertainty`; None if it holds none, as older files do.
+
+        Raises
+        ------
+        ModelError   If it is not that of the spring.
+        """
+        given = uncertainty.get("joint")
+        if given is None:
+            return None
+        names = joint_names(spring.elastic_name, len(getattr(spring, spring.elastic_name)), len(spring.kA) - 1)
+        if not isinstance(given, Mapping) or given.get("parameters") != names:
+            raise ModelError(
+                f'field "uncertainty.joint.parameters" must be {names}; identify the spring again, or remove the field '
+                '"uncertainty.joint".'
+            )
+        rows = given.get("root")
+        if not isinstance(rows, list) or [_numbers(row) for row in rows] != list(range(1, len(names) + 1)):
+            raise ModelError(
+                'field "uncertainty.joint.root" must hold the rows of a lower triangular matrix: lists of 1 to '
+                f'{len(names)} numbers; identify the spring again, or remove the field "uncertainty.joint".'
+            )
+        reach = max(-spring.x_min, spring.x_max)
+        for name, power, row in zip(names, _powers(spring), rows, strict=True):
+            largest = max(map(abs, row))
+            if not largest * reach**power <= _LARGEST:
+                raise ModelError(
+                    f'field "uncertainty.joint.root" must hold standard deviations of at most {_LARGEST:g} over the '
+                    f"identified range, got {largest:g} for {name}; identify the spring again, or remove the field "
+                    '"uncertainty.joint".'
+                )
+        return cls(tuple(tuple(float(value) for value in row) for row in rows))
+
+    def moved(self, spring: SpringParameters, direction: Sequence[float]) -> SpringParameters:
+        """The spring at L*direction from the identified one; n and sigma are kept within the ranges of the model.
+
+        Parameters
+        ----------
+        spring : SpringParameters
+        direction : sequence of float   As many numbers as L has rows, in standard deviations.
+
+        Raises
+        ------
+        ValueError                      If that is not a physically possible spring.
+        """
+        changes = [math.fsum(a * z for a, z in zip(row, direction, strict=False)) for row in self.root]
+        of_elastic = getattr(spring, spring.elastic_name)
+        elastic, amplifier = len(of_elastic), len(spring.kA) - 1
+        logarithms = dict(zip(HYSTERETIC_UNITS, changes[elastic + amplifier :], strict=True))
+        values: dict[str, Any] = {spring.elastic_name: tuple(map(sum, zip(of_elastic, changes[:elastic], strict=True)))}
+        for name, change in logarithms.items():
+            low, high = _RANGES.get(name, (0.0, math.inf))
+            values[name] = min(max(getattr(spring, name) * math.exp(min(change, 700.0)), low), high)
+        return replace(
+            spring,
+            kA=(1.0, *map(sum, zip(spring.kA[1:], changes[elastic : elastic + amplifier], strict=True))),
+            **values,
+        )
+
+
+def joint_names(elastic_name: str, elastic: int, amplifier: int) -> list[str]:
+    """Names of the coefficients in their order, for so many of kE or FE_forces and this degree of FA."""
+    return [
+        *(f"{elastic_name}[{i}]" for i in range(elastic)),
+        *(f"kA[{i}]" for i in range(1, amplifier + 1)),
+        *(f"ln {name}" for name in HYSTERETIC_UNITS),
+    ]
+
+
+def _powers(spring: SpringParameters) -> list[int]:
+    """The power of the displacement that each of `joint_names` belongs to."""
+    elastic = list(range(len(spring.kE))) or [0] * len(spring.FE_forces)
+    amplifier = list(range(1, len(spring.kA)))
+    return [*elastic, *amplifier, *[0] * len(HYSTERETIC_UNITS)]
+
+
+def _numbers(row: object) -> int:
+    """How many finite numbers a row holds; -1 if it is anything else."""
+    if not isinstance(row, list):
+        return -1
+    return len(row) if all(map(is_finite, row)) else -1

@@ -1,0 +1,138 @@
+"""How well a spring follows its records, in words: the saved spring alone, and beside it what was fitted.
+
+Figures are rmse [N], rnl [-], and energy and predicted_energy [J], the work of the loops measured and predicted. In the
+field `fit` of a model file they are free JSON, of which any part may be missing.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from ..ground.strict_json import is_finite, printable
+from .modelfile import ModelFile
+
+Figures = Mapping[str, Any]
+
+NAMES = ("rmse", "rnl", "energy", "predicted_energy")
+# Differences from which both figures are shown.
+_VISIBLE_RNL = 1e-3
+_VISIBLE_ENERGY = 0.01
+EARLIER = "figures of the fit, with what was removed from the records; identify again for those of the spring alone"
+
+
+def energy_ratio(figures: Figures) -> float | None:
+    """Energy of the predicted loops over that of the measured ones; None if unknown, or if no loop was measured.
+
+    Examples
+    --------
+    >>> energy_ratio({"energy": 2.0, "predicted_energy": 1.9})
+    0.95
+    """
+    energy, predicted = _known(figures).get("energy", 0.0), _known(figures).get("predicted_energy")
+    return None if predicted is None or energy <= 0.0 else float(predicted / energy)
+
+
+def differ(alone: Figures, fitted: Figures) -> bool:
+    """Whether two sets of figures differ so far that both are shown."""
+    pairs = (
+        (_known(alone).get("rnl"), _known(fitted).get("rnl"), _VISIBLE_RNL),
+        (energy_ratio(alone), energy_ratio(fitted), _VISIBLE_ENERGY),
+    )
+    return any(a is not None and b is not None and abs(a - b) >= visible for a, b, visible in pairs)
+
+
+def in_words(figures: Figures, with_rmse: bool = True) -> str:
+    """Figures as a list, as far as they are known.
+
+    Examples
+    --------
+    >>> in_words({"rmse": 1.0, "rnl": 0.98, "energy": 2.0, "predicted_energy": 1.9})
+    'rmse 1 N, RNL 0.9800, energy 0.95 of the measured'
+    >>> in_words({"rnl": 0.98, "energy": -0.1, "predicted_energy": 1.9})
+    'RNL 0.9800, energy 1.9 J, -0.1 J measured'
+    """
+    parts = []
+    if with_rmse and is_finite(figures.get("rmse")):
+        parts.append(f"rmse {figures['rmse']:.4g} N")
+    if is_finite(figures.get("rnl")):
+        parts.append(f"RNL {figures['rnl']:.4f}")
+    ratio = energy_ratio(figures)
+    if ratio is not None:
+        parts.append(f"energy {ratio:.2f} of the measured")
+    elif all(is_finite(figures.get(name)) for name in ("energy", "predicted_energy")):
+        parts.append(f"energy {figures['predicted_energy']:.3g} J, {figures['energy']:.3g} J measured")
+    return ", ".join(parts)
+
+
+@dataclass(frozen=True)
+class StatedFit:
+    """Figures that a model file states of one record, or of all.
+
+    Attributes
+    ----------
+    name : str                  The record's file; empty if all are meant.
+    alone : mapping             Of the saved spring; of the fit in files of earlier versions.
+    fitted : mapping or None    Of the fit; None in files of earlier versions.
+    omega_start : float or None omega at the record's first sample.
+    """
+
+    name: str
+    alone: Figures
+    fitted: Figures | None
+    omega_start: float | None
+
+    @property
+    def beside(self) -> str:
+        """The figures of the fit in words where they differ; of an earlier version, what the others are."""
+        if self.fitted is None:
+            return EARLIER
+        return f"as fitted: {in_words(self.fitted, False)}" if differ(self.alone, self.fitted) else ""
+
+    def as_json(self) -> dict[str, Any]:
+        """The figures; null where the file states none."""
+        return {**_whole(self.alone), "fitted": None if self.fitted is None else _whole(self.fitted)}
+
+
+def stated_fit(model: ModelFile) -> StatedFit | None:
+    """The figures over all records; None if the file states none."""
+    return next(_stated([("", model.fit)]), None)
+
+
+def stated_fits(model: ModelFile) -> list[StatedFit]:
+    """The figures of each record, as far as the file states any."""
+    records = model.fit.get("records")
+    entries = [entry for entry in records if isinstance(entry, dict)] if isinstance(records, list) else []
+    return list(
+        _stated([(printable(str(entry.get("file", ""))), entry) for entry in entries if isinstance(entry, dict)])
+    )
+
+
+def stated_json(model: ModelFile) -> dict[str, Any] | None:
+    """The figures as JSON: of all records, and of each; None if the file states none."""
+    whole = stated_fit(model)
+    if whole is None:
+        return None
+    return {**whole.as_json(), "records": [{"file": fit.name, **fit.as_json()} for fit in stated_fits(model)]}
+
+
+def _stated(entries: list[tuple[str, Figures]]) -> Iterator[StatedFit]:
+    for name, entry in entries:
+        if is_finite(entry.get("rmse")) and is_finite(entry.get("rnl")):
+            fitted = entry.get("fitted")
+            start = entry.get("omega_start")
+            yield StatedFit(
+                name,
+                _known(entry),
+                _known(fitted) if isinstance(fitted, dict) else None,
+                start if is_finite(start) else None,
+            )
+
+
+def _whole(figures: Figures) -> dict[str, Any]:
+    return {name: figures.get(name) for name in NAMES}
+
+
+def _known(entry: Figures) -> dict[str, float]:
+    return {name: entry[name] for name in NAMES if is_finite(entry.get(name))}

@@ -1,0 +1,159 @@
+"""What the axes of mounts answer: force, tangent and secant stiffness, over the springs' displacements.
+
+An axis of P rows of S springs whose springs are at x has the force P*r(x, omega) + f(x), f of the stops, and P/S times
+the stiffness of one spring. With all functions M is the number of axes in the order of `MountedSystem.axes`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...core.parameters import SpringParameters
+from ...errors import MountedSystemError
+from ...kernel.arrays import FloatArray
+from ...kernel.path import PathSolver
+from ...loops.modelled import steady_loop_figures
+from .axis_names import axis_names
+from .mounted import MountedSystem, Stops
+
+ComplexArray = NDArray[np.complex128]
+
+_NO_STOPS = Stops(-np.inf, np.inf, 1.0)
+_GRID = 2001  # displacements over the identified range among which the steepest is looked for
+
+
+class AxisLaws:
+    """The laws of all axes of a system.
+
+    Parameters
+    ----------
+    system : MountedSystem
+
+    Attributes
+    ----------
+    names : tuple of str                              What messages call the axes.
+    parallel, series, nominal : ndarray, shape (M,)   As in `MountAxis`.
+    low, high : ndarray, shape (M,)                   Ends of the springs' identified ranges [m].
+    """
+
+    def __init__(self, system: MountedSystem) -> None:
+        axes = [axis for _, axis in system.axes()]
+        self.names = axis_names(system)
+        self.parallel, self.series, self.nominal = np.array([(a.parallel, a.series, a.nominal) for a in axes]).T
+        self.low, self.high = np.array([(a.spring.displacement_min, a.spring.displacement_max) for a in axes]).T
+        stops = [axis.stops or _NO_STOPS for axis in axes]
+        self._stop_low, self._stop_high, self._stop_stiffness = np.array(
+            [(s.low, s.high, s.stiffness) for s in stops]
+        ).T
+        self._springs = [axis.spring for axis in axes]
+        self._rho = np.array([spring.rho for spring in self._springs])
+
+    def forces(self, springs: FloatArray, omega: FloatArray) -> FloatArray:
+        """Force of each axis at rest, shape (M,) [N].
+
+        Parameters
+        ----------
+        springs : ndarray, shape (M,)   Displacement of one spring [m].
+        omega : ndarray, shape (M,)     Of the springs [-].
+        """
+        return np.asarray(self.parallel * self._partials(springs, omega)[0] + self.stops(springs)[0])
+
+    def stops(self, springs: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Force [N] and stiffness [N/m] of the stops at displacements of the springs of shape (M, ...) [m]."""
+        shape = (-1, *[1] * (springs.ndim - 1))
+        low, high, stiffness, series = (
+            of_axes.reshape(shape) for of_axes in (self._stop_low, self._stop_high, self._stop_stiffness, self.series)
+        )
+        beyond = np.maximum(springs - high, 0.0) + np.minimum(springs - low, 0.0)
+        return stiffness * series * beyond, np.where(beyond != 0.0, stiffness, 0.0)
+
+    def tangents(self, springs: FloatArray) -> FloatArray:
+        """Stiffness of each axis for small motion, the springs' hysteresis midway, shape (M,) [N/m].
+
+        Parameters
+        ----------
+        springs : ndarray, shape (M,)   Displacement of one spring [m].
+        """
+        return np.asarray(self.parallel / self.series * self.still(springs)[2] + self.stops(springs)[1])
+
+    def still(self, springs: FloatArray) -> FloatArray:
+        """One spring of each axis in vanishing motion, shape (3, M).
+
+        Its mean force [N], the derivative of that by the mean displacement, and the stiffness for the motion [N/m].
+        """
+        force, by_displacement, by_omega = self._partials(springs, np.zeros_like(springs))
+        return np.array([force, by_displacement, by_displacement + self._rho * by_omega])
+
+    def secants(self, springs: FloatArray, amplitudes: FloatArray) -> ComplexArray:
+        """Complex stiffness of the steady loops of each axis, shape (M,) [N/m].
+
+        The real part is the secant stiffness k of the loop, the imaginary part W_d/(pi a^2), k times its loss factor.
+
+        Parameters
+        ----------
+        springs : ndarray, shape (M,)      Displacement of one spring midway in the loop [m].
+        amplitudes : ndarray, shape (M,)   Of the motion of each axis [m], > 0.
+
+        Raises
+        ------
+        MountedSystemError                 If an amplitude is not finite and > 0.
+        """
+        for name, amplitude in zip(self.names, amplitudes.tolist(), strict=True):
+            if not (np.isfinite(amplitude) and amplitude > 0.0):
+                raise MountedSystemError(
+                    f"For secant stiffness the motion of {name} must be finite and > 0 [m], got {amplitude!r}; give a "
+                    "motion, or a pose within the identified range."
+                )
+        each = amplitudes / self.series
+        found = np.empty(springs.size, dtype=np.complex128)
+        known: dict[tuple[SpringParameters, float, float], complex] = {}
+        for k, spring in enumerate(self._springs):
+            loop = (spring, float(springs[k]), float(each[k]))
+            if loop not in known:
+                figures = steady_loop_figures(PathSolver(spring), loop[1] - loop[2], loop[1] + loop[2])
+                known[loop] = complex(figures.secant_stiffness, figures.energy_per_cycle / (np.pi * loop[2] ** 2))
+            found[k] = known[loop]
+        at_ends = self.stops(springs + each)[0] - self.stops(springs - each)[0]
+        return np.asarray(self.parallel / self.series * found + 0.5 * at_ends / amplitudes)
+
+    def free_travel(self, springs: FloatArray) -> FloatArray:
+        """Motion of each axis up to the nearer end of its springs' identified range, shape (M,) [m]."""
+        return np.asarray(self.series * np.minimum(springs - self.low, self.high - springs))
+
+    def steepest(self) -> FloatArray:
+        """An upper bound of the tangent stiffness of each axis wherever it moves, shape (M,) [N/m].
+
+        After a reversal the tangent is FE' + kappa*(omega*FA' + rho*FA*(1 + (2*sigma - 1)*|omega|^n)), at most
+        FE' + |kappa*FA'| + 2*sigma*kappa*rho*FA. Beyond the identified range FE goes on with its slope at the
+        end and FA with its value. Stops add their stiffness.
+        """
+        bounds = {spring: _steepest(spring) for spring in dict.fromkeys(self._springs)}
+        of_springs = np.array([bounds[spring] for spring in self._springs])
+        has_stop = np.isfinite(self._stop_low) | np.isfinite(self._stop_high)
+        return np.asarray(self.parallel / self.series * of_springs + np.where(has_stop, self._stop_stiffness, 0.0))
+
+    def _partials(self, springs: FloatArray, omega: FloatArray) -> FloatArray:
+        """Force of one spring of each axis [N], its derivatives by displacement [N/m] and omega [N], shape (3, M)."""
+        found = np.empty((3, springs.size))
+        for spring, of_axes in self._alike():
+            found[:, of_axes] = PathSolver(spring).force_with_partials(springs[of_axes], omega[of_axes])
+        return found
+
+    def _alike(self) -> Iterator[tuple[SpringParameters, list[int]]]:
+        """Each different spring with the numbers of its axes."""
+        of_spring: dict[SpringParameters, list[int]] = {}
+        for k, spring in enumerate(self._springs):
+            of_spring.setdefault(spring, []).append(k)
+        yield from of_spring.items()
+
+
+def _steepest(spring: SpringParameters) -> float:
+    """The bound of `AxisLaws.steepest` for one spring [N/m]."""
+    solver, grid = PathSolver(spring), np.linspace(spring.displacement_min, spring.displacement_max, _GRID)
+    (_, rising, amplified), (_, falling, _) = (
+        solver.force_with_partials(grid, np.full(_GRID, omega)) for omega in (1.0, -1.0)
+    )
+    return float((np.maximum(rising, falling) + 2.0 * spring.sigma * spring.rho * amplified).max())

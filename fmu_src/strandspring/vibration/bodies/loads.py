@@ -1,0 +1,102 @@
+"""What shakes a system: channels of base motion and of forces on bodies, as averages over time steps.
+
+An average over a step is taken of the signal itself, so that a discontinuity of a pulse costs no accuracy and a
+measured acceleration is never integrated twice.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from enum import Enum
+from typing import Protocol
+
+import numpy as np
+
+from ...kernel.arrays import FloatArray
+from .mounted import Vector
+
+_ROUNDING = 1e-12  # of a number of steps
+
+
+class ChannelKind(Enum):
+    """What a channel drives; the value is its number in the compiled kernel."""
+
+    BASE_ACCELERATION = 0  # [m/s^2] of the base along a direction of its frame
+    BASE_ANGULAR_VELOCITY = 1  # [rad/s] of the base about a direction of its frame
+    FORCE = 2  # [N] on a body, at a place and along a direction that turn with it
+
+
+class Signal(Protocol):
+    """A function of time from 0 on."""
+
+    @property
+    def shortest(self) -> float:
+        """The time over which it acts once [s]; a longer step blurs it."""
+        ...
+
+    def averages(self, step: float, count: int) -> FloatArray:
+        """Its mean over each of `count` steps [k*step, (k + 1)*step], shape (count,)."""
+        ...
+
+
+@dataclass(frozen=True)
+class Channel:
+    """One signal and what it drives.
+
+    Parameters
+    ----------
+    kind : ChannelKind
+    signal : Signal
+    direction : Vector       A unit vector.
+    body : int               On which a force acts.
+    place : Vector           Where a force acts, in the nominal pose [m].
+    """
+
+    kind: ChannelKind
+    signal: Signal
+    direction: Vector
+    body: int = 0
+    place: Vector = (0.0, 0.0, 0.0)
+
+
+@dataclass(frozen=True)
+class LoadCase:
+    """A load case, from rest: before time 0 neither the base nor a body moves, but for `velocity`.
+
+    An angular velocity of the base that is not 0 at time 0 begins there, and the bodies follow by their mounts.
+
+    Parameters
+    ----------
+    name : str
+    kind : str                    "pulse", "drop", "sine", "sweep", "random", "record" or "force".
+    duration : float              Simulated time [s].
+    channels : tuple of Channel
+    settling : float              From when on root mean squares and spectra are taken [s].
+    velocity : Vector             Of the bodies relative to the base at the beginning, as after a drop [m/s].
+    weightless : bool             Whether the bodies begin at rest without their weight, as in a free fall.
+    text : str                    The case in words.
+    """
+
+    name: str
+    kind: str
+    duration: float
+    channels: tuple[Channel, ...] = ()
+    settling: float = 0.0
+    velocity: Vector = (0.0, 0.0, 0.0)
+    weightless: bool = False
+    text: str = ""
+
+    def steps(self, step: float) -> int:
+        """How many steps of this length [s] reach its end."""
+        return math.ceil(self.duration / step * (1.0 - _ROUNDING))
+
+    def averages(self, step: float, count: int) -> FloatArray:
+        """Mean of each channel over each of `count` steps, shape (C, count)."""
+        return np.array([channel.signal.averages(step, count) for channel in self.channels]).reshape(-1, count)
+
+    @property
+    def load_end(self) -> float:
+        """When the last of its signals ends, as far as they tell [s]."""
+        ends = [getattr(channel.signal, "duration", self.duration) for channel in self.channels]
+        return min(self.duration, max(ends, default=self.duration))

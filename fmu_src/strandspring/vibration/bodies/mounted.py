@@ -1,0 +1,313 @@
+"""Rigid bodies on hysteretic mounts, as they stand in the nominal pose.
+
+Places and directions are given in one frame, which is fixed to the base; in the nominal pose the frame of each body is
+parallel to it. An axis of a mount is fixed to what the mount stands on, the base or another body, and its displacement
+is how far the body's place of the mount has moved along it relative to that.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from enum import Enum
+
+import numpy as np
+
+from ...core.parameters import SpringParameters
+from ...errors import MountedSystemError
+from ...kernel.arrays import FloatArray
+
+BASE = -1  # in place of the number of a body
+STANDARD_GRAVITY = 9.80665  # [m/s^2]
+MOST_BODIES, MOST_AXES, MOST_POINTS = 8, 600, 64
+LARGEST_PLACE = 1e4  # [m]
+MASS_RANGE = (1e-9, 1e9)  # [kg]
+_ROUNDING = 1e-9  # of lengths of unit vectors and of moments of inertia
+
+Vector = tuple[float, float, float]
+Matrix = tuple[Vector, Vector, Vector]
+
+
+class Motion(Enum):
+    """How a body may move; the value is how people name it."""
+
+    SIX = "six"  # in all six degrees of freedom
+    PLANE = "plane"  # in a plane, about the plane's normal
+    AXIS = "axis"  # along an axis, without rotation
+
+
+@dataclass(frozen=True)
+class RigidBody:
+    """A rigid body.
+
+    Parameters
+    ----------
+    name : str
+    mass : float            [kg].
+    center : Vector         Centre of gravity in the nominal pose [m].
+    inertia : Matrix        About the centre of gravity [kg m^2]; ignored where the body moves along an axis.
+    motion : Motion
+    direction : Vector      Normal of the plane, or the axis, along which the body moves; a unit vector.
+
+    Raises
+    ------
+    MountedSystemError      If no body has such a mass or inertia.
+    """
+
+    name: str
+    mass: float
+    center: Vector = (0.0, 0.0, 0.0)
+    inertia: Matrix = ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
+    motion: Motion = Motion.SIX
+    direction: Vector = (0.0, 0.0, 1.0)
+
+    def __post_init__(self) -> None:
+        if not MASS_RANGE[0] <= self.mass <= MASS_RANGE[1]:
+            raise MountedSystemError(
+                f"The mass of {self.name} must be within [{MASS_RANGE[0]:g}, {MASS_RANGE[1]:g}] kg, got {self.mass!r}."
+            )
+        _check_place(self.center, f"the centre of gravity of {self.name}")
+        _check_direction(self.direction, f"the direction of {self.name}")
+        if self.motion is not Motion.AXIS:
+            self._check_inertia()
+
+    def _check_inertia(self) -> None:
+        inertia = np.array(self.inertia)
+        if not np.isfinite(inertia).all():
+            raise MountedSystemError(f"The moments of inertia of {self.name} must be finite [kg m^2].")
+        if np.abs(inertia - inertia.T).max() > _ROUNDING * np.abs(inertia).max():
+            raise MountedSystemError(f"The inertia tensor of {self.name} must be symmetric, got {inertia.tolist()}.")
+        least, middle, largest = np.linalg.eigvalsh(inertia).tolist()
+        if not least > 0.0:
+            raise MountedSystemError(
+                f"No body has the inertia tensor of {self.name}: its principal moments {least:.6g}, {middle:.6g} "
+                f"and {largest:.6g} kg m^2 must be > 0; check the signs of the products, xy = -(integral of x*y dm)."
+            )
+        if largest > (1.0 + _ROUNDING) * (least + middle):
+            raise MountedSystemError(
+                f"No body has the inertia tensor of {self.name}: of its principal moments {least:.6g}, {middle:.6g} "
+                f"and {largest:.6g} kg m^2 the largest must not exceed the sum of the others; check them all."
+            )
+
+    @property
+    def translations(self) -> FloatArray:
+        """Projector on the translations that are free, shape (3, 3)."""
+        direction = np.array(self.direction)
+        along = np.outer(direction, direction)
+        return {Motion.SIX: np.eye(3), Motion.PLANE: np.eye(3) - along, Motion.AXIS: along}[self.motion]
+
+    @property
+    def rotations(self) -> FloatArray:
+        """Projector on the rotations that are free, shape (3, 3)."""
+        direction = np.array(self.direction)
+        return {Motion.SIX: np.eye(3), Motion.PLANE: np.outer(direction, direction), Motion.AXIS: np.zeros((3, 3))}[
+            self.motion
+        ]
+
+    @property
+    def inverse_inertia(self) -> FloatArray:
+        """What turns angular momentum into angular velocity in the body's frame, shape (3, 3) [1/(kg m^2)]."""
+        if self.motion is Motion.SIX:
+            return np.linalg.inv(np.array(self.inertia))
+        if self.motion is Motion.AXIS:
+            return np.zeros((3, 3))
+        direction = np.array(self.direction)
+        return np.outer(direction, direction) / float(direction @ np.array(self.inertia) @ direction)
+
+
+@dataclass(frozen=True)
+class Stops:
+    """Elastic bump stops in parallel with the springs of an axis.
+
+    Parameters
+    ----------
+    low, high : float        Displacement of one spring at which a stop is touched [m]; infinite where there is none.
+    stiffness : float        Of a stop, force over displacement of the mount [N/m].
+
+    Raises
+    ------
+    MountedSystemError       If low is not below high, or the stiffness is not finite and > 0.
+    """
+
+    low: float
+    high: float
+    stiffness: float
+
+    def __post_init__(self) -> None:
+        if not self.low < self.high:
+            raise MountedSystemError(
+                f"The lower stop must be below the upper one [m], got {self.low!r} and {self.high!r}."
+            )
+        if not (math.isfinite(self.stiffness) and self.stiffness > 0.0):
+            raise MountedSystemError(f"The stiffness of a stop must be finite and > 0 [N/m], got {self.stiffness!r}.")
+
+
+@dataclass(frozen=True)
+class MountAxis:
+    """Equal hysteretic springs of a mount that act along one axis, with a damper and bump stops in parallel.
+
+    S springs in series share the displacement d of the mount's axis, P such rows stand side by side: each spring is at
+    `nominal` + d/S, and the axis has the force P*r(nominal + d/S) + damping*d'.
+
+    Parameters
+    ----------
+    spring : SpringParameters
+    direction : Vector          In which a motion of the body is a positive displacement; a unit vector.
+    nominal : float             Displacement of one spring in the nominal pose [m].
+    parallel, series : int      P and S.
+    damping : float             Of the viscous damper [N s/m].
+    stops : Stops or None
+    model : str                 Where the spring comes from, for people.
+
+    Raises
+    ------
+    MountedSystemError          If a value is out of its bounds.
+    """
+
+    spring: SpringParameters
+    direction: Vector
+    nominal: float
+    parallel: int = 1
+    series: int = 1
+    damping: float = 0.0
+    stops: Stops | None = None
+    model: str = ""
+
+    def __post_init__(self) -> None:
+        _check_direction(self.direction, "the direction of an axis")
+        for name, count in (("parallel", self.parallel), ("series", self.series)):
+            if not 1 <= count <= 1_000_000:
+                raise MountedSystemError(f"`{name}` must be a number of springs from 1 to 1000000, got {count!r}.")
+        if not (math.isfinite(self.damping) and self.damping >= 0.0):
+            raise MountedSystemError(f"`damping` must be finite and >= 0 [N s/m], got {self.damping!r}.")
+        if not self.spring.displacement_min <= self.nominal <= self.spring.displacement_max:
+            raise MountedSystemError(
+                f"In the nominal pose a spring of {self.model or 'a mount'} is at {1e3 * self.nominal:.6g} mm, outside "
+                f"its identified range of {1e3 * self.spring.displacement_min:.6g} to "
+                f"{1e3 * self.spring.displacement_max:.6g} mm; use another preload or a record that reaches it."
+            )
+
+
+@dataclass(frozen=True)
+class Mount:
+    """A mount: one to three axes between a body and the base or another body.
+
+    Parameters
+    ----------
+    name : str
+    body : int                     Number of the body it carries.
+    place : Vector                 Where it acts, in the nominal pose [m].
+    axes : tuple of MountAxis
+    support : int                  Number of the body it stands on, or BASE.
+
+    Raises
+    ------
+    MountedSystemError             If there are no axes or more than three, or they are not perpendicular.
+    """
+
+    name: str
+    body: int
+    place: Vector
+    axes: tuple[MountAxis, ...]
+    support: int = BASE
+
+    def __post_init__(self) -> None:
+        _check_place(self.place, f"the place of mount {self.name}")
+        if not 1 <= len(self.axes) <= 3:
+            raise MountedSystemError(f"Mount {self.name} must have one to three axes, got {len(self.axes)}.")
+        directions = np.array([axis.direction for axis in self.axes])
+        if np.abs(directions @ directions.T - np.eye(len(directions))).max() > 1e-6:
+            raise MountedSystemError(f"The axes of mount {self.name} must be perpendicular to each other.")
+
+
+@dataclass(frozen=True)
+class Point:
+    """A point of a body whose motion is asked for.
+
+    Parameters
+    ----------
+    name : str
+    body : int
+    place : Vector      In the nominal pose [m].
+    """
+
+    name: str
+    body: int
+    place: Vector
+
+    def __post_init__(self) -> None:
+        _check_place(self.place, f"the place of point {self.name}")
+
+
+@dataclass(frozen=True)
+class MountedSystem:
+    """Rigid bodies on mounts.
+
+    Parameters
+    ----------
+    bodies : tuple of RigidBody
+    mounts : tuple of Mount
+    points : tuple of Point
+    gravity : Vector             [m/s^2].
+    name : str
+
+    Raises
+    ------
+    MountedSystemError           If the parts do not fit together, or there are too many.
+    """
+
+    bodies: tuple[RigidBody, ...]
+    mounts: tuple[Mount, ...]
+    points: tuple[Point, ...] = ()
+    gravity: Vector = (0.0, 0.0, -STANDARD_GRAVITY)
+    name: str = ""
+
+    def __post_init__(self) -> None:
+        for what, count, least, most in (
+            ("bodies", len(self.bodies), 1, MOST_BODIES),
+            ("axes of mounts", sum(len(mount.axes) for mount in self.mounts), 1, MOST_AXES),
+            ("points", len(self.points), 0, MOST_POINTS),
+        ):
+            if not least <= count <= most:
+                raise MountedSystemError(f"A system must have {least} to {most} {what}, got {count}.")
+        if not all(abs(g) <= 1e4 for g in self.gravity):
+            raise MountedSystemError(f"`gravity` must be finite and within +-1e4 [m/s^2], got {self.gravity!r}.")
+        numbers = range(len(self.bodies))
+        parts: tuple[Mount | Point, ...] = (*self.mounts, *self.points)
+        for part in parts:
+            if part.body not in numbers:
+                raise MountedSystemError(f"{part.name} must belong to one of the bodies, got number {part.body}.")
+        for mount in self.mounts:
+            if mount.support not in (BASE, *numbers) or mount.support == mount.body:
+                raise MountedSystemError(f"Mount {mount.name} must stand on the base or on another body.")
+
+    def axes(self) -> Iterator[tuple[Mount, MountAxis]]:
+        """All axes in their order, each with its mount."""
+        return ((mount, axis) for mount in self.mounts for axis in mount.axes)
+
+    def springs(self) -> tuple[SpringParameters, ...]:
+        """The different springs in the order of their first axis."""
+        return tuple(dict.fromkeys(axis.spring for _, axis in self.axes()))
+
+    def with_springs(self, change: Callable[[SpringParameters], SpringParameters]) -> MountedSystem:
+        """The system with each spring replaced; a spring that several axes share is changed once."""
+        changed = {spring: change(spring) for spring in self.springs()}
+        mounts = (
+            replace(mount, axes=tuple(replace(axis, spring=changed[axis.spring]) for axis in mount.axes))
+            for mount in self.mounts
+        )
+        return replace(self, mounts=tuple(mounts))
+
+
+def _check_place(place: Vector, what: str) -> None:
+    if not all(abs(coordinate) <= LARGEST_PLACE for coordinate in place):
+        raise MountedSystemError(f"{what[0].upper()}{what[1:]} must be within +-{LARGEST_PLACE:g} m, got {place!r}.")
+
+
+def _check_direction(direction: Vector, what: str) -> None:
+    length = math.hypot(*direction)
+    if not abs(length - 1.0) <= _ROUNDING:
+        raise MountedSystemError(
+            f"{what[0].upper()}{what[1:]} must be a unit vector, got {direction!r} of length {length!r}."
+        )

@@ -1,0 +1,86 @@
+"""Curves of gain and sway over frequency, a column for each excitation and a curve for each point and level.
+
+Colours tell points, or points and candidates, apart, and dashes levels. Dotted parts lie between two folds and are
+unstable.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from ...kernel.arrays import FloatArray
+from ..one_mass.curves_plot import COLORS, HANDLE_LENGTH, LEGEND_COLUMNS, STYLES, UNSTABLE, decimal_ticks
+from .six_response import SystemResponse
+
+_WIDTH, _HEIGHT, _LEGEND = 4.5, 7.5, 0.25  # of a column, of both rows, of a line of the legend [inches]
+_GAINS = {"1": (1.0, "transmissibility [-]"), "m/rad": (1e3, "motion [mm/rad]"), "m/N": (1e3, "motion [mm/N]")}
+
+Responses = Mapping[str, Sequence[SystemResponse]]
+
+
+def size_of(candidates: Responses) -> tuple[float, float]:
+    """Width and height of the figure [inches]."""
+    curves = sum(len(one[0].points) for one in candidates.values()) * len(_levels(candidates))
+    return max(8.0, _WIDTH * len(_excitations(candidates))), _HEIGHT + _LEGEND * (curves // LEGEND_COLUMNS + 1)
+
+
+def fill(figure: Figure, candidates: Responses, title: str) -> None:
+    """Draw the responses of each candidate by its label into an empty figure with a constrained layout."""
+    excitations = _excitations(candidates)
+    tops, bottoms = figure.subplots(2, len(excitations), sharex="col", sharey="row", squeeze=False)
+    for top, bottom, name in zip(tops, bottoms, excitations, strict=True):
+        _draw(top, bottom, candidates, name)
+        top.set_title(name, fontsize=10)
+        bottom.set_xlabel("frequency [Hz]")
+    factor_and_label = _GAINS[next(iter(candidates.values()))[0].gain_unit]
+    tops[0].set_ylabel(f"{factor_and_label[1]}, largest of x, y and z")
+    bottoms[0].set_ylabel("sway [mm]")
+    figure.suptitle(title)
+    handles, labels = tops[0].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside lower center", ncols=min(len(labels), LEGEND_COLUMNS), fontsize=9,
+                  frameon=False, handlelength=HANDLE_LENGTH)  # fmt: skip
+
+
+def _excitations(candidates: Responses) -> list[str]:
+    return list(dict.fromkeys(response.shaking.name for one in candidates.values() for response in one))
+
+
+def _levels(candidates: Responses) -> list[float]:
+    return list(dict.fromkeys(response.level for one in candidates.values() for response in one))
+
+
+def _draw(top: Axes, bottom: Axes, candidates: Responses, excitation: str) -> None:
+    """The curves of one excitation."""
+    levels, color = _levels(candidates), 0
+    for label, responses in candidates.items():
+        for p, point in enumerate(responses[0].points):
+            for response in responses:
+                if response.shaking.name != excitation:
+                    continue
+                style = STYLES[levels.index(response.level) % len(STYLES)]
+                parts = [*([label] if len(candidates) > 1 else []), point.name, response.level_text]
+                factor = _GAINS[response.gain_unit][0]
+                gain = factor * np.abs(response.gain[:, p]).max(axis=1)
+                for axes, values in ((top, gain), (bottom, 1e3 * response.sway[:, p])):
+                    look = {"color": COLORS[color % len(COLORS)], "lw": 1.3}
+                    stable = np.where(response.stable, values, np.nan)
+                    axes.plot(response.frequency, stable, ls=style, label=", ".join(parts), **look)  # type: ignore[arg-type]
+                    if not response.stable.all():
+                        axes.plot(response.frequency, _dotted(response, values), ls=UNSTABLE, **look)  # type: ignore[arg-type]
+            color += 1
+    for axes in (top, bottom):
+        axes.set(xscale="log", yscale="log")
+        axes.grid(True, which="major", color="0.85", lw=0.8)
+        axes.grid(True, which="minor", color="0.93", lw=0.5)
+        for axis, limits in ((axes.xaxis, axes.get_xlim()), (axes.yaxis, axes.get_ylim())):
+            decimal_ticks(axis, *limits)
+
+
+def _dotted(response: SystemResponse, values: FloatArray) -> FloatArray:
+    """The unstable values with their stable neighbours, so that the curve has no gaps."""
+    unstable = ~response.stable
+    return np.where(unstable | np.append(unstable[1:], False) | np.insert(unstable[:-1], 0, False), values, np.nan)

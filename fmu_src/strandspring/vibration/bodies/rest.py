@@ -1,0 +1,120 @@
+"""Static equilibrium of bodies on hysteretic mounts; it depends on where in their loops the springs came to rest.
+
+`omega` of a spring at rest is between -1 and 1 and unknown. Three poses bound it: all springs loaded from below (omega
+= sgn of the static force), midway (0), and unloaded from above (-sgn of the static force).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...errors import MountedSystemError
+from ...kernel.arrays import FloatArray
+from ...kernel.motion import CHANNEL, MotionSolver
+from .mounted import MountedSystem
+from .small_motion import Pose
+from .solving import solver
+
+SHARES = (0.0, 1.0, -1.0)  # of full saturation of the hysteresis at rest
+
+
+@dataclass(frozen=True, eq=False)
+class RestPose:
+    """Where the bodies rest.
+
+    Attributes
+    ----------
+    share : float                       omega of every spring is the share times the sign of its static force.
+    coordinates : ndarray, shape (B, 7)   Of each body: displacement of its centre of gravity from the nominal pose [m],
+                                        unit quaternion.
+    omega : ndarray, shape (A,)         Of the springs of each axis.
+    displacement : ndarray, shape (A,)  Of one spring of each axis [m].
+    force : ndarray, shape (A,)         Of each axis, stops included [N].
+    """
+
+    share: float
+    coordinates: FloatArray
+    omega: FloatArray
+    displacement: FloatArray
+    force: FloatArray
+
+    @property
+    def displacements(self) -> FloatArray:
+        """Of the centres of gravity from the nominal pose, shape (B, 3) [m]."""
+        return self.coordinates[:, :3]
+
+    @property
+    def rotations(self) -> FloatArray:
+        """From each body's frame to the base's, shape (B, 3, 3)."""
+        w, x, y, z = self.coordinates[:, 3:].T
+        rows = [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+        ]
+        return np.moveaxis(np.array(rows), 2, 0)
+
+    @property
+    def pose(self) -> Pose:
+        """About which small motions are taken."""
+        return self.displacements, self.rotations
+
+
+def rest(
+    system: MountedSystem, share: float = 0.0, weightless: bool = False, solve: MotionSolver | None = None
+) -> RestPose:
+    """The pose in which the bodies rest.
+
+    Parameters
+    ----------
+    system : MountedSystem
+    share : float           omega of every spring as a share of saturation in the sense of its static force, -1 to 1.
+    weightless : bool       Without gravity, as in a free fall.
+    solve : MotionSolver    Of the system, if there is one already.
+
+    Raises
+    ------
+    MountedSystemError      If the bodies cannot rest, or a spring rests outside its identified range.
+    """
+    kernel = solver(system) if solve is None else solve
+    gravity = np.zeros(3) if weightless else np.array(system.gravity)
+    middle = _rest(system, kernel, gravity, 0.0, np.zeros(kernel.axes), None)
+    if share == 0.0:
+        found = middle
+    else:
+        found = _rest(system, kernel, gravity, share, share * kernel.senses(middle.force), middle.coordinates)
+    _check_range(system, found)
+    return found
+
+
+def _rest(
+    system: MountedSystem,
+    kernel: MotionSolver,
+    gravity: FloatArray,
+    share: float,
+    omega: FloatArray,
+    begin: FloatArray | None,
+) -> RestPose:
+    coordinates, unbalance, is_found = kernel.rest(gravity, omega, begin)
+    if not is_found:
+        raise MountedSystemError(
+            f"The bodies of {system.name or 'the system'} cannot rest on their mounts: forces of {unbalance:.3g} N "
+            "remain unbalanced wherever they are; use stiffer or more mounts, another preload, or axes in all "
+            "directions."
+        )
+    no_channels, no_steps = np.empty((0, CHANNEL)), np.empty((0, 0))
+    _, at = kernel.run_with_histories(no_channels, no_steps, 1.0, gravity, coordinates, omega, np.zeros(3))
+    return RestPose(share, coordinates, omega, at.displacement[0], at.force[0])
+
+
+def _check_range(system: MountedSystem, found: RestPose) -> None:
+    for number, (mount, axis) in enumerate(system.axes()):
+        spring, displacement = axis.spring, float(found.displacement[number])
+        if not spring.displacement_min <= displacement <= spring.displacement_max:
+            raise MountedSystemError(
+                f"Mount {mount.name} rests at {1e3 * displacement:.6g} mm of {axis.model or 'a spring'}, outside its "
+                f"identified range of {1e3 * spring.displacement_min:.6g} to {1e3 * spring.displacement_max:.6g} mm; "
+                "use more or stiffer mounts, another preload, or a record that reaches it."
+            )

@@ -1,0 +1,200 @@
+"""Small motions of the bodies about a pose: exact first and second derivatives of the axes' displacements.
+
+A body moves by a displacement u of its centre of gravity and a rotation exp(theta x), both small, in the base's frame.
+With n the direction of an axis as it stands in the pose, r and s the arms of the place P_B about the centres of
+gravity of the body B and of the support A, the displacement d of the axis changes by
+
+    dd = n.(u_B - u_A) + (r x n).theta_B - (s x n).theta_A
+
+and to second order by half of
+
+    theta_B.H(n, r).theta_B + theta_A.H(n, s).theta_A + 2*(theta_A x n).(u_B - u_A + theta_B x r),
+
+with H(n, r) = (n r' + r n')/2 - (n.r)*1. A support that is the base does not move.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import block_diag
+
+from ...kernel.arrays import FloatArray
+from .mounted import MountedSystem
+
+# Displacements of the centres of gravity, shape (B, 3) [m], and rotation matrices, shape (B, 3, 3).
+Pose: TypeAlias = tuple[FloatArray, FloatArray]
+
+
+def nominal_pose(system: MountedSystem) -> Pose:
+    """The pose in which the system is described."""
+    count = len(system.bodies)
+    return np.zeros((count, 3)), np.broadcast_to(np.eye(3), (count, 3, 3)).copy()
+
+
+def gradients(system: MountedSystem, pose: Pose) -> FloatArray:
+    """First derivatives of the axes' displacements by displacement and rotation of each body, shape (M, 6B)."""
+    return _Axes.of(system, pose).gradients()
+
+
+@dataclass(frozen=True, eq=False)
+class SmallMotion:
+    """Small motions in D free coordinates; B bodies, M axes of mounts in the order of `MountedSystem.axes`.
+
+    Attributes
+    ----------
+    free : ndarray, shape (6B, D)    Displacement and rotation of each body by the coordinates, which are lengths of the
+                                     same mass.
+    mass : float                     Of each coordinate, the mean of the bodies' masses [kg].
+    along : ndarray, shape (M, D)    Displacement of each axis by the coordinates.
+    springs : ndarray, shape (M,)    Displacement of one spring of each axis in the pose [m].
+    damping : ndarray, shape (D, D)  Of the viscous dampers [N s/m].
+    weight : ndarray, shape (D,)     Of the bodies [N].
+    """
+
+    system: MountedSystem
+    pose: Pose
+    free: FloatArray
+    mass: float
+    along: FloatArray
+    springs: FloatArray
+    damping: FloatArray
+    weight: FloatArray
+
+    @classmethod
+    def about(cls, system: MountedSystem, pose: Pose) -> SmallMotion:
+        """Small motions about a pose.
+
+        Parameters
+        ----------
+        system : MountedSystem
+        pose : Pose
+        """
+        axes = _Axes.of(system, pose)
+        free, mass = _free_coordinates(system, pose[1])
+        along = axes.gradients() @ free
+        gravity = [[*(body.mass * np.array(system.gravity)), 0.0, 0.0, 0.0] for body in system.bodies]
+        damping = np.array([axis.damping for _, axis in system.axes()])
+        return cls(
+            system=system,
+            pose=pose,
+            free=free,
+            mass=mass,
+            along=along,
+            springs=axes.springs,
+            damping=along.T @ (damping[:, None] * along),
+            weight=np.ravel(gravity) @ free,
+        )
+
+    def geometric(self, forces: FloatArray) -> FloatArray:
+        """Stiffness that the forces of the axes give by turning with the bodies and by their arms, shape (D, D) [N/m].
+
+        It is symmetric where the bodies are in equilibrium, and its symmetric part elsewhere.
+
+        Parameters
+        ----------
+        forces : ndarray, shape (M,)   Of the axes in the pose [N].
+        """
+        return np.asarray(self.free.T @ _Axes.of(self.system, self.pose).curvature(forces) @ self.free)
+
+    def stiffness(self, of_axes: FloatArray, forces: FloatArray) -> FloatArray:
+        """Stiffness matrix from the stiffness of each axis [N/m] and its force in the pose [N], shape (D, D) [N/m]."""
+        return self.along.T @ (of_axes[:, None] * self.along) + self.geometric(forces)
+
+    def place(self, body: int, place: Sequence[float]) -> FloatArray:
+        """Where a body's point, given in the nominal pose [m], is in this one, shape (3,) [m]."""
+        return np.asarray(self.pose[0][body] + self.system.bodies[body].center + self._arm(body, place))
+
+    def point(self, body: int, place: Sequence[float]) -> FloatArray:
+        """Displacement of a body's point, given in the nominal pose [m], by the coordinates, shape (3, D)."""
+        return np.hstack([np.eye(3), -_cross(self._arm(body, place))]) @ self.free[6 * body : 6 * body + 6]
+
+    def _arm(self, body: int, place: Sequence[float]) -> FloatArray:
+        return np.asarray(self.pose[1][body] @ (np.array(place) - self.system.bodies[body].center))
+
+
+@dataclass(frozen=True, eq=False)
+class _Axes:
+    """The axes as they stand in a pose; the base has the number B."""
+
+    bodies: int
+    body: NDArray[np.intp]
+    support: NDArray[np.intp]
+    direction: FloatArray  # n, shape (M, 3)
+    arm: FloatArray  # r, shape (M, 3) [m]
+    support_arm: FloatArray  # s, shape (M, 3) [m]
+    springs: FloatArray
+
+    @classmethod
+    def of(cls, system: MountedSystem, pose: Pose) -> _Axes:
+        count, axes = len(system.bodies), list(system.axes())
+        body = np.array([mount.body for mount, _ in axes])
+        support = np.array([mount.support for mount, _ in axes]) % (count + 1)
+        place = np.array([mount.place for mount, _ in axes])
+        center = np.vstack([[one.center for one in system.bodies], np.zeros(3)])
+        displacement = np.vstack([pose[0], np.zeros(3)])
+        rotation = np.concatenate([pose[1], np.eye(3)[None]])
+        arm, own = (np.einsum("mij,mj->mi", rotation[of], place - center[of]) for of in (body, support))
+        direction = np.einsum("mij,mj->mi", rotation[support], np.array([axis.direction for _, axis in axes]))
+        support_arm = center[body] + displacement[body] + arm - center[support] - displacement[support]
+        moved = np.einsum("mi,mi->m", direction, support_arm - own)
+        nominal, series = np.array([(axis.nominal, axis.series) for _, axis in axes]).T
+        return cls(count, body, support, direction, arm, support_arm, nominal + moved / series)
+
+    def gradients(self) -> FloatArray:
+        """First derivatives by displacement and rotation of each body, shape (M, 6B)."""
+        count = self.body.size
+        gradients = np.zeros((count, self.bodies + 1, 6))
+        gradients[np.arange(count), self.body] = np.hstack([self.direction, np.cross(self.arm, self.direction)])
+        gradients[np.arange(count), self.support] = -np.hstack(
+            [self.direction, np.cross(self.support_arm, self.direction)]
+        )
+        return gradients[:, :-1].reshape(count, -1)
+
+    def curvature(self, forces: FloatArray) -> FloatArray:
+        """Sum of the second derivatives times the forces, shape (6B, 6B)."""
+        of_axis = forces[:, None, None]
+        n_r = np.einsum("mi,mi->m", self.direction, self.arm)[:, None, None] * np.eye(3)
+        n, r = self.direction[:, :, None], self.arm[:, None, :]
+        translation, rotation = 2 * self.body, 2 * self.body + 1
+        carried, turned = 2 * self.support, 2 * self.support + 1
+        total = np.zeros((2 * self.bodies + 2, 2 * self.bodies + 2, 3, 3))
+        for row, column, block in (
+            (turned, translation, _cross(self.direction)),
+            (turned, carried, -_cross(self.direction)),
+            (turned, rotation, n_r - (n * r).swapaxes(1, 2)),
+        ):
+            np.add.at(total, (row, column), of_axis * block)
+            np.add.at(total, (column, row), (of_axis * block).swapaxes(1, 2))
+        np.add.at(total, (rotation, rotation), of_axis * _bending(self.direction, self.arm))
+        np.add.at(total, (turned, turned), of_axis * _bending(self.direction, self.support_arm))
+        return total[:-2, :-2].transpose(0, 2, 1, 3).reshape(6 * self.bodies, 6 * self.bodies)
+
+
+def _free_coordinates(system: MountedSystem, rotations: FloatArray) -> tuple[FloatArray, float]:
+    """`SmallMotion.free` and `SmallMotion.mass`."""
+    mean = float(np.mean([body.mass for body in system.bodies]))
+    blocks = []
+    for body, rotation in zip(system.bodies, rotations, strict=True):
+        inertia = rotation @ np.array(body.inertia) @ rotation.T
+        for projector, of_body in ((body.translations, body.mass * np.eye(3)), (body.rotations, inertia)):
+            values, vectors = np.linalg.eigh(projector)
+            basis = vectors[:, values > 0.5]
+            blocks.append(basis @ np.linalg.inv(np.linalg.cholesky(basis.T @ of_body @ basis)).T * np.sqrt(mean))
+    return block_diag(*blocks), mean
+
+
+def _bending(direction: FloatArray, arm: FloatArray) -> FloatArray:
+    """H(n, r) of the module's equations, shape (M, 3, 3) [m]."""
+    product = direction[:, :, None] * arm[:, None, :]
+    along = np.einsum("mi,mi->m", direction, arm)[:, None, None] * np.eye(3)
+    return np.asarray(0.5 * (product + product.swapaxes(1, 2)) - along)
+
+
+def _cross(vectors: FloatArray) -> FloatArray:
+    """Matrices of the products v x, of vectors of shape (..., 3), shape (..., 3, 3)."""
+    return np.asarray(np.cross(vectors[..., None, :], np.eye(3)).swapaxes(-1, -2))

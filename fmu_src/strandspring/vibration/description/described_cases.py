@@ -1,0 +1,329 @@
+"""The tables [[case]] of SYSTEM.toml as load cases: one for each direction."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from functools import singledispatchmethod
+from pathlib import Path
+
+import numpy as np
+
+from ...errors import MountedSystemError
+from ...records.units import quoted
+from ..bodies.loads import Channel, ChannelKind, LoadCase, Signal
+from ..bodies.mounted import STANDARD_GRAVITY, RigidBody, Vector
+from ..signals.level_table import LevelTable
+from ..signals.pulses import (
+    TabulatedPulse,
+)
+from ..signals.random_signal import RandomVibration
+from ..signals.recorded_signal import RecordedSignal
+from ..signals.sine_signals import SineDwell, SineSweep
+from . import quantity_text as q
+from .case_tables import (
+    CaseTable,
+    DirectedCase,
+    DropCase,
+    ForceCase,
+    ForceTableOfCase,
+    PulseCase,
+    RandomCase,
+    RandomTable,
+    RecordCase,
+    SineCase,
+    SweepCase,
+)
+from .described_signals import pulse_of, sweep_amplitude
+from .described_system import body_number
+from .named_files import NamedFiles
+from .record_columns import RecordColumn, read_columns, read_timed_columns
+from .system_tables import MOST_CASES
+from .table_refusals import located
+from .table_types import Direction
+
+_HELD = 1e-9
+_AXES: dict[str, Vector] = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
+
+
+@dataclass(frozen=True)
+class Surroundings:
+    """What cases refer to.
+
+    Parameters
+    ----------
+    bodies : tuple of RigidBody
+    gravity : Vector
+    afterwards : float                How long motion is simulated after a load has ended [s].
+    files : NamedFiles                Those that the tables name.
+    """
+
+    bodies: tuple[RigidBody, ...]
+    gravity: Vector
+    afterwards: float
+    files: NamedFiles
+
+
+def load_cases(tables: Sequence[CaseTable], surroundings: Surroundings) -> tuple[LoadCase, ...]:
+    """The load cases of all tables.
+
+    Raises
+    ------
+    MountedSystemError   If a case cannot be; the message names the field.
+    """
+    builder = _Builder(surroundings)
+    cases: list[LoadCase] = []
+    for k, table in enumerate(tables):
+        with located("case", k):
+            cases += builder.build(table)
+        if len(cases) > MOST_CASES:
+            raise MountedSystemError(
+                f"case: there may be at most {MOST_CASES} cases, one for each direction; split the file."
+            )
+    name, count = Counter(case.name for case in cases).most_common(1)[0] if cases else ("", 0)
+    if count > 1:
+        raise MountedSystemError(f"case: {quoted(name)} is the name of {count} cases; give each direction once.")
+    return tuple(cases)
+
+
+@dataclass(frozen=True)
+class _Vibration:
+    """Base acceleration of any direction."""
+
+    kind: str
+    signal: Signal
+    duration: float
+    text: str
+    settling: float = 0.0
+
+
+class _Builder:
+    """Makes the load cases of one table at a time."""
+
+    def __init__(self, surroundings: Surroundings) -> None:
+        self.around = surroundings
+
+    @singledispatchmethod
+    def build(self, table: CaseTable) -> list[LoadCase]:
+        """The cases of a table."""
+        raise TypeError(f"No load case is made of {type(table).__name__}.")
+
+    @build.register
+    def _(self, table: PulseCase) -> list[LoadCase]:
+        signal, text = pulse_of(table, table.peak, table.velocity, "velocity", STANDARD_GRAVITY, "g")
+        return self._directed(table, _Vibration("pulse", signal, table.duration or 0.0, text))
+
+    @build.register
+    def _(self, table: SineCase) -> list[LoadCase]:
+        sine = table.sine
+        with located("sine"):
+            rate = 2.0 * math.pi * sine.frequency
+            if sine.amplitude is not None and sine.displacement is None:
+                amplitude = sine.amplitude
+            elif sine.displacement is not None and sine.amplitude is None:
+                amplitude = rate * rate * sine.displacement
+            else:
+                raise MountedSystemError("must have either `amplitude` or `displacement`; give one of them.")
+            signal = SineDwell(amplitude, sine.frequency, sine.duration, sine.soft_start)
+        text = f"sine of {_in_g(amplitude)} at {sine.frequency:.6g} Hz for {sine.duration:.4g} s"
+        settling = 0.5 * sine.duration if table.settling is None else table.settling
+        return self._directed(table, _Vibration("sine", signal, sine.duration, text, settling))
+
+    @build.register
+    def _(self, table: SweepCase) -> list[LoadCase]:
+        sweep = table.sweep
+        rate, is_logarithmic = sweep.rate
+        with located("sweep"):
+            amplitude = sweep_amplitude(sweep)
+            if is_logarithmic:
+                signal = SineSweep.at_octaves_per_minute(sweep.first, sweep.last, 60.0 * rate, amplitude)
+            else:
+                signal = SineSweep.at_hertz_per_second(sweep.first, sweep.last, rate, amplitude)
+        pace = f"{60.0 * rate:.4g} oct/min" if is_logarithmic else f"{rate:.4g} Hz/s"
+        text = f"sine sweep from {sweep.first:.6g} to {sweep.last:.6g} Hz at {pace}"
+        return self._directed(table, _Vibration("sweep", signal, signal.duration, text))
+
+    @build.register
+    def _(self, table: RandomCase) -> list[LoadCase]:
+        with located("random"):
+            density = LevelTable(self._density(table.random))
+            signal = RandomVibration(density, table.random.duration, table.random.seed)
+        text = (
+            f"random vibration of {_in_g(density.root_mean_square)} rms from {density.lowest:.6g} to "
+            f"{density.highest:.6g} Hz for {signal.duration:.4g} s"
+        )
+        settling = 0.1 * signal.duration if table.settling is None else table.settling
+        return self._directed(table, _Vibration("random", signal, signal.duration, text, settling))
+
+    @build.register
+    def _(self, table: DropCase) -> list[LoadCase]:
+        drop, gravity = table.drop, math.hypot(*self.around.gravity)
+        with located("drop"):
+            if drop.velocity is not None and drop.height is None:
+                speed = drop.velocity
+            elif drop.height is None or drop.velocity is not None:
+                raise MountedSystemError("must have either `height` or `velocity`; give one of them.")
+            elif gravity == 0.0:
+                raise MountedSystemError("`height` gives no velocity without gravity; give `velocity`.")
+            else:
+                speed = math.sqrt(2.0 * gravity * drop.height)
+        height = "" if drop.height is None else f" from {1e3 * drop.height:.6g} mm"
+        cases = []
+        for name, direction in self._directions(table, self._down()):
+            x, y, z = (speed * each for each in direction.vector)
+            text = f"drop{height}, {speed:.4g} m/s along {direction.text}"
+            duration = self._duration(table, 0.0)
+            cases.append(
+                LoadCase(name, "drop", duration, velocity=(x, y, z), weightless=True, text=_with_source(text, table))
+            )
+        return cases
+
+    @build.register
+    def _(self, table: RecordCase) -> list[LoadCase]:
+        record = table.record
+        columns = {name: getattr(record.columns, name) for name in type(record.columns).model_fields}
+        wanted = {
+            name: RecordColumn(
+                column, q.ANGULAR_VELOCITY if name[0] == "r" else q.ACCELERATION, getattr(record.units, name)
+            )
+            for name, column in columns.items()
+            if column is not None
+        }
+        with located("record"):
+            if not wanted:
+                raise MountedSystemError("`columns` must name one column or more, as in { x = 'ax', z = 3 }.")
+            content = self.around.files.record(record.file)
+            times, values = read_timed_columns(content, wanted, record.time, record.units.time)
+            channels = []
+            for name, column in values.items():
+                kind = ChannelKind.BASE_ANGULAR_VELOCITY if name[0] == "r" else ChannelKind.BASE_ACCELERATION
+                channels.append(Channel(kind, RecordedSignal(times, record.scale * column), _AXES[name[-1]]))
+            accelerated = [c.direction for c in channels if c.kind is ChannelKind.BASE_ACCELERATION]
+            if len(accelerated) == len(channels) and all(self._is_held(direction) for direction in accelerated):
+                raise MountedSystemError(f"no body can move along {' or '.join(values)}; see `motion` of the bodies.")
+        text = f"record {Path(record.file).name} of {', '.join(values)}"
+        duration = table.simulate or float(times[-1] - times[0]) + self.around.afterwards
+        return [
+            LoadCase(
+                table.name, "record", duration, tuple(channels), table.settling or 0.0, text=_with_source(text, table)
+            )
+        ]
+
+    @build.register
+    def _(self, table: ForceCase) -> list[LoadCase]:
+        force = table.force
+        with located("force"):
+            if force.body is None and len(self.around.bodies) > 1:
+                raise MountedSystemError(
+                    "must have `body` where there are several bodies; name the one that it acts on."
+                )
+            number = 0 if force.body is None else body_number(force.body, self.around.bodies)
+            signal, duration, text = self._force(force)
+        body = self.around.bodies[number]
+        place = force.place or body.center
+        cases = []
+        for name, direction in self._directions(table, None):
+            if np.linalg.norm(body.translations @ direction.vector) < _HELD:
+                raise MountedSystemError(
+                    f"{body.name} cannot move along {direction.text}, so that a force has no effect; see its `motion`."
+                )
+            channel = Channel(ChannelKind.FORCE, signal, direction.vector, number, place)
+            words = f"{text} on {body.name} along {direction.text}"
+            cases.append(
+                LoadCase(name, "force", self._duration(table, duration), (channel,), text=_with_source(words, table))
+            )
+        return cases
+
+    def _directed(self, table: DirectedCase, vibration: _Vibration) -> list[LoadCase]:
+        """The cases of a base acceleration along one direction or several."""
+        cases = []
+        for name, direction in self._directions(table, None):
+            if self._is_held(direction.vector):
+                raise MountedSystemError(
+                    f"no body can move along {direction.text}, which makes the case void; see their `motion`."
+                )
+            channel = Channel(ChannelKind.BASE_ACCELERATION, vibration.signal, direction.vector)
+            # Root mean squares are of the vibration alone, not of its decay.
+            settles = vibration.kind in ("sine", "random")
+            duration = self._duration(table, vibration.duration, settles)
+            if vibration.settling >= duration:
+                raise MountedSystemError(
+                    f"`settling` of {vibration.settling:.6g} s must be shorter than the simulated {duration:.6g} s."
+                )
+            text = _with_source(f"{vibration.text} along {direction.text}", table)
+            cases.append(LoadCase(name, vibration.kind, duration, (channel,), vibration.settling, text=text))
+        return cases
+
+    def _directions(self, table: DirectedCase, otherwise: Direction | None) -> Iterator[tuple[str, Direction]]:
+        """Names of cases with their directions."""
+        if table.direction is not None and table.directions is not None:
+            raise MountedSystemError("must have either `direction` or `directions`, got both; leave one out.")
+        directions: Sequence[Direction | None] = table.directions or [table.direction or otherwise]
+        for direction in directions:
+            if direction is None:
+                raise MountedSystemError("must have `direction`, such as '+x', or `directions`, a list; add one.")
+            yield (f"{table.name} {direction.text}" if len(directions) > 1 else table.name), direction
+
+    def _duration(self, table: CaseTable, of_load: float, is_settled: bool = False) -> float:
+        if table.simulate is None:
+            return of_load if is_settled else of_load + self.around.afterwards
+        if table.simulate < of_load:
+            raise MountedSystemError(
+                f"`simulate` must not end before the load does, at {of_load:.6g} s, got {table.simulate:.6g} s; "
+                "lengthen it or leave it out."
+            )
+        return table.simulate
+
+    def _is_held(self, direction: Vector) -> bool:
+        """Whether no body can move along a direction."""
+        return all(np.linalg.norm(body.translations @ direction) < _HELD for body in self.around.bodies)
+
+    def _down(self) -> Direction | None:
+        """Along gravity, if there is any."""
+        strength = math.hypot(*self.around.gravity)
+        if strength == 0.0:
+            return None
+        x, y, z = (each / strength for each in self.around.gravity)
+        return Direction((x, y, z), "gravity")
+
+    def _density(self, table: RandomTable) -> tuple[tuple[float, float], ...]:
+        if (table.psd is None) == (table.file is None):
+            raise MountedSystemError("must have either `psd` or `file`; give one of them.")
+        if table.psd is not None:
+            return table.psd
+        wanted = {
+            "frequency": RecordColumn(1, q.FREQUENCY, "Hz"),
+            "density": RecordColumn(2, q.ACCELERATION_DENSITY, table.unit),
+        }
+        columns = read_columns(self.around.files.record(table.file or ""), wanted)
+        return tuple(zip(columns["frequency"].tolist(), columns["density"].tolist(), strict=True))
+
+    def _force(self, table: ForceTableOfCase) -> tuple[Signal, float, str]:
+        """The signal, its duration, and it in words."""
+        if sum(given is not None for given in (table.pulse, table.table, table.file)) != 1:
+            raise MountedSystemError("must have one of `pulse`, `table` and `file`; give one of them.")
+        if table.pulse is not None:
+            signal, text = pulse_of(table, table.peak, table.impulse, "impulse", 1.0, "N")
+            return signal, table.duration or 0.0, text
+        if table.table is not None:
+            pulse = TabulatedPulse(table.table)
+            return pulse, pulse.duration, f"force of up to {pulse.peak:.6g} N by a table"
+        file = table.file or ""
+        times, values = read_timed_columns(
+            self.around.files.record(file),
+            {"force": RecordColumn(table.column, q.FORCE, table.unit)},
+            table.time,
+            table.time_unit,
+        )
+        record = RecordedSignal(times, values["force"])
+        return record, record.duration, f"force by {Path(file).name}"
+
+
+def _in_g(acceleration: float) -> str:
+    return f"{acceleration / STANDARD_GRAVITY:.4g} g"
+
+
+def _with_source(text: str, table: CaseTable) -> str:
+    return f"{text}; source: {table.source}" if table.source else text

@@ -1,0 +1,95 @@
+"""The axes of mount types in SYSTEM.toml, rotated as mounts are."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from ...errors import MountedSystemError
+from ...kernel.arrays import FloatArray
+from ...model.modelfile import ModelFile
+from ..bodies.mounted import MountAxis, Stops, Vector
+from .nominal import displacement_at
+from .system_tables import AxisTable, MountTypeTable, StopsTable, SystemTable
+from .table_refusals import located
+
+Models = Mapping[str, ModelFile]
+
+
+def rotated_axes(
+    name: str,
+    turn: tuple[float, ...],
+    *,
+    table: SystemTable,
+    models: Models,
+    known: dict[tuple[str, tuple[float, ...]], tuple[MountAxis, ...]],
+) -> tuple[MountAxis, ...]:
+    """The axes of a mount type, rotated by a rotation vector [rad], () for none."""
+    if (name, turn) not in known:
+        if not turn:
+            known[name, turn] = _unrotated(name, table.mount_type[name], models)
+        else:
+            rotation = Rotation.from_rotvec(turn)
+            known[name, turn] = tuple(
+                replace(axis, direction=_vector(rotation.apply(axis.direction)))
+                for axis in rotated_axes(name, (), table=table, models=models, known=known)
+            )
+    return known[name, turn]
+
+
+def _unrotated(name: str, table: MountTypeTable, models: Models) -> tuple[MountAxis, ...]:
+    axes = []
+    for k, axis in enumerate(table.axes):
+        with located("mount_type", name, "axes", k):
+            axes.append(_axis(axis, models[axis.model]))
+    directions = np.array([axis.direction for axis in axes])
+    if np.abs(directions @ directions.T - np.eye(len(axes))).max() > 1e-6:
+        raise MountedSystemError(
+            f"mount_type.{name}.axes: must be perpendicular to each other; they belong to one frame, which `rotate` "
+            "turns as a whole."
+        )
+    return tuple(axes)
+
+
+def _axis(table: AxisTable, model: ModelFile) -> MountAxis:
+    spring = model.parameters
+    if table.nominal is not None and table.preload is not None:
+        raise MountedSystemError("must have either `preload` or `nominal`, got both; leave one out.")
+    if table.nominal is not None:
+        nominal = table.nominal
+    else:
+        nominal = displacement_at(spring, table.preload or 0.0, table.preload is not None)
+    return MountAxis(
+        spring,
+        table.direction.vector,
+        nominal,
+        table.parallel,
+        table.series,
+        table.damping,
+        None if table.stops is None else _stops(table.stops, nominal),
+        table.model,
+    )
+
+
+def _stops(table: StopsTable, nominal: float) -> Stops:
+    if table.low is None and table.high is None:
+        raise MountedSystemError("`stops` must have `low` or `high`; give one, or leave the stops out.")
+    low = -math.inf if table.low is None else table.low
+    high = math.inf if table.high is None else table.high
+    if not low <= nominal <= high:
+        raise MountedSystemError(
+            f"the nominal displacement of {1e3 * nominal:.6g} mm must be between the stops, "
+            f"{1e3 * low:.6g} and {1e3 * high:.6g} mm, displacements of one spring as its model counts; correct "
+            "them."
+        )
+    return Stops(low, high, table.stiffness)
+
+
+def _vector(values: FloatArray) -> Vector:
+    length = math.hypot(*values.tolist())
+    x, y, z = (each / length for each in values.tolist())
+    return x, y, z

@@ -1,0 +1,296 @@
+"""Numbers with units as people write them, in SI: "12 mm", "40 g", "0.04 g^2/Hz", "3 oct/min", "100 N/mm", "5 kg m^2".
+
+A unit is a product of unit names, each with an optional power, and at most one division; lengths, forces and times are
+spelled as in records. A name that has several meanings takes the one that fits: "20 g" is a mass where a mass is asked
+for and 20 times standard gravity where an acceleration is; likewise "lb", a mass or a force.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+import unicodedata
+from collections.abc import Mapping
+from dataclasses import dataclass
+from itertools import product
+
+from ...errors import RecordError, StrandspringError
+from ...ground.strict_json import is_finite
+from ...records.units import kind_of_unit, quoted, unit_factor
+from ..bodies.mounted import STANDARD_GRAVITY
+
+Powers = tuple[int, int, int, int, int]  # of length, mass, time, angle, octaves
+
+_LONGEST = 60
+_MOST_FACTORS = 6
+_LARGEST_POWER = 4
+_NUMBER = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d{1,4})?)\s*(.*)", re.DOTALL)
+_TOKEN = re.compile(r"\*\*|[*·⋅/^()]|[+-]?\d+|[^\d\s*·⋅/^()+-]+|[+-]")
+_OPERATORS = frozenset("*·⋅/^()+-0123456789") | {""}
+_DECIMAL_COMMA = re.compile(r"\s*[+-]?\d+,\d")
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """A kind of quantity.
+
+    Parameters
+    ----------
+    name : str         For messages, such as "a length".
+    unit : str         In SI, for messages.
+    powers : Powers
+    example : str      Such as "12 mm".
+    """
+
+    name: str
+    unit: str
+    powers: Powers
+    example: str
+
+
+LENGTH = Quantity("a length", "m", (1, 0, 0, 0, 0), "12 mm")
+MASS = Quantity("a mass", "kg", (0, 1, 0, 0, 0), "20 kg")
+TIME = Quantity("a time", "s", (0, 0, 1, 0, 0), "11 ms")
+ANGLE = Quantity("an angle", "rad", (0, 0, 0, 1, 0), "40 deg")
+FORCE = Quantity("a force", "N", (1, 1, -2, 0, 0), "1.5 kN")
+VELOCITY = Quantity("a velocity", "m/s", (1, 0, -1, 0, 0), "3 m/s")
+ACCELERATION = Quantity("an acceleration", "m/s^2", (1, 0, -2, 0, 0), "15 g")
+ANGULAR_VELOCITY = Quantity("an angular velocity", "rad/s", (0, 0, -1, 1, 0), "10 deg/s")
+FREQUENCY = Quantity("a frequency", "Hz", (0, 0, -1, 0, 0), "20 Hz")
+STIFFNESS = Quantity("a stiffness", "N/m", (0, 1, -2, 0, 0), "100 N/mm")
+DAMPING = Quantity("a damping coefficient", "N s/m", (0, 1, -1, 0, 0), "50 N s/m")
+INERTIA = Quantity("a moment of inertia", "kg m^2", (2, 1, 0, 0, 0), "5 kg m^2")
+ACCELERATION_DENSITY = Quantity("a spectral density of acceleration", "(m/s^2)^2/Hz", (2, 0, -3, 0, 0), "0.04 g^2/Hz")
+OCTAVE_RATE = Quantity("a logarithmic sweep rate", "oct/s", (0, 0, -1, 0, 1), "3 oct/min")
+FREQUENCY_RATE = Quantity("a linear sweep rate", "Hz/s", (0, 0, -2, 0, 0), "10 Hz/s")
+_NUMBER_ALONE = Quantity("a number without unit", "1", (0, 0, 0, 0, 0), "1")
+
+QUANTITIES = (
+    LENGTH, MASS, TIME, ANGLE, FORCE, VELOCITY, ACCELERATION, ANGULAR_VELOCITY, FREQUENCY, STIFFNESS, DAMPING, INERTIA,
+    ACCELERATION_DENSITY, OCTAVE_RATE, FREQUENCY_RATE, _NUMBER_ALONE,
+)  # fmt: skip
+
+_OF_RECORDS = {"displacement": LENGTH.powers, "force": FORCE.powers, "time": TIME.powers}
+_ALONE = _NUMBER_ALONE.powers
+# Spellings whose case matters, then those in lower case that are accepted in any.
+_EXACT: Mapping[str, tuple[float, Powers]] = {
+    "mg": (1e-6, MASS.powers),
+    "Mg": (1e3, MASS.powers),
+    "t": (1e3, MASS.powers),
+    "mHz": (1e-3, FREQUENCY.powers),
+    "MHz": (1e6, FREQUENCY.powers),
+    "mrad": (1e-3, ANGLE.powers),
+}
+_ANY_CASE: Mapping[str, tuple[tuple[float, Powers], ...]] = {
+    "kg": ((1.0, MASS.powers),),
+    "g": ((1e-3, MASS.powers), (STANDARD_GRAVITY, ACCELERATION.powers)),
+    "gn": ((STANDARD_GRAVITY, ACCELERATION.powers),),
+    "lb": ((0.45359237, MASS.powers),),
+    "lbs": ((0.45359237, MASS.powers),),
+    "lbm": ((0.45359237, MASS.powers),),
+    "oz": ((0.028349523125, MASS.powers),),
+    "slug": ((14.593902937206365, MASS.powers),),
+    "hz": ((1.0, FREQUENCY.powers),),
+    "khz": ((1e3, FREQUENCY.powers),),
+    "rpm": ((1.0 / 60.0, FREQUENCY.powers), (math.pi / 30.0, ANGULAR_VELOCITY.powers)),
+    "rad": ((1.0, ANGLE.powers),),
+    "deg": ((math.pi / 180.0, ANGLE.powers),),
+    "°": ((math.pi / 180.0, ANGLE.powers),),
+    "oct": ((1.0, (0, 0, 0, 0, 1)),),
+    "octave": ((1.0, (0, 0, 0, 0, 1)),),
+    "octaves": ((1.0, (0, 0, 0, 0, 1)),),
+    "decade": ((math.log2(10.0), (0, 0, 0, 0, 1)),),
+    "decades": ((math.log2(10.0), (0, 0, 0, 0, 1)),),
+    "j": ((1.0, (2, 1, -2, 0, 0)),),
+    "w": ((1.0, (2, 1, -3, 0, 0)),),
+    "pa": ((1.0, (-1, 1, -2, 0, 0)),),
+    "1": ((1.0, _ALONE),),
+}
+
+
+class QuantityError(StrandspringError):
+    """A text is not a number with a unit of the quantity that is asked for."""
+
+
+def in_si(value: object, *quantities: Quantity) -> float:
+    """A number, which is in SI units, or a text of a number and its unit, in SI units.
+
+    Parameters
+    ----------
+    value : object
+    *quantities : Quantity   Those that the value may be.
+
+    Raises
+    ------
+    QuantityError            If it is something else, or not finite.
+
+    Examples
+    --------
+    >>> in_si("20 g", MASS), round(in_si("20 g", ACCELERATION), 3), in_si("100 N/mm", STIFFNESS), in_si(3, TIME)
+    (0.02, 196.133, 100000.0, 3.0)
+    """
+    return measured(value, *quantities)[0]
+
+
+def measured(value: object, *quantities: Quantity) -> tuple[float, Quantity]:
+    """Like `in_si`, with which of the quantities the value is; a number without unit is the first of them."""
+    wanted = _wanted(quantities)
+    if isinstance(value, int | float) and not isinstance(value, bool):
+        if not is_finite(value):
+            raise QuantityError(f"must be {wanted}, got a number that is not finite")
+        return float(value), quantities[0]
+    if not isinstance(value, str):
+        raise QuantityError(f"must be {wanted}, got {_named(value)}")
+    text = unicodedata.normalize("NFKC", value[: 2 * _LONGEST]).replace("\u2212", "-")
+    match = _NUMBER.fullmatch(text)
+    if len(value) > _LONGEST or match is None or _DECIMAL_COMMA.match(text):
+        comma = "; the decimal mark is a point" if _DECIMAL_COMMA.match(text) else ""
+        raise QuantityError(f"must be {wanted}, got {quoted(value)}{comma}")
+    number, unit = float(match[1]), match[2].strip()
+    if not unit:
+        raise QuantityError(
+            f"must be {wanted}, got {quoted(value)}; write the unit, or the number in {quantities[0].unit} without "
+            "quotation marks"
+        )
+    meanings = _meanings(unit, f"must be {wanted}, got {quoted(value)}")
+    for quantity in quantities:
+        for factor, powers in meanings:
+            if powers == quantity.powers:
+                if not math.isfinite(number * factor):
+                    raise QuantityError(f"must be {wanted}, got {quoted(value)}, which is not finite")
+                return number * factor, quantity
+    known = [each.name for _, powers in meanings for each in QUANTITIES if each.powers == powers]
+    raise QuantityError(
+        f"must be {wanted}, got {quoted(value)}, which is {' or '.join(dict.fromkeys(known)) or 'something else'}"
+    )
+
+
+def begins_with(text: str) -> float | None:
+    """The number in a text, of percents their hundredth; NaN if it has a unit, None if there is none.
+
+    Examples
+    --------
+    >>> begins_with("90 %"), begins_with("0.9"), begins_with("9 mm"), begins_with("most")
+    (0.9, 0.9, nan, None)
+    """
+    match = _NUMBER.fullmatch(text) if len(text) <= _LONGEST else None
+    if match is None:
+        return None
+    size = {"": 1.0, "%": 100.0}.get(match[2].strip(), math.nan)
+    return float(match[1]) / size
+
+
+def unit_in_si(unit: str, quantity: Quantity) -> float:
+    """SI units per unit, such as of a column.
+
+    Raises
+    ------
+    QuantityError   If it is not a unit of the quantity.
+    """
+    if not isinstance(unit, str) or len(unit) > _LONGEST:
+        raise QuantityError(f"must be the unit of {quantity.name}, such as '{quantity.example.split(' ', 1)[1]}'")
+    return measured(f"1 {unit}", quantity)[0]
+
+
+def _wanted(quantities: tuple[Quantity, ...]) -> str:
+    return " or ".join(f"{each.name} such as '{each.example}'" for each in quantities)
+
+
+def _named(value: object) -> str:
+    """What TOML calls a value."""
+    return {bool: "true or false", list: "a list", tuple: "a list", dict: "a table", type(None): "nothing"}.get(
+        type(value), "something else"
+    )
+
+
+def _meanings(unit: str, refusal: str) -> list[tuple[float, Powers]]:
+    """What a unit may mean: each its size in SI units and its powers."""
+    factors = _UnitReader(unit, refusal).factors()
+    if len(factors) > _MOST_FACTORS:
+        raise QuantityError(f"{refusal}, with more than {_MOST_FACTORS} units")
+    found: dict[Powers, float] = {}
+    for choice in product(*(_meanings_of_name(name, refusal) for name, _ in factors)):
+        size, powers = 1.0, _ALONE
+        for (factor, own), (_, power) in zip(choice, factors, strict=True):
+            size *= factor**power
+            powers = _sum(powers, own, power)
+        found.setdefault(powers, size)
+    return [(size, powers) for powers, size in found.items()]
+
+
+def _sum(powers: Powers, own: Powers, times: int) -> Powers:
+    length, mass, time, angle, octaves = (total + times * one for total, one in zip(powers, own, strict=True))
+    return length, mass, time, angle, octaves
+
+
+class _UnitReader:
+    """A unit as its names and their powers, by recursive descent."""
+
+    def __init__(self, text: str, refusal: str) -> None:
+        self.refusal = refusal
+        self.tokens = _TOKEN.findall(text.replace("·", "*").replace("⋅", "*"))[::-1]
+
+    def factors(self) -> list[tuple[str, int]]:
+        """All of them."""
+        found = self._quotient()
+        if self.tokens:
+            raise self._unclear()
+        return found
+
+    def _quotient(self) -> list[tuple[str, int]]:
+        found = self._power()
+        while self._next() not in ("", "/", ")"):
+            self._skip("*")
+            found += self._power()
+        if self._skip("/"):
+            found += [(name, -power) for name, power in self._power()]
+            if self._next() not in ("", ")"):
+                raise self._unclear("; put what stands below the division into parentheses, as in N/(m s)")
+        return found
+
+    def _power(self) -> list[tuple[str, int]]:
+        if self._skip("("):
+            base = self._quotient()
+            if not self._skip(")"):
+                raise self._unclear()
+        else:
+            name = self._next()
+            if not (name == "1" or name[:1] not in _OPERATORS):
+                raise self._unclear()
+            base = [(self.tokens.pop(), 1)]
+        raised = self._skip("^") or self._skip("**")
+        if not re.fullmatch(r"[+-]?\d", self._next()):
+            if raised:
+                raise self._unclear()
+            return base
+        exponent = int(self.tokens.pop())
+        found = [(name, power * exponent) for name, power in base]
+        if any(not 1 <= abs(power) <= _LARGEST_POWER for _, power in found):
+            raise self._unclear()
+        return found
+
+    def _next(self) -> str:
+        """The next token; "" at the end."""
+        return self.tokens[-1] if self.tokens else ""
+
+    def _skip(self, expected: str) -> bool:
+        if self._next() != expected:
+            return False
+        self.tokens.pop()
+        return True
+
+    def _unclear(self, advice: str = ", whose unit is not one") -> QuantityError:
+        return QuantityError(f"{self.refusal}{advice}")
+
+
+def _meanings_of_name(name: str, refusal: str) -> tuple[tuple[float, Powers], ...]:
+    found: list[tuple[float, Powers]] = [_EXACT[name]] if name in _EXACT else [*_ANY_CASE.get(name.casefold(), ())]
+    kind = kind_of_unit(name)
+    if kind is not None and kind != "other":
+        try:
+            found.append((unit_factor(name, kind), _OF_RECORDS[kind]))
+        except RecordError as problem:  # it could mean two things
+            raise QuantityError(f"{refusal}; {str(problem).rstrip('.')}") from None
+    if not found:
+        raise QuantityError(f"{refusal}, where {quoted(name)} is not a known unit")
+    return tuple(found)

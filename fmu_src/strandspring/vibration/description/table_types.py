@@ -1,0 +1,267 @@
+"""Types of the fields of SYSTEM.toml, each with the sentence that refuses another value and its JSON schema."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from difflib import get_close_matches
+from functools import cache, partial
+from types import UnionType
+from typing import Annotated, Any, Union, get_args, get_origin
+
+from pydantic import (
+    BaseModel,
+    ConfigDict,
+    Field,
+    GetCoreSchemaHandler,
+    PlainValidator,
+    ValidationInfo,
+    field_validator,
+    model_validator,
+)
+
+from ...ground.strict_json import is_finite
+from ...records.units import quoted
+from ..bodies.mounted import Vector
+from . import quantity_text as q
+
+_LONGEST_NAME = 80
+_LISTED = 20
+_AXES: Mapping[str, Vector] = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
+
+
+def suggestion(name: str, known: Sequence[str]) -> str:
+    """What is meant by an unknown name, or what there is, as the end of a sentence."""
+    near = get_close_matches(name[:_LONGEST_NAME], known, n=1)
+    if near:
+        return f"use {quoted(near[0])} if you mean that."
+    if not known:
+        return "there are none, so remove it."
+    more = f" and {len(known) - _LISTED} more" if len(known) > _LISTED else ""
+    return f"use one of {', '.join(map(quoted, known[:_LISTED]))}{more}."
+
+
+class Table(BaseModel):
+    """A table of the file; unknown keys are refused."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True, allow_inf_nan=False)
+
+    @model_validator(mode="before")
+    @classmethod
+    def _check_keys(cls, content: Any) -> Any:
+        if isinstance(content, dict):
+            known = list(cls.model_fields)
+            for key in content:
+                if key not in known:
+                    raise ValueError(f"{quoted(key)} is not a key here; {suggestion(key, known)}")
+        return content
+
+    @field_validator("*", mode="before")
+    @classmethod
+    def _check_text(cls, value: Any, info: ValidationInfo) -> Any:
+        """Refuse text with a number where only the number can stand, and say how to write it."""
+        name = str(info.field_name)
+        kind = _number_alone(cls, name) if isinstance(value, str) else None
+        number = None if kind is None else q.begins_with(value)
+        if number is None or (kind is int and number % 1.0 != 0.0 and not math.isnan(number)):
+            return value
+        about = (cls.model_fields[name].description or "").rstrip(".")
+        meaning = f" ({about[:1].lower()}{about[1:]})" if about else ""
+        # Fifteen digits are exact.
+        written = f"{number:.15g}" if abs(number) < 1e15 else "the number alone, without quotation marks"
+        raise ValueError(
+            f"must be a {'whole number' if kind is int else 'number'}{meaning}, got {quoted(value)}; write {written}"
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class ReadBy:
+    """Makes a type of a function that reads it.
+
+    Parameters
+    ----------
+    read : callable      Takes what stands in the file; raises ValueError with the rest of a sentence that begins with
+                         the field.
+    schema : mapping     JSON schema of what stands in the file.
+    """
+
+    read: Callable[[Any], Any]
+    schema: Mapping[str, Any]
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> Any:
+        return PlainValidator(self.read).__get_pydantic_core_schema__(source, handler)
+
+    def __get_pydantic_json_schema__(self, _core: Any, _handler: Any) -> dict[str, Any]:
+        return dict(self.schema)
+
+
+@cache
+def _number_alone(table: type[Table], name: str) -> type | None:
+    """float or int if that is what stands in a field, whether text may stand there or not; None if neither."""
+    field = table.model_fields[name]
+    return _number_in(field.annotation, field.metadata)
+
+
+def _number_in(annotation: Any, metadata: Sequence[Any]) -> type | None:
+    if any(isinstance(one, ReadBy) for one in metadata):
+        return None
+    if annotation in (float, int):
+        return annotation  # type: ignore[no-any-return]
+    if get_origin(annotation) is Annotated:
+        inner, *own = get_args(annotation)
+        return _number_in(inner, own)
+    forms = get_args(annotation) if get_origin(annotation) in (Union, UnionType) else ()
+    return next(filter(None, (_number_in(form, ()) for form in forms)), None)
+
+
+def _read_quantity(least: float, *kinds: q.Quantity) -> Callable[[Any], float]:
+    def read(value: Any) -> float:
+        number = q.in_si(value, *kinds)
+        if least > 0.0 and not number >= least:
+            raise ValueError(f"must be {kinds[0].name} > 0, got {_shown(value)}")
+        if least == 0.0 and not number >= 0.0:
+            raise ValueError(f"must be {kinds[0].name} >= 0, got {_shown(value)}")
+        return number
+
+    return read
+
+
+def _measured(kind: q.Quantity, least: float = -math.inf) -> ReadBy:
+    bound = {"minimum": 0} if least == 0.0 else {"exclusiveMinimum": 0} if least > 0.0 else {}
+    text = {"type": "string", "maxLength": 60, "pattern": r"^\s*[+-]?[0-9.]", "examples": [kind.example]}
+    schema = {
+        "anyOf": [{"type": "number", **bound}, text],
+        "description": f"{kind.name[:1].upper()}{kind.name[1:]}: a number in {kind.unit}, or text with its unit.",
+    }
+    return ReadBy(_read_quantity(least, kind), schema)
+
+
+_POSITIVE = 5e-324  # the least number above 0
+
+Length = Annotated[float, _measured(q.LENGTH)]
+PositiveLength = Annotated[float, _measured(q.LENGTH, _POSITIVE)]
+Mass = Annotated[float, _measured(q.MASS, _POSITIVE)]
+Duration = Annotated[float, _measured(q.TIME, _POSITIVE)]
+Time = Annotated[float, _measured(q.TIME, 0.0)]
+Angle = Annotated[float, _measured(q.ANGLE)]
+PositiveAngle = Annotated[float, _measured(q.ANGLE, _POSITIVE)]
+Force = Annotated[float, _measured(q.FORCE)]
+Velocity = Annotated[float, _measured(q.VELOCITY, _POSITIVE)]
+Acceleration = Annotated[float, _measured(q.ACCELERATION)]
+PositiveAcceleration = Annotated[float, _measured(q.ACCELERATION, _POSITIVE)]
+Frequency = Annotated[float, _measured(q.FREQUENCY, _POSITIVE)]
+Stiffness = Annotated[float, _measured(q.STIFFNESS, _POSITIVE)]
+Damping = Annotated[float, _measured(q.DAMPING, 0.0)]
+Inertia = Annotated[float, _measured(q.INERTIA)]
+PositiveInertia = Annotated[float, _measured(q.INERTIA, _POSITIVE)]
+
+
+def _read_rate(value: Any) -> tuple[float, bool]:
+    """A sweep rate above 0 and whether it is logarithmic."""
+    if not isinstance(value, str):
+        raise ValueError("must be a rate with its unit, such as '3 oct/min' or '10 Hz/s'")
+    rate, kind = q.measured(value, q.OCTAVE_RATE, q.FREQUENCY_RATE)
+    if not rate > 0.0:
+        raise ValueError(f"must be a rate > 0, got {quoted(value)}; a sweep down goes from the higher frequency")
+    return rate, kind is q.OCTAVE_RATE
+
+
+SweepRate = Annotated[
+    tuple[float, bool],
+    ReadBy(_read_rate, {"type": "string", "maxLength": 60, "examples": ["3 oct/min", "10 Hz/s"]}),
+]
+
+
+def _read_vector(value: Any, kind: q.Quantity) -> Vector:
+    if not (isinstance(value, list) and len(value) == 3):
+        raise ValueError(f"must be a list of three numbers x, y, z in {kind.unit}, got {_shown(value)}")
+    x, y, z = (q.in_si(each, kind) for each in value)
+    return x, y, z
+
+
+def _vector(kind: q.Quantity) -> ReadBy:
+    coordinate = {"anyOf": [{"type": "number"}, {"type": "string", "maxLength": 60}]}
+    return ReadBy(
+        partial(_read_vector, kind=kind),
+        {
+            "type": "array",
+            "items": coordinate,
+            "minItems": 3,
+            "maxItems": 3,
+            "description": f"x, y, z in {kind.unit}, or texts with units.",
+        },
+    )
+
+
+Place = Annotated[Vector, _vector(q.LENGTH)]
+AccelerationVector = Annotated[Vector, _vector(q.ACCELERATION)]
+
+
+@dataclass(frozen=True)
+class Direction:
+    """A unit vector and how it is written."""
+
+    vector: Vector
+    text: str
+
+
+def read_direction(value: Any) -> Direction:
+    """The direction "+x", "-z" or [1, 0, 1].
+
+    Raises
+    ------
+    ValueError   If it is none; the text is the rest of a sentence.
+    """
+    if isinstance(value, str):
+        axis = _AXES.get(value.strip()[-1:].lower())
+        sign = value.strip()[:-1]
+        if axis is None or sign not in ("", "+", "-"):
+            raise ValueError(f"must be '+x', '-x', '+y', '-y', '+z', '-z' or three numbers, got {quoted(value)}")
+        factor = -1.0 if sign == "-" else 1.0
+        x, y, z = (factor * each if each else 0.0 for each in axis)
+        return Direction((x, y, z), f"{sign or '+'}{value.strip()[-1:].lower()}")
+    if not (isinstance(value, list) and len(value) == 3 and all(is_finite(each) for each in value)):
+        raise ValueError(f"must be three numbers, or a text such as '+x', got {_shown(value)}")
+    # The largest first, so that neither squares nor their sum leave the range of a double.
+    largest = max(abs(float(each)) for each in value)
+    if largest == 0.0:
+        raise ValueError("must be a direction, got three zeros")
+    scaled = [float(each) / largest for each in value]
+    length = math.hypot(*scaled)
+    x, y, z = (each / length for each in scaled)
+    return Direction((x, y, z), f"({', '.join(f'{float(each):g}' for each in value)})")
+
+
+_DIRECTION_SCHEMA = {
+    "anyOf": [
+        {"type": "string", "pattern": "^[+-]?[xyzXYZ]$"},
+        {"type": "array", "items": {"type": "number"}, "minItems": 3, "maxItems": 3},
+    ],
+    "description": "'+x', '-z' and the like, or a vector of any length.",
+}
+NamedDirection = Annotated[Direction, ReadBy(read_direction, _DIRECTION_SCHEMA)]
+
+
+def _read_name(value: Any) -> str:
+    if not isinstance(value, str):
+        raise ValueError(f"must be text, got {_shown(value)}")
+    if not (1 <= len(value) <= _LONGEST_NAME and value.isprintable() and value.strip() == value):
+        raise ValueError(
+            f"must be a name of 1 to {_LONGEST_NAME} printable characters without blanks at its ends, got "
+            f"{quoted(value)}"
+        )
+    return value
+
+
+Name = Annotated[str, ReadBy(_read_name, {"type": "string", "minLength": 1, "maxLength": _LONGEST_NAME})]
+FilePath = Annotated[str, Field(min_length=1, max_length=1000)]
+Text = Annotated[str, Field(max_length=2000)]
+
+
+def _shown(value: Any) -> str:
+    """What stands in a file, for a message."""
+    if isinstance(value, str):
+        return quoted(value)
+    text = repr(value)
+    return text if len(text) <= 60 else text[:57] + "..."

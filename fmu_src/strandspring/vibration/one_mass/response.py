@@ -1,0 +1,220 @@
+"""What a designer reads off the steady motions: transmissibility, resonance, equivalent stiffness and damping."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, fields
+from functools import cached_property, partial
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...kernel.arrays import FloatArray
+from ...kernel.balance import MotionSummary
+from ...kernel.path import PathSolver
+from ...loops.modelled import steady_loop_figures
+from .continuation import SteadyMotion, follow, refine_peak, refine_superharmonics
+from .curve_points import ResponsePoint, displacement_limits, response_columns, transmissibility
+from .harmonic_balance import HARMONICS, SAMPLES, HarmonicBalance
+from .system import Excitation, IsolatedMass, IsolationError, static_equilibrium
+
+# Superharmonic resonances lie at half the resonance's frequency and below.
+_SUPERHARMONIC = 0.7
+
+
+@dataclass(frozen=True)
+class Resonance:
+    """Figures of one level.
+
+    Attributes
+    ----------
+    frequency, transmissibility, amplitude : float   At the greatest transmissibility [Hz], [-], [m].
+    stiffness : float                 Secant stiffness of the mount's loop there [N/m].
+    loss_factor : float               Of the same loop, viscous damping of the mount included [-].
+    isolation_frequency : float       From here on the transmissibility stays below 1 [Hz]; NaN if it does nowhere.
+    inside : bool                     Whether the greatest lies inside the band, not at one of its ends.
+    """
+
+    frequency: float
+    transmissibility: float
+    amplitude: float
+    stiffness: float
+    loss_factor: float
+    isolation_frequency: float
+    inside: bool
+
+
+@dataclass(frozen=True, eq=False)
+class FrequencyResponse:
+    """Steady motions of one level over a band, in the order of the curve, and their figures.
+
+    Attributes
+    ----------
+    excitation : Excitation
+    level : float                             Amplitude [m], [m/s^2] or [N].
+    columns : mapping of ndarray, shape (P,)  What `ResponsePoint` names, over all points.
+    resonance : Resonance
+    natural_frequency : float                 Of small motion about the static equilibrium [Hz].
+    """
+
+    excitation: Excitation
+    level: float
+    columns: Mapping[str, NDArray[Any]]
+    resonance: Resonance
+    natural_frequency: float
+
+    @cached_property
+    def points(self) -> tuple[ResponsePoint, ...]:
+        """The points of the curve."""
+        rows = zip(*(self.columns[field.name].tolist() for field in fields(ResponsePoint)), strict=True)
+        return tuple(ResponsePoint(*row) for row in rows)
+
+    @property
+    def level_text(self) -> str:
+        """The level in the unit that people read."""
+        return self.excitation.level_text(self.level)
+
+    @property
+    def extrapolating(self) -> bool:
+        """Whether the spring leaves the identified range anywhere on the curve."""
+        return bool(self.columns["extrapolating"].any())
+
+    def column(self, name: str) -> FloatArray:
+        """One attribute of all points, shape (P,)."""
+        return self.columns[name].astype(np.float64)
+
+    @property
+    def unstable(self) -> NDArray[np.bool_]:
+        """Points between two folds, shape (P,)."""
+        return ~self.columns["stable"].astype(bool)
+
+    @property
+    def dotted(self) -> NDArray[np.bool_]:
+        """Unstable points with their stable neighbours, shape (P,): drawn so, the curve has no gaps."""
+        unstable = self.unstable
+        return np.asarray(unstable | np.append(unstable[1:], False) | np.insert(unstable[:-1], 0, False))
+
+
+def frequency_response(
+    system: IsolatedMass,
+    excitation: Excitation,
+    level: float,
+    frequencies: Sequence[float] | FloatArray,
+    extrapolate: bool = False,
+    harmonics: int = HARMONICS,
+    samples: int = SAMPLES,
+    resolve: bool = False,
+    advance: Callable[[float], None] = lambda _: None,
+) -> FrequencyResponse:
+    """Steady motion of a mass on a mount over a band of frequencies, through folds if there are any.
+
+    Parameters
+    ----------
+    system : IsolatedMass
+    excitation : Excitation
+    level : float                Amplitude [m], [m/s^2] or [N], > 0.
+    frequencies : array_like     Shape (F,), F >= 2, rising [Hz], > 0.
+    extrapolate : bool           Go on where the motion leaves the identified range.
+    harmonics, samples : int     Of the Fourier series, and per period.
+    resolve : bool               Add points to the superharmonic resonances that the frequencies meet, for a plot.
+    advance : callable           Is called with the number of frequencies done.
+
+    Returns
+    -------
+    FrequencyResponse
+
+    Raises
+    ------
+    IsolationError   If there is no static equilibrium, an argument is out of bounds, the motion leaves the identified
+                     range, or no steady motion is found.
+    """
+    band = checked_band(frequencies)
+    if not (math.isfinite(level) and level > 0.0):
+        raise IsolationError(f"`level` must be finite and > 0 [{excitation.unit}], got {level!r}.")
+    balance = HarmonicBalance(system, excitation, level, harmonics, samples)
+    limits = displacement_limits(system.spring, extrapolate)
+    equilibrium = static_equilibrium(system)
+    linear = partial(balance.linear_motion, equilibrium)
+    motions = []
+    for motion in follow(balance, linear, 2.0 * np.pi * band, limits, advance):
+        _check_range(balance, motion, limits)
+        motions.append(motion)
+    motions = refine_peak(balance, motions, lambda at: transmissibility(balance, at))
+    if resolve:
+        peak = motions[int(np.argmax(transmissibility(balance, motions)))]
+        motions = refine_superharmonics(balance, motions, _SUPERHARMONIC * peak.omega)
+    for motion in motions:
+        _check_range(balance, motion, limits)
+    columns = response_columns(balance, motions)
+    return FrequencyResponse(excitation, level, columns, _resonance(system, columns), equilibrium.frequency)
+
+
+def checked_band(frequencies: Sequence[float] | FloatArray) -> FloatArray:
+    """Frequencies of a band [Hz] as an array.
+
+    Raises
+    ------
+    IsolationError   Unless they are at least two, finite, > 0 and rising.
+    """
+    band = np.asarray(frequencies, dtype=np.float64)
+    if band.ndim != 1 or band.size < 2:
+        raise IsolationError(f"`frequencies` must be at least two, got shape {band.shape}.")
+    bad = np.flatnonzero(~(np.isfinite(band) & (band > 0.0)))
+    if bad.size:
+        raise IsolationError(f"Every frequency must be finite and > 0 [Hz], got {float(band[bad[0]])!r}.")
+    if np.any(np.diff(band) <= 0.0):
+        raise IsolationError("`frequencies` must rise.")
+    return band
+
+
+def _check_range(balance: HarmonicBalance, motion: SteadyMotion[MotionSummary], limits: tuple[float, float]) -> None:
+    """Refuse a motion that leaves the identified range."""
+    low, high = motion.summary.low, motion.summary.high
+    if low < limits[0] or high > limits[1]:
+        p, level = balance.system.spring, balance.excitation.level_text(balance.level)
+        raise IsolationError(
+            f"At {motion.omega / (2.0 * np.pi):.4g} Hz and a level of {level} the spring moves from {1e3 * low:.4g} to "
+            f"{1e3 * high:.4g} mm, outside the identified range of "
+            f"{1e3 * p.displacement_min:.4g} to {1e3 * p.displacement_max:.4g} mm; use a lower level, more "
+            "springs, or a model identified over a larger range."
+        )
+
+
+def _resonance(system: IsolatedMass, columns: Mapping[str, NDArray[Any]]) -> Resonance:
+    frequency, ratio = columns["frequency"], columns["transmissibility"]
+    peak = int(np.argmax(ratio))
+    figures = steady_loop_figures(
+        PathSolver(system.spring), float(columns["least"][peak]), float(columns["greatest"][peak])
+    )
+    stiffness = system.stiffness_scale * figures.secant_stiffness
+    viscous = 2.0 * math.pi * float(frequency[peak]) * system.damping / stiffness
+    return Resonance(
+        frequency=float(frequency[peak]),
+        transmissibility=float(ratio[peak]),
+        amplitude=float(columns["amplitude"][peak]),
+        stiffness=stiffness,
+        loss_factor=figures.loss_factor + viscous,
+        isolation_frequency=isolation_frequency(frequency, ratio),
+        inside=0 < peak < ratio.size - 1,
+    )
+
+
+def isolation_frequency(frequency: FloatArray, ratio: FloatArray) -> float:
+    """Where the transmissibility falls below 1 for good [Hz]; NaN if it does nowhere.
+
+    Parameters
+    ----------
+    frequency, ratio : ndarray, shape (P,)   Points of a curve in its order [Hz], [-].
+    """
+    above = np.flatnonzero(~(ratio < 1.0))
+    if above.size == 0:
+        return float(frequency[0])
+    last = int(above[-1])
+    if last + 1 == ratio.size:
+        return math.nan
+    # Above the resonance of a mass on a plain spring 1/ratio is (frequency/resonance)^2 - 1.
+    low, high = frequency[last] ** 2, frequency[last + 1] ** 2
+    share = (1.0 - 1.0 / ratio[last]) / (1.0 / ratio[last + 1] - 1.0 / ratio[last])
+    return math.sqrt(low + share * (high - low))

@@ -1,0 +1,196 @@
+"""One mass on hysteretic springs: the mount, its load and its excitation.
+
+With z the displacement of the mount (mass relative to base, S springs in series sharing it, P such rows side by side),
+y the displacement of the base and L the static load,
+
+    m*z'' + c*z' + P*r(z/S) = L - m*y'' + f(t).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from enum import Enum
+
+import numpy as np
+
+from ...core.parameters import SpringParameters
+from ...errors import StrandspringError
+from ...kernel.path import PathSolver
+
+STANDARD_GRAVITY = 9.80665  # m/s^2
+# Levels of base displacement where none are given, shares of the free travel; help and results of `isolate` name them.
+DEFAULT_SHARES = (0.005, 0.01, 0.02)
+# Far beyond what any spring of this program carries; squares of its frequencies are numbers all the same.
+MASS_RANGE = (1e-20, 1e20)
+MOST_SPRINGS = 1_000_000  # side by side, and in series
+_GRID = 2001  # displacements over the identified range among which the static equilibrium is looked for
+
+
+class IsolationError(StrandspringError):
+    """The mass cannot be isolated by this mount, or a study of it cannot be run."""
+
+
+class Excitation(Enum):
+    """What shakes the system; the value is how people name it."""
+
+    BASE_DISPLACEMENT = "base displacement"
+    BASE_ACCELERATION = "base acceleration"
+    FORCE = "force"
+
+    @property
+    def unit(self) -> str:
+        """SI unit of its level."""
+        return {"base displacement": "m", "base acceleration": "m/s^2", "force": "N"}[self.value]
+
+    def level_text(self, level: float) -> str:
+        """A level in the unit that people read."""
+        return f"{1e3 * level:.4g} mm" if self is Excitation.BASE_DISPLACEMENT else f"{level:.4g} {self.unit}"
+
+
+@dataclass(frozen=True)
+class IsolatedMass:
+    """A mass on a mount of equal springs.
+
+    Parameters
+    ----------
+    spring : SpringParameters
+    mass : float          [kg], > 0, within MASS_RANGE.
+    load : float or None  Static load along the mount's axis, positive as the force [N]; the weight if None.
+    parallel : int        Rows of springs side by side.
+    series : int          Springs in series in each row.
+    damping : float       Viscous damping of the whole mount, besides the springs' hysteresis [N s/m].
+
+    Raises
+    ------
+    IsolationError        If a value is out of its bounds.
+    """
+
+    spring: SpringParameters
+    mass: float
+    load: float | None = None
+    parallel: int = 1
+    series: int = 1
+    damping: float = 0.0
+
+    def __post_init__(self) -> None:
+        if not (math.isfinite(self.mass) and self.mass > 0.0):
+            raise IsolationError(f"`mass` must be finite and > 0 [kg], got {self.mass!r}.")
+        if not MASS_RANGE[0] <= self.mass <= MASS_RANGE[1]:
+            raise IsolationError(
+                f"`mass` must be within [{MASS_RANGE[0]:g}, {MASS_RANGE[1]:g}] kg, got {self.mass!r}; check its unit."
+            )
+        if self.load is not None and not math.isfinite(self.load):
+            raise IsolationError(f"`load` must be finite [N], got {self.load!r}.")
+        for name, count in (("parallel", self.parallel), ("series", self.series)):
+            if count not in range(1, MOST_SPRINGS + 1):
+                raise IsolationError(f"`{name}` must be a whole number from 1 to {MOST_SPRINGS}, got {count!r}.")
+        if not (math.isfinite(self.damping) and self.damping >= 0.0):
+            raise IsolationError(f"`damping` must be finite and >= 0 [N s/m], got {self.damping!r}.")
+
+    @property
+    def static_load(self) -> float:
+        """Load along the axis [N]."""
+        return self.mass * STANDARD_GRAVITY if self.load is None else self.load
+
+    @property
+    def stiffness_scale(self) -> float:
+        """Stiffness of the mount over that of one spring, P/S."""
+        return self.parallel / self.series
+
+
+@dataclass(frozen=True)
+class StaticEquilibrium:
+    """Static equilibrium of the mass.
+
+    Attributes
+    ----------
+    displacement : float         Of one spring, midway in the hysteresis (omega = 0) [m].
+    sag : float                  Of the mount, from where its springs' force is zero at omega = 0 [m]; NaN if that lies
+                                 outside the identified range.
+    least, greatest : float      Equilibria of one spring with the hysteresis saturated, loaded from below and unloaded
+                                 from above [m]; held at the ends of the identified range.
+    stiffness : float            Of the mount for small motion about the equilibrium, hysteresis unsaturated [N/m].
+    frequency : float            sqrt(stiffness/mass)/(2 pi) [Hz].
+    """
+
+    displacement: float
+    sag: float
+    least: float
+    greatest: float
+    stiffness: float
+    frequency: float
+
+
+def static_equilibrium(system: IsolatedMass) -> StaticEquilibrium:
+    """Find the static equilibrium under the load.
+
+    Raises
+    ------
+    IsolationError   If there is none within the identified range, or it is not stable.
+    """
+    p = system.spring
+    solver = PathSolver(p)
+    grid = np.linspace(p.displacement_min, p.displacement_max, _GRID)
+    each = system.static_load / system.parallel
+
+    def backbone(omega: float) -> np.ndarray:
+        return solver.force_with_partials(grid, np.full(_GRID, omega))[0]
+
+    middle = backbone(0.0)
+    if not middle.min() <= each <= middle.max():
+        raise IsolationError(
+            f"The static load of {each:.6g} N on each spring must lie within the forces of the identified range, "
+            f"{middle.min():.6g} to {middle.max():.6g} N{_masses(system, middle)}; use another mass, load or number of "
+            "springs."
+        )
+    equilibrium = _crossing(grid, middle, each)
+    zero = _crossing(grid, middle, 0.0) if middle.min() <= 0.0 <= middle.max() else math.nan
+    _, by_displacement, by_omega = solver.force_with_partials(np.array([equilibrium]), np.zeros(1))
+    stiffness = system.stiffness_scale * float(by_displacement[0] + p.rho * by_omega[0])
+    if not stiffness > 0.0:
+        raise IsolationError(
+            f"The static equilibrium at {1e3 * equilibrium:.6g} mm is not stable, because the force falls there as the "
+            "displacement rises; use another mass or load."
+        )
+    # Loaded from below omega is 1 at most, unloaded from above -1 at least; the first place with the load holds.
+    from_below = np.maximum.accumulate(backbone(1.0))
+    from_above = np.minimum.accumulate(backbone(-1.0)[::-1])[::-1]
+    reached = [float(np.interp(each, forces, grid)) for forces in (from_below, from_above)]
+    return StaticEquilibrium(
+        displacement=equilibrium,
+        sag=system.series * (equilibrium - zero),
+        least=min(reached),
+        greatest=max(reached),
+        stiffness=stiffness,
+        frequency=math.sqrt(stiffness / system.mass) / (2.0 * math.pi),
+    )
+
+
+def free_travel(system: IsolatedMass, equilibrium: StaticEquilibrium) -> float:
+    """Distance of the mount from static equilibrium to the nearer end of the identified range [m]."""
+    p = system.spring
+    return system.series * min(
+        equilibrium.displacement - p.displacement_min, p.displacement_max - equilibrium.displacement
+    )
+
+
+def _masses(system: IsolatedMass, forces: np.ndarray) -> str:
+    """Which masses rest within these forces of one spring, in words; nothing where the load is not the weight."""
+    if system.load is not None:
+        return ""
+    least, greatest = (
+        max(0.0, float(end)) * system.parallel / STANDARD_GRAVITY for end in (forces.min(), forces.max())
+    )
+    return f", where {least:.6g} to {greatest:.6g} kg can rest" if greatest > 0.0 else ", where no mass can rest"
+
+
+def _crossing(grid: np.ndarray, force: np.ndarray, level: float) -> float:
+    """First displacement at which a sampled force rises through a level within its range; falls through it if none."""
+    below, above = force[:-1] < level, force[1:] >= level
+    for cells in (np.flatnonzero(below & above), np.flatnonzero(below != ~above)):
+        if cells.size:
+            cell = int(cells[0])
+            share = (level - force[cell]) / (force[cell + 1] - force[cell])
+            return float(grid[cell] + share * (grid[cell + 1] - grid[cell]))
+    return float(grid[np.argmin(np.abs(force - level))])

@@ -1,0 +1,167 @@
+"""Shock response spectra: the largest responses of oscillators to an acceleration, over their natural frequency."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from enum import Enum
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ...errors import MountedSystemError
+from ...kernel.arrays import FloatArray, floats
+from ...kernel.shock import largest_responses
+from .averaging import LARGEST_SIGNAL, check_interval
+from .level_table import FREQUENCY_RANGE
+
+# Natural frequency times sampling interval: beyond the first a caution, beyond the second a refusal. A signal that is
+# straight between its samples has lost a share 1 - sinc(f*dt)^2 of what it holds at f, 3.3 % and 19 %. An extremum of
+# the response between two samples is that of a cubic, with an error up to (2*pi*f*dt)^4/384, 0.04 % and 1.6 %.
+_COARSE, _COARSEST = 0.1, 0.25
+MOST_FREQUENCIES = 100_000
+
+
+class Response(Enum):
+    """The response whose extrema a spectrum shows; the value is its unit."""
+
+    ACCELERATION = "m/s^2"  # absolute
+    DISPLACEMENT = "m"  # relative to the base
+    PSEUDO_VELOCITY = "m/s"  # 2*pi*f times the relative displacement
+
+
+@dataclass(frozen=True, eq=False)
+class ShockSpectrum:
+    """Largest responses of oscillators that are at rest before.
+
+    Parameters
+    ----------
+    frequency : ndarray, shape (F,)            Natural frequencies [Hz].
+    primary_positive : ndarray, shape (F,)     Largest response during the samples, >= 0.
+    primary_negative : ndarray, shape (F,)     Smallest during the samples, <= 0.
+    residual_positive : ndarray, shape (F,)    Largest after the samples.
+    residual_negative : ndarray, shape (F,)    Smallest after the samples.
+    damping : float                            Share of critical damping.
+    response : Response
+    cautions : tuple of str
+    """
+
+    frequency: FloatArray
+    primary_positive: FloatArray
+    primary_negative: FloatArray
+    residual_positive: FloatArray
+    residual_negative: FloatArray
+    damping: float
+    response: Response
+    cautions: tuple[str, ...] = ()
+
+    @property
+    def primary(self) -> FloatArray:
+        """Largest magnitude during the samples, shape (F,)."""
+        return np.maximum(self.primary_positive, -self.primary_negative)
+
+    @property
+    def residual(self) -> FloatArray:
+        """Largest magnitude after the samples, shape (F,)."""
+        return np.maximum(self.residual_positive, -self.residual_negative)
+
+    @property
+    def positive(self) -> FloatArray:
+        """Largest response, shape (F,)."""
+        return np.maximum(self.primary_positive, self.residual_positive)
+
+    @property
+    def negative(self) -> FloatArray:
+        """Smallest response, shape (F,)."""
+        return np.minimum(self.primary_negative, self.residual_negative)
+
+    @property
+    def maximax(self) -> FloatArray:
+        """Largest magnitude, shape (F,)."""
+        return np.maximum(self.positive, -self.negative)
+
+
+def shock_spectrum(
+    samples: ArrayLike,
+    interval: float,
+    frequency: ArrayLike,
+    damping: float = 0.05,
+    response: Response = Response.ACCELERATION,
+) -> ShockSpectrum:
+    """Shock response spectrum of an acceleration, straight between its samples and 0 after the last.
+
+    Parameters
+    ----------
+    samples : array_like, shape (K,)      Acceleration [m/s^2], K >= 2.
+    interval : float                      Between two samples [s].
+    frequency : array_like, shape (F,)    Natural frequencies of the oscillators [Hz].
+    damping : float                       Share of critical damping, >= 0 and < 1; 0.05 is a quality factor of 10.
+    response : Response
+
+    Raises
+    ------
+    MountedSystemError                    If an argument is out of its bounds, or the samples are too coarse for a
+                                          frequency.
+    """
+    x, f = floats(samples), np.atleast_1d(floats(frequency))
+    _check(x, interval, f, damping)
+    coarse = np.flatnonzero(f * interval > _COARSE)
+    cautions: tuple[str, ...] = ()
+    if coarse.size:
+        largest = float(f.max())
+        lost = 1.0 - float(np.sinc(largest * interval)) ** 2 + (2.0 * math.pi * largest * interval) ** 4 / 384.0
+        cautions = (
+            f"The samples are coarse for {coarse.size} of the {f.size} natural frequencies, which are above a tenth of "
+            f"the sampling rate of {1.0 / interval:g} Hz: the spectrum may be too low, at {largest:g} Hz by up to "
+            f"{100.0 * lost:.2g} %; sample faster.",
+        )
+    w = 2.0 * np.pi * f
+    found = largest_responses(x, w * interval, damping, response is not Response.ACCELERATION)
+    scale = {
+        Response.ACCELERATION: np.ones_like(w),
+        Response.DISPLACEMENT: w**-2.0,
+        Response.PSEUDO_VELOCITY: 1.0 / w,
+    }[response]
+    extrema = scale * found.T
+    return ShockSpectrum(f, extrema[0], extrema[1], extrema[2], extrema[3], damping, response, cautions)
+
+
+def octave_frequencies(low: float, high: float, per_octave: int = 12) -> FloatArray:
+    """Frequencies from low to high at equal ratios, at least `per_octave` in an octave, shape (F,) [Hz]."""
+    if not 0.0 < low < high < math.inf:
+        raise MountedSystemError(f"A range of frequencies must rise from > 0 [Hz], got {low!r} to {high!r}.")
+    intervals = max(1, math.ceil(per_octave * math.log2(high / low) * (1.0 - 1e-12)))
+    if not (per_octave >= 1 and intervals < MOST_FREQUENCIES):
+        raise MountedSystemError(
+            f"There must be 1 frequency per octave or more and at most {MOST_FREQUENCIES:,} in all, got {per_octave!r} "
+            f"per octave from {low:g} to {high:g} Hz."
+        )
+    return np.geomspace(low, high, intervals + 1)
+
+
+def _check(samples: FloatArray, interval: float, frequency: FloatArray, damping: float) -> None:
+    if samples.ndim != 1 or samples.size < 2 or not np.all(np.abs(samples) <= LARGEST_SIGNAL):
+        raise MountedSystemError(
+            f"A shock response spectrum needs two samples or more, finite and within +-{LARGEST_SIGNAL:g} m/s^2."
+        )
+    check_interval(interval)
+    if not 0.0 <= damping < 1.0:
+        raise MountedSystemError(
+            f"The damping of a shock response spectrum must be a share of critical damping within [0, 1), got "
+            f"{damping!r}; a quality factor Q is 1/(2*Q)."
+        )
+    if (
+        frequency.ndim != 1
+        or not 1 <= frequency.size <= MOST_FREQUENCIES
+        or not np.all(frequency >= FREQUENCY_RANGE[0])
+    ):
+        raise MountedSystemError(
+            f"A shock response spectrum needs 1 to {MOST_FREQUENCIES:,} natural frequencies in a row, each >= "
+            f"{FREQUENCY_RANGE[0]:g} Hz."
+        )
+    highest = float(frequency.max())
+    if not highest * interval <= _COARSEST:
+        raise MountedSystemError(
+            f"A natural frequency of {highest:g} Hz is beyond a quarter of the sampling rate of {1.0 / interval:g} Hz; "
+            f"end the spectrum at {_COARSEST / interval:g} Hz or sample faster."
+        )

@@ -1,0 +1,154 @@
+"""Histories of a load case with the spectra of the points, and of the base beside them.
+
+They are of one more run, from the static equilibrium with the largest acceleration. A shock is run with steps fine
+enough for a shock response spectrum up to 2 kHz, where that takes no more rows than are kept.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ...errors import MountedSystemError
+from ...kernel.arrays import FloatArray
+from ...kernel.motion import Histories
+from ..bodies.loads import ChannelKind, LoadCase
+from ..bodies.mounted import MountedSystem
+from ..bodies.simulation import CaseRun, run_with_histories
+from ..bodies.solving import solver
+from ..signals.shock_spectra import ShockSpectrum, octave_frequencies, shock_spectrum
+from ..signals.spectra import PowerSpectrum, power_spectrum
+from .case_cautions import Caution, CautionKind
+
+SRS_DAMPING, SRS_PER_OCTAVE, SRS_LOWEST, SRS_HIGHEST = 0.05, 12, 1.0, 2000.0
+_SAMPLES_PER_PERIOD = 10.0  # at the upper end of a shock response spectrum
+_SEGMENTS = 16.0  # of the history of a power spectrum, before they overlap
+_MOST_ROWS, _MOST_NUMBERS = 400_000, 10_000_000  # of histories
+_ROUNDING = 1e-9  # of a number of steps
+SHOCKS, VIBRATIONS = ("pulse", "drop", "record", "force"), ("random",)
+
+
+@dataclass(frozen=True, eq=False)
+class Courses:
+    """Histories of a load case and their spectra.
+
+    Attributes
+    ----------
+    run : CaseRun                           From whose static equilibrium they are.
+    step, interval : float                  Of the integration, and of the rows [s].
+    histories : Histories
+    base : ndarray, shape (K, 3)            Acceleration of the base, averages about each row's time [m/s^2].
+    shock : tuple of tuple of ShockSpectrum       Of each point along x, y and z; empty for a vibration.
+    base_shock : tuple of ShockSpectrum           Of the base along x, y and z; empty where it is not accelerated.
+    power : tuple of tuple of PowerSpectrum       Of each point; empty unless the case is random.
+    base_power : tuple of PowerSpectrum
+    cautions : tuple of Caution
+    """
+
+    run: CaseRun
+    step: float
+    interval: float
+    histories: Histories
+    base: FloatArray
+    shock: tuple[tuple[ShockSpectrum, ...], ...] = ()
+    base_shock: tuple[ShockSpectrum, ...] = ()
+    power: tuple[tuple[PowerSpectrum, ...], ...] = ()
+    base_power: tuple[PowerSpectrum, ...] = ()
+    cautions: tuple[Caution, ...] = ()
+
+    @property
+    def size(self) -> int:
+        """How many numbers its histories hold."""
+        of = self.histories
+        return of.acceleration.size + of.sway.size + of.displacement.size + of.force.size
+
+
+def courses(system: MountedSystem, case: LoadCase, run: CaseRun) -> Courses:
+    """Run a load case once more for its histories, and take its spectra.
+
+    Parameters
+    ----------
+    system : MountedSystem
+    case : LoadCase
+    run : CaseRun            Where to begin, and with which step at most.
+    """
+    numbers = 6 * len(system.points) + 2 * sum(1 for _ in system.axes())
+    most = max(2, min(_MOST_ROWS, _MOST_NUMBERS // max(1, numbers)))
+    step, rows = run.step, math.ceil(case.duration / run.step)
+    if case.kind in SHOCKS:
+        # As many steps for one as the spectrum asks for and the rows allow.
+        finer = min(math.ceil(step * _SAMPLES_PER_PERIOD * SRS_HIGHEST * (1.0 - _ROUNDING)), most // rows)
+        step /= max(1, finer)
+    histories = run_with_histories(system, solver(system), case, run.start, step, most)
+    interval = step * math.ceil(case.steps(step) / most)
+    base = _base_acceleration(case, interval, histories.time.size)
+    cautions: tuple[Caution, ...] = ()
+    if interval > step * (1.0 + _ROUNDING):
+        sentence = (
+            f"Histories keep every {round(interval / step)}th step only, {interval:.3g} s apart: what is faster than "
+            f"{0.5 / interval:.4g} Hz is folded in power spectra; shorten the case to keep more."
+        )
+        cautions = (Caution(CautionKind.SPECTRUM, interval, sentence),)
+    made = Courses(run, step, interval, histories, base, cautions=cautions)
+    if case.kind in SHOCKS:
+        return _with_shock_spectra(made)
+    return _with_power_spectra(made, case) if case.kind in VIBRATIONS else made
+
+
+def _base_acceleration(case: LoadCase, interval: float, rows: int) -> FloatArray:
+    total = np.zeros((rows, 3))
+    for channel in case.channels:
+        if channel.kind is ChannelKind.BASE_ACCELERATION:
+            # Averages over half intervals, so that each row's is centred on its time.
+            halves = np.append(0.0, channel.signal.averages(0.5 * interval, 2 * rows))[: 2 * rows]
+            total += 0.5 * (halves[0::2] + halves[1::2])[:, None] * np.array(channel.direction)
+    return total
+
+
+def _with_shock_spectra(of: Courses) -> Courses:
+    highest = min(SRS_HIGHEST, 1.0 / (_SAMPLES_PER_PERIOD * of.interval))
+    if highest <= SRS_LOWEST:
+        sentence = f"No shock response spectra: the rows of the histories are {of.interval:.3g} s apart."
+        return replace(of, cautions=(*of.cautions, Caution(CautionKind.SPECTRUM, of.interval, sentence)))
+    frequency = octave_frequencies(SRS_LOWEST, highest, SRS_PER_OCTAVE)
+
+    def spectra(history: FloatArray) -> tuple[ShockSpectrum, ...]:
+        return tuple(shock_spectrum(history[:, k], of.interval, frequency, SRS_DAMPING) for k in range(3))
+
+    cautions = of.cautions
+    if highest < SRS_HIGHEST * (1.0 - 1e-9):
+        sentence = (
+            f"The shock response spectra end at {highest:.4g} Hz, as the rows of the histories are {of.interval:.3g} s "
+            "apart; shorten the simulated time to see more."
+        )
+        cautions = (*cautions, Caution(CautionKind.SPECTRUM, of.interval, sentence))
+    return replace(
+        of,
+        shock=tuple(spectra(of.histories.acceleration[:, k]) for k in range(of.histories.acceleration.shape[1])),
+        base_shock=spectra(of.base) if of.base.any() else (),
+        cautions=cautions,
+    )
+
+
+def _with_power_spectra(of: Courses, case: LoadCase) -> Courses:
+    first = math.ceil(case.settling / of.interval)
+    lasting = case.load_end
+    last = min(of.histories.time.size, math.floor(lasting / of.interval))
+    resolution = _SEGMENTS / max((last - first) * of.interval, of.interval)
+
+    def spectra(history: FloatArray) -> tuple[PowerSpectrum, ...]:
+        return tuple(power_spectrum(history[first:last, k], of.interval, resolution) for k in range(3))
+
+    try:
+        return replace(
+            of,
+            power=tuple(spectra(of.histories.acceleration[:, k]) for k in range(of.histories.acceleration.shape[1])),
+            base_power=spectra(of.base) if of.base.any() else (),
+        )
+    except MountedSystemError as problem:
+        return replace(
+            of,
+            cautions=(*of.cautions, Caution(CautionKind.SPECTRUM, of.interval, f"No power spectra: {problem}")),
+        )

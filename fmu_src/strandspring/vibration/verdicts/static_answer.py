@@ -1,0 +1,76 @@
+"""The static pose of a system and its small vibrations, which come before any load case."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...errors import MountedSystemError
+from ...kernel.arrays import FloatArray
+from ..bodies.axis_laws import AxisLaws
+from ..bodies.modes import Mode, modes, secant_stiffness
+from ..bodies.mounted import MountedSystem
+from ..bodies.rest import SHARES, RestPose, rest
+
+SECANT_SHARE = 0.5  # amplitude of the secant modes, of each spring's free travel
+
+
+@dataclass(frozen=True, eq=False)
+class StaticAnswer:
+    """Where the bodies rest and how they vibrate there.
+
+    Attributes
+    ----------
+    poses : tuple of RestPose                 One for each omega at rest.
+    sag : ndarray, shape (poses, B)           Displacement of the centres of gravity along gravity from the nominal
+                                              pose [m].
+    tilt : ndarray, shape (poses, B)          Angle from the nominal pose [rad].
+    places : ndarray, shape (poses, A)        Of the springs within their identified ranges: 0 at the lower end,
+                                              1 at the upper.
+    tangent : tuple of Mode                   For vanishing motion about the first pose.
+    secant : tuple of Mode                    For motion of each spring by half of its way to the nearer end of its
+                                              identified range.
+    refusals : tuple of str                   Why modes could not be had.
+    """
+
+    poses: tuple[RestPose, ...]
+    sag: FloatArray
+    tilt: FloatArray
+    places: FloatArray
+    tangent: tuple[Mode, ...]
+    secant: tuple[Mode, ...]
+    refusals: tuple[str, ...]
+
+
+def static_answer(system: MountedSystem, shares: tuple[float, ...] = SHARES) -> StaticAnswer:
+    """Static poses of a system for each omega at rest, and its modes about the first of them.
+
+    Raises
+    ------
+    MountedSystemError   If the bodies cannot rest.
+    """
+    poses = tuple(rest(system, share) for share in shares)
+    laws = AxisLaws(system)
+    gravity = np.array(system.gravity)
+    down = gravity / (math.hypot(*system.gravity) or 1.0)
+    refusals, found = [], []
+    pose = poses[0].pose
+    for share in (None, SECANT_SHARE):
+        try:
+            stiffness = None if share is None else secant_stiffness(system, pose, share=share)
+            found.append(modes(system, pose, stiffness, poses[0].omega))
+        except MountedSystemError as problem:
+            refusals.append(f"No {'tangent' if share is None else 'secant'} modes: {problem}")
+            found.append(())
+    turns = np.array([one.coordinates[:, 3:] for one in poses])
+    return StaticAnswer(
+        poses=poses,
+        sag=np.array([one.displacements @ down for one in poses]),
+        tilt=2.0 * np.arctan2(np.linalg.norm(turns[:, :, 1:], axis=2), np.abs(turns[:, :, 0])),
+        places=np.array([(one.displacement - laws.low) / (laws.high - laws.low) for one in poses]),
+        tangent=found[0],
+        secant=found[1],
+        refusals=tuple(refusals),
+    )
