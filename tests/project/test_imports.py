@@ -27,9 +27,3 @@ def test_public_names_are_found_where_the_table_says() -> None:
         assert getattr(strandspring, name) is not None
     with pytest.raises(AttributeError, match="no attribute 'nothing'"):
         _ = strandspring.nothing
-
-
-def test_files_of_the_package_have_names_of_their_own() -> None:
-    package = Path(strandspring.__file__).parent
-    names = [path.name for path in package.rglob("*.py") if path.name != "__init__.py"]
-    assert len(names) == len(set(names))

@@ -12,13 +12,14 @@ from ..core.parameters import SpringParameters
 from .arrays import FloatArray, address, floats
 from .library import library
 from .path import Law
-from .periodic import BasisStructure, FourierBasis
+from .periodic import FourierBasis
+from .structures import structures
 
 _ANY_OMEGA = 0.5  # where the first search for the hysteresis of a period begins
 
 
 class MotionSummary(NamedTuple):
-    """Summary of a steady motion, besides its Fourier coefficients.
+    """BalancedMotion of balance.h: summary of a steady motion, besides its Fourier coefficients.
 
     Attributes
     ----------
@@ -51,23 +52,6 @@ class Balance:
     by_frequency: FloatArray
     scale: float
     summary: MotionSummary
-
-
-class _BalancedMass(ctypes.Structure):
-    """BalancedMass of balance.h."""
-
-    _fields_ = [
-        ("law", ctypes.c_void_p),
-        ("basis", BasisStructure),
-        ("workspace", ctypes.c_void_p),
-        *(
-            (name, ctypes.c_double)
-            for name in (
-                "start", "parallel", "series", "mass", "damping", "static_load", "forcing", "forcing_by_square",
-                "force_on_mass",
-            )
-        ),
-    ]  # fmt: skip
 
 
 class BalancedMass:
@@ -104,9 +88,10 @@ class BalancedMass:
         self.basis = basis
         self._law = Law(spring)
         self._workspace = np.empty(library().balance_workspace(basis.harmonics, basis.samples))
-        self._mass = _BalancedMass(
-            self._law.address, basis.structure, address(self._workspace), _ANY_OMEGA, parallel, series,
-            mass, damping, static_load, forcing, forcing_by_square, force_on_mass,
+        self._mass = structures()["BalancedMass"](
+            law=self._law.address, basis=basis.structure, workspace=address(self._workspace), start=_ANY_OMEGA,
+            parallel=parallel, series=series, mass=mass, damping=damping, static_load=static_load, forcing=forcing,
+            forcing_by_square=forcing_by_square, force_on_mass=force_on_mass,
         )  # fmt: skip
 
     def at(self, z: FloatArray, frequency: float) -> Balance:
@@ -123,14 +108,14 @@ class BalancedMass:
         """
         z = floats(z)
         residual, by_frequency, jacobian = np.empty(z.size), np.empty(z.size), np.empty((z.size, z.size))
-        scale, summary = ctypes.c_double(), np.empty(4)
+        scale, motion = ctypes.c_double(), structures()["BalancedMotion"]()
         moves = library().balance_at(
             ctypes.byref(self._mass), address(z), frequency, address(residual), address(jacobian),
-            address(by_frequency), ctypes.byref(scale), address(summary),
+            address(by_frequency), ctypes.byref(scale), ctypes.byref(motion),
         )  # fmt: skip
         if not moves:
             raise ValueError("`z` must describe a motion, got a constant displacement.")
-        return Balance(residual, jacobian, by_frequency, scale.value, MotionSummary(*summary.tolist()))
+        return Balance(residual, jacobian, by_frequency, scale.value, _summary(motion))
 
     def solve(self, guess: FloatArray, frequency: float) -> tuple[FloatArray, MotionSummary] | None:
         """The steady motion at a fixed Omega [rad/s] by Newton's method; None if it does not converge.
@@ -139,9 +124,9 @@ class BalancedMass:
         ----------
         guess : ndarray, shape (N,)   Where it starts [m].
         """
-        z, summary = np.array(guess, dtype=np.float64), np.empty(4)
-        solved = library().balance_solve(ctypes.byref(self._mass), frequency, address(z), address(summary))
-        return (z, MotionSummary(*summary.tolist())) if solved else None
+        z, motion = np.array(guess, dtype=np.float64), structures()["BalancedMotion"]()
+        solved = library().balance_solve(ctypes.byref(self._mass), frequency, address(z), ctypes.byref(motion))
+        return (z, _summary(motion)) if solved else None
 
     def sweep(
         self, log: float, z: FloatArray, logs: FloatArray, limits: tuple[float, float]
@@ -159,11 +144,13 @@ class BalancedMass:
         list                                     At most F steady motions.
         """
         z, logs = floats(z), floats(logs)
-        found, summaries = np.empty((logs.size, z.size)), np.empty((logs.size, 4))
+        found, motions = np.empty((logs.size, z.size)), (structures()["BalancedMotion"] * logs.size)()
         reached = library().balance_sweep(
             ctypes.byref(self._mass), log, address(z), logs.size, address(logs),
-            *limits, address(found), address(summaries),
+            *limits, address(found), motions,
         )  # fmt: skip
-        return [
-            (z, MotionSummary(*values)) for z, values in zip(found[:reached], summaries[:reached].tolist(), strict=True)
-        ]
+        return [(z, _summary(motion)) for z, motion in zip(found[:reached], motions, strict=False)]
+
+
+def _summary(motion: ctypes.Structure) -> MotionSummary:
+    return MotionSummary(*(getattr(motion, name) for name in MotionSummary._fields))

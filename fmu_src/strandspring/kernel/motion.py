@@ -1,11 +1,9 @@
-"""Rigid bodies on hysteretic mounts in time, in the compiled kernel; motion.h derives the method.
-
-The structures of motion.h are filled from arrays: every number in them has eight bytes.
-"""
+"""Rigid bodies on hysteretic mounts in time, in the compiled kernel; motion.h derives the method."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from ctypes import Structure, addressof, byref
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,12 +13,9 @@ from ..core.parameters import SpringParameters
 from .arrays import FloatArray, address, floats
 from .library import library
 from .path import Law
+from .structures import constants, rows, structures
 
-# Numbers of each structure of motion.h.
-BODY, MOUNT, AXIS, POINT, CHANNEL = 42, 10, 10, 4, 8
-_BODY_STATE, _REACH, _AXIS_STATE, _STATE = 31, 9, 13, 22
-_SYSTEM, _RECORD = 10, 11
-OF_POINT, OF_AXIS, OF_BODY, ENERGIES = 18, 8, 2, 9
+_HISTORIES = ("accelerations", "sway", "displacements", "forces")  # of MotionRecord
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,30 +61,27 @@ class MotionSolver:
 
     Parameters
     ----------
-    bodies : array_like, shape (B, 42)    MotionBody of motion.h.
-    mounts : array_like, shape (M, 10)    MotionMount.
+    bodies : ndarray, shape (B,)             MotionBody of motion.h, as `rows` makes it; likewise the others.
+    mounts : ndarray, shape (M,)             MotionMount.
     springs : sequence of SpringParameters   Of each axis.
-    axes : array_like, shape (A, 10)      MotionAxis without its law.
-    points : array_like, shape (P, 4)     MotionPoint.
+    axes : ndarray, shape (A,)               MotionAxis; their laws are filled in.
+    points : ndarray, shape (P,)             MotionPoint.
     """
 
     def __init__(
         self,
-        bodies: FloatArray,
-        mounts: FloatArray,
+        bodies: NDArray[np.void],
+        mounts: NDArray[np.void],
         springs: Sequence[SpringParameters],
-        axes: FloatArray,
-        points: FloatArray,
+        axes: NDArray[np.void],
+        points: NDArray[np.void],
     ) -> None:
         laws = {spring: Law(spring, energies=True) for spring in dict.fromkeys(springs)}
         self._laws = tuple(laws.values())  # kept alive
-        self._bodies, self._mounts, self._points = floats(bodies), floats(mounts), floats(points)
-        self._axes = np.zeros((len(springs), 1 + AXIS))
-        self._axes.view(np.uint64)[:, 0] = [laws[spring].address for spring in springs]
-        self._axes[:, 1:] = axes
-        self.bodies, self.mounts, self.axes, self.points = map(
-            len, (self._bodies, self._mounts, self._axes, self._points)
-        )
+        self._axes = axes.copy()
+        self._axes["law"] = [laws[spring].address for spring in springs]
+        self._parts = {"body": bodies, "mount": mounts, "axis": self._axes, "point": points}
+        self.bodies, self.mounts, self.axes, self.points = map(len, self._parts.values())
 
     @property
     def nominal_pose(self) -> FloatArray:
@@ -98,8 +90,8 @@ class MotionSolver:
 
     def senses(self, forces: FloatArray) -> FloatArray:
         """Sense of the static force of each axis, shape (A,): -1, or 1 also where it is 0 up to rounding."""
-        sense, axes = library().motion_sense, self._axes
-        return np.array([sense(address(axis), force) for axis, force in zip(axes, forces.tolist(), strict=True)])
+        sense, first, size = library().motion_sense, address(self._axes), self._axes.itemsize
+        return np.array([sense(first + k * size, force) for k, force in enumerate(forces.tolist())])
 
     def rest(
         self, gravity: FloatArray, omega: FloatArray, pose: FloatArray | None = None
@@ -121,16 +113,15 @@ class MotionSolver:
         """
         found, unbalance = np.array(self.nominal_pose if pose is None else pose, dtype=np.float64), np.zeros(1)
         gravity, omega = floats(gravity), floats(omega)
-        none = np.empty((0, CHANNEL))
-        system, state = self._system(none), _State(self)
+        system, state = self._system(rows("MotionChannel", 0)), _State(self)
         is_found = library().motion_rest(
-            address(system), address(gravity), address(omega), state.address, address(found), address(unbalance)
+            byref(system), address(gravity), address(omega), state.address, address(found), address(unbalance)
         )
         return found, float(unbalance[0]), bool(is_found)
 
     def run(
         self,
-        channels: FloatArray,
+        channels: NDArray[np.void],
         values: FloatArray,
         step: float,
         gravity: FloatArray,
@@ -143,7 +134,7 @@ class MotionSolver:
 
         Parameters
         ----------
-        channels : ndarray, shape (C, 8)    MotionChannel of motion.h.
+        channels : ndarray, shape (C,)      MotionChannel of motion.h.
         values : ndarray, shape (C, K)      A step's average of each channel.
         step : float                        [s].
         gravity, velocity : ndarray, shape (3,)   [m/s^2]; of all bodies at the beginning [m/s].
@@ -155,7 +146,7 @@ class MotionSolver:
 
     def run_with_histories(
         self,
-        channels: FloatArray,
+        channels: NDArray[np.void],
         values: FloatArray,
         step: float,
         gravity: FloatArray,
@@ -175,7 +166,7 @@ class MotionSolver:
 
     def _run(
         self,
-        channels: FloatArray,
+        channels: NDArray[np.void],
         values: FloatArray,
         step: float,
         beginning: Sequence[FloatArray],
@@ -184,44 +175,43 @@ class MotionSolver:
         histories: Sequence[FloatArray] = (),
     ) -> MotionFigures:
         """A run from gravity, pose, omega and velocity, which fills the histories."""
-        channels, values = floats(channels), floats(values)
+        values = floats(values)
         arrays = [floats(array) for array in beginning]
         system, state = self._system(channels), _State(self)
-        library().motion_begin(address(system), state.address, *map(address, arrays))
-        figures = [np.zeros((self.points, OF_POINT)), np.zeros((self.axes, OF_AXIS)), np.zeros((self.bodies, OF_BODY))]
-        energies = np.zeros(ENERGIES)
-        record = np.zeros(_RECORD, dtype=np.uint64)
-        record[:4] = [*map(address, figures), address(energies)]
-        record[4 : 4 + len(histories)] = [address(history) for history in histories]
+        library().motion_begin(byref(system), state.address, *map(address, arrays))
+        of_points = np.zeros((self.points, constants()["MOTION_OF_POINT"]))
+        of_axes = np.zeros((self.axes, constants()["MOTION_OF_AXIS"]))
+        of_bodies = np.zeros((self.bodies, constants()["MOTION_OF_BODY"]))
+        energies = np.zeros(constants()["MOTION_ENERGIES"])
         workspace = np.empty(library().motion_workspace(self.bodies, self.axes, self.points))
-        record[8:] = address(workspace), stride, settled
+        record = structures()["MotionRecord"](
+            of_points=address(of_points), of_axes=address(of_axes), of_bodies=address(of_bodies),
+            energies=address(energies), workspace=address(workspace), stride=stride, settled=settled,
+            **{name: address(history) for name, history in zip(_HISTORIES, histories, strict=False)},
+        )  # fmt: skip
         steps = library().motion_run(
-            address(system), state.address, values.shape[1], step, address(values), address(record)
+            byref(system), state.address, values.shape[1], step, address(values), byref(record)
         )
-        of_points, of_axes, of_bodies = figures
         return MotionFigures(int(steps), of_points, of_axes, of_bodies, energies)
 
-    def _system(self, channels: FloatArray) -> NDArray[np.uint64]:
-        system = np.zeros(_SYSTEM, dtype=np.uint64)
-        parts = (self._bodies, self._mounts, self._axes, self._points, channels)
-        system[:5] = [len(part) for part in parts]
-        system[5:] = [address(part) for part in parts]
-        return system
+    def _system(self, channels: NDArray[np.void]) -> Structure:
+        counts = {"bodies": self.bodies, "mounts": self.mounts, "axes": self.axes, "points": self.points}
+        parts = {name: address(part) for name, part in self._parts.items()}
+        return structures()["MotionSystem"](**counts, channels=len(channels), **parts, channel=address(channels))
 
 
 class _State:
     """Memory of a MotionState."""
 
     def __init__(self, solver: MotionSolver) -> None:
-        self._parts = [
-            np.zeros((solver.bodies, _BODY_STATE)),
-            np.zeros((solver.mounts, _REACH)),
-            np.zeros((solver.axes, _AXIS_STATE)),
-        ]
-        self._memory = np.zeros(_STATE)
-        self._memory.view(np.uint64)[-3:] = [address(part) for part in self._parts]
+        self._parts = {
+            "body": rows("MotionBodyState", solver.bodies),
+            "reach": rows("MotionReach", solver.mounts),
+            "axis": rows("MotionAxisState", solver.axes),
+        }
+        self._memory = structures()["MotionState"](**{name: address(part) for name, part in self._parts.items()})
 
     @property
     def address(self) -> int:
         """Where the kernel finds it; valid while it lives."""
-        return address(self._memory)
+        return addressof(self._memory)

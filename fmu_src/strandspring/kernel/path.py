@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
-import struct
+import ctypes
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..core.parameters import KNOTS, LARGEST_DISPLACEMENT, MAXIMUM_DEGREE, SCALARS, SpringParameters
+from ..core.parameters import LARGEST_DISPLACEMENT, SCALARS, SpringParameters
 from .arrays import FloatArray, address, floats
 from .library import library
 from .saturation_table import table
+from .structures import structures
+
+_COPIED = ("kE", "kA", "FE_knots", "FE_forces", *SCALARS)
 
 
 def as_path(displacement: ArrayLike) -> FloatArray:
@@ -27,12 +30,10 @@ def as_path(displacement: ArrayLike) -> FloatArray:
 
 
 def packed(parameters: SpringParameters) -> bytes:
-    """SpringParameters of spring.h, little-endian on every platform."""
+    """SpringParameters of spring.h; every host is little-endian, as FMUs are."""
     p = parameters
-    columns = ((p.kE, MAXIMUM_DEGREE + 1), (p.kA, MAXIMUM_DEGREE + 1), (p.FE_knots, KNOTS[1]), (p.FE_forces, KNOTS[1]))
-    values = [value for column, room in columns for value in (*column, *[0.0] * (room - len(column)))]
-    values += [getattr(p, name) for name in SCALARS]
-    return struct.pack(f"<4i{len(values)}d", len(p.kE), len(p.kA), len(p.FE_knots), len(p.FE_forces), *values)
+    counts = {"elastic": len(p.kE), "amplifier": len(p.kA), "knots": len(p.FE_knots), "forces": len(p.FE_forces)}
+    return bytes(structures()["SpringParameters"](**counts, **{name: getattr(p, name) for name in _COPIED}))
 
 
 class Law:
@@ -45,10 +46,9 @@ class Law:
     """
 
     def __init__(self, parameters: SpringParameters, energies: bool = False) -> None:
-        kernel, p = library(), parameters
-        self._table = table(p.n, p.sigma, energies=energies)
-        self._memory = np.empty(kernel.kernel_law_size() // 8)
-        kernel.kernel_prepare(self.address, packed(p), self._table.address)
+        self._table = table(parameters.n, parameters.sigma, energies=energies)
+        self._memory = np.empty(ctypes.sizeof(structures()["SpringLaw"]) // 8)
+        library().kernel_prepare(self.address, packed(parameters), self._table.address)
 
     @property
     def address(self) -> int:

@@ -8,12 +8,7 @@ from functools import lru_cache
 import numpy as np
 
 from .arrays import FloatArray, address
-
-
-class BasisStructure(ctypes.Structure):
-    """FourierBasis of fourier.h."""
-
-    _fields_ = [("harmonics", ctypes.c_size_t), ("samples", ctypes.c_size_t), ("rows", ctypes.c_void_p)]
+from .structures import structures
 
 
 class FourierBasis:
@@ -30,7 +25,7 @@ class FourierBasis:
     order : ndarray, shape (N,)         0, 1 .. H, 1 .. H.
     phase : ndarray, shape (K,)         [rad]
     rows : ndarray, shape (4H + 1, K)   1, cosines and sines of orders 1 to 2H.
-    structure : BasisStructure          The same for the kernel; valid while the basis lives.
+    structure : ctypes.Structure        The same for the kernel; valid while the basis lives.
     """
 
     def __init__(self, harmonics: int, samples: int) -> None:
@@ -46,7 +41,9 @@ class FourierBasis:
         # Every angle is that of a sample.
         angle = self.phase[np.outer(np.arange(1, 2 * harmonics + 1), np.arange(samples)) % samples]
         self.rows = np.vstack([np.ones((1, samples)), np.cos(angle), np.sin(angle)])
-        self.structure = BasisStructure(harmonics, samples, address(self.rows))
+        self.structure: ctypes.Structure = structures()["FourierBasis"](
+            harmonics=harmonics, samples=samples, rows=address(self.rows)
+        )
 
     def at(self, phase: FloatArray) -> FloatArray:
         """The functions of orders up to H at any phases of shape (P,), shape (P, N)."""

@@ -12,15 +12,7 @@ from .arrays import FloatArray, address, floats
 from .library import library
 from .path import Law
 from .periodic import FourierBasis
-
-
-class _Period(ctypes.Structure):
-    """SpringPeriod of periodic.h."""
-
-    _fields_ = [
-        (name, ctypes.c_void_p)
-        for name in ("displacement", "rate", "omega", "force", "coefficients", "jacobian", "turns")
-    ]
+from .structures import structures
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,14 +64,17 @@ class PeriodicSpring:
         count, samples = self.basis.order.size, self.basis.samples
         displacement, rate, omega, force, turns = np.empty((5, samples))
         of_force, jacobian, coefficients = np.empty(count), np.empty((count, count)), floats(coefficients)
-        arrays = displacement, rate, omega, force, of_force, jacobian, turns
+        period = structures()["SpringPeriod"](
+            displacement=address(displacement), rate=address(rate), omega=address(omega), force=address(force),
+            coefficients=address(of_force), jacobian=address(jacobian), turns=address(turns),
+        )  # fmt: skip
         strokes = library().spring_periodic(
             self._law.address,
             ctypes.byref(self.basis.structure),
             address(coefficients),
             address(self._start),
             address(self._workspace),
-            ctypes.byref(_Period(*map(address, arrays))),
+            ctypes.byref(period),
         )
         if strokes == 0:
             raise ValueError("`coefficients` must describe a motion, got a constant displacement.")

@@ -39,13 +39,15 @@ class RecordPoints:
         travel: FloatArray,
     ) -> None:
         self.records, self.strokes, self.count = len(first_stroke) - 1, direction.size, travel.size
-        self._arrays = (
-            *(integers(column) for column in (first_stroke, first_point, direction)),
-            floats(length),
-            integers(stroke),
-            floats(travel),
-        )
-        self.addresses = [address(array) for array in self._arrays]
+        self._arrays = {
+            "first_stroke": integers(first_stroke),
+            "first_point": integers(first_point),
+            "direction": integers(direction),
+            "length": floats(length),
+            "stroke": integers(stroke),
+            "travel": floats(travel),
+        }
+        self.addresses = {name: address(array) for name, array in self._arrays.items()}
 
     @classmethod
     def of_one(cls, direction: IntArray, length: FloatArray, stroke: IntArray, travel: FloatArray) -> RecordPoints:
@@ -87,7 +89,7 @@ class RecordPoints:
             address(rho),
             address(omega_start),
             self.records,
-            *self.addresses,
+            *self.addresses.values(),
             address(workspace),
             address(omega),
             derivatives,

@@ -11,6 +11,7 @@ from .arrays import FloatArray, address, floats
 from .library import library
 from .points import RecordPoints
 from .saturation_table import COARSE, WITH_DERIVATIVES, table_memory
+from .structures import structures
 
 
 class FoundFit(NamedTuple):
@@ -31,26 +32,6 @@ class FoundFit(NamedTuple):
     omega: FloatArray
     derivatives: FloatArray
     converged: bool
-
-
-class _RecordFit(ctypes.Structure):
-    """RecordFit of record_fit.h."""
-
-    _fields_ = [
-        *((name, ctypes.c_size_t) for name in ("records", "strokes", "points", "fixed", "moving")),
-        *(
-            (name, ctypes.c_void_p)
-            for name in (
-                "first_stroke", "first_point", "direction", "length", "stroke", "travel", "columns", "force", "low",
-                "high",
-            )
-        ),
-        ("with", ctypes.c_int),
-        ("table", ctypes.c_void_p),
-        ("root", ctypes.c_void_p),
-        ("tolerance", ctypes.c_double),
-        ("evaluations", ctypes.c_size_t),
-    ]  # fmt: skip
 
 
 class RecordFit:
@@ -76,11 +57,22 @@ class RecordFit:
         coarse: bool,
     ) -> None:
         self._points, self._width = points, fixed.shape[1] + moving.shape[1]
-        self._arrays = floats(np.concatenate([fixed.T, moving.T])), floats(force), floats(low), floats(high)
-        self._given = (
-            points.records, points.strokes, points.count, fixed.shape[1], moving.shape[1], *points.addresses,
-            *map(address, self._arrays), WITH_DERIVATIVES + COARSE * coarse,
-        )  # fmt: skip
+        self._arrays = {
+            "columns": floats(np.concatenate([fixed.T, moving.T])),
+            "force": floats(force),
+            "low": floats(low),
+            "high": floats(high),
+        }
+        self._given = {
+            "records": points.records,
+            "strokes": points.strokes,
+            "points": points.count,
+            "fixed": fixed.shape[1],
+            "moving": moving.shape[1],
+            "with": WITH_DERIVATIVES + COARSE * coarse,
+            **points.addresses,
+            **{name: address(array) for name, array in self._arrays.items()},
+        }
 
     def solve(self, start: FloatArray, root: FloatArray, tolerance: float, evaluations: int) -> FoundFit:
         """The fit with the least weighted squared misfit that is reached from a start.
@@ -93,7 +85,9 @@ class RecordFit:
         evaluations : int                 At which it ends in any case.
         """
         kernel, memory = library(), table_memory()
-        given = _RecordFit(*self._given, address(memory), address(root), tolerance, evaluations)
+        given = structures()["RecordFit"](
+            **self._given, table=address(memory), root=address(root), tolerance=tolerance, evaluations=evaluations
+        )
         here = ctypes.addressof(given)
         variables, coefficients = np.array(start, dtype=np.float64), np.empty(self._width)
         found = np.empty((1 + variables.size, self._points.count))

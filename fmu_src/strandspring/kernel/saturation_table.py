@@ -5,12 +5,14 @@
 
 from __future__ import annotations
 
+import ctypes
 from functools import lru_cache
 
 import numpy as np
 
 from .arrays import FloatArray, address, floats
 from .library import library
+from .structures import structures
 
 WITH_DERIVATIVES, WITH_ENERGIES, COARSE = 1, 2, 4  # as in saturation.h
 
@@ -61,7 +63,7 @@ class Table:
 
 def table_memory() -> FloatArray:
     """Memory for a table."""
-    return np.empty(library().kernel_table_size() // 8)
+    return np.empty(ctypes.sizeof(structures()["SpringTable"]) // 8)
 
 
 def table(n: float, sigma: float, derivatives: bool = False, energies: bool = False, coarse: bool = False) -> Table:

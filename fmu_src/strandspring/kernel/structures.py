@@ -1,4 +1,7 @@
-"""The kernel's structures as ctypes has them, read from the C headers, which alone say what they hold."""
+"""The kernel's structures and constants, read from the C headers, which alone say what they hold.
+
+`library()` compares them with those of the compiled library.
+"""
 
 from __future__ import annotations
 
@@ -11,11 +14,16 @@ from functools import cache
 from importlib.resources import files
 from typing import Any
 
-from ..errors import BuildError
-from .library import library
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
-_HEADERS = ("spring_limits.h", "saturation.h", "spline.h", "spring.h")
-_TYPES = {"int": ctypes.c_int, "double": ctypes.c_double, "unsigned char": ctypes.c_ubyte}
+_HEADERS = (
+    *(f"core/c/{name}.h" for name in ("spring_limits", "saturation", "spline", "spring")),
+    *(f"kernel/c/{name}.h" for name in ("fourier", "periodic", "balance", "record_fit", "motion")),
+)
+_TYPES = {
+    "int": ctypes.c_int, "size_t": ctypes.c_size_t, "double": ctypes.c_double, "unsigned char": ctypes.c_ubyte,
+}  # fmt: skip
 _OPERATIONS: dict[type[ast.operator], Callable[[int, int], int]] = {
     ast.Add: operator.add, ast.Sub: operator.sub, ast.Mult: operator.mul, ast.Div: operator.floordiv,
 }  # fmt: skip
@@ -24,27 +32,44 @@ _FULL_ONLY = r"#ifndef SPRING_STEPS_ONLY\n.*?#endif\n"
 
 @cache
 def structures(steps_only: bool = False) -> dict[str, type[ctypes.Structure]]:
-    """Every structure of the kernel by its name in C; those of a build with SPRING_STEPS_ONLY if asked for.
-
-    Raises
-    ------
-    BuildError   If the compiled kernel's are not as large.
-    """
-    text = "".join((files("strandspring.core") / "c" / name).read_text(encoding="utf-8") for name in _HEADERS)
-    text = re.sub(r"/\*.*?\*/", "", text, flags=re.DOTALL)
-    text = re.sub(_FULL_ONLY, "", text, flags=re.DOTALL) if steps_only else text
-    constants: dict[str, int] = {}
-    for entry in re.findall(r"(\w+) = ([^,}]+)", "".join(re.findall(r"enum \{.*?\};", text, re.DOTALL))):
-        constants[entry[0]] = _value(entry[1], constants)
+    """Every structure of the kernel by its name in C; those of a build with SPRING_STEPS_ONLY if asked for."""
+    text = re.sub(_FULL_ONLY, "", _text(), flags=re.DOTALL) if steps_only else _text()
     found: dict[str, type[ctypes.Structure]] = {}
     for body, name in re.findall(r"typedef struct \{(.*?)\} (\w+);", text, re.DOTALL):
         lines = re.sub(r"^#.*$", "", body, flags=re.MULTILINE).split(";")
-        fields = [field for line in lines if line.strip() for field in _fields(line, constants, found)]
-        found[name] = type(name, (ctypes.Structure,), {"_fields_": fields})
-    sizes = {"SpringTable": library().kernel_table_size(), "SpringLaw": library().kernel_law_size()}
-    if not steps_only and any(ctypes.sizeof(found[name]) != size for name, size in sizes.items()):
-        raise BuildError("The kernel's headers are not those that it was compiled with; install strandspring again.")
+        fields = [field for line in lines if line.strip() for field in _fields(line, constants(), found)]
+        found[name] = type(name, (ctypes.Structure,), {"_fields_": fields, "__slots__": ()})
     return found
+
+
+@cache
+def constants() -> dict[str, int]:
+    """Every constant of an enum by its name in C."""
+    found: dict[str, int] = {}
+    for name, expression in re.findall(r"(\w+) = ([^,}]+)", "".join(re.findall(r"enum \{.*?\};", _text(), re.DOTALL))):
+        found[name] = _value(expression, found)
+    return found
+
+
+def rows(name: str, count: int, **columns: ArrayLike) -> NDArray[np.void]:
+    """An array of so many structures, with zeros in fields for which no column is given."""
+    found = np.zeros(count, _dtype(name))
+    for field, column in columns.items():
+        found[field] = np.reshape(column, found[field].shape)
+    return found
+
+
+@cache
+def _dtype(name: str) -> np.dtype[Any]:
+    return np.dtype(structures()[name])
+
+
+@cache
+def _text() -> str:
+    """The headers without comments."""
+    package = files("strandspring")
+    text = "".join((package / name).read_text(encoding="utf-8") for name in _HEADERS)
+    return re.sub(r"/\*.*?\*/", "", text, flags=re.DOTALL)
 
 
 def _fields(

@@ -8,12 +8,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..core.parameters import SCALARS, SpringParameters
 from ..errors import MountedSystemError
 from ..fmu.native.block import with_block
-from ..kernel.arrays import FloatArray
-from ..kernel.motion import CHANNEL
+from ..kernel.structures import rows
 from ..vibration.bodies.loads import ChannelKind
 from ..vibration.bodies.mounted import MountedSystem
 from ..vibration.bodies.solving import arrays
@@ -81,13 +81,18 @@ def system_block(system: MountedSystem, options: SystemFmuOptions) -> SystemBloc
     table = system_variables(system, options)
     parameters = [variable for variable in table if variable.causality == "parameter"]
     start = system_start_values(system, options)
-    axes = np.column_stack([[numbers[spring] for spring in parts.springs], parts.axes])
+    axes = parts.axes.view(np.float64).reshape(len(parts.axes), -1)
+    axes[:, 0] = [numbers[spring] for spring in parts.springs]  # instead of their laws
     values = [
         *(start[parameter.name] for parameter in parameters),
         *(float(parameter.minimum or 0.0) for parameter in parameters),
         *(float(parameter.maximum or 0.0) for parameter in parameters),
         *(value for spring in springs for value in _of_spring(spring)),
-        *(float(value) for part in (parts.bodies, parts.mounts, axes, parts.points, channels) for value in part.flat),
+        *(
+            value
+            for part in (parts.bodies, parts.mounts, axes, parts.points, channels)
+            for value in part.view(np.float64).flat
+        ),
     ]
     names = b"".join(variable.name.encode("ascii") + b"\0" for variable in table)
     counts = (len(springs), *map(len, (parts.bodies, parts.mounts, axes, parts.points, channels)))
@@ -99,15 +104,18 @@ def system_block(system: MountedSystem, options: SystemFmuOptions) -> SystemBloc
     return SystemBlock(counts, tuple(values), names)
 
 
-def channel_rows_of(system: MountedSystem, options: SystemFmuOptions) -> FloatArray:
-    """The inputs as MotionChannel of motion.h, shape (C, 8)."""
-    rows = [
-        [*vector, 0.0, 0.0, 0.0, ChannelKind.BASE_ACCELERATION.value, 0.0] for vector in base_vectors(system).tolist()
-    ]
-    for force in options.forces:
-        place = np.subtract(force.place, system.bodies[force.body].center)
-        rows.append([*force.direction, *place, ChannelKind.FORCE.value, force.body])
-    return np.array(rows, dtype=np.float64).reshape(-1, CHANNEL)
+def channel_rows_of(system: MountedSystem, options: SystemFmuOptions) -> NDArray[np.void]:
+    """The inputs as MotionChannel of motion.h, shape (C,)."""
+    base, forces = base_vectors(system), options.forces
+    places = [np.subtract(force.place, system.bodies[force.body].center) for force in forces]
+    return rows(
+        "MotionChannel",
+        len(base) + len(forces),
+        direction=[*base, *(force.direction for force in forces)],
+        place=[*np.zeros_like(base), *places],
+        kind=[ChannelKind.BASE_ACCELERATION.value] * len(base) + [ChannelKind.FORCE.value] * len(forces),
+        body=[0] * len(base) + [force.body for force in forces],
+    )
 
 
 def _of_spring(spring: SpringParameters) -> list[float]:

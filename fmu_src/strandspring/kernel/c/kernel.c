@@ -21,17 +21,7 @@
 #include "motion.c"
 #include "motion_rest.c"
 #include "motion_run.c"
-
-/* Bytes of a table and of a law, for memory that is aligned to 8 bytes. */
-size_t kernel_table_size(void)
-{
-    return sizeof(SpringTable);
-}
-
-size_t kernel_law_size(void)
-{
-    return sizeof(SpringLaw);
-}
+#include "layout.c"
 
 void kernel_tabulate(SpringTable *table, double n, double sigma, int with)
 {

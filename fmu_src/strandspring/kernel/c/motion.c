@@ -603,11 +603,3 @@ void motion_of_points(
         }
     }
 }
-
-void motion_sizes(size_t *bytes)
-{
-    const size_t sizes[] = {sizeof(MotionBody),   sizeof(MotionMount), sizeof(MotionAxis),      sizeof(MotionPoint),
-                            sizeof(MotionChannel), sizeof(MotionSystem), sizeof(MotionBodyState), sizeof(MotionReach),
-                            sizeof(MotionAxisState), sizeof(MotionState), sizeof(MotionRecord)};
-    memcpy(bytes, sizes, sizeof sizes);
-}

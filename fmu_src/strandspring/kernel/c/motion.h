@@ -156,7 +156,4 @@ size_t motion_run(
 /* The sense of a static force: -1, or 1 also where rounding is all there is. */
 double motion_sense(const MotionAxis *axis, double force);
 
-/* Bytes of each of the eleven structures, in their order here, for those who fill them from another language. */
-void motion_sizes(size_t *bytes);
-
 #endif

@@ -6,6 +6,5 @@
 #define motion_begin FMU_FULL_NAME(motion_begin)
 #define motion_rest FMU_FULL_NAME(motion_rest)
 #define motion_sense FMU_FULL_NAME(motion_sense)
-#define motion_sizes FMU_FULL_NAME(motion_sizes)
 
 #endif

@@ -12,7 +12,8 @@ import numpy as np
 
 from ...errors import MountedSystemError
 from ...kernel.arrays import FloatArray
-from ...kernel.motion import CHANNEL, MotionSolver
+from ...kernel.motion import MotionSolver
+from ...kernel.structures import rows
 from .mounted import MountedSystem
 from .small_motion import Pose
 from .solving import solver
@@ -104,7 +105,7 @@ def _rest(
             "remain unbalanced wherever they are; use stiffer or more mounts, another preload, or axes in all "
             "directions."
         )
-    no_channels, no_steps = np.empty((0, CHANNEL)), np.empty((0, 0))
+    no_channels, no_steps = rows("MotionChannel", 0), np.empty((0, 0))
     _, at = kernel.run_with_histories(no_channels, no_steps, 1.0, gravity, coordinates, omega, np.zeros(3))
     return RestPose(share, coordinates, omega, at.displacement[0], at.force[0])
 

@@ -18,6 +18,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ...errors import MountedSystemError
 from ...kernel.arrays import FloatArray
@@ -231,7 +232,7 @@ def run_with_histories(
 
 def _arguments(
     system: MountedSystem, case: LoadCase, start: RestPose, step: float, averages: FloatArray
-) -> tuple[FloatArray, FloatArray, float, FloatArray, FloatArray, FloatArray, FloatArray, int]:
+) -> tuple[NDArray[np.void], FloatArray, float, FloatArray, FloatArray, FloatArray, FloatArray, int]:
     """What the kernel runs a case with."""
     settled = min(int(case.settling / step), averages.shape[1] - 1)
     return (

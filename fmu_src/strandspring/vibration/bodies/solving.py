@@ -6,17 +6,18 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ...core.parameters import SpringParameters
-from ...kernel.arrays import FloatArray
-from ...kernel.motion import CHANNEL, POINT, MotionSolver
+from ...kernel.motion import MotionSolver
+from ...kernel.structures import rows
 from .loads import Channel
-from .mounted import BASE, Motion, MountAxis, MountedSystem, RigidBody
+from .mounted import BASE, Motion, MountedSystem
 
 
 @dataclass(frozen=True, eq=False)
 class SystemArrays:
-    """A system as rows of the structures of motion.h.
+    """A system as structures of motion.h.
 
     Attributes
     ----------
@@ -24,11 +25,11 @@ class SystemArrays:
     springs : list of SpringParameters       Of each axis.
     """
 
-    bodies: FloatArray
-    mounts: FloatArray
+    bodies: NDArray[np.void]
+    mounts: NDArray[np.void]
     springs: list[SpringParameters]
-    axes: FloatArray
-    points: FloatArray
+    axes: NDArray[np.void]
+    points: NDArray[np.void]
 
 
 def solver(system: MountedSystem) -> MotionSolver:
@@ -39,52 +40,67 @@ def solver(system: MountedSystem) -> MotionSolver:
 
 def arrays(system: MountedSystem) -> SystemArrays:
     """The system as the kernel takes it."""
-    centers = np.array([body.center for body in system.bodies])
-    bodies = [_body(body) for body in system.bodies]
-    mounts, first = [], 0
-    for mount in system.mounts:
-        place = np.array(mount.place)
-        support = place if mount.support == BASE else place - centers[mount.support]
-        own = place - centers[mount.body]
-        mounts.append(np.concatenate([own, support, [mount.body, mount.support, first, len(mount.axes)]]))
-        first += len(mount.axes)
+    bodies, mounts, points = system.bodies, system.mounts, system.points
     axes = [axis for _, axis in system.axes()]
-    points = [np.append(np.subtract(point.place, centers[point.body]), point.body) for point in system.points]
-    return SystemArrays(
-        np.array(bodies),
-        np.array(mounts),
-        [axis.spring for axis in axes],
-        np.array([_axis(axis) for axis in axes]),
-        np.array(points).reshape(-1, POINT),
-    )
-
-
-def channel_rows(system: MountedSystem, channels: Sequence[Channel]) -> FloatArray:
-    """The channels as rows of the kernel, shape (C, 8)."""
-    rows = [
-        [
-            *channel.direction,
-            *np.subtract(channel.place, system.bodies[channel.body].center),
-            channel.kind.value,
-            channel.body,
-        ]
-        for channel in channels
+    counts = [len(mount.axes) for mount in mounts]
+    stops = [
+        (-np.inf, np.inf, 0.0) if a.stops is None else (a.stops.low, a.stops.high, a.stops.stiffness) for a in axes
     ]
-    return np.array(rows, dtype=np.float64).reshape(-1, CHANNEL)
-
-
-def _body(body: RigidBody) -> FloatArray:
-    matrices = (body.translations, body.rotations, np.array(body.inertia), body.inverse_inertia)
-    return np.concatenate(
-        [
-            [body.mass],
-            body.center,
-            *(matrix.ravel() for matrix in matrices),
-            [body.motion is not Motion.AXIS, body.motion is Motion.SIX],
-        ]
+    stop_low, stop_high, stop_stiffness = np.transpose(stops)
+    centers = [body.center for body in bodies]
+    on_support = [np.zeros(3) if mount.support == BASE else centers[mount.support] for mount in mounts]
+    return SystemArrays(
+        rows(
+            "MotionBody",
+            len(bodies),
+            mass=[body.mass for body in bodies],
+            center=centers,
+            translations=[body.translations for body in bodies],
+            rotations=[body.rotations for body in bodies],
+            inertia=[body.inertia for body in bodies],
+            inverse_inertia=[body.inverse_inertia for body in bodies],
+            turns=[body.motion is not Motion.AXIS for body in bodies],
+            is_free=[body.motion is Motion.SIX for body in bodies],
+        ),
+        rows(
+            "MotionMount",
+            len(mounts),
+            place=[np.subtract(mount.place, centers[mount.body]) for mount in mounts],
+            support_place=[np.subtract(mount.place, center) for mount, center in zip(mounts, on_support, strict=True)],
+            body=[mount.body for mount in mounts],
+            support=[mount.support for mount in mounts],
+            first=np.cumsum([0, *counts[:-1]]),
+            axes=counts,
+        ),
+        [axis.spring for axis in axes],
+        rows(
+            "MotionAxis",
+            len(axes),
+            direction=[axis.direction for axis in axes],
+            nominal=[axis.nominal for axis in axes],
+            parallel=[axis.parallel for axis in axes],
+            series=[axis.series for axis in axes],
+            damping=[axis.damping for axis in axes],
+            stop_low=stop_low,
+            stop_high=stop_high,
+            stop_stiffness=stop_stiffness,
+        ),
+        rows(
+            "MotionPoint",
+            len(points),
+            place=[np.subtract(point.place, centers[point.body]) for point in points],
+            body=[point.body for point in points],
+        ),
     )
 
 
-def _axis(axis: MountAxis) -> list[float]:
-    stops = (-np.inf, np.inf, 0.0) if axis.stops is None else (axis.stops.low, axis.stops.high, axis.stops.stiffness)
-    return [*axis.direction, axis.nominal, axis.parallel, axis.series, axis.damping, *stops]
+def channel_rows(system: MountedSystem, channels: Sequence[Channel]) -> NDArray[np.void]:
+    """The channels as MotionChannel of motion.h, shape (C,)."""
+    return rows(
+        "MotionChannel",
+        len(channels),
+        direction=[channel.direction for channel in channels],
+        place=[np.subtract(channel.place, system.bodies[channel.body].center) for channel in channels],
+        kind=[channel.kind.value for channel in channels],
+        body=[channel.body for channel in channels],
+    )
