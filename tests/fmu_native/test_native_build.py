@@ -327,7 +327,7 @@ def test_documentation_tells_what_is_native(native_fmu: Path, tmp_path: Path) ->
     assert notice.rstrip().endswith("SUCH DAMAGE.")
     with zipfile.ZipFile(built(tmp_path)) as archive:
         page = archive.read("documentation/index.html").decode()
-    assert "STRANDSPRING_LIBPYTHON" in page
+    assert "LD_PRELOAD" in page
     assert "Model exchange" not in page
 
 
