@@ -67,7 +67,7 @@ def test_links_to_themselves_and_impossible_names_are_refused(tmp_path: Path) ->
 
 FULL_DISK = """
 import resource, sys
-from strandspring.files import write_text
+from strandspring.ground.files import write_text
 resource.setrlimit(resource.RLIMIT_FSIZE, (1000, 1000))
 write_text(sys.argv[1], "new" * 1000)
 """
