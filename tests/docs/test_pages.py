@@ -15,13 +15,15 @@ from scipy.io import savemat
 import pictures
 import strandspring
 from pages import README, ROOT, TEXTS, blocks, program_with
-from strandspring import Spring, modelfile, read_record, strict_json, unpacking
+from strandspring import Spring, read_record
 from strandspring.cli.main import COMMANDS
 from strandspring.cli.main import strandspring as program
 from strandspring.core.parameters import SCALARS, SpringParameters
 from strandspring.core.variables import variables
 from strandspring.docs.site import PAGES, write_site
+from strandspring.ground import strict_json, unpacking
 from strandspring.intake import description_file
+from strandspring.model import modelfile
 from strandspring.records import content
 from strandspring.records.formats import reader_process
 from strandspring.records.source import MAX_ROWS

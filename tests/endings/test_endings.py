@@ -20,10 +20,11 @@ import psutil
 import pytest
 
 from fmu_tools import SPRING
-from strandspring import Spring, scratch
+from strandspring import Spring
 from strandspring.compiled import images
 from strandspring.compiled.targets import FMU_TARGETS
 from strandspring.errors import BuildError, StrandspringError
+from strandspring.ground import scratch
 from strandspring.ground.children import kill_all, run
 from strandspring.ground.scratch import TemporaryFolder
 
