@@ -205,12 +205,14 @@ def test_the_range_of_small_loops_holds_what_no_class_can_leave() -> None:
     """One loop of 2 J at 20 mm: those of 6 mm take 0.06 to 0.36 of it by the powers, and 7 % more or less."""
     spring = replace(spring_of(1.0, 1.0), displacement_min=0.03, displacement_max=0.07)
     own = loop_energy(spring)
-    found = small_loops(spring, {}, [LoopEnergy(0.02, 2.0, 2.0, 0.0, 0.0)])
+    found = small_loops(spring, {}, [LoopEnergy(0.02, 2.0, 2.0, 0.0, 0.0, 0.0)])
     assert found.energy == pytest.approx(own)
     assert found.low == pytest.approx(min(0.93 * 2.0 * 0.3**2.34, own))
     assert found.high == pytest.approx(max(1.07 * 2.0 * 0.3**0.85, own))
     # A second amplitude shows the power; other energies that are possible widen the range.
-    two = small_loops(spring, {}, [LoopEnergy(0.02, 2.0, 2.0, 0.0, 0.0), LoopEnergy(0.01, 0.8, 0.8, 0.0, 0.0)])
+    two = small_loops(
+        spring, {}, [LoopEnergy(0.02, 2.0, 2.0, 0.0, 0.0, 0.0), LoopEnergy(0.01, 0.8, 0.8, 0.0, 0.0, 0.0)]
+    )
     power = np.log(2.0 / 0.8) / np.log(2.0)
     assert two.low == pytest.approx(min(0.93 * 0.8 * 0.6 ** (power + 1.3), own))
     assert two.high == pytest.approx(max(1.07 * 0.8 * 0.6 ** (power - 0.2), own))

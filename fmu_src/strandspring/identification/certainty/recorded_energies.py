@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -28,6 +29,8 @@ class LoopEnergy:
     measured, predicted : float   Mean energy of a cycle, and that of the saved spring along the same path [J].
     error : float                 Standard error of the measured one by the noise of the force [J].
     spread : float                Half the difference between the largest and the smallest cycle [J].
+    difference : float            Of the saved spring's energy from the measured one, share of that: over the steady
+                                  cycles or over all, whichever is larger [-].
     """
 
     amplitude: float
@@ -35,6 +38,7 @@ class LoopEnergy:
     predicted: float
     error: float
     spread: float
+    difference: float
 
     def as_json(self) -> dict[str, float]:
         """An entry of the model file's field `fit.recorded_loops`."""
@@ -60,8 +64,9 @@ def recorded_energies(
         group = order[amplitudes[order] >= ONE_AMPLITUDE * amplitudes[order[0]]]
         order = order[group.size :]
         # The first cycle of an amplitude is none of its steady loops.
-        steady = group[settled[group] > 0.0]
+        every, steady = group, group[settled[group] > 0.0]
         group = steady if steady.size else group
+        differences = [_share(predicted[own].sum(), measured[own].sum()) for own in (group, every)]
         found.append(
             LoopEnergy(
                 float(amplitudes[group].mean()),
@@ -69,9 +74,15 @@ def recorded_energies(
                 float(predicted[group].mean()),
                 float(np.sqrt(variances[group].sum())) / group.size,
                 0.5 * float(np.ptp(measured[group])),
+                max(differences, key=abs),
             )
         )
     return tuple(found)
+
+
+def _share(predicted: float, measured: float) -> float:
+    """Difference of an energy from a measured one as a share of that; infinite where no loop was measured."""
+    return float(predicted / measured) - 1.0 if measured > 0.0 else math.inf
 
 
 def _cycles(solver: PathSolver, part: SteadyRecord, fit: RecordFit) -> FloatArray:

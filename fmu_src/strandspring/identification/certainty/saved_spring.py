@@ -6,6 +6,7 @@ figures of an identification are those of the saved spring alone, and this modul
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -98,9 +99,9 @@ def _energies(recorded: Sequence[LoopEnergy]) -> str:
     """By how much the spring's loops differ in energy from those recorded, amplitude by amplitude, where it counts."""
     texts = []
     for loop in recorded:
-        difference = loop.predicted - loop.measured
-        if abs(difference) > max(_BEYOND_NOISE * loop.error, _WORTH_ENERGY * abs(loop.measured)):
-            share = 100.0 * difference / loop.measured if loop.measured > 0.0 else 0.0
-            size = f"energy {share:+.0f} %" if share else "no loop was recorded"
+        if abs(loop.difference) > max(_BEYOND_NOISE * loop.error / max(loop.measured, 1e-300), _WORTH_ENERGY):
+            size = (
+                f"energy {100.0 * loop.difference:+.0f} %" if math.isfinite(loop.difference) else "no loop was recorded"
+            )
             texts.append(f"{size} at {1e3 * loop.amplitude:.3g} mm")
     return ", ".join(texts)
