@@ -1,8 +1,9 @@
 """A low-pass filter that records went through before they were saved, from the spectrum of their forces.
 
 At a reversal the slope of a spring's force jumps. The power of its harmonics falls by 12 dB per octave where the
-displacement turns at a corner and by 18 dB where it turns as a sine does, down to a floor of white noise. A filter of
-the second order that is run forth and back takes another 24 dB, and there is no floor: that is told from any spring.
+displacement turns at a corner and by 18 dB where it turns as a sine does, down to a floor of white noise. A
+second-order filter that is run forward and backward adds another 24 dB per octave and removes the floor, as no spring
+does.
 """
 
 from __future__ import annotations
