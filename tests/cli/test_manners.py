@@ -20,7 +20,7 @@ import pytest
 
 from springs import MOUNT
 from strandspring import Spring
-from strandspring.api.text_table import table_lines
+from strandspring.api.common.text_table import table_lines
 from strandspring.cli.main import COMMANDS
 from strandspring.cli.output import advancing, progress
 from strandspring.errors import StrandspringError

@@ -8,9 +8,9 @@ from typing import Any
 import click
 from click.core import ParameterSource
 
-from ..api.building import BuildOptions, Kind, WantedSettings, build_all, checked_author
-from ..api.building_system import SystemToBuild
-from ..api.fmus_in_place import BuiltFmu
+from ..api.fmus.building import BuildOptions, Kind, WantedSettings, build_all, checked_author
+from ..api.fmus.building_system import SystemToBuild
+from ..api.fmus.fmus_in_place import BuiltFmu
 from ..api.records import bundled_record
 from ..errors import BuildError
 from ..fmu.archive import binary_sizes, fmu_path

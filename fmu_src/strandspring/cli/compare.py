@@ -6,10 +6,10 @@ from typing import Any
 
 import click
 
-from ..api.alignment import Align
-from ..api.comparison import DRAWS
-from ..api.comparison import compare as compare_springs
-from ..api.comparison_words import figure_table, parameter_table
+from ..api.comparing.alignment import Align
+from ..api.comparing.comparison import DRAWS
+from ..api.comparing.comparison import compare as compare_springs
+from ..api.comparing.comparison_words import figure_table, parameter_table
 from ..ground.plotfile import SUFFIXES
 from ..model.modelfile import load_model
 from .cautions import note_assumptions, note_cautions

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from ..api.exporting import Exports, refuse_package
+from ..api.fmus.exporting import Exports, refuse_package
 from ..errors import StrandspringError
 from ..exchange.c_sources import constant_bytes
 from ..exchange.modelica import LIBRARY, record_name

@@ -7,9 +7,9 @@ from typing import Any
 
 import click
 
-from ..api.identification import Identification
-from ..api.identification import identify as identify_records
-from ..api.text import fit_json, verdict_json
+from ..api.common.text import fit_json, verdict_json
+from ..api.identifying.identification import Identification
+from ..api.identifying.identification import identify as identify_records
 from ..identification.method import Method
 from ..loops.campaign import campaign_verdicts
 from ..model.modelfile import ModelFile, save_model

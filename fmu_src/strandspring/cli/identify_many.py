@@ -9,9 +9,9 @@ from typing import Any
 
 import click
 
-from ..api.many import ManyResult
-from ..api.many import identify_many as identify_all
-from ..batches.sources import COLUMNAR_TABLE, JOURNAL
+from ..api.identifying.many import ManyResult
+from ..api.identifying.many import identify_many as identify_all
+from ..campaigns.batches.sources import COLUMNAR_TABLE, JOURNAL
 from .options import (
     FiniteRange,
     cluster_option,

@@ -9,9 +9,9 @@ from typing import Any
 
 import click
 
-from ..api.information import Information
-from ..api.information import info as information_of
-from ..api.text import verdict_json
+from ..api.common.text import verdict_json
+from ..api.identifying.information import Information
+from ..api.identifying.information import info as information_of
 from ..loops.loop import LoopFigures
 from ..loops.measured import MeasuredLoop
 from ..model.modelfile import load_model, save_model

@@ -8,8 +8,8 @@ from typing import Any
 
 import click
 
-from ..api.isolation import CheckedMotion, IsolatedModel, Isolation, verification_lines
-from ..api.isolation import isolate as isolated
+from ..api.vibration.isolation import CheckedMotion, IsolatedModel, Isolation, verification_lines
+from ..api.vibration.isolation import isolate as isolated
 from .isolate_system import isolate_description, refuse_wrong_options, system_options
 from .mount import EXCITATIONS, chosen_levels, curve_options, level_options, mount_options, positive
 from .output import reporting, result, result_json, terminal_width

@@ -9,7 +9,7 @@ from typing import Any
 import click
 import numpy as np
 
-from ..api.system_isolation import IsolatedSystem, SystemIsolation, isolate_system
+from ..api.vibration.system_isolation import IsolatedSystem, SystemIsolation, isolate_system
 from ..vibration.bodies.six_response import DIRECTIONS, SystemResponse
 from .descriptions import is_system, refuse_mixed
 from .mount import chosen_levels, positive

@@ -10,16 +10,16 @@ from typing import Any, TypeVar
 
 import click
 
+from ..campaigns.jobs.cluster import PATIENCE, Cluster
+from ..campaigns.jobs.runners import JobError
 from ..errors import ModelError, RecordError
 from ..identification.method import Method
 from ..identification.refined import KEEP, RefinedOptions
 from ..identification.rig.rig import STATES
 from ..identification.search.scan import ScanOptions
-from ..intake.description_file import entries
-from ..intake.wanted import Wanted
-from ..intake.windows import is_window
-from ..jobs.cluster import PATIENCE, Cluster
-from ..jobs.runners import JobError
+from ..loops.description_file import entries
+from ..loops.wanted import Wanted
+from ..loops.windows import is_window
 from ..model.modelfile import check_name
 from ..model.modelfile import identifier as identifier
 from ..peers.ni_spring import NiOptions

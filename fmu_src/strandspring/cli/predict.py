@@ -8,9 +8,9 @@ from typing import Any
 import click
 import numpy as np
 
-from ..api.prediction import Prediction
-from ..api.prediction import predict as predict_records
-from ..api.text import fit_json
+from ..api.common.text import fit_json
+from ..api.identifying.prediction import Prediction
+from ..api.identifying.prediction import predict as predict_records
 from ..ground.files import write_csv
 from ..model.modelfile import load_model
 from .cautions import note_assumptions, note_cautions

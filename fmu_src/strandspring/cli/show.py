@@ -8,8 +8,8 @@ from typing import Any
 
 import click
 
+from ..api.common.text import counted
 from ..api.showing import show as write_page
-from ..api.text import counted
 from ..ground.files import user_cache
 from ..loops.overview import overview
 from .cautions import note_assumptions

@@ -7,7 +7,7 @@ from typing import Any
 
 import click
 
-from ..api.simulating import simulate as simulated
+from ..api.vibration.simulating import simulate as simulated
 from ..ground.files import refuse_unwritable
 from ..report.page import SUFFIXES, check_report_path
 from ..vibration.description.system_file import load_system_file

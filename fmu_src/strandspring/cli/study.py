@@ -10,11 +10,11 @@ from typing import Any
 import click
 import numpy as np
 
-from ..api.studying import StudyResult
-from ..api.studying import study as studied
-from ..api.system_studying import SystemStudyResult, study_system
-from ..studies.definition import STIFFNESS_FACTORS
-from ..studies.journal import journal_path
+from ..api.studies.studying import StudyResult
+from ..api.studies.studying import study as studied
+from ..api.studies.system_studying import SystemStudyResult, study_system
+from ..campaigns.studies.definition import STIFFNESS_FACTORS
+from ..campaigns.studies.journal import journal_path
 from .descriptions import is_system
 from .mount import EXCITATIONS, chosen_levels, curve_options, level_options, mount_options, positive
 from .options import FiniteRange, cluster_option, worker_options

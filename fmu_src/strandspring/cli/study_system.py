@@ -7,7 +7,7 @@ from typing import Any
 
 import click
 
-from ..api.system_studying import SystemStudyResult
+from ..api.studies.system_studying import SystemStudyResult
 from ..model.spread import Quantiles
 from .descriptions import refuse_mixed
 from .mount import positive

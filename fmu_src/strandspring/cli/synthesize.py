@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import click
 
-from ..api.caution_text import outside_cautions
-from ..api.synthesis import synthesize as synthesize_spring
-from ..api.synthesis import synthesize_ni
+from ..api.common.caution_text import outside_cautions
+from ..api.identifying.synthesis import synthesize as synthesize_spring
+from ..api.identifying.synthesis import synthesize_ni
 from ..core.parameters import N_RANGE
 from ..model.modelfile import load_model
 from ..peers.ni import PAPER_NI

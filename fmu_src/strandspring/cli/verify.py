@@ -7,8 +7,8 @@ from dataclasses import asdict
 
 import click
 
-from ..api.text import counted
-from ..api.verifying import verify as verified
+from ..api.common.text import counted
+from ..api.fmus.verifying import verify as verified
 from ..ground.files import readable
 from .output import note, result, result_json, working
 

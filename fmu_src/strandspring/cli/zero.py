@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import click
 
-from ..api.placing import origin_of as origin_of
+from ..api.common.placing import origin_of as origin_of
 from ..errors import StrandspringError
 from ..model.coordinates import given_zero
 
