@@ -9,8 +9,8 @@ from typing import Any
 
 import click
 
-from ..ground.files import refuse_unwritable
-from ..ground.plotfile import SUFFIXES
+from ...ground.files import refuse_unwritable
+from ...ground.plotfile import SUFFIXES
 
 # Endings that promise a format.
 _PROMISES = frozenset(

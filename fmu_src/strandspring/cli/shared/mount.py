@@ -7,8 +7,8 @@ from typing import Any
 
 import click
 
-from ..vibration.one_mass.band import checked_limits
-from ..vibration.one_mass.system import MOST_SPRINGS, Excitation, IsolationError
+from ...vibration.one_mass.band import checked_limits
+from ...vibration.one_mass.system import MOST_SPRINGS, Excitation, IsolationError
 from .options import Command, FiniteRange, together
 
 # Excitation, factor from the unit of the option to SI.

@@ -8,14 +8,14 @@ from typing import Any
 
 import click
 
-from ..api.common.text import counted
-from ..api.showing import show as write_page
-from ..ground.files import user_cache
-from ..loops.overview import overview
-from .cautions import note_assumptions
-from .options import read_records, record_files, record_options
-from .output import result, result_json, working
-from .paths import refuse_overwriting
+from ...api.common.text import counted
+from ...api.showing import show as write_page
+from ...ground.files import user_cache
+from ...loops.overview import overview
+from ..shared.cautions import note_assumptions
+from ..shared.options import read_records, record_files, record_options
+from ..shared.output import result, result_json, working
+from ..shared.paths import refuse_overwriting
 
 
 @click.command()

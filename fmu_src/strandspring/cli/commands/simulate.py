@@ -7,13 +7,13 @@ from typing import Any
 
 import click
 
-from ..api.vibration.simulating import simulate as simulated
-from ..ground.files import refuse_unwritable
-from ..report.page import SUFFIXES, check_report_path
-from ..vibration.description.system_file import load_system_file
-from .options import FiniteRange
-from .output import reporting, result, result_json, terminal_width, working
-from .paths import PLOT_FILE, FileOfFormat, refuse_overwriting
+from ...api.vibration.simulating import simulate as simulated
+from ...ground.files import refuse_unwritable
+from ...report.page import SUFFIXES, check_report_path
+from ...vibration.description.system_file import load_system_file
+from ..shared.options import FiniteRange
+from ..shared.output import reporting, result, result_json, terminal_width, working
+from ..shared.paths import PLOT_FILE, FileOfFormat, refuse_overwriting
 
 
 @click.command()

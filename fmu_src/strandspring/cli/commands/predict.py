@@ -8,15 +8,15 @@ from typing import Any
 import click
 import numpy as np
 
-from ..api.common.text import fit_json
-from ..api.identifying.prediction import Prediction
-from ..api.identifying.prediction import predict as predict_records
-from ..ground.files import write_csv
-from ..model.modelfile import load_model
-from .cautions import note_assumptions, note_cautions
-from .options import read_records, record_files, record_options
-from .output import note, result, result_json, working
-from .paths import refuse_overwriting
+from ...api.common.text import fit_json
+from ...api.identifying.prediction import Prediction
+from ...api.identifying.prediction import predict as predict_records
+from ...ground.files import write_csv
+from ...model.modelfile import load_model
+from ..shared.cautions import note_assumptions, note_cautions
+from ..shared.options import read_records, record_files, record_options
+from ..shared.output import note, result, result_json, working
+from ..shared.paths import refuse_overwriting
 
 # Of the columns of a prediction in the file, with the factor from SI.
 _HEADINGS = {

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
-from ..api.identifying.identification import Identification
-from ..peers.rivals.classes import RIVALS
-from ..peers.rivals.ranking import Entry, Ranking
+from ...api.identifying.identification import Identification
+from ...peers.rivals.classes import RIVALS
+from ...peers.rivals.ranking import Entry, Ranking
 from .output import advancing, note, result, result_table
 
 

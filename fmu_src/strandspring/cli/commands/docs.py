@@ -7,11 +7,11 @@ from pathlib import Path
 
 import click
 
-from .._version import __version__
-from ..docs.site import PAGES, page_text, write_site
-from ..ground.files import user_cache
-from .output import result
-from .paths import refuse_overwriting
+from ..._version import __version__
+from ...docs.site import PAGES, page_text, write_site
+from ...ground.files import user_cache
+from ..shared.output import result
+from ..shared.paths import refuse_overwriting
 
 
 @click.command()

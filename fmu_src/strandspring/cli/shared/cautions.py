@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
-from ..records.record import Record
+from ...records.record import Record
 from .output import note
 
 if TYPE_CHECKING:
-    from ..api.identifying.identification import Identification
+    from ...api.identifying.identification import Identification
 
 _SHOWN = 3  # cautions of an identification on the terminal
 _WORDS = 46  # of each of them

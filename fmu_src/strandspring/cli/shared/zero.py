@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import click
 
-from ..api.common.placing import origin_of as origin_of
-from ..errors import StrandspringError
-from ..model.coordinates import given_zero
+from ...api.common.placing import origin_of as origin_of
+from ...errors import StrandspringError
+from ...model.coordinates import given_zero
 
 
 def _given(_context: click.Context, _option: click.Parameter, text: str | None) -> str | float | None:

@@ -10,18 +10,18 @@ from typing import Any
 import click
 import numpy as np
 
-from ..api.studies.studying import StudyResult
-from ..api.studies.studying import study as studied
-from ..api.studies.system_studying import SystemStudyResult, study_system
-from ..campaigns.studies.definition import STIFFNESS_FACTORS
-from ..campaigns.studies.journal import journal_path
-from .descriptions import is_system
-from .mount import EXCITATIONS, chosen_levels, curve_options, level_options, mount_options, positive
-from .options import FiniteRange, cluster_option, worker_options
-from .output import note, reporting, result, result_json, terminal_width
-from .paths import refuse_overwriting
-from .study_system import json_of, quantiles_json, refuse_wrong_options, system_options, varied_paths
-from .zero import zero_option
+from ...api.studies.studying import StudyResult
+from ...api.studies.studying import study as studied
+from ...api.studies.system_studying import SystemStudyResult, study_system
+from ...campaigns.studies.definition import STIFFNESS_FACTORS
+from ...campaigns.studies.journal import journal_path
+from ..shared.descriptions import is_system
+from ..shared.mount import EXCITATIONS, chosen_levels, curve_options, level_options, mount_options, positive
+from ..shared.options import FiniteRange, cluster_option, worker_options
+from ..shared.output import note, reporting, result, result_json, terminal_width
+from ..shared.paths import refuse_overwriting
+from ..shared.study_system import json_of, quantiles_json, refuse_wrong_options, system_options, varied_paths
+from ..shared.zero import zero_option
 
 _MOST_VALUES = 10_000  # of one LOW:HIGH:COUNT
 

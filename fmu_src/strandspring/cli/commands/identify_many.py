@@ -9,10 +9,10 @@ from typing import Any
 
 import click
 
-from ..api.identifying.many import ManyResult
-from ..api.identifying.many import identify_many as identify_all
-from ..campaigns.batches.sources import COLUMNAR_TABLE, JOURNAL
-from .options import (
+from ...api.identifying.many import ManyResult
+from ...api.identifying.many import identify_many as identify_all
+from ...campaigns.batches.sources import COLUMNAR_TABLE, JOURNAL
+from ..shared.options import (
     FiniteRange,
     cluster_option,
     identification_options,
@@ -21,7 +21,7 @@ from .options import (
     wanted_of,
     worker_options,
 )
-from .output import note, reporting, result, result_json
+from ..shared.output import note, reporting, result, result_json
 
 
 @click.command("identify-many")

@@ -8,13 +8,13 @@ from typing import Any
 
 import click
 
-from ..api.vibration.isolation import CheckedMotion, IsolatedModel, Isolation, verification_lines
-from ..api.vibration.isolation import isolate as isolated
-from .isolate_system import isolate_description, refuse_wrong_options, system_options
-from .mount import EXCITATIONS, chosen_levels, curve_options, level_options, mount_options, positive
-from .output import reporting, result, result_json, terminal_width
-from .paths import PLOT_FILE, refuse_overwriting
-from .zero import zero_option
+from ...api.vibration.isolation import CheckedMotion, IsolatedModel, Isolation, verification_lines
+from ...api.vibration.isolation import isolate as isolated
+from ..shared.isolate_system import isolate_description, refuse_wrong_options, system_options
+from ..shared.mount import EXCITATIONS, chosen_levels, curve_options, level_options, mount_options, positive
+from ..shared.output import reporting, result, result_json, terminal_width
+from ..shared.paths import PLOT_FILE, refuse_overwriting
+from ..shared.zero import zero_option
 
 
 @click.command()

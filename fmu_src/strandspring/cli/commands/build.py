@@ -8,25 +8,32 @@ from typing import Any
 import click
 from click.core import ParameterSource
 
-from ..api.fmus.building import BuildOptions, Kind, WantedSettings, build_all, checked_author
-from ..api.fmus.building_system import SystemToBuild
-from ..api.fmus.fmus_in_place import BuiltFmu
-from ..api.records import bundled_record
-from ..errors import BuildError
-from ..fmu.archive import binary_sizes, fmu_path
-from ..fmu.native.platforms import PLATFORMS, Platform, chosen_platforms
-from ..ground.files import refuse_unwritable
-from ..model.coordinates import zero_sentence
-from ..model.modelfile import is_model_path, load_model, save_model
-from ..model.stated_figures import NAMES
-from ..system_fmu.system_variables import system_variables
-from ..vibration.description.system_file import is_system_file
-from .cautions import note_most_harmful
+from ...api.fmus.building import BuildOptions, Kind, WantedSettings, build_all, checked_author
+from ...api.fmus.building_system import SystemToBuild
+from ...api.fmus.fmus_in_place import BuiltFmu
+from ...api.records import bundled_record
+from ...errors import BuildError
+from ...fmu.archive import binary_sizes, fmu_path
+from ...fmu.native.platforms import PLATFORMS, Platform, chosen_platforms
+from ...ground.files import refuse_unwritable
+from ...model.coordinates import zero_sentence
+from ...model.modelfile import is_model_path, load_model, save_model
+from ...model.stated_figures import NAMES
+from ...system_fmu.system_variables import system_variables
+from ...vibration.description.system_file import is_system_file
+from ..shared.cautions import note_most_harmful
+from ..shared.options import (
+    identification_options,
+    identifier,
+    method_options,
+    name_option,
+    record_files,
+    record_options,
+)
+from ..shared.output import reporting, result, result_json
+from ..shared.paths import refuse_overwriting
+from ..shared.zero import origin_of, zero_option
 from .identify import identified
-from .options import identification_options, identifier, method_options, name_option, record_files, record_options
-from .output import reporting, result, result_json
-from .paths import refuse_overwriting
-from .zero import origin_of, zero_option
 
 # Of the bundled record: its machine position counts down while the sample is stretched.
 EXAMPLE_NAME = "rubber_hinge"

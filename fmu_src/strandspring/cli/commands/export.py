@@ -6,17 +6,17 @@ from pathlib import Path
 
 import click
 
-from ..api.fmus.exporting import Exports, refuse_package
-from ..errors import StrandspringError
-from ..exchange.c_sources import constant_bytes
-from ..exchange.modelica import LIBRARY, record_name
-from ..ground.files import reason_of
-from ..model.coordinates import zero_sentence
-from ..model.modelfile import load_model
-from .options import FiniteRange
-from .output import note, reporting, result, result_json
-from .paths import refuse_overwriting
-from .zero import origin_of, zero_option
+from ...api.fmus.exporting import Exports, refuse_package
+from ...errors import StrandspringError
+from ...exchange.c_sources import constant_bytes
+from ...exchange.modelica import LIBRARY, record_name
+from ...ground.files import reason_of
+from ...model.coordinates import zero_sentence
+from ...model.modelfile import load_model
+from ..shared.options import FiniteRange
+from ..shared.output import note, reporting, result, result_json
+from ..shared.paths import refuse_overwriting
+from ..shared.zero import origin_of, zero_option
 
 
 @click.command()

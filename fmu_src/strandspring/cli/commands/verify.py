@@ -7,10 +7,10 @@ from dataclasses import asdict
 
 import click
 
-from ..api.common.text import counted
-from ..api.fmus.verifying import verify as verified
-from ..ground.files import readable
-from .output import note, result, result_json, working
+from ...api.common.text import counted
+from ...api.fmus.verifying import verify as verified
+from ...ground.files import readable
+from ..shared.output import note, result, result_json, working
 
 
 @click.command()

@@ -9,18 +9,18 @@ from typing import Any
 
 import click
 
-from ..api.common.text import verdict_json
-from ..api.identifying.information import Information
-from ..api.identifying.information import info as information_of
-from ..loops.loop import LoopFigures
-from ..loops.measured import MeasuredLoop
-from ..model.modelfile import load_model, save_model
-from ..model.stated_figures import stated_json
-from .cautions import note_assumptions, note_cautions
-from .options import FiniteRange, read_records, record_files, record_options
-from .output import result, result_json, result_table, working
-from .paths import refuse_overwriting
-from .zero import origin_of, zero_option
+from ...api.common.text import verdict_json
+from ...api.identifying.information import Information
+from ...api.identifying.information import info as information_of
+from ...loops.loop import LoopFigures
+from ...loops.measured import MeasuredLoop
+from ...model.modelfile import load_model, save_model
+from ...model.stated_figures import stated_json
+from ..shared.cautions import note_assumptions, note_cautions
+from ..shared.options import FiniteRange, read_records, record_files, record_options
+from ..shared.output import result, result_json, result_table, working
+from ..shared.paths import refuse_overwriting
+from ..shared.zero import origin_of, zero_option
 
 # Heading, figure, factor from SI to the unit of the heading.
 _COLUMNS = (

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
-from ..api.common.text_table import table_lines
+from ...api.common.text_table import table_lines
 
 if TYPE_CHECKING:
     from rich.progress import Progress

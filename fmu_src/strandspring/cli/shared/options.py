@@ -10,21 +10,21 @@ from typing import Any, TypeVar
 
 import click
 
-from ..campaigns.jobs.cluster import PATIENCE, Cluster
-from ..campaigns.jobs.runners import JobError
-from ..errors import ModelError, RecordError
-from ..identification.method import Method
-from ..identification.refined import KEEP, RefinedOptions
-from ..identification.rig.rig import STATES
-from ..identification.search.scan import ScanOptions
-from ..loops.description_file import entries
-from ..loops.wanted import Wanted
-from ..loops.windows import is_window
-from ..model.modelfile import check_name
-from ..model.modelfile import identifier as identifier
-from ..peers.ni_spring import NiOptions
-from ..peers.two_stage_options import TwoStageOptions
-from ..records.record import Record
+from ...campaigns.jobs.cluster import PATIENCE, Cluster
+from ...campaigns.jobs.runners import JobError
+from ...errors import ModelError, RecordError
+from ...identification.method import Method
+from ...identification.refined import KEEP, RefinedOptions
+from ...identification.rig.rig import STATES
+from ...identification.search.scan import ScanOptions
+from ...loops.description_file import entries
+from ...loops.wanted import Wanted
+from ...loops.windows import is_window
+from ...model.modelfile import check_name
+from ...model.modelfile import identifier as identifier
+from ...peers.ni_spring import NiOptions
+from ...peers.two_stage_options import TwoStageOptions
+from ...records.record import Record
 from .output import progress
 
 

@@ -4,18 +4,18 @@ from __future__ import annotations
 
 import click
 
-from ..api.common.caution_text import outside_cautions
-from ..api.identifying.synthesis import synthesize as synthesize_spring
-from ..api.identifying.synthesis import synthesize_ni
-from ..core.parameters import N_RANGE
-from ..model.modelfile import load_model
-from ..peers.ni import PAPER_NI
-from ..records.record import Record
-from .cautions import note_cautions
-from .options import FiniteRange
-from .output import note, result
-from .paths import refuse_overwriting
-from .usage import values_as_usage
+from ...api.common.caution_text import outside_cautions
+from ...api.identifying.synthesis import synthesize as synthesize_spring
+from ...api.identifying.synthesis import synthesize_ni
+from ...core.parameters import N_RANGE
+from ...model.modelfile import load_model
+from ...peers.ni import PAPER_NI
+from ...records.record import Record
+from ..shared.cautions import note_cautions
+from ..shared.options import FiniteRange
+from ..shared.output import note, result
+from ..shared.paths import refuse_overwriting
+from ..shared.usage import values_as_usage
 
 
 @click.group()

@@ -6,18 +6,18 @@ from typing import Any
 
 import click
 
-from ..api.comparing.alignment import Align
-from ..api.comparing.comparison import DRAWS
-from ..api.comparing.comparison import compare as compare_springs
-from ..api.comparing.comparison_words import figure_table, parameter_table
-from ..ground.plotfile import SUFFIXES
-from ..model.modelfile import load_model
-from .cautions import note_assumptions, note_cautions
-from .mount import positive
-from .options import FiniteRange, read_records, record_files, record_options
-from .output import result, result_json, result_table, working
-from .paths import PLOT_FILE, refuse_overwriting
-from .usage import values_as_usage
+from ...api.comparing.alignment import Align
+from ...api.comparing.comparison import DRAWS
+from ...api.comparing.comparison import compare as compare_springs
+from ...api.comparing.comparison_words import figure_table, parameter_table
+from ...ground.plotfile import SUFFIXES
+from ...model.modelfile import load_model
+from ..shared.cautions import note_assumptions, note_cautions
+from ..shared.mount import positive
+from ..shared.options import FiniteRange, read_records, record_files, record_options
+from ..shared.output import result, result_json, result_table, working
+from ..shared.paths import PLOT_FILE, refuse_overwriting
+from ..shared.usage import values_as_usage
 
 
 @click.command()

@@ -9,8 +9,8 @@ from typing import Any
 import click
 import numpy as np
 
-from ..api.vibration.system_isolation import IsolatedSystem, SystemIsolation, isolate_system
-from ..vibration.bodies.six_response import DIRECTIONS, SystemResponse
+from ...api.vibration.system_isolation import IsolatedSystem, SystemIsolation, isolate_system
+from ...vibration.bodies.six_response import DIRECTIONS, SystemResponse
 from .descriptions import is_system, refuse_mixed
 from .mount import chosen_levels, positive
 from .options import together

@@ -7,7 +7,7 @@ from contextlib import contextmanager
 
 import click
 
-from ..errors import StrandspringError
+from ...errors import StrandspringError
 
 
 @contextmanager

@@ -7,15 +7,15 @@ from typing import Any
 
 import click
 
-from ..api.common.text import fit_json, verdict_json
-from ..api.identifying.identification import Identification
-from ..api.identifying.identification import identify as identify_records
-from ..identification.method import Method
-from ..loops.campaign import campaign_verdicts
-from ..model.modelfile import ModelFile, save_model
-from ..peers.rivals.ranking import Ranking
-from .cautions import note_assumptions, note_most_harmful
-from .options import (
+from ...api.common.text import fit_json, verdict_json
+from ...api.identifying.identification import Identification
+from ...api.identifying.identification import identify as identify_records
+from ...identification.method import Method
+from ...loops.campaign import campaign_verdicts
+from ...model.modelfile import ModelFile, save_model
+from ...peers.rivals.ranking import Ranking
+from ..shared.cautions import note_assumptions, note_most_harmful
+from ..shared.options import (
     identification_options,
     identifier,
     method_options,
@@ -24,10 +24,10 @@ from .options import (
     record_files,
     record_options,
 )
-from .output import result, result_json, working
-from .paths import refuse_overwriting
-from .reporting import Reporting, report_options
-from .rivals import compared_with_rivals, print_ranking, ranking_json
+from ..shared.output import result, result_json, working
+from ..shared.paths import refuse_overwriting
+from ..shared.reporting import Reporting, report_options
+from ..shared.rivals import compared_with_rivals, print_ranking, ranking_json
 
 
 @click.command()
