@@ -237,7 +237,7 @@ for states in (False, True):
 
 def test_forms_and_versions_have_identifiers_of_their_own(tmp_path: Path) -> None:
     paths = [build_native_fmu(MODEL, tmp_path, (), with_states=s, fmi=fmi) for s in (False, True) for fmi in (2, 3)]
-    paths.append(build_python_fmu(MODEL, tmp_path, ()))
+    paths.append(build_python_fmu(MODEL, tmp_path))
     descriptions = [fmpy.read_model_description(str(path)) for path in paths]
     assert len({d.guid for d in descriptions}) == len({d.modelName for d in descriptions[:4]}) + 1 == 5
     assert {path.stem for path in paths[:4]} == {d.modelName for d in descriptions[:4]}

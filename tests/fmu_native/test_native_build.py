@@ -327,7 +327,7 @@ def test_documentation_tells_what_is_native(native_fmu: Path, tmp_path: Path) ->
     assert notice.rstrip().endswith("SUCH DAMAGE.")
     with zipfile.ZipFile(built(tmp_path)) as archive:
         page = archive.read("documentation/index.html").decode()
-    assert "STRANDSPRING_LIBPYTHON" in page
+    assert "LD_PRELOAD" in page
     assert "Model exchange" not in page
 
 
@@ -369,6 +369,7 @@ def test_an_fmu_for_other_computers_only_is_validated_but_not_run(
         (["--backend", "native", "--platform", "linux64,"], 2, "''"),
         (["--backend", "native", "--platform", "../x"], 2, "'../x'"),
         (["--backend", "native", "--needs-execution-tool"], 2, "for the Python-backed FMU"),
+        (["--backend", "python", "--platform", "host"], 2, "the Python-backed one has linux64 and win64"),
     ],
 )
 def test_command_line_refuses(

@@ -67,7 +67,7 @@ def trial(dice: Dice, folder: Path) -> Iterator[str]:
 @cache
 def _sound() -> Files:
     """The files of an FMU without binaries, which therefore is not run."""
-    return fmu_contents(ModelFile("spring", _SPRING), platforms=())
+    return fmu_contents(ModelFile("spring", _SPRING))
 
 
 def _sealed(files: Files) -> None:

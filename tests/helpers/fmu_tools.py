@@ -67,7 +67,7 @@ _numbers = itertools.count(1)
 @fmi2CallbackLoggerTYPE
 def _logger(environment: int | None, _name: bytes, status: int, category: bytes, text: bytes) -> None:
     # Instances that FMPy itself makes later come here too, with no environment.
-    _messages.setdefault(environment, []).append((status, category.decode(), text.decode()))
+    _messages.setdefault(environment, []).append((status, (category or b"").decode(), text.decode()))
 
 
 def callbacks_into(messages: list[tuple[int, str, str]]) -> fmi2CallbackFunctions:
