@@ -5,11 +5,15 @@ from __future__ import annotations
 import ast
 import json
 import math
+import os
+import subprocess
+import sys
 
 import numpy as np
 import pytest
 
 from fmu_tools import OTHER, SPRING, built, instance, run_python, status_of
+from kernel_tools import HERE, build_folder, compiled
 from strandspring.core.instance import RefusedCallError
 from strandspring.kernel.path import PathSolver
 
@@ -275,3 +279,26 @@ def test_the_host_survives_many_errors(fmu, tmp_path):
     lines = run_python(MANY_FATALS, fmu, tmp_path / "unpacked").split("\n")
     assert lines[0].startswith("True")
     assert lines[1] == "alive"
+
+
+END = """
+import atexit, sys
+from pathlib import Path
+from fmu_tools import instance
+with instance(Path(sys.argv[1]), Path(sys.argv[2])) as one:
+    one.initialize()
+if sys.argv[3] == "without":
+    atexit._clear()
+"""
+
+
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="the binary for Windows frees its state once")
+@pytest.mark.parametrize(("care", "status"), [("with", 0), ("without", 86)])
+def test_the_end_of_the_process_frees_nothing_twice(fmu, tmp_path, care, status):
+    preloaded = compiled(build_folder() / "freed_twice.so", "-O1", "-shared", "-fPIC", HERE / "freed_twice.c")
+    done = subprocess.run(
+        [sys.executable, "-c", END, str(fmu), str(tmp_path / "unpacked"), care],
+        capture_output=True, text=True, cwd=HERE, env={**os.environ, "LD_PRELOAD": str(preloaded)}, timeout=120,
+        check=False,
+    )  # fmt: skip
+    assert done.returncode == status, done.stderr
