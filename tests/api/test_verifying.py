@@ -10,8 +10,8 @@ import pytest
 
 from springs import MOUNT
 from strandspring import ModelError, Spring, info, verify
-from strandspring.fmu.papers import HASHES, REFERENCE, STIMULI, sealed
 from strandspring.fmu.python_backed import fmu_contents
+from strandspring.fmu.related_files import HASHES, REFERENCE, STIMULI, sealed
 from strandspring.model.modelfile import ModelFile
 
 

@@ -28,7 +28,7 @@ from strandspring import Spring
 from strandspring.compiled import images, zig
 from strandspring.compiled.targets import host_target
 from strandspring.fmu.archive import installed_version
-from strandspring.fmu.check import running
+from strandspring.fmu.checks.check import running
 from strandspring.fmu.native.native_fmu import build_native_fmu
 from strandspring.fmu.native.platforms import host_folder
 from strandspring.fmu.python_backed import build_python_fmu

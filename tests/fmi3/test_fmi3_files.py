@@ -23,13 +23,13 @@ from springs import TABLE
 from strandspring.compiled.images import FMU
 from strandspring.compiled.targets import LINUX_X86, MACOS_ARM, MACOS_X86
 from strandspring.errors import BuildError, ModelError
-from strandspring.fmu.fmi3_files import BUILD_DESCRIPTION, TERMINALS
+from strandspring.fmu.description.fmi3_files import BUILD_DESCRIPTION, TERMINALS
+from strandspring.fmu.description.ssv import parameter_values
 from strandspring.fmu.native import native_fmu, platforms
 from strandspring.fmu.native.native_fmu import build_native_fmu, native_contents
 from strandspring.fmu.native.platforms import Platform, binaries, chosen_platforms, host_folder
-from strandspring.fmu.papers import BUILD, RELATED, BuildSettings, sealed
 from strandspring.fmu.python_backed import build_python_fmu
-from strandspring.fmu.ssv import parameter_values
+from strandspring.fmu.related_files import BUILD, RELATED, BuildSettings, sealed
 from strandspring.model.modelfile import ModelFile
 
 MODEL = ModelFile("spring", SPRING)

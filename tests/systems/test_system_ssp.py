@@ -18,7 +18,7 @@ from scipy.spatial.transform import Rotation
 from native_tools import OK
 from strandspring.core.variables import Unit, Variable
 from strandspring.fmu.archive import write_archive
-from strandspring.fmu.description import Backend, Content, described
+from strandspring.fmu.description.model_description import Backend, Content, described
 from strandspring.fmu.native.native_fmu import build_native_fmu
 from strandspring.fmu.native.platforms import chosen_platforms
 from strandspring.fmu.python_backed import slave_contents

@@ -14,8 +14,8 @@ from ..core.parameters import SpringParameters
 from ..core.variables import Unit
 from ..errors import StrandspringError
 from ..fmu.archive import licences, write_archive
+from ..fmu.description.ssv import parameter_set, parameter_values
 from ..fmu.python_backed import slave_contents
-from ..fmu.ssv import parameter_set, parameter_values
 from ..ground.scratch import TemporaryFolder
 from ..kernel.path import PathSolver, as_path
 from ..model.modelfile import ModelFile

@@ -15,9 +15,9 @@ from ..errors import BuildError
 from ..model.coordinates import placed
 from ..model.modelfile import ModelFile
 from .archive import common_contents, content_guid, fmu_path, installed_version, write_archive
-from .description import model_description
-from .description_content import Backend
-from .papers import BuildSettings, model_version, papers, sealed
+from .description.content import Backend
+from .description.model_description import model_description
+from .related_files import BuildSettings, model_version, related_files, sealed
 
 # The rest of pythonfmu, and with it half its import time, serves to build FMUs.
 _PYTHONFMU_SOURCES = (
@@ -98,7 +98,7 @@ def fmu_contents(
     guid, contents = slave_contents(model.name, slave, model_description(model, "", tool, backend))
     common = common_contents(model, zero, model_description(model, guid, tool, backend), ("pythonfmu",))
     settings = BuildSettings("python", zero, author, needs_execution_tool)
-    return sealed({**common, **papers(of_record, settings), **contents})
+    return sealed({**common, **related_files(of_record, settings), **contents})
 
 
 def slave_contents(name: str, slave: str, description: bytes) -> tuple[str, dict[str, bytes]]:

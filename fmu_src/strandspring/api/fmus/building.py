@@ -12,11 +12,11 @@ from typing import Any, Literal, TypeAlias, get_args
 
 from ...errors import BuildError
 from ...fmu.archive import fmu_path
-from ...fmu.check import examine_fmu
+from ...fmu.checks.check import examine_fmu
 from ...fmu.native.native_fmu import build_native_fmu
 from ...fmu.native.platforms import Platform, chosen_platforms
-from ...fmu.papers import BuildSettings
 from ...fmu.python_backed import PYTHON_PLATFORMS, build_python_fmu
+from ...fmu.related_files import BuildSettings
 from ...ground.files import refuse_unwritable
 from ...identification.identified_model import IdentifiedModel
 from ...identification.identify_records import identify_records

@@ -15,8 +15,8 @@ from fmpy.fmi2 import FMU2Model, FMU2Slave
 from fmpy.fmi3 import FMU3Model, FMU3Slave
 from fmpy.model_description import ModelDescription
 
-from ..errors import BuildError
-from .native.platforms import host_folder
+from ...errors import BuildError
+from ..native.platforms import host_folder
 
 
 def fmi_version(description: ModelDescription) -> int:

@@ -17,17 +17,17 @@ import numpy as np
 from fmpy.model_description import ModelDescription
 from fmpy.validation import validate_fmu
 
-from ..core.parameters import SpringParameters
-from ..core.variables import spring_parameters
-from ..errors import BuildError
-from ..ground.endings import kept_endings
-from ..ground.scratch import TemporaryFolder
-from ..kernel.arrays import FloatArray
-from ..kernel.path import PathSolver
-from .archive import binary_sizes
+from ...core.parameters import SpringParameters
+from ...core.variables import spring_parameters
+from ...errors import BuildError
+from ...ground.endings import kept_endings
+from ...ground.scratch import TemporaryFolder
+from ...kernel.arrays import FloatArray
+from ...kernel.path import PathSolver
+from ..archive import binary_sizes
+from ..native.platforms import host_folder
+from ..related_files import STEP, slow_cycles
 from .fmpy_host import MODELS, SLAVES, fmi_version, library_path
-from .native.platforms import host_folder
-from .papers import STEP, slow_cycles
 
 # The FMU and the vectorised path share one source and differ by rounding.
 FORCE_TOLERANCE = 1e-9  # of the largest force

@@ -29,8 +29,8 @@ from ..kernel.path import PathSolver
 from ..model.coordinates import counted_from
 from ..model.joint import JointCovariance
 from ..model.modelfile import MODEL_IN_FMU, ModelFile, text_in_fmu
-from .ssv import parameter_values
-from .xml_parts import xml_file
+from .description.ssv import parameter_values
+from .description.xml_parts import xml_file
 
 BUILD = "resources/strandspring/build.json"
 HASHES = "resources/strandspring/sha256.json"
@@ -67,7 +67,7 @@ class Related(NamedTuple):
     description: str
 
 
-def papers(of_record: ModelFile, settings: BuildSettings) -> dict[str, bytes]:
+def related_files(of_record: ModelFile, settings: BuildSettings) -> dict[str, bytes]:
     """These files by their path in the FMU; the same arguments give the same bytes.
 
     Parameters
