@@ -8,6 +8,7 @@ import math
 import os
 import subprocess
 import sys
+import zipfile
 
 import numpy as np
 import pytest
@@ -15,7 +16,9 @@ import pytest
 from fmu_tools import OTHER, SPRING, built, instance, run_python, status_of
 from kernel_tools import HERE, build_folder, compiled
 from strandspring.core.instance import RefusedCallError
+from strandspring.exchange.ssp import ShakenMass, write_system
 from strandspring.kernel.path import PathSolver
+from strandspring.model.modelfile import ModelFile
 
 # PythonFMU answers every exception so.
 FATAL = 4
@@ -286,7 +289,7 @@ import atexit, sys
 from pathlib import Path
 from fmu_tools import instance
 with instance(Path(sys.argv[1]), Path(sys.argv[2])) as one:
-    one.initialize()
+    one.slave.terminate()
 if sys.argv[3] == "without":
     atexit._clear()
 """
@@ -294,10 +297,14 @@ if sys.argv[3] == "without":
 
 @pytest.mark.skipif(not sys.platform.startswith("linux"), reason="the binary for Windows frees its state once")
 @pytest.mark.parametrize(("care", "status"), [("with", 0), ("without", 86)])
-def test_the_end_of_the_process_frees_nothing_twice(fmu, tmp_path, care, status):
+@pytest.mark.parametrize("slave", ["spring", "plant"])
+def test_the_end_of_the_process_frees_nothing_twice(fmu, tmp_path, slave, care, status):
     preloaded = compiled(build_folder() / "freed_twice.so", "-O1", "-shared", "-fPIC", HERE / "freed_twice.c")
+    system = write_system(tmp_path / "s.ssp", fmu, ModelFile("spring", SPRING), ShakenMass(1.0, 0.0, 0.0, 1.0))
+    with zipfile.ZipFile(system) as archive:
+        file = archive.extract(f"resources/{slave}.fmu", tmp_path)
     done = subprocess.run(
-        [sys.executable, "-c", END, str(fmu), str(tmp_path / "unpacked"), care],
+        [sys.executable, "-c", END, file, str(tmp_path / "unpacked"), care],
         capture_output=True, text=True, cwd=HERE, env={**os.environ, "LD_PRELOAD": str(preloaded)}, timeout=120,
         check=False,
     )  # fmt: skip

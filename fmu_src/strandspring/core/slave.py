@@ -5,12 +5,9 @@ The binary of pythonfmu 0.7 answers an exception with fmi2Fatal and its text.
 
 from __future__ import annotations
 
-import atexit
 import ctypes
-import sys
 from collections.abc import Callable
-from functools import cache, wraps
-from pathlib import Path
+from functools import wraps
 from typing import Any, ClassVar
 
 from .facade import Fmi2Slave, Fmi2Status
@@ -38,18 +35,6 @@ def _survived(method: Callable[..., Any]) -> Callable[..., Any]:
     return call
 
 
-@cache
-def _end_with_python(resources: str) -> None:
-    """Have the binary for Linux free its state when Python ends.
-
-    Where the process ends, the binary would free it twice: the C++ runtime destroys the pointer to it, and then the
-    destructor of the library assigns to that pointer.
-    """
-    if sys.platform == "linux":
-        for binary in Path(resources).parent.glob("binaries/linux64/*.so"):
-            atexit.register(ctypes.CDLL(str(binary)).finalizePythonInterpreter)
-
-
 def _reader(kind: str) -> Callable[..., Any]:
     """The method that reads variables of one type."""
     return _survived(lambda self, vrs: self._spring.read(vrs, kind))
@@ -74,7 +59,6 @@ class SpringSlave(Fmi2Slave):  # type: ignore[misc]
 
     def __init__(self, **options: Any) -> None:
         super().__init__(**options)
-        _end_with_python(self.resources)
         self._spring = SpringInstance(self.identified, warn=lambda message: self.log(message, Fmi2Status.warning))
 
     @_survived

@@ -43,9 +43,17 @@ class Spring(SpringSlave):
 # For each instance the binary puts the folder first on Python's path, imports the module and executes it once more.
 _END_OF_MODULE = """
 
+import atexit
+import ctypes
 import os
+import pathlib
 import sys
 
+if globals() is locals() and sys.platform == "linux":  # imported
+    # The binary frees its state twice where the process ends: the C++ runtime destroys the pointer to it, and then the
+    # destructor of the library assigns to that pointer. Where Python ends first, it is freed once.
+    for binary in pathlib.Path(__file__).parents[1].glob("binaries/linux64/*.so"):
+        atexit.register(ctypes.CDLL(str(binary)).finalizePythonInterpreter)
 if os.path.isfile(os.path.join(sys.path[0], __name__ + ".py")):
     del sys.path[0]  # or it would stay there
 """
