@@ -14,10 +14,9 @@ from fmpy.validation import validate_fmu
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from fmu_tools import OTHER, SPRING, Instance, built, instance, run_python, status_of, wandering_path
+from fmu_tools import OTHER, SPRING, Instance, built, check_fmu, instance, run_python, status_of, wandering_path
 from strandspring.cosimulation.fmu_spring import CosimulationError, FmuSpring
 from strandspring.errors import BuildError
-from strandspring.fmu.checks.check import check_fmu
 from strandspring.kernel.path import PathSolver
 
 ROUNDING = 1e-12

@@ -19,14 +19,13 @@ import lief
 import pytest
 from fmpy.validation import validate_fmu
 
-from fmu_tools import OTHER, SPRING, built
+from fmu_tools import OTHER, SPRING, built, check_fmu
 from native_tools import FUNCTIONS
 from strandspring import Spring
 from strandspring.cli.main import main
 from strandspring.compiled import images, zig
 from strandspring.compiled.targets import FMU_TARGETS, LINUX_X86, MACOS_ARM, WINDOWS_X86, Target, host_target
 from strandspring.errors import BuildError
-from strandspring.fmu.checks.check import check_fmu
 from strandspring.fmu.native.block import filled
 from strandspring.fmu.native.macho import universal
 from strandspring.fmu.native.native_fmu import build_native_fmu, native_contents

@@ -22,6 +22,8 @@ from fmpy.fmi2 import (
 from fmpy.logging import addLoggerProxy
 
 from strandspring.core.parameters import SpringParameters
+from strandspring.errors import BuildError
+from strandspring.fmu.checks.check import CheckReport, examine_fmu
 from strandspring.fmu.python_backed import build_python_fmu
 from strandspring.model.modelfile import ModelFile
 
@@ -45,6 +47,14 @@ OTHER = SpringParameters(
 def built(folder: Path, parameters: SpringParameters = SPRING, name: str = "spring", text: str = "") -> Path:
     """An FMU in `folder`."""
     return build_python_fmu(ModelFile(name, parameters, text), folder, zero=0.0)
+
+
+def check_fmu(path: Path) -> CheckReport:
+    """Validate an FMU and compare a short run with the model; BuildError lists the problems."""
+    report = examine_fmu(path)
+    if report.problems:
+        raise BuildError(f"{path} must not be used: {report.summary}")
+    return report
 
 
 def wandering_path(parameters: SpringParameters, samples: int, seed: int) -> np.ndarray:
