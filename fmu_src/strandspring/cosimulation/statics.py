@@ -43,7 +43,7 @@ def apply_static_load(
     state = initial_state(plant, springs, time)
     q = state.q
     # Force on the plant before the load grows; it decreases to zero.
-    unbalance = _unbalance(plant, time, q, state.forces[0])
+    unbalance = _unbalance(plant, time, q, state.forces)
     for k in range(increments):
         q = _equilibrium(plant, springs, time, q, (1.0 - (k + 1) / increments) * unbalance)
         for spring, displacement in zip(springs, plant.displacements(time, q).tolist(), strict=True):
