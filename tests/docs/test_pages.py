@@ -22,7 +22,7 @@ from strandspring.core.parameters import SCALARS, SpringParameters
 from strandspring.core.variables import variables
 from strandspring.docs.site import PAGES, write_site
 from strandspring.ground import strict_json, unpacking
-from strandspring.intake import description_file
+from strandspring.loops import description_file
 from strandspring.model import modelfile
 from strandspring.records import content
 from strandspring.records.formats import reader_process
