@@ -47,7 +47,6 @@ def simulate(
     *,
     q: ArrayLike | None = None,
     velocity: ArrayLike | None = None,
-    start: float = 0.0,
 ) -> Motion:
     """Simulate a plant with spring FMUs.
 
@@ -56,10 +55,9 @@ def simulate(
     plant : Plant
     springs : sequence of FmuSpring   One for each attachment. Springs that have not been started are started at the
                                       displacements of q; others continue their committed paths.
-    stop, step : float                End and step [s]; `stop - start` is rounded to whole steps.
+    stop, step : float                End and step [s]; `stop` is rounded to whole steps.
     master : Master
     q, velocity : array_like, shape (N,)   Initial values; zero by default.
-    start : float                     [s].
 
     Raises
     ------
@@ -69,13 +67,10 @@ def simulate(
         raise CosimulationError(
             f"The plant has {len(plant.attachments)} attachments, but {len(springs)} springs were given."
         )
-    if not (np.isfinite(step) and step > 0.0 and np.isfinite(stop) and stop - start >= 0.5 * step):
-        raise CosimulationError(
-            f"`step` must be > 0 [s] and `stop` at least a step after `start` {start!r}, got {step!r} and {stop!r}."
-        )
-    steps = round((stop - start) / step)
-    times: FloatArray = start + step * np.arange(steps + 1, dtype=np.float64)
-    states = [initial_state(plant, springs, start, q, velocity)]
+    if not (np.isfinite(step) and step > 0.0 and np.isfinite(stop) and stop >= 0.5 * step):
+        raise CosimulationError(f"`step` must be > 0 [s] and `stop` at least a step, got {step!r} and {stop!r}.")
+    times: FloatArray = step * np.arange(round(stop / step) + 1, dtype=np.float64)
+    states = [initial_state(plant, springs, q, velocity)]
     advance = master.stepper(plant, springs, step)
     for time in times[:-1].tolist():
         try:
@@ -101,22 +96,18 @@ def simulate(
 
 
 def initial_state(
-    plant: Plant,
-    springs: Sequence[FmuSpring],
-    time: float,
-    q: ArrayLike | None = None,
-    velocity: ArrayLike | None = None,
+    plant: Plant, springs: Sequence[FmuSpring], q: ArrayLike | None = None, velocity: ArrayLike | None = None
 ) -> CoupledState:
-    """The state in which a simulation begins; starts the springs that have not been started."""
+    """The state at time 0, in which a simulation begins; starts the springs that have not been started."""
     zero = np.zeros(plant.coordinates)
     position = zero if q is None else np.atleast_1d(np.asarray(q, dtype=np.float64))
     rate = zero if velocity is None else np.atleast_1d(np.asarray(velocity, dtype=np.float64))
     for name, values in (("q", position), ("velocity", rate)):
         if values.shape != zero.shape or not np.isfinite(values).all():
             raise CosimulationError(f"`{name}` must be {zero.size} finite numbers, got {values.tolist()!r}.")
-    displacements = plant.displacements(time, position)
+    displacements = plant.displacements(0.0, position)
     responses = [
-        spring.trial(spring.committed_displacement) if spring.started else spring.start(displacement, time)
+        spring.trial(spring.committed_displacement) if spring.started else spring.start(displacement)
         for spring, displacement in zip(springs, displacements.tolist(), strict=True)
     ]
     forces, energies, _ = np.array(responses).reshape(-1, 3).T
