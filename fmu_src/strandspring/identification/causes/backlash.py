@@ -71,6 +71,8 @@ def backlash(parts: Sequence[SteadyRecord]) -> Backlash | None:
 
 def _gap(travel: FloatArray, force: FloatArray) -> tuple[float, float] | None:
     """Width [m] and force [N] of the longest part of a stroke where the force rests, with steeper parts about it."""
+    if travel[-1] == 0.0:
+        return None
     cell = np.minimum((travel / travel[-1] * _CELLS).astype(np.intp), _CELLS - 1)
     count = np.bincount(cell, minlength=_CELLS)
     if count.min() == 0:

@@ -10,9 +10,12 @@ import numpy as np
 from ...kernel.arrays import FloatArray
 from ...kernel.path import PathSolver
 from ...loops.noise_levels import noise_level
+from ...loops.strokes import Strokes
 from ..points.loops import ONE_AMPLITUDE
 from ..points.steady_part import SteadyRecord
 from .figures import RecordFit, chosen_samples, steps_of_work
+
+_CLOSED = 0.02  # distance between the ends of a cycle that is closed, share of its stroke
 
 
 @dataclass(frozen=True)
@@ -50,14 +53,15 @@ def recorded_energies(
     fits : sequence of RecordFit       Of the spring along the displacement as recorded.
     """
     pieces = [_cycles(solver, part, fit) for part, fit in zip(parts, fits, strict=True)]
-    amplitudes, shares, measured, predicted, variances = np.concatenate(pieces, axis=1)
+    amplitudes, settled, measured, predicted, variances = np.concatenate(pieces, axis=1)
     found = []
     order = np.argsort(-amplitudes)
     while order.size:
         group = order[amplitudes[order] >= ONE_AMPLITUDE * amplitudes[order[0]]]
         order = order[group.size :]
-        whole = group[shares[group] >= ONE_AMPLITUDE]
-        group = whole if whole.size else group
+        # The first cycle of an amplitude is none of its steady loops.
+        steady = group[settled[group] > 0.0]
+        group = steady if steady.size else group
         found.append(
             LoopEnergy(
                 float(amplitudes[group].mean()),
@@ -71,31 +75,43 @@ def recorded_energies(
 
 
 def _cycles(solver: PathSolver, part: SteadyRecord, fit: RecordFit) -> FloatArray:
-    """Of each cycle, shape (5, C): amplitude [m], share of the shorter stroke in the longer, work measured and
+    """Of each cycle, shape (5, C): amplitude [m], whether it follows a stroke of that amplitude, work measured and
     predicted [J], and its variance by noise [J^2].
     """
     strokes, record = part.strokes, part.record
     path = record.displacement
     used = part.used & chosen_samples(record, fit.first_sample)
-    counted = used[1:] & used[:-1]
     of_interval = strokes.of_sample[1:]
     first = int(of_interval[min(fit.first_sample, of_interval.size - 1)])
-    # A single stroke at the end does not count.
-    count = max((strokes.count - first) // 2, 1)
-    cycle = np.maximum(of_interval - first, 0) // 2
-    counted &= cycle < count
-    cycle = np.minimum(cycle, count - 1)
+    begins = _closed_pairs(strokes, first) or list(range(first, max(strokes.count - 1, first + 1), 2))
+    cycle_of_stroke = np.full(strokes.count, len(begins))  # the last one is of no cycle
+    for number, begin in enumerate(begins):
+        cycle_of_stroke[begin : begin + 2] = number
+    cycle = cycle_of_stroke[of_interval]
+    counted = used[1:] & used[:-1]
     noise = noise_level(record.force, strokes.turning[1:-1])
     rows = [
-        np.bincount(cycle, weights=np.where(counted, values, 0.0), minlength=count)
+        np.bincount(cycle, weights=np.where(counted, values, 0.0), minlength=len(begins) + 1)[: len(begins)]
         for values in (
             steps_of_work(solver, path, record.force),
             steps_of_work(solver, path, fit.predicted),
             (noise * np.diff(path)) ** 2,
         )
     ]
-    lengths = strokes.length[first : first + 2 * count]
     # The longer stroke counts, since the first and the last of a record are often cut.
-    amplitudes = 0.5 * np.array([lengths[2 * k : 2 * k + 2].max() for k in range(count)])
-    shares = np.array([lengths[2 * k : 2 * k + 2].min() for k in range(count)]) / np.maximum(2.0 * amplitudes, 1e-300)
-    return np.stack([amplitudes, shares, *rows])
+    amplitudes = 0.5 * np.array([strokes.length[begin : begin + 2].max() for begin in begins])
+    before = np.array([strokes.length[max(begin - 1, 0)] for begin in begins])
+    is_settled = np.abs(before - 2.0 * amplitudes) <= 2.0 * (1.0 - ONE_AMPLITUDE) * amplitudes
+    return np.stack([amplitudes, is_settled, *rows])
+
+
+def _closed_pairs(strokes: Strokes, first: int) -> list[int]:
+    """First strokes of the cycles that end where they began, from a stroke on, one after the other."""
+    ends, pairs = strokes.turning_displacement, []
+    stroke = first
+    while stroke + 2 < ends.size:
+        is_closed = abs(ends[stroke] - ends[stroke + 2]) <= _CLOSED * strokes.length[stroke]
+        if is_closed:
+            pairs.append(stroke)
+        stroke += 2 if is_closed else 1
+    return pairs

@@ -18,7 +18,7 @@ from .figures import RecordFit, chosen_samples, overall
 from .recorded_energies import LoopEnergy
 
 _WORTH = 0.05  # difference that is reported, share of the force's standard deviation
-_WORTH_ENERGY = 0.03  # the same of a loop's energy
+_WORTH_ENERGY = 0.02  # the same of a loop's energy
 _BEYOND_NOISE = 3.0  # standard errors from which a difference of energies is real
 
 
