@@ -5,7 +5,7 @@ from __future__ import annotations
 import shutil
 import sqlite3
 import tempfile
-from contextlib import closing
+from contextlib import closing, suppress
 from pathlib import Path
 from typing import Any
 
@@ -22,11 +22,16 @@ def rows_in(journal: Path) -> int:
         return 0
     with tempfile.TemporaryDirectory() as folder:
         for path in journal.parent.glob(f"{journal.name}*"):
-            shutil.copy(path, folder)
+            with suppress(FileNotFoundError):  # SQLite removes its own beside the journal
+                shutil.copy(path, folder)
         found = execute(Path(folder) / journal.name, "SELECT name FROM sqlite_master WHERE name = 'row'")
         return int(execute(Path(folder) / journal.name, "SELECT count(*) FROM row")[0][0]) if found else 0
 
 
 def written(journal: Path) -> int:
     """Bytes that a program that is running has written."""
-    return sum(path.stat().st_size for path in journal.parent.glob(f"{journal.name}*"))
+    total = 0
+    for path in journal.parent.glob(f"{journal.name}*"):
+        with suppress(FileNotFoundError):  # SQLite removes its own beside the journal
+            total += path.stat().st_size
+    return total
