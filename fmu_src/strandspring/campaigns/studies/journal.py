@@ -12,7 +12,7 @@ from ..jobs.rowlog import RowLog
 from ..jobs.runners import JobError
 
 _FORMAT = "strandspring-study"
-_FORMAT_VERSION = 4
+_FORMAT_VERSION = 5
 _LONGEST_VALUE = 60  # characters of a value in a sentence
 _DIGEST = "_sha256"
 
@@ -31,7 +31,7 @@ Row = TypeVar("Row", bound=NumberedRow)
 
 def journal_path(results: Path) -> Path:
     """Path of the journal of a study whose results are written to a path."""
-    return results.parent / f"{results.name}.part.jsonl"
+    return results.parent / f"{results.name}.part.sqlite"
 
 
 class Journal(RowLog[Row]):
@@ -51,13 +51,17 @@ class Journal(RowLog[Row]):
 
     def __init__(self, results: Path, row_type: type[Row], runs: int, manifest: dict[str, Any]) -> None:
         self._runs = runs
-        super().__init__(journal_path(results), row_type, runs, manifest, indexed=True)
+        super().__init__(journal_path(results), row_type, range(runs), manifest)
 
-    def place(self, row: Row) -> int:
+    def key(self, row: Row) -> int:
         """See `RowLog`."""
-        if not 0 <= row.run < self._runs:
-            raise LookupError
         return row.run
+
+    def place(self, key: int) -> int:
+        """See `RowLog`."""
+        if not 0 <= key < self._runs:
+            raise LookupError
+        return key
 
     def check(self, found: object, expected: dict[str, Any]) -> None:
         """Refuse the journal of another study, with the differences."""

@@ -103,7 +103,7 @@ def study(
     from the first on. Every grid point is simulated with every candidate, load case and draw.
 
     Draw k of a seed is the same spring in every study. A refused run, for instance one whose motion leaves the
-    identified range, is a line with the reason. Finished runs are kept in RESULTS.csv.part.jsonl until all are done;
+    identified range, is a line with the reason. Finished runs are kept in RESULTS.csv.part.sqlite until all are done;
     the same command continues from there.
 
     \b
