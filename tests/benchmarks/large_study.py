@@ -24,7 +24,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "helpers"))
 from strandspring import StrandspringError
 from strandspring.campaigns.jobs.runners import Local
 from strandspring.campaigns.studies.definition import RunRow, Study
-from strandspring.campaigns.studies.run import run_study
+from strandspring.campaigns.studies.execution import run_study
 from studies import CHEAP
 
 

@@ -34,8 +34,8 @@ from strandspring.campaigns.batches.sources import JOURNAL, SpringFile, find_spr
 from strandspring.campaigns.batches.spring_row import IDENTIFIED, REFUSED, BatchWork, Finished, SpringRow, digest
 from strandspring.campaigns.jobs.runners import Local
 from strandspring.campaigns.studies.definition import RunRow, Study
+from strandspring.campaigns.studies.execution import run_study
 from strandspring.campaigns.studies.journal import journal_path
-from strandspring.campaigns.studies.run import run_study
 from strandspring.errors import StrandspringError
 from strandspring.loops.wanted import Wanted
 from strandspring.model.modelfile import ModelFile

@@ -34,9 +34,9 @@ from strandspring import StrandspringError, __version__
 from strandspring.campaigns.jobs.cluster import Cluster
 from strandspring.campaigns.jobs.runners import Local
 from strandspring.campaigns.jobs.sole_database import open_alone
-from strandspring.campaigns.studies.definition import RunRow, Study
+from strandspring.campaigns.studies.definition import Study
+from strandspring.campaigns.studies.execution import run_study
 from strandspring.campaigns.studies.journal import Journal, journal_path
-from strandspring.campaigns.studies.run import manifest, run_study
 from strandspring.model.modelfile import ModelFile, save_model
 from strandspring.model.spread import Spread
 from strandspring.vibration.one_mass.system import Excitation, IsolationError
@@ -51,9 +51,9 @@ def terminal(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
     return Terminal(capsys)
 
 
-def journal_of(results: Path, study: Study) -> Journal[RunRow]:
+def journal_of(results: Path, study: Study) -> Journal:
     """The journal of a study, which belongs to it."""
-    return Journal(results, RunRow, len(study), manifest(study))
+    return Journal(results, study)
 
 
 @pytest.fixture(scope="module")
@@ -231,13 +231,12 @@ KILLED = """
 import os, sys
 from pathlib import Path
 from strandspring.campaigns.jobs.rowlog import RowLog
-from strandspring.campaigns.studies import journal, run
-from strandspring.campaigns.studies.definition import RunRow
+from strandspring.campaigns.studies.journal import Journal
 from studies import CHEAP
 
 if sys.argv[2] == "manifest":
     RowLog._read = lambda self: os._exit(0)  # after the first transaction
-log = journal.Journal(Path(sys.argv[1]), RunRow, len(CHEAP), run.manifest(CHEAP))
+log = Journal(Path(sys.argv[1]), CHEAP)
 log.add(CHEAP.rows(range(5)))
 log._database.execute("PRAGMA cache_size = 1")  # pages are written before the transaction ends
 log._database.execute("UPDATE row SET content = zeroblob(100000)")
