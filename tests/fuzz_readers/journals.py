@@ -62,7 +62,9 @@ class QuickStudy(Study):
         row = RunRow(run, number, point.mass, point.level, point.stiffness_factor, *values[:4])
         if run % 7 == 3:
             return replace(row, outcome=f'=The load of {values[4]} N, "{{[\\", must lie within\n0 and 1 N; µ.')
-        return replace(row, rest=values[4], frequency=values[5], transmissibility=values[6], inside=run % 2 == 0)
+        return replace(
+            row, static_equilibrium=values[4], frequency=values[5], transmissibility=values[6], inside=run % 2 == 0
+        )
 
 
 class QuickWork(BatchWork):

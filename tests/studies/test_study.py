@@ -16,7 +16,7 @@ from springs import TABLE
 from strandspring import ModelError, Spring
 from strandspring.campaigns.studies.definition import RunRow, Study, scaled
 from strandspring.campaigns.studies.runs import DONE
-from strandspring.campaigns.studies.summaries import QUANTILES, read_results, summaries
+from strandspring.campaigns.studies.summaries import QUANTILES, summaries
 from strandspring.ground.files import write_csv
 from strandspring.model.joint import joint_names
 from strandspring.model.modelfile import ModelFile, save_model
@@ -269,7 +269,7 @@ def test_motion_beyond_the_identified_range_is_reported(terminal: Terminal) -> N
 def summed_up(study: Study, rows: Iterable[RunRow], folder: Path) -> pd.DataFrame:
     """The summaries of rows that stand in the results."""
     write_csv(folder / "r.csv", [column.heading for column in study.columns], map(study.cells, rows))
-    return summaries(study, read_results(study, folder / "r.csv"))
+    return summaries(study, folder / "r.csv")
 
 
 def test_the_most_frequent_reason_is_reported_whatever_its_numbers(tmp_path: Path) -> None:

@@ -26,7 +26,7 @@ from strandspring.campaigns.jobs.cluster import Cluster
 from strandspring.campaigns.jobs.runners import Local, Runner
 from strandspring.campaigns.studies.execution import run_study
 from strandspring.campaigns.studies.journal import journal_path
-from strandspring.campaigns.studies.summaries import read_results, summaries
+from strandspring.campaigns.studies.summaries import summaries
 from strandspring.campaigns.studies.system_planning import planned_study, undrawn
 from strandspring.campaigns.studies.system_row import SystemRow, system_row
 from strandspring.campaigns.studies.system_study import SystemStudy
@@ -397,7 +397,7 @@ def test_summaries_are_the_worst_of_all_cases_and_quantiles_over_draws(tmp_path:
             SystemRow(run, (a, b), sway, tilt, stroke, "corner", 1.0, None, None, 0.0, *margins, "sway of x", verdict)
         )
     write_csv(tmp_path / "r.csv", [column.heading for column in planned.columns], map(planned.cells, rows))
-    table = summaries(planned, read_results(planned, tmp_path / "r.csv"))
+    table = summaries(planned, tmp_path / "r.csv")
     assert len(table) == 4
     for number, summary in enumerate(table.to_dict("records")):
         point, candidate = divmod(number, 2)
@@ -427,7 +427,7 @@ def test_a_study_of_which_every_run_is_refused_has_no_figures(tmp_path: Path) ->
     planned = study({"body.box.mass": [15.0, 20.0]})
     rows = [SystemRow(run, outcome=f"No {run}.") for run in range(len(planned))]
     write_csv(tmp_path / "r.csv", [column.heading for column in planned.columns], map(planned.cells, rows))
-    table = summaries(planned, read_results(planned, tmp_path / "r.csv"))
+    table = summaries(planned, tmp_path / "r.csv")
     assert table["refused"].tolist() == [1] * 4
     assert table["reason"].tolist() == [row.outcome for row in rows]
     assert table[["least_margin", "stroke_median", "margin_q05"]].isna().all(axis=None)

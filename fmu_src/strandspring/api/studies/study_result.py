@@ -58,13 +58,13 @@ def executed(
 
     def run(results: Path) -> pd.DataFrame:
         run_study(study, results, runner, lambda runs: progress("Running", runs, len(study)), notify)
-        return read_results(study, results)
+        return summaries(study, results)
 
     if output is not None:
-        return Executed(summaries(study, run(Path(output))), Path(output), None)
+        return Executed(run(Path(output)), Path(output), None)
     with TemporaryFolder() as folder:
-        rows = run(folder / "results.csv")
-    return Executed(summaries(study, rows), None, rows)
+        results = folder / "results.csv"
+        return Executed(run(results), None, read_results(study, results))
 
 
 def runner_of(

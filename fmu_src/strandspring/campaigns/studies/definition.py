@@ -200,6 +200,11 @@ class Study(Runs[RunRow]):
         cells: tuple[object, ...] = _cells(row)
         return cells
 
+    @property
+    def summed_up(self) -> list[str]:
+        """See `Runs`."""
+        return [*(figure.name for figure in self.figures), "inside", "extrapolating", "outcome"]
+
     def grid(self) -> pd.DataFrame:
         """See `Runs`."""
         import pandas as pd
@@ -220,7 +225,7 @@ class Study(Runs[RunRow]):
         refused = runs[~is_done]
         counts = flags.groupby("group").sum()
         counts.insert(2, "reason", most_frequent(refused["outcome"], refused["group"]))
-        return counts, runs.where(is_done).assign(group=runs["group"])
+        return counts, runs[[figure.name for figure in self.figures]].where(is_done).assign(group=runs["group"])
 
     def rows(self, runs: Iterable[int]) -> list[RunRow]:
         """Execute runs."""

@@ -95,6 +95,11 @@ class Runs(ABC, Generic[Row]):
     def cells(self, row: Row) -> Iterable[object]:
         """The values of a row under `columns`."""
 
+    @property
+    @abstractmethod
+    def summed_up(self) -> list[str]:
+        """Names of the columns that `sum_up` needs."""
+
     @abstractmethod
     def grid(self) -> pd.DataFrame:
         """What each candidate at each grid point is, one row for each; candidates come first."""
@@ -105,7 +110,7 @@ class Runs(ABC, Generic[Row]):
 
         Parameters
         ----------
-        runs : DataFrame   The columns of the results by their names, "draw", "case", and as "group" the row in `grid`.
+        runs : DataFrame   The columns `summed_up` of the results, "draw", "case", and as "group" the row in `grid`.
 
         Returns
         -------

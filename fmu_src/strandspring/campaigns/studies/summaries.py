@@ -16,29 +16,30 @@ QUANTILES = {"q05": 0.05, "median": 0.5, "q95": 0.95}  # by the end of a column'
 _NUMBER = r"-?\d+(?:\.\d+)?(?:e[+-]?\d+)?"
 
 
-def read_results(study: Runs[Any], results: Path) -> pd.DataFrame:
-    """The results of a study, its columns by their names."""
+def read_results(study: Runs[Any], results: Path, names: list[str] | None = None) -> pd.DataFrame:
+    """The results of a study, all columns or some by their names."""
     import pandas as pd
 
-    return pd.read_csv(results, header=0, names=[column.name for column in study.columns])
+    return pd.read_csv(results, header=0, names=[column.name for column in study.columns], usecols=names)
 
 
-def summaries(study: Runs[Any], runs: pd.DataFrame) -> pd.DataFrame:
+def summaries(study: Runs[Any], results: Path) -> pd.DataFrame:
     """One row for each candidate at each grid point.
 
     Parameters
     ----------
     study : Runs
-    runs : DataFrame   See `read_results`.
+    results : Path   CSV file.
 
     Returns
     -------
-    DataFrame          The columns of `Runs.grid`, of what was counted, and three of quantiles for each figure, such as
-                       "sway_q05", "sway_median" and "sway_q95", in SI units; linear between the sorted draws, and NaN
-                       where no run has the figure.
+    DataFrame        The columns of `Runs.grid`, of what was counted, and three of quantiles for each figure, such as
+                     "sway_q05", "sway_median" and "sway_q95", in SI units; linear between the sorted draws, and NaN
+                     where no run has the figure.
     """
     import pandas as pd
 
+    runs = read_results(study, results, study.summed_up)
     place = study.place(np.arange(len(runs)))
     group = place.point * (np.max(place.candidate) + 1) + place.candidate
     counts, figures = study.sum_up(runs.assign(group=group, draw=place.draw, case=place.case))

@@ -153,6 +153,12 @@ class SystemStudy(Runs[SystemRow]):
             *(getattr(row, name) for name in _HEADINGS),
         ]  # fmt: skip
 
+    @property
+    def summed_up(self) -> list[str]:
+        """See `Runs`."""
+        accelerations = [f"acceleration of {name}" for name in self.points]
+        return [*accelerations, "sway", "tilt", "stroke", *_MARGINS, "governing", "verdict", "outcome"]
+
     def grid(self) -> pd.DataFrame:
         """See `Runs`; values that are varied stand under their headings."""
         import pandas as pd

@@ -185,9 +185,7 @@ def _check_range(balance: HarmonicBalance, motion: SteadyMotion[MotionSummary], 
 def _resonance(system: IsolatedMass, columns: Mapping[str, NDArray[Any]]) -> Resonance:
     frequency, ratio = columns["frequency"], columns["transmissibility"]
     peak = int(np.argmax(ratio))
-    figures = steady_loop_figures(
-        PathSolver(system.spring), float(columns["least"][peak]), float(columns["greatest"][peak])
-    )
+    figures = steady_loop_figures(PathSolver(system.spring), float(columns["min"][peak]), float(columns["max"][peak]))
     stiffness = system.stiffness_scale * figures.secant_stiffness
     viscous = 2.0 * math.pi * float(frequency[peak]) * system.damping / stiffness
     return Resonance(
