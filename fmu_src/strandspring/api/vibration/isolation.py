@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -10,6 +11,7 @@ from dataclasses import asdict, dataclass, fields, replace
 from functools import partial
 from html import escape
 from itertools import islice
+from operator import attrgetter
 from typing import TYPE_CHECKING, Any
 
 from numpy.typing import ArrayLike, NDArray
@@ -33,13 +35,13 @@ from ...vibration.one_mass.system import (
 from ..common.caution_text import outside_range
 from ..common.levels import checked_count, given_levels
 from ..common.placing import ModelSource, model_of, origin_of, path_of
+from ..common.plotting import save_plot
 from ..common.progress import Progress, unseen
 from .isolation_result import AnyIsolation, ResonanceColumn, computed, default_levels
 
 if TYPE_CHECKING:
     import pandas as pd
     from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
     from ...cosimulation.steady_check import SteadyCheck
 
@@ -212,9 +214,6 @@ class Isolation(AnyIsolation):
     def _named(self, part: IsolatedModel, response: FrequencyResponse) -> dict[str, Any]:
         return {"model": part.label, "level": response.level}
 
-    def _resonances(self, response: FrequencyResponse) -> list[Resonance]:
-        return [response.resonance]
-
     def _columns(self, _part: IsolatedModel, response: FrequencyResponse) -> Mapping[str, NDArray[Any]]:
         return response.columns
 
@@ -233,7 +232,7 @@ class Isolation(AnyIsolation):
             lines += [f"{self._name(one)}: {first}" if several else first, *rest]
         if several and self.levels_chosen:
             lines.append(self.levels_chosen)
-        lines += self._table(_TABLE, width, self._resonances)
+        lines += self._table(_TABLE, width, attrgetter("resonances"))
         return [*lines, *self._cautions()]
 
     def _name(self, one: IsolatedModel) -> str:
@@ -299,13 +298,16 @@ class Isolation(AnyIsolation):
         axes.legend(title=self.excitation.value, fontsize=8, handlelength=HANDLE_LENGTH)
         return axes
 
-    def _plot_size(self) -> tuple[float, float]:
-        return _SIZE
+    def save_plot(self, path: str | os.PathLike[str]) -> None:
+        """Draw transmissibility and amplitude into a file (.png, .svg or .pdf); the same result gives the same bytes.
 
-    def _fill(self, figure: Figure) -> None:
+        Raises
+        ------
+        StrandspringError   If the name ends in something else, or the file cannot be written.
+        """
         from ...vibration.one_mass.curves_plot import fill
 
-        fill(figure, self.curves, self.title)
+        save_plot(path, _SIZE, lambda figure: fill(figure, self.curves, self.title))
 
     def verify(self, progress: Progress = unseen) -> tuple[CheckedMotion, ...]:
         """Build the FMUs and co-simulate stable motions of each level: at both ends of the band and at the peak.

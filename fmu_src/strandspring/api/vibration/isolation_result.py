@@ -18,14 +18,12 @@ from numpy.typing import NDArray
 
 from ...ground.files import write_csv
 from ...vibration.one_mass.system import DEFAULT_SHARES
-from ..common.plotting import save_plot
 from ..common.progress import Progress
 from ..common.result import Result
 from ..common.text_table import table_lines
 
 if TYPE_CHECKING:
     import pandas as pd
-    from matplotlib.figure import Figure
 
 T = TypeVar("T")
 
@@ -65,30 +63,17 @@ class AnyIsolation(Result):
     def parts(self) -> Sequence[Any]:
         """Those that are compared."""
 
-    @property
-    @abstractmethod
-    def title(self) -> str:
-        """Of a plot."""
-
     @abstractmethod
     def _named(self, part: Any, response: Any) -> dict[str, Any]:
         """What a response is of, the part first."""
-
-    @abstractmethod
-    def _resonances(self, response: Any) -> Sequence[Any]:
-        """The resonances of a response."""
 
     @abstractmethod
     def _columns(self, part: Any, response: Any) -> Mapping[str, NDArray[Any]]:
         """All points of a curve."""
 
     @abstractmethod
-    def _plot_size(self) -> tuple[float, float]:
-        """Width and height [inches]."""
-
-    @abstractmethod
-    def _fill(self, figure: Figure) -> None:
-        """Draw all curves into an empty figure."""
+    def _csv(self) -> pd.DataFrame:
+        """What `save_csv` writes."""
 
     @abstractmethod
     def lines(self, width: int | None = None) -> list[str]:
@@ -117,7 +102,7 @@ class AnyIsolation(Result):
             [
                 {**self._named(part, response), **dict(zip(names, astuple(resonance), strict=True))}
                 for part, response in self.every
-                for resonance in self._resonances(response)
+                for resonance in response.resonances
             ]
         )
 
@@ -127,10 +112,6 @@ class AnyIsolation(Result):
 
         curves = (pd.DataFrame({**self._named(*pair), **self._columns(*pair)}) for pair in self.every)
         return pd.concat(curves, ignore_index=True)
-
-    def _csv(self) -> pd.DataFrame:
-        """What `save_csv` writes."""
-        return self.to_frame()
 
     def save_csv(self, path: str | os.PathLike[str]) -> None:
         """Write all points of the curves, with units in the header.
@@ -142,26 +123,16 @@ class AnyIsolation(Result):
         table = self._csv()
         write_csv(Path(path), table.columns, table.itertuples(index=False))
 
-    def save_plot(self, path: str | os.PathLike[str]) -> None:
-        """Draw the curves into a file (.png, .svg or .pdf); the same result gives the same bytes.
-
-        Raises
-        ------
-        StrandspringError   If the name ends in something else, or the file cannot be written.
-        """
-        save_plot(path, self._plot_size(), self._fill)
-
     def _table(
         self, columns: Sequence[ResonanceColumn], width: int | None, chosen: Callable[[Any], Sequence[Any]]
     ) -> list[str]:
         """The chosen resonances of each response, the part first if there are several."""
-        several, rows = len(self.parts) > 1, []
-        head: dict[str, Any] = {}
+        first, rows = int(len(self.parts) == 1), []
         for part, response in self.every:
             head = {**self._named(part, response), "level": response.level_text}
-            first = list(head.values())[0 if several else 1 :]
-            rows += [[*first, *(column.cell(resonance) for column in columns)] for resonance in chosen(response)]
-        headings = [*list(head)[0 if several else 1 :], *(column.heading for column in columns)]
+            cells = [[column.cell(resonance) for column in columns] for resonance in chosen(response)]
+            rows += [[*head.values(), *row][first:] for row in cells]
+        headings = [*head, *(column.heading for column in columns)][first:]
         return table_lines(headings, rows, {"model", "candidate", "excitation", "point", "motion"}, width)
 
 

@@ -27,13 +27,13 @@ from ...vibration.description.system_file import SystemFile, load_system_file
 from ...vibration.one_mass.band import DEFAULT_BAND, checked_limits
 from ...vibration.one_mass.system import Excitation, IsolationError
 from ..common.levels import checked_count, given_levels, positive_levels
+from ..common.plotting import save_plot
 from ..common.progress import Progress, unseen
 from ..common.text_table import table_lines
 from .isolation_result import AnyIsolation, ResonanceColumn, computed, default_levels
 
 if TYPE_CHECKING:
     import pandas as pd
-    from matplotlib.figure import Figure
 
 _ORIGIN = (0.0, 0.0, 0.0)
 _GAINS = {"1": (1.0, "transmissibility"), "m/rad": (1e3, "mm/rad"), "m/N": (1e3, "mm/N")}
@@ -116,16 +116,8 @@ class SystemIsolation(AnyIsolation):
         """The candidates."""
         return self.candidates
 
-    @property
-    def title(self) -> str:
-        """Of a plot."""
-        return self.name
-
     def _named(self, part: IsolatedSystem, response: SystemResponse) -> dict[str, Any]:
         return {"candidate": part.label, "excitation": response.shaking.name, "level": response.level}
-
-    def _resonances(self, response: SystemResponse) -> tuple[PointResonance, ...]:
-        return response.resonances
 
     def _columns(self, part: IsolatedSystem, response: SystemResponse) -> dict[str, NDArray[Any]]:
         columns: dict[str, NDArray[Any]] = {"frequency [Hz]": response.frequency}
@@ -151,6 +143,9 @@ class SystemIsolation(AnyIsolation):
         """All points of the curves as `save_csv` writes them."""
         _, response = next(self.every)
         return super().to_frame().rename(columns={"level": f"level [{response.shaking.unit}]"})
+
+    def _csv(self) -> pd.DataFrame:
+        return self.to_frame()
 
     def lines(self, width: int | None = None) -> list[str]:
         """Static equilibrium, modes, the largest resonance of each point and cautions, in tables of at most a width."""
@@ -183,15 +178,16 @@ class SystemIsolation(AnyIsolation):
             "candidates": [one.as_json() for one in self.candidates],
         }
 
-    def _plot_size(self) -> tuple[float, float]:
-        from ...vibration.bodies.response_plot import size_of
+    def save_plot(self, path: str | os.PathLike[str]) -> None:
+        """Draw motion over excitation, and sway, into a file (.png, .svg or .pdf).
 
-        return size_of(self.curves)
+        Raises
+        ------
+        StrandspringError   If the name ends in something else, or the file cannot be written.
+        """
+        from ...vibration.bodies.response_plot import fill, size_of
 
-    def _fill(self, figure: Figure) -> None:
-        from ...vibration.bodies.response_plot import fill
-
-        fill(figure, self.curves, self.name)
+        save_plot(path, size_of(self.curves), lambda figure: fill(figure, self.curves, self.name))
 
 
 def isolate_system(

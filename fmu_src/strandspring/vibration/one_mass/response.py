@@ -72,6 +72,11 @@ class FrequencyResponse:
         return tuple(ResponsePoint(*row) for row in rows)
 
     @property
+    def resonances(self) -> tuple[Resonance]:
+        """The one resonance, as responses of systems have several."""
+        return (self.resonance,)
+
+    @property
     def level_text(self) -> str:
         """The level in the unit that people read."""
         return self.excitation.level_text(self.level)
