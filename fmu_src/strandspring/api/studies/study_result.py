@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from abc import abstractmethod
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from html import escape
 from pathlib import Path
@@ -134,7 +134,7 @@ class AnyStudyResult(Result, Generic[Planned]):
 
     def lines(self, width: int | None = None) -> list[str]:
         """What was counted, quantiles, refusals and cautions in words, in tables of at most a width."""
-        shown = _records(self._executed.summaries.head(_MOST_SHOWN))
+        shown = list(_records(self._executed.summaries.head(_MOST_SHOWN)))
         printed = [figure for figure in self.study.figures if figure.heading]
         titles = _TITLES if self.study.draws else {"median": ""}
         rows = []
@@ -179,12 +179,11 @@ class AnyStudyResult(Result, Generic[Planned]):
         return f"<p><strong>{escape(self.headline)}</strong></p>{self.quantiles().to_html(escape=True)}"
 
 
-def _records(table: pd.DataFrame) -> list[dict[str, Any]]:
+def _records(table: pd.DataFrame) -> Iterator[dict[str, Any]]:
     """The rows of a table, None where a value is unknown."""
-    return [
-        {str(name): None if value != value else value for name, value in row.items()}
-        for row in table.to_dict("records")
-    ]
+    names = table.columns.tolist()
+    for row in table.itertuples(index=False, name=None):
+        yield {name: None if value != value else value for name, value in zip(names, row, strict=True)}
 
 
 def _quantiles(point: dict[str, Any], figure: StudyFigure) -> dict[str, float] | None:
