@@ -1,4 +1,4 @@
-"""Springs fitted to points of records by variable projection, in the compiled kernel (see `kernel/c/record_fit.h`)."""
+"""Springs fitted to points of records by variable projection, in the compiled kernel (`kernel/c/fit/record_fit.h`)."""
 
 from __future__ import annotations
 

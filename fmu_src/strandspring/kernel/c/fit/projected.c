@@ -1,5 +1,5 @@
 #include "projected.h"
-#include "linear.h"
+#include "../linear.h"
 
 #include <math.h>
 #include <string.h>

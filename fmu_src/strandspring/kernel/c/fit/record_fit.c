@@ -1,7 +1,7 @@
 #include "record_fit.h"
 #include "least_squares.h"
-#include "linear.h"
-#include "path.h"
+#include "../linear.h"
+#include "../path.h"
 #include "projected.h"
 
 #include <math.h>

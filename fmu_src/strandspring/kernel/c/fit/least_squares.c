@@ -1,5 +1,5 @@
 #include "least_squares.h"
-#include "linear.h"
+#include "../linear.h"
 
 #include <float.h>
 #include <math.h>
