@@ -91,7 +91,7 @@ def _core(names: str) -> tuple[str, ...]:
 
 # Vectors of three are slower in pairs, and a spring's force through a call.
 _KERNEL_FLAGS = ("-O3", "-fno-slp-vectorize", "-mllvm", "-inline-threshold=600")
-_KERNEL_PARTS = ("core/c", "kernel/c", "kernel/c/balance", "kernel/c/fit", "kernel/c/motion")
+_KERNEL_PARTS = ("core/c", "kernel/c", "kernel/c/balance", "kernel/c/motion")
 KERNEL = Unit("kernel", "kernel/c/kernel.c", _KERNEL_PARTS, _KERNEL_FLAGS)
 # -O3 makes it a tenth larger, and no step faster.
 FMU = Unit("spring", "core/c/fmi2_all.c", ("core/c",), ("-O2", "-fvisibility=hidden"), fmi=2, without=("fmi3_",))
