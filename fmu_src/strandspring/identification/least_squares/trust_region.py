@@ -14,6 +14,7 @@ import numpy as np
 
 from ...kernel.arrays import FloatArray
 
+_FIRST_STEP = 3.0  # by which each variable may move to begin with: a logarithm by a factor of 20
 _NEGLIGIBLE = 0.1  # share of the tolerance: a full step that promises no more than this is not tried
 _SHORTEST = 1e-12  # relative length of a step at which the iteration ends
 _RADIUS_TOLERANCE = 0.01  # share of the radius by which a step may be longer
@@ -64,8 +65,7 @@ def minimise(
         J, r = best.reduced()
         scale = np.maximum(scale, np.linalg.norm(J, axis=0))
         unit = np.where(scale > 0.0, scale, 1.0)
-        # To begin with, each variable may move by one: a logarithm by a factor of e.
-        radius = radius or float(np.linalg.norm(unit))
+        radius = radius or _FIRST_STEP * float(np.linalg.norm(unit))
         is_better = False
         while not is_better:
             if count == evaluations:
