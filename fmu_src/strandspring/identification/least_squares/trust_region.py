@@ -17,7 +17,7 @@ from ...kernel.arrays import FloatArray
 _FIRST_STEP = 3.0  # by which each variable may move to begin with: a logarithm by a factor of 20
 _NEGLIGIBLE = 0.1  # share of the tolerance: a full step that promises no more than this is not tried
 _SHORTEST = 1e-12  # relative length of a step at which the iteration ends
-_RADIUS_TOLERANCE = 0.01  # share of the radius by which a step may be longer
+_RADIUS_TOLERANCE = 0.01  # share of the radius by which a step may be longer, and that is left to the last variables
 _RADIUS_ITERATIONS = 10
 _BLOCK = 1024  # rows that are decomposed together, which stay in the cache
 
@@ -110,7 +110,7 @@ def _step(J: FloatArray, r: FloatArray, radius: float, low: FloatArray, high: Fl
     downhill = -J.T @ r
     free = ((downhill > 0.0) & (high > 0.0)) | ((downhill < 0.0) & (low < 0.0))
     while free.any():
-        left = np.sqrt(max(radius**2 - float(step @ step), 0.0))
+        left = np.sqrt(max(radius**2 - float(step @ step), (_RADIUS_TOLERANCE * radius) ** 2))
         wanted, is_full = _within_radius(J[:, free], r + J @ step, left)
         step[free] = wanted
         is_outside = free & ((step < low) | (step > high))
@@ -133,4 +133,4 @@ def _within_radius(J: FloatArray, r: FloatArray, radius: float) -> tuple[FloatAr
         if not length > (1.0 + _RADIUS_TOLERANCE) * radius:
             break
         damping += (length / radius - 1.0) * length**2 / float(part @ (part / (squares + damping)))
-    return -min(1.0, radius / length) * (part @ turns[felt]), damping == 0.0
+    return -radius / max(length, radius) * (part @ turns[felt]), damping == 0.0
