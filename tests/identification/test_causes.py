@@ -32,7 +32,6 @@ def test_each_cause_forbids_what_it_looks_like() -> None:
     for outcome, causes in found.items():
         assert set(causes.findings) == {outcome}
         assert Effect.DELAY in causes.forbidden
-    assert 0.0 < found[Outcome.BAND_LIMITED].smallest_loop <= 1.0
 
 
 @pytest.mark.slow

@@ -31,8 +31,8 @@ def test_every_field_is_compared() -> None:
 @pytest.mark.parametrize(
     ("header", "before", "after", "where"),
     [
-        ("motion", "double mass, center[3];", "double mass, added, center[3];", "the end of MotionBody"),
-        ("balance", "double mass, damping,", "double damping, mass,", "mass of BalancedMass"),
+        ("motion/motion", "double mass, center[3];", "double mass, added, center[3];", "the end of MotionBody"),
+        ("balance/balance", "double mass, damping,", "double damping, mass,", "mass of BalancedMass"),
     ],
 )
 def test_a_library_with_other_structures_is_refused(

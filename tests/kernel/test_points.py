@@ -122,3 +122,23 @@ def test_arrays_that_are_read_only_or_empty_have_an_address() -> None:
     array.setflags(write=False)
     assert address(array) == expected
     assert address(np.zeros(0)) > 0
+
+
+def test_records_are_as_each_alone() -> None:
+    direction, length = np.array([1, -1, 1, -1, 1]), np.array([1.0, 1.6, 0.7, 0.9, 2.0])
+    stroke = np.repeat(np.arange(5), 7)
+    travel = length[stroke] * np.tile(np.linspace(0.1, 1.0, 7), 5)
+    first_stroke, first_point, starts = [0, 3, 5], [0, 21, 35], np.array([0.4, -0.7])
+    law = (3.0, 1.7, 0.6)
+    both = RecordPoints(np.array(first_stroke), np.array(first_point), direction, length, stroke, travel)
+    omega, derivatives = both.omega(*law, starts)
+    for k in range(2):
+        strokes, at = (slice(first[k], first[k + 1]) for first in (first_stroke, first_point))
+        own, by = omega_with_derivatives(
+            *law, starts[k], direction[strokes], length[strokes], stroke[at] - strokes.start, travel[at]
+        )
+        np.testing.assert_array_equal(omega[at], own)
+        natural = np.array([law[0], law[1], law[2]])[:, None]
+        np.testing.assert_allclose(derivatives[:3, at], by[:3] * natural, rtol=1e-15, atol=0.0)
+        np.testing.assert_array_equal(derivatives[3 + k, at], by[3])
+        assert np.all(derivatives[4 - k, at] == 0.0)

@@ -89,7 +89,8 @@ def _core(names: str) -> tuple[str, ...]:
 
 # Vectors of three are slower in pairs, and a spring's force through a call.
 _KERNEL_FLAGS = ("-O3", "-fno-slp-vectorize", "-mllvm", "-inline-threshold=600")
-KERNEL = Unit("kernel", "kernel/c/kernel.c", ("core/c", "kernel/c"), _KERNEL_FLAGS)
+_KERNEL_PARTS = ("core/c", "kernel/c", "kernel/c/balance", "kernel/c/motion")
+KERNEL = Unit("kernel", "kernel/c/kernel.c", _KERNEL_PARTS, _KERNEL_FLAGS)
 # -O3 makes it a tenth larger, and no step faster.
 FMU = Unit("spring", "core/c/fmi2_all.c", ("core/c",), ("-O2", "-fvisibility=hidden"), fmi=2, without=("fmi3_",))
 # The same for FMI 3, whose header declares two callbacks without a prototype.
@@ -102,8 +103,8 @@ _OF_SYSTEMS = (
     *_core("fmu_bytes fmu_kinds.h fmu_life fmu_log fmu_modes fmu_own.h fmu_snapshots fmu_sound.h fmu_tables"),
     *_core("fmu_types.h numerics.h saturation saturation_index.h saturation_lookup.c spline spring spring_library.h"),
     *_core("spring_limits.h spring_local.h spring_number.h"),
-    *(f"kernel/c/{name}" for name in ("linear.c", "linear.h", "motion.c", "motion.h", "motion_parts.h", "motion_rest.c",
-                                      "vectors.h")),
+    *(f"kernel/c/{name}" for name in ("linear.c", "linear.h")),
+    *(f"kernel/c/motion/{name}" for name in ("motion.c", "motion.h", "motion_parts.h", "motion_rest.c", "vectors.h")),
 )  # fmt: skip
 # The binary of the FMU of bodies on mounts, the same for all systems.
 SYSTEM = Unit(

@@ -1,4 +1,4 @@
-"""Harmonic balance of a mass on equal springs, in the compiled kernel (`kernel/c/balance.h` gives the equations)."""
+"""Harmonic balance of a mass on equal springs, compiled; `kernel/c/balance/balance.h` gives the equations."""
 
 from __future__ import annotations
 

@@ -32,8 +32,6 @@ _FUNCTIONS = {
         (c_void_p, c_size_t, c_void_p, c_void_p, c_size_t, c_void_p, c_void_p, c_void_p, c_void_p, c_void_p, c_void_p,
          c_void_p, c_void_p, c_void_p),
     ),
-    "record_fit_workspace": (c_size_t, (c_void_p,)),
-    "record_fit": (c_int, (c_void_p, c_void_p, c_void_p, c_void_p, c_void_p)),
     "spring_periodic_workspace": (c_size_t, (c_size_t, c_size_t)),
     "spring_periodic": (c_size_t, (c_void_p, c_void_p, c_void_p, c_void_p, c_void_p, c_void_p)),
     "balance_workspace": (c_size_t, (c_size_t, c_size_t)),

@@ -1,4 +1,4 @@
-"""The steady force of a spring over one period, in the compiled kernel (`kernel/c/periodic.h`)."""
+"""The steady force of a spring over one period, in the compiled kernel (`kernel/c/balance/periodic.h`)."""
 
 from __future__ import annotations
 

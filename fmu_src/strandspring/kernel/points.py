@@ -47,7 +47,7 @@ class RecordPoints:
             "stroke": integers(stroke),
             "travel": floats(travel),
         }
-        self.addresses = {name: address(array) for name, array in self._arrays.items()}
+        self._addresses = {name: address(array) for name, array in self._arrays.items()}
 
     @classmethod
     def of_one(cls, direction: IntArray, length: FloatArray, stroke: IntArray, travel: FloatArray) -> RecordPoints:
@@ -89,7 +89,7 @@ class RecordPoints:
             address(rho),
             address(omega_start),
             self.records,
-            *self.addresses.values(),
+            *self._addresses.values(),
             address(workspace),
             address(omega),
             derivatives,

@@ -33,7 +33,7 @@ class Table:
     ) -> None:
         self.n = n
         self.sigma = sigma
-        self._memory = table_memory()
+        self._memory = np.empty(ctypes.sizeof(structures()["SpringTable"]) // 8)
         library().kernel_tabulate(
             self.address,
             n,
@@ -59,11 +59,6 @@ class Table:
         xi = np.empty_like(u)
         library().kernel_inverse(self.address, u.size, address(u), address(xi))
         return xi
-
-
-def table_memory() -> FloatArray:
-    """Memory for a table."""
-    return np.empty(ctypes.sizeof(structures()["SpringTable"]) // 8)
 
 
 def table(n: float, sigma: float, derivatives: bool = False, energies: bool = False, coarse: bool = False) -> Table:

@@ -24,12 +24,10 @@ class Causes:
     ----------
     findings : dict           Outcomes with their details.
     forbidden : frozenset     Effects of the rig that are not to be removed, as the causes look like them.
-    smallest_loop : float     Amplitude of the smallest loop that the records tell of, share of the recorded one [-].
     """
 
     findings: dict[Outcome, str]
     forbidden: frozenset[Effect]
-    smallest_loop: float = 0.0
 
 
 def causes_in(rig: Rig, candidates: Sequence[Candidate]) -> Causes:
@@ -42,13 +40,11 @@ def causes_in(rig: Rig, candidates: Sequence[Candidate]) -> Causes:
     """
     findings: dict[Outcome, str] = {}
     forbidden: frozenset[Effect] = frozenset()
-    smallest = 0.0
     for difference in differences([part.record for part in rig.parts]):
         findings[difference.outcome] = difference.detail
         forbidden |= frozenset(difference.forbidden)
     if (limit := band_limit(rig.parts)) is not None:
         findings[Outcome.BAND_LIMITED] = limit.sentence
-        smallest = limit.smallest_loop
         # A filter on the force alone delays it.
         forbidden |= _LIKE_CORNERS if limit.is_common else frozenset()
     if (gap := backlash(rig.parts)) is not None:
@@ -57,4 +53,4 @@ def causes_in(rig: Rig, candidates: Sequence[Candidate]) -> Causes:
     if candidates and (line := hum_beside(rig, candidates[0])) is not None:
         findings[Outcome.HUM] = line.sentence
         forbidden |= _LIKE_CORNERS
-    return Causes(findings, forbidden, smallest)
+    return Causes(findings, forbidden)

@@ -31,7 +31,6 @@ _TOLERANCE = 1e-5  # relative change of the squared misfit at which a fit of the
 _FIT_EVALUATIONS = 20  # points at which a fit of the profile ends in any case
 _UNKNOWN = 50.0  # reach of a logarithm from which nothing is known of its parameter
 _AT_BOUND = 1e-3  # distance of a logarithm from the bound of the search that counts as none
-_FIXED = 2e-6  # half of the room in which a fixed logarithm is held
 NORMAL_95 = 1.959964  # 97.5 % quantile
 
 
@@ -106,7 +105,7 @@ class _Refit:
         """The same with one of the coefficients fixed, and where all of them are then."""
         low, high = self.problem.low, self.problem.high
         free = low[parameter], high[parameter]
-        low[parameter], high[parameter] = value - _FIXED, value + _FIXED
+        low[parameter] = high[parameter] = value
         found = self._squares(start)
         low[parameter], high[parameter] = free
         return found

@@ -35,8 +35,8 @@ from ...kernel.path import PathSolver
 from ...model.joint import JointCovariance
 from ...model.stated_uncertainty import INTERVAL_NUMBERS, LEVEL
 from ..least_squares.linearised import Linearised
-from ..least_squares.projection import triangle_of
 from ..least_squares.refinement import Samples
+from ..least_squares.trust_region import triangle_of
 from ..points.loops import Loops
 from .intervals import NORMAL_95, student_95
 

@@ -23,7 +23,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...kernel.arrays import FloatArray
-from .projection import triangle_of
+from .trust_region import triangle_of
 
 _LENGTHS = 14  # correlation lengths tried
 _SHORTEST = 0.5  # of them, in samples

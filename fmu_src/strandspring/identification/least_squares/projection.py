@@ -10,15 +10,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from functools import cached_property
 
 import numpy as np
 
 from ...kernel.arrays import FloatArray
-from ...kernel.record_fit import RecordFit
 from ..points.loops import Loops
 from ..points.polynomials import Basis
 from .stages import N_BOUNDS, SIGMA_BOUNDS, Backbone, Hysteresis
+from .trust_region import minimise, triangle_of
 
 # rho times the longest stroke: from a loop that hardly saturates (below, FA and rho are strongly correlated) to one
 # that saturates within a millionth of the stroke.
@@ -27,8 +26,8 @@ RHO_BOUNDS = (2.0, 1e6)
 # loop of the one amplitude measured.
 _TRUST = 10.0
 _EVALUATIONS = 100
-_INSIDE = 1e-6  # distance of a start from the bounds
-_BLOCK = 256  # rows that are decomposed together, which stay in the cache
+_INSIDE = 1e-6  # distance of omega_start from +-1, where it has no effect
+_DEPENDENT = 1e-13  # of a column's length is left, and it is a combination of those before it
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,12 +84,8 @@ class Problem:
         least, most = (b / longest for b in RHO_BOUNDS)
         around = (max(least, start.rho / _TRUST), min(most, start.rho * _TRUST))
         bounds = [around, SIGMA_BOUNDS, N_BOUNDS]
-        self.low = np.array([*(math.log(low) for low, _ in bounds), *[-1.0] * self.records])
-        self.high = np.array([*(math.log(high) for _, high in bounds), *[1.0] * self.records])
-
-    @cached_property
-    def _fit(self) -> RecordFit:
-        return RecordFit(self.loops.points, *self.columns, self.loops.force, self.low, self.high, self._coarse)
+        self.low = np.array([*(math.log(low) for low, _ in bounds), *[_INSIDE - 1.0] * self.records])
+        self.high = np.array([*(math.log(high) for _, high in bounds), *[1.0 - _INSIDE] * self.records])
 
     def linearised(self, hysteresis: Hysteresis, backbone: Backbone) -> Refinement:
         """The fit of another method as a refinement that has not begun, with the derivatives there."""
@@ -130,18 +125,19 @@ class Problem:
         tolerance : float              Relative change of the squared misfit at which the iteration ends.
         evaluations : int              At which it ends in any case.
         """
-        start = vector(hysteresis, omega_start).clip(self.low + _INSIDE, self.high - _INSIDE)
-        found = self._fit.solve(start, np.sqrt(weight), tolerance, evaluations)
-        rho, sigma, n = np.exp(found.variables[:3]).tolist()
+        weighted = _Weighted(self, weight)
+        start = vector(hysteresis, omega_start).clip(self.low, self.high)
+        theta, fit, converged = minimise(weighted.at, start, self.low, self.high, tolerance, evaluations)
+        rho, sigma, n = np.exp(theta[:3]).tolist()
         return Refinement(
             Hysteresis(rho, max(sigma, SIGMA_BOUNDS[0]), n),
-            found.variables[3:],
-            Backbone.from_coefficients(found.coefficients, self.columns),
-            found.omega,
-            found.derivatives,
+            theta[3:],
+            Backbone.from_coefficients(fit.coefficients, self.columns),
+            fit.omega,
+            fit.derivatives,
             weight,
             weight,
-            found.converged,
+            converged,
         )
 
     def omega(self, theta: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -150,15 +146,68 @@ class Problem:
         return self.loops.points.omega(rho, sigma, n, theta[3:], self._coarse)
 
 
-def triangle_of(matrix: FloatArray) -> FloatArray:
-    """R of the QR decomposition of a tall matrix, block by block."""
-    rows, columns = matrix.shape
-    blocks = rows // _BLOCK
-    if blocks > 1:
-        cut = blocks * _BLOCK
-        parts = np.asarray(np.linalg.qr(matrix[:cut].reshape(blocks, _BLOCK, columns), mode="r"))
-        matrix = np.concatenate([parts.reshape(-1, columns), matrix[cut:]])
-    return np.asarray(np.linalg.qr(matrix, mode="r"))
+class _Weighted:
+    """A problem with weights, and its columns that never change: those of FE and whatever else is linear."""
+
+    def __init__(self, problem: Problem, weight: FloatArray) -> None:
+        self.problem = problem
+        root = np.sqrt(weight)[:, None]
+        self.fixed, self.moving = (columns * root for columns in problem.columns)
+        self.force = problem.loops.force * root[:, 0]
+        self.kept = np.arange(self.fixed.shape[1])
+        while True:
+            self.frame, self.R = np.linalg.qr(self.fixed[:, self.kept])
+            is_new = np.abs(np.diag(self.R)) > _DEPENDENT * np.linalg.norm(self.R, axis=0)
+            if is_new.all():
+                break
+            self.kept = self.kept[is_new]
+        self.target = self.beside(self.force)
+
+    def at(self, theta: FloatArray) -> _Fit:
+        """The linear problem at one theta."""
+        return _Fit(self, theta)
+
+    def beside(self, columns: FloatArray) -> FloatArray:
+        """What of columns does not lie along those that never change."""
+        return columns - self.frame @ (self.frame.T @ columns)
+
+
+class _Fit:
+    """The linear problem at one theta."""
+
+    def __init__(self, weighted: _Weighted, theta: FloatArray) -> None:
+        self._weighted = weighted
+        self.omega, self.derivatives = weighted.problem.omega(theta)
+        self._moving = self.omega[:, None] * weighted.moving
+        self._least = _DEPENDENT * np.linalg.norm(self._moving, axis=0)
+        self._kept = np.arange(self._least.size)
+        self._columns = weighted.beside(self._moving)
+        while True:
+            R = triangle_of(np.column_stack([self._columns, weighted.target]))
+            is_new = np.abs(np.diag(R)[:-1]) > self._least[self._kept]
+            if is_new.all():
+                break
+            self._kept, self._columns = self._kept[is_new], self._columns[:, is_new]
+        self.squares = float(R[-1, -1] ** 2)
+        self._amplified = np.zeros(self._least.size)
+        self._amplified[self._kept] = np.linalg.solve(R[:-1, :-1], R[:-1, -1])
+
+    def reduced(self) -> tuple[FloatArray, FloatArray]:
+        """The residuals and their derivatives by theta in Kaufman's form, turned into 3 + R + 1 rows."""
+        weighted = self._weighted
+        change = self.derivatives.T * -(weighted.moving @ self._amplified)[:, None]
+        R = triangle_of(np.column_stack([self._columns, weighted.beside(change), weighted.target]))
+        n = self._kept.size
+        return R[n:, n:-1], R[n:, -1]
+
+    @property
+    def coefficients(self) -> FloatArray:
+        """Those of the columns that never change, then those of FA; 0 where a column depends on those before it."""
+        weighted = self._weighted
+        elastic = np.zeros(weighted.fixed.shape[1])
+        left = weighted.force - self._moving @ self._amplified
+        elastic[weighted.kept] = np.linalg.solve(weighted.R, weighted.frame.T @ left)
+        return np.concatenate([elastic, self._amplified])
 
 
 def vector(hysteresis: Hysteresis, omega_start: FloatArray) -> FloatArray:

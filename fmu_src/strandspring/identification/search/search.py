@@ -21,8 +21,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..least_squares.projection import Problem, Refinement, triangle_of
+from ..least_squares.projection import Problem, Refinement
 from ..least_squares.stages import Hysteresis
+from ..least_squares.trust_region import triangle_of
 from ..points.autocorrelation import autocorrelation_time
 from ..points.loops import Loops
 from ..points.polynomials import Basis

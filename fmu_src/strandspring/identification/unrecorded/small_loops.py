@@ -73,7 +73,7 @@ def loop_energy(spring: SpringParameters) -> float:
     return _energy_with_derivatives(spring)[0]
 
 
-@lru_cache(maxsize=1)  # the spring found is judged more than once
+@lru_cache(maxsize=16)  # the spring found and its rivals are judged more than once
 def _energy_with_derivatives(spring: SpringParameters) -> tuple[float, FloatArray]:
     """That energy, and its derivatives by kA without kA[0] and by the logarithms that `JointCovariance` takes."""
     amplitude = AMPLITUDE * 0.5 * (spring.displacement_max - spring.displacement_min)

@@ -14,7 +14,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ...kernel.arrays import FloatArray
-from ..least_squares.projection import Problem, Refinement, triangle_of
+from ..least_squares.projection import Problem, Refinement
+from ..least_squares.trust_region import triangle_of
 from ..points.autocorrelation import autocorrelation_time
 from ..points.loops import Loops
 from ..rig.corrected import Corrected
@@ -71,17 +72,17 @@ def unrecorded(state: Corrected) -> Unrecorded:
     """What the records that a spring was fitted to say of loops that they do not hold."""
     loops, fit = state.loops, state.fit.refinement
     residuals = fit.backbone.misfit(loops.force, fit.omega)
-    columns, own = _columns(state, loops, fit.derivatives.shape[0])
+    columns, own = _columns(state, loops, fit)
     mean, root = _posterior(loops, columns, own, residuals, loops.rms(fit.omega * fit.backbone.G))
     low, high = loops.reach
     half, middle = 0.5 * (high - low), 0.5 * (high + low)
     small = _through(middle + AMPLITUDE * half * np.resize([1.0, -1.0], 2 * _CYCLES + 2), 2 * _CYCLES - 1)
-    at_small, _ = _columns(state, small, fit.derivatives.shape[0])
-    there = _at(state, small)
+    there = _along(state, small)
+    at_small, _ = _columns(state, small, there)
     energy = _work(small, there.omega * there.backbone.G)
     gradient = np.array([_work(small, column) for column in at_small.T])
     nested = _through(middle + half * np.array(_NESTED), _BEFORE_NESTED)
-    at_nested, _ = _columns(state, nested, fit.derivatives.shape[0])
+    at_nested, _ = _columns(state, nested, _along(state, nested))
     deviation = max(loops.force_deviation, 1e-300)
     scale = max(abs(energy), 1e-300)
     return Unrecorded(
@@ -122,18 +123,17 @@ def _posterior(
     return mean / scale, inverse / scale[:, None]
 
 
-def _columns(state: Corrected, loops: Loops, freed: int) -> tuple[FloatArray, int]:
+def _columns(state: Corrected, loops: Loops, fit: Refinement) -> tuple[FloatArray, int]:
     """Derivatives of the force by the spring's own parameters and by what a wider class has, and how many are own.
 
     Parameters
     ----------
     state : Corrected   Of which they are derivatives.
     loops : Loops       Its own points, or others.
-    freed : int         Rows of its derivatives of omega; those by the records' omega_start are zero at other points.
+    fit : Refinement    At these points; derivatives by the records' omega_start are zero at other points than its own.
     """
-    fit = _at(state, loops)
     basis = state.fit.basis.columns(loops.displacement)
-    yielding = np.zeros((loops.force.size, freed))
+    yielding = np.zeros((loops.force.size, state.fit.refinement.derivatives.shape[0]))
     rows = fit.derivatives if loops is state.loops else fit.derivatives[:3]
     yielding[:, : rows.shape[0]] = (rows * fit.backbone.G).T
     low, high = state.loops.reach
@@ -149,11 +149,9 @@ def _columns(state: Corrected, loops: Loops, freed: int) -> tuple[FloatArray, in
     return np.hstack(parts), sum(part.shape[1] for part in parts[:3])
 
 
-def _at(state: Corrected, loops: Loops) -> Refinement:
-    """The fit at its own points, or along another path."""
+def _along(state: Corrected, loops: Loops) -> Refinement:
+    """The fit along another path."""
     fit = state.fit.refinement
-    if loops is state.loops:
-        return fit
     start = np.zeros(int(loops.record[-1]) + 1)
     return Problem(loops, state.fit.basis, fit.hysteresis, coarse=True).at(replace(fit, omega_start=start))
 

@@ -2,8 +2,6 @@
 
 #include <math.h>
 
-enum { SUMS = 8 }; /* that are taken side by side, which compilers vectorise */
-
 double *linear_taken(double **workspace, size_t count)
 {
     double *begin = *workspace;
@@ -20,20 +18,6 @@ double linear_largest(size_t count, const double *values)
         largest = fabs(values[i]) > largest ? fabs(values[i]) : largest;
     }
     return largest;
-}
-
-double linear_product(size_t count, const double *a, const double *b)
-{
-    double sum[SUMS] = {0.0}, total = 0.0;
-    size_t i = 0;
-    for (; i + SUMS <= count; i += SUMS)
-        for (int k = 0; k < SUMS; k++)
-            sum[k] += a[i + k] * b[i + k];
-    for (; i < count; i++)
-        total += a[i] * b[i];
-    for (int k = 0; k < SUMS; k++)
-        total += sum[k];
-    return total;
 }
 
 double linear_norm(size_t count, const double *values)

@@ -12,9 +12,6 @@ SPRING_LOCAL double *linear_taken(double **workspace, size_t count);
 /* Largest absolute value; NaN if there is one. */
 SPRING_LOCAL double linear_largest(size_t count, const double *values);
 
-/* Scalar product. */
-SPRING_LOCAL double linear_product(size_t count, const double *a, const double *b);
-
 /* Euclidean norm, and that of a difference. */
 SPRING_LOCAL double linear_norm(size_t count, const double *values);
 SPRING_LOCAL double linear_distance(size_t count, const double *a, const double *b);

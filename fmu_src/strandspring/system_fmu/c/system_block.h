@@ -18,7 +18,7 @@
 
 #include "../../core/c/fmu_bytes.h"
 #include "../../core/c/spring.h"
-#include "../../kernel/c/motion.h"
+#include "../../kernel/c/motion/motion.h"
 
 #include <stdint.h>
 

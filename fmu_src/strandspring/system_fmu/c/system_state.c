@@ -1,5 +1,5 @@
 #include "../../core/c/fmu_sound.h"
-#include "../../kernel/c/vectors.h"
+#include "../../kernel/c/motion/vectors.h"
 #include "system_instance.h"
 
 #include <math.h>

@@ -1,6 +1,6 @@
 #include "balance.h"
 
-#include "linear.h"
+#include "../linear.h"
 #include "periodic.h"
 
 #include <math.h>

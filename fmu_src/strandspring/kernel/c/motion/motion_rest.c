@@ -1,6 +1,6 @@
 #include "motion_parts.h"
 
-#include "linear.h"
+#include "../linear.h"
 
 enum { UNKNOWNS = 6 * MOTION_BODIES };
 

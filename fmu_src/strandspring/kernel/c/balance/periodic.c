@@ -15,7 +15,7 @@
  * series (Toeplitz plus Hankel), and that of h is the product of a column and a row for each stroke. */
 #include "periodic.h"
 
-#include "path.h"
+#include "../path.h"
 #include "steady.h"
 
 #include <math.h>

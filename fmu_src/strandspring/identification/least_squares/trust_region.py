@@ -1,0 +1,136 @@
+"""Nonlinear least squares in a few variables between bounds, by Gauss-Newton steps within a trust region.
+
+A step minimises |r + J s| among those no longer than a radius (More, Lecture Notes in Mathematics 630, 1978), each
+variable being scaled by the greatest length so far of its column of J. Variables that it takes beyond a bound stay on
+the bound, and the step of the others follows anew. Combinations without effect on r take no part in a step.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Protocol, TypeVar
+
+import numpy as np
+
+from ...kernel.arrays import FloatArray
+
+_FIRST_STEP = 3.0  # by which each variable may move to begin with: a logarithm by a factor of 20
+_NEGLIGIBLE = 0.1  # share of the tolerance: a full step that promises no more than this is not tried
+_SHORTEST = 1e-12  # relative length of a step at which the iteration ends
+_RADIUS_TOLERANCE = 0.01  # share of the radius by which a step may be longer, and that is left to the last variables
+_RADIUS_ITERATIONS = 10
+_BLOCK = 1024  # rows that are decomposed together, which stay in the cache
+
+
+class Trial(Protocol):
+    """The problem at one point."""
+
+    squares: float  # sum of squared residuals r
+
+    def reduced(self) -> tuple[FloatArray, FloatArray]:
+        """J and r, or any rotation of both, of fewer rows."""
+
+
+AnyTrial = TypeVar("AnyTrial", bound=Trial)
+
+
+def minimise(
+    evaluate: Callable[[FloatArray], AnyTrial],
+    start: FloatArray,
+    low: FloatArray,
+    high: FloatArray,
+    tolerance: float,
+    evaluations: int,
+) -> tuple[FloatArray, AnyTrial, bool]:
+    """The point with the least sum of squared residuals that is reached from a start.
+
+    Parameters
+    ----------
+    evaluate : callable               The problem at a point of shape (v,).
+    start : ndarray, shape (v,)       Within the bounds.
+    low, high : ndarray, shape (v,)
+    tolerance : float                 Relative change of the sum at which the iteration ends.
+    evaluations : int                 At which it ends in any case.
+
+    Returns
+    -------
+    point : ndarray, shape (v,)
+    trial : Trial                     The problem there.
+    converged : bool                  Whether it is a minimum: there is none where evaluations were used up.
+    """
+    x, best, count = start, evaluate(start), 1
+    scale = np.zeros(x.size)
+    radius = 0.0
+    while True:
+        J, r = best.reduced()
+        scale = np.maximum(scale, np.linalg.norm(J, axis=0))
+        unit = np.where(scale > 0.0, scale, 1.0)
+        radius = radius or _FIRST_STEP * float(np.linalg.norm(unit))
+        is_better = False
+        while not is_better:
+            if count == evaluations:
+                return x, best, False
+            step, is_full = _step(J / unit, r, radius, (low - x) * unit, (high - x) * unit)
+            along = J @ (step / unit)
+            promised = -float(along @ (along + 2.0 * r))
+            if is_full and promised <= _NEGLIGIBLE * tolerance * best.squares:
+                return x, best, True
+            point = (x + step / unit).clip(low, high)
+            trial = evaluate(point)
+            count += 1
+            gain, length = best.squares - trial.squares, float(np.linalg.norm(step))
+            is_fair, is_better = gain > 0.25 * promised, gain > 0.0
+            ends = (gain < tolerance * best.squares and is_fair) or np.linalg.norm(
+                point - x
+            ) < _SHORTEST * np.linalg.norm(x)
+            if not is_fair:
+                radius = 0.25 * length
+            elif gain > 0.75 * promised and length > 0.95 * radius:
+                radius *= 2.0
+            if is_better:
+                x, best = point, trial
+            if ends:
+                return x, best, True
+
+
+def triangle_of(matrix: FloatArray) -> FloatArray:
+    """R of the QR decomposition of a tall matrix, block by block."""
+    rows, columns = matrix.shape
+    blocks = rows // _BLOCK
+    if blocks > 1:
+        cut = blocks * _BLOCK
+        parts = np.asarray(np.linalg.qr(matrix[:cut].reshape(blocks, _BLOCK, columns), mode="r"))
+        matrix = np.concatenate([parts.reshape(-1, columns), matrix[cut:]])
+    return np.asarray(np.linalg.qr(matrix, mode="r"))
+
+
+def _step(J: FloatArray, r: FloatArray, radius: float, low: FloatArray, high: FloatArray) -> tuple[FloatArray, bool]:
+    """The step between bounds, and whether the radius leaves it as it is."""
+    step, is_full = np.zeros(low.size), True
+    downhill = -J.T @ r
+    free = ((downhill > 0.0) & (high > 0.0)) | ((downhill < 0.0) & (low < 0.0))
+    while free.any():
+        left = np.sqrt(max(radius**2 - float(step @ step), (_RADIUS_TOLERANCE * radius) ** 2))
+        wanted, is_full = _within_radius(J[:, free], r + J @ step, left)
+        step[free] = wanted
+        is_outside = free & ((step < low) | (step > high))
+        if not is_outside.any():
+            break
+        free &= ~is_outside
+        step = np.where(is_outside, step.clip(low, high), np.where(free, 0.0, step))
+    return step, is_full
+
+
+def _within_radius(J: FloatArray, r: FloatArray, radius: float) -> tuple[FloatArray, bool]:
+    """The Gauss-Newton step, damped to the radius if it is longer, and whether it is not."""
+    turned, singular, turns = np.linalg.svd(J, full_matrices=False)
+    felt = singular > np.finfo(np.float64).eps * _BLOCK * singular[0]
+    squares, along = singular[felt] ** 2, (turned.T @ r)[felt] * singular[felt]
+    damping = 0.0
+    for _ in range(_RADIUS_ITERATIONS):
+        part = along / (squares + damping)
+        length = float(np.linalg.norm(part))
+        if not length > (1.0 + _RADIUS_TOLERANCE) * radius:
+            break
+        damping += (length / radius - 1.0) * length**2 / float(part @ (part / (squares + damping)))
+    return -radius / max(length, radius) * (part @ turns[felt]), damping == 0.0

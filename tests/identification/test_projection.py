@@ -1,0 +1,97 @@
+"""Springs fitted to points by variable projection, against NumPy's and SciPy's least squares."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.optimize import least_squares
+
+from strandspring.identification.least_squares.projection import Problem, Refinement, vector
+from strandspring.identification.least_squares.stages import Hysteresis
+from strandspring.identification.points.loops import Loops
+from strandspring.identification.points.polynomials import Basis
+from strandspring.kernel.arrays import FloatArray
+
+DIRECTION, LENGTH = np.array([1, -1, 1, -1]), np.array([1.0, 1.7, 1.3, 2.0])
+PER_STROKE = 60
+STROKE = np.repeat(np.arange(4), PER_STROKE)
+TRAVEL = LENGTH[STROKE] * np.tile(np.linspace(0.01, 1.0, PER_STROKE), 4)
+BEGIN = np.cumsum([0.0, *(DIRECTION * LENGTH)])[:-1]
+PLACE = BEGIN[STROKE] + DIRECTION[STROKE] * TRAVEL
+START = Hysteresis(3.0, 1.7, 0.6)
+ONES = np.ones(STROKE.size)
+
+
+def loops(force: FloatArray) -> Loops:
+    return Loops(
+        PLACE, force, ONES, TRAVEL, STROKE, np.arange(float(PLACE.size)), DIRECTION, BEGIN, LENGTH, np.zeros(4, np.intp)
+    )
+
+
+def problem(force: FloatArray, fixed: int = 4, moving: int = 3, further: FloatArray | None = None) -> Problem:
+    return Problem(loops(force), Basis(PLACE.min(), PLACE.max(), fixed - 1, moving - 1), START, further)
+
+
+def linear(given: Problem, root: FloatArray = ONES) -> Refinement:
+    """The linear problem alone: one evaluation, at the start."""
+    fit = given.solve(START, np.array([0.4]), root**2, 1e-5, 1)
+    assert fit.hysteresis.rho == pytest.approx(START.rho, rel=1e-15)
+    assert not fit.converged
+    return fit
+
+
+def coefficients(fit: Refinement) -> FloatArray:
+    return np.concatenate([fit.backbone.elastic, fit.backbone.amplified])
+
+
+@pytest.mark.parametrize(("fixed", "moving"), [(1, 1), (4, 3), (9, 1), (20, 5)])
+def test_coefficients(fixed: int, moving: int) -> None:
+    generator = np.random.default_rng(fixed + 10 * moving)
+    force, root = generator.standard_normal(ONES.size), generator.uniform(0.5, 2.0, ONES.size)
+    given = problem(force, fixed, moving)
+    fit = linear(given, root)
+    matrix = np.hstack([given.columns.elastic, fit.omega[:, None] * given.columns.amplifier])
+    expected, *_ = np.linalg.lstsq(matrix * root[:, None], force * root, rcond=None)
+    np.testing.assert_allclose(coefficients(fit), expected, rtol=1e-9, atol=1e-10)  # condition below 1e4
+
+
+def test_a_column_that_depends_on_others_gets_no_share() -> None:
+    force = np.random.default_rng(3).standard_normal(ONES.size)
+    elastic = problem(force).columns.elastic
+    twice, lean = linear(problem(force, further=(elastic[:, 1] - 2.0 * elastic[:, 3])[:, None])), linear(problem(force))
+    assert twice.backbone.elastic[4] == 0.0
+    np.testing.assert_allclose(np.delete(coefficients(twice), 4), coefficients(lean), rtol=1e-10)
+    # FA is a part of what never changes.
+    alike = linear(problem(force, moving=1, further=lean.omega[:, None]))
+    np.testing.assert_array_equal(alike.backbone.amplified, 0.0)
+    assert alike.backbone.elastic[4] != 0.0
+
+
+def test_a_force_within_the_columns_is_met() -> None:
+    given = problem(ONES)
+    wanted = np.arange(1.0, 8.0)
+    matrix = np.hstack([given.columns.elastic, linear(given).omega[:, None] * given.columns.amplifier])
+    np.testing.assert_allclose(coefficients(linear(problem(matrix @ wanted))), wanted, rtol=1e-12)
+
+
+def test_minimum_against_scipy() -> None:
+    generator = np.random.default_rng(11)
+    true, root = vector(Hysteresis(4.0, 2.0, 1.5), np.array([-0.2])), generator.uniform(0.5, 2.0, ONES.size)
+    columns = problem(ONES).columns
+    omega, _ = problem(ONES).omega(true)
+    force = columns.elastic @ [1.0, 2.0, 0.3, 0.2] + omega * (columns.amplifier @ [1.0, 0.1, 0.2])
+    given = problem(force + 0.02 * generator.standard_normal(ONES.size))
+
+    def left(theta: FloatArray) -> FloatArray:
+        matrix = np.hstack([columns.elastic, given.omega(theta)[0][:, None] * columns.amplifier]) * root[:, None]
+        target = given.loops.force * root
+        return matrix @ np.linalg.lstsq(matrix, target, rcond=None)[0] - target
+
+    fit = given.solve(START, np.array([0.4]), root**2, 1e-12)
+    assert fit.converged
+    start = vector(START, np.array([0.4]))
+    expected = least_squares(left, start, bounds=(given.low, given.high), xtol=1e-12, ftol=1e-15, gtol=1e-12)
+    theta = vector(fit.hysteresis, fit.omega_start)
+    assert np.sum(left(theta) ** 2) == pytest.approx(2.0 * expected.cost, rel=1e-9)
+    np.testing.assert_allclose(theta, expected.x, rtol=0.0, atol=1e-4)  # its differences are not exact
+    np.testing.assert_allclose(fit.omega, given.omega(theta)[0], rtol=0.0, atol=1e-12)
