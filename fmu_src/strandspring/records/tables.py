@@ -10,11 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import RecordError
+from ..ground.quoting import quoted
 from .columns import Column, table_columns
 from .dialect import Dialect, find_dialect
 from .rows import lines_of_rows, read_numbers
 from .source import Source
-from .units import quoted
 
 _THREE_AFTER_MARK = re.compile("[1-9][0-9]{0,2}[.,][0-9]{3}")
 _UP_TO_999 = re.compile("0|[1-9][0-9]{0,2}")

@@ -14,7 +14,7 @@ from ...campaigns.jobs.runners import Local, Runner
 from ...errors import StrandspringError
 from ...ground.arguments import workers_of
 from ...ground.scratch import TemporaryFolder
-from ...model.spread import Quantiles
+from ...model.joint import Quantiles
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -23,7 +23,7 @@ from ...identification.notes import notes_on
 from ...identification.outcomes import Outcome
 from ...loops.wanted import Wanted
 from ...model.joint import HYSTERETIC_UNITS
-from ...model.modelfile import check_name
+from ...model.names import check_name
 from ...model.stated_figures import energy_ratio
 from ...records.content import MAX_BYTES
 from .sources import SpringFile

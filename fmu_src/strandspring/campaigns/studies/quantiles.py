@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...kernel.arrays import FloatArray
-from ...model.spread import Quantiles
+from ...model.joint import Quantiles
 from .definition import DONE, GridPoint, RunRow, Study
 from .summary_sequence import SummarySequence
 

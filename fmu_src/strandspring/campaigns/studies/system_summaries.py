@@ -8,7 +8,7 @@ from typing import Protocol
 
 import numpy as np
 
-from ...model.spread import Quantiles
+from ...model.joint import Quantiles
 from ...vibration.verdicts.verdicts import Verdict
 from .quantiles import SHARES, Reasons, quantiles
 from .summary_sequence import SummarySequence

@@ -8,7 +8,7 @@ from typing import Any
 import click
 
 from ...api.studies.system_studying import SystemStudyResult
-from ...model.spread import Quantiles
+from ...model.joint import Quantiles
 from .descriptions import refuse_mixed
 from .mount import positive
 from .options import together

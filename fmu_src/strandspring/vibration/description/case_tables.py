@@ -6,8 +6,8 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Discriminator, Field, Tag
 
+from ...ground.tables import OWN, TAG
 from . import quantity_text as q
-from .table_refusals import OWN, TAG
 from .table_types import (
     Duration,
     FilePath,
@@ -20,7 +20,7 @@ from .table_types import (
     PositiveLength,
     ReadBy,
     SweepRate,
-    Table,
+    SystemFileTable,
     Text,
     Time,
     Velocity,
@@ -80,7 +80,7 @@ DensityTable = Annotated[Pairs, _rows_of(q.FREQUENCY, q.ACCELERATION_DENSITY)]
 ForceTable = Annotated[Pairs, _rows_of(q.TIME, q.FORCE)]
 
 
-class CaseTable(Table):
+class CaseTable(SystemFileTable):
     """What all cases have in common."""
 
     name: Name
@@ -108,7 +108,7 @@ class PulseCase(DirectedCase):
     velocity: Velocity | None = Field(None, description="Of a velocity step.")
 
 
-class DropTable(Table):
+class DropTable(SystemFileTable):
     """Height of a fall, or the velocity at its end."""
 
     height: PositiveLength | None = None
@@ -121,7 +121,7 @@ class DropCase(DirectedCase):
     drop: DropTable
 
 
-class SineTable(Table):
+class SineTable(SystemFileTable):
     """A sine of constant frequency."""
 
     frequency: Frequency
@@ -138,7 +138,7 @@ class SineCase(DirectedCase):
     settling: Time | None = Field(None, description="From when on rms and spectra are taken; half the duration.")
 
 
-class SweepTable(Table):
+class SweepTable(SystemFileTable):
     """A sine whose frequency rises or falls."""
 
     first: Frequency
@@ -157,7 +157,7 @@ class SweepCase(DirectedCase):
     sweep: SweepTable
 
 
-class RandomTable(Table):
+class RandomTable(SystemFileTable):
     """Stationary random vibration."""
 
     psd: DensityTable | None = Field(
@@ -176,7 +176,7 @@ class RandomCase(DirectedCase):
     settling: Time | None = Field(None, description="From when on rms and spectra are taken; a tenth of the duration.")
 
 
-class RecordColumns(Table):
+class RecordColumns(SystemFileTable):
     """Columns by what they hold: acceleration along x, y, z, angular velocity about them."""
 
     x: ColumnName | None = None
@@ -187,7 +187,7 @@ class RecordColumns(Table):
     rz: ColumnName | None = None
 
 
-class RecordUnits(Table):
+class RecordUnits(SystemFileTable):
     """Unit of each column; those of the file's header where none is given."""
 
     time: Unit | None = None
@@ -199,7 +199,7 @@ class RecordUnits(Table):
     rz: Unit | None = None
 
 
-class RecordTable(Table):
+class RecordTable(SystemFileTable):
     """A measured motion of the base."""
 
     file: FilePath
@@ -216,7 +216,7 @@ class RecordCase(CaseTable):
     settling: Time | None = None
 
 
-class ForceTableOfCase(Table):
+class ForceTableOfCase(SystemFileTable):
     """A force on a body, such as recoil: a pulse, a table of time and force, or a file."""
 
     body: Name | None = None

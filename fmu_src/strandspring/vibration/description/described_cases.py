@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from ...errors import MountedSystemError
-from ...records.units import quoted
+from ...ground.quoting import quoted
 from ..bodies.loads import Channel, ChannelKind, LoadCase, Signal
 from ..bodies.mounted import STANDARD_GRAVITY, RigidBody, Vector
 from ..signals.level_table import LevelTable
@@ -41,8 +41,7 @@ from .described_system import body_number
 from .named_files import NamedFiles
 from .record_columns import RecordColumn, read_columns, read_timed_columns
 from .system_tables import MOST_CASES
-from .table_refusals import located
-from .table_types import Direction
+from .table_types import Direction, located
 
 _HELD = 1e-9
 _AXES: dict[str, Vector] = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}

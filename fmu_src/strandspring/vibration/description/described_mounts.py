@@ -15,7 +15,7 @@ from ...model.modelfile import ModelFile
 from ..bodies.mounted import MountAxis, Stops, Vector
 from .nominal import displacement_at
 from .system_tables import AxisTable, MountTypeTable, StopsTable, SystemTable
-from .table_refusals import located
+from .table_types import located
 
 Models = Mapping[str, ModelFile]
 

@@ -42,7 +42,6 @@ description. The schema `models/strandspring-system.schema.json` lists all keys;
 
 from __future__ import annotations
 
-import json
 import math
 import os
 from collections.abc import Mapping
@@ -53,8 +52,9 @@ from typing import Any
 from pydantic import ValidationError
 
 from ...errors import MountedSystemError
-from ...ground.files import bundled_file, read_text, readable
+from ...ground.files import read_text, readable
 from ...ground.strict_toml import parse_toml
+from ...ground.tables import refusal
 from ...model.modelfile import ModelFile
 from ..bodies.limits import Limits
 from ..bodies.loads import LoadCase
@@ -63,10 +63,9 @@ from .described_cases import Surroundings, load_cases
 from .described_system import limits_of, model_paths, mounted_systems
 from .named_files import FilesOfFolder, NamedFiles
 from .system_tables import FORMAT, SystemTable
-from .table_refusals import located, refusal
+from .table_types import located
 from .unheld import slowest_period
 
-_SCHEMA = f"{FORMAT}.schema.json"
 _MAX_BYTES = 1_000_000
 _MOST_MODELS = 600
 _PERIODS_AFTERWARDS = 5.0
@@ -208,14 +207,7 @@ def system_schema() -> dict[str, Any]:
     >>> system_schema()["required"]
     ['format', 'format_version', 'name', 'body', 'mount_type', 'mount']
     """
-    schema: dict[str, Any] = json.loads(bundled_file(Path(_SCHEMA)).read_bytes())
-    return schema
-
-
-def schema_of_tables() -> dict[str, Any]:
-    """The schema as it follows from the tables; `system_schema` is its published copy."""
-    schema = SystemTable.model_json_schema()
-    return {"$schema": "https://json-schema.org/draft/2020-12/schema", **schema}
+    return {"$schema": "https://json-schema.org/draft/2020-12/schema", **SystemTable.model_json_schema()}
 
 
 def _afterwards(systems: Any) -> float:

@@ -10,9 +10,9 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Discriminator, Field, Tag
 
+from ...ground.tables import OWN, TAG
 from ..bodies.mounted import MOST_BODIES, MOST_POINTS, STANDARD_GRAVITY
 from .case_tables import AnyCase
-from .table_refusals import OWN, TAG
 from .table_types import (
     AccelerationVector,
     Angle,
@@ -32,7 +32,7 @@ from .table_types import (
     PositiveLength,
     ReadBy,
     Stiffness,
-    Table,
+    SystemFileTable,
     Text,
 )
 
@@ -61,14 +61,14 @@ def _read_version(value: Any) -> int:
 Version = Annotated[int, ReadBy(_read_version, {"const": VERSION})]
 
 
-class PointTable(Table):
+class PointTable(SystemFileTable):
     """A point of a body whose motion is asked for."""
 
     name: Name
     place: Place = Field(description="In the nominal pose.")
 
 
-class InertiaTable(Table):
+class InertiaTable(SystemFileTable):
     """Inertia tensor about the centre of gravity; xy = -(integral of x*y dm), and likewise."""
 
     xx: PositiveInertia
@@ -79,13 +79,13 @@ class InertiaTable(Table):
     yz: Inertia = 0.0
 
 
-class PlaneTable(Table):
+class PlaneTable(SystemFileTable):
     """Motion in a plane, with rotation about its normal."""
 
     plane: NamedDirection = Field(description="The normal of the plane.")
 
 
-class AxisMotionTable(Table):
+class AxisMotionTable(SystemFileTable):
     """Motion along an axis, without rotation."""
 
     axis: NamedDirection
@@ -97,7 +97,7 @@ def _kind_of_motion(value: Any) -> str:
     return f"{TAG}six" if isinstance(value, str) else f"{TAG}none"
 
 
-class BodyTable(Table):
+class BodyTable(SystemFileTable):
     """A rigid body."""
 
     name: Name
@@ -123,7 +123,7 @@ class BodyTable(Table):
     point: list[PointTable] = Field(default=[], max_length=MOST_POINTS)
 
 
-class StopsTable(Table):
+class StopsTable(SystemFileTable):
     """Elastic bump stops; displacements are those of one spring as its model counts them."""
 
     low: Length | None = None
@@ -131,7 +131,7 @@ class StopsTable(Table):
     stiffness: Stiffness
 
 
-class AxisTable(Table):
+class AxisTable(SystemFileTable):
     """Equal springs of a mount along one axis."""
 
     direction: NamedDirection = Field(
@@ -150,20 +150,20 @@ class AxisTable(Table):
     stops: StopsTable | None = None
 
 
-class MountTypeTable(Table):
+class MountTypeTable(SystemFileTable):
     """One to three axes, perpendicular to each other."""
 
     axes: list[AxisTable] = Field(min_length=1, max_length=3)
 
 
-class RotationTable(Table):
+class RotationTable(SystemFileTable):
     """A rotation of the mount's frame."""
 
     about: NamedDirection
     angle: Angle
 
 
-class MountTable(Table):
+class MountTable(SystemFileTable):
     """Mounts of one type at one place or several."""
 
     name: Name
@@ -182,14 +182,14 @@ class MountTable(Table):
     ) = None
 
 
-class CandidateTable(Table):
+class CandidateTable(SystemFileTable):
     """Mount types that take the place of others."""
 
     name: Name
     types: dict[str, Name] = Field({}, max_length=MOST_TYPES)
 
 
-class LimitsTable(Table):
+class LimitsTable(SystemFileTable):
     """What is allowed."""
 
     acceleration: (
@@ -217,7 +217,7 @@ def _kind_of_rest(value: Any) -> str:
     return f"{TAG}text" if isinstance(value, str) else f"{TAG}number"
 
 
-class RunTable(Table):
+class RunTable(SystemFileTable):
     """How the cases are simulated."""
 
     step: Duration | None = Field(None, description="Time step; chosen by the program if not given.")
@@ -232,7 +232,7 @@ class RunTable(Table):
     seed: Annotated[int, Field(ge=0, le=2**63 - 1)] = 0
 
 
-class SystemTable(Table):
+class SystemTable(SystemFileTable):
     """A system of rigid bodies on hysteretic mounts, its limits and load cases."""
 
     format: Literal["strandspring-system"]
