@@ -20,6 +20,7 @@ _MAX_GROUPS = 1000
 _IN_PROCESS = (
     "arrow",
     "hdf5",
+    "matlab",
     "mdf",
     "tdms",
     "uff",

@@ -11,21 +11,21 @@ import atexit
 import contextlib
 import json
 import os
+import pickle
 import signal
 import subprocess
 import sys
 import weakref
 from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import IO, Any
-
-import numpy as np
+from dataclasses import replace
+from functools import partial
+from typing import Any
 
 from ...errors import RecordError
 from ...ground.files import reason_of
 from ...ground.isolated import ISOLATED
 from ...ground.scratch import TemporaryFolder
-from ..channels import Channel, FloatArray
+from ..channels import Channel
 from ..content import Content
 from .guarding import damaged
 from .sheets import Sheet
@@ -38,12 +38,6 @@ _PROGRAM = (
 )
 # Threads of libraries would take room of which little is used.
 _ONE_THREAD = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "ARROW_IO_THREADS": "1", "MALLOC_ARENA_MAX": "2"}
-
-
-@dataclass(frozen=True)
-class _Answer:
-    header: dict[str, Any]
-    parts: list[bytearray]
 
 
 def read_in_process(module: str, kind: str, content: Content) -> list[Channel] | list[Sheet]:
@@ -68,21 +62,11 @@ def read_in_process(module: str, kind: str, content: Content) -> list[Channel] |
         ) from None
     size = len(content.data)
     limits = {"memory": _MEMORY + 4 * size, "seconds": _SECONDS + size / _BYTES_PER_SECOND}
-    request = {"module": module, "kind": kind, "path": content.path, "size": size, **limits}
-    answer = reader.ask(request, content.data)
-    if "sheets" in answer.header:
-        return [Sheet(name, bytes(data)) for name, data in zip(answer.header["sheets"], answer.parts, strict=True)]
-    return [_channel(reader, number, fields) for number, fields in enumerate(answer.header["channels"])]
-
-
-def _channel(reader: _Reader, number: int, fields: Mapping[str, Any]) -> Channel:
-    """A channel of which all but the values has been read."""
-
-    def load() -> tuple[FloatArray, FloatArray | None]:
-        values, times = (np.frombuffer(part) for part in reader.ask({"channel": number}).parts)
-        return values, times if fields["timed"] else None
-
-    return Channel(**fields, load=load)
+    request = {"module": module, "kind": kind, "content": content, **limits}
+    answer: list[Any] = reader.ask(request)
+    if sheets := [sheet for sheet in answer if isinstance(sheet, Sheet)]:
+        return sheets
+    return [replace(channel, load=partial(reader.ask, number)) for number, channel in enumerate(answer)]
 
 
 class _Reader:
@@ -103,35 +87,23 @@ class _Reader:
         self._process = _idle_process()
         weakref.finalize(self, _give_back, self._process, len(content.data))
 
-    def ask(self, request: Mapping[str, Any], data: bytes = b"") -> _Answer:
+    def ask(self, request: Mapping[str, Any] | int) -> Any:
         """The answer to a request; raises RecordError if it is a refusal, or the process ends."""
         process = self._process
         assert process.stdin is not None  # noqa: S101 - both are pipes
         assert process.stdout is not None  # noqa: S101
         try:
-            process.stdin.write(json.dumps(request).encode() + b"\n")
-            process.stdin.write(data)
+            pickle.dump(request, process.stdin)
             process.stdin.flush()
-            line = process.stdout.readline()
-            if not line.endswith(b"\n"):
-                raise BrokenPipeError
-            header = json.loads(line)
-            parts = [_received(process.stdout, size) for size in header["sizes"]]
+            answer = pickle.load(process.stdout)  # noqa: S301 - of this program, which a crash cuts off
         except BaseException as problem:
             _stop(process)  # it may be in the midst of an answer
-            if isinstance(problem, OSError):
+            if isinstance(problem, OSError | EOFError | pickle.UnpicklingError):
                 raise damaged(self._kind, self._path, _reason(process.returncode)) from None
             raise
-        if "refusal" in header:
-            raise RecordError(header["refusal"])
-        return _Answer(header, parts)
-
-
-def _received(stream: IO[bytes], size: int) -> bytearray:
-    data = bytearray(size)
-    if stream.readinto(data) != size:  # type: ignore[attr-defined]
-        raise BrokenPipeError
-    return data
+        if isinstance(answer, RecordError):
+            raise answer
+        return answer
 
 
 def _reason(status: int) -> str:

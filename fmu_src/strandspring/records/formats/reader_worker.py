@@ -1,30 +1,29 @@
 """The other side of `reader_process`: a process that reads one file after the other for the program that started it.
 
-A request is a line of JSON, followed by the bytes of the file if it is a new one; so is an answer, followed by the
-values of channels or the text of sheets. The process ends when its standard input is closed.
+A request is a file, whose sheets or channels are the answer, or the number of a channel whose values are wanted. The
+process ends when its standard input is closed.
 """
 
 from __future__ import annotations
 
 import gc
-import json
 import os
+import pickle
 import signal
 import sys
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
+from dataclasses import replace
 from importlib import import_module
 from pathlib import Path
 from types import ModuleType
-from typing import IO, Any
+from typing import Any
 
 import numpy as np
 
 from ...errors import RecordError
-from ..channels import Channel
-from ..content import Content
+from ..channels import Channel, FloatArray
 from .guarding import guarded
-from .sheets import Sheet
 
 
 def serve() -> None:
@@ -34,49 +33,40 @@ def serve() -> None:
     for descriptor in (0, 1):  # libraries print from C too
         os.dup2(nothing, descriptor)
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the program that started it handles Ctrl-C
-    reader = _Reader()
-    while line := requests.readline():
-        header, parts = reader.answer(json.loads(line), requests)
-        views = [memoryview(part) for part in parts]
-        answers.write(json.dumps({**header, "sizes": [view.nbytes for view in views]}).encode() + b"\n")
-        for view in views:
-            answers.write(view)
+    kind, path = "", ""
+    channels: Sequence[Channel] = ()
+    while True:
+        try:
+            request = pickle.load(requests)  # noqa: S301 - of the program that started it
+        except EOFError:
+            return
+        answer: Any
+        try:
+            if isinstance(request, int):
+                with guarded(kind, path):
+                    answer = tuple(_plain(part) for part in channels[request].load())
+            else:
+                kind, path, channels = request["kind"], request["content"].path, ()
+                with guarded(kind, path):
+                    module = _imported(f"{__package__}.{request['module']}")
+                    _limit(request["memory"], request["seconds"])
+                    answer = module.read_tables(request["content"])
+                if answer and isinstance(answer[0], Channel):
+                    channels, answer = answer, [replace(channel, load=_elsewhere) for channel in answer]
+            del request
+        except RecordError as refusal:
+            answer = refusal
+        pickle.dump(answer, answers, protocol=5)
         answers.flush()
 
 
-class _Reader:
-    """Reads a file, and keeps its channels until the next."""
+def _elsewhere() -> tuple[FloatArray, FloatArray | None]:
+    """Stands for the values of a channel that has been sent without them."""
+    raise AssertionError
 
-    def __init__(self) -> None:
-        self._kind = self._path = ""
-        self._channels: Sequence[Channel] = ()
 
-    def answer(self, request: Mapping[str, Any], data: IO[bytes]) -> tuple[dict[str, Any], Sequence[Any]]:
-        """What a request asks for: a header, and buffers that follow it."""
-        try:
-            if "module" in request:
-                self._kind, self._path, self._channels = request["kind"], request["path"], ()
-                return self._read(request, data.read(request["size"]))
-            return {}, self._values(request["channel"])
-        except RecordError as refusal:
-            return {"refusal": str(refusal)}, ()
-
-    def _read(self, request: Mapping[str, Any], data: bytes) -> tuple[dict[str, Any], Sequence[bytes]]:
-        """Names and texts of the sheets of a file, or its channels without their values."""
-        with guarded(self._kind, self._path):
-            module = _imported(f"{__package__}.{request['module']}")
-            _limit(request["memory"], request["seconds"])
-            found = module.read_tables(Content(self._path, data, ""))
-        if found and isinstance(found[0], Sheet):
-            return {"sheets": [sheet.name for sheet in found]}, [sheet.data for sheet in found]
-        self._channels = found
-        return {"channels": [_described(channel) for channel in found]}, ()
-
-    def _values(self, number: int) -> Sequence[Any]:
-        """Values and times of a channel, ndarrays of shape (K,); no times have shape (0,)."""
-        with guarded(self._kind, self._path):
-            arrays = self._channels[number].load()
-            return [np.ascontiguousarray([] if part is None else part, dtype=np.float64) for part in arrays]
+def _plain(values: Any) -> FloatArray | None:
+    return None if values is None else np.ascontiguousarray(values, dtype=np.float64)
 
 
 def _imported(name: str) -> ModuleType:
@@ -87,10 +77,6 @@ def _imported(name: str) -> ModuleType:
         gc.collect()
         gc.freeze()  # which makes the collections after damaged files quick
     return sys.modules[name]
-
-
-def _described(channel: Channel) -> dict[str, Any]:
-    return {name: getattr(channel, name) for name in ("group", "name", "unit", "size", "timed")}
 
 
 def _limit(memory: int | None, seconds: float | None) -> None:
