@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from difflib import get_close_matches
 from typing import Any
@@ -16,6 +17,7 @@ OWN = "form"  # type of errors whose message is ours
 _LONGEST = 60
 _LONGEST_NAME = 80
 _LISTED = 20
+_NUMBER = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d{1,4})?)\s*(.*)", re.DOTALL)
 
 
 def suggestion(name: str, known: Sequence[str]) -> str:
@@ -74,10 +76,11 @@ def refusal(error: ValidationError, first: int = 1, remedy: str = "") -> str:
     problem = error.errors(include_url=False)[0]
     context: Mapping[str, Any] = problem.get("ctx", {})
     reason = _reason(problem["type"], context, problem.get("input"), problem["msg"])
-    if remedy and problem["type"] not in _WITH_REMEDY:
-        reason += f"; {remedy}"
+    advice = _how_to_write(problem["type"], problem.get("input"))
+    if not advice and problem["type"] not in _WITH_REMEDY:
+        advice = remedy
     field = field_name(problem["loc"], first)
-    text = f"{field}: {reason}" if field else reason
+    text = (f"{field}: {reason}" if field else reason) + (f"; {advice}" if advice else "")
     return text if text.endswith(".") else f"{text}."
 
 
@@ -98,6 +101,26 @@ def _reason(kind: str, context: Mapping[str, Any], value: Any, own_message: str)
         count = len(value) if isinstance(value, list | dict | str) else 0
         return "must not be empty" if count == 0 else f"must have {rule} {context[key]} {what}, got {count}"
     return f"must be {_EXPECTED.get(kind, 'what the description of the file format says')}, got {shown(value)}"
+
+
+def _how_to_write(kind: str, value: Any) -> str:
+    """How to write the number that a text begins with, of percents their hundredth; "" if there is none.
+
+    Examples
+    --------
+    >>> _how_to_write("float_type", "90 %"), _how_to_write("float_type", "most"), _how_to_write("int_type", "9 mm")
+    ('write 0.9', '', 'write the number alone, without quotation marks')
+    """
+    is_text = kind in ("float_type", "int_type") and isinstance(value, str) and len(value) <= _LONGEST
+    match = _NUMBER.fullmatch(value) if is_text else None
+    if match is None:
+        return ""
+    size = {"": 1.0, "%": 100.0}.get(match[2].strip())
+    # Fifteen digits are exact.
+    if size is None or abs(float(match[1])) >= 1e15:
+        return "write the number alone, without quotation marks"
+    number = float(match[1]) / size
+    return "" if kind == "int_type" and number % 1.0 != 0.0 else f"write {number:.15g}"
 
 
 _WITH_REMEDY = ("value_error", "missing")

@@ -6,7 +6,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Discriminator, Field, Tag
 
-from ...ground.tables import OWN, TAG
+from ...ground.tables import OWN, TAG, Table
 from . import quantity_text as q
 from .table_types import (
     Duration,
@@ -20,7 +20,6 @@ from .table_types import (
     PositiveLength,
     ReadBy,
     SweepRate,
-    SystemFileTable,
     Text,
     Time,
     Velocity,
@@ -80,7 +79,7 @@ DensityTable = Annotated[Pairs, _rows_of(q.FREQUENCY, q.ACCELERATION_DENSITY)]
 ForceTable = Annotated[Pairs, _rows_of(q.TIME, q.FORCE)]
 
 
-class CaseTable(SystemFileTable):
+class CaseTable(Table):
     """What all cases have in common."""
 
     name: Name
@@ -108,7 +107,7 @@ class PulseCase(DirectedCase):
     velocity: Velocity | None = Field(None, description="Of a velocity step.")
 
 
-class DropTable(SystemFileTable):
+class DropTable(Table):
     """Height of a fall, or the velocity at its end."""
 
     height: PositiveLength | None = None
@@ -121,7 +120,7 @@ class DropCase(DirectedCase):
     drop: DropTable
 
 
-class SineTable(SystemFileTable):
+class SineTable(Table):
     """A sine of constant frequency."""
 
     frequency: Frequency
@@ -138,7 +137,7 @@ class SineCase(DirectedCase):
     settling: Time | None = Field(None, description="From when on rms and spectra are taken; half the duration.")
 
 
-class SweepTable(SystemFileTable):
+class SweepTable(Table):
     """A sine whose frequency rises or falls."""
 
     first: Frequency
@@ -157,7 +156,7 @@ class SweepCase(DirectedCase):
     sweep: SweepTable
 
 
-class RandomTable(SystemFileTable):
+class RandomTable(Table):
     """Stationary random vibration."""
 
     psd: DensityTable | None = Field(
@@ -176,7 +175,7 @@ class RandomCase(DirectedCase):
     settling: Time | None = Field(None, description="From when on rms and spectra are taken; a tenth of the duration.")
 
 
-class RecordColumns(SystemFileTable):
+class RecordColumns(Table):
     """Columns by what they hold: acceleration along x, y, z, angular velocity about them."""
 
     x: ColumnName | None = None
@@ -187,7 +186,7 @@ class RecordColumns(SystemFileTable):
     rz: ColumnName | None = None
 
 
-class RecordUnits(SystemFileTable):
+class RecordUnits(Table):
     """Unit of each column; those of the file's header where none is given."""
 
     time: Unit | None = None
@@ -199,7 +198,7 @@ class RecordUnits(SystemFileTable):
     rz: Unit | None = None
 
 
-class RecordTable(SystemFileTable):
+class RecordTable(Table):
     """A measured motion of the base."""
 
     file: FilePath
@@ -216,7 +215,7 @@ class RecordCase(CaseTable):
     settling: Time | None = None
 
 
-class ForceTableOfCase(SystemFileTable):
+class ForceTableOfCase(Table):
     """A force on a body, such as recoil: a pulse, a table of time and force, or a file."""
 
     body: Name | None = None

@@ -166,21 +166,6 @@ def measured(value: object, *quantities: Quantity) -> tuple[float, Quantity]:
     )
 
 
-def begins_with(text: str) -> float | None:
-    """The number in a text, of percents their hundredth; NaN if it has a unit, None if there is none.
-
-    Examples
-    --------
-    >>> begins_with("90 %"), begins_with("0.9"), begins_with("9 mm"), begins_with("most")
-    (0.9, 0.9, nan, None)
-    """
-    match = _NUMBER.fullmatch(text) if len(text) <= _LONGEST else None
-    if match is None:
-        return None
-    size = {"": 1.0, "%": 100.0}.get(match[2].strip(), math.nan)
-    return float(match[1]) / size
-
-
 def unit_in_si(unit: str, quantity: Quantity) -> float:
     """SI units per unit, such as of a column.
 

@@ -44,7 +44,7 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -114,6 +114,47 @@ class SystemFile:
     options: RunOptions
     models: Mapping[str, ModelFile]
     files: tuple[Path, ...] = ()
+
+    def chosen_candidates(self, wanted: str | Sequence[str] | None) -> list[tuple[str, MountedSystem]]:
+        """The candidates of these names, each with its own; all if None.
+
+        Raises
+        ------
+        MountedSystemError   If there is none of a name.
+        """
+        names = _names(wanted)
+        known = [name for name, _ in self.candidates]
+        for name in names or ():
+            if name not in known:
+                raise MountedSystemError(f"There is no candidate {name!r}; give one of {', '.join(map(repr, known))}.")
+        return [(name, system) for name, system in self.candidates if names is None or name in names]
+
+    def chosen_cases(self, wanted: str | Sequence[str] | None) -> list[LoadCase]:
+        """The load cases of these names, of which that of a case with several directions means all of them.
+
+        All cases if None.
+
+        Raises
+        ------
+        MountedSystemError   If there is none of a name.
+        """
+        names = _names(wanted)
+        for name in names or ():
+            if not any(_is_meant(case, name) for case in self.cases):
+                known = ", ".join(case.name for case in self.cases) or "none"
+                raise MountedSystemError(f"There is no load case {name!r}; there are {known}.")
+        return [case for case in self.cases if names is None or any(_is_meant(case, name) for name in names)]
+
+
+def _is_meant(case: LoadCase, name: str) -> bool:
+    """Whether a case has a name, or is one of the directions of the case of that name."""
+    return case.name == name or case.name.rpartition(" ")[0] == name
+
+
+def _names(wanted: str | Sequence[str] | None) -> tuple[str, ...] | None:
+    if wanted is None:
+        return None
+    return (wanted,) if isinstance(wanted, str) else tuple(wanted)
 
 
 def is_system_file(path: str | os.PathLike[str]) -> bool:

@@ -6,11 +6,12 @@ length.
 
 from __future__ import annotations
 
+import re
 from typing import Annotated, Any, Literal
 
 from pydantic import Discriminator, Field, Tag
 
-from ...ground.tables import OWN, TAG
+from ...ground.tables import OWN, TAG, Table
 from ..bodies.mounted import MOST_BODIES, MOST_POINTS, STANDARD_GRAVITY
 from .case_tables import AnyCase
 from .table_types import (
@@ -32,7 +33,6 @@ from .table_types import (
     PositiveLength,
     ReadBy,
     Stiffness,
-    SystemFileTable,
     Text,
 )
 
@@ -61,14 +61,14 @@ def _read_version(value: Any) -> int:
 Version = Annotated[int, ReadBy(_read_version, {"const": VERSION})]
 
 
-class PointTable(SystemFileTable):
+class PointTable(Table):
     """A point of a body whose motion is asked for."""
 
     name: Name
     place: Place = Field(description="In the nominal pose.")
 
 
-class InertiaTable(SystemFileTable):
+class InertiaTable(Table):
     """Inertia tensor about the centre of gravity; xy = -(integral of x*y dm), and likewise."""
 
     xx: PositiveInertia
@@ -79,13 +79,13 @@ class InertiaTable(SystemFileTable):
     yz: Inertia = 0.0
 
 
-class PlaneTable(SystemFileTable):
+class PlaneTable(Table):
     """Motion in a plane, with rotation about its normal."""
 
     plane: NamedDirection = Field(description="The normal of the plane.")
 
 
-class AxisMotionTable(SystemFileTable):
+class AxisMotionTable(Table):
     """Motion along an axis, without rotation."""
 
     axis: NamedDirection
@@ -97,7 +97,7 @@ def _kind_of_motion(value: Any) -> str:
     return f"{TAG}six" if isinstance(value, str) else f"{TAG}none"
 
 
-class BodyTable(SystemFileTable):
+class BodyTable(Table):
     """A rigid body."""
 
     name: Name
@@ -123,7 +123,7 @@ class BodyTable(SystemFileTable):
     point: list[PointTable] = Field(default=[], max_length=MOST_POINTS)
 
 
-class StopsTable(SystemFileTable):
+class StopsTable(Table):
     """Elastic bump stops; displacements are those of one spring as its model counts them."""
 
     low: Length | None = None
@@ -131,7 +131,7 @@ class StopsTable(SystemFileTable):
     stiffness: Stiffness
 
 
-class AxisTable(SystemFileTable):
+class AxisTable(Table):
     """Equal springs of a mount along one axis."""
 
     direction: NamedDirection = Field(
@@ -150,20 +150,20 @@ class AxisTable(SystemFileTable):
     stops: StopsTable | None = None
 
 
-class MountTypeTable(SystemFileTable):
+class MountTypeTable(Table):
     """One to three axes, perpendicular to each other."""
 
     axes: list[AxisTable] = Field(min_length=1, max_length=3)
 
 
-class RotationTable(SystemFileTable):
+class RotationTable(Table):
     """A rotation of the mount's frame."""
 
     about: NamedDirection
     angle: Angle
 
 
-class MountTable(SystemFileTable):
+class MountTable(Table):
     """Mounts of one type at one place or several."""
 
     name: Name
@@ -182,14 +182,14 @@ class MountTable(SystemFileTable):
     ) = None
 
 
-class CandidateTable(SystemFileTable):
+class CandidateTable(Table):
     """Mount types that take the place of others."""
 
     name: Name
     types: dict[str, Name] = Field({}, max_length=MOST_TYPES)
 
 
-class LimitsTable(SystemFileTable):
+class LimitsTable(Table):
     """What is allowed."""
 
     acceleration: (
@@ -214,10 +214,11 @@ class LimitsTable(SystemFileTable):
 
 
 def _kind_of_rest(value: Any) -> str:
-    return f"{TAG}text" if isinstance(value, str) else f"{TAG}number"
+    is_word = isinstance(value, str) and not re.match(r"\s*[+-]?\.?\d", value)
+    return f"{TAG}text" if is_word else f"{TAG}number"
 
 
-class RunTable(SystemFileTable):
+class RunTable(Table):
     """How the cases are simulated."""
 
     step: Duration | None = Field(None, description="Time step; chosen by the program if not given.")
@@ -232,7 +233,7 @@ class RunTable(SystemFileTable):
     seed: Annotated[int, Field(ge=0, le=2**63 - 1)] = 0
 
 
-class SystemTable(SystemFileTable):
+class SystemTable(Table):
     """A system of rigid bodies on hysteretic mounts, its limits and load cases."""
 
     format: Literal["strandspring-system"]

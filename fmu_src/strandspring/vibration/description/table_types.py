@@ -3,19 +3,18 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
-from functools import cache, partial
-from types import UnionType
-from typing import Annotated, Any, Union, get_args, get_origin
+from functools import partial
+from typing import Annotated, Any
 
-from pydantic import Field, GetCoreSchemaHandler, PlainValidator, ValidationInfo, field_validator
+from pydantic import Field, GetCoreSchemaHandler, PlainValidator
 
 from ...errors import MountedSystemError, StrandspringError
 from ...ground.quoting import quoted, shown
 from ...ground.strict_json import is_finite
-from ...ground.tables import Table, field_name
+from ...ground.tables import field_name
 from ..bodies.mounted import Vector
 from . import quantity_text as q
 
@@ -48,27 +47,6 @@ def located(*location: str | int) -> Iterator[None]:
         raise FieldError(location, str(error)) from None
 
 
-class SystemFileTable(Table):
-    """A table of SYSTEM.toml."""
-
-    @field_validator("*", mode="before")
-    @classmethod
-    def _check_text(cls, value: Any, info: ValidationInfo) -> Any:
-        """Refuse text with a number where only the number can stand, and say how to write it."""
-        name = str(info.field_name)
-        kind = _number_alone(cls, name) if isinstance(value, str) else None
-        number = None if kind is None else q.begins_with(value)
-        if number is None or (kind is int and number % 1.0 != 0.0 and not math.isnan(number)):
-            return value
-        about = (cls.model_fields[name].description or "").rstrip(".")
-        meaning = f" ({about[:1].lower()}{about[1:]})" if about else ""
-        # Fifteen digits are exact.
-        written = f"{number:.15g}" if abs(number) < 1e15 else "the number alone, without quotation marks"
-        raise ValueError(
-            f"must be a {'whole number' if kind is int else 'number'}{meaning}, got {quoted(value)}; write {written}"
-        )
-
-
 @dataclass(frozen=True, eq=False)
 class ReadBy:
     """Makes a type of a function that reads it.
@@ -88,25 +66,6 @@ class ReadBy:
 
     def __get_pydantic_json_schema__(self, _core: Any, _handler: Any) -> dict[str, Any]:
         return dict(self.schema)
-
-
-@cache
-def _number_alone(table: type[SystemFileTable], name: str) -> type | None:
-    """float or int if that is what stands in a field, whether text may stand there or not; None if neither."""
-    field = table.model_fields[name]
-    return _number_in(field.annotation, field.metadata)
-
-
-def _number_in(annotation: Any, metadata: Sequence[Any]) -> type | None:
-    if any(isinstance(one, ReadBy) for one in metadata):
-        return None
-    if annotation in (float, int):
-        return annotation  # type: ignore[no-any-return]
-    if get_origin(annotation) is Annotated:
-        inner, *own = get_args(annotation)
-        return _number_in(inner, own)
-    forms = get_args(annotation) if get_origin(annotation) in (Union, UnionType) else ()
-    return next(filter(None, (_number_in(form, ()) for form in forms)), None)
 
 
 def _read_quantity(least: float, *kinds: q.Quantity) -> Callable[[Any], float]:
