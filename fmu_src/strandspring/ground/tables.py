@@ -13,6 +13,7 @@ from .files import readable
 from .quoting import quoted, shown
 
 TAG = "="  # begins what tells forms of a field apart, which is no part of the field's name
+_KEY = "[key]"  # what pydantic adds to the location of a key that is wrong
 OWN = "form"  # type of errors whose message is ours
 _LONGEST = 60
 _LONGEST_NAME = 80
@@ -59,7 +60,7 @@ def field_name(location: Sequence[str | int], first: int = 1) -> str:
     for part in location:
         if isinstance(part, int):
             name += f"[{part + first}]"
-        elif not part.startswith(TAG):
+        elif not part.startswith(TAG) and part != _KEY:
             name += f".{readable(part)[:_LONGEST]}" if name else readable(part)[:_LONGEST]
     return name
 

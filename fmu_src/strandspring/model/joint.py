@@ -15,8 +15,6 @@ from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import Any
 
-import numpy as np
-
 from ..core.parameters import N_RANGE, SIGMA_RANGE, SpringParameters
 from ..errors import ModelError
 
@@ -121,6 +119,8 @@ class JointCovariance:
         ------
         ModelError   If hardly any draw is a physically possible spring.
         """
+        import numpy as np  # model files are read without it
+
         generator = np.random.default_rng((seed, number))
         for _ in range(_TRIES):
             with suppress(ValueError):

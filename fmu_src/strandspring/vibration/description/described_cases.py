@@ -182,19 +182,15 @@ class _Builder:
     @build.register
     def _(self, table: RecordCase) -> list[LoadCase]:
         record = table.record
-        columns = {name: getattr(record.columns, name) for name in type(record.columns).model_fields}
-        wanted = {
-            name: RecordColumn(
-                column, q.ANGULAR_VELOCITY if name[0] == "r" else q.ACCELERATION, getattr(record.units, name)
-            )
-            for name, column in columns.items()
-            if column is not None
+        wanted: dict[str, RecordColumn] = {
+            name: RecordColumn(column, q.ANGULAR_VELOCITY if name[0] == "r" else q.ACCELERATION, record.units.get(name))
+            for name, column in record.columns.items()
         }
         with located("record"):
             if not wanted:
                 raise MountedSystemError("`columns` must name one column or more, as in { x = 'ax', z = 3 }.")
             content = self.around.files.record(record.file)
-            times, values = read_timed_columns(content, wanted, record.time, record.units.time)
+            times, values = read_timed_columns(content, wanted, record.time, record.units.get("time"))
             channels = []
             for name, column in values.items():
                 kind = ChannelKind.BASE_ANGULAR_VELOCITY if name[0] == "r" else ChannelKind.BASE_ACCELERATION
