@@ -13,7 +13,7 @@ from pydantic.config import JsonDict
 from ..core.parameters import FORCE_RANGE, KNOTS, LARGEST_DISPLACEMENT, MAXIMUM_DEGREE, N_RANGE, SIGMA_RANGE
 from ..ground.tables import TAG, Table
 from .joint import LEVEL
-from .names import NAME_PATTERN, NAME_RULE, VERSION
+from .names import MAX_DESCRIPTION, NAME_PATTERN, NAME_RULE, VERSION
 
 Value = TypeVar("Value")
 
@@ -200,7 +200,7 @@ class FileTable(Table):
     format: Literal["strandspring-model"]
     format_version: Annotated[int, Field(ge=VERSION, le=VERSION)]
     name: str = Field(description=NAME_RULE, json_schema_extra={"pattern": NAME_PATTERN})
-    description: str = Field("", max_length=2000)
+    description: str = Field("", max_length=MAX_DESCRIPTION)
     parameters: Annotated[
         Annotated[Parameters, Tag(f"{TAG}kE")] | Annotated[TableParameters, Tag(f"{TAG}table")],
         Discriminator(_form_of_elastic_force),

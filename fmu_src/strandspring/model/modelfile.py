@@ -19,13 +19,11 @@ from ..ground.quoting import shown
 from ..ground.strict_json import parse, plain
 from ..ground.unpacking import unpacked
 from .joint import JointCovariance
-from .names import VERSION, check_name
+from .names import FORMAT, MAX_DESCRIPTION, VERSION, check_name
 
 MAXIMUM_BYTES = 10_000_000
 MAXIMUM_FMU_BYTES = 200_000_000  # packed, and all its files together unpacked
 MODEL_IN_FMU = "resources/strandspring/model.json"
-FORMAT = "strandspring-model"
-_MAX_DESCRIPTION = 2000
 
 Json = dict[str, Any]
 
@@ -57,8 +55,8 @@ class ModelFile:
 
     def __post_init__(self) -> None:
         check_name(self.name)
-        if len(self.description) > _MAX_DESCRIPTION:
-            raise _wrong("description", f"must have at most {_MAX_DESCRIPTION} characters", self.description)
+        if len(self.description) > MAX_DESCRIPTION:
+            raise _wrong("description", f"must have at most {MAX_DESCRIPTION} characters", self.description)
         # XML 1.0 cannot represent other control characters, not even escaped.
         control = any((ord(c) < 32 and c not in "\t\n\r") or ord(c) in (0xFFFE, 0xFFFF) for c in self.description)
         if control or any(0xD800 <= ord(c) <= 0xDFFF for c in self.description):

@@ -1,4 +1,4 @@
-"""Names of models and of the FMUs that are built of them, and the version of model files."""
+"""Names of models and of the FMUs that are built of them, and what model files are recognized by."""
 
 from __future__ import annotations
 
@@ -6,7 +6,8 @@ import re
 
 from ..errors import ModelError
 
-VERSION = 1  # of the format of model files
+FORMAT, VERSION = "strandspring-model", 1
+MAX_DESCRIPTION = 2000
 # An identifier of C and Python that is also a safe file name.
 LONGEST_NAME = 64
 NAME_PATTERN = r"^[A-Za-z][A-Za-z0-9_]{0,63}$"
