@@ -185,11 +185,10 @@ def test_a_parameter_without_two_sided_error_is_left_out_and_named(uncertainty: 
 
 
 def test_without_uncertainty_nothing_is_judged() -> None:
-    contradictory = {"rho,sigma": 0.9, "rho,n": 0.9, "sigma,n": -0.9}
     for spring, reason in (
         (Spring(TRUE), "B holds no uncertainty; identify it with the refined method"),
         (by_hand(TRUE, 0.01, joint=None), 'B: field "uncertainty" holds no joint covariance'),
-        (by_hand(TRUE, 0.01, correlation=contradictory), "B: field"),
+        (by_hand(TRUE, 11.0), 'B: field "uncertainty.joint" says that kappa_omega is known to 1100 % only'),
     ):
         comparison = compare(identified(22.5, 2), spring, draws=DRAWS)
         assert comparison.verdict is Verdict.UNKNOWN
