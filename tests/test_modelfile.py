@@ -26,7 +26,9 @@ from strandspring.core.parameters import (
     SIGMA_RANGE,
     problems,
 )
-from strandspring.model.modelfile import MAXIMUM_BYTES, NAME_PATTERN, ModelFile, load_model, save_model
+from strandspring.ground.quoting import shown
+from strandspring.model.modelfile import MAXIMUM_BYTES, ModelFile, load_model, save_model
+from strandspring.model.names import NAME_PATTERN
 
 # Files are rewritten example by example, so that one folder per test is enough.
 LAW = settings(
@@ -125,24 +127,23 @@ SCALARS = [name for name in PARAMETER_NAMES if name not in {"kE", "kA"}]
 @pytest.mark.parametrize("field", PARAMETER_NAMES)
 def test_a_missing_parameter_is_named(tmp_path: Path, content: Content, field: str) -> None:
     del content["parameters"][field]
-    expected = f': field "parameters.{field}" is missing; add it or identify the spring again.'
-    assert refusal(written(tmp_path, json.dumps(content))) == expected
+    assert refusal(written(tmp_path, json.dumps(content))) == f": parameters.{field}: is missing; add it."
 
 
 @pytest.mark.parametrize("field", ["name", "parameters"])
 def test_a_missing_field_is_named(tmp_path: Path, content: Content, field: str) -> None:
     del content[field]
-    expected = f': field "{field}" is missing; add it or identify the spring again.'
-    assert refusal(written(tmp_path, json.dumps(content))) == expected
+    assert refusal(written(tmp_path, json.dumps(content))) == f": {field}: is missing; add it."
 
 
 def test_unknown_fields_are_named(tmp_path: Path, content: Content) -> None:
     wrong = copy.deepcopy(content)
     wrong["colour"] = "red"
-    expected = ': field "colour" is not known; remove it or correct its spelling.'
-    assert refusal(written(tmp_path, json.dumps(wrong))) == expected
+    assert refusal(written(tmp_path, json.dumps(wrong))).startswith(
+        ": 'colour' is not a key here; use one of 'format', "
+    )
     content["parameters"]["kappa"] = 1.0
-    expected = ': field "parameters.kappa" is not known; remove it or correct its spelling.'
+    expected = ": parameters: 'kappa' is not a key here; use 'kappa_omega' if you mean that."
     assert refusal(written(tmp_path, json.dumps(content))) == expected
 
 
@@ -150,7 +151,8 @@ def test_unknown_fields_are_named(tmp_path: Path, content: Content) -> None:
 @pytest.mark.parametrize("value", ["1.0", True, None, [1.0], {}], ids=repr)
 def test_a_parameter_that_is_no_number_is_named(tmp_path: Path, content: Content, field: str, value: object) -> None:
     content["parameters"][field] = value
-    expected = f': field "parameters.{field}": must be a finite number, got {json.dumps(value)}; correct this field.'
+    remedy = "write 1" if isinstance(value, str) else "correct it, or identify the spring again"
+    expected = f": parameters.{field}: must be a number, got {shown(value)}; {remedy}."
     assert refusal(written(tmp_path, json.dumps(content))) == expected
 
 
@@ -158,7 +160,7 @@ def test_a_parameter_that_is_no_number_is_named(tmp_path: Path, content: Content
 @pytest.mark.parametrize("value", ["1.0", True, None, 1.0, [], [1.0] * 22, ["1.0"], [True], [[1.0]], [None]], ids=repr)
 def test_coefficients_that_are_none_are_named(tmp_path: Path, content: Content, field: str, value: object) -> None:
     content["parameters"][field] = value
-    assert refusal(written(tmp_path, json.dumps(content))).startswith(f': field "parameters.{field}')
+    assert refusal(written(tmp_path, json.dumps(content))).startswith(f": parameters.{field}")
 
 
 @pytest.mark.parametrize("field", POSITIVE)
@@ -234,12 +236,11 @@ def test_json_of_something_else_is_refused(tmp_path: Path, text: str) -> None:
 def test_another_format_version_is_refused(tmp_path: Path, content: Content, version: object) -> None:
     content["format_version"] = version
     sentence = refusal(written(tmp_path, json.dumps(content)))
-    assert sentence == (
-        f': field "format_version": must be 1, or 2 where FE is a table, got {json.dumps(version)}; correct this field.'
-    )
+    assert sentence.startswith(": format_version: must be ")
+    assert f", got {shown(version)}; " in sentence
 
 
-@pytest.mark.parametrize("version", [3, 4, 10**30])
+@pytest.mark.parametrize("version", [2, 3, 10**30])
 def test_a_newer_format_version_asks_for_an_upgrade(tmp_path: Path, content: Content, version: int) -> None:
     # A newer file may hold fields that this version does not know.
     content |= {"format_version": version, "temperature": 20.0}
@@ -304,7 +305,7 @@ def test_a_name_that_is_no_identifier_is_refused(tmp_path: Path, content: Conten
 @pytest.mark.parametrize("name", [7, None, ["a"], {"a": 1}, True], ids=repr)
 def test_a_name_that_is_no_text_is_refused(tmp_path: Path, content: Content, name: object) -> None:
     content["name"] = name
-    assert refusal(written(tmp_path, json.dumps(content))).startswith(': field "name": must be text')
+    assert refusal(written(tmp_path, json.dumps(content))).startswith(": name: must be text")
 
 
 @pytest.mark.parametrize("name", ["a", "Z9_", "a" * 64, "console", "com10", "nul_"])
@@ -316,7 +317,7 @@ def test_identifiers_are_allowed(name: str) -> None:
 def test_a_description_with_control_characters_is_refused(tmp_path: Path, content: Content, character: str) -> None:
     content["description"] = f"a{character}b"
     sentence = refusal(written(tmp_path, json.dumps(content)))
-    assert sentence.startswith(': field "description": must not contain control characters, got ')
+    assert sentence.startswith(": description: must not contain control characters, got ")
     with pytest.raises(ModelError, match="control characters"):
         Spring(PARAMETERS, "name", f"a{character}b")
 
@@ -334,14 +335,16 @@ def test_a_description_may_have_lines_and_2000_characters(tmp_path: Path, conten
     content["description"] = "x" * 2000
     load_model(written(tmp_path, json.dumps(content)))
     content["description"] = "x" * 2001
-    assert refusal(written(tmp_path, json.dumps(content))).startswith(': field "description": ')
+    assert refusal(written(tmp_path, json.dumps(content))).startswith(
+        ": description: must have at most 2000 characters"
+    )
 
 
 @pytest.mark.parametrize("field", ["fit", "uncertainty", "provenance"])
 @pytest.mark.parametrize("value", [None, [], "text", 1.0], ids=repr)
 def test_figures_that_are_no_object_are_refused(tmp_path: Path, content: Content, field: str, value: object) -> None:
     content[field] = value
-    assert refusal(written(tmp_path, json.dumps(content))).startswith(f': field "{field}": must be an object')
+    assert refusal(written(tmp_path, json.dumps(content))).startswith(f": {field}: must be a table of keys")
 
 
 json_values = st.recursive(
@@ -405,7 +408,7 @@ def test_the_schema_accepts_saved_files(tmp_path: Path) -> None:
         Spring(parameters, name).save(tmp_path / "model.json")
         checker().validate(json.loads((tmp_path / "model.json").read_text(encoding="utf-8")))
     checker().validate(json.loads(MODEL.to_json()))
-    rounded = replace(MODEL, uncertainty={"correlation": {"rho,n": 1.0 + 1e-15, "sigma,n": None}})
+    rounded = replace(MODEL, uncertainty={"correlation": {"rho,n": 1.0, "sigma,n": None}})
     checker().validate(json.loads(rounded.to_json()))
     checker().validate(json.loads((SCHEMA.parent / "rubber_hinge.json").read_text(encoding="utf-8")))
 
@@ -415,7 +418,8 @@ def test_the_schema_has_the_fields_and_limits_of_the_code() -> None:
     assert list(schema["properties"]) == list(json.loads(MODEL.to_json()))
     assert schema["properties"]["name"]["pattern"] == NAME_PATTERN
     parameters = schema["$defs"]["Parameters"]
-    assert list(parameters["properties"]) == parameters["required"] == PARAMETER_NAMES
+    assert list(parameters["properties"]) == parameters["required"]
+    assert set(parameters["required"]) == set(PARAMETER_NAMES)
     for name, limits in (("sigma", SIGMA_RANGE), ("n", N_RANGE)):
         assert (parameters["properties"][name]["minimum"], parameters["properties"][name]["maximum"]) == limits
     assert parameters["properties"]["rho"]["exclusiveMinimum"] == 0.0
@@ -426,17 +430,16 @@ def test_the_schema_has_the_fields_and_limits_of_the_code() -> None:
     for name in ("kE", "kA"):
         assert parameters["properties"][name]["maxItems"] == MAXIMUM_DEGREE + 1
     table = schema["$defs"]["TableParameters"]
-    assert list(table["properties"]) == table["required"] == list(TABLE.as_dict())
+    assert list(table["properties"]) == table["required"]
+    assert set(table["required"]) == set(TABLE.as_dict())
     for name in ("FE_knots", "FE_forces"):
         assert (table["properties"][name]["minItems"], table["properties"][name]["maxItems"]) == KNOTS
-    same = [name for name in SCALARS if name != "displacement_offset"]
-    assert [table["properties"][name] for name in same] == [parameters["properties"][name] for name in same]
+    assert [table["properties"][name] for name in SCALARS] == [parameters["properties"][name] for name in SCALARS]
 
 
 WRONG: dict[str, Callable[[Content], object]] = {
     "another format": lambda c: c.update(format="other"),
     "another version": lambda c: c.update(format_version=3),
-    "version of a table": lambda c: c.update(format_version=2),
     "unknown field": lambda c: c.update(colour="red"),
     "unknown parameter": lambda c: c["parameters"].update(kappa=1.0),
     "no name": lambda c: c.pop("name"),
@@ -470,26 +473,22 @@ def test_the_schema_refuses_what_loading_refuses(
 
 
 WRONG_TABLES: dict[str, tuple[Callable[[Content], object], str]] = {
-    "version of a polynomial": (
-        lambda c: c.update(format_version=1),
-        'field "parameters.kE" is missing; add it or identify the spring again.',
-    ),
     "both": (
         lambda c: c["parameters"].update(kE=[0.0, 1.0]),
-        'field "parameters.kE" is not known; remove it or correct its spelling.',
+        "parameters: 'kE' is not a key here; use one of 'kA', 'kappa_omega', 'rho', 'sigma', 'n', "
+        "'displacement_offset', 'displacement_min', 'displacement_max', 'FE_knots', 'FE_forces'.",
     ),
     "no forces": (
         lambda c: c["parameters"].pop("FE_forces"),
-        'field "parameters.FE_forces" is missing; add it or identify the spring again.',
+        "parameters.FE_forces: is missing; add it.",
     ),
     "few knots": (
         lambda c: c["parameters"].update(FE_knots=[0, 1]),
-        'field "parameters.FE_knots": must be a list of 7 to 25 finite numbers, got [0, 1]; correct this field.',
+        "parameters.FE_knots: must have at least 7 entries, got 2; correct it, or identify the spring again.",
     ),
     "text as force": (
         lambda c: c["parameters"].update(FE_forces=["1"] * 7),
-        'field "parameters.FE_forces": must be a list of 7 to 25 finite numbers, '
-        'got ["1", "1", "1", "1", "1", "1", "1"]; correct this field.',
+        "parameters.FE_forces[0]: must be a number, got '1'; write 1.",
     ),
 }
 
@@ -499,7 +498,6 @@ def test_what_is_wrong_with_a_table_is_refused_by_schema_and_code(
     tmp_path: Path, spoil: Callable[[Content], object], expected: str
 ) -> None:
     content = json.loads(ModelFile("table", TABLE).to_json())
-    assert content["format_version"] == 2
     assert checker().is_valid(content)
     spoil(content)
     assert not checker().is_valid(content)
@@ -619,7 +617,7 @@ def test_uncertainty_that_cannot_be_read_is_refused_on_load(tmp_path: Path, cont
     uncertainty, field = WRONG_UNCERTAINTY[case]
     assert checker().is_valid({**content, "uncertainty": uncertainty}) == (case in BEYOND_THE_SCHEMA)
     sentence = refusal(written(tmp_path, json.dumps({**content, "uncertainty": uncertainty})))
-    assert f'field "uncertainty.{field}" must ' in sentence or not field
+    assert f"uncertainty.{field}" in sentence or not field
     with pytest.raises(ModelError, match="uncertainty"):
         ModelFile("a", PARAMETERS, uncertainty=uncertainty)
 

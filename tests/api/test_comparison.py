@@ -16,9 +16,8 @@ from strandspring.api.comparing.comparison_words import Verdict
 from strandspring.api.comparing.differences import loop_figures, parameter_differences
 from strandspring.ground.plotfile import save_figure
 from strandspring.kernel.path import PathSolver
-from strandspring.model.joint import JointCovariance, joint_names
+from strandspring.model.joint import HYSTERETIC_UNITS, JointCovariance, joint_names
 from strandspring.model.modelfile import ModelFile
-from strandspring.model.spread import DRAWN
 from synthetic import AMPLITUDE, MEAN, record_of, sine, spring_of
 
 TRUE = spring_of(1.0, 1.0)
@@ -40,8 +39,8 @@ def by_hand(p: SpringParameters, deviation: float, **uncertainty: Any) -> Spring
     sizes = [*(abs(c) for c in (*elastic, *p.kA[1:])), 1.0, 1.0, 1.0, 1.0]
     root = np.diag(deviation * np.array(sizes))
     content = {
-        **{name: deviation * getattr(p, name) for name in DRAWN},
-        "interval_95": {name: [(1 - d) * getattr(p, name), (1 + d) * getattr(p, name)] for name in DRAWN
+        **{name: deviation * getattr(p, name) for name in HYSTERETIC_UNITS},
+        "interval_95": {name: [(1 - d) * getattr(p, name), (1 + d) * getattr(p, name)] for name in HYSTERETIC_UNITS
                         for d in [1.96 * deviation]},
         "joint": {"parameters": joint_names(p.elastic_name, len(elastic), len(p.kA) - 1),
                   "root": [row[: k + 1].tolist() for k, row in enumerate(root)]},
@@ -186,11 +185,10 @@ def test_a_parameter_without_two_sided_error_is_left_out_and_named(uncertainty: 
 
 
 def test_without_uncertainty_nothing_is_judged() -> None:
-    contradictory = {"rho,sigma": 0.9, "rho,n": 0.9, "sigma,n": -0.9}
     for spring, reason in (
         (Spring(TRUE), "B holds no uncertainty; identify it with the refined method"),
-        (by_hand(TRUE, 0.01, joint=None), "B holds no joint covariance"),
-        (by_hand(TRUE, 0.01, correlation=contradictory), "B: field"),
+        (by_hand(TRUE, 0.01, joint=None), 'B: field "uncertainty" holds no joint covariance'),
+        (by_hand(TRUE, 11.0), 'B: field "uncertainty.joint" says that kappa_omega is known to 1100 % only'),
     ):
         comparison = compare(identified(22.5, 2), spring, draws=DRAWS)
         assert comparison.verdict is Verdict.UNKNOWN

@@ -63,7 +63,7 @@ def test_what_is_out_of_bounds_is_refused(options: dict[str, object], told: str)
 
 
 def test_draws_need_an_uncertainty() -> None:
-    with pytest.raises(ModelError, match='mount: field "uncertainty" holds no standard errors'):
+    with pytest.raises(ModelError, match='mount: field "uncertainty" holds no joint covariance'):
         study(Spring(MOUNT, "mount"), 5.0, **CHEAP)
 
 

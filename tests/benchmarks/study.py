@@ -26,8 +26,9 @@ from strandspring.campaigns.jobs.cluster import Cluster
 from strandspring.campaigns.jobs.runners import Local, Runner
 from strandspring.campaigns.studies.definition import Study
 from strandspring.campaigns.studies.execution import run_study
-from strandspring.model.spread import Spread
+from strandspring.model.joint import JointCovariance
 from strandspring.vibration.one_mass.system import Excitation
+from studies import uncertainty_of_hysteresis
 from synthetic import spring_of
 
 console = Console(width=118)
@@ -36,7 +37,8 @@ console = Console(width=118)
 def planned(draws: int) -> Study:
     spring = spring_of(1.0, 1.0)
     errors = {name: 0.08 * getattr(spring, name) for name in ("kappa_omega", "rho", "sigma", "n")}
-    spread = Spread.of(spring, {**errors, "correlation": {"kappa_omega,rho": -0.6, "sigma,n": 0.7}})
+    uncertainty = uncertainty_of_hysteresis(spring, errors, {"kappa_omega,rho": -0.6, "sigma,n": 0.7})
+    spread = JointCovariance.to_draw_from(spring, uncertainty)
     return Study(
         spring, Excitation.BASE_DISPLACEMENT, (4.0, 5.0), (1e-4,), draws=draws, spread=spread, band=(2.0, 2.5), points=2
     )

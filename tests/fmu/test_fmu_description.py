@@ -250,13 +250,6 @@ def test_documentation_shows_both_figures_of_each_record():
     section = page[page.index("<h2>How well it follows its records") : page.index("<h2>Reference experiment")]
     cells = re.findall(r"<td[^>]*>(.*)</td>", section)
     assert cells == ["&lt;a&gt;.csv", "30.64", "0.8075", "0.56", "0.9782", "0.99", "0.5"]
-    assert "earlier version" not in section
-    # Files of earlier versions hold the figures of the fit.
-    before = ModelFile("before", SPRING, fit={"records": [{"file": "a.csv", "rmse": 30.64, "rnl": 0.80751}]})
-    page = fmu_contents(before)["documentation/index.html"].decode()
-    section = page[page.index("<h2>How well it follows its records") : page.index("<h2>Reference experiment")]
-    assert re.findall(r"<td[^>]*>(.*)</td>", section) == ["a.csv", "", "", "", "0.8075", "", ""]
-    assert "earlier version" in section
     by_hand = fmu_contents(ModelFile("by_hand", SPRING))
     assert "How well it follows" not in by_hand["documentation/index.html"].decode()
 

@@ -71,7 +71,7 @@ def sound(dice: random.Random) -> dict[str, Any]:
     uncertainty = dice.choice((_no_uncertainty, _full_uncertainty, _full_uncertainty))(dice, parameters)
     return {
         "format": "strandspring-model",
-        "format_version": 2 if "FE_knots" in parameters else 1,
+        "format_version": 1,
         "name": dice.choice(("spring", "mount_7", "A")),
         "description": dice.choice(("", "a mount, lot 7", "Feder <&> \u00e4")),
         "parameters": parameters,

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
 
 from strandspring.campaigns.studies.definition import Study
-from strandspring.model.spread import Spread
+from strandspring.core.parameters import SpringParameters
+from strandspring.model.joint import HYSTERETIC_UNITS, JointCovariance, joint_names
 from strandspring.vibration.one_mass.system import Excitation
 from synthetic import spring_of
 
@@ -17,8 +21,36 @@ ERRORS = {
     "n": 0.06 * SPRING.n,
 }
 CORRELATION = {"kappa_omega,rho": -0.6, "rho,n": 0.3, "sigma,n": 0.7}
-UNCERTAINTY = {**ERRORS, "correlation": CORRELATION}
-SPREAD = Spread.of(SPRING, UNCERTAINTY)
+
+
+def uncertainty_of_hysteresis(
+    spring: SpringParameters, errors: Mapping[str, float], correlation: Mapping[str, float]
+) -> dict[str, Any]:
+    """The uncertainty of a model file whose FE and FA are known, from standard errors and correlations."""
+    names = list(HYSTERETIC_UNITS)
+    matrix = np.eye(len(names))
+    for pair, value in correlation.items():
+        i, j = (names.index(name) for name in pair.split(","))
+        matrix[i, j] = matrix[j, i] = value
+    shares = np.array([errors.get(name, 0.0) / getattr(spring, name) for name in names])
+    elastic = len(getattr(spring, spring.elastic_name))
+    joint = np.zeros((elastic + len(spring.kA) + 3,) * 2)
+    # By eigenvectors, since correlations of 1 have no Cholesky factor; R of a QR decomposition is triangular.
+    values, vectors = np.linalg.eigh(matrix)
+    root = shares[:, None] * vectors * np.sqrt(np.maximum(values, 0.0))
+    joint[-4:, -4:] = np.linalg.qr(root.T)[1].T
+    return {
+        **errors,
+        "correlation": {**correlation},
+        "joint": {
+            "parameters": joint_names(spring.elastic_name, elastic, len(spring.kA) - 1),
+            "root": [row[: k + 1].tolist() for k, row in enumerate(joint)],
+        },
+    }
+
+
+UNCERTAINTY = uncertainty_of_hysteresis(SPRING, ERRORS, CORRELATION)
+SPREAD = JointCovariance.to_draw_from(SPRING, UNCERTAINTY)
 # Runs of some 10 ms each below resonance; the last mass is more than the spring can carry.
 CHEAP = Study(
     SPRING,

@@ -18,13 +18,14 @@ from strandspring.campaigns.studies.definition import RunRow, Study, scaled
 from strandspring.campaigns.studies.runs import DONE
 from strandspring.campaigns.studies.summaries import QUANTILES, summaries
 from strandspring.ground.files import write_csv
-from strandspring.model.joint import joint_names
+from strandspring.model.joint import HYSTERETIC_UNITS, JointCovariance, joint_names
 from strandspring.model.modelfile import ModelFile, save_model
-from strandspring.model.spread import DRAWN, Spread
 from strandspring.vibration.one_mass.response import frequency_response
 from strandspring.vibration.one_mass.system import Excitation, IsolatedMass, IsolationError, static_equilibrium
-from studies import CHEAP, COMMAND, CORRELATION, ERRORS, SPREAD, SPRING, UNCERTAINTY
+from studies import CHEAP, COMMAND, CORRELATION, ERRORS, SPREAD, SPRING, UNCERTAINTY, uncertainty_of_hysteresis
 from terminal import Terminal
+
+DRAWN = tuple(HYSTERETIC_UNITS)
 
 
 @pytest.fixture
@@ -66,7 +67,8 @@ def test_draws_scatter_as_the_uncertainty_says() -> None:
 
 
 def test_draws_stay_possible_however_wide_the_spread() -> None:
-    wide = Spread.of(SPRING, {name: 5.0 * getattr(SPRING, name) for name in DRAWN})
+    errors = {name: 5.0 * getattr(SPRING, name) for name in DRAWN}
+    wide = JointCovariance.to_draw_from(SPRING, uncertainty_of_hysteresis(SPRING, errors, {}))
     drawn = [wide.draw(SPRING, 0, k) for k in range(300)]  # a spring that is not possible raises
     assert {0.5, 1000.0} <= {one.sigma for one in drawn}
     assert {0.01, 100.0} <= {one.n for one in drawn}
@@ -79,7 +81,7 @@ def test_all_coefficients_are_drawn_jointly_where_the_model_file_has_them() -> N
     root = [[0.0] * k + [share] for k, share in enumerate(scale)]
     root[6][1] = 0.05
     content = {**UNCERTAINTY, "joint": {"parameters": names, "root": root}}
-    spread = Spread.of(SPRING, content)
+    spread = JointCovariance.to_draw_from(SPRING, content)
     drawn = [spread.draw(SPRING, 1, k) for k in range(500)]
     assert drawn[7] == spread.draw(SPRING, 1, 7)
     slope = np.array([one.kE[1] for one in drawn]) - SPRING.kE[1]
@@ -91,13 +93,14 @@ def test_all_coefficients_are_drawn_jointly_where_the_model_file_has_them() -> N
     assert {one.sigma for one in drawn} == {SPRING.sigma}
     # The slope of FA alone makes it negative at one end or the other.
     root[4][4] = 1e9
-    hardly_known = Spread.of(SPRING, content)
+    hardly_known = JointCovariance.to_draw_from(SPRING, content)
     with pytest.raises(ModelError, match="None of 1000 springs drawn from the model's uncertainty is physically"):
         hardly_known.draw(SPRING, 0, 0)
 
 
 def test_what_was_at_its_bound_is_taken_as_known() -> None:
-    spread = Spread.of(SPRING, {**UNCERTAINTY, "sigma": None, "correlation": {**CORRELATION, "sigma,n": None}})
+    errors = {**ERRORS, "sigma": 0.0}
+    spread = JointCovariance.to_draw_from(SPRING, uncertainty_of_hysteresis(SPRING, errors, CORRELATION))
     drawn = [spread.draw(SPRING, 0, k) for k in range(3)]
     assert {one.sigma for one in drawn} == {SPRING.sigma}
     # The slope of FA alone makes it negative at one end or the other.
@@ -105,7 +108,8 @@ def test_what_was_at_its_bound_is_taken_as_known() -> None:
 
 
 def test_parameters_that_cannot_be_distinguished_are_drawn_together() -> None:
-    spread = Spread.of(SPRING, {"rho": 0.1 * SPRING.rho, "n": 0.2, "correlation": {"rho,n": -1.0}})
+    content = uncertainty_of_hysteresis(SPRING, {"rho": 0.1 * SPRING.rho, "n": 0.2}, {"rho,n": -1.0})
+    spread = JointCovariance.to_draw_from(SPRING, content)
     for k in range(5):
         one = spread.draw(SPRING, 0, k)
         assert np.log(one.n / SPRING.n) == pytest.approx(-2.0 * np.log(one.rho / SPRING.rho), rel=1e-9)
@@ -114,20 +118,15 @@ def test_parameters_that_cannot_be_distinguished_are_drawn_together() -> None:
 @pytest.mark.parametrize(
     ("uncertainty", "told"),
     [
-        ({}, 'field "uncertainty" holds no standard errors of kappa_omega, rho, sigma or n to draw from'),
-        ({"kE": [1.0], "rho": None}, "holds no standard errors"),
-        ({"n": 11.0}, "n is known to 1100 % only"),
-        ({"n": 0.1, "joint": {"parameters": ["rho"], "root": [[1.0]]}}, 'field "uncertainty.joint.parameters" must be'),
-        ({"n": 0.1, "joint": 1.0}, 'field "uncertainty.joint.parameters" must be'),
-        (
-            {"n": 0.1, "correlation": {"rho,n": 0.9, "sigma,n": 0.9, "rho,sigma": -0.9}},
-            "the coefficients contradict each other",
-        ),
+        ({}, 'field "uncertainty" holds no joint covariance of the coefficients to draw from'),
+        ({"n": 0.1, "correlation": {"rho,n": 0.9}}, "holds no joint covariance"),
+        (uncertainty_of_hysteresis(SPRING, {"n": 11.0}, {}), "n is known to 1100 % only"),
+        ({"joint": {"parameters": ["rho"], "root": [[1.0]]}}, 'field "uncertainty.joint.parameters" must be'),
     ],
 )
 def test_impossible_uncertainties_are_refused(uncertainty: dict[str, Any], told: str) -> None:
     with pytest.raises(ModelError, match=told):
-        Spread.of(SPRING, uncertainty)
+        JointCovariance.to_draw_from(SPRING, uncertainty)
 
 
 # Runs
@@ -137,7 +136,7 @@ def test_the_forces_of_a_table_are_drawn() -> None:
     names = joint_names("FE_forces", len(TABLE.FE_forces), len(TABLE.kA) - 1)
     root = [[0.0] * k + [0.5 if k < 10 else 1e-3] for k in range(len(names))]
     uncertainty = {"rho": 1.0, "joint": {"parameters": names, "root": root}}
-    drawn = [Spread.of(TABLE, uncertainty).draw(TABLE, 5, k) for k in range(400)]
+    drawn = [JointCovariance.to_draw_from(TABLE, uncertainty).draw(TABLE, 5, k) for k in range(400)]
     assert {one.FE_knots for one in drawn} == {TABLE.FE_knots}
     scatter = np.std([one.FE_forces for one in drawn], axis=0)
     # A standard deviation of 400 values is known to 3.5 %.
@@ -337,7 +336,7 @@ def test_a_mass_is_all_that_must_be_said(terminal: Terminal) -> None:
 @pytest.mark.parametrize(
     ("arguments", "status", "told"),
     [
-        ("bare.json --mass 5 --force 1", 1, 'bare.json: field "uncertainty" holds no standard errors'),
+        ("bare.json --mass 5 --force 1", 1, 'bare.json: field "uncertainty" holds no joint covariance'),
         ("mount.json --mass 400", 1, "The static load of 3922.66 N on each spring must lie within"),
         ("mount.json --mass 5 --force 1 --base-displacement 1", 2, "exclude each other"),
         ("mount.json --mass 5 --force 1 --workers 2 --scheduler tcp://a:1", 2, "exclude each other"),

@@ -37,10 +37,10 @@ from strandspring.campaigns.jobs.sole_database import open_alone
 from strandspring.campaigns.studies.definition import Study
 from strandspring.campaigns.studies.execution import run_study
 from strandspring.campaigns.studies.journal import Journal, journal_path
+from strandspring.model.joint import JointCovariance
 from strandspring.model.modelfile import ModelFile, save_model
-from strandspring.model.spread import Spread
 from strandspring.vibration.one_mass.system import Excitation, IsolationError
-from studies import CHEAP, COMMAND, ERRORS, SPRING, UNCERTAINTY, Counter
+from studies import CHEAP, COMMAND, ERRORS, SPRING, UNCERTAINTY, Counter, uncertainty_of_hysteresis
 from terminal import Terminal
 
 
@@ -204,6 +204,9 @@ def half_done(tmp_path: Path) -> Path:
     return results
 
 
+UNCORRELATED = JointCovariance.of(SPRING, uncertainty_of_hysteresis(SPRING, ERRORS, {}))
+
+
 @pytest.mark.parametrize(
     ("study", "told"),
     [
@@ -211,7 +214,10 @@ def half_done(tmp_path: Path) -> Path:
         (replace(CHEAP, draws=19, load=20.0), r"\(draws 20 instead of 19, load null instead of 20.0\)"),
         (replace(CHEAP, excitation=Excitation.FORCE), '"base displacement" instead of "force"'),
         (replace(CHEAP, spring=replace(SPRING, rho=1.01 * SPRING.rho)), r"\(another model\)"),
-        (replace(CHEAP, spread=Spread.of(SPRING, ERRORS)), r"\(another model\)"),
+        (
+            replace(CHEAP, spread=JointCovariance.of(SPRING, uncertainty_of_hysteresis(SPRING, ERRORS, {}))),
+            r"\(another model\)",
+        ),
     ],
 )
 def test_the_journal_of_another_study_is_refused(half_done: Path, study: Study, told: str) -> None:

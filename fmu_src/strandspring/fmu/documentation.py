@@ -58,8 +58,8 @@ def documentation_page(
 
 
 def _followed(fit: StatedFit) -> tuple[str, ...]:
-    """A row of the table of figures: of the spring alone, then as fitted; of an earlier version all are as fitted."""
-    own, fitted = ({}, fit.alone) if fit.fitted is None else (fit.alone, fit.fitted)
+    """A row of the table of figures: of the spring alone, then as fitted."""
+    own, fitted = fit.alone, fit.fitted
     values = (
         (own.get("rmse"), ".4g"), (own.get("rnl"), ".4f"), (energy_ratio(own), ".2f"),
         (fitted.get("rnl"), ".4f"), (energy_ratio(fitted), ".2f"), (fit.omega_start, ".9g"),

@@ -7,8 +7,9 @@ import math
 from collections import Counter
 from typing import Any
 
+from .quoting import printable
+
 _MAX_NESTING = 200
-_MAX_SHOWN = 60
 
 
 def parse(text: str) -> Any:
@@ -49,25 +50,6 @@ def is_finite(value: object) -> bool:
         return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
     except OverflowError:  # an integer beyond the range of float
         return False
-
-
-def shown(value: object) -> str:
-    """A value as JSON for a message, shortened."""
-    try:
-        text = json.dumps(value)
-    except (TypeError, ValueError, RecursionError):  # something else, from a program
-        text = type(value).__name__
-    return text if len(text) <= _MAX_SHOWN else text[: _MAX_SHOWN - 3] + "..."
-
-
-def escaped(text: str) -> str:
-    """Text of a file in ASCII, shortened, for a message."""
-    return ascii(text[:200])[1:-1]
-
-
-def printable(value: Any) -> str:
-    """Text of a file without control characters, which could change the terminal, and which XML cannot hold."""
-    return "".join(c if c.isprintable() else "?" for c in str(value))
 
 
 def _refuse_constant(text: str) -> None:

@@ -1,22 +1,42 @@
-"""The joint covariance of all coefficients of a spring, as a model file holds it."""
+"""The joint covariance of all coefficients of a spring, as a model file holds it, and springs drawn from it.
+
+The coefficients of FE and FA and the logarithms of kappa_omega, rho, sigma and n are jointly normal about the
+identified values, which is what the identification itself says: it fits ln(rho), ln(sigma) and ln(n), and its errors
+follow by linear propagation. So kappa_omega, rho and n stay positive for every draw. A sigma drawn below 1/2 becomes
+1/2, as the identification ends there too; n and sigma are kept in the same way within the ranges of the model. A draw
+with an FA that is not positive is no spring, and is drawn again.
+"""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import Any
 
 from ..core.parameters import N_RANGE, SIGMA_RANGE, SpringParameters
 from ..errors import ModelError
-from ..ground.strict_json import is_finite
 
+LEVEL = 0.95  # of intervals in model files
 # The parameters of the hysteresis with their units; their logarithms have the covariance.
 HYSTERETIC_UNITS = {"kappa_omega": "N", "rho": "1/m", "sigma": "1", "n": "1"}
 # Of a standard deviation, times the power of the displacement that the coefficient belongs to: its square is a number,
 # and no record leaves so much open.
 _LARGEST = 1e30
 _RANGES = {"sigma": SIGMA_RANGE, "n": N_RANGE}
+# Standard error over value beyond which a parameter counts as undetermined.
+_LARGEST_RELATIVE = 10.0
+_TRIES = 1000  # draws before a covariance is refused that hardly holds a spring
+
+
+@dataclass(frozen=True)
+class Quantiles:
+    """5, 50 and 95 % quantiles of a figure over draws of springs, linear between the sorted draws."""
+
+    low: float
+    median: float
+    high: float
 
 
 @dataclass(frozen=True)
@@ -32,23 +52,28 @@ class JointCovariance:
 
     @classmethod
     def of(cls, spring: SpringParameters, uncertainty: Mapping[str, Any]) -> JointCovariance | None:
-        """The covariance in a model file's `uncertainty`; None if it holds none, as older files do.
+        """The covariance in a model file's `uncertainty`; None if it holds none.
+
+        Parameters
+        ----------
+        spring : SpringParameters
+        uncertainty : mapping       Of the types of `file_tables.Uncertainty`.
 
         Raises
         ------
-        ModelError   If it is not that of the spring.
+        ModelError                  If it is not that of the spring.
         """
         given = uncertainty.get("joint")
         if given is None:
             return None
         names = joint_names(spring.elastic_name, len(getattr(spring, spring.elastic_name)), len(spring.kA) - 1)
-        if not isinstance(given, Mapping) or given.get("parameters") != names:
+        if given["parameters"] != names:
             raise ModelError(
                 f'field "uncertainty.joint.parameters" must be {names}; identify the spring again, or remove the field '
                 '"uncertainty.joint".'
             )
-        rows = given.get("root")
-        if not isinstance(rows, list) or [_numbers(row) for row in rows] != list(range(1, len(names) + 1)):
+        rows = given["root"]
+        if [len(row) for row in rows] != list(range(1, len(names) + 1)):
             raise ModelError(
                 'field "uncertainty.joint.root" must hold the rows of a lower triangular matrix: lists of 1 to '
                 f'{len(names)} numbers; identify the spring again, or remove the field "uncertainty.joint".'
@@ -63,6 +88,47 @@ class JointCovariance:
                     '"uncertainty.joint".'
                 )
         return cls(tuple(tuple(float(value) for value in row) for row in rows))
+
+    @classmethod
+    def to_draw_from(cls, spring: SpringParameters, uncertainty: Mapping[str, Any]) -> JointCovariance:
+        """The covariance, if springs can be drawn from it.
+
+        Raises
+        ------
+        ModelError   If there is none, or if a parameter is hardly known.
+        """
+        joint = cls.of(spring, uncertainty)
+        if joint is None:
+            raise ModelError(
+                'field "uncertainty" holds no joint covariance of the coefficients to draw from; identify with the '
+                "refined method, or ask for no draws (--draws 0)."
+            )
+        for name, row in zip(HYSTERETIC_UNITS, joint.root[-len(HYSTERETIC_UNITS) :], strict=True):
+            share = math.hypot(*row)
+            if share > _LARGEST_RELATIVE:
+                raise ModelError(
+                    f'field "uncertainty.joint" says that {name} is known to {100.0 * share:.0f} % only, too little '
+                    "to draw from; identify from records that determine it, or ask for no draws (--draws 0)."
+                )
+        return joint
+
+    def draw(self, spring: SpringParameters, seed: int, number: int) -> SpringParameters:
+        """Draw a spring; the same seed and number give the same spring, whatever was drawn before.
+
+        Raises
+        ------
+        ModelError   If hardly any draw is a physically possible spring.
+        """
+        import numpy as np  # model files are read without it
+
+        generator = np.random.default_rng((seed, number))
+        for _ in range(_TRIES):
+            with suppress(ValueError):
+                return self.moved(spring, generator.standard_normal(len(self.root)).tolist())
+        raise ModelError(
+            f"None of {_TRIES} springs drawn from the model's uncertainty is physically possible (FA > 0); identify "
+            "from records that determine FA, with a lower degree of FA, or ask for no draws (--draws 0)."
+        )
 
     def moved(self, spring: SpringParameters, direction: Sequence[float]) -> SpringParameters:
         """The spring at L*direction from the identified one; n and sigma are kept within the ranges of the model.
@@ -105,10 +171,3 @@ def _powers(spring: SpringParameters) -> list[int]:
     elastic = list(range(len(spring.kE))) or [0] * len(spring.FE_forces)
     amplifier = list(range(1, len(spring.kA)))
     return [*elastic, *amplifier, *[0] * len(HYSTERETIC_UNITS)]
-
-
-def _numbers(row: object) -> int:
-    """How many finite numbers a row holds; -1 if it is anything else."""
-    if not isinstance(row, list):
-        return -1
-    return len(row) if all(map(is_finite, row)) else -1

@@ -6,62 +6,26 @@
 from __future__ import annotations
 
 import json
-import re
-from collections.abc import Collection, Iterable, Mapping
-from dataclasses import dataclass, field, fields
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from ..core.parameters import KNOTS, MAXIMUM_DEGREE, SCALARS, SpringParameters
+from ..core.parameters import SpringParameters
 from ..errors import ModelError
-from ..ground.files import bundled_file, read_bytes, read_text, readable, write_text
-from ..ground.strict_json import escaped, is_finite, parse, plain, shown
+from ..ground.files import read_bytes, read_text, readable, write_text
+from ..ground.quoting import shown
+from ..ground.strict_json import parse, plain
 from ..ground.unpacking import unpacked
-from .stated_uncertainty import check_uncertainty
+from .joint import JointCovariance
+from .names import FORMAT, MAX_DESCRIPTION, VERSION, check_name
 
 MAXIMUM_BYTES = 10_000_000
 MAXIMUM_FMU_BYTES = 200_000_000  # packed, and all its files together unpacked
 MODEL_IN_FMU = "resources/strandspring/model.json"
-_FORMAT = "strandspring-model"
-_SCHEMA = f"{_FORMAT}.schema.json"  # beside the models of a source checkout, below examples in a wheel
-# Of a model whose FE is a polynomial, and of one whose FE is a table.
-_VERSION, _TABLE_VERSION = 1, 2
-# The lists among the parameters in the order of the file, with how many numbers each may have.
-_POLYNOMIALS = {"kE": (1, MAXIMUM_DEGREE + 1), "kA": (1, MAXIMUM_DEGREE + 1)}
-_TABLES = {"FE_knots": KNOTS, "FE_forces": KNOTS, "kA": (1, MAXIMUM_DEGREE + 1)}
-_LISTS = {_VERSION: _POLYNOMIALS, _TABLE_VERSION: _TABLES}
-_MAX_DESCRIPTION = 2000
-
-# An identifier of C and Python that is also a safe file name.
-LONGEST_NAME = 64
-NAME_PATTERN = r"^[A-Za-z][A-Za-z0-9_]{0,63}$"
-NAME_RULE = "a letter followed by at most 63 letters, digits or underscores, and not a Windows device such as nul"
-_WINDOWS_DEVICES = {"con", "prn", "aux", "nul"} | {f"{d}{k}" for d in ("com", "lpt") for k in range(1, 10)}
 
 Json = dict[str, Any]
-
-
-def check_name(name: str) -> str:
-    """The name, if it is valid for a model and its FMU.
-
-    Raises
-    ------
-    ModelError   If it is not an identifier, or cannot be a file name on Windows.
-    """
-    if not isinstance(name, str):
-        raise ModelError(f"The name must be text, got {type(name).__name__}.")
-    if not re.fullmatch(NAME_PATTERN, name) or name.lower() in _WINDOWS_DEVICES:
-        raise ModelError(f"The name must be {NAME_RULE}, got {name[:60]!r}; choose another name.")
-    return name
-
-
-def identifier(text: str) -> str:
-    """Text, such as a file name without its suffix, as a valid name."""
-    name = re.sub(r"[^A-Za-z0-9_]+", "_", text).strip("_")[:LONGEST_NAME].rstrip("_")
-    try:
-        return check_name(name)
-    except ModelError:  # begins with a digit, say
-        return f"spring_{name}"[:LONGEST_NAME].rstrip("_")
 
 
 @dataclass(frozen=True)
@@ -91,8 +55,8 @@ class ModelFile:
 
     def __post_init__(self) -> None:
         check_name(self.name)
-        if len(self.description) > _MAX_DESCRIPTION:
-            raise _wrong("description", f"must have at most {_MAX_DESCRIPTION} characters", self.description)
+        if len(self.description) > MAX_DESCRIPTION:
+            raise _wrong("description", f"must have at most {MAX_DESCRIPTION} characters", self.description)
         # XML 1.0 cannot represent other control characters, not even escaped.
         control = any((ord(c) < 32 and c not in "\t\n\r") or ord(c) in (0xFFFE, 0xFFFF) for c in self.description)
         if control or any(0xD800 <= ord(c) <= 0xDFFF for c in self.description):
@@ -104,7 +68,8 @@ class ModelFile:
                 object.__setattr__(self, name, plain(value))
             except (TypeError, ValueError, RecursionError):
                 raise _wrong(name, "must contain finite numbers, text, lists and objects only", value) from None
-        check_uncertainty(self.parameters, self.uncertainty)
+        if self.uncertainty:
+            _check_uncertainty(self.parameters, self.uncertainty)
 
     @classmethod
     def from_content(cls, content: Json) -> ModelFile:
@@ -114,25 +79,22 @@ class ModelFile:
         ------
         ModelError   If a field is missing, unknown or invalid; the message names it.
         """
-        _check_fields(content, ("format", "format_version", "name", "parameters"), {f.name for f in fields(cls)})
-        if content["format"] != _FORMAT:
-            raise _wrong("format", f"must be {_FORMAT!r}", content["format"])
-        # Python considers true and 1.0 equal to 1.
-        version = content["format_version"]
-        if type(version) is not int or version not in _LISTS:
-            raise _wrong("format_version", f"must be {_VERSION}, or {_TABLE_VERSION} where FE is a table", version)
-        values = {name: content[name] for name in content if name not in ("format", "format_version")}
-        for name, value in values.items():
-            expected, description = (str, "text") if name in ("name", "description") else (dict, "an object")
-            if not isinstance(value, expected):
-                raise _wrong(name, f"must be {description}", value)
-        return cls(**{**values, "parameters": _parameters(values["parameters"], _LISTS[version])})
+        from .file_tables import FileTable
+
+        with _refused_in_words("correct it, or identify the spring again"):
+            table = FileTable.model_validate(content)
+        try:
+            parameters = SpringParameters(**{"kE": (), **table.parameters.model_dump()})
+        except ValueError as problem:
+            raise ModelError(f"{str(problem).rstrip('.')}; correct the parameters or identify again.") from None
+        free = {name: content.get(name, {}) for name in ("fit", "uncertainty", "provenance")}
+        return cls(table.name, parameters, table.description, **free)
 
     def to_json(self) -> str:
         """Text of the file; the same model gives the same text."""
         content = {
-            "format": _FORMAT,
-            "format_version": _TABLE_VERSION if self.parameters.FE_knots else _VERSION,
+            "format": FORMAT,
+            "format_version": VERSION,
             "name": self.name,
             "description": self.description,
             "parameters": self.parameters.as_dict(),
@@ -151,8 +113,9 @@ def model_schema() -> Json:
     >>> model_schema()["required"]
     ['format', 'format_version', 'name', 'parameters']
     """
-    schema: Json = json.loads(bundled_file(Path(_SCHEMA)).read_bytes())
-    return schema
+    from .file_tables import FileTable
+
+    return {"$schema": "https://json-schema.org/draft/2020-12/schema", **FileTable.model_json_schema()}
 
 
 def load_model(path: str | Path) -> ModelFile:
@@ -180,15 +143,15 @@ def load_model(path: str | Path) -> ModelFile:
             f"{path}: not a valid model file ({problem}); correct it, or give a model file written by "
             "`strandspring identify`."
         ) from None
-    if not isinstance(content, dict) or content.get("format") != _FORMAT:
+    if not isinstance(content, dict) or content.get("format") != FORMAT:
         raise ModelError(
-            f'{path}: field "format" must be "{_FORMAT}"; give a model file written by `strandspring identify`.'
+            f'{path}: field "format" must be "{FORMAT}"; give a model file written by `strandspring identify`.'
         )
     version = content.get("format_version")
-    if type(version) is int and version > _TABLE_VERSION:
+    if type(version) is int and version > VERSION:
         raise ModelError(
             f'{path}: field "format_version" is {str(version)[:20]}: the file was written by a newer strandspring, '
-            f"and this one reads versions {_VERSION} and {_TABLE_VERSION} only; upgrade strandspring."
+            f"and this one reads version {VERSION} only; upgrade strandspring."
         )
     try:
         return ModelFile.from_content(content)
@@ -238,30 +201,31 @@ def save_model(path: str | Path, model: ModelFile) -> None:
     write_text(Path(path), model.to_json())
 
 
-def _parameters(values: Json, lists: Mapping[str, tuple[int, int]]) -> SpringParameters:
-    """The parameters of a model file with these lists."""
-    _check_fields(values, (*lists, *SCALARS), (), "parameters.")
-    for name, (least, most) in lists.items():
-        value = values[name]
-        if not (isinstance(value, list) and least <= len(value) <= most and all(map(is_finite, value))):
-            raise _wrong(f"parameters.{name}", f"must be a list of {least} to {most} finite numbers", value)
-    for name in SCALARS:
-        if not is_finite(values[name]):
-            raise _wrong(f"parameters.{name}", "must be a finite number", values[name])
+def _check_uncertainty(spring: SpringParameters, uncertainty: Json) -> None:
+    """Check the fields that this program reads, as far as they are given; raises ModelError, which names the field."""
+    from .file_tables import Uncertainty
+
+    with _refused_in_words("identify the spring again, or remove it", "uncertainty."):
+        Uncertainty.model_validate(uncertainty)
+    for name in (spring.elastic_name, "kA"):
+        given, count = uncertainty.get(name), len(getattr(spring, name))
+        if given is not None and len(given) != count:
+            raise _wrong(f"uncertainty.{name}", f"must have {count} numbers, one for each coefficient", given)
+    JointCovariance.of(spring, uncertainty)
+
+
+@contextmanager
+def _refused_in_words(remedy: str, prefix: str = "") -> Iterator[None]:
+    """What pydantic refuses in the block as one sentence that names the field."""
+    from pydantic import ValidationError
+
+    from ..ground.tables import refusal
+
     try:
-        return SpringParameters(**{"kE": (), **values, **{name: float(values[name]) for name in SCALARS}})
-    except ValueError as problem:
-        raise ModelError(f"{str(problem).rstrip('.')}; correct the parameters or identify again.") from None
-
-
-def _check_fields(content: Json, required: Iterable[str], optional: Collection[str], prefix: str = "") -> None:
-    for name in required:
-        if name not in content:
-            raise ModelError(f'field "{prefix}{name}" is missing; add it or identify the spring again.')
-    for name in content:
-        if name not in required and name not in optional:
-            raise ModelError(f'field "{prefix}{escaped(name[:40])}" is not known; remove it or correct its spelling.')
+        yield
+    except ValidationError as error:
+        raise ModelError(f"{prefix}{refusal(error, 0, remedy)}") from None
 
 
 def _wrong(name: str, condition: str, value: object) -> ModelError:
-    return ModelError(f'field "{name}": {condition}, got {shown(value)}; correct this field.')
+    return ModelError(f"{name}: {condition}, got {shown(value)}; correct this field.")

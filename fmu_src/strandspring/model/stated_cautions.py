@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from ..ground.strict_json import escaped
+from ..ground.quoting import escaped
 from .joint import HYSTERETIC_UNITS
 from .modelfile import ModelFile
 

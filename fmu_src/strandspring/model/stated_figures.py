@@ -10,7 +10,8 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from ..ground.strict_json import is_finite, printable
+from ..ground.quoting import printable
+from ..ground.strict_json import is_finite
 from .modelfile import ModelFile
 
 Figures = Mapping[str, Any]
@@ -19,7 +20,6 @@ NAMES = ("rmse", "rnl", "energy", "predicted_energy")
 # Differences from which both figures are shown.
 _VISIBLE_RNL = 1e-3
 _VISIBLE_ENERGY = 0.01
-EARLIER = "figures of the fit, with what was removed from the records; identify again for those of the spring alone"
 
 
 def energy_ratio(figures: Figures) -> float | None:
@@ -73,26 +73,24 @@ class StatedFit:
     Attributes
     ----------
     name : str                  The record's file; empty if all are meant.
-    alone : mapping             Of the saved spring; of the fit in files of earlier versions.
-    fitted : mapping or None    Of the fit; None in files of earlier versions.
+    alone : mapping             Of the saved spring.
+    fitted : mapping            Of the fit; empty if unknown.
     omega_start : float or None omega at the record's first sample.
     """
 
     name: str
     alone: Figures
-    fitted: Figures | None
+    fitted: Figures
     omega_start: float | None
 
     @property
     def beside(self) -> str:
-        """The figures of the fit in words where they differ; of an earlier version, what the others are."""
-        if self.fitted is None:
-            return EARLIER
+        """The figures of the fit in words where they differ."""
         return f"as fitted: {in_words(self.fitted, False)}" if differ(self.alone, self.fitted) else ""
 
     def as_json(self) -> dict[str, Any]:
         """The figures; null where the file states none."""
-        return {**_whole(self.alone), "fitted": None if self.fitted is None else _whole(self.fitted)}
+        return {**_whole(self.alone), "fitted": _whole(self.fitted) if self.fitted else None}
 
 
 def stated_fit(model: ModelFile) -> StatedFit | None:
@@ -125,7 +123,7 @@ def _stated(entries: list[tuple[str, Figures]]) -> Iterator[StatedFit]:
             yield StatedFit(
                 name,
                 _known(entry),
-                _known(fitted) if isinstance(fitted, dict) else None,
+                _known(fitted) if isinstance(fitted, dict) else {},
                 start if is_finite(start) else None,
             )
 

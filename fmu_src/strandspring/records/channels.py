@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import RecordError
+from ..ground.quoting import quoted
 from .columns import Column, choose_unit, named_columns, split_unit
 from .rows import MAX_DROPPED_ROWS
 from .source import MAX_ROWS
-from .units import quoted
 
 FloatArray = NDArray[np.float64]
 

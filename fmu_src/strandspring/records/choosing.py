@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from ..errors import RecordError
+from ..ground.quoting import quoted
 from .channels import ChannelTable
 from .columns import Column, choose_columns, listed_columns
 from .tables import Table
-from .units import Quantity, quoted
+from .units import Quantity
 
 _LISTED = 6  # tables
 

@@ -10,9 +10,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..errors import RecordError
+from ..ground.quoting import quoted
 from .clock import is_clock
 from .dialect import Dialect
-from .units import Quantity, kind_of_unit, quoted, unit_factor, words
+from .units import Quantity, kind_of_unit, unit_factor, words
 
 DEFAULT_UNITS: Mapping[Quantity, str] = {"displacement": "mm", "force": "N", "time": "s"}
 

@@ -17,7 +17,7 @@ from typing import IO, Any
 
 from ..errors import RecordError
 from ..ground.files import read_bytes, readable
-from .units import quoted
+from ..ground.quoting import quoted
 
 MAX_BYTES = 2 * 1024**3
 MAX_UNPACKED_BYTES = 512 * 1024**2  # a few compressed kilobytes may unpack to any size

@@ -15,7 +15,8 @@ from dataclasses import dataclass
 from itertools import islice
 
 from ..errors import RecordError
-from .units import kind_of_unit, quoted, words
+from ..ground.quoting import quoted
+from .units import kind_of_unit, words
 
 # Best guess first: on equal evidence the earlier one wins. None stands for runs of blanks. A comma as both
 # separator and decimal mark works where every cell is quoted.

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import RecordError
+from ..ground.quoting import quoted
 from .choosing import Asked, choose_table
 from .columns import DEFAULT_UNITS, Column, choose_unit
 from .content import read_content
@@ -17,7 +18,7 @@ from .formats.opening import tables_of
 from .record import Record, is_finite_number
 from .spikes import find_spikes, spikes_of
 from .tables import Table
-from .units import Quantity, quoted, unit_factor
+from .units import Quantity, unit_factor
 
 # Beyond any rig: the unit is wrong.
 MAX_TRAVEL = 10.0  # [m]

@@ -18,11 +18,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import RecordError
+from ..ground.quoting import quoted
 from .clock import Moment, elapsed, moment_of
 from .columns import Column
 from .dialect import Dialect, is_number, split_cells
 from .source import Source
-from .units import quoted
 
 # A rig stopped while writing leaves an incomplete row or, with buffering, a few.
 MAX_DROPPED_ROWS = 3

@@ -1,20 +1,24 @@
-"""A table of columns, whatever the file it comes from."""
+"""A table of columns, whatever the file it comes from: a text, or a sheet, which is made one.
+
+So headers, units and damaged cells of sheets are treated as in text files.
+"""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Collection, Sequence
+from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import RecordError
+from ..ground.quoting import quoted
 from .columns import Column, table_columns
 from .dialect import Dialect, find_dialect
 from .rows import lines_of_rows, read_numbers
 from .source import Source
-from .units import quoted
 
 _THREE_AFTER_MARK = re.compile("[1-9][0-9]{0,2}[.,][0-9]{3}")
 _UP_TO_999 = re.compile("0|[1-9][0-9]{0,2}")
@@ -115,3 +119,41 @@ class TextTable:
     def places(self, rows: Collection[int]) -> list[int]:
         """1-based lines of rows."""
         return lines_of_rows(self.source, self.dialect, rows)
+
+
+@dataclass(frozen=True)
+class Sheet:
+    """A sheet of a workbook.
+
+    Attributes
+    ----------
+    name : str
+    data : bytes   UTF-8, a line per row, tabs between the cells.
+    """
+
+    name: str
+    data: bytes
+
+
+def sheet_tables(sheets: Sequence[Sheet], where: str) -> list[Table]:
+    """The sheets that hold numbers.
+
+    Parameters
+    ----------
+    sheets : sequence of Sheet
+    where : str                  The file, for messages.
+
+    Raises
+    ------
+    RecordError                  If none holds numbers; what is wrong with the first.
+    """
+    tables: list[Table] = []
+    problems = []
+    for sheet in sheets:
+        try:
+            tables.append(TextTable(Source(where, sheet.data, "utf-8", (), "row"), sheet.name))
+        except RecordError as problem:
+            problems.append(problem)
+    if problems and not tables:
+        raise problems[0]
+    return tables

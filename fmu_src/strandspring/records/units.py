@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from ..errors import RecordError
+from ..ground.quoting import quoted
 
 Quantity = Literal["displacement", "force", "time"]
 
@@ -149,11 +150,6 @@ def kind_of_unit(text: str) -> Quantity | Literal["other"] | None:
         if name in kind.ambiguous or name in kind.exact or name.casefold() in kind.any_case:
             return quantity
     return "other" if name.casefold() in _OTHER else None
-
-
-def quoted(text: str) -> str:
-    """Quote text of a file or of the user for a message: escaped, and cut after 40 characters."""
-    return repr(text if len(text) <= 40 else text[:39] + "…")
 
 
 def _cleaned(text: str) -> str:

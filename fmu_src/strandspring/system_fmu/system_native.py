@@ -18,7 +18,7 @@ from ..fmu.description.fmi3_files import BUILD_DESCRIPTION, build_description
 from ..fmu.description.model_description import described
 from ..fmu.native.platforms import Platform, binaries, default_platforms
 from ..fmu.related_files import sealed
-from ..model.modelfile import LONGEST_NAME, identifier
+from ..model.names import LONGEST_NAME, identifier
 from ..vibration.bodies.mounted import MountedSystem
 from .system_block import SystemBlock, system_block
 from .system_page import system_page

@@ -10,7 +10,7 @@ import numpy as np
 
 from ..core.variables import Unit, Variable, units
 from ..errors import MountedSystemError
-from ..ground.strict_json import printable
+from ..ground.quoting import printable
 from ..kernel.arrays import FloatArray
 from ..vibration.bodies.mounted import MountedSystem, RigidBody, Vector
 

@@ -7,7 +7,7 @@ from collections.abc import Iterable
 import numpy as np
 
 from ...core.parameters import SpringParameters
-from ...ground.strict_json import printable
+from ...ground.quoting import printable
 from ...identification.certainty.figures import RecordFit
 from ...identification.certainty.saved_spring import effect_of_smoothing
 from ...identification.points.direction import backwards

@@ -6,7 +6,7 @@ from dataclasses import asdict
 from typing import Any
 
 from ...core.parameters import SIGMA_RANGE, SpringParameters
-from ...ground.strict_json import printable
+from ...ground.quoting import printable
 from ...identification.certainty.figures import RecordFit, both_figures
 from ...identification.certainty.prediction_interval import PredictionInterval
 from ...loops.campaign import Overlap, RateIndependence

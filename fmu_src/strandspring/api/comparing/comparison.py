@@ -17,8 +17,8 @@ from ...identification.certainty.figures import RecordFit, predict_record
 from ...kernel.path import PathSolver
 from ...loops.loop import Loop
 from ...loops.modelled import steady_loop
+from ...model.joint import JointCovariance
 from ...model.modelfile import ModelFile
-from ...model.spread import Spread
 from ...records.record import Record
 from ..common.placing import ModelSource, model_of, source_of
 from ..common.plotting import save_plot, some_axes
@@ -322,7 +322,7 @@ def compare(
         springs,
         plain,
         (models[0].uncertainty, models[1].uncertainty),
-        (None, None) if spreads is None else (spreads[0].joint, spreads[1].joint),
+        spreads or (None, None),
         ("A", "B"),
         middle,
     )
@@ -367,7 +367,9 @@ def _amplitudes(given: ArrayLike | None, most: float) -> list[float]:
     return reaches
 
 
-def _spreads(models: tuple[ModelFile, ModelFile], draws: int) -> tuple[tuple[Spread, Spread] | None, str]:
+def _spreads(
+    models: tuple[ModelFile, ModelFile], draws: int
+) -> tuple[tuple[JointCovariance, JointCovariance] | None, str]:
     """What springs are drawn from, of both; or None, and why."""
     if draws == 0:
         return None, "no springs were drawn"
@@ -379,7 +381,7 @@ def _spreads(models: tuple[ModelFile, ModelFile], draws: int) -> tuple[tuple[Spr
 
 def _drawn(
     springs: tuple[SpringParameters, SpringParameters],
-    spreads: tuple[Spread, Spread],
+    spreads: tuple[JointCovariance, JointCovariance],
     middle: float,
     amplitudes: Sequence[float],
     draws: int,

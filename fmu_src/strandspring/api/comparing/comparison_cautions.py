@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ...ground.strict_json import printable
+from ...ground.quoting import printable
 from ...identification.certainty.figures import RecordFit, along_smoothed
 from ...kernel.path import PathSolver
 from ...loops.loop import Loop

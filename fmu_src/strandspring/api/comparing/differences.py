@@ -30,7 +30,6 @@ from ...kernel.path import PathSolver
 from ...loops.modelled import steady_loop_figures
 from ...model.joint import HYSTERETIC_UNITS, JointCovariance
 from ...model.modelfile import ModelFile
-from ...model.spread import DRAWN, Spread
 from ..common.text import AT_BOUND
 
 LEVEL = 0.05  # error of all judgements together
@@ -120,17 +119,14 @@ class Draws:
         return np.asarray(np.quantile(self.figures, [0.05, 0.95], axis=0))
 
 
-def uncertainty_of(label: str, model: ModelFile) -> tuple[Spread | None, str]:
+def uncertainty_of(label: str, model: ModelFile) -> tuple[JointCovariance | None, str]:
     """What springs are drawn from; or None, and in words why there is nothing."""
     if not model.uncertainty:
         return None, f"{label} holds no uncertainty; identify it with the refined method"
     try:
-        spread = Spread.of(model.parameters, model.uncertainty)
+        return JointCovariance.to_draw_from(model.parameters, model.uncertainty), ""
     except ModelError as problem:
         return None, f"{label}: {str(problem).rstrip('.')}"
-    if spread.joint is None:
-        return None, f"{label} holds no joint covariance of its coefficients; identify it again"
-    return spread, ""
 
 
 def loop_figures(p: SpringParameters, middle: float, amplitudes: Sequence[float]) -> FloatArray:
@@ -141,7 +137,7 @@ def loop_figures(p: SpringParameters, middle: float, amplitudes: Sequence[float]
 
 
 def drawn(
-    p: SpringParameters, spread: Spread, middle: float, amplitudes: Sequence[float], seed: int, numbers: range
+    p: SpringParameters, spread: JointCovariance, middle: float, amplitudes: Sequence[float], seed: int, numbers: range
 ) -> Draws:
     """Figures of drawn springs; springs of different models need different numbers, or their draws are alike.
 
@@ -294,7 +290,7 @@ def _joint_test(differences: Sequence[Difference], change: FloatArray, covarianc
     along = vectors[:, kept].T @ (change[tested] / scale)
     chi_square, degrees = float(np.sum(along**2 / values[kept])), int(kept.sum())
     p = float(gammaincc(0.5 * degrees, 0.5 * chi_square))
-    return HysteresisTest(tuple(DRAWN[k] for k in tested), chi_square, degrees, p)
+    return HysteresisTest(tuple(tuple(HYSTERETIC_UNITS)[k] for k in tested), chi_square, degrees, p)
 
 
 def judged(

@@ -21,7 +21,8 @@ from ...ground.files import refuse_unwritable
 from ...identification.identified_model import IdentifiedModel
 from ...identification.identify_records import identify_records
 from ...model.coordinates import checked_zero
-from ...model.modelfile import ModelFile, check_name, identifier, is_fmu, is_model_path
+from ...model.modelfile import ModelFile, is_fmu, is_model_path
+from ...model.names import check_name, identifier
 from ...vibration.description.system_file import is_system_file
 from ..common.placing import ModelSource, model_of, origin_of, path_of
 from ..common.progress import Progress, unseen

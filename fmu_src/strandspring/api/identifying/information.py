@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 
 from ...core.parameters import SpringParameters
 from ...ground.arguments import numbers
-from ...ground.strict_json import printable
+from ...ground.quoting import printable
 from ...kernel.path import PathSolver
 from ...loops.campaign import Overlap, RateIndependence, campaign_verdicts
 from ...loops.loop import Loop, LoopFigures

@@ -17,8 +17,8 @@ from ...errors import ModelError
 from ...ground.arguments import limits, number, numbers, optional_number, whole
 from ...ground.files import readable
 from ...model.coordinates import counted_from, zero_sentence
+from ...model.joint import JointCovariance
 from ...model.modelfile import ModelFile
-from ...model.spread import Spread
 from ...model.stated_cautions import cautions_in_use
 from ...vibration.one_mass.system import Excitation, IsolatedMass, IsolationError, free_travel, static_equilibrium
 from ..common.caution_text import outside_range
@@ -202,8 +202,8 @@ def study(
     return StudyResult(planned, found, tuple(cautions_in_use(content.name, content)), content, origin)
 
 
-def _spread(source: object, spring: SpringParameters, content: ModelFile) -> Spread:
+def _spread(source: object, spring: SpringParameters, content: ModelFile) -> JointCovariance:
     try:
-        return Spread.of(spring, content.uncertainty)
+        return JointCovariance.to_draw_from(spring, content.uncertainty)
     except ModelError as problem:
         raise ModelError(f"{path_of(source) or content.name}: {problem}") from None

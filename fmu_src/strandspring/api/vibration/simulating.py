@@ -15,7 +15,6 @@ from ...errors import MountedSystemError
 from ...ground.arguments import optional_number, optional_whole, workers_of
 from ...ground.files import refuse_unwritable, write_csv
 from ...vibration.bodies.rest import SHARES
-from ...vibration.description.chosen import chosen_candidates, chosen_cases
 from ...vibration.description.system_file import SystemFile, load_system_file
 from ...vibration.verdicts.answers import CandidateAnswer, CaseAnswer, answer_candidate, answer_case
 from ...vibration.verdicts.drawn_springs import Drawn
@@ -229,8 +228,8 @@ def simulate(
     refuse_wrong_run(draws, seed, step)
     workers = workers_of(workers)
     file = system if isinstance(system, SystemFile) else load_system_file(system)
-    chosen = chosen_candidates(file, candidates)
-    loads = chosen_cases(file, cases)
+    chosen = file.chosen_candidates(candidates)
+    loads = file.chosen_cases(cases)
     omega = file.options.rest_omega
     shares = SHARES if omega is None else (omega,)
     statics = tuple(answer_candidate(name, one, file.models, shares) for name, one in chosen)

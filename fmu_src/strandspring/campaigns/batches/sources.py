@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 from ...errors import RecordError, StrandspringError
 from ...ground.files import readable
-from ...model.modelfile import LONGEST_NAME, identifier
+from ...model.names import LONGEST_NAME, identifier
 
 # What is taken from a folder; any other file is identified if it is named itself.
 RECORD_SUFFIXES = frozenset(

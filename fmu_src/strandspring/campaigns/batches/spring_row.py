@@ -22,7 +22,7 @@ from ...identification.methods.method import Method
 from ...identification.notes import notes_on
 from ...loops.wanted import Wanted
 from ...model.joint import HYSTERETIC_UNITS
-from ...model.modelfile import check_name
+from ...model.names import check_name
 from ...model.outcomes import Outcome
 from ...model.stated_figures import energy_ratio
 from ...records.content import MAX_BYTES

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ...core.parameters import SpringParameters
-from ...model.spread import Spread
+from ...model.joint import JointCovariance
 from ...vibration.one_mass.band import band_frequencies, checked_limits
 from ...vibration.one_mass.response import frequency_response
 from ...vibration.one_mass.system import Excitation, IsolatedMass, IsolationError, static_equilibrium
@@ -99,7 +99,7 @@ class Study(Runs[RunRow]):
     stiffness_factors : tuple of float    Scale FE and kappa_omega, 1e-6 to 1e6.
     draws : int                           Springs drawn for each grid point; 0 for the identified spring alone.
     seed : int                            Of the draws, >= 0.
-    spread : Spread or None               Needed for draws.
+    spread : JointCovariance or None               Needed for draws.
     load, parallel, series, damping       See `IsolatedMass`.
     band : tuple or None                  Lowest and highest frequency [Hz]; relative to each run's natural
                                           frequency if None.
@@ -133,7 +133,7 @@ class Study(Runs[RunRow]):
     stiffness_factors: tuple[float, ...] = (1.0,)
     draws: int = 0
     seed: int = 0
-    spread: Spread | None = None
+    spread: JointCovariance | None = None
     load: float | None = None
     parallel: int = 1
     series: int = 1

@@ -6,7 +6,6 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from ...errors import MountedSystemError
-from ...vibration.description.chosen import chosen_candidates, chosen_cases
 from ...vibration.description.named_files import HeldFiles, NamedFiles, named_models, named_records
 from ...vibration.description.system_file import system_of_content
 from ...vibration.description.system_tables import SystemTable
@@ -50,8 +49,8 @@ def planned_study(
     for one in with_texts(content, table, axes):
         models |= dict.fromkeys(named_models(one))
         records |= dict.fromkeys(named_records(one))
-    chosen = [name for name, _ in chosen_candidates(file, candidates)]
-    loads = [case.name for case in chosen_cases(file, cases)]
+    chosen = [name for name, _ in file.chosen_candidates(candidates)]
+    loads = [case.name for case in file.chosen_cases(cases)]
     return SystemStudy(
         content=content,
         files=HeldFiles.read(files, models, records),

@@ -17,8 +17,8 @@ from pydantic import ValidationError
 
 from ...errors import MountedSystemError
 from ...ground.strict_json import is_finite
+from ...ground.tables import refusal
 from ...vibration.description.system_tables import SystemTable
-from ...vibration.description.table_refusals import refusal
 from ...vibration.description.value_paths import PLACES, Location, locations, set_value, value_at
 
 MOST_VALUES = 10_000

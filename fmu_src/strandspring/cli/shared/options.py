@@ -20,8 +20,8 @@ from ...identification.rig.rig import STATES
 from ...loops.description_file import entries
 from ...loops.wanted import Wanted
 from ...loops.windows import is_window
-from ...model.modelfile import check_name
-from ...model.modelfile import identifier as identifier
+from ...model.names import check_name
+from ...model.names import identifier as identifier
 from ...peers.ni_spring import NiOptions
 from ...peers.two_stage_options import TwoStageOptions
 from ...records.record import Record

@@ -12,7 +12,8 @@ from pathlib import Path
 from ...compiled.images import FMI_HEADERS, FMU, FMU3, fmi_header
 from ...errors import BuildError
 from ...model.coordinates import placed
-from ...model.modelfile import LONGEST_NAME, ModelFile
+from ...model.modelfile import ModelFile
+from ...model.names import LONGEST_NAME
 from ..archive import common_contents, content_guid, fmu_name, fmu_path, installed_version, write_archive
 from ..description.content import Backend
 from ..description.fmi3 import NO_EVENTS

@@ -32,8 +32,7 @@ from ...core.parameters import SpringParameters
 from ...errors import ModelError
 from ...kernel.arrays import FloatArray
 from ...kernel.path import PathSolver
-from ...model.joint import JointCovariance
-from ...model.stated_uncertainty import INTERVAL_NUMBERS, LEVEL
+from ...model.joint import LEVEL, JointCovariance
 from ..least_squares.linearised import Linearised
 from ..least_squares.refinement import Samples
 from ..least_squares.trust_region import triangle_of
@@ -118,11 +117,11 @@ class PredictionInterval:
 
     @classmethod
     def of(cls, uncertainty: Mapping[str, Any]) -> PredictionInterval | None:
-        """The interval in a checked `uncertainty` of a model file; None if it holds none, as in older files."""
+        """The interval in a checked `uncertainty` of a model file; None if it holds none."""
         given = uncertainty.get("prediction_interval")
         if given is None:
             return None
-        numbers = {name: float(given[name]) for name in INTERVAL_NUMBERS}
+        numbers = {name: float(given[name]) for name in ("factor", "additive", "relative", "error", "half_width")}
         return cls(**numbers, coverage=given.get("held_out_coverage"), cycles=int(given["held_out_cycles"]))
 
 

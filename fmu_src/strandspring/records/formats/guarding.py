@@ -13,7 +13,7 @@ import warnings
 from collections.abc import Iterator
 
 from ...errors import RecordError
-from ..units import quoted
+from ...ground.quoting import quoted
 
 _OBJECT = re.compile(r"<[\w.]+ object at 0x[0-9a-fA-F]+>")  # the bytes of the file, as libraries name them
 

@@ -41,8 +41,9 @@ def channels_of(variables: Mapping[str, Variable], group: str = "", depth: int =
                 yield from channels_of(variable, inside, depth + 1)
         elif isinstance(variable, list | tuple):
             for number, element in enumerate(variable, 1):
-                yield from channels_of(element, f"{inside} {number}", depth + 1)
-        else:
+                if isinstance(element, Mapping):
+                    yield from channels_of(element, f"{inside} {number}", depth + 1)
+        elif hasattr(variable, "dtype") and not hasattr(variable, "toarray"):  # which sparse ones have
             yield from array_channels(variable, group, name)
 
 

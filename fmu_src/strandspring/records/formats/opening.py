@@ -10,16 +10,16 @@ from ...errors import RecordError
 from ..channels import Channel, ChannelTable, FloatArray
 from ..content import Content
 from ..source import text_source
-from ..tables import Table, TextTable
+from ..tables import Sheet, Table, TextTable, sheet_tables
 from .guarding import guarded
 from .kinds import Kind, kind_of
 from .reader_process import read_in_process
-from .sheets import Sheet, sheet_tables
 
 _MAX_GROUPS = 1000
 _IN_PROCESS = (
     "arrow",
     "hdf5",
+    "matlab",
     "mdf",
     "tdms",
     "uff",

@@ -27,8 +27,8 @@ from ...ground.isolated import ISOLATED
 from ...ground.scratch import TemporaryFolder
 from ..channels import Channel, FloatArray
 from ..content import Content
+from ..tables import Sheet
 from .guarding import damaged
-from .sheets import Sheet
 
 _MEMORY = 900 * 1024**2  # two channels of the most values that a record may have
 _SECONDS, _BYTES_PER_SECOND = 6.0, 5e6  # of processor time, and more of it for large files

@@ -23,8 +23,8 @@ import numpy as np
 from ...errors import RecordError
 from ..channels import Channel
 from ..content import Content
+from ..tables import Sheet
 from .guarding import guarded
-from .sheets import Sheet
 
 
 def serve() -> None:

@@ -12,7 +12,7 @@ from python_calamine import CalamineWorkbook
 
 from ...errors import RecordError
 from ..content import ZIP, Content, check_members
-from .sheets import Sheet
+from ..tables import Sheet
 
 _MOST_CELLS = 50_000_000
 _REFERENCE = re.compile(rb'<c r="([A-Z]{1,3})([0-9]{1,7})"')

@@ -6,8 +6,8 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Discriminator, Field, Tag
 
+from ...ground.tables import OWN, TAG, Table
 from . import quantity_text as q
-from .table_refusals import OWN, TAG
 from .table_types import (
     Duration,
     FilePath,
@@ -20,7 +20,6 @@ from .table_types import (
     PositiveLength,
     ReadBy,
     SweepRate,
-    Table,
     Text,
     Time,
     Velocity,
@@ -176,27 +175,7 @@ class RandomCase(DirectedCase):
     settling: Time | None = Field(None, description="From when on rms and spectra are taken; a tenth of the duration.")
 
 
-class RecordColumns(Table):
-    """Columns by what they hold: acceleration along x, y, z, angular velocity about them."""
-
-    x: ColumnName | None = None
-    y: ColumnName | None = None
-    z: ColumnName | None = None
-    rx: ColumnName | None = None
-    ry: ColumnName | None = None
-    rz: ColumnName | None = None
-
-
-class RecordUnits(Table):
-    """Unit of each column; those of the file's header where none is given."""
-
-    time: Unit | None = None
-    x: Unit | None = None
-    y: Unit | None = None
-    z: Unit | None = None
-    rx: Unit | None = None
-    ry: Unit | None = None
-    rz: Unit | None = None
+Motion = Literal["x", "y", "z", "rx", "ry", "rz"]
 
 
 class RecordTable(Table):
@@ -204,8 +183,12 @@ class RecordTable(Table):
 
     file: FilePath
     time: ColumnName | None = Field(None, description="Found by its name if not given.")
-    columns: RecordColumns
-    units: RecordUnits = RecordUnits()
+    columns: dict[Motion, ColumnName] = Field(
+        description="By what they hold: acceleration along x, y, z, angular velocity about them."
+    )
+    units: dict[Literal["time"] | Motion, Unit] = Field(
+        {}, description="Of each column; that of the file's header where none is given."
+    )
     scale: Annotated[float, Field(gt=0.0, le=1e6)] = 1.0
 
 

@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from ...errors import MountedSystemError
-from ...records.units import quoted
+from ...ground.quoting import quoted
 from ..bodies.loads import Channel, ChannelKind, LoadCase, Signal
 from ..bodies.mounted import STANDARD_GRAVITY, RigidBody, Vector
 from ..signals.level_table import LevelTable
@@ -41,8 +41,7 @@ from .described_system import body_number
 from .named_files import NamedFiles
 from .record_columns import RecordColumn, read_columns, read_timed_columns
 from .system_tables import MOST_CASES
-from .table_refusals import located
-from .table_types import Direction
+from .table_types import Direction, located
 
 _HELD = 1e-9
 _AXES: dict[str, Vector] = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
@@ -183,19 +182,15 @@ class _Builder:
     @build.register
     def _(self, table: RecordCase) -> list[LoadCase]:
         record = table.record
-        columns = {name: getattr(record.columns, name) for name in type(record.columns).model_fields}
-        wanted = {
-            name: RecordColumn(
-                column, q.ANGULAR_VELOCITY if name[0] == "r" else q.ACCELERATION, getattr(record.units, name)
-            )
-            for name, column in columns.items()
-            if column is not None
+        wanted: dict[str, RecordColumn] = {
+            name: RecordColumn(column, q.ANGULAR_VELOCITY if name[0] == "r" else q.ACCELERATION, record.units.get(name))
+            for name, column in record.columns.items()
         }
         with located("record"):
             if not wanted:
                 raise MountedSystemError("`columns` must name one column or more, as in { x = 'ax', z = 3 }.")
             content = self.around.files.record(record.file)
-            times, values = read_timed_columns(content, wanted, record.time, record.units.time)
+            times, values = read_timed_columns(content, wanted, record.time, record.units.get("time"))
             channels = []
             for name, column in values.items():
                 kind = ChannelKind.BASE_ANGULAR_VELOCITY if name[0] == "r" else ChannelKind.BASE_ACCELERATION

@@ -1,21 +1,27 @@
-"""The axes of mount types in SYSTEM.toml, rotated as mounts are."""
+"""The axes of mount types in SYSTEM.toml, rotated as mounts are, and where their springs are under a preload."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping
 from dataclasses import replace
+from functools import lru_cache
 
 import numpy as np
+from scipy.optimize import brentq
 from scipy.spatial.transform import Rotation
 
+from ...core.parameters import SpringParameters
+from ...core.spline import Elastic
 from ...errors import MountedSystemError
 from ...kernel.arrays import FloatArray
 from ...model.modelfile import ModelFile
 from ..bodies.mounted import MountAxis, Stops, Vector
-from .nominal import displacement_at
 from .system_tables import AxisTable, MountTypeTable, StopsTable, SystemTable
-from .table_refusals import located
+from .table_types import located
+
+_CELLS = 400  # of the range in which a crossing is looked for
+_MOST_KEPT = 2000
 
 Models = Mapping[str, ModelFile]
 
@@ -93,3 +99,40 @@ def _vector(values: FloatArray) -> Vector:
     length = math.hypot(*values.tolist())
     x, y, z = (each / length for each in values.tolist())
     return x, y, z
+
+
+@lru_cache(maxsize=_MOST_KEPT)
+def displacement_at(spring: SpringParameters, preload: float, is_given: bool = True) -> float:
+    """Displacement at which the elastic force is the preload, with omega = 0 [m].
+
+    Where there are several, it is the lowest at which the force rises.
+
+    Parameters
+    ----------
+    spring : SpringParameters
+    preload : float            Of one spring [N].
+    is_given : bool            Whether somebody asked for it, for the message.
+
+    Raises
+    ------
+    MountedSystemError         If there is none within the identified range; the message names neither file nor field.
+    """
+    elastic = Elastic(spring)
+    places = np.linspace(spring.displacement_min, spring.displacement_max, _CELLS + 1)
+    places[-1] = spring.displacement_max
+
+    def excess(displacement: float) -> float:
+        return elastic.force(displacement - spring.displacement_offset) - preload
+
+    forces = np.array([excess(place) for place in places.tolist()])
+    rising = np.flatnonzero((forces[:-1] <= 0.0) & (forces[1:] >= 0.0))
+    cells = rising if rising.size else np.flatnonzero((forces[:-1] >= 0.0) & (forces[1:] <= 0.0))
+    if cells.size:
+        low, high = places[cells[0]], places[cells[0] + 1]
+        return float(brentq(excess, low, high, xtol=1e-15 * max(1e-3, abs(low), abs(high)), rtol=8.9e-16))
+    least, largest = forces.min() + preload, forces.max() + preload
+    what = f"a preload of {preload:.6g} N is" if is_given else "without `preload` a spring begins at 0 N, which is"
+    raise MountedSystemError(
+        f"{what} outside the elastic forces of its identified range, {least:.6g} to {largest:.6g} N; give `preload` "
+        "within them (of one spring), or `nominal`, the displacement of one spring."
+    )

@@ -7,7 +7,8 @@ from collections.abc import Callable, Iterable, Mapping
 from functools import partial
 
 from ...errors import MountedSystemError
-from ...records.units import quoted
+from ...ground.quoting import quoted
+from ...ground.tables import suggestion
 from ..bodies.limits import Limits
 from ..bodies.mounted import BASE, MOST_AXES, Matrix, Motion, Mount, MountAxis, MountedSystem, Point, RigidBody
 from .described_mounts import Models, rotated_axes
@@ -20,8 +21,7 @@ from .system_tables import (
     PlaneTable,
     SystemTable,
 )
-from .table_refusals import located
-from .table_types import suggestion
+from .table_types import located
 from .unheld import unheld_motion
 
 AS_DESCRIBED = "as described"

@@ -9,9 +9,9 @@ from pathlib import Path
 from typing import Any, Protocol, TypeVar
 
 from ...errors import MountedSystemError, StrandspringError
+from ...ground.quoting import quoted
 from ...model.modelfile import ModelFile, load_model
 from ...records.content import Content, read_content
-from ...records.units import quoted
 
 _OF_CASES = ("record", "random", "force")  # tables of cases that may have a `file`
 

@@ -15,8 +15,9 @@ from dataclasses import dataclass
 from itertools import product
 
 from ...errors import RecordError, StrandspringError
+from ...ground.quoting import quoted
 from ...ground.strict_json import is_finite
-from ...records.units import kind_of_unit, quoted, unit_factor
+from ...records.units import kind_of_unit, unit_factor
 from ..bodies.mounted import STANDARD_GRAVITY
 
 Powers = tuple[int, int, int, int, int]  # of length, mass, time, angle, octaves
@@ -163,21 +164,6 @@ def measured(value: object, *quantities: Quantity) -> tuple[float, Quantity]:
     raise QuantityError(
         f"must be {wanted}, got {quoted(value)}, which is {' or '.join(dict.fromkeys(known)) or 'something else'}"
     )
-
-
-def begins_with(text: str) -> float | None:
-    """The number in a text, of percents their hundredth; NaN if it has a unit, None if there is none.
-
-    Examples
-    --------
-    >>> begins_with("90 %"), begins_with("0.9"), begins_with("9 mm"), begins_with("most")
-    (0.9, 0.9, nan, None)
-    """
-    match = _NUMBER.fullmatch(text) if len(text) <= _LONGEST else None
-    if match is None:
-        return None
-    size = {"": 1.0, "%": 100.0}.get(match[2].strip(), math.nan)
-    return float(match[1]) / size
 
 
 def unit_in_si(unit: str, quantity: Quantity) -> float:

@@ -42,10 +42,9 @@ description. The schema `models/strandspring-system.schema.json` lists all keys;
 
 from __future__ import annotations
 
-import json
 import math
 import os
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -53,8 +52,9 @@ from typing import Any
 from pydantic import ValidationError
 
 from ...errors import MountedSystemError
-from ...ground.files import bundled_file, read_text, readable
+from ...ground.files import read_text, readable
 from ...ground.strict_toml import parse_toml
+from ...ground.tables import refusal
 from ...model.modelfile import ModelFile
 from ..bodies.limits import Limits
 from ..bodies.loads import LoadCase
@@ -63,10 +63,9 @@ from .described_cases import Surroundings, load_cases
 from .described_system import limits_of, model_paths, mounted_systems
 from .named_files import FilesOfFolder, NamedFiles
 from .system_tables import FORMAT, SystemTable
-from .table_refusals import located, refusal
+from .table_types import located
 from .unheld import slowest_period
 
-_SCHEMA = f"{FORMAT}.schema.json"
 _MAX_BYTES = 1_000_000
 _MOST_MODELS = 600
 _PERIODS_AFTERWARDS = 5.0
@@ -115,6 +114,47 @@ class SystemFile:
     options: RunOptions
     models: Mapping[str, ModelFile]
     files: tuple[Path, ...] = ()
+
+    def chosen_candidates(self, wanted: str | Sequence[str] | None) -> list[tuple[str, MountedSystem]]:
+        """The candidates of these names, each with its own; all if None.
+
+        Raises
+        ------
+        MountedSystemError   If there is none of a name.
+        """
+        names = _names(wanted)
+        known = [name for name, _ in self.candidates]
+        for name in names or ():
+            if name not in known:
+                raise MountedSystemError(f"There is no candidate {name!r}; give one of {', '.join(map(repr, known))}.")
+        return [(name, system) for name, system in self.candidates if names is None or name in names]
+
+    def chosen_cases(self, wanted: str | Sequence[str] | None) -> list[LoadCase]:
+        """The load cases of these names, of which that of a case with several directions means all of them.
+
+        All cases if None.
+
+        Raises
+        ------
+        MountedSystemError   If there is none of a name.
+        """
+        names = _names(wanted)
+        for name in names or ():
+            if not any(_is_meant(case, name) for case in self.cases):
+                known = ", ".join(case.name for case in self.cases) or "none"
+                raise MountedSystemError(f"There is no load case {name!r}; there are {known}.")
+        return [case for case in self.cases if names is None or any(_is_meant(case, name) for name in names)]
+
+
+def _is_meant(case: LoadCase, name: str) -> bool:
+    """Whether a case has a name, or is one of the directions of the case of that name."""
+    return case.name == name or case.name.rpartition(" ")[0] == name
+
+
+def _names(wanted: str | Sequence[str] | None) -> tuple[str, ...] | None:
+    if wanted is None:
+        return None
+    return (wanted,) if isinstance(wanted, str) else tuple(wanted)
 
 
 def is_system_file(path: str | os.PathLike[str]) -> bool:
@@ -208,14 +248,7 @@ def system_schema() -> dict[str, Any]:
     >>> system_schema()["required"]
     ['format', 'format_version', 'name', 'body', 'mount_type', 'mount']
     """
-    schema: dict[str, Any] = json.loads(bundled_file(Path(_SCHEMA)).read_bytes())
-    return schema
-
-
-def schema_of_tables() -> dict[str, Any]:
-    """The schema as it follows from the tables; `system_schema` is its published copy."""
-    schema = SystemTable.model_json_schema()
-    return {"$schema": "https://json-schema.org/draft/2020-12/schema", **schema}
+    return {"$schema": "https://json-schema.org/draft/2020-12/schema", **SystemTable.model_json_schema()}
 
 
 def _afterwards(systems: Any) -> float:

@@ -6,13 +6,14 @@ length.
 
 from __future__ import annotations
 
+import re
 from typing import Annotated, Any, Literal
 
 from pydantic import Discriminator, Field, Tag
 
+from ...ground.tables import OWN, TAG, Table
 from ..bodies.mounted import MOST_BODIES, MOST_POINTS, STANDARD_GRAVITY
 from .case_tables import AnyCase
-from .table_refusals import OWN, TAG
 from .table_types import (
     AccelerationVector,
     Angle,
@@ -32,7 +33,6 @@ from .table_types import (
     PositiveLength,
     ReadBy,
     Stiffness,
-    Table,
     Text,
 )
 
@@ -214,7 +214,8 @@ class LimitsTable(Table):
 
 
 def _kind_of_rest(value: Any) -> str:
-    return f"{TAG}text" if isinstance(value, str) else f"{TAG}number"
+    is_word = isinstance(value, str) and not re.match(r"\s*[+-]?\.?\d", value)
+    return f"{TAG}text" if is_word else f"{TAG}number"
 
 
 class RunTable(Table):

@@ -3,76 +3,48 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass
-from difflib import get_close_matches
-from functools import cache, partial
-from types import UnionType
-from typing import Annotated, Any, Union, get_args, get_origin
+from functools import partial
+from typing import Annotated, Any
 
-from pydantic import (
-    BaseModel,
-    ConfigDict,
-    Field,
-    GetCoreSchemaHandler,
-    PlainValidator,
-    ValidationInfo,
-    field_validator,
-    model_validator,
-)
+from pydantic import Field, GetCoreSchemaHandler, PlainValidator
 
+from ...errors import MountedSystemError, StrandspringError
+from ...ground.quoting import quoted, shown
 from ...ground.strict_json import is_finite
-from ...records.units import quoted
+from ...ground.tables import field_name
 from ..bodies.mounted import Vector
 from . import quantity_text as q
 
 _LONGEST_NAME = 80
-_LISTED = 20
 _AXES: Mapping[str, Vector] = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 
 
-def suggestion(name: str, known: Sequence[str]) -> str:
-    """What is meant by an unknown name, or what there is, as the end of a sentence."""
-    near = get_close_matches(name[:_LONGEST_NAME], known, n=1)
-    if near:
-        return f"use {quoted(near[0])} if you mean that."
-    if not known:
-        return "there are none, so remove it."
-    more = f" and {len(known) - _LISTED} more" if len(known) > _LISTED else ""
-    return f"use one of {', '.join(map(quoted, known[:_LISTED]))}{more}."
+class FieldError(MountedSystemError):
+    """What is wrong with a field.
+
+    Parameters
+    ----------
+    location : tuple of str and int   Of the field.
+    problem : str                     What is wrong, and what to do.
+    """
+
+    def __init__(self, location: tuple[str | int, ...], problem: str) -> None:
+        super().__init__(f"{field_name(location)}: {problem}")
+        self.location, self.problem = location, problem
 
 
-class Table(BaseModel):
-    """A table of the file; unknown keys are refused."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True, strict=True, allow_inf_nan=False)
-
-    @model_validator(mode="before")
-    @classmethod
-    def _check_keys(cls, content: Any) -> Any:
-        if isinstance(content, dict):
-            known = list(cls.model_fields)
-            for key in content:
-                if key not in known:
-                    raise ValueError(f"{quoted(key)} is not a key here; {suggestion(key, known)}")
-        return content
-
-    @field_validator("*", mode="before")
-    @classmethod
-    def _check_text(cls, value: Any, info: ValidationInfo) -> Any:
-        """Refuse text with a number where only the number can stand, and say how to write it."""
-        name = str(info.field_name)
-        kind = _number_alone(cls, name) if isinstance(value, str) else None
-        number = None if kind is None else q.begins_with(value)
-        if number is None or (kind is int and number % 1.0 != 0.0 and not math.isnan(number)):
-            return value
-        about = (cls.model_fields[name].description or "").rstrip(".")
-        meaning = f" ({about[:1].lower()}{about[1:]})" if about else ""
-        # Fifteen digits are exact.
-        written = f"{number:.15g}" if abs(number) < 1e15 else "the number alone, without quotation marks"
-        raise ValueError(
-            f"must be a {'whole number' if kind is int else 'number'}{meaning}, got {quoted(value)}; write {written}"
-        )
+@contextmanager
+def located(*location: str | int) -> Iterator[None]:
+    """Errors in the block as those of a field, or of the fields of a table there."""
+    try:
+        yield
+    except FieldError as error:
+        raise FieldError((*location, *error.location), error.problem) from None
+    except StrandspringError as error:
+        raise FieldError(location, str(error)) from None
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,32 +68,13 @@ class ReadBy:
         return dict(self.schema)
 
 
-@cache
-def _number_alone(table: type[Table], name: str) -> type | None:
-    """float or int if that is what stands in a field, whether text may stand there or not; None if neither."""
-    field = table.model_fields[name]
-    return _number_in(field.annotation, field.metadata)
-
-
-def _number_in(annotation: Any, metadata: Sequence[Any]) -> type | None:
-    if any(isinstance(one, ReadBy) for one in metadata):
-        return None
-    if annotation in (float, int):
-        return annotation  # type: ignore[no-any-return]
-    if get_origin(annotation) is Annotated:
-        inner, *own = get_args(annotation)
-        return _number_in(inner, own)
-    forms = get_args(annotation) if get_origin(annotation) in (Union, UnionType) else ()
-    return next(filter(None, (_number_in(form, ()) for form in forms)), None)
-
-
 def _read_quantity(least: float, *kinds: q.Quantity) -> Callable[[Any], float]:
     def read(value: Any) -> float:
         number = q.in_si(value, *kinds)
         if least > 0.0 and not number >= least:
-            raise ValueError(f"must be {kinds[0].name} > 0, got {_shown(value)}")
+            raise ValueError(f"must be {kinds[0].name} > 0, got {shown(value)}")
         if least == 0.0 and not number >= 0.0:
-            raise ValueError(f"must be {kinds[0].name} >= 0, got {_shown(value)}")
+            raise ValueError(f"must be {kinds[0].name} >= 0, got {shown(value)}")
         return number
 
     return read
@@ -175,7 +128,7 @@ SweepRate = Annotated[
 
 def _read_vector(value: Any, kind: q.Quantity) -> Vector:
     if not (isinstance(value, list) and len(value) == 3):
-        raise ValueError(f"must be a list of three numbers x, y, z in {kind.unit}, got {_shown(value)}")
+        raise ValueError(f"must be a list of three numbers x, y, z in {kind.unit}, got {shown(value)}")
     x, y, z = (q.in_si(each, kind) for each in value)
     return x, y, z
 
@@ -222,7 +175,7 @@ def read_direction(value: Any) -> Direction:
         x, y, z = (factor * each if each else 0.0 for each in axis)
         return Direction((x, y, z), f"{sign or '+'}{value.strip()[-1:].lower()}")
     if not (isinstance(value, list) and len(value) == 3 and all(is_finite(each) for each in value)):
-        raise ValueError(f"must be three numbers, or a text such as '+x', got {_shown(value)}")
+        raise ValueError(f"must be three numbers, or a text such as '+x', got {shown(value)}")
     # The largest first, so that neither squares nor their sum leave the range of a double.
     largest = max(abs(float(each)) for each in value)
     if largest == 0.0:
@@ -245,7 +198,7 @@ NamedDirection = Annotated[Direction, ReadBy(read_direction, _DIRECTION_SCHEMA)]
 
 def _read_name(value: Any) -> str:
     if not isinstance(value, str):
-        raise ValueError(f"must be text, got {_shown(value)}")
+        raise ValueError(f"must be text, got {shown(value)}")
     if not (1 <= len(value) <= _LONGEST_NAME and value.isprintable() and value.strip() == value):
         raise ValueError(
             f"must be a name of 1 to {_LONGEST_NAME} printable characters without blanks at its ends, got "
@@ -257,11 +210,3 @@ def _read_name(value: Any) -> str:
 Name = Annotated[str, ReadBy(_read_name, {"type": "string", "minLength": 1, "maxLength": _LONGEST_NAME})]
 FilePath = Annotated[str, Field(min_length=1, max_length=1000)]
 Text = Annotated[str, Field(max_length=2000)]
-
-
-def _shown(value: Any) -> str:
-    """What stands in a file, for a message."""
-    if isinstance(value, str):
-        return quoted(value)
-    text = repr(value)
-    return text if len(text) <= 60 else text[:57] + "..."

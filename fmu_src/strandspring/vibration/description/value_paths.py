@@ -12,9 +12,9 @@ from itertools import islice
 from typing import Any
 
 from ...errors import MountedSystemError
-from ...records.units import quoted
+from ...ground.quoting import quoted
+from ...ground.tables import Table, suggestion
 from .system_tables import SystemTable
-from .table_types import Table, suggestion
 
 Location = tuple[str | int, ...]
 

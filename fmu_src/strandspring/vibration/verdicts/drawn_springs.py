@@ -15,8 +15,8 @@ from dataclasses import dataclass
 
 from ...core.parameters import SpringParameters
 from ...errors import ModelError
+from ...model.joint import JointCovariance
 from ...model.modelfile import ModelFile
-from ...model.spread import Spread
 from ..bodies.mounted import MountedSystem
 
 _APART = 2**32  # from the draws of one spring to those of the next
@@ -33,7 +33,7 @@ class Drawn:
     missing : tuple of str   A sentence for each model file without one.
     """
 
-    spreads: Mapping[SpringParameters, tuple[Spread, int]]
+    spreads: Mapping[SpringParameters, tuple[JointCovariance, int]]
     missing: tuple[str, ...]
 
     @classmethod
@@ -46,7 +46,10 @@ class Drawn:
         for spring, name in names.items():
             model = models.get(name)
             try:
-                spreads[spring] = Spread.of(spring, model.uncertainty if model else {}), _stream(spring)
+                spreads[spring] = (
+                    JointCovariance.to_draw_from(spring, model.uncertainty if model else {}),
+                    _stream(spring),
+                )
             except ModelError as problem:
                 missing.append(f"{name or 'A spring'} is taken as known in all draws: {problem}")
         return cls(spreads, tuple(missing))

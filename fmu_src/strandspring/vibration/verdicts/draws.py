@@ -15,7 +15,7 @@ import numpy as np
 from ...errors import ModelError, MountedSystemError
 from ...kernel.arrays import FloatArray
 from ...kernel.motion import MotionSolver
-from ...model.spread import Quantiles
+from ...model.joint import Quantiles
 from ..bodies.axis_laws import AxisLaws
 from ..bodies.mounted import MountedSystem
 from ..bodies.rest import rest

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import Enum
 
-from ...model.spread import Quantiles
+from ...model.joint import Quantiles
 
 
 class Verdict(Enum):

@@ -1,0 +1,210 @@
+"""What a model file holds, as pydantic models: checks on load and the published schema come from them.
+
+Imported where a file is checked only, since pydantic is slow to import.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Generic, Literal, TypeVar
+
+from pydantic import AfterValidator, ConfigDict, Discriminator, Field, Tag
+from pydantic.config import JsonDict
+
+from ..core.parameters import FORCE_RANGE, KNOTS, LARGEST_DISPLACEMENT, MAXIMUM_DEGREE, N_RANGE, SIGMA_RANGE
+from ..ground.tables import TAG, Table
+from .joint import LEVEL
+from .names import MAX_DESCRIPTION, NAME_PATTERN, NAME_RULE, VERSION
+
+Value = TypeVar("Value")
+
+
+def _within(low: float, high: float) -> JsonDict:
+    """Limits for the schema; `SpringParameters` checks them, and says which unit they have."""
+    return {"minimum": low, "maximum": high}
+
+
+_OF_DISPLACEMENT = _within(-LARGEST_DISPLACEMENT, LARGEST_DISPLACEMENT)
+_Amplifier = Annotated[list[float], Field(min_length=1, max_length=MAXIMUM_DEGREE + 1)]
+_Knots = Annotated[list[float], Field(min_length=KNOTS[0], max_length=KNOTS[1])]
+
+
+class _Common(Table):
+    """Parameters that every spring has."""
+
+    kA: _Amplifier = Field(
+        description="Amplifier coefficients of ascending powers of displacement - displacement_offset [1/m^i], the "
+        "first of which is 1"
+    )
+    kappa_omega: float = Field(
+        description="Saturated hysteretic force at displacement_offset [N]", json_schema_extra=_within(*FORCE_RANGE)
+    )
+    rho: float = Field(
+        description="Slope of omega at its zero crossing [1/m]", json_schema_extra={"exclusiveMinimum": 0.0}
+    )
+    sigma: float = Field(description="Recovery after a reversal [-]", json_schema_extra=_within(*SIGMA_RANGE))
+    n: float = Field(description="Smoothness exponent [-]", json_schema_extra=_within(*N_RANGE))
+    displacement_offset: float = Field(
+        description="Displacement about which the polynomials are written [m]", json_schema_extra=_OF_DISPLACEMENT
+    )
+    displacement_min: float = Field(
+        description="Lower end of the identified range [m]", json_schema_extra=_OF_DISPLACEMENT
+    )
+    displacement_max: float = Field(
+        description="Upper end of the identified range [m]", json_schema_extra=_OF_DISPLACEMENT
+    )
+
+
+class Parameters(_Common):
+    """Parameters of the modified normalized Bouc-Wen model, paper eqs. (8)-(11), in SI units."""
+
+    kE: _Amplifier = Field(
+        description="Elastic coefficients of ascending powers of displacement - displacement_offset [N/m^i]"
+    )
+
+
+class TableParameters(_Common):
+    """The parameters with the elastic force FE as a table."""
+
+    FE_knots: _Knots = Field(
+        description="Rising displacements, the first displacement_min and the last displacement_max, through whose "
+        "forces the cubic spline of FE goes: twice continuously differentiable, and one polynomial over the first two "
+        "and over the last two intervals (not-a-knot) [m]"
+    )
+    FE_forces: _Knots = Field(description="Elastic force FE at each of FE_knots [N]")
+
+
+def _form_of_elastic_force(content: Any) -> str:
+    return f"{TAG}table" if isinstance(content, dict) and {"FE_knots", "FE_forces"} & set(content) else f"{TAG}kE"
+
+
+class _Open(Table):
+    """A table that may hold more than what is read."""
+
+    model_config = ConfigDict(extra="allow")
+
+
+class _OfEach(_Open, Generic[Value]):
+    """A value for each parameter of the hysteresis."""
+
+    kappa_omega: Value
+    rho: Value
+    sigma: Value
+    n: Value
+
+
+def _check_ends(ends: list[float | None]) -> list[float | None]:
+    low, high = ends
+    if low is not None and high is not None and low > high:
+        raise ValueError(f"must be a lower and an upper end, got {low:g} and {high:g}; exchange them")
+    return ends
+
+
+_Size = Annotated[float, Field(ge=0.0)]
+_Interval = Annotated[list[float | None], Field(min_length=2, max_length=2), AfterValidator(_check_ends)]
+_Quantiles = Annotated[list[float], Field(min_length=3)]
+
+
+class Bootstrap(_OfEach[_Size]):
+    """Standard errors of a bootstrap."""
+
+    repetitions: _Size
+    seed: _Size
+
+
+class Posterior(_OfEach[_Quantiles]):
+    """Quantiles of the posterior of each parameter, the ends first and last."""
+
+    steps: _Size
+    seed: _Size
+    long_enough: bool
+
+
+class PredictionInterval(_Open):
+    """Prediction interval of the force [N]."""
+
+    level: Annotated[float, Field(ge=LEVEL, le=LEVEL)]
+    factor: _Size
+    additive: _Size
+    relative: _Size
+    error: _Size
+    half_width: _Size
+    held_out_coverage: _Size | None = None
+    held_out_cycles: _Size
+
+
+class Joint(_Open):
+    """Joint covariance L*L' of the coefficients named by `parameters`, by the rows of the lower triangular L."""
+
+    parameters: list[str]
+    root: list[list[float]]
+
+
+class Uncertainty(_Open):
+    """What is read where it is given; all else is free. Lists have as many numbers as those of the parameters."""
+
+    kappa_omega: _Size | None = Field(None, description="Standard error [N]; null where it ended at its bound")
+    rho: _Size | None = Field(None, description="Standard error [1/m]; null where it ended at its bound")
+    sigma: _Size | None = Field(None, description="Standard error [-]; null where it ended at its bound")
+    n: _Size | None = Field(None, description="Standard error [-]; null where it ended at its bound")
+    kE: list[_Size | None] | None = Field(None, description="Standard error of each of kE")
+    FE_forces: list[_Size | None] | None = Field(None, description="Standard error of each of FE_forces [N]")
+    kA: list[_Size | None] | None = Field(None, description="Standard error of each of kA")
+    correlation: dict[str, Annotated[float, Field(ge=-1.0, le=1.0)] | None] | None = Field(
+        None, description="Correlations of the standard errors, by two names and a comma"
+    )
+    indistinct: list[str] | None = Field(
+        None, description="Sentences on parameters that are strongly correlated in the records"
+    )
+    interval_95: dict[str, _Interval] | None = Field(
+        None,
+        description="Lower and upper end of the 95 % interval of each parameter; null on a side that is not bounded",
+    )
+    bootstrap: Bootstrap | None = None
+    posterior: Posterior | None = None
+    prediction_interval: PredictionInterval | None = None
+    joint: Joint | None = None
+
+
+class Fit(_Open):
+    """Figures of the identification. Programs must expect any part to be missing."""
+
+    rmse: Any = Field(
+        None,
+        description="Root mean square error of the saved spring alone over all records, driven by their displacement "
+        "as recorded [N]",
+    )
+    rnl: Any = Field(None, description="1 - sqrt(sum of squared errors / sum of squared forces), likewise [-]")
+    energy: Any = Field(None, description="Work of the measured force without FE over the samples compared [J]")
+    predicted_energy: Any = Field(
+        None, description="Work of the saved spring's force without FE over the same samples [J]"
+    )
+    fitted: Any = Field(
+        None,
+        description="rmse, rnl, energy and predicted_energy with what was removed from the records: effects of the "
+        "rig, and reversals of the displacement below its noise",
+    )
+    records: Any = Field(
+        None,
+        description="One object for each record: file, samples compared, first_sample, the figures above, fitted, "
+        "omega_start at its first sample, and what was compared, in words",
+    )
+
+
+class FileTable(Table):
+    """Content of a model file.
+
+    `fit` and `uncertainty` hold figures of the identification; `provenance` names the records with sha256, the method,
+    the options and the version. All three may be empty, as for a model written by hand.
+    """
+
+    format: Literal["strandspring-model"]
+    format_version: Annotated[int, Field(ge=VERSION, le=VERSION)]
+    name: str = Field(description=NAME_RULE, json_schema_extra={"pattern": NAME_PATTERN})
+    description: str = Field("", max_length=MAX_DESCRIPTION)
+    parameters: Annotated[
+        Annotated[Parameters, Tag(f"{TAG}kE")] | Annotated[TableParameters, Tag(f"{TAG}table")],
+        Discriminator(_form_of_elastic_force),
+    ]
+    fit: Fit = Field(default_factory=lambda: Fit.model_validate({}))
+    uncertainty: Uncertainty = Field(default_factory=lambda: Uncertainty.model_validate({}))
+    provenance: dict[str, Any] = Field({})
