@@ -9,7 +9,7 @@ from springs import MOUNT, TABLE
 from strandspring import SpringParameters
 from strandspring.kernel.balance import BalancedMass
 from strandspring.kernel.periodic import fourier_basis
-from strandspring.kernel.periodic_spring import PeriodicSpring
+from periodic_spring import PeriodicSpring
 
 BASIS = fourier_basis(7, 128)
 ANYWHERE = (-np.inf, np.inf)

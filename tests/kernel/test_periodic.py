@@ -7,7 +7,7 @@ import pytest
 
 from strandspring import Spring, SpringParameters
 from strandspring.kernel.periodic import FourierBasis
-from strandspring.kernel.periodic_spring import PeriodicSpring
+from periodic_spring import PeriodicSpring
 from synthetic import spring_of
 
 SPRINGS = [(0.22, 0.6), (1.0, 1.0), (2.5, 3.0)]

@@ -34,15 +34,10 @@ _FUNCTIONS = {
     ),
     "record_fit_workspace": (c_size_t, (c_void_p,)),
     "record_fit": (c_int, (c_void_p, c_void_p, c_void_p, c_void_p, c_void_p)),
-    "spring_periodic_workspace": (c_size_t, (c_size_t, c_size_t)),
-    "spring_periodic": (c_size_t, (c_void_p, c_void_p, c_void_p, c_void_p, c_void_p, c_void_p)),
-    "balance_workspace": (c_size_t, (c_size_t, c_size_t)),
+    "balance_workspace": (c_size_t, (c_void_p,)),
     "balance_at": (c_int, (c_void_p, c_void_p, c_double, c_void_p, c_void_p, c_void_p, c_void_p, c_void_p)),
     "balance_solve": (c_int, (c_void_p, c_double, c_void_p, c_void_p)),
-    "balance_sweep": (
-        c_size_t,
-        (c_void_p, c_double, c_void_p, c_size_t, c_void_p, c_double, c_double, c_void_p, c_void_p),
-    ),
+    "balance_sweep": (c_size_t, (c_void_p, c_double, c_void_p, c_size_t, c_void_p, c_void_p, c_void_p)),
     "spring_line_sums": (
         None,
         (c_size_t, c_void_p, c_size_t, c_void_p, c_void_p, c_void_p, c_void_p, c_void_p, c_void_p, c_size_t, c_void_p,
