@@ -91,3 +91,9 @@ class PeriodicSpring:
         if strokes == 0:
             raise ValueError("`coefficients` must describe a motion, got a constant displacement.")
         return PeriodicForce(displacement, omega, force, of_force, jacobian, turns[:strokes])
+
+
+def functions_at(basis: FourierBasis, phase: FloatArray) -> FloatArray:
+    """The functions of a basis at any phases of shape (P,), shape (P, N)."""
+    angle = phase[:, None] * basis.order[1 : basis.harmonics + 1]
+    return np.hstack([np.ones((phase.size, 1)), np.cos(angle), np.sin(angle)])

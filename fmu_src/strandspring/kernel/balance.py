@@ -116,6 +116,10 @@ class BalancedSystem:
         """Coefficients without those of the means, shape (D, 2H) [m]."""
         return z.reshape(self.degrees, -1)[:, 1:]
 
+    def is_beyond(self, motion: BalancedMotion) -> bool:
+        """Whether a spring goes beyond the limits of its axis."""
+        return bool(np.any((motion.low < self.axes["low"]) | (motion.high > self.axes["high"])))
+
     def at(self, z: FloatArray, frequency: float) -> Balance:
         """The balance of a motion.
 

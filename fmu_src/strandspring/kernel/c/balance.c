@@ -28,7 +28,9 @@ typedef struct {
 /* The parts of the workspace. */
 typedef struct {
     Balance here, there;
-    double *step, *tangent, *guess, *last; /* D*N each */
+    double *step, *guess, *last;           /* D*N each */
+    double *tangent, *before;              /* D*N each: by ln(Omega), at the last motion and at the one before it */
+    double way;                            /* of ln(Omega) between these; 0 if there is none before */
     double *matrix;                        /* D*N rows of D*N, lost in the elimination */
     double *moved, *sizes;                 /* displacement of each axis, M rows of N [m]; how far it moves, M [m] */
     double *product;                       /* N rows of N */
@@ -51,7 +53,7 @@ size_t balance_workspace(const BalancedSystem *system)
 {
     size_t count = fourier_size(&system->basis), samples = system->basis.samples, size = motion_size(system);
     size_t balance = 3 * size + size * size + system->axes * BALANCED_OF_AXIS + system->degrees * samples;
-    return 2 * balance + 4 * size + size * size + system->axes * (count + 1) + count * (2 * count + 1) + 7 * samples +
+    return 2 * balance + 5 * size + size * size + system->axes * (count + 1) + count * (2 * count + 1) + 7 * samples +
            fourier_room(&system->basis) + spring_periodic_workspace(system->basis.harmonics, samples);
 }
 
@@ -78,6 +80,7 @@ static BalanceRoom lay_room(const BalancedSystem *system, const double *z)
         .there = lay_balance(system, &workspace),
         .step = linear_taken(&workspace, size),
         .tangent = linear_taken(&workspace, size),
+        .before = linear_taken(&workspace, size),
         .guess = linear_taken(&workspace, size),
         .last = linear_taken(&workspace, size),
         .matrix = linear_taken(&workspace, size * size),
@@ -139,23 +142,18 @@ static void stand_still(const BalancedAxis *axis, const FourierBasis *basis, con
     period->turns[0] = c[0];
 }
 
-/* Adds the stops of an axis, where they are met, to its force and the derivatives of that. */
+/* Adds the stops of an axis to its force and the derivatives of that. */
 static void add_stops(const BalancedAxis *axis, const FourierBasis *basis, BalanceRoom *room)
 {
     SpringPeriod *period = &room->period;
     size_t count = fourier_size(basis);
-    int is_met = 0;
     for (size_t j = 0; j < basis->samples; j++) {
         double x = period->displacement[j], beyond = fmax(x - axis->stop_high, 0.0) + fmin(x - axis->stop_low, 0.0);
         room->stop[j] = axis->stop_stiffness * axis->series * beyond;
         room->stop_stiffness[j] = beyond != 0.0 ? axis->stop_stiffness : 0.0;
-        is_met |= beyond != 0.0;
-    }
-    if (!is_met)
-        return;
-    for (size_t j = 0; j < basis->samples; j++)
         period->force[j] += room->stop[j];
-    /* The turns have been read. */
+    }
+    /* The turns are no longer needed. */
     fourier_coefficients(basis, room->stop, period->turns, room->fourier);
     for (size_t i = 0; i < count; i++)
         period->coefficients[i] += period->turns[i];
@@ -189,7 +187,8 @@ static void axis_force(BalancedAxis *axis, const FourierBasis *basis, double *c,
         period->coefficients[i] *= axis->parallel;
     for (size_t i = 0; i < count * count; i++)
         period->jacobian[i] *= axis->parallel / axis->series;
-    add_stops(axis, basis, room);
+    if (figures[0] < axis->stop_low || figures[1] > axis->stop_high)
+        add_stops(axis, basis, room);
     figures[3] = period->coefficients[1];
     figures[4] = period->coefficients[1 + basis->harmonics];
 }
@@ -381,9 +380,9 @@ static double norm_of(const BalancedSystem *system, const double *z)
 static int step_ahead(BalancedSystem *system, double frequency, double step, BalanceRoom *room)
 {
     size_t size = motion_size(system);
-    double norm = norm_of(system, room->last);
+    double norm = norm_of(system, room->last), bend = room->way > 0.0 ? 0.5 * step * step / room->way : 0.0;
     for (size_t i = 0; i < size; i++)
-        room->guess[i] = room->last[i] + room->tangent[i] * step;
+        room->guess[i] = room->last[i] + room->tangent[i] * step + (room->tangent[i] - room->before[i]) * bend;
     if (!(linear_distance(size, room->guess, room->last) <= LARGEST_CHANGE * norm))
         return 0;
     memcpy(room->here.z, room->guess, size * sizeof *room->guess);
@@ -400,15 +399,18 @@ static int reach(BalancedSystem *system, double log, double target, BalanceRoom 
     while (log < target) {
         if (fresh) {
             memcpy(room->last, room->here.z, motion_size(system) * sizeof *room->last);
-            /* Derivatives of the steady motion by ln(Omega). */
+            double *kept = room->before;
+            room->before = room->tangent;
+            room->tangent = kept;
             if (!solve_here(system, room, exp(log), room->here.by_frequency, room->tangent))
                 return 0;
         }
         double next = log + 1.5 * step > target ? target : log + step;
         fresh = step_ahead(system, exp(next), next - log, room);
-        if (fresh)
+        if (fresh) {
+            room->way = next - log;
             log = next;
-        else if ((step *= 0.5) < finest)
+        } else if ((step *= 0.5) < finest)
             return 0;
     }
     return 1;
@@ -430,6 +432,8 @@ size_t balance_sweep(
     BalanceRoom room = lay_room(system, z);
     if (!balance_motion(system, exp(log), &room, &room.here))
         return 0;
+    /* That of the motion before, of which there is none. */
+    memset(room.tangent, 0, size * sizeof *room.tangent);
     while (reached < count && reach(system, log, logs[reached], &room)) {
         log = logs[reached];
         memcpy(found + reached * size, room.here.z, size * sizeof *found);

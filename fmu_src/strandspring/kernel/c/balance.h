@@ -71,7 +71,7 @@ int balance_at(
  * returned; 0 if there is no convergence. */
 int balance_solve(BalancedSystem *system, double frequency, double *z, const BalancedMotion *motion);
 
-/* The steady motions at rising frequencies, each predicted along the tangent of the one before and reached in several
+/* The steady motions at rising frequencies, each predicted from the tangents of the two before and reached in several
  * steps if need be. Ends where a motion would not be continuous with the one before, or after the first in which a
  * spring goes beyond the limits of its axis.
  *

@@ -80,7 +80,7 @@ def follow(
 ) -> Iterator[SteadyMotion]:
     """Steady motions from the lowest to the highest frequency, in the order of the curve.
 
-    What comes after a motion beyond the limits of an axis is not worth computing, and may be left out.
+    The curve may end after a motion in which a spring goes beyond the limits of its axis.
 
     Parameters
     ----------
@@ -104,7 +104,7 @@ def follow(
             here = SteadyMotion(log, motion, wanted=True)
             yield here
         passed, after = len(reached), after[len(reached) :]
-        if not after.size:
+        if not after.size or balance.is_beyond(here.motion):
             return
         if passed == _SWEPT:
             continue
@@ -117,6 +117,8 @@ def follow(
                 raise
         yield from motions
         here = motions[-1]
+        if any(balance.is_beyond(motion.motion) for motion in motions):
+            return
 
 
 def refine_peak(

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from ...kernel.arrays import FloatArray
 from ...kernel.balance import BalancedSystem
 from .continuation import SteadyMotion
-from .harmonic_balance import ComplexArray, courses, displacement_limits, first_harmonics, stacked
+from .harmonic_balance import ComplexArray, accelerations, displacement_limits, first_harmonics, stacked
 from .system import Excitation, IsolatedMass, StaticEquilibrium
 
 
@@ -93,7 +93,7 @@ class ShakenMass:
         figures = np.array([motion.motion.figures[0] for motion in motions])
         low, high, start_omega = figures[:, :3].T
         base, first = self.excitation.base_amplitude(self.level, omega), first_harmonics(of_mount)
-        absolute = courses(self.balance, motions)[1][:, 0] - np.outer(omega**2 * base, basis.functions[1])
+        absolute = accelerations(self.balance, motions)[:, 0] - np.outer(omega**2 * base, basis.functions[1])
         ratio = self._ratio(omega, first)
         relative = first / (self.level if self.excitation is Excitation.FORCE else base)
         ends = np.array([system.spring.displacement_min, system.spring.displacement_max])

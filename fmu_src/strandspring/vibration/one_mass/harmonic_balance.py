@@ -118,11 +118,12 @@ def linear_motion(balance: BalancedSystem, tangents: FloatArray, frequency: floa
     return z.ravel()
 
 
-def axis_beyond(balance: BalancedSystem, motion: BalancedMotion) -> int | None:
-    """The axis whose springs go furthest beyond the limits; None if they all stay within."""
-    beyond = np.maximum(motion.high - balance.axes["high"], balance.axes["low"] - motion.low)
-    worst = int(np.argmax(beyond))
-    return worst if beyond[worst] > 0.0 else None
+def first_beyond(balance: BalancedSystem, motions: Sequence[SteadyMotion]) -> tuple[SteadyMotion, int] | None:
+    """The first motion in which springs go beyond the limits, and the axis that does so furthest; None if all stay."""
+    figures = np.array([motion.motion.figures for motion in motions])
+    beyond = np.maximum(figures[:, :, 1] - balance.axes["high"], balance.axes["low"] - figures[:, :, 0])
+    outside = np.flatnonzero(beyond.max(axis=1) > 0.0)
+    return (motions[outside[0]], int(np.argmax(beyond[outside[0]]))) if outside.size else None
 
 
 def stacked(balance: BalancedSystem, motions: Sequence[SteadyMotion]) -> tuple[FloatArray, FloatArray]:
@@ -136,19 +137,29 @@ def first_harmonics(z: FloatArray) -> ComplexArray:
     return np.asarray(z[..., 1] - 1j * z[..., 1 + z.shape[-1] // 2])
 
 
-def courses(balance: BalancedSystem, motions: Sequence[SteadyMotion]) -> tuple[FloatArray, FloatArray]:
-    """Displacement [m] and acceleration [m/s^2] of the coordinates over a period, shape (F, D, K) each.
+def displacements(balance: BalancedSystem, motions: Sequence[SteadyMotion]) -> FloatArray:
+    """Displacement of the coordinates over a period, shape (F, D, K) [m]."""
+    return _sampled(balance, stacked(balance, motions)[1])
 
-    The acceleration is not that of the series, whose few harmonics would smear the kinks of the springs' force.
+
+def accelerations(balance: BalancedSystem, motions: Sequence[SteadyMotion]) -> FloatArray:
+    """Acceleration of the coordinates over a period, shape (F, D, K) [m/s^2].
+
+    It is not that of the series, whose few harmonics would smear the kinks of the springs' force.
     """
     omega, z = stacked(balance, motions)
-    functions, half = balance.basis.functions, balance.basis.harmonics
+    half, order = balance.basis.harmonics, balance.basis.order
     rates = np.zeros_like(z)
-    rates[..., 1 : half + 1] = balance.basis.order[1 : half + 1] * z[..., half + 1 :]
-    rates[..., half + 1 :] = -balance.basis.order[1 : half + 1] * z[..., 1 : half + 1]
-    displacement = z @ functions
-    speed = omega[:, None, None] * rates @ functions
-    push = balance.load[:, None] + balance.forcing_at(omega)[:, :, None] * functions[1]
-    push = push - np.array([motion.motion.force for motion in motions])
-    push -= balance.stiffness @ displacement + balance.damping @ speed
-    return displacement, push / balance.mass
+    rates[..., 1 : half + 1] = order[1 : half + 1] * z[..., half + 1 :]
+    rates[..., half + 1 :] = -order[1 : half + 1] * z[..., 1 : half + 1]
+    push = -balance.stiffness @ z - balance.damping @ (omega[:, None, None] * rates)
+    push[..., 0] += balance.load
+    push[..., 1] += balance.forcing_at(omega)
+    springs = np.array([motion.motion.force for motion in motions])
+    return (_sampled(balance, push) - springs) / balance.mass
+
+
+def _sampled(balance: BalancedSystem, series: FloatArray) -> FloatArray:
+    """Series of the shape (F, D, N) over a period, shape (F, D, K)."""
+    samples = series.reshape(-1, series.shape[-1]) @ balance.basis.functions
+    return samples.reshape(*series.shape[:-1], -1)

@@ -16,7 +16,7 @@ from ...kernel.path import PathSolver
 from ...loops.modelled import steady_loop_figures
 from .continuation import SteadyMotion, follow, refine_peak, refine_superharmonics
 from .curve_points import ResponsePoint, ShakenMass
-from .harmonic_balance import HARMONICS, SAMPLES, axis_beyond, linear_motion, mass_balance
+from .harmonic_balance import HARMONICS, SAMPLES, first_beyond, linear_motion, mass_balance
 from .system import Excitation, IsolatedMass, IsolationError, static_equilibrium
 
 # Superharmonic resonances lie at half the resonance's frequency and below.
@@ -136,16 +136,13 @@ def frequency_response(
     balance = mass_balance(system, equilibrium, excitation, level, extrapolate, harmonics, samples)
     shaken = ShakenMass(system, equilibrium, excitation, level, balance)
     linear = partial(linear_motion, balance, np.array([equilibrium.stiffness]))
-    motions = []
-    for motion in follow(balance, linear, 2.0 * np.pi * band, advance):
-        _check_range(shaken, motion)
-        motions.append(motion)
+    motions = list(follow(balance, linear, 2.0 * np.pi * band, advance))
+    _check_range(shaken, motions)
     motions = refine_peak(balance, motions, shaken.transmissibility)
     if resolve:
         peak = motions[int(np.argmax(shaken.transmissibility(motions)))]
         motions = refine_superharmonics(balance, motions, _strokes, _SUPERHARMONIC * peak.omega)
-    for motion in motions:
-        _check_range(shaken, motion)
+    _check_range(shaken, motions)
     columns = shaken.columns(motions)
     return FrequencyResponse(excitation, level, columns, _resonance(system, columns), equilibrium.frequency)
 
@@ -173,13 +170,14 @@ def _strokes(motions: Sequence[SteadyMotion]) -> FloatArray:
     return np.array([motion.motion.high[0] - motion.motion.low[0] for motion in motions])
 
 
-def _check_range(shaken: ShakenMass, motion: SteadyMotion) -> None:
-    """Refuse a motion that leaves the identified range."""
-    if axis_beyond(shaken.balance, motion.motion) is not None:
-        p, low, high = shaken.system.spring, motion.motion.low[0], motion.motion.high[0]
+def _check_range(shaken: ShakenMass, motions: Sequence[SteadyMotion]) -> None:
+    """Refuse motions that leave the identified range."""
+    beyond = first_beyond(shaken.balance, motions)
+    if beyond is not None:
+        p, motion = shaken.system.spring, beyond[0].motion
         raise IsolationError(
-            f"At {motion.omega / (2.0 * np.pi):.4g} Hz and a level of {shaken.balance.level_text} the spring moves from "
-            f"{1e3 * low:.4g} to {1e3 * high:.4g} mm, outside the identified range of "
+            f"At {beyond[0].omega / (2.0 * np.pi):.4g} Hz and a level of {shaken.balance.level_text} the spring moves "
+            f"from {1e3 * motion.low[0]:.4g} to {1e3 * motion.high[0]:.4g} mm, outside the identified range of "
             f"{1e3 * p.displacement_min:.4g} to {1e3 * p.displacement_max:.4g} mm; use a lower level, more "
             "springs, or a model identified over a larger range."
         )
