@@ -14,8 +14,8 @@ from strandspring import SpringParameters
 from strandspring.errors import MountedSystemError
 from strandspring.vibration.bodies.loads import Channel, ChannelKind
 from strandspring.vibration.bodies.mounted import Motion, Mount, MountAxis, MountedSystem, Point, RigidBody, Stops
-from strandspring.vibration.bodies.shaking import Shaking
 from strandspring.vibration.bodies.shaken_system import ShakenSystem
+from strandspring.vibration.bodies.shaking import Shaking
 from strandspring.vibration.bodies.six_response import system_response
 from strandspring.vibration.bodies.small_motion import Pose, nominal_pose
 from strandspring.vibration.bodies.solving import channel_rows, solver

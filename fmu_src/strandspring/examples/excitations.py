@@ -7,7 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-GRAVITY = 9.80665  # m/s^2
+from ..ground.gravity import STANDARD_GRAVITY
+
+GRAVITY = STANDARD_GRAVITY  # m/s^2
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from .arrays import FloatArray, address
+from .arrays import address
 from .structures import structures
 
 

@@ -37,7 +37,7 @@ class AxisLaws:
     names : tuple of str                              What messages call the axes.
     parallel, series, nominal : ndarray, shape (M,)   As in `MountAxis`.
     low, high : ndarray, shape (M,)                   Ends of the springs' identified ranges [m].
-    stop_low, stop_high, stop_stiffness : ndarray, shape (M,)   As in `Stops`; beyond all displacements if there is none.
+    stop_low, stop_high, stop_stiffness : ndarray, shape (M,)   As in `Stops`; infinite where there is none.
     """
 
     def __init__(self, system: MountedSystem) -> None:
@@ -46,9 +46,7 @@ class AxisLaws:
         self.parallel, self.series, self.nominal = np.array([(a.parallel, a.series, a.nominal) for a in axes]).T
         self.low, self.high = np.array([(a.spring.displacement_min, a.spring.displacement_max) for a in axes]).T
         stops = [axis.stops or _NO_STOPS for axis in axes]
-        self.stop_low, self.stop_high, self.stop_stiffness = np.array(
-            [(s.low, s.high, s.stiffness) for s in stops]
-        ).T
+        self.stop_low, self.stop_high, self.stop_stiffness = np.array([(s.low, s.high, s.stiffness) for s in stops]).T
         self._springs = [axis.spring for axis in axes]
         self._rho = np.array([spring.rho for spring in self._springs])
 

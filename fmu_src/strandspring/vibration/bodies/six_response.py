@@ -20,7 +20,13 @@ from ...errors import MountedSystemError
 from ...kernel.arrays import FloatArray
 from ..one_mass.continuation import SteadyMotion, follow, refine_peak
 from ..one_mass.harmonic_balance import (
-    ComplexArray, accelerations, displacement_limits, displacements, first_beyond, first_harmonics, stacked,
+    ComplexArray,
+    accelerations,
+    displacement_limits,
+    displacements,
+    first_beyond,
+    first_harmonics,
+    stacked,
 )  # fmt: skip
 from ..one_mass.response import checked_band, isolation_frequency
 from ..one_mass.system import Excitation

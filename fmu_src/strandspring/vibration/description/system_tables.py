@@ -10,7 +10,8 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Discriminator, Field, Tag
 
-from ..bodies.mounted import MOST_BODIES, MOST_POINTS, STANDARD_GRAVITY
+from ...ground.gravity import STANDARD_GRAVITY
+from ..bodies.mounted import MOST_BODIES, MOST_POINTS
 from .case_tables import AnyCase
 from .table_refusals import OWN, TAG
 from .table_types import (

@@ -283,9 +283,7 @@ class _Place:
     metric: FloatArray
 
     @classmethod
-    def of(
-        cls, motion: SteadyMotion, balance: BalancedSystem, there: Balance, before: _Place | None = None
-    ) -> _Place:
+    def of(cls, motion: SteadyMotion, balance: BalancedSystem, there: Balance, before: _Place | None = None) -> _Place:
         size = float(np.linalg.norm(balance.about_mean(motion.z)))
         metric = np.append(np.full(motion.z.size, 1.0 / size), _WEIGHT)
         along = np.append(np.zeros(motion.z.size), 1.0) if before is None else before.tangent
@@ -376,9 +374,7 @@ def _passed(
             yield replace(motion, rising=rising, wanted=True)
 
 
-def _between(
-    balance: BalancedSystem, before: SteadyMotion, after: SteadyMotion, log: float
-) -> SteadyMotion | None:
+def _between(balance: BalancedSystem, before: SteadyMotion, after: SteadyMotion, log: float) -> SteadyMotion | None:
     """The motion at a frequency between those of two neighbours on the curve."""
     share = (log - before.log) / (after.log - before.log)
     guess = before.z + share * (after.z - before.z)

@@ -96,8 +96,8 @@ class ShakenMass:
         absolute = accelerations(self.balance, motions)[:, 0] - np.outer(omega**2 * base, basis.functions[1])
         ratio = self._ratio(omega, first)
         relative = first / (self.level if self.excitation is Excitation.FORCE else base)
-        ends = np.array([system.spring.displacement_min, system.spring.displacement_max])
-        within_low, within_high = displacement_limits(*ends, extrapolate=False)
+        ends = np.array([[system.spring.displacement_min], [system.spring.displacement_max]])
+        within_low, within_high = displacement_limits(ends[0], ends[1], extrapolate=False)
         rates = basis.order[basis.harmonics + 1 :] * of_mount[:, basis.harmonics + 1 :]
         return {
             "frequency": omega / (2.0 * np.pi),

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...kernel.arrays import FloatArray
-from ...kernel.balance import BalancedMotion, BalancedSystem
+from ...kernel.balance import BalancedSystem
 from ...kernel.periodic import fourier_basis
 from ...kernel.structures import rows
 from .continuation import SteadyMotion
@@ -73,8 +73,8 @@ def mass_balance(
     harmonics, samples : int   H of the Fourier series and K per period; H >= 1, K > 2H.
     """
     spring, is_force = system.spring, excitation is Excitation.FORCE
-    ends = np.array(spring.displacement_min), np.array(spring.displacement_max)
-    low, high = displacement_limits(*ends, extrapolate)
+    ends = np.array([[spring.displacement_min], [spring.displacement_max]])
+    low, high = displacement_limits(ends[0], ends[1], extrapolate)
     return BalancedSystem(
         springs=[spring],
         axes=rows(
@@ -156,10 +156,10 @@ def accelerations(balance: BalancedSystem, motions: Sequence[SteadyMotion]) -> F
     push[..., 0] += balance.load
     push[..., 1] += balance.forcing_at(omega)
     springs = np.array([motion.motion.force for motion in motions])
-    return (_sampled(balance, push) - springs) / balance.mass
+    return np.asarray((_sampled(balance, push) - springs) / balance.mass)
 
 
 def _sampled(balance: BalancedSystem, series: FloatArray) -> FloatArray:
     """Series of the shape (F, D, N) over a period, shape (F, D, K)."""
     samples = series.reshape(-1, series.shape[-1]) @ balance.basis.functions
-    return samples.reshape(*series.shape[:-1], -1)
+    return np.asarray(samples.reshape(*series.shape[:-1], -1))

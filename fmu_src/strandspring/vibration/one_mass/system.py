@@ -16,10 +16,10 @@ import numpy as np
 
 from ...core.parameters import SpringParameters
 from ...errors import StrandspringError
+from ...ground.gravity import STANDARD_GRAVITY
 from ...kernel.arrays import FloatArray
 from ...kernel.path import PathSolver
 
-STANDARD_GRAVITY = 9.80665  # m/s^2
 # Levels of base displacement where none are given, shares of the free travel; help and results of `isolate` name them.
 DEFAULT_SHARES = (0.005, 0.01, 0.02)
 # Far beyond what any spring of this program carries.
