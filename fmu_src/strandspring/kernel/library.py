@@ -44,7 +44,7 @@ _FUNCTIONS = {
          c_void_p, c_void_p),
     ),
     "generalised_path": (None, (c_size_t, c_void_p, c_double, c_double, c_void_p, c_void_p)),
-    "shock_spectrum": (None, (c_size_t, c_void_p, c_double, c_int, c_size_t, c_void_p, c_void_p)),
+    "shock_spectrum": (None, (c_size_t, c_void_p, c_double, c_size_t, c_void_p, c_void_p)),
     "spring_steady": (None, (c_void_p, c_size_t, c_void_p, c_int, c_void_p, c_void_p)),
     "motion_begin": (None, (c_void_p, c_void_p, c_void_p, c_void_p, c_void_p, c_void_p)),
     "motion_sense": (c_double, (c_void_p, c_double)),

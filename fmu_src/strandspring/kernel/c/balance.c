@@ -12,7 +12,7 @@ enum {
     SWEEP_PARTS = 32 /* of the way to the next wanted frequency, at the finest */
 };
 
-static const double STILL = 1e-9;           /* of the largest motion: an axis that moves less has its tangent stiffness */
+static const double STILL = 1e-9;           /* of the largest motion: what moves less has its tangent stiffness */
 static const double BALANCED = 1e-9;        /* of the largest term */
 static const double WITHIN_ROUNDING = 1e-7; /* of the same: accepted where no step reduces the residual */
 static const double LARGEST_CHANGE = 0.6;   /* of the motion's norm in one step of the sweep */
@@ -231,7 +231,8 @@ static double add_linear(const BalancedSystem *system, double frequency, size_t 
     const double *stiffness = system->stiffness + coordinate * system->degrees;
     double most = 0.0;
     for (size_t i = 0, row = coordinate * count; i < count; i++, row++) {
-        double order = (double)(i > harmonics ? i - harmonics : i), spring = balance->residual[row], per_frequency = 0.0;
+        double order = (double)(i > harmonics ? i - harmonics : i);
+        double spring = balance->residual[row], per_frequency = 0.0;
         double *jacobian = balance->jacobian + row * size;
         for (size_t d = 0; d < system->degrees; d++) {
             const double *z = balance->z + d * count;

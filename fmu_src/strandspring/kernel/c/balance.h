@@ -1,8 +1,8 @@
 /* Steady vibration of a system on springs by harmonic balance, with alternating frequency and time.
  *
- * The system has D coordinates q of the same mass m and M axes. An axis moves by g.q and has P rows of S springs, each of
- * them at x + g.q/S, and stops. Every coordinate is a series of N = 2H + 1 Fourier coefficients (see fourier.h), which
- * balance order by order,
+ * The system has D coordinates q of the same mass m and M axes. An axis moves by g.q and has P rows of S springs, each
+ * of them at x + g.q/S, and stops. Every coordinate is a series of N = 2H + 1 Fourier coefficients (see fourier.h),
+ * which balance order by order,
  *
  *     -m*(k*Omega)^2*q_k + k*Omega*C*q'_k + K*q_k + sum of g*[P*r + stop]_k = L*[k = 0] + F*[k = 1, cosine],
  *
