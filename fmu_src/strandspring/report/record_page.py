@@ -8,16 +8,16 @@ from pathlib import Path, PurePath
 import numpy as np
 
 from .._version import __version__
-from ..identification.outcomes import IdentificationError
 from ..identification.points.steady_part import find_steady_part
 from ..loops.overview import RecordOverview, overview
 from ..loops.strokes import IndexArray
+from ..model.outcomes import IdentificationError
 from ..records.record import Record
-from .blocks import Block, Content, Gallery, Level, Notice, Section, Table, Text
-from .chart import Axis, Chart, Form, Role, Trace
-from .page import write_page
-from .quantities import NUMBER, Unit, number, span
-from .thinning import visible
+from .content.blocks import Block, Content, Gallery, Level, Notice, Section, Table, Text
+from .content.chart import Axis, Chart, Form, Role, Trace
+from .content.quantities import NUMBER, Unit, number, span
+from .content.thinning import visible
+from .rendering.page import write_page
 
 _MM, _N, _S = Unit("mm", 1e3), Unit("N"), Unit("s")
 _POINTS = 6000  # of a line

@@ -11,11 +11,11 @@ from numpy.typing import ArrayLike
 
 from ...identification.identified_model import IdentifiedModel
 from ...identification.identify_records import identify_records
-from ...identification.method import Method
+from ...identification.methods.method import Method
 from ...identification.notes import notes_on
-from ...identification.outcomes import Outcome, by_harm
 from ...identification.rig.known_rig import KnownRig
 from ...model.joint import HYSTERETIC_UNITS
+from ...model.outcomes import Outcome, by_harm
 from ...model.stated_figures import differ, in_words
 from ..common.result import Result
 from ..common.text import counted, fit_lines, parameter_lines
@@ -129,11 +129,11 @@ class Identification(IdentifiedModel, Result):
     def plot(self, axes: Axes | None = None) -> Axes:
         """Draw the measured and predicted loops into axes of matplotlib, new ones if None.
 
-        `strandspring.report.figure` has functions of this kind for residuals, branches, correlations and more.
+        `strandspring.report.figure.plot_chart` draws residuals, branches, correlations and more.
         """
-        from ...report.figure import plot_loops
+        from ...report.figure import plot_chart
 
-        return plot_loops(self, axes)
+        return plot_chart(self, axes=axes)
 
     def report(self, path: str | Path, name: str = "spring", details: ReportDetails | None = None) -> None:
         """Write a report: a page that opens offline (.html), or a document (.pdf).
@@ -156,7 +156,7 @@ class Identification(IdentifiedModel, Result):
         >>> with TemporaryDirectory() as folder:
         ...     identify(bundled_record(), reverse="displacement").report(Path(folder) / "hinge.html")
         """
-        from ...report.page import write_report
+        from ...report.report_content import write_report
 
         write_report(path, self, self.model_file(name), details)
 

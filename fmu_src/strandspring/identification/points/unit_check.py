@@ -10,7 +10,7 @@ import numpy as np
 
 from ...ground.gravity import STANDARD_GRAVITY
 from ...kernel.arrays import FloatArray
-from ..outcomes import IdentificationError, Outcome
+from ...model.outcomes import IdentificationError, Outcome
 from .steady_part import MeanLoop, SteadyRecord, mean_loop
 
 _THOUSAND = 1000.0
