@@ -16,8 +16,8 @@ from strandspring.cosimulation import FmuSpring, Jacobi, Motion, one_mass, simul
 from strandspring.examples import ssp_system
 from strandspring.exchange.shaken_mass_slave import ShakenMass as ShakenMassSlave
 from strandspring.exchange.ssp import ShakenMass
+from strandspring.fmu.description.ssv import parameter_values
 from strandspring.fmu.native.native_fmu import build_native_fmu
-from strandspring.fmu.ssv import parameter_values
 from strandspring.model.coordinates import placed
 from strandspring.model.modelfile import load_model
 from terminal import Terminal

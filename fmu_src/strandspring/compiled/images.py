@@ -51,7 +51,6 @@ class Unit:
     without : tuple of str      Sources in these folders whose names begin like this are left out.
     flags : tuple of str        Besides those of every library.
     fmi : int                   The version of FMI whose headers are needed; 0: none.
-    loads : bool                Whether it loads other libraries at run time.
     """
 
     name: str
@@ -59,7 +58,6 @@ class Unit:
     parts: tuple[str, ...]
     flags: tuple[str, ...] = ()
     fmi: int = 0
-    loads: bool = False
     without: tuple[str, ...] = ()
 
     def sources(self) -> dict[str, bytes]:
@@ -98,24 +96,12 @@ FMU = Unit("spring", "core/c/fmi2_all.c", ("core/c",), ("-O2", "-fvisibility=hid
 FMU3 = Unit(
     "spring3", "core/c/fmi3_all.c", ("core/c",), (*FMU.flags, "-Wno-strict-prototypes"), fmi=3, without=("fmi2_",)
 )
-# What calls and messages are made of whatever the version of FMI, and those of FMI 2.0, whatever the FMU is of.
-_MESSAGES = "fmu_log fmu_modes fmu_types.h spring_local.h spring_number.h"
-_OF_FMI2 = "fmi2_api.h fmi2_calls.h fmi2_log fmi2_states.h"
-# The binary of a Python-backed FMU, the same for all springs.
-BRIDGE = Unit(
-    "bridge",
-    "fmu/bridge/bridge.c",
-    ("fmu/bridge", *_core(_MESSAGES), *_core(_OF_FMI2)),
-    ("-O2", "-fvisibility=hidden"),
-    fmi=2,
-    loads=True,
-)
 # What both units of FMUs of bodies on mounts are made of, besides what is of a version of FMI.
 _OF_SYSTEMS = (
     "system_fmu/c",
-    *_core(_MESSAGES),
-    *_core("fmu_bytes fmu_kinds.h fmu_life fmu_own.h fmu_snapshots fmu_sound.h fmu_tables numerics.h saturation"),
-    *_core("saturation_index.h saturation_lookup.c spline spring spring_library.h spring_limits.h"),
+    *_core("fmu_bytes fmu_kinds.h fmu_life fmu_log fmu_modes fmu_own.h fmu_snapshots fmu_sound.h fmu_tables"),
+    *_core("fmu_types.h numerics.h saturation saturation_index.h saturation_lookup.c spline spring spring_library.h"),
+    *_core("spring_limits.h spring_local.h spring_number.h"),
     *(f"kernel/c/{name}" for name in ("linear.c", "linear.h", "motion.c", "motion.h", "motion_parts.h", "motion_rest.c",
                                       "vectors.h")),
 )  # fmt: skip
@@ -123,7 +109,10 @@ _OF_SYSTEMS = (
 SYSTEM = Unit(
     "system",
     "system_fmu/c/system_all.c",
-    (*_OF_SYSTEMS, *_core(_OF_FMI2), *_core("fmi2_arguments fmi2_fmustate.c fmi2_life.c")),
+    (
+        *_OF_SYSTEMS,
+        *_core("fmi2_api.h fmi2_arguments fmi2_calls.h fmi2_fmustate.c fmi2_life.c fmi2_log fmi2_states.h"),
+    ),
     FMU.flags,
     fmi=2,
     without=("system_all3", "system_calls3", "system_elements", "system_exchange3"),
@@ -140,7 +129,7 @@ SYSTEM3 = Unit(
     without=("system_all.", "system_calls."),
 )
 # Those that become binaries of FMUs.
-OF_FMUS = (FMU, FMU3, BRIDGE, SYSTEM, SYSTEM3)
+OF_FMUS = (FMU, FMU3, SYSTEM, SYSTEM3)
 
 
 @cache
@@ -203,8 +192,7 @@ def compiled(unit: Unit, target: Target) -> bytes:
     sources = unit.sources()
     if unit.fmi:
         sources |= {f"core/c/{name}": fmi_header(name) for name in FMI_HEADERS[unit.fmi]}
-    loading = target.system.loading if unit.loads else ()
-    return zig.shared_library(target, sources, unit.file, unit.name, unit.flags, loading)
+    return zig.shared_library(target, sources, unit.file, unit.name, unit.flags)
 
 
 def fmi_header(name: str) -> bytes:

@@ -23,7 +23,7 @@ from numpy.typing import ArrayLike
 
 from ..core.parameters import ARRAYS, LARGEST_DISPLACEMENT
 from ..errors import StrandspringError
-from ..fmu.fmpy_host import SLAVES, fmi_version, library_path
+from ..fmu.checks.fmpy_host import SLAVES, fmi_version, library_path
 from ..ground.scratch import TemporaryFolder
 from .messages import Messages
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from xml.etree.ElementTree import Element, indent, tostring
 
-from ..core.variables import Unit
+from ...core.variables import Unit
 
 
 def xml_file(root: Element) -> bytes:

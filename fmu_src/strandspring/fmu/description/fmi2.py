@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from xml.etree.ElementTree import Element, SubElement
 
-from .description_content import (
+from .content import (
     Backend,
     Content,
     common_attributes,

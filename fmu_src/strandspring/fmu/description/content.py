@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from ..core.variables import Unit, Variable
+from ...core.variables import Unit, Variable
 from .array_variables import StartValue
 
 # Of the categories that FMI names, those that a spring uses.

@@ -5,7 +5,7 @@ from __future__ import annotations
 from xml.etree.ElementTree import Element, SubElement
 
 from .array_variables import REVERSAL_INDICATOR, TypedVariable
-from .description_content import (
+from .content import (
     Backend,
     Content,
     common_attributes,

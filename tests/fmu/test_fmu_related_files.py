@@ -16,10 +16,10 @@ import pytest
 
 from fmu_tools import SPRING, instance
 from strandspring.errors import ModelError
+from strandspring.fmu.checks.verification import verify_fmu
 from strandspring.fmu.native.native_fmu import build_native_fmu
-from strandspring.fmu.papers import HASHES, REFERENCE, RELATED, STIMULI
 from strandspring.fmu.python_backed import build_python_fmu
-from strandspring.fmu.verification import verify_fmu
+from strandspring.fmu.related_files import HASHES, REFERENCE, RELATED, STIMULI
 from strandspring.kernel.path import PathSolver
 from strandspring.model.coordinates import placed
 from strandspring.model.modelfile import MODEL_IN_FMU, ModelFile, load_model, save_model

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from xml.etree.ElementTree import Element, SubElement
 
-from .description3 import VERSION
+from .fmi3 import VERSION
 from .xml_parts import xml_file
 
 TERMINALS = "terminalsAndIcons/terminalsAndIcons.xml"

@@ -29,8 +29,8 @@ from ..kernel.path import PathSolver
 from ..model.coordinates import counted_from
 from ..model.joint import JointCovariance
 from ..model.modelfile import MODEL_IN_FMU, ModelFile, text_in_fmu
-from .ssv import parameter_values
-from .xml_parts import xml_file
+from .description.ssv import parameter_values
+from .description.xml_parts import xml_file
 
 BUILD = "resources/strandspring/build.json"
 HASHES = "resources/strandspring/sha256.json"
@@ -67,7 +67,7 @@ class Related(NamedTuple):
     description: str
 
 
-def papers(of_record: ModelFile, settings: BuildSettings) -> dict[str, bytes]:
+def related_files(of_record: ModelFile, settings: BuildSettings) -> dict[str, bytes]:
     """These files by their path in the FMU; the same arguments give the same bytes.
 
     Parameters
@@ -76,7 +76,7 @@ def papers(of_record: ModelFile, settings: BuildSettings) -> dict[str, bytes]:
     settings : BuildSettings
     """
     related = dict(_related(of_record, settings))
-    build = {"format": "strandspring-build", "version": __version__, **settings.stored()}
+    build = {"format": "strandspring-build", "version": __version__, **asdict(settings)}
     return {
         MODEL_IN_FMU: of_record.to_json().encode("utf-8"),
         BUILD: (json.dumps(build, indent=2, ensure_ascii=False) + "\n").encode("utf-8"),
@@ -109,11 +109,6 @@ class BuildSettings:
     real_time: bool = False
     no_energy: bool = False
 
-    def stored(self) -> dict[str, Any]:
-        """What an FMU says of them: those that came later only where they are not as before."""
-        given = asdict(self)
-        return {name: value for name, value in given.items() if name not in _LATER or value != _LATER[name]}
-
     @classmethod
     def of_fmu(cls, fmu: Path) -> BuildSettings:
         """Those of an FMU of ours.
@@ -125,7 +120,7 @@ class BuildSettings:
         text = text_in_fmu(fmu, BUILD)
         try:
             content = json.loads(text)
-            settings = cls(**{field.name: ({**_LATER, **content})[field.name] for field in fields(cls)})
+            settings = cls(**{field.name: content[field.name] for field in fields(cls)})
             types = [type(value).__name__ for value in astuple(settings)]
         except (ValueError, RecursionError, KeyError, TypeError):
             types = []
@@ -133,10 +128,6 @@ class BuildSettings:
         if not is_sound or not abs(settings.zero) <= LARGEST_DISPLACEMENT:
             raise ModelError(f"{fmu}: {BUILD} is damaged; build the FMU from its model file again.")
         return settings
-
-
-# Settings that FMUs of before do not have, by the values that hold for these.
-_LATER = {one.name: one.default for one in fields(BuildSettings) if one.name in ("fmi", "real_time", "no_energy")}
 
 
 def model_version(of_record: ModelFile) -> str:

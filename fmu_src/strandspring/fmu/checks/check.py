@@ -17,17 +17,16 @@ import numpy as np
 from fmpy.model_description import ModelDescription
 from fmpy.validation import validate_fmu
 
-from ..core.parameters import SpringParameters
-from ..core.variables import spring_parameters
-from ..errors import BuildError
-from ..ground.endings import kept_endings
-from ..ground.scratch import TemporaryFolder
-from ..kernel.arrays import FloatArray
-from ..kernel.path import PathSolver
-from .archive import binary_sizes
+from ...core.parameters import SpringParameters
+from ...core.variables import spring_parameters
+from ...ground.endings import kept_endings
+from ...ground.scratch import TemporaryFolder
+from ...kernel.arrays import FloatArray
+from ...kernel.path import PathSolver
+from ..archive import binary_sizes
+from ..native.platforms import host_folder
+from ..related_files import STEP, slow_cycles
 from .fmpy_host import MODELS, SLAVES, fmi_version, library_path
-from .native.platforms import host_folder
-from .papers import STEP, slow_cycles
 
 # The FMU and the vectorised path share one source and differ by rounding.
 FORCE_TOLERANCE = 1e-9  # of the largest force
@@ -40,7 +39,7 @@ class _WrongRatesError(Exception):
 
 @dataclass(frozen=True)
 class CheckReport:
-    """What `check_fmu` found.
+    """What `examine_fmu` found.
 
     Attributes
     ----------
@@ -74,21 +73,8 @@ class CheckReport:
         )
 
 
-def check_fmu(path: Path) -> CheckReport:
-    """Validate an FMU and compare a short run with the model.
-
-    Raises
-    ------
-    BuildError   If there are problems; the text lists them.
-    """
-    report = examine_fmu(path)
-    if report.problems:
-        raise BuildError(f"{path} must not be used: {report.summary}")
-    return report
-
-
 def examine_fmu(path: Path) -> CheckReport:
-    """The same, with the problems in the report."""
+    """Validate an FMU and compare a short run with the model; the report holds its problems."""
     try:
         problems = tuple(str(problem).strip() for problem in validate_fmu(str(path)))
     except (OSError, zipfile.BadZipFile) as problem:

@@ -6,15 +6,15 @@ import os
 from datetime import datetime, timezone
 from xml.etree.ElementTree import Element, SubElement
 
-from ..core.variables import Unit, nominal_values
-from ..errors import BuildError
-from ..model.modelfile import ModelFile
-from . import description2, description3
+from ...core.variables import Unit, nominal_values
+from ...errors import BuildError
+from ...model.modelfile import ModelFile
+from . import fmi2, fmi3
+from .content import Backend, Content
 from .described_variables import described_variables
-from .description_content import Backend, Content
 from .xml_parts import base_unit, xml_file
 
-_VERSIONS = {2: description2, 3: description3}
+_VERSIONS = {2: fmi2, 3: fmi3}
 
 
 def model_description(model: ModelFile, guid: str, generation_tool: str, backend: Backend) -> bytes:

@@ -15,7 +15,8 @@ from fmpy.fmi2 import FMU2Model, FMU2Slave
 from fmpy.fmi3 import FMU3Model, FMU3Slave
 from fmpy.model_description import ModelDescription
 
-from .native.platforms import host_folder
+from ...errors import BuildError
+from ..native.platforms import host_folder
 
 
 def fmi_version(description: ModelDescription) -> int:
@@ -24,7 +25,19 @@ def fmi_version(description: ModelDescription) -> int:
 
 
 def library_path(unzipped: str, model_identifier: str, fmi: int = 2) -> str:
-    """The shared library of an unzipped FMU for this computer; FMPy raises if there is none."""
+    """The shared library of an unzipped FMU for this computer; FMPy raises if there is none.
+
+    Raises
+    ------
+    BuildError   If the FMU runs on Python and lies where PythonFMU's binary would end the process: of the encoded
+                 characters of a URI it decodes spaces only.
+    """
+    resources = Path(unzipped, "resources")
+    if (resources / "slavemodule.txt").exists() and "%" in resources.as_uri().replace("%20", " "):
+        raise BuildError(
+            f"the binary of a Python-backed FMU cannot read the folder {unzipped}; set TMPDIR to one named by "
+            "ASCII letters and digits."
+        )
     return str(Path(unzipped, "binaries", str(host_folder(fmi)), f"{model_identifier}{fmpy.sharedLibraryExtension}"))
 
 

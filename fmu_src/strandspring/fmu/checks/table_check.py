@@ -9,8 +9,8 @@ from pathlib import Path
 import fmpy
 import numpy as np
 
-from ..ground.endings import kept_endings
-from ..kernel.arrays import FloatArray
+from ...ground.endings import kept_endings
+from ...kernel.arrays import FloatArray
 from .check import FORCE_TOLERANCE, CheckReport, running, why_not_here
 from .fmpy_host import fmi_version
 

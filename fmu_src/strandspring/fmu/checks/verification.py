@@ -14,13 +14,13 @@ from pathlib import Path
 import numpy as np
 from fmpy.validation import validate_fmu
 
-from ..errors import StrandspringError
-from ..ground.files import read_bytes
-from ..ground.unpacking import unpacked
-from ..kernel.arrays import FloatArray
-from ..model.modelfile import MAXIMUM_FMU_BYTES
+from ...errors import StrandspringError
+from ...ground.files import read_bytes
+from ...ground.unpacking import unpacked
+from ...kernel.arrays import FloatArray
+from ...model.modelfile import MAXIMUM_FMU_BYTES
+from ..related_files import HASHES, REFERENCE, STIMULI, SYSTEM_REFERENCE, SYSTEM_STIMULI
 from .check import OUTPUTS, CheckReport, compare_run
-from .papers import HASHES, REFERENCE, STIMULI, SYSTEM_REFERENCE, SYSTEM_STIMULI
 from .table_check import compare_table
 
 _DESCRIPTION = "modelDescription.xml"

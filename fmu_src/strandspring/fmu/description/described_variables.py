@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import NamedTuple
 
-from ..core.parameters import SpringParameters
-from ..core.variables import Unit, Variable, start_values, units, variables
+from ...core.parameters import SpringParameters
+from ...core.variables import Unit, Variable, start_values, units, variables
 from .array_variables import StartValue, array_units, array_values, array_variables
 
 

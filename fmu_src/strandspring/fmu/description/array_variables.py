@@ -12,8 +12,8 @@ from functools import cache
 from itertools import groupby
 from typing import TypeAlias
 
-from ..core.parameters import ARRAYS, SpringParameters
-from ..core.variables import Unit, Variable, start_values, units, variables
+from ...core.parameters import ARRAYS, SpringParameters
+from ...core.variables import Unit, Variable, start_values, units, variables
 
 # One value, or those of an array.
 StartValue: TypeAlias = float | tuple[float, ...]

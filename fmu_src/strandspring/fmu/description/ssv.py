@@ -10,9 +10,9 @@ from __future__ import annotations
 from collections.abc import Iterable
 from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
-from .._version import __version__
-from ..core.variables import Unit
-from ..model.modelfile import ModelFile
+from ..._version import __version__
+from ...core.variables import Unit
+from ...model.modelfile import ModelFile
 from .array_variables import StartValue
 from .described_variables import described_variables
 from .xml_parts import base_unit
