@@ -78,7 +78,7 @@ def test_models_of_one_name_are_numbered() -> None:
         ({"force": 1.0, "base_displacement": 1e-3}, "`base_displacement` and `force` exclude each other"),
         ({"force": []}, r"Every level of force must be finite and > 0 \[N\]"),
         ({"force": [1.0, float("nan")]}, r"Every level of force must be finite and > 0 \[N\]"),
-        ({"mass": -1.0}, "`mass` must be finite and > 0"),
+        ({"mass": -1.0}, "`mass` must be within"),
         ({"points": 1}, "`points` must be >= 2, got 1"),
         ({"zero": "left"}, '`zero` must be "rig", "middle" or a displacement'),
         ({"models": []}, "give at least one model"),

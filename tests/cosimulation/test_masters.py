@@ -30,8 +30,8 @@ from strandspring.cosimulation import (
 )
 from strandspring.cosimulation.plants import LinearFlow
 from strandspring.examples.recoil import SPRING as RECOIL
-from strandspring.examples.rigid_platform import GRAVITY
 from strandspring.examples.rigid_platform import SOFT as CORNER
+from strandspring.ground.gravity import STANDARD_GRAVITY as GRAVITY
 from system_fmus import EQUIPMENT_MOUNT as MOUNT
 from system_fmus import fmu
 

@@ -201,11 +201,10 @@ def test_the_rest_carries_the_load() -> None:
 @pytest.mark.parametrize(
     ("change", "told"),
     [
-        ({"mass": 0.0}, r"`mass` must be finite and > 0 \[kg\], got 0.0"),
-        ({"mass": -1.0}, r"`mass` must be finite and > 0 \[kg\], got -1.0"),
-        ({"mass": float("nan")}, "`mass` must be finite"),
-        ({"mass": 1e-200}, r"`mass` must be within \[1e-20, 1e\+20\] kg, got 1e-200; check its unit"),
-        ({"mass": 1e200}, r"`mass` must be within \[1e-20, 1e\+20\] kg"),
+        ({"mass": 0.0}, r"`mass` must be within \[1e-09, 1e\+09\] kg, got 0.0"),
+        ({"mass": float("nan")}, r"`mass` must be within \[1e-09, 1e\+09\] kg, got nan"),
+        ({"mass": 1e-200}, r"`mass` must be within \[1e-09, 1e\+09\] kg, got 1e-200; check its unit"),
+        ({"mass": 1e200}, r"`mass` must be within \[1e-09, 1e\+09\] kg"),
         ({"load": float("inf")}, "`load` must be finite"),
         ({"parallel": 0}, "`parallel` must be a whole number from 1 to"),
         ({"parallel": 1.5}, "`parallel` must be a whole number from 1 to"),

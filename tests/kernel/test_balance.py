@@ -5,45 +5,53 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from periodic_spring import PeriodicSpring
 from springs import MOUNT, TABLE
 from strandspring import SpringParameters
-from strandspring.kernel.balance import BalancedMass
+from strandspring.kernel.balance import BalancedSystem
 from strandspring.kernel.periodic import fourier_basis
-from strandspring.kernel.periodic_spring import PeriodicSpring
+from strandspring.kernel.structures import rows
 
 BASIS = fourier_basis(7, 128)
 ANYWHERE = (-np.inf, np.inf)
 
 
-def mass_on(spring: SpringParameters, forcing: float = 20.0) -> BalancedMass:
-    return BalancedMass(
-        spring, BASIS, parallel=3, series=2, mass=5.0, damping=15.0, static_load=150.0,
-        forcing=forcing, forcing_by_square=1e-3, force_on_mass=forcing,
+def mass_on(spring: SpringParameters, limits: tuple[float, float] = ANYWHERE) -> BalancedSystem:
+    """Three rows of two springs."""
+    axes = rows("BalancedAxis", 1, parallel=3.0, series=2.0, position=MOUNT.displacement_offset)
+    axes["stop_low"], axes["stop_high"] = ANYWHERE
+    axes["low"], axes["high"] = limits
+    return BalancedSystem(
+        springs=[spring], axes=axes, basis=BASIS, mass=5.0, along=np.ones((1, 1)), damping=np.array([[15.0]]),
+        stiffness=np.array([[40.0]]), load=np.array([150.0]), forcing=np.array([[20.0], [1e-3], [7e3]]), level_text="",
     )  # fmt: skip
 
 
 def motion(amplitude: float) -> np.ndarray:
     z = amplitude * np.random.default_rng(1).normal(0.0, 1.0, BASIS.order.size) / (1.0 + BASIS.order**3)
-    z[0] = 2.0 * MOUNT.displacement_offset
+    z[0] = 0.0
     return z
 
 
 def test_the_residual_is_that_of_the_equation_of_motion() -> None:
     z, omega = motion(5e-3), 60.0
     found = mass_on(MOUNT).at(z, omega)
-    spring = PeriodicSpring(MOUNT, BASIS).respond(z / 2.0)
-    functions, order = BASIS.at(BASIS.phase), BASIS.order
+    of_spring = 0.5 * z
+    of_spring[0] += MOUNT.displacement_offset
+    spring = PeriodicSpring(MOUNT, BASIS).respond(of_spring)
+    functions, order = BASIS.functions.T, BASIS.order
     half = BASIS.harmonics
     speed = omega * np.concatenate([[0.0], order[half + 1 :] * z[half + 1 :], -order[1 : half + 1] * z[1 : half + 1]])
-    acting = 150.0 + (20.0 + 1e-3 * omega**2) * np.cos(BASIS.phase)
-    unbalanced = 3.0 * spring.force + functions @ (15.0 * speed - 5.0 * omega**2 * order**2 * z) - acting
+    acting = 150.0 + (20.0 + 1e-3 * omega**2 + 7e3 / omega**2) * functions[:, 1]
+    linear = 15.0 * speed + (40.0 - 5.0 * omega**2 * order**2) * z
+    unbalanced = 3.0 * spring.force + functions @ linear - acting
     share = np.where(order > 0.0, 2.0, 1.0) / BASIS.samples
     assert found.residual == pytest.approx(share * (functions.T @ unbalanced), abs=1e-12 * found.scale)
-    assert found.summary.low == spring.turns.min()
-    assert found.summary.high == spring.turns.max()
-    assert found.summary.omega == spring.omega[0]
-    push = 150.0 + 20.0 * np.cos(BASIS.phase) - 3.0 * spring.force - 15.0 * (functions @ speed)
-    assert found.summary.push == pytest.approx(np.abs(push).max(), rel=1e-12)
+    low, high, start, cosine, sine = found.motion.figures[0].tolist()
+    assert (low, high, start) == (spring.turns.min(), spring.turns.max(), spring.omega[0])
+    of_force = 3.0 * spring.coefficients
+    assert [cosine, sine] == pytest.approx([of_force[1], of_force[1 + half]], rel=1e-12)
+    assert found.motion.force[0] == pytest.approx(3.0 * spring.force, rel=1e-12)
 
 
 @pytest.mark.parametrize("amplitude", [1e-3, 1e-2])
@@ -64,28 +72,29 @@ def test_derivatives_are_those_of_finite_differences(spring: SpringParameters, a
 def test_a_sweep_ends_where_the_motion_goes_beyond_the_limits() -> None:
     mass, logs = mass_on(MOUNT), np.log(np.linspace(30.0, 80.0, 41))
     start = np.zeros(BASIS.order.size)
-    start[:2] = 2.0 * MOUNT.displacement_offset, 1e-3
+    start[1] = 1e-3
     solved = mass.solve(start, float(np.exp(logs[0])))
     assert solved is not None
-    z, summary = solved
-    everything = mass.sweep(float(logs[0]), z, logs[1:], ANYWHERE)
+    everything = mass.sweep(float(logs[0]), solved.z, logs[1:])
     assert len(everything) == 40
-    highest = np.array([one.high for _, one in everything])
-    limit = 0.5 * (summary.high + highest.max())
-    some = mass.sweep(float(logs[0]), z, logs[1:], (-np.inf, limit))
+    highest = np.array([motion.high[0] for motion in everything])
+    limit = 0.5 * (solved.high[0] + highest.max())
+    limited = mass_on(MOUNT, (-np.inf, limit))
+    some = limited.sweep(float(logs[0]), solved.z, logs[1:])
     assert len(some) == np.flatnonzero(highest > limit)[0] + 1
-    for (z, _), log in zip(everything[::8], logs[1::8], strict=True):
-        found = mass.at(z, float(np.exp(log)))
-        assert np.abs(found.residual).max() <= 1e-8 * found.scale  # what Newton's method is stopped at
+    assert [limited.is_beyond(motion) for motion in some] == [False] * (len(some) - 1) + [True]
+    for steady, log in zip(everything[::8], logs[1::8], strict=True):
+        found = mass.at(steady.z, float(np.exp(log)))
+        assert np.abs(found.residual).max() <= 1e-9 * found.scale  # what Newton's method is stopped at
         # Newton's method from there stays there.
-        again = mass.solve(z, float(np.exp(log)))
+        again = mass.solve(steady.z, float(np.exp(log)))
         assert again is not None
-        assert again[0] == pytest.approx(z, abs=1e-15)
+        assert again.z == pytest.approx(steady.z, abs=1e-15)
 
 
 def test_what_does_not_move_has_no_balance() -> None:
     mass, z = mass_on(MOUNT), np.zeros(BASIS.order.size)
-    with pytest.raises(ValueError, match="got a constant displacement"):
+    with pytest.raises(ValueError, match="got constant displacements"):
         mass.at(z, 60.0)
     assert mass.solve(z, 60.0) is None
-    assert mass.sweep(4.0, z, np.array([4.1, 4.2]), ANYWHERE) == []
+    assert mass.sweep(4.0, z, np.array([4.1, 4.2])) == []

@@ -32,7 +32,7 @@ def test_every_field_is_compared() -> None:
     ("header", "before", "after", "where"),
     [
         ("motion/motion", "double mass, center[3];", "double mass, added, center[3];", "the end of MotionBody"),
-        ("balance/balance", "double mass, damping,", "double damping, mass,", "mass of BalancedMass"),
+        ("balance/balance", "double parallel, series;", "double series, parallel;", "parallel of BalancedAxis"),
     ],
 )
 def test_a_library_with_other_structures_is_refused(

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from periodic_spring import PeriodicSpring, functions_at
 from strandspring import Spring, SpringParameters
 from strandspring.kernel.periodic import FourierBasis
-from strandspring.kernel.periodic_spring import PeriodicSpring
 from synthetic import spring_of
 
 SPRINGS = [(0.22, 0.6), (1.0, 1.0), (2.5, 3.0)]
@@ -28,7 +28,7 @@ def test_the_steady_force_is_that_of_many_periods(n: float, sigma: float, wild: 
     motion = coefficients(basis, p.displacement_offset, 0.01, wild)
     found = PeriodicSpring(p, basis).respond(motion)
     phase = 2.0 * np.pi * np.arange(10 * 256 * fine) / (256 * fine)
-    force = Spring(p).response(basis.at(phase) @ motion)[-256 * fine :: fine]
+    force = Spring(p).response(functions_at(basis, phase) @ motion)[-256 * fine :: fine]
     assert found.turns.size == turns
     # The path misses the turning points by up to an 8192th of a period, (2 pi/8192)^2/2 = 3e-7 of the amplitude, and
     # half of that of the inner loops' curvature; a cusp of omega (n < 1) makes ten times as much of it.
@@ -42,7 +42,7 @@ def test_samples_and_coefficients_belong_to_the_series(harmonics: int, samples: 
     motion = np.random.default_rng(harmonics).normal(0.0, 0.003, basis.order.size)
     motion[0] = p.displacement_offset
     found = PeriodicSpring(p, basis).respond(motion)
-    functions = basis.at(basis.phase)
+    functions = basis.functions.T
     assert found.displacement == pytest.approx(functions @ motion, abs=1e-15)
     share = np.where(basis.order > 0.0, 2.0, 1.0) / samples
     assert found.coefficients == pytest.approx(

@@ -11,7 +11,6 @@ import pytest
 from mounted_examples import CORNERS, box, elastic, hysteretic, one_mass, three_axes, unit
 from strandspring.examples import systems
 from strandspring.model import modelfile
-from strandspring.vibration.bodies.limits import Limits
 from strandspring.vibration.bodies.loads import Channel, ChannelKind, LoadCase, Signal
 from strandspring.vibration.bodies.mounted import (
     Motion,
@@ -24,6 +23,7 @@ from strandspring.vibration.bodies.mounted import (
     Vector,
 )
 from strandspring.vibration.bodies.rest import rest
+from strandspring.vibration.bodies.run_figures import Limits
 from strandspring.vibration.bodies.simulation import simulate_case
 from strandspring.vibration.description.system_file import load_system_file
 from strandspring.vibration.signals.level_table import LevelTable

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
@@ -13,13 +14,13 @@ from strandspring import SpringParameters
 from strandspring.errors import MountedSystemError
 from strandspring.vibration.bodies.loads import Channel, ChannelKind
 from strandspring.vibration.bodies.mounted import Motion, Mount, MountAxis, MountedSystem, Point, RigidBody, Stops
+from strandspring.vibration.bodies.shaken_system import ShakenSystem
 from strandspring.vibration.bodies.shaking import Shaking
-from strandspring.vibration.bodies.six_balance import SixBalance
 from strandspring.vibration.bodies.six_response import system_response
 from strandspring.vibration.bodies.small_motion import Pose, nominal_pose
 from strandspring.vibration.bodies.solving import channel_rows, solver
 from strandspring.vibration.one_mass.continuation import follow
-from strandspring.vibration.one_mass.harmonic_balance import HarmonicBalance
+from strandspring.vibration.one_mass.harmonic_balance import linear_motion, mass_balance
 from strandspring.vibration.one_mass.response import frequency_response
 from strandspring.vibration.one_mass.system import Excitation, IsolatedMass, static_equilibrium
 
@@ -109,21 +110,20 @@ def test_one_axis_is_an_isolated_mass(kind: Excitation, level: float, damping: f
         assert resonance.isolation_frequency == pytest.approx(one.resonance.isolation_frequency, rel=1e-3)
 
     # One more step of Newton's method leaves rounding.
-    balances = HarmonicBalance(mass, kind, level), SixBalance(system, pose, shaking, level)
-    starts = (
-        balances[0].linear_motion(equilibrium, 2.0 * np.pi * 2.0),
-        balances[1].linear_motion(2.0 * np.pi * 2.0),
-    )
+    shaken = ShakenSystem(system, pose, shaking, level)
+    of_mass = mass_balance(mass, equilibrium, kind, level)
     motions = []
-    for balance, start in zip(balances, starts, strict=True):
-        of_balance = follow(balance, lambda _, start=start: start.copy(), 2.0 * np.pi * band, (-np.inf, np.inf))
+    for balance, start in (
+        (of_mass, partial(linear_motion, of_mass, np.array([equilibrium.stiffness]))),
+        (shaken.balance, shaken.linear_motion),
+    ):
         polished = []
-        for motion in of_balance:
+        for motion in follow(balance, start, 2.0 * np.pi * band):
             if motion.wanted:
                 here = balance.at(motion.z, motion.omega)
                 polished.append(motion.z - np.linalg.solve(here.jacobian, here.residual))
         motions.append(np.array(polished)[:, 1:])
-    sign = balances[1].motion.along[0, 0]
+    sign = shaken.motion.along[0, 0]
     sizes = np.linalg.norm(motions[0], axis=1)
     assert np.linalg.norm(sign * motions[1] - motions[0], axis=1) / sizes == pytest.approx(0.0, abs=1e-8)
 

@@ -21,10 +21,11 @@ from example_springs import write_models
 from springs import EXAMPLES
 from strandspring.docs.site import page_text
 from strandspring.errors import MountedSystemError
+from strandspring.ground.gravity import STANDARD_GRAVITY
 from strandspring.ground.strict_toml import parse_toml
 from strandspring.model.modelfile import ModelFile, load_model, save_model
 from strandspring.vibration.bodies.loads import ChannelKind
-from strandspring.vibration.bodies.mounted import BASE, STANDARD_GRAVITY, Motion
+from strandspring.vibration.bodies.mounted import BASE, Motion
 from strandspring.vibration.bodies.simulation import simulate_case
 from strandspring.vibration.description.system_file import SystemFile, load_system_file, system_schema
 from strandspring.vibration.description.system_tables import SystemTable

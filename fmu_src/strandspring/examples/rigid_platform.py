@@ -19,6 +19,7 @@ from matplotlib.figure import Figure
 
 from strandspring import Spring, SpringParameters
 from strandspring.cosimulation import Attachment, FmuSpring, Motion, Plant, apply_static_load, simulate
+from strandspring.ground.gravity import STANDARD_GRAVITY as GRAVITY
 
 # Two mounts of one series, plausible, not measured, compressed by 30 mm where q is zero.
 SOFT = SpringParameters(
@@ -31,7 +32,6 @@ STIFF = SpringParameters(
 )  # fmt: skip
 COMPRESSION = 0.03  # m
 
-GRAVITY = 9.80665  # m/s^2
 MASS, PITCH_INERTIA, ROLL_INERTIA = 60.0, 8.0, 3.5  # kg, kg m^2
 FRONT, REAR, HALF_TRACK = 0.5, 0.4, 0.3  # m, from the centre of gravity
 WAVE, FREQUENCY = 0.0025, 2.0 * math.pi * 6.0  # m, rad/s

@@ -1,37 +1,51 @@
-"""Harmonic balance of a mass on equal springs, compiled; `kernel/c/balance/balance.h` gives the equations."""
+"""Harmonic balance of a system on springs, in the compiled kernel; `kernel/c/balance/balance.h` gives the equations."""
 
 from __future__ import annotations
 
 import ctypes
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..core.parameters import SpringParameters
 from .arrays import FloatArray, address, floats
 from .library import library
 from .path import Law
 from .periodic import FourierBasis
-from .structures import structures
+from .structures import constants, structures
 
 _ANY_OMEGA = 0.5  # where the first search for the hysteresis of a period begins
+_OF_SYSTEM = ("along", "damping", "stiffness", "load", "forcing")
 
 
-class MotionSummary(NamedTuple):
-    """BalancedMotion of balance.h: summary of a steady motion, besides its Fourier coefficients.
+class BalancedMotion(NamedTuple):
+    """A motion of D coordinates and M axes, over a period of K samples.
 
     Attributes
     ----------
-    low, high : float   Displacement of one spring [m].
-    omega : float       Of a spring at phase 0 [-].
-    push : float        Largest absolute force on the mass over the period, inertia excluded [N].
+    z : ndarray, shape (D*N,)       Fourier coefficients of the coordinates, one coordinate after the other [m].
+    figures : ndarray, shape (M, 5)   Of each axis: lowest and highest displacement of one spring [m], its omega at
+                                    phase 0 [-], first harmonic of the axis' force, cosine and sine [N].
+    force : ndarray, shape (D, K)   What the axes' forces, without dampers, are on the coordinates [N].
     """
 
-    low: float
-    high: float
-    omega: float
-    push: float
+    z: FloatArray
+    figures: FloatArray
+    force: FloatArray
+
+    @property
+    def low(self) -> FloatArray:
+        """Lowest displacement of one spring of each axis, shape (M,) [m]."""
+        return self.figures[:, 0]
+
+    @property
+    def high(self) -> FloatArray:
+        """Highest displacement of one spring of each axis, shape (M,) [m]."""
+        return self.figures[:, 1]
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,117 +54,162 @@ class Balance:
 
     Attributes
     ----------
-    residual : ndarray, shape (N,)       Unbalanced force per Fourier coefficient [N].
-    jacobian : ndarray, shape (N, N)     Its derivatives by the coefficients of the motion [N/m].
-    by_frequency : ndarray, shape (N,)   Its derivative by Omega [N s].
-    scale : float                        Largest term of the balance [N].
-    summary : MotionSummary
+    residual : ndarray, shape (D*N,)       Unbalanced force per Fourier coefficient [N].
+    jacobian : ndarray, shape (D*N, D*N)   Its derivatives by the coefficients of the motion [N/m].
+    by_frequency : ndarray, shape (D*N,)   Its derivative by Omega [N s].
+    scale : float                          Largest term of the balance [N].
+    motion : BalancedMotion
     """
 
     residual: FloatArray
     jacobian: FloatArray
     by_frequency: FloatArray
     scale: float
-    summary: MotionSummary
+    motion: BalancedMotion
 
 
-class BalancedMass:
-    """One mass on S springs in series and P rows of them side by side, under one level of excitation.
-
-    The force in the coordinate of the mount is L + F*cos(Omega*t), F = forcing + forcing_by_square*Omega^2.
+@dataclass(frozen=True, eq=False)
+class BalancedSystem:
+    """A system of D coordinates of the same mass on M axes of springs, under one level of excitation.
 
     Parameters
     ----------
-    spring : SpringParameters
+    springs : sequence of SpringParameters   Of each axis.
+    axes : ndarray, shape (M,)               As BalancedAxis of balance.h, its law and start left out.
     basis : FourierBasis
-    parallel, series : int          P and S.
-    mass, damping : float           [kg], [N s/m].
-    static_load : float             L [N].
-    forcing : float                 [N].
-    forcing_by_square : float       [N s^2].
-    force_on_mass : float           What of F pushes the mass itself [N]; the rest is inertia in the base's frame.
+    mass : float                             Of each coordinate [kg].
+    along : ndarray, shape (M, D)            Displacement of each axis by the coordinates.
+    damping, stiffness : ndarray, shape (D, D)   Of dampers [N s/m], and besides that of the axes [N/m].
+    load : ndarray, shape (D,)               Static forces [N].
+    forcing : ndarray, shape (3, D)          F_0 [N], F_1 [N s^2] and F_2 [N/s^2] of the forces
+                                             (F_0 + F_1*Omega^2 + F_2/Omega^2)*cos(Omega*t) in the coordinates.
+    level_text : str                         The level in the unit that people read.
     """
 
-    def __init__(
-        self,
-        spring: SpringParameters,
-        basis: FourierBasis,
-        *,
-        parallel: int,
-        series: int,
-        mass: float,
-        damping: float,
-        static_load: float,
-        forcing: float,
-        forcing_by_square: float,
-        force_on_mass: float,
-    ) -> None:
-        self.basis = basis
-        self._law = Law(spring)
-        self._workspace = np.empty(library().balance_workspace(basis.harmonics, basis.samples))
-        self._mass = structures()["BalancedMass"](
-            law=self._law.address, basis=basis.structure, workspace=address(self._workspace), start=_ANY_OMEGA,
-            parallel=parallel, series=series, mass=mass, damping=damping, static_load=static_load, forcing=forcing,
-            forcing_by_square=forcing_by_square, force_on_mass=force_on_mass,
-        )  # fmt: skip
+    springs: Sequence[SpringParameters]
+    axes: NDArray[np.void]
+    basis: FourierBasis
+    mass: float
+    along: FloatArray
+    damping: FloatArray
+    stiffness: FloatArray
+    load: FloatArray
+    forcing: FloatArray
+    level_text: str
+
+    @property
+    def degrees(self) -> int:
+        """D."""
+        return self.load.size
+
+    def at_share(self, share: float) -> BalancedSystem:
+        """The same system at a share of the level."""
+        return replace(self, forcing=share * self.forcing)
+
+    def forcing_at(self, frequency: FloatArray | float) -> FloatArray:
+        """Amplitudes of the forces at Omega of shape (...) [rad/s], shape (..., D) [N]."""
+        squared = np.asarray(frequency)[..., None] ** 2
+        constant, by_square, by_inverse = self.forcing
+        return np.asarray(constant + by_square * squared + by_inverse / squared)
+
+    def about_mean(self, z: FloatArray) -> FloatArray:
+        """Coefficients without those of the means, shape (D, 2H) [m]."""
+        return z.reshape(self.degrees, -1)[:, 1:]
+
+    def is_beyond(self, motion: BalancedMotion) -> bool:
+        """Whether a spring goes beyond the limits of its axis."""
+        return bool(np.any((motion.low < self.axes["low"]) | (motion.high > self.axes["high"])))
 
     def at(self, z: FloatArray, frequency: float) -> Balance:
         """The balance of a motion.
 
         Parameters
         ----------
-        z : ndarray, shape (N,)   Fourier coefficients of the mount's displacement [m].
-        frequency : float         Omega [rad/s].
+        z : ndarray, shape (D*N,)   Coefficients as in `BalancedMotion`.
+        frequency : float           Omega [rad/s].
 
         Raises
         ------
-        ValueError                If the displacement is constant.
+        ValueError                  If nothing moves.
         """
-        z = floats(z)
+        z, motions = floats(z), self._motions(1)
         residual, by_frequency, jacobian = np.empty(z.size), np.empty(z.size), np.empty((z.size, z.size))
-        scale, motion = ctypes.c_double(), structures()["BalancedMotion"]()
+        scale = ctypes.c_double()
         moves = library().balance_at(
-            ctypes.byref(self._mass), address(z), frequency, address(residual), address(jacobian),
-            address(by_frequency), ctypes.byref(scale), ctypes.byref(motion),
+            self._address, address(z), frequency, address(residual), address(jacobian), address(by_frequency),
+            ctypes.byref(scale), motions.address,
         )  # fmt: skip
         if not moves:
-            raise ValueError("`z` must describe a motion, got a constant displacement.")
-        return Balance(residual, jacobian, by_frequency, scale.value, _summary(motion))
+            raise ValueError("`z` must describe a motion, got constant displacements.")
+        return Balance(residual, jacobian, by_frequency, scale.value, motions.of(z, 0))
 
-    def solve(self, guess: FloatArray, frequency: float) -> tuple[FloatArray, MotionSummary] | None:
+    def solve(self, guess: FloatArray, frequency: float) -> BalancedMotion | None:
         """The steady motion at a fixed Omega [rad/s] by Newton's method; None if it does not converge.
 
         Parameters
         ----------
-        guess : ndarray, shape (N,)   Where it starts [m].
+        guess : ndarray, shape (D*N,)   Where it starts [m].
         """
-        z, motion = np.array(guess, dtype=np.float64), structures()["BalancedMotion"]()
-        solved = library().balance_solve(ctypes.byref(self._mass), frequency, address(z), ctypes.byref(motion))
-        return (z, _summary(motion)) if solved else None
+        z, motions = np.array(guess, dtype=np.float64), self._motions(1)
+        is_solved = library().balance_solve(self._address, frequency, address(z), motions.address)
+        return motions.of(z, 0) if is_solved else None
 
-    def sweep(
-        self, log: float, z: FloatArray, logs: FloatArray, limits: tuple[float, float]
-    ) -> list[tuple[FloatArray, MotionSummary]]:
+    def sweep(self, log: float, z: FloatArray, logs: FloatArray) -> list[BalancedMotion]:
         """Steady motions at rising frequencies, as far as each is continuous with the one before.
 
         Parameters
         ----------
-        log, z : float and ndarray, shape (N,)   ln(Omega) and coefficients of the steady motion before the first.
-        logs : ndarray, shape (F,)               Wanted ln(Omega), rising.
-        limits : tuple of float                  Displacements of a spring [m]; the first motion beyond is the last.
+        log, z : float and ndarray, shape (D*N,)   ln(Omega) and coefficients of the steady motion before the first.
+        logs : ndarray, shape (F,)                 Wanted ln(Omega), rising.
 
         Returns
         -------
-        list                                     At most F steady motions.
+        list                                       At most F steady motions; the first in which a spring goes beyond the
+                                                   limits of its axis is the last.
         """
         z, logs = floats(z), floats(logs)
-        found, motions = np.empty((logs.size, z.size)), (structures()["BalancedMotion"] * logs.size)()
+        found, motions = np.empty((logs.size, z.size)), self._motions(logs.size)
         reached = library().balance_sweep(
-            ctypes.byref(self._mass), log, address(z), logs.size, address(logs),
-            *limits, address(found), motions,
+            self._address, log, address(z), logs.size, address(logs), address(found), motions.address
+        )
+        return [motions.of(found[k], k) for k in range(reached)]
+
+    def _motions(self, count: int) -> _Motions:
+        return _Motions(count, len(self.axes), self.degrees, self.basis.samples)
+
+    @property
+    def _address(self) -> int:
+        return ctypes.addressof(self._memory[0])
+
+    @cached_property
+    def _memory(self) -> tuple[ctypes.Structure, object]:
+        """BalancedSystem of balance.h, and all that it points to."""
+        laws = {spring: Law(spring) for spring in self.springs}
+        axes = self.axes.copy()
+        axes["law"], axes["start"] = [laws[spring].address for spring in self.springs], _ANY_OMEGA
+        arrays = {name: floats(getattr(self, name)) for name in _OF_SYSTEM}
+        memory = structures()["BalancedSystem"](
+            degrees=self.degrees, axes=axes.size, basis=self.basis.structure, axis=address(axes), mass=self.mass,
+            **{name: address(array) for name, array in arrays.items()},
         )  # fmt: skip
-        return [(z, _summary(motion)) for z, motion in zip(found[:reached], motions, strict=False)]
+        workspace = np.empty(library().balance_workspace(ctypes.byref(memory)))
+        memory.workspace = address(workspace)
+        return memory, (laws, axes, arrays, workspace)
 
 
-def _summary(motion: ctypes.Structure) -> MotionSummary:
-    return MotionSummary(*(getattr(motion, name) for name in MotionSummary._fields))
+class _Motions:
+    """Room for what the kernel says of some motions besides their coefficients."""
+
+    def __init__(self, count: int, axes: int, degrees: int, samples: int) -> None:
+        self._figures = np.empty((count, axes, constants()["BALANCED_OF_AXIS"]))
+        self._force = np.empty((count, degrees, samples))
+        self._memory = structures()["BalancedMotion"](of_axes=address(self._figures), force=address(self._force))
+
+    @property
+    def address(self) -> int:
+        """Where the kernel finds it; valid while it lives."""
+        return ctypes.addressof(self._memory)
+
+    def of(self, z: FloatArray, number: int) -> BalancedMotion:
+        """The motion of a number with its coefficients."""
+        return BalancedMotion(z, self._figures[number], self._force[number])

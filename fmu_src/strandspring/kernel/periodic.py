@@ -7,7 +7,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from .arrays import FloatArray, address
+from .arrays import address
 from .structures import structures
 
 
@@ -23,7 +23,7 @@ class FourierBasis:
     Attributes
     ----------
     order : ndarray, shape (N,)         0, 1 .. H, 1 .. H.
-    phase : ndarray, shape (K,)         [rad]
+    functions : ndarray, shape (N, K)   1, cosines and sines of orders 1 to H.
     rows : ndarray, shape (4H + 1, K)   1, cosines and sines of orders 1 to 2H.
     structure : ctypes.Structure        The same for the kernel; valid while the basis lives.
     """
@@ -37,18 +37,14 @@ class FourierBasis:
         self.samples = samples
         orders = np.arange(1, harmonics + 1)
         self.order = np.concatenate([[0], orders, orders]).astype(np.float64)
-        self.phase = 2.0 * np.pi * np.arange(samples) / samples
+        phase = 2.0 * np.pi * np.arange(samples) / samples
         # Every angle is that of a sample.
-        angle = self.phase[np.outer(np.arange(1, 2 * harmonics + 1), np.arange(samples)) % samples]
+        angle = phase[np.outer(np.arange(1, 2 * harmonics + 1), np.arange(samples)) % samples]
         self.rows = np.vstack([np.ones((1, samples)), np.cos(angle), np.sin(angle)])
+        self.functions = np.vstack([self.rows[: harmonics + 1], self.rows[2 * harmonics + 1 : 3 * harmonics + 1]])
         self.structure: ctypes.Structure = structures()["FourierBasis"](
             harmonics=harmonics, samples=samples, rows=address(self.rows)
         )
-
-    def at(self, phase: FloatArray) -> FloatArray:
-        """The functions of orders up to H at any phases of shape (P,), shape (P, N)."""
-        angle = phase[:, None] * self.order[1 : self.harmonics + 1]
-        return np.hstack([np.ones((phase.size, 1)), np.cos(angle), np.sin(angle)])
 
 
 @lru_cache(maxsize=8)

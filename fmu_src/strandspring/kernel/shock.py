@@ -17,17 +17,14 @@ def largest_responses(
     samples: FloatArray,
     phase: FloatArray,
     damping: float,
-    is_relative: bool,
 ) -> FloatArray:
-    """Largest and smallest responses of oscillators that start at rest.
+    """Largest and smallest absolute accelerations of oscillators that start at rest.
 
     Parameters
     ----------
     samples : ndarray, shape (K,)     Base acceleration [m/s^2]; it is 0 after the last sample.
     phase : ndarray, shape (F,)       Natural angular frequency times the sampling interval [rad], > 0.
     damping : float                   Share of critical damping, >= 0 and < 1.
-    is_relative : bool                Whether the response is w^2 times the displacement relative to the base, and not
-                                      the absolute acceleration.
 
     Returns
     -------
@@ -39,7 +36,6 @@ def largest_responses(
         x.size,
         address(x),
         damping,
-        int(is_relative),
         theta.size,
         address(theta),
         address(out),

@@ -19,7 +19,7 @@ from numpy.typing import ArrayLike, NDArray
 
 _HEADERS = (
     *(f"core/c/{name}.h" for name in ("spring_limits", "saturation", "spline", "spring")),
-    *(f"kernel/c/{name}.h" for name in ("balance/fourier", "balance/periodic", "balance/balance", "motion/motion")),
+    *(f"kernel/c/{name}.h" for name in ("balance/fourier", "balance/balance", "motion/motion")),
 )
 _TYPES = {
     "int": ctypes.c_int, "size_t": ctypes.c_size_t, "double": ctypes.c_double, "unsigned char": ctypes.c_ubyte,

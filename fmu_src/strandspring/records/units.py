@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from ..errors import RecordError
+from ..ground.gravity import STANDARD_GRAVITY
 from ..ground.quoting import quoted
 
 Quantity = Literal["displacement", "force", "time"]
@@ -85,8 +86,8 @@ _KINDS: Mapping[Quantity, _Kind] = {
                 4.4482216152605: "lb lbs lb. lbf lbsf pound pounds",
                 4448.2216152605: "kip kips klbf",
                 0.27801385095378125: "ozf",
-                9.80665: "kgf kp",
-                9.80665e-3: "gf",
+                STANDARD_GRAVITY: "kgf kp",
+                1e-3 * STANDARD_GRAVITY: "gf",
             }
         ),
         {"mN": 1e-3, "MN": 1e6},

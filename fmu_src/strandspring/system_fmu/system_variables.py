@@ -10,6 +10,7 @@ import numpy as np
 
 from ..core.variables import Unit, Variable, units
 from ..errors import MountedSystemError
+from ..ground.gravity import STANDARD_GRAVITY
 from ..ground.quoting import printable
 from ..kernel.arrays import FloatArray
 from ..vibration.bodies.mounted import MountedSystem, RigidBody, Vector
@@ -24,7 +25,7 @@ _HELD = 1e-9  # of a unit vector
 _UNITS = (
     *(unit for unit in units(1, 1) if unit.name in ("1", "m", "N", "J")),
     Unit("s", s=1, displayed=(("ms", 1e3),)),
-    Unit("m/s^2", m=1, s=-2, displayed=(("g", 1.0 / 9.80665),)),
+    Unit("m/s^2", m=1, s=-2, displayed=(("g", 1.0 / STANDARD_GRAVITY),)),
 )
 
 

@@ -15,7 +15,7 @@ from ...campaigns.studies.system_study import SystemStudy
 from ...campaigns.studies.varied import Given, shown_alone
 from ...errors import MountedSystemError
 from ...ground.files import readable
-from ...vibration.bodies.mounted import STANDARD_GRAVITY
+from ...ground.gravity import STANDARD_GRAVITY
 from ...vibration.description.named_files import FilesOfFolder
 from ...vibration.description.system_file import read_description
 from ...vibration.verdicts.verdicts import Verdict

@@ -8,10 +8,11 @@ from typing import Any
 import numpy as np
 
 from ...core.parameters import SpringParameters
+from ...ground.gravity import STANDARD_GRAVITY
 from ...kernel.path import PathSolver
 from ...vibration.one_mass.band import DEFAULT_BAND
 from ...vibration.one_mass.response import FrequencyResponse, frequency_response
-from ...vibration.one_mass.system import STANDARD_GRAVITY, Excitation, IsolatedMass, IsolationError, static_equilibrium
+from ...vibration.one_mass.system import Excitation, IsolatedMass, IsolationError, static_equilibrium
 
 _APART = 100.0  # natural frequencies that differ by more are not swept through in one band
 _LEVEL = 0.01  # amplitude of the base, share of the free travel of the spring that has less

@@ -8,9 +8,10 @@ from collections.abc import Collection, Iterator, Sequence
 
 import numpy as np
 
+from ...ground.gravity import STANDARD_GRAVITY
 from ...kernel.arrays import FloatArray
 from ...vibration.bodies.axis_names import axis_names
-from ...vibration.bodies.mounted import STANDARD_GRAVITY, MountedSystem
+from ...vibration.bodies.mounted import MountedSystem
 from ...vibration.verdicts.answers import CandidateAnswer, CaseAnswer
 from ...vibration.verdicts.case_cautions import Caution, CautionKind
 from ...vibration.verdicts.static_answer import SECANT_SHARE, StaticAnswer

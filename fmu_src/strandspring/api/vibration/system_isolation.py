@@ -20,8 +20,8 @@ from ...vibration.bodies.axis_laws import AxisLaws
 from ...vibration.bodies.modes import Mode, modes
 from ...vibration.bodies.mounted import MountedSystem, Vector
 from ...vibration.bodies.rest import RestPose, rest
+from ...vibration.bodies.shaken_system import ShakenSystem
 from ...vibration.bodies.shaking import Shaking
-from ...vibration.bodies.six_balance import SixBalance
 from ...vibration.bodies.six_response import DIRECTIONS, PointResonance, SystemResponse, all_points, system_response
 from ...vibration.description.system_file import SystemFile, load_system_file
 from ...vibration.one_mass.band import DEFAULT_BAND, checked_limits
@@ -330,8 +330,7 @@ def _shaking(
 
 def _moves(one: IsolatedSystem, shaking: Shaking) -> bool:
     """Whether some body is free to follow an excitation."""
-    balance = SixBalance(one.system, one.rest.pose, shaking, 1.0)
-    return bool(np.abs(balance.forcing(1.0)).max() > 0.0)
+    return ShakenSystem(one.system, one.rest.pose, shaking, 1.0).moves
 
 
 def _band(limits: tuple[float, float] | None, points: int, one: IsolatedSystem) -> np.ndarray:

@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ...errors import MountedSystemError, StrandspringError
-from ...vibration.bodies.mounted import STANDARD_GRAVITY, MountedSystem
+from ...ground.gravity import STANDARD_GRAVITY
+from ...vibration.bodies.mounted import MountedSystem
 from ...vibration.bodies.rest import SHARES
 from ...vibration.description.named_files import HeldFiles
 from ...vibration.description.system_file import SystemFile, system_of_content

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ...ground.gravity import STANDARD_GRAVITY
 from ...kernel.arrays import FloatArray
 from ...model.outcomes import IdentificationError, Outcome
 from .steady_part import MeanLoop, SteadyRecord, mean_loop
@@ -17,8 +18,8 @@ _THOUSAND = 1000.0
 _FORCES = {
     _THOUSAND: "kN read as N",
     1.0 / _THOUSAND: "N read as kN",
-    9.80665: "kgf read as N",
-    1.0 / 9.80665: "N read as kgf",
+    STANDARD_GRAVITY: "kgf read as N",
+    1.0 / STANDARD_GRAVITY: "N read as kgf",
     4.4482216: "lbf read as N",
     1.0 / 4.4482216: "N read as lbf",
 }

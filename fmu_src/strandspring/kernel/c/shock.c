@@ -72,13 +72,12 @@ static void shock_residual(double y0, double m0, double zeta, double *most, doub
     }
 }
 
-void shock_spectrum(size_t count, const double *x, double zeta, int response, size_t frequencies, const double *theta,
-                    double *out)
+void shock_spectrum(size_t count, const double *x, double zeta, size_t frequencies, const double *theta, double *out)
 {
     for (size_t k = 0; k < frequencies; k++) {
         ShockStep step = shock_step(theta[k], zeta);
         /* The response is y = a*p + b*q, its slope over a step theta*(a*q + b*q'). */
-        double a = response == SHOCK_ACCELERATION ? -1.0 : 1.0, b = response == SHOCK_ACCELERATION ? -2.0 * zeta : 0.0;
+        const double a = -1.0, b = -2.0 * zeta;
         double p = 0.0, q = 0.0, y = 0.0, slope = -theta[k] * b * x[0], most = 0.0, least = 0.0;
         for (size_t i = 1; i < count; i++) {
             double force = p + x[i - 1], change = x[i] - x[i - 1];

@@ -4,17 +4,12 @@
 
 #include <stddef.h>
 
-/* What is sought of an oscillator z'' + 2*zeta*w*z' + w^2*z = -x(t). */
-enum {
-    SHOCK_ACCELERATION = 0, /* absolute: x + z'' = -(w^2*z + 2*zeta*w*z') */
-    SHOCK_DISPLACEMENT = 1  /* relative, in units of acceleration: w^2*z */
-};
-
-/* Largest and smallest response during the samples and after them, out[4*k] .. out[4*k + 3] = primary maximum, primary
- * minimum, residual maximum, residual minimum of the oscillator with w*h = theta[k] > 0; none of the primary is below 0
- * or above it respectively, as all start at rest. x is straight between its `count` >= 1 samples and 0 after the last;
+/* Largest and smallest absolute acceleration x + z'' = -(w^2*z + 2*zeta*w*z') of an oscillator z'' + 2*zeta*w*z' + w^2*z
+ * = -x(t) during the samples and after them, out[4*k] .. out[4*k + 3] = primary maximum, primary minimum, residual
+ * maximum, residual minimum of the oscillator with w*h = theta[k] > 0; none of the primary is below 0 or above it
+ * respectively, as all start at rest. x is straight between its `count` >= 1 samples and 0 after the last;
  * 0 <= zeta < 1. */
-void shock_spectrum(size_t count, const double *x, double zeta, int response, size_t frequencies, const double *theta,
-                    double *out);
+void shock_spectrum(
+    size_t count, const double *x, double zeta, size_t frequencies, const double *theta, double *out);
 
 #endif

@@ -7,11 +7,11 @@ import math
 import numpy as np
 
 from ...core.parameters import SpringParameters
+from ...ground.gravity import STANDARD_GRAVITY
 from ...vibration.one_mass.band import band_frequencies
 from ...vibration.one_mass.response import FrequencyResponse, frequency_response
 from ...vibration.one_mass.system import (
     DEFAULT_SHARES,
-    STANDARD_GRAVITY,
     Excitation,
     IsolatedMass,
     IsolationError,

@@ -37,6 +37,7 @@ class AxisLaws:
     names : tuple of str                              What messages call the axes.
     parallel, series, nominal : ndarray, shape (M,)   As in `MountAxis`.
     low, high : ndarray, shape (M,)                   Ends of the springs' identified ranges [m].
+    stop_low, stop_high, stop_stiffness : ndarray, shape (M,)   As in `Stops`; infinite where there is none.
     """
 
     def __init__(self, system: MountedSystem) -> None:
@@ -45,9 +46,7 @@ class AxisLaws:
         self.parallel, self.series, self.nominal = np.array([(a.parallel, a.series, a.nominal) for a in axes]).T
         self.low, self.high = np.array([(a.spring.displacement_min, a.spring.displacement_max) for a in axes]).T
         stops = [axis.stops or _NO_STOPS for axis in axes]
-        self._stop_low, self._stop_high, self._stop_stiffness = np.array(
-            [(s.low, s.high, s.stiffness) for s in stops]
-        ).T
+        self.stop_low, self.stop_high, self.stop_stiffness = np.array([(s.low, s.high, s.stiffness) for s in stops]).T
         self._springs = [axis.spring for axis in axes]
         self._rho = np.array([spring.rho for spring in self._springs])
 
@@ -65,7 +64,7 @@ class AxisLaws:
         """Force [N] and stiffness [N/m] of the stops at displacements of the springs of shape (M, ...) [m]."""
         shape = (-1, *[1] * (springs.ndim - 1))
         low, high, stiffness, series = (
-            of_axes.reshape(shape) for of_axes in (self._stop_low, self._stop_high, self._stop_stiffness, self.series)
+            of_axes.reshape(shape) for of_axes in (self.stop_low, self.stop_high, self.stop_stiffness, self.series)
         )
         beyond = np.maximum(springs - high, 0.0) + np.minimum(springs - low, 0.0)
         return stiffness * series * beyond, np.where(beyond != 0.0, stiffness, 0.0)
@@ -77,15 +76,9 @@ class AxisLaws:
         ----------
         springs : ndarray, shape (M,)   Displacement of one spring [m].
         """
-        return np.asarray(self.parallel / self.series * self.still(springs)[2] + self.stops(springs)[1])
-
-    def still(self, springs: FloatArray) -> FloatArray:
-        """One spring of each axis in vanishing motion, shape (3, M).
-
-        Its mean force [N], the derivative of that by the mean displacement, and the stiffness for the motion [N/m].
-        """
-        force, by_displacement, by_omega = self._partials(springs, np.zeros_like(springs))
-        return np.array([force, by_displacement, by_displacement + self._rho * by_omega])
+        _, by_displacement, by_omega = self._partials(springs, np.zeros_like(springs))
+        of_springs = by_displacement + self._rho * by_omega
+        return np.asarray(self.parallel / self.series * of_springs + self.stops(springs)[1])
 
     def secants(self, springs: FloatArray, amplitudes: FloatArray) -> ComplexArray:
         """Complex stiffness of the steady loops of each axis, shape (M,) [N/m].
@@ -132,8 +125,8 @@ class AxisLaws:
         """
         bounds = {spring: _steepest(spring) for spring in dict.fromkeys(self._springs)}
         of_springs = np.array([bounds[spring] for spring in self._springs])
-        has_stop = np.isfinite(self._stop_low) | np.isfinite(self._stop_high)
-        return np.asarray(self.parallel / self.series * of_springs + np.where(has_stop, self._stop_stiffness, 0.0))
+        has_stop = np.isfinite(self.stop_low) | np.isfinite(self.stop_high)
+        return np.asarray(self.parallel / self.series * of_springs + np.where(has_stop, self.stop_stiffness, 0.0))
 
     def _partials(self, springs: FloatArray, omega: FloatArray) -> FloatArray:
         """Force of one spring of each axis [N], its derivatives by displacement [N/m] and omega [N], shape (3, M)."""

@@ -16,13 +16,13 @@ import numpy as np
 
 from ...core.parameters import SpringParameters
 from ...errors import MountedSystemError
+from ...ground.gravity import STANDARD_GRAVITY
 from ...kernel.arrays import FloatArray
+from ..one_mass.system import MASS_RANGE, MOST_SPRINGS
 
 BASE = -1  # in place of the number of a body
-STANDARD_GRAVITY = 9.80665  # [m/s^2]
 MOST_BODIES, MOST_AXES, MOST_POINTS = 8, 600, 64
 LARGEST_PLACE = 1e4  # [m]
-MASS_RANGE = (1e-9, 1e9)  # [kg]
 _ROUNDING = 1e-9  # of lengths of unit vectors and of moments of inertia
 
 Vector = tuple[float, float, float]
@@ -177,8 +177,10 @@ class MountAxis:
     def __post_init__(self) -> None:
         _check_direction(self.direction, "the direction of an axis")
         for name, count in (("parallel", self.parallel), ("series", self.series)):
-            if not 1 <= count <= 1_000_000:
-                raise MountedSystemError(f"`{name}` must be a number of springs from 1 to 1000000, got {count!r}.")
+            if not 1 <= count <= MOST_SPRINGS:
+                raise MountedSystemError(
+                    f"`{name}` must be a number of springs from 1 to {MOST_SPRINGS}, got {count!r}."
+                )
         if not (math.isfinite(self.damping) and self.damping >= 0.0):
             raise MountedSystemError(f"`damping` must be finite and >= 0 [N s/m], got {self.damping!r}.")
         if not self.spring.displacement_min <= self.nominal <= self.spring.displacement_max:

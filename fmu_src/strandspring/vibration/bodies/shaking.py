@@ -70,12 +70,6 @@ class Shaking:
         is_angle = self.kind is Excitation.BASE_DISPLACEMENT
         return f"{math.degrees(level):.4g} deg" if is_angle else f"{level:.4g} {self.unit}"
 
-    def base_amplitude(self, level: float, omega: FloatArray) -> FloatArray:
-        """Amplitude of the base's displacement or rotation at Omega [rad/s], positive in phase with the excitation."""
-        if self.kind is Excitation.FORCE:
-            return np.zeros_like(omega)
-        return np.full_like(omega, level) if self.kind is Excitation.BASE_DISPLACEMENT else -level / omega**2
-
     def base_motion(self, motion: SmallMotion, body: int, place: Vector) -> FloatArray:
         """Displacement of a body's place by a unit of the base's motion if the body went with it, shape (3,)."""
         if self.kind is Excitation.FORCE:

@@ -19,18 +19,25 @@ from numpy.typing import NDArray
 from ...errors import MountedSystemError
 from ...kernel.arrays import FloatArray
 from ..one_mass.continuation import SteadyMotion, follow, refine_peak
+from ..one_mass.harmonic_balance import (
+    ComplexArray,
+    accelerations,
+    displacement_limits,
+    displacements,
+    first_beyond,
+    first_harmonics,
+    stacked,
+)  # fmt: skip
 from ..one_mass.response import checked_band, isolation_frequency
 from ..one_mass.system import Excitation
-from .axis_laws import ComplexArray
 from .mounted import BASE, MountedSystem, Point
+from .shaken_system import ShakenSystem
 from .shaking import Shaking
-from .six_balance import AxisRanges, SixBalance
 from .small_motion import Pose
 
 BoolArray = NDArray[np.bool_]
 
 DIRECTIONS = ("x", "y", "z")
-_SLACK = 2e-6  # of half the identified range: motion so little beyond its ends counts as inside
 _REFINED = 2e-3  # of ln(frequency): another peak so near is the same
 _LARGE_TILT = math.radians(5.0)  # sines of half of it and more are no longer small
 _OF_LARGEST = 0.01  # gains of a smaller share of the largest are no resonance
@@ -177,7 +184,6 @@ def system_response(
     level: float,
     frequencies: Sequence[float] | FloatArray,
     *,
-    omega: FloatArray | None = None,
     extrapolate: bool = False,
     advance: Callable[[float], None] = lambda _: None,
 ) -> SystemResponse:
@@ -190,7 +196,6 @@ def system_response(
     shaking : Shaking
     level : float                In its unit, > 0.
     frequencies : array_like     Shape (F,), F >= 2, rising [Hz], > 0.
-    omega : ndarray or None      Of the springs at rest, shape (M,) [-]; by default 0.
     extrapolate : bool           Go on where the motion leaves an identified range.
     advance : callable           Is called with the number of frequencies done.
 
@@ -202,105 +207,97 @@ def system_response(
     band = checked_band(frequencies)
     if not (math.isfinite(level) and level > 0.0):
         raise MountedSystemError(f"`level` must be finite and > 0 [{shaking.unit}], got {level!r}.")
-    balance = SixBalance(system, pose, shaking, level, omega)
-    if not np.abs(balance.forcing(2.0 * np.pi * float(band[0]))).max() > 0.0:
+    shaken = ShakenSystem(system, pose, shaking, level, extrapolate)
+    if not shaken.moves:
         raise MountedSystemError(
             f"A {shaking.name} moves nothing, because no body is free to follow it; give another direction."
         )
-    limits = (-math.inf, math.inf) if extrapolate else (-1.0 - _SLACK, 1.0 + _SLACK)
-    motions: list[SteadyMotion[AxisRanges]] = []
-    for motion in follow(balance, balance.linear_motion, 2.0 * np.pi * band, limits, advance):
-        _check_ranges(balance, motion, limits)
-        motions.append(motion)
-    motions = _with_peaks(balance, motions)
-    for motion in motions:
-        _check_ranges(balance, motion, limits)
-    return _response(balance, motions)
+    motions = list(follow(shaken.balance, shaken.linear_motion, 2.0 * np.pi * band, advance))
+    _check_ranges(shaken, motions)
+    motions = _with_peaks(shaken, motions)
+    _check_ranges(shaken, motions)
+    return _response(shaken, motions)
 
 
-def _with_peaks(balance: SixBalance, motions: list[SteadyMotion[AxisRanges]]) -> list[SteadyMotion[AxisRanges]]:
+def _with_peaks(shaken: ShakenSystem, motions: list[SteadyMotion]) -> list[SteadyMotion]:
     """The motions with more of them about the largest gain of each point in each direction."""
-    peaks = np.abs(_gains(balance, motions)).max(axis=0)
+    peaks = np.abs(_gains(shaken, motions)).max(axis=0)
     refined: list[float] = []
     for p, k in np.argwhere(peaks >= _OF_LARGEST * peaks.max(axis=1, keepdims=True)).tolist():
-        measure = partial(_gain, balance, p, k)
+        measure = partial(_gain, shaken, p, k)
         peak = motions[int(np.argmax(measure(motions)))].log
         if all(abs(peak - other) > _REFINED for other in refined):
-            motions = refine_peak(balance, motions, measure)
+            motions = refine_peak(shaken.balance, motions, measure)
             refined.append(motions[int(np.argmax(measure(motions)))].log)
     return motions
 
 
-def _check_ranges(balance: SixBalance, motion: SteadyMotion[AxisRanges], limits: tuple[float, float]) -> None:
-    """Refuse a motion in which a spring leaves its identified range."""
-    beyond = balance.reach(motion.summary)
-    if beyond.max() <= limits[1]:
+def _check_ranges(shaken: ShakenSystem, motions: Sequence[SteadyMotion]) -> None:
+    """Refuse motions in which a spring leaves its identified range."""
+    beyond = first_beyond(shaken.balance, motions)
+    if beyond is None:
         return
-    worst, laws = int(np.argmax(beyond)), balance.laws
-    moves = (motion.summary.low, motion.summary.high, laws.low, laws.high)
-    from_here, to_here, low, high = (f"{1e3 * of_axes[worst]:.4g}" for of_axes in moves)
+    (motion, axis), laws = beyond, shaken.laws
+    moves = (motion.motion.low, motion.motion.high, laws.low, laws.high)
+    from_here, to_here, low, high = (f"{1e3 * of_axes[axis]:.4g}" for of_axes in moves)
     raise MountedSystemError(
-        f"At {motion.omega / (2.0 * np.pi):.4g} Hz and a level of {balance.level_text} the springs of "
-        f"{laws.names[worst]} move from {from_here} to {to_here} mm, outside their identified range of {low} to {high} "
+        f"At {motion.omega / (2.0 * np.pi):.4g} Hz and a level of {shaken.balance.level_text} the springs of "
+        f"{laws.names[axis]} move from {from_here} to {to_here} mm, outside their identified range of {low} to {high} "
         "mm; use a lower level, other mounts, or a model identified over a larger range."
     )
 
 
-def _first_harmonics(balance: SixBalance, motions: Sequence[SteadyMotion[AxisRanges]]) -> ComplexArray:
-    """Of the coordinates, shape (F, D) [m]."""
-    z = np.array([motion.z for motion in motions]).reshape(len(motions), -1, balance.degrees)
-    return np.asarray(z[:, 1] - 1j * z[:, 1 + balance.basis.harmonics])
-
-
-def _gains(balance: SixBalance, motions: Sequence[SteadyMotion[AxisRanges]]) -> ComplexArray:
+def _gains(shaken: ShakenSystem, motions: Sequence[SteadyMotion]) -> ComplexArray:
     """`SystemResponse.gain`."""
-    shaking, points = balance.shaking, all_points(balance.system)
-    moved = np.array([balance.motion.point(point.body, point.place) for point in points])
-    carried = np.array([shaking.base_motion(balance.motion, point.body, point.place) for point in points])
-    relative = np.einsum("pkd,fd->fpk", moved, _first_harmonics(balance, motions))
-    if shaking.kind is Excitation.FORCE:
-        return np.asarray(relative / balance.level)
-    base = shaking.base_amplitude(balance.level, np.exp([motion.log for motion in motions]))
+    moved, carried = _moved(shaken)
+    omega, z = stacked(shaken.balance, motions)
+    relative = np.einsum("pkd,fd->fpk", moved, first_harmonics(z))
+    if shaken.shaking.kind is Excitation.FORCE:
+        return np.asarray(relative / shaken.level)
+    base = shaken.shaking.kind.base_amplitude(shaken.level, omega)
     return np.asarray(relative / base[:, None, None] + carried)
 
 
-def _gain(balance: SixBalance, point: int, direction: int, motions: list[SteadyMotion[AxisRanges]]) -> FloatArray:
+def _moved(shaken: ShakenSystem) -> tuple[FloatArray, FloatArray]:
+    """Displacement of each point by the coordinates, shape (P, 3, D), and by a unit of the base's motion, (P, 3)."""
+    motion, points = shaken.motion, all_points(shaken.system)
+    moved = np.array([motion.point(point.body, point.place) for point in points])
+    return moved, np.array([shaken.shaking.base_motion(motion, point.body, point.place) for point in points])
+
+
+def _gain(shaken: ShakenSystem, point: int, direction: int, motions: list[SteadyMotion]) -> FloatArray:
     """The absolute gain of one point in one direction, shape (F,)."""
-    return np.abs(_gains(balance, motions)[:, point, direction])
+    return np.abs(_gains(shaken, motions)[:, point, direction])
 
 
-def _base_forces(balance: SixBalance, motions: Sequence[SteadyMotion[AxisRanges]]) -> ComplexArray:
-    """`SystemResponse.base_force`, of springs, stops and dampers on the base."""
-    axes = list(balance.system.axes())
+def _response(shaken: ShakenSystem, motions: Sequence[SteadyMotion]) -> SystemResponse:
+    balance, laws, axes = shaken.balance, shaken.laws, list(shaken.system.axes())
+    omega, z = stacked(balance, motions)
+    figures = np.array([motion.motion.figures for motion in motions])
+    low, high = figures[:, :, 0], figures[:, :, 1]
+    within_low, within_high = displacement_limits(laws.low, laws.high, extrapolate=False)
+    # Of springs, stops and dampers on the base.
+    rates = 1j * omega[:, None] * first_harmonics(z) @ shaken.motion.along.T
+    forces = figures[:, :, 3] - 1j * figures[:, :, 4] + np.array([axis.damping for _, axis in axes]) * rates
     directions = np.array([axis.direction if mount.support == BASE else (0.0, 0.0, 0.0) for mount, axis in axes])
-    dampers = np.array([axis.damping for _, axis in axes])
-    omega = np.exp([motion.log for motion in motions])
-    springs = np.array([balance.first_forces(motion.z) for motion in motions])
-    rates = 1j * omega[:, None] * _first_harmonics(balance, motions) @ balance.motion.along.T
-    return np.asarray((springs + dampers * rates) @ directions)
-
-
-def _response(balance: SixBalance, motions: Sequence[SteadyMotion[AxisRanges]]) -> SystemResponse:
-    points, degrees = all_points(balance.system), balance.degrees
-    courses = [balance.course(motion.z, motion.omega) for motion in motions]
-    low, high = (np.array([getattr(motion.summary, name) for motion in motions]) for name in ("low", "high"))
-    moved = np.array([balance.motion.point(point.body, point.place) for point in points])
-    carried = np.array([balance.shaking.base_motion(balance.motion, one.body, one.place) for one in points])
-    turned = balance.motion.free.reshape(-1, 6, degrees)[:, 3:]
+    base = -(omega**2) * shaken.shaking.kind.base_amplitude(shaken.level, omega)
+    moved, carried = _moved(shaken)
+    turned = shaken.motion.free.reshape(-1, 6, balance.degrees)[:, 3:]
     acceleration, sway, tilt = [], [], []
-    for course in courses:
-        absolute = np.einsum("pkd,dt->pkt", moved, course.acceleration) + carried[:, :, None] * course.base_acceleration
-        acceleration.append(np.abs(absolute).max(axis=2))
-        sway.append(np.linalg.norm(np.einsum("pkd,dt->pkt", moved, course.displacement), axis=1).max(axis=1))
-        tilt.append(np.linalg.norm(np.einsum("bkd,dt->bkt", turned, course.displacement), axis=1).max(axis=1))
+    courses = zip(base, accelerations(balance, motions), displacements(balance, motions), strict=True)
+    for amplitude, of_acceleration, of_displacement in courses:
+        of_base = carried[:, :, None] * amplitude * balance.basis.functions[1]
+        acceleration.append(np.abs(np.einsum("pkd,dt->pkt", moved, of_acceleration) + of_base).max(axis=2))
+        sway.append(np.linalg.norm(np.einsum("pkd,dt->pkt", moved, of_displacement), axis=1).max(axis=1))
+        tilt.append(np.linalg.norm(np.einsum("bkd,dt->bkt", turned, of_displacement), axis=1).max(axis=1))
     return SystemResponse(
-        shaking=balance.shaking,
-        level=balance.level,
-        points=points,
-        axes=tuple(balance.laws.names),
-        frequency=np.exp([motion.log for motion in motions]) / (2.0 * np.pi),
-        gain=_gains(balance, motions),
-        base_force=_base_forces(balance, motions),
+        shaking=shaken.shaking,
+        level=shaken.level,
+        points=all_points(shaken.system),
+        axes=tuple(laws.names),
+        frequency=omega / (2.0 * np.pi),
+        gain=_gains(shaken, motions),
+        base_force=np.asarray(forces @ directions),
         acceleration=np.array(acceleration),
         sway=np.array(sway),
         tilt=np.array(tilt),
@@ -308,5 +305,5 @@ def _response(balance: SixBalance, motions: Sequence[SteadyMotion[AxisRanges]]) 
         high=high,
         stable=np.array([motion.rising for motion in motions]),
         requested=np.array([motion.wanted for motion in motions]),
-        extrapolating=np.array([balance.reach(motion.summary).max() > 1.0 + _SLACK for motion in motions]),
+        extrapolating=np.any((low < within_low) | (high > within_high), axis=1),
     )

@@ -12,9 +12,10 @@ from pathlib import Path
 import numpy as np
 
 from ...errors import MountedSystemError
+from ...ground.gravity import STANDARD_GRAVITY
 from ...ground.quoting import quoted
 from ..bodies.loads import Channel, ChannelKind, LoadCase, Signal
-from ..bodies.mounted import STANDARD_GRAVITY, RigidBody, Vector
+from ..bodies.mounted import RigidBody, Vector
 from ..signals.level_table import LevelTable
 from ..signals.pulses import (
     TabulatedPulse,

@@ -9,8 +9,8 @@ from functools import partial
 from ...errors import MountedSystemError
 from ...ground.quoting import quoted
 from ...ground.tables import suggestion
-from ..bodies.limits import Limits
 from ..bodies.mounted import BASE, MOST_AXES, Matrix, Motion, Mount, MountAxis, MountedSystem, Point, RigidBody
+from ..bodies.run_figures import Limits
 from .described_mounts import Models, rotated_axes
 from .system_tables import (
     AxisMotionTable,

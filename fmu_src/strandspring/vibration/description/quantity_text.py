@@ -15,10 +15,10 @@ from dataclasses import dataclass
 from itertools import product
 
 from ...errors import RecordError, StrandspringError
+from ...ground.gravity import STANDARD_GRAVITY
 from ...ground.quoting import quoted
 from ...ground.strict_json import is_finite
 from ...records.units import kind_of_unit, unit_factor
-from ..bodies.mounted import STANDARD_GRAVITY
 
 Powers = tuple[int, int, int, int, int]  # of length, mass, time, angle, octaves
 

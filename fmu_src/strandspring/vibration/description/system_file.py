@@ -56,9 +56,9 @@ from ...ground.files import read_text, readable
 from ...ground.strict_toml import parse_toml
 from ...ground.tables import refusal
 from ...model.modelfile import ModelFile
-from ..bodies.limits import Limits
 from ..bodies.loads import LoadCase
 from ..bodies.mounted import MountedSystem
+from ..bodies.run_figures import Limits
 from .described_cases import Surroundings, load_cases
 from .described_system import limits_of, model_paths, mounted_systems
 from .named_files import FilesOfFolder, NamedFiles

@@ -11,8 +11,9 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Discriminator, Field, Tag
 
+from ...ground.gravity import STANDARD_GRAVITY
 from ...ground.tables import OWN, TAG, Table
-from ..bodies.mounted import MOST_BODIES, MOST_POINTS, STANDARD_GRAVITY
+from ..bodies.mounted import MOST_BODIES, MOST_POINTS
 from .case_tables import AnyCase
 from .table_types import (
     AccelerationVector,

@@ -9,16 +9,14 @@ closed curves beside the one followed, on which a step may land.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
-from typing import Generic, Protocol, TypeVar
 
 import numpy as np
 
 from ...core.parameters import LARGEST_DISPLACEMENT
 from ...kernel.arrays import FloatArray
-from ...kernel.balance import MotionSummary
-from ...kernel.periodic import FourierBasis
+from ...kernel.balance import Balance, BalancedMotion, BalancedSystem
 from .system import IsolationError
 
 # Across a spike that cannot be followed
@@ -41,78 +39,25 @@ _RECENT = 10  # steps whose neighbourhood is no sign of a closed curve
 
 _RAMP = 10  # levels through which a start is approached
 _REFINEMENTS = 6  # halvings of the frequencies' spacing about a peak
-_CURVED = 0.004  # of ln(amplitude) between a point and the chord of its neighbours, above which points are added
-_SWEPT = 1000  # frequencies between two reports of progress
-
-
-S = TypeVar("S")
-S_co = TypeVar("S_co", covariant=True)
-
-
-class Balanced(Protocol[S_co]):
-    """The balance of one motion at one frequency; `kernel.balance.Balance` says what its attributes are."""
-
-    @property
-    def residual(self) -> FloatArray: ...
-    @property
-    def jacobian(self) -> FloatArray: ...
-    @property
-    def by_frequency(self) -> FloatArray: ...
-    @property
-    def scale(self) -> float: ...
-    @property
-    def summary(self) -> S_co: ...
-
-
-class Balancing(Protocol[S]):
-    """A harmonic balance in D coordinates under one level of excitation.
-
-    Its motions are all Fourier coefficients, order by order as in `FourierBasis` and in each order coordinate by
-    coordinate, shape (N*D,); coordinates are lengths [m]. `kernel.balance.BalancedMass` says what the methods do.
-    """
-
-    @property
-    def basis(self) -> FourierBasis: ...
-    @property
-    def degrees(self) -> int:
-        """D."""
-        ...
-
-    @property
-    def level(self) -> float:
-        """Of the excitation."""
-        ...
-
-    @property
-    def level_text(self) -> str:
-        """The same in the unit that people read."""
-        ...
-
-    def at_level(self, level: float) -> Balancing[S]: ...
-    def at(self, z: FloatArray, frequency: float) -> Balanced[S]: ...
-    def solve(self, guess: FloatArray, frequency: float) -> tuple[FloatArray, S] | None: ...
-    def sweep(
-        self, log: float, z: FloatArray, logs: FloatArray, limits: tuple[float, float]
-    ) -> Sequence[tuple[FloatArray, S]]: ...
+_CURVED = 0.004  # of ln(measure) between a point and the chord of its neighbours, above which points are added
+_SWEPT = 50  # frequencies between two reports of progress
 
 
 @dataclass(frozen=True, eq=False)
-class SteadyMotion(Generic[S]):
+class SteadyMotion:
     """One steady motion.
 
     Attributes
     ----------
-    log : float                       ln of Omega in rad/s.
-    z : ndarray, shape (N*D,)         Fourier coefficients [m], see `Balancing`.
-    summary : S                       What the balance sums up.
-    rising : bool                     Whether the curve runs towards higher frequencies here; between two folds it runs
-                                      back, and such a motion is unstable.
-    wanted : bool                     Whether the frequency is one of those asked for.
+    log : float               ln of Omega in rad/s.
+    motion : BalancedMotion
+    rising : bool             Whether the curve runs towards higher frequencies here; between two folds it runs back,
+                              and such a motion is unstable.
+    wanted : bool             Whether the frequency is one of those asked for.
     """
 
     log: float
-    z: FloatArray
-    summary: S
+    motion: BalancedMotion
     rising: bool = True
     wanted: bool = False
 
@@ -121,23 +66,27 @@ class SteadyMotion(Generic[S]):
         """Omega [rad/s]."""
         return float(np.exp(self.log))
 
+    @property
+    def z(self) -> FloatArray:
+        """Fourier coefficients, shape (D*N,) [m]."""
+        return self.motion.z
+
 
 def follow(
-    balance: Balancing[S],
+    balance: BalancedSystem,
     linear: Callable[[float], FloatArray],
     frequencies: FloatArray,
-    limits: tuple[float, float],
     advance: Callable[[float], None] = lambda _: None,
-) -> Iterator[SteadyMotion[S]]:
+) -> Iterator[SteadyMotion]:
     """Steady motions from the lowest to the highest frequency, in the order of the curve.
+
+    The curve may end after a motion in which a spring goes beyond the limits of its axis.
 
     Parameters
     ----------
-    balance : Balancing
+    balance : BalancedSystem
     linear : callable                   Motion of the linearized system at an Omega; the first is looked for about it.
     frequencies : ndarray, shape (F,)   Rising [rad/s], > 0.
-    limits : tuple of float             Displacements of a spring [m]; what comes after a motion beyond them is not
-                                        worth computing, and may be left out.
     advance : callable                  Is called with the number of frequencies passed; through a fold it grows by less
                                         than 1.
 
@@ -150,12 +99,12 @@ def follow(
     yield here
     while (after := logs[logs > here.log]).size:
         advance(logs.size - after.size)
-        reached = balance.sweep(here.log, here.z, after[:_SWEPT], limits)
-        for log, (z, summary) in zip(after.tolist(), reached, strict=False):
-            here = SteadyMotion(log, z, summary, wanted=True)
+        reached = balance.sweep(here.log, here.z, after[:_SWEPT])
+        for log, motion in zip(after.tolist(), reached, strict=False):
+            here = SteadyMotion(log, motion, wanted=True)
             yield here
         passed, after = len(reached), after[len(reached) :]
-        if not after.size:
+        if not after.size or balance.is_beyond(here.motion):
             return
         if passed == _SWEPT:
             continue
@@ -168,16 +117,18 @@ def follow(
                 raise
         yield from motions
         here = motions[-1]
+        if any(balance.is_beyond(motion.motion) for motion in motions):
+            return
 
 
 def refine_peak(
-    balance: Balancing[S], motions: list[SteadyMotion[S]], measure: Callable[[list[SteadyMotion[S]]], FloatArray]
-) -> list[SteadyMotion[S]]:
+    balance: BalancedSystem, motions: list[SteadyMotion], measure: Callable[[list[SteadyMotion]], FloatArray]
+) -> list[SteadyMotion]:
     """The motions with more of them about the largest value of a measure, unless the curve ends or folds there.
 
     Parameters
     ----------
-    balance : Balancing
+    balance : BalancedSystem
     motions : list of SteadyMotion   In the order of the curve.
     measure : callable               Gives its values at motions.
     """
@@ -198,14 +149,18 @@ def refine_peak(
 
 
 def refine_superharmonics(
-    balance: Balancing[MotionSummary], motions: list[SteadyMotion[MotionSummary]], below: float
-) -> list[SteadyMotion[MotionSummary]]:
-    """The motions with more of them where the amplitude bends sharply, as it does at superharmonic resonances.
+    balance: BalancedSystem,
+    motions: list[SteadyMotion],
+    measure: Callable[[list[SteadyMotion]], FloatArray],
+    below: float,
+) -> list[SteadyMotion]:
+    """The motions with more of them where a measure bends sharply, as amplitudes do at superharmonic resonances.
 
     Parameters
     ----------
-    balance : Balancing
+    balance : BalancedSystem
     motions : list of SteadyMotion   In the order of the curve.
+    measure : callable               Gives its values at motions.
     below : float                    Of the frequencies at which motions are added [rad/s].
     """
     refined = list(motions)
@@ -213,7 +168,7 @@ def refine_superharmonics(
         logs = np.array([motion.log for motion in refined])
         rising = np.array([motion.rising for motion in refined]) & (logs < np.log(below))
         with np.errstate(divide="ignore", invalid="ignore"):
-            sizes = np.log([motion.summary.high - motion.summary.low for motion in refined])
+            sizes = np.log(measure(refined))
             share = (logs[1:-1] - logs[:-2]) / (logs[2:] - logs[:-2])
             bend = np.abs(sizes[1:-1] - sizes[:-2] - share * (sizes[2:] - sizes[:-2]))
         curved = (bend > _CURVED) & rising[:-2] & rising[1:-1] & rising[2:] & (share > 0.0) & (share < 1.0)
@@ -229,26 +184,26 @@ def refine_superharmonics(
     return refined
 
 
-def _start(balance: Balancing[S], linear: Callable[[float], FloatArray], log: float) -> SteadyMotion[S]:
+def _start(balance: BalancedSystem, linear: Callable[[float], FloatArray], log: float) -> SteadyMotion:
     """A steady motion at one frequency, if need be approached from lower levels."""
     omega = float(np.exp(log))
     for levels in (np.ones(1), np.geomspace(0.02, 1.0, _RAMP)):
         z = linear(omega)
-        z[balance.degrees :] *= levels[0]
-        solved = None
+        balance.about_mean(z)[...] *= levels[0]
+        motion = None
         for level in levels:
-            solved = balance.at_level(level * balance.level).solve(z, omega)
-            if solved is None:
+            motion = balance.at_share(level).solve(z, omega)
+            if motion is None:
                 break
-            z = solved[0]
-        if solved is not None:
-            return SteadyMotion(log, *solved, wanted=True)
+            z = motion.z
+        if motion is not None:
+            return SteadyMotion(log, motion, wanted=True)
     raise IsolationError(
         f"No steady motion was found at {_described(balance, log)}; use a lower level or begin at another frequency."
     )
 
 
-def _described(balance: Balancing[S], log: float) -> str:
+def _described(balance: BalancedSystem, log: float) -> str:
     """Frequency and level for messages."""
     return f"{np.exp(log) / (2.0 * np.pi):.6g} Hz and a level of {balance.level_text}"
 
@@ -261,28 +216,28 @@ class _LostError(IsolationError):
         self.reached = reached
 
 
-def _across(balance: Balancing[S], here: SteadyMotion[S], after: FloatArray, reached: float) -> list[SteadyMotion[S]]:
+def _across(balance: BalancedSystem, here: SteadyMotion, after: FloatArray, reached: float) -> list[SteadyMotion]:
     """The motion beyond a spike, at the first frequency above it where the first harmonic is alike."""
-    order = np.repeat(balance.basis.order, balance.degrees)
+    order = np.tile(balance.basis.order, balance.degrees)
     first = order == 1.0
     plain = np.where(order <= 1.0, here.z, 0.0)
     logs = np.union1d(np.linspace(here.log, after[0], _PARTS + 1), after[:_SPIKE])
     for log in logs[logs > max(here.log, reached)].tolist():
-        solved = balance.solve(plain, float(np.exp(log)))
-        if solved is not None and np.linalg.norm((solved[0] - plain)[first]) <= _CHANGE * np.linalg.norm(plain[first]):
-            return [SteadyMotion(log, *solved, wanted=log in after)]
+        motion = balance.solve(plain, float(np.exp(log)))
+        if motion is not None and np.linalg.norm((motion.z - plain)[first]) <= _CHANGE * np.linalg.norm(plain[first]):
+            return [SteadyMotion(log, motion, wanted=log in after)]
     return []
 
 
 def _along(
-    balance: Balancing[S],
-    here: SteadyMotion[S],
+    balance: BalancedSystem,
+    here: SteadyMotion,
     logs: FloatArray,
     target: float,
     advance: Callable[[float], None],
-) -> Iterator[SteadyMotion[S]]:
+) -> Iterator[SteadyMotion]:
     """Motions along the curve until it has risen past the target, those at wanted frequencies among them."""
-    place = _Place.of(here, balance.at(here.z, here.omega), balance.degrees)
+    place = _Place.of(here, balance, balance.at(here.z, here.omega))
     track = _Track(place)
     step = _FIRST
     passed = int(np.searchsorted(logs, here.log, "right"))
@@ -317,23 +272,22 @@ def _along(
 
 
 @dataclass(frozen=True, eq=False)
-class _Place(Generic[S]):
+class _Place:
     """A point of the curve with its tangent, of unit length in the metric, turned the way the curve is followed.
 
     The metric's weights make the length of a step relative to the motion.
     """
 
-    motion: SteadyMotion[S]
+    motion: SteadyMotion
     tangent: FloatArray
     metric: FloatArray
 
     @classmethod
-    def of(
-        cls, motion: SteadyMotion[S], balance: Balanced[S], degrees: int, before: _Place[S] | None = None
-    ) -> _Place[S]:
-        metric = np.append(np.full(motion.z.size, 1.0 / float(np.linalg.norm(motion.z[degrees:]))), _WEIGHT)
+    def of(cls, motion: SteadyMotion, balance: BalancedSystem, there: Balance, before: _Place | None = None) -> _Place:
+        size = float(np.linalg.norm(balance.about_mean(motion.z)))
+        metric = np.append(np.full(motion.z.size, 1.0 / size), _WEIGHT)
         along = np.append(np.zeros(motion.z.size), 1.0) if before is None else before.tangent
-        matrix = np.vstack([_columns(balance, motion.omega), along * metric**2])
+        matrix = np.vstack([_columns(there, motion.omega), along * metric**2])
         tangent = np.linalg.solve(matrix, np.append(np.zeros(motion.z.size), 1.0))
         return cls(replace(motion, rising=bool(tangent[-1] > 0.0)), tangent / np.linalg.norm(tangent * metric), metric)
 
@@ -343,7 +297,7 @@ class _Place(Generic[S]):
         return np.append(self.motion.z, self.motion.log)
 
 
-class _Track(Generic[S]):
+class _Track:
     """The places passed so far, in arrays, since each new one is compared with all of them.
 
     Parameters
@@ -351,13 +305,13 @@ class _Track(Generic[S]):
     first : _Place
     """
 
-    def __init__(self, first: _Place[S]) -> None:
+    def __init__(self, first: _Place) -> None:
         self._coordinates = np.empty((_MOST_STEPS + 1, first.tangent.size))
         self._tangents = np.empty_like(self._coordinates)
         self._count = 0
         self.append(first)
 
-    def append(self, place: _Place[S]) -> None:
+    def append(self, place: _Place) -> None:
         """Add the place that comes next."""
         self._coordinates[self._count], self._tangents[self._count] = place.coordinates, place.tangent
         self._count += 1
@@ -367,7 +321,7 @@ class _Track(Generic[S]):
         """The highest ln(Omega)."""
         return float(self._coordinates[: self._count, -1].max())
 
-    def is_closed_by(self, place: _Place[S], distance: float) -> bool:
+    def is_closed_by(self, place: _Place, distance: float) -> bool:
         """Whether the curve runs at a place the way it has run before: it is closed."""
         before = max(self._count - _RECENT, 0)
         metric = place.metric
@@ -376,12 +330,12 @@ class _Track(Generic[S]):
         return bool(np.any((self._tangents[:before][near] * place.tangent * metric**2).sum(axis=1) > _BEND))
 
 
-def _columns(balance: Balanced[S], omega: float) -> FloatArray:
+def _columns(balance: Balance, omega: float) -> FloatArray:
     """Jacobian by (z, ln Omega)."""
     return np.column_stack([balance.jacobian, omega * balance.by_frequency])
 
 
-def _next(balance: Balancing[S], place: _Place[S], step: float) -> tuple[_Place[S] | None, int]:
+def _next(balance: BalancedSystem, place: _Place, step: float) -> tuple[_Place | None, int]:
     """The point of the curve one step on, and how many corrections it took; None if there is none so near."""
     metric = place.metric
     normal = place.tangent * metric**2
@@ -393,7 +347,7 @@ def _next(balance: Balancing[S], place: _Place[S], step: float) -> tuple[_Place[
         try:
             there = balance.at(z, omega)
             if correction and float(np.abs(there.residual).max()) <= _TOLERANCE * there.scale:
-                after = _Place.of(SteadyMotion(log, z, there.summary), there, balance.degrees, place)
+                after = _Place.of(SteadyMotion(log, there.motion), balance, there, place)
                 aligned = float(np.sum(after.tangent * place.tangent * metric**2))
                 aligned /= float(np.linalg.norm(after.tangent * metric))
                 return (after if aligned > _BEND else None), correction
@@ -408,8 +362,8 @@ def _next(balance: Balancing[S], place: _Place[S], step: float) -> tuple[_Place[
 
 
 def _passed(
-    balance: Balancing[S], before: SteadyMotion[S], after: SteadyMotion[S], logs: FloatArray
-) -> Iterator[SteadyMotion[S]]:
+    balance: BalancedSystem, before: SteadyMotion, after: SteadyMotion, logs: FloatArray
+) -> Iterator[SteadyMotion]:
     """Steady motions at the wanted frequencies between two neighbours on the curve, in its order."""
     rising = after.log > before.log
     low, high = sorted((before.log, after.log))
@@ -420,14 +374,12 @@ def _passed(
             yield replace(motion, rising=rising, wanted=True)
 
 
-def _between(
-    balance: Balancing[S], before: SteadyMotion[S], after: SteadyMotion[S], log: float
-) -> SteadyMotion[S] | None:
+def _between(balance: BalancedSystem, before: SteadyMotion, after: SteadyMotion, log: float) -> SteadyMotion | None:
     """The motion at a frequency between those of two neighbours on the curve."""
     share = (log - before.log) / (after.log - before.log)
     guess = before.z + share * (after.z - before.z)
-    solved = balance.solve(guess, float(np.exp(log)))
-    near = _NEAR * np.linalg.norm(after.z - before.z) + _ALIKE * np.linalg.norm(guess[balance.degrees :])
-    if solved is None or np.linalg.norm(solved[0] - guess) > near:
+    motion = balance.solve(guess, float(np.exp(log)))
+    near = _NEAR * np.linalg.norm(after.z - before.z) + _ALIKE * np.linalg.norm(balance.about_mean(guess))
+    if motion is None or np.linalg.norm(motion.z - guess) > near:
         return None
-    return SteadyMotion(log, *solved)
+    return SteadyMotion(log, motion)

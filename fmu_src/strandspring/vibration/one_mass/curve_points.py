@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -10,17 +9,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...core.parameters import SpringParameters
 from ...kernel.arrays import FloatArray
-from ...kernel.balance import MotionSummary
+from ...kernel.balance import BalancedSystem
 from .continuation import SteadyMotion
-from .harmonic_balance import HarmonicBalance
-from .system import Excitation
-
-ComplexArray = NDArray[np.complex128]
-
-# Motion this share of the identified range beyond its ends still counts as inside.
-_SLACK = 1e-6
+from .harmonic_balance import ComplexArray, accelerations, displacement_limits, first_harmonics, stacked
+from .system import Excitation, IsolatedMass, StaticEquilibrium
 
 
 @dataclass(frozen=True)
@@ -67,81 +60,76 @@ class ResponsePoint:
     extrapolating: bool
 
 
-def displacement_limits(spring: SpringParameters, extrapolate: bool) -> tuple[float, float]:
-    """Lowest and highest displacement that a spring may reach: the identified range, or any [m]."""
-    if extrapolate:
-        return -math.inf, math.inf
-    slack = _SLACK * (spring.displacement_max - spring.displacement_min)
-    return spring.displacement_min - slack, spring.displacement_max + slack
+@dataclass(frozen=True, eq=False)
+class ShakenMass:
+    """A mass under one level of excitation.
 
+    Parameters
+    ----------
+    system : IsolatedMass
+    equilibrium : StaticEquilibrium
+    excitation : Excitation
+    level : float              Amplitude [m], [m/s^2] or [N], > 0.
+    balance : BalancedSystem   Of all these.
+    """
 
-def _stacked(motions: Sequence[SteadyMotion[MotionSummary]]) -> tuple[FloatArray, FloatArray]:
-    """Omega, shape (P,) [rad/s], and Fourier coefficients, shape (P, N) [m]."""
-    return np.exp([motion.log for motion in motions]), np.array([motion.z for motion in motions])
+    system: IsolatedMass
+    equilibrium: StaticEquilibrium
+    excitation: Excitation
+    level: float
+    balance: BalancedSystem
 
+    def transmissibility(self, motions: Sequence[SteadyMotion]) -> FloatArray:
+        """Transmissibility at each motion, shape (P,) [-]."""
+        omega, z = stacked(self.balance, motions)
+        return np.abs(self._ratio(omega, first_harmonics(z[:, 0])))
 
-def _relative(balance: HarmonicBalance, z: FloatArray) -> ComplexArray:
-    """First harmonic of the mount's displacement, shape (P,) [m]."""
-    return np.asarray(z[:, 1] - 1j * z[:, 1 + balance.basis.harmonics])
+    def columns(self, motions: Sequence[SteadyMotion]) -> dict[str, NDArray[Any]]:
+        """The attributes of `ResponsePoint` over all motions, each of shape (P,)."""
+        system, basis = self.system, self.balance.basis
+        omega, z = stacked(self.balance, motions)
+        of_mount = z[:, 0] + 0.0
+        of_mount[:, 0] += system.series * self.equilibrium.displacement
+        figures = np.array([motion.motion.figures[0] for motion in motions])
+        low, high, start_omega = figures[:, :3].T
+        base, first = self.excitation.base_amplitude(self.level, omega), first_harmonics(of_mount)
+        absolute = accelerations(self.balance, motions)[:, 0] - np.outer(omega**2 * base, basis.functions[1])
+        ratio = self._ratio(omega, first)
+        relative = first / (self.level if self.excitation is Excitation.FORCE else base)
+        ends = np.array([[system.spring.displacement_min], [system.spring.displacement_max]])
+        within_low, within_high = displacement_limits(ends[0], ends[1], extrapolate=False)
+        rates = basis.order[basis.harmonics + 1 :] * of_mount[:, basis.harmonics + 1 :]
+        return {
+            "frequency": omega / (2.0 * np.pi),
+            "transmissibility": np.abs(ratio),
+            "phase": _degrees(ratio),
+            "relative": np.abs(relative),
+            "relative_phase": _degrees(relative),
+            "amplitude": 0.5 * system.series * (high - low),
+            "mean": of_mount[:, 0] / system.series,
+            "min": low,
+            "max": high,
+            "force": np.abs(self._force(omega, first)),
+            "acceleration": np.abs(absolute).max(axis=1),
+            "start_displacement": of_mount[:, : basis.harmonics + 1].sum(axis=1),
+            "start_speed": omega * rates.sum(axis=1),
+            "start_omega": start_omega,
+            "stable": np.array([motion.rising for motion in motions]),
+            "requested": np.array([motion.wanted for motion in motions]),
+            "extrapolating": (low < within_low) | (high > within_high),
+        }
 
+    def _force(self, omega: FloatArray, first: ComplexArray) -> ComplexArray:
+        """First harmonic of the force on the base, from the mass's own balance, shape (P,) [N]."""
+        inertia = -self.system.mass * omega**2 * (first + self.excitation.base_amplitude(self.level, omega))
+        return np.asarray((self.level if self.excitation is Excitation.FORCE else 0.0) - inertia)
 
-def _base(balance: HarmonicBalance, omega: FloatArray) -> FloatArray:
-    """Amplitude of the base's displacement, shape (P,) [m]."""
-    if balance.excitation is Excitation.FORCE:
-        return np.zeros_like(omega)
-    of_displacement = balance.excitation is Excitation.BASE_DISPLACEMENT
-    return np.full_like(omega, balance.level) if of_displacement else -balance.level / omega**2
-
-
-def _force(balance: HarmonicBalance, omega: FloatArray, z: FloatArray) -> ComplexArray:
-    """First harmonic of the force on the base, from the mass's own balance, shape (P,) [N]."""
-    inertia = -balance.system.mass * omega**2 * (_relative(balance, z) + _base(balance, omega))
-    return np.asarray((balance.level if balance.excitation is Excitation.FORCE else 0.0) - inertia)
-
-
-def _ratio(balance: HarmonicBalance, omega: FloatArray, z: FloatArray) -> ComplexArray:
-    """Transmissibility with its phase, shape (P,) [-]; see `ResponsePoint`."""
-    if balance.excitation is Excitation.FORCE:
-        return _force(balance, omega, z) / balance.level
-    base = _base(balance, omega)
-    return (_relative(balance, z) + base) / base
-
-
-def transmissibility(balance: HarmonicBalance, motions: Sequence[SteadyMotion[MotionSummary]]) -> FloatArray:
-    """Transmissibility at each motion, shape (P,) [-]."""
-    return np.abs(_ratio(balance, *_stacked(motions)))
-
-
-def response_columns(
-    balance: HarmonicBalance, motions: Sequence[SteadyMotion[MotionSummary]]
-) -> dict[str, NDArray[Any]]:
-    """The attributes of `ResponsePoint` over all motions, each of shape (P,)."""
-    system, order, half = balance.system, balance.basis.order, balance.basis.harmonics
-    omega, z = _stacked(motions)
-    low, high, start_omega, push = np.array([motion.summary for motion in motions]).T
-    of_force = balance.excitation is Excitation.FORCE
-    ratio = _ratio(balance, omega, z)
-    relative = _relative(balance, z) / (balance.level if of_force else _base(balance, omega))
-    within_low, within_high = displacement_limits(system.spring, extrapolate=False)
-    return {
-        "frequency": omega / (2.0 * np.pi),
-        "transmissibility": np.abs(ratio),
-        "phase": _degrees(ratio),
-        "relative": np.abs(relative),
-        "relative_phase": _degrees(relative),
-        "amplitude": 0.5 * system.series * (high - low),
-        "mean": z[:, 0] / system.series,
-        "min": low,
-        "max": high,
-        "force": np.abs(_force(balance, omega, z)),
-        "acceleration": push / system.mass,
-        "start_displacement": z[:, : half + 1].sum(axis=1),
-        "start_speed": omega * (z[:, half + 1 :] @ order[half + 1 :]),
-        "start_omega": start_omega,
-        "stable": np.array([motion.rising for motion in motions]),
-        "requested": np.array([motion.wanted for motion in motions]),
-        "extrapolating": (low < within_low) | (high > within_high),
-    }
+    def _ratio(self, omega: FloatArray, first: ComplexArray) -> ComplexArray:
+        """Transmissibility with its phase, shape (P,) [-]; see `ResponsePoint`."""
+        if self.excitation is Excitation.FORCE:
+            return self._force(omega, first) / self.level
+        base = self.excitation.base_amplitude(self.level, omega)
+        return (first + base) / base
 
 
 def _degrees(values: ComplexArray) -> FloatArray:

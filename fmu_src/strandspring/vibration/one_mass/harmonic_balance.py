@@ -1,82 +1,165 @@
-"""Steady periodic motion of a mass on a mount by harmonic balance with alternating frequency and time.
+"""Steady periodic motion of systems on springs by harmonic balance with alternating frequency and time.
 
 The motion is a Fourier series; the springs' force is taken in time, where the closed form gives a whole period at
-once, and brought back by its projection. The balance of each harmonic,
-
-    -m*(k*Omega)^2*z_k + i*c*k*Omega*z_k + P*[r(z/S)]_k = L*[k = 0] + (excitation)*[k = 1],
-
-is solved by Newton's method with exact derivatives, in the compiled kernel.
+once, and brought back by its projection. The compiled kernel solves the balance with exact derivatives
+(`kernel/c/balance.h`). A mass on a mount is a system of one coordinate on one axis, about its static equilibrium.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
+from numpy.typing import NDArray
 
 from ...kernel.arrays import FloatArray
-from ...kernel.balance import BalancedMass
+from ...kernel.balance import BalancedSystem
 from ...kernel.periodic import fourier_basis
+from ...kernel.structures import rows
+from .continuation import SteadyMotion
 from .system import Excitation, IsolatedMass, StaticEquilibrium
+
+ComplexArray = NDArray[np.complex128]
 
 # The force has kinks at the reversals, so that its harmonics fall with k^2 and those of the motion with k^4.
 HARMONICS = 11
 SAMPLES = 256
+_LOSS_FACTOR = 0.1  # of the linear motion about which the first steady one is looked for
+# Motion this share of the identified range beyond its ends still counts as inside.
+_SLACK = 1e-6
 
 
-class HarmonicBalance(BalancedMass):
-    """The balance of one system under one level of excitation.
+def displacement_limits(low: FloatArray, high: FloatArray, extrapolate: bool) -> tuple[FloatArray, FloatArray]:
+    """Lowest and highest displacements that springs may reach: their identified ranges, or any [m]."""
+    slack = np.inf if extrapolate else _SLACK * (high - low)
+    return low - slack, high + slack
+
+
+def forcing(excitation: Excitation, level: float, steady: FloatArray, inertial: FloatArray) -> FloatArray:
+    """`BalancedSystem.forcing`, shape (3, D).
+
+    Parameters
+    ----------
+    excitation : Excitation
+    level : float
+    steady, inertial : ndarray, shape (D,)   Forces on the coordinates by a unit of the exciting force or the base's
+                                             displacement [N], and by that displacement and the square of Omega [N s^2].
+    """
+    still = np.zeros_like(steady)
+    if excitation is Excitation.BASE_ACCELERATION:
+        # Displacement is acceleration over -Omega^2.
+        return -level * np.array([inertial, still, steady])
+    return level * np.array([steady, inertial, still])
+
+
+def mass_balance(
+    system: IsolatedMass,
+    equilibrium: StaticEquilibrium,
+    excitation: Excitation,
+    level: float,
+    extrapolate: bool = True,
+    harmonics: int = HARMONICS,
+    samples: int = SAMPLES,
+) -> BalancedSystem:
+    """The balance of a mass under one level of excitation; its coordinate is that of the mount, from equilibrium on.
 
     Parameters
     ----------
     system : IsolatedMass
+    equilibrium : StaticEquilibrium
     excitation : Excitation
     level : float              Amplitude [m], [m/s^2] or [N], > 0.
+    extrapolate : bool         Whether the motion may leave the identified range.
     harmonics, samples : int   H of the Fourier series and K per period; H >= 1, K > 2H.
     """
-
-    def __init__(
-        self,
-        system: IsolatedMass,
-        excitation: Excitation,
-        level: float,
-        harmonics: int = HARMONICS,
-        samples: int = SAMPLES,
-    ) -> None:
-        self.system = system
-        self.excitation = excitation
-        self.level = level
-        force = level if excitation is Excitation.FORCE else 0.0
-        self.degrees = 1
-        self._forcing = force if excitation is not Excitation.BASE_ACCELERATION else -system.mass * level
-        self._forcing_by_square = system.mass * level if excitation is Excitation.BASE_DISPLACEMENT else 0.0
-        super().__init__(
-            system.spring,
-            fourier_basis(harmonics, samples),
+    spring, is_force = system.spring, excitation is Excitation.FORCE
+    ends = np.array([[spring.displacement_min], [spring.displacement_max]])
+    low, high = displacement_limits(ends[0], ends[1], extrapolate)
+    return BalancedSystem(
+        springs=[spring],
+        axes=rows(
+            "BalancedAxis",
+            1,
             parallel=system.parallel,
             series=system.series,
-            mass=system.mass,
-            damping=system.damping,
-            static_load=system.static_load,
-            forcing=self._forcing,
-            forcing_by_square=self._forcing_by_square,
-            force_on_mass=force,
-        )
+            position=equilibrium.displacement,
+            stop_low=-np.inf,
+            stop_high=np.inf,
+            low=low,
+            high=high,
+        ),
+        basis=fourier_basis(harmonics, samples),
+        mass=system.mass,
+        along=np.ones((1, 1)),
+        damping=np.array([[system.damping]]),
+        stiffness=np.zeros((1, 1)),
+        load=np.array([system.static_load]),
+        forcing=forcing(excitation, level, np.array([float(is_force)]), np.array([(not is_force) * system.mass])),
+        level_text=excitation.level_text(level),
+    )
 
-    def at_level(self, level: float) -> HarmonicBalance:
-        """The same balance at another level."""
-        return HarmonicBalance(self.system, self.excitation, level, self.basis.harmonics, self.basis.samples)
 
-    @property
-    def level_text(self) -> str:
-        """The level in the unit that people read."""
-        return self.excitation.level_text(self.level)
+def linear_motion(balance: BalancedSystem, tangents: FloatArray, frequency: float) -> FloatArray:
+    """Coefficients of the motion with the axes' tangent stiffness and a loss factor of a tenth, shape (D*N,) [m].
 
-    def linear_motion(self, equilibrium: StaticEquilibrium, omega: float) -> FloatArray:
-        """Coefficients of the motion with the stiffness of small motion, at resonance with a loss factor of a tenth."""
-        system = self.system
-        z = np.zeros(self.basis.order.size)
-        z[0] = system.series * equilibrium.displacement
-        dynamic = equilibrium.stiffness - system.mass * omega**2 + 1j * omega * system.damping
-        size = max(abs(dynamic), 0.1 * equilibrium.stiffness)
-        forcing = self._forcing + self._forcing_by_square * omega**2
-        z[1] = forcing / size * (1.0 if dynamic.real >= 0.0 else -1.0)
-        return z
+    Parameters
+    ----------
+    balance : BalancedSystem
+    tangents : ndarray, shape (M,)   Stiffness of each axis for small motion [N/m].
+    frequency : float                Omega [rad/s].
+    """
+    of_axes = balance.along.T @ (tangents[:, None] * balance.along)
+    stiffness = of_axes * (1.0 + 1j * _LOSS_FACTOR) + balance.stiffness
+    inertia = balance.mass * frequency**2 * np.eye(balance.degrees)
+    dynamic = stiffness - inertia + 1j * frequency * balance.damping
+    first = np.linalg.solve(dynamic, balance.forcing_at(frequency))
+    z = np.zeros((balance.degrees, balance.basis.order.size))
+    z[:, 1], z[:, 1 + balance.basis.harmonics] = first.real, -first.imag
+    return z.ravel()
+
+
+def first_beyond(balance: BalancedSystem, motions: Sequence[SteadyMotion]) -> tuple[SteadyMotion, int] | None:
+    """The first motion in which springs go beyond the limits, and the axis that does so furthest; None if all stay."""
+    figures = np.array([motion.motion.figures for motion in motions])
+    beyond = np.maximum(figures[:, :, 1] - balance.axes["high"], balance.axes["low"] - figures[:, :, 0])
+    outside = np.flatnonzero(beyond.max(axis=1) > 0.0)
+    return (motions[outside[0]], int(np.argmax(beyond[outside[0]]))) if outside.size else None
+
+
+def stacked(balance: BalancedSystem, motions: Sequence[SteadyMotion]) -> tuple[FloatArray, FloatArray]:
+    """Omega, shape (F,) [rad/s], and the coefficients of all coordinates, shape (F, D, N) [m]."""
+    z = np.array([motion.z for motion in motions])
+    return np.exp([motion.log for motion in motions]), z.reshape(len(motions), balance.degrees, -1)
+
+
+def first_harmonics(z: FloatArray) -> ComplexArray:
+    """Of series of the shape (..., N), shape (...)."""
+    return np.asarray(z[..., 1] - 1j * z[..., 1 + z.shape[-1] // 2])
+
+
+def displacements(balance: BalancedSystem, motions: Sequence[SteadyMotion]) -> FloatArray:
+    """Displacement of the coordinates over a period, shape (F, D, K) [m]."""
+    return _sampled(balance, stacked(balance, motions)[1])
+
+
+def accelerations(balance: BalancedSystem, motions: Sequence[SteadyMotion]) -> FloatArray:
+    """Acceleration of the coordinates over a period, shape (F, D, K) [m/s^2].
+
+    It is not that of the series, whose few harmonics would smear the kinks of the springs' force.
+    """
+    omega, z = stacked(balance, motions)
+    half, order = balance.basis.harmonics, balance.basis.order
+    rates = np.zeros_like(z)
+    rates[..., 1 : half + 1] = order[1 : half + 1] * z[..., half + 1 :]
+    rates[..., half + 1 :] = -order[1 : half + 1] * z[..., 1 : half + 1]
+    push = -balance.stiffness @ z - balance.damping @ (omega[:, None, None] * rates)
+    push[..., 0] += balance.load
+    push[..., 1] += balance.forcing_at(omega)
+    springs = np.array([motion.motion.force for motion in motions])
+    return np.asarray((_sampled(balance, push) - springs) / balance.mass)
+
+
+def _sampled(balance: BalancedSystem, series: FloatArray) -> FloatArray:
+    """Series of the shape (F, D, N) over a period, shape (F, D, K)."""
+    samples = series.reshape(-1, series.shape[-1]) @ balance.basis.functions
+    return np.asarray(samples.reshape(*series.shape[:-1], -1))

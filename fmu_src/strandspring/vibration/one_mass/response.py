@@ -12,12 +12,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...kernel.arrays import FloatArray
-from ...kernel.balance import MotionSummary
 from ...kernel.path import PathSolver
 from ...loops.modelled import steady_loop_figures
 from .continuation import SteadyMotion, follow, refine_peak, refine_superharmonics
-from .curve_points import ResponsePoint, displacement_limits, response_columns, transmissibility
-from .harmonic_balance import HARMONICS, SAMPLES, HarmonicBalance
+from .curve_points import ResponsePoint, ShakenMass
+from .harmonic_balance import HARMONICS, SAMPLES, first_beyond, linear_motion, mass_balance
 from .system import Excitation, IsolatedMass, IsolationError, static_equilibrium
 
 # Superharmonic resonances lie at half the resonance's frequency and below.
@@ -138,21 +137,18 @@ def frequency_response(
     band = checked_band(frequencies)
     if not (math.isfinite(level) and level > 0.0):
         raise IsolationError(f"`level` must be finite and > 0 [{excitation.unit}], got {level!r}.")
-    balance = HarmonicBalance(system, excitation, level, harmonics, samples)
-    limits = displacement_limits(system.spring, extrapolate)
     equilibrium = static_equilibrium(system)
-    linear = partial(balance.linear_motion, equilibrium)
-    motions = []
-    for motion in follow(balance, linear, 2.0 * np.pi * band, limits, advance):
-        _check_range(balance, motion, limits)
-        motions.append(motion)
-    motions = refine_peak(balance, motions, lambda at: transmissibility(balance, at))
+    balance = mass_balance(system, equilibrium, excitation, level, extrapolate, harmonics, samples)
+    shaken = ShakenMass(system, equilibrium, excitation, level, balance)
+    linear = partial(linear_motion, balance, np.array([equilibrium.stiffness]))
+    motions = list(follow(balance, linear, 2.0 * np.pi * band, advance))
+    _check_range(shaken, motions)
+    motions = refine_peak(balance, motions, shaken.transmissibility)
     if resolve:
-        peak = motions[int(np.argmax(transmissibility(balance, motions)))]
-        motions = refine_superharmonics(balance, motions, _SUPERHARMONIC * peak.omega)
-    for motion in motions:
-        _check_range(balance, motion, limits)
-    columns = response_columns(balance, motions)
+        peak = motions[int(np.argmax(shaken.transmissibility(motions)))]
+        motions = refine_superharmonics(balance, motions, _strokes, _SUPERHARMONIC * peak.omega)
+    _check_range(shaken, motions)
+    columns = shaken.columns(motions)
     return FrequencyResponse(excitation, level, columns, _resonance(system, columns), equilibrium.frequency)
 
 
@@ -174,14 +170,19 @@ def checked_band(frequencies: Sequence[float] | FloatArray) -> FloatArray:
     return band
 
 
-def _check_range(balance: HarmonicBalance, motion: SteadyMotion[MotionSummary], limits: tuple[float, float]) -> None:
-    """Refuse a motion that leaves the identified range."""
-    low, high = motion.summary.low, motion.summary.high
-    if low < limits[0] or high > limits[1]:
-        p, level = balance.system.spring, balance.excitation.level_text(balance.level)
+def _strokes(motions: Sequence[SteadyMotion]) -> FloatArray:
+    """Stroke of a spring in each motion, shape (P,) [m]."""
+    return np.array([motion.motion.high[0] - motion.motion.low[0] for motion in motions])
+
+
+def _check_range(shaken: ShakenMass, motions: Sequence[SteadyMotion]) -> None:
+    """Refuse motions that leave the identified range."""
+    beyond = first_beyond(shaken.balance, motions)
+    if beyond is not None:
+        p, motion = shaken.system.spring, beyond[0].motion
         raise IsolationError(
-            f"At {motion.omega / (2.0 * np.pi):.4g} Hz and a level of {level} the spring moves from {1e3 * low:.4g} to "
-            f"{1e3 * high:.4g} mm, outside the identified range of "
+            f"At {beyond[0].omega / (2.0 * np.pi):.4g} Hz and a level of {shaken.balance.level_text} the spring moves "
+            f"from {1e3 * motion.low[0]:.4g} to {1e3 * motion.high[0]:.4g} mm, outside the identified range of "
             f"{1e3 * p.displacement_min:.4g} to {1e3 * p.displacement_max:.4g} mm; use a lower level, more "
             "springs, or a model identified over a larger range."
         )

@@ -16,13 +16,14 @@ import numpy as np
 
 from ...core.parameters import SpringParameters
 from ...errors import StrandspringError
+from ...ground.gravity import STANDARD_GRAVITY
+from ...kernel.arrays import FloatArray
 from ...kernel.path import PathSolver
 
-STANDARD_GRAVITY = 9.80665  # m/s^2
 # Levels of base displacement where none are given, shares of the free travel; help and results of `isolate` name them.
 DEFAULT_SHARES = (0.005, 0.01, 0.02)
-# Far beyond what any spring of this program carries; squares of its frequencies are numbers all the same.
-MASS_RANGE = (1e-20, 1e20)
+# Far beyond what any spring of this program carries.
+MASS_RANGE = (1e-9, 1e9)  # [kg]
 MOST_SPRINGS = 1_000_000  # side by side, and in series
 _GRID = 2001  # displacements over the identified range among which the static equilibrium is looked for
 
@@ -43,6 +44,12 @@ class Excitation(Enum):
         """SI unit of its level."""
         return {"base displacement": "m", "base acceleration": "m/s^2", "force": "N"}[self.value]
 
+    def base_amplitude(self, level: float, omega: FloatArray) -> FloatArray:
+        """Amplitude of the base's displacement at Omega [rad/s], positive in phase with the excitation [m]."""
+        if self is Excitation.FORCE:
+            return np.zeros_like(omega)
+        return np.full_like(omega, level) if self is Excitation.BASE_DISPLACEMENT else -level / omega**2
+
     def level_text(self, level: float) -> str:
         """A level in the unit that people read."""
         return f"{1e3 * level:.4g} mm" if self is Excitation.BASE_DISPLACEMENT else f"{level:.4g} {self.unit}"
@@ -55,7 +62,7 @@ class IsolatedMass:
     Parameters
     ----------
     spring : SpringParameters
-    mass : float          [kg], > 0, within MASS_RANGE.
+    mass : float          [kg], within MASS_RANGE.
     load : float or None  Static load along the mount's axis, positive as the force [N]; the weight if None.
     parallel : int        Rows of springs side by side.
     series : int          Springs in series in each row.
@@ -74,8 +81,6 @@ class IsolatedMass:
     damping: float = 0.0
 
     def __post_init__(self) -> None:
-        if not (math.isfinite(self.mass) and self.mass > 0.0):
-            raise IsolationError(f"`mass` must be finite and > 0 [kg], got {self.mass!r}.")
         if not MASS_RANGE[0] <= self.mass <= MASS_RANGE[1]:
             raise IsolationError(
                 f"`mass` must be within [{MASS_RANGE[0]:g}, {MASS_RANGE[1]:g}] kg, got {self.mass!r}; check its unit."

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from enum import Enum
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -15,24 +14,16 @@ from ...kernel.shock import largest_responses
 from .averaging import LARGEST_SIGNAL, check_interval
 from .level_table import FREQUENCY_RANGE
 
-# Natural frequency times sampling interval: beyond the first a caution, beyond the second a refusal. A signal that is
-# straight between its samples has lost a share 1 - sinc(f*dt)^2 of what it holds at f, 3.3 % and 19 %. An extremum of
-# the response between two samples is that of a cubic, with an error up to (2*pi*f*dt)^4/384, 0.04 % and 1.6 %.
-_COARSE, _COARSEST = 0.1, 0.25
+# Natural frequency times sampling interval. A signal that is straight between its samples has lost a share
+# 1 - sinc(f*dt)^2 of what it holds at f, 19 %. An extremum of the response between two samples is that of a cubic, with
+# an error up to (2*pi*f*dt)^4/384, 1.6 %.
+_COARSEST = 0.25
 MOST_FREQUENCIES = 100_000
-
-
-class Response(Enum):
-    """The response whose extrema a spectrum shows; the value is its unit."""
-
-    ACCELERATION = "m/s^2"  # absolute
-    DISPLACEMENT = "m"  # relative to the base
-    PSEUDO_VELOCITY = "m/s"  # 2*pi*f times the relative displacement
 
 
 @dataclass(frozen=True, eq=False)
 class ShockSpectrum:
-    """Largest responses of oscillators that are at rest before.
+    """Largest absolute accelerations of oscillators that are at rest before [m/s^2].
 
     Parameters
     ----------
@@ -41,9 +32,6 @@ class ShockSpectrum:
     primary_negative : ndarray, shape (F,)     Smallest during the samples, <= 0.
     residual_positive : ndarray, shape (F,)    Largest after the samples.
     residual_negative : ndarray, shape (F,)    Smallest after the samples.
-    damping : float                            Share of critical damping.
-    response : Response
-    cautions : tuple of str
     """
 
     frequency: FloatArray
@@ -51,9 +39,6 @@ class ShockSpectrum:
     primary_negative: FloatArray
     residual_positive: FloatArray
     residual_negative: FloatArray
-    damping: float
-    response: Response
-    cautions: tuple[str, ...] = ()
 
     @property
     def primary(self) -> FloatArray:
@@ -86,7 +71,6 @@ def shock_spectrum(
     interval: float,
     frequency: ArrayLike,
     damping: float = 0.05,
-    response: Response = Response.ACCELERATION,
 ) -> ShockSpectrum:
     """Shock response spectrum of an acceleration, straight between its samples and 0 after the last.
 
@@ -96,7 +80,6 @@ def shock_spectrum(
     interval : float                      Between two samples [s].
     frequency : array_like, shape (F,)    Natural frequencies of the oscillators [Hz].
     damping : float                       Share of critical damping, >= 0 and < 1; 0.05 is a quality factor of 10.
-    response : Response
 
     Raises
     ------
@@ -105,25 +88,8 @@ def shock_spectrum(
     """
     x, f = floats(samples), np.atleast_1d(floats(frequency))
     _check(x, interval, f, damping)
-    coarse = np.flatnonzero(f * interval > _COARSE)
-    cautions: tuple[str, ...] = ()
-    if coarse.size:
-        largest = float(f.max())
-        lost = 1.0 - float(np.sinc(largest * interval)) ** 2 + (2.0 * math.pi * largest * interval) ** 4 / 384.0
-        cautions = (
-            f"The samples are coarse for {coarse.size} of the {f.size} natural frequencies, which are above a tenth of "
-            f"the sampling rate of {1.0 / interval:g} Hz: the spectrum may be too low, at {largest:g} Hz by up to "
-            f"{100.0 * lost:.2g} %; sample faster.",
-        )
-    w = 2.0 * np.pi * f
-    found = largest_responses(x, w * interval, damping, response is not Response.ACCELERATION)
-    scale = {
-        Response.ACCELERATION: np.ones_like(w),
-        Response.DISPLACEMENT: w**-2.0,
-        Response.PSEUDO_VELOCITY: 1.0 / w,
-    }[response]
-    extrema = scale * found.T
-    return ShockSpectrum(f, extrema[0], extrema[1], extrema[2], extrema[3], damping, response, cautions)
+    extrema = largest_responses(x, 2.0 * np.pi * f * interval, damping).T
+    return ShockSpectrum(f, extrema[0], extrema[1], extrema[2], extrema[3])
 
 
 def octave_frequencies(low: float, high: float, per_octave: int = 12) -> FloatArray:

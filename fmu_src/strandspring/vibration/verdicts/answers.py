@@ -16,11 +16,10 @@ from ...errors import MountedSystemError
 from ...kernel.arrays import FloatArray
 from ...model.modelfile import ModelFile
 from ..bodies.axis_names import axis_names
-from ..bodies.limits import Limits
 from ..bodies.loads import LoadCase
 from ..bodies.mounted import MountedSystem
 from ..bodies.rest import SHARES
-from ..bodies.run_figures import RunFigures
+from ..bodies.run_figures import Limits, RunFigures
 from ..bodies.simulation import CaseResult, CaseRun, simulate_case
 from .case_cautions import Caution, case_cautions, system_cautions
 from .courses import Courses, courses

@@ -1,12 +1,15 @@
-/* Steady vibration of a mass on equal springs by harmonic balance, with alternating frequency and time.
+/* Steady vibration of a system on springs by harmonic balance, with alternating frequency and time.
  *
- * S springs in series share the displacement z of the mount, P such rows stand side by side. The N = 2H + 1 Fourier
- * coefficients of z (see fourier.h) balance, harmonic by harmonic,
+ * The system has D coordinates q of the same mass m and M axes. An axis moves by g.q and has P rows of S springs, each
+ * of them at x + g.q/S, and stops. Every coordinate is a series of N = 2H + 1 Fourier coefficients (see fourier.h),
+ * which balance order by order,
  *
- *     -m*(k*Omega)^2*z_k + c*k*Omega*z'_k + P*[r(z/S)]_k = L*[k = 0] + F*[k = 1, cosine],
+ *     -m*(k*Omega)^2*q_k + k*Omega*C*q'_k + K*q_k + sum of g*[P*r + stop]_k = L*[k = 0] + F*[k = 1, cosine],
  *
- * with F = forcing + forcing_by_square*Omega^2. The springs' force is taken in time, where a whole period follows at
- * once, and brought back by its projection. Newton's method solves the balance with its exact Jacobian. */
+ * with F = F_0 + F_1*Omega^2 + F_2/Omega^2. The springs' force is taken in time, where a whole period follows at once,
+ * and brought back by its projection. Newton's method solves the balance with its exact Jacobian.
+ *
+ * Coefficients of motions and forces are D rows of N. */
 #ifndef BALANCE_H
 #define BALANCE_H
 
@@ -15,52 +18,71 @@
 
 #include <stddef.h>
 
-/* One system under one level of excitation. Each thread needs its own, because `start` and the workspace change. */
+enum {
+    BALANCED_FORCINGS = 3, /* F_0 [N], F_1 [N s^2], F_2 [N/s^2] */
+    BALANCED_OF_AXIS = 5   /* figures of an axis in a motion */
+};
+
 typedef struct {
     const SpringLaw *law;
-    FourierBasis basis;
-    double *workspace;                 /* of balance_workspace doubles */
-    double start;                      /* as in spring_periodic; 0.5 to begin with */
-    double parallel, series;           /* P, S */
-    double mass, damping, static_load; /* [kg], [N s/m], L [N] */
-    double forcing, forcing_by_square; /* [N], [N s^2] */
-    double force_on_mass;              /* the part of F that acts on the mass itself [N]; the rest is inertia */
-} BalancedMass;
+    double start;                                  /* as in spring_periodic; 0.5 to begin with */
+    double parallel, series;                       /* P, S */
+    double position;                               /* x [m] */
+    double stop_low, stop_high, stop_stiffness;    /* displacements of a spring [m]; [N/m] of the axis */
+    double low, high;                              /* displacements of a spring beyond which a sweep ends [m] */
+} BalancedAxis;
 
-/* Summary of a steady motion. */
+/* One system under one level of excitation. Each thread needs its own, because `start` and the workspace change. */
 typedef struct {
-    double low, high; /* displacement of one spring [m] */
-    double omega;     /* of a spring at phase 0 [-] */
-    double push;      /* largest absolute force on the mass over the period, inertia excluded [N] */
+    size_t degrees, axes; /* D, M */
+    FourierBasis basis;
+    BalancedAxis *axis;
+    double mass;            /* m [kg] */
+    const double *along;    /* g, M rows of D */
+    const double *damping;  /* C, D rows of D [N s/m] */
+    const double *stiffness; /* K, D rows of D [N/m] */
+    const double *load;     /* L, D [N] */
+    const double *forcing;  /* BALANCED_FORCINGS rows of D */
+    double *workspace;      /* of balance_workspace doubles */
+} BalancedSystem;
+
+/* What a motion is besides its coefficients; the caller's arrays.
+ *
+ * of_axes   BALANCED_OF_AXIS each: lowest and highest displacement of a spring [m], its omega at phase 0 [-], and the
+ *           first harmonic of the axis' force, cosine and sine [N]
+ * force     D rows of K: what the axes' forces are on the coordinates over a period [N] */
+typedef struct {
+    double *of_axes, *force;
 } BalancedMotion;
 
-size_t balance_workspace(size_t harmonics, size_t samples);
+/* Doubles of workspace. */
+size_t balance_workspace(const BalancedSystem *system);
 
 /* The unbalanced force of a motion [N], its derivatives by the coefficients [N/m] and by Omega [N s], and the largest
  * term of the balance, by which tolerances are scaled [N]. Returns 0 if the motion does not move.
  *
- * z, residual, by_frequency   N
- * jacobian                    N rows of N */
+ * z, residual, by_frequency   D*N
+ * jacobian                    D*N rows of D*N */
 int balance_at(
-    BalancedMass *mass, const double *z, double frequency, double *residual, double *jacobian, double *by_frequency,
-    double *scale, BalancedMotion *motion);
+    BalancedSystem *system, const double *z, double frequency, double *residual, double *jacobian,
+    double *by_frequency, double *scale, const BalancedMotion *motion);
 
 /* Newton's method at a fixed frequency Omega [rad/s], from the motion z, which is replaced by the steady one if 1 is
  * returned; 0 if there is no convergence. */
-int balance_solve(BalancedMass *mass, double frequency, double *z, BalancedMotion *motion);
+int balance_solve(BalancedSystem *system, double frequency, double *z, const BalancedMotion *motion);
 
-/* The steady motions at rising frequencies, each predicted along the tangent of the one before and reached in several
- * steps if need be. Ends where a motion would not be continuous with the one before, or beyond the limits.
+/* The steady motions at rising frequencies, each predicted from the tangents of the two before and reached in several
+ * steps if need be. Ends where a motion would not be continuous with the one before, or after the first in which a
+ * spring goes beyond the limits of its axis.
  *
  * log, z        ln(Omega) and coefficients of the steady motion to start from
  * count, logs   the wanted ln(Omega), rising, all above `log`
- * low, high     limits of a spring's displacement; the first motion beyond them is the last [m]
- * found         coefficients at each frequency reached, up to `count` rows of N
- * motions       one for each of them
+ * found         coefficients at each frequency reached, up to `count` times D*N
+ * motions       room for as many of what a motion is besides, one after the other
  *
  * Returns the number of frequencies reached. */
 size_t balance_sweep(
-    BalancedMass *mass, double log, const double *z, size_t count, const double *logs, double low, double high,
-    double *found, BalancedMotion *motions);
+    BalancedSystem *system, double log, const double *z, size_t count, const double *logs, double *found,
+    const BalancedMotion *motions);
 
 #endif

@@ -1,4 +1,4 @@
-"""The steady force of a spring over one period, in the compiled kernel (`kernel/c/balance/periodic.h`)."""
+"""The steady force of a spring over one period, as the compiled kernel gives it (`kernel/c/balance/periodic.h`)."""
 
 from __future__ import annotations
 
@@ -7,12 +7,20 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..core.parameters import SpringParameters
-from .arrays import FloatArray, address, floats
-from .library import library
-from .path import Law
-from .periodic import FourierBasis
-from .structures import structures
+from strandspring import SpringParameters
+from strandspring.kernel.arrays import FloatArray, address, floats
+from strandspring.kernel.library import library
+from strandspring.kernel.path import Law
+from strandspring.kernel.periodic import FourierBasis
+
+
+class _Period(ctypes.Structure):
+    """SpringPeriod of periodic.h."""
+
+    _fields_ = [
+        (name, ctypes.c_void_p)
+        for name in ("displacement", "rate", "omega", "force", "coefficients", "jacobian", "turns")
+    ]
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,7 +56,11 @@ class PeriodicSpring:
         self.basis = basis
         self._law = Law(parameters)
         self._start = np.array([0.5])
-        self._workspace = np.empty(library().spring_periodic_workspace(basis.harmonics, basis.samples))
+        kernel = library()
+        kernel.spring_periodic_workspace.argtypes = (ctypes.c_size_t, ctypes.c_size_t)
+        kernel.spring_periodic_workspace.restype = kernel.spring_periodic.restype = ctypes.c_size_t
+        kernel.spring_periodic.argtypes = (ctypes.c_void_p,) * 6
+        self._workspace = np.empty(kernel.spring_periodic_workspace(basis.harmonics, basis.samples))
 
     def respond(self, coefficients: FloatArray) -> PeriodicForce:
         """The steady force under a displacement.
@@ -64,7 +76,7 @@ class PeriodicSpring:
         count, samples = self.basis.order.size, self.basis.samples
         displacement, rate, omega, force, turns = np.empty((5, samples))
         of_force, jacobian, coefficients = np.empty(count), np.empty((count, count)), floats(coefficients)
-        period = structures()["SpringPeriod"](
+        period = _Period(
             displacement=address(displacement), rate=address(rate), omega=address(omega), force=address(force),
             coefficients=address(of_force), jacobian=address(jacobian), turns=address(turns),
         )  # fmt: skip
@@ -79,3 +91,9 @@ class PeriodicSpring:
         if strokes == 0:
             raise ValueError("`coefficients` must describe a motion, got a constant displacement.")
         return PeriodicForce(displacement, omega, force, of_force, jacobian, turns[:strokes])
+
+
+def functions_at(basis: FourierBasis, phase: FloatArray) -> FloatArray:
+    """The functions of a basis at any phases of shape (P,), shape (P, N)."""
+    angle = phase[:, None] * basis.order[1 : basis.harmonics + 1]
+    return np.hstack([np.ones((phase.size, 1)), np.cos(angle), np.sin(angle)])
