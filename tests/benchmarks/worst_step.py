@@ -105,7 +105,7 @@ def timed(
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--steps", type=float, default=1e7)
-    parser.add_argument("--core", type=Path, default=Path(strandspring.__file__).parent / "core" / "c")
+    parser.add_argument("--core", type=Path, default=Path(strandspring.__file__).parent / "core" / "c" / "spring")
     parser.add_argument("--degrees", type=int, nargs="*", default=list(DEGREES))
     chosen = parser.parse_args()
     cases = list(itertools.product(N, SIGMA, SATURATIONS))

@@ -28,10 +28,10 @@ from strandspring.kernel.structures import structures
 
 FloatArray = NDArray[np.float64]
 
-KERNEL = Path(strandspring.__file__).parent / "core" / "c"
+KERNEL = Path(strandspring.__file__).parent / "core" / "c" / "spring"
 # Those without FMI.
 SOURCES = tuple(
-    KERNEL / f"{name}.c" for name in ("saturation", "saturation_lookup", "spline", "spring", "spring_problem")
+    KERNEL / f"{name}.c" for name in ("saturation", "saturation_table", "spline", "spring", "spring_problem")
 )
 HERE = Path(__file__).parent
 FLAGS = (

@@ -8,10 +8,10 @@
 #endif
 #define SPRING_LOCAL static inline
 
-#include "../../core/c/fmi2_api.h"
-#include "../../core/c/fmi2_log.c"
-#include "../../core/c/fmu_log.c"
-#include "../../core/c/fmu_modes.c"
+#include "../../core/c/fmi2/fmi2_api.h"
+#include "../../core/c/fmi2/fmi2_log.c"
+#include "../../core/c/fmi/fmu_log.c"
+#include "../../core/c/fmi/fmu_modes.c"
 
 #include "python.c"
 #ifdef _WIN32
@@ -36,7 +36,7 @@ typedef struct {
 
 static const char IDENTITY;
 
-#include "../../core/c/fmi2_calls.h"
+#include "../../core/c/fmi2/fmi2_calls.h"
 
 fmi2Component fmi2Instantiate(fmi2String instanceName, fmi2Type fmuType, fmi2String fmuGUID,
                               fmi2String fmuResourceLocation, const fmi2CallbackFunctions *functions,

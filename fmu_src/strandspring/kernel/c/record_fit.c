@@ -1,4 +1,5 @@
 #include "record_fit.h"
+#include "../../core/c/spring/saturation_table.h"
 #include "least_squares.h"
 #include "linear.h"
 #include "path.h"

@@ -3,7 +3,7 @@
 #ifndef RECORD_FIT_H
 #define RECORD_FIT_H
 
-#include "../../core/c/saturation.h"
+#include "../../core/c/spring/saturation.h"
 
 #include <stddef.h>
 #include <stdint.h>
