@@ -20,7 +20,7 @@ from strandspring.model.modelfile import ModelFile
 OUTPUTS = ("force", "stiffness", "absorbed_energy", "omega")
 # By version of FMI: the unit of the sources, and the file and function of a step.
 UNITS = {2: "fmi2_all.c", 3: "fmi3_all.c"}
-STEPS = {2: ("fmi2_life.c", "fmi2Status fmi2DoStep("), 3: ("fmi3_life.c", "fmi3Status fmi3DoStep(")}
+STEPS = {2: ("fmi2/fmi2_life.c", "fmi2Status fmi2DoStep("), 3: ("fmi3/fmi3_life.c", "fmi3Status fmi3DoStep(")}
 
 
 def write_sources(folder: Path, parameters: SpringParameters = SPRING, fmi: int = 2, no_energy: bool = False) -> Path:

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Any
 
-from ..core.parameters import KNOTS, MAXIMUM_DEGREE, SCALARS, SpringParameters
+from ..core.parameters import KNOTS, MAXIMUM_AMPLIFIER_DEGREE, MAXIMUM_DEGREE, SCALARS, SpringParameters
 from ..errors import ModelError
 from ..ground.files import bundled_file, read_bytes, read_text, readable, write_text
 from ..ground.strict_json import escaped, is_finite, parse, plain, shown
@@ -27,8 +27,8 @@ _SCHEMA = f"{_FORMAT}.schema.json"  # beside the models of a source checkout, be
 # Of a model whose FE is a polynomial, and of one whose FE is a table.
 _VERSION, _TABLE_VERSION = 1, 2
 # The lists among the parameters in the order of the file, with how many numbers each may have.
-_POLYNOMIALS = {"kE": (1, MAXIMUM_DEGREE + 1), "kA": (1, MAXIMUM_DEGREE + 1)}
-_TABLES = {"FE_knots": KNOTS, "FE_forces": KNOTS, "kA": (1, MAXIMUM_DEGREE + 1)}
+_POLYNOMIALS = {"kE": (1, MAXIMUM_DEGREE + 1), "kA": (1, MAXIMUM_AMPLIFIER_DEGREE + 1)}
+_TABLES = {"FE_knots": KNOTS, "FE_forces": KNOTS, "kA": (1, MAXIMUM_AMPLIFIER_DEGREE + 1)}
 _LISTS = {_VERSION: _POLYNOMIALS, _TABLE_VERSION: _TABLES}
 _MAX_DESCRIPTION = 2000
 

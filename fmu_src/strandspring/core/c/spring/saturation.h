@@ -10,6 +10,7 @@
 #ifndef SATURATION_H
 #define SATURATION_H
 
+#include "numerics.h"
 #include "spring_library.h"
 #include "spring_local.h"
 
@@ -19,11 +20,8 @@ enum {
     SPRING_POWERS = 12,    /* coefficients of a polynomial of degree 11 */
     SPRING_PIECES = 156,   /* of a branch; 153 are taken at most */
     SPRING_BUCKETS = 1056, /* of a branch, 16 to the octave: 66 octaves */
-    SPRING_BLOCKS = 40,    /* of a branch; 38 are taken at most */
-    SPRING_BLOCK_POWERS = 16,
-    SPRING_BLOCK_ROOM = 42, /* blocks are taken two at a time */
-    SPRING_RUN = 4, /* blocks that are also taken together */
-    SPRING_RUNS = SPRING_BLOCKS / SPRING_RUN
+    SPRING_GROUP = 8,      /* pieces over which energies are also integrated together */
+    SPRING_GROUPS = SPRING_PIECES / SPRING_GROUP
 };
 
 /* A polynomial on a short interval: of theta = (argument - middle)*per_half, -1 <= theta <= 1. |W| is one of |xi|, and
@@ -40,17 +38,6 @@ typedef struct {
     unsigned char piece[SPRING_BUCKETS + 1];
 } SpringIndex;
 
-/* Runs of pieces, as long as |W| is one polynomial of degree 15 on each of them: theta = (|xi| - middle)*per_half. With
- * it integrals of |W| times FA, of degree 20, are exact by Gauss's rule of 20 points. */
-typedef struct {
-    int count;
-    double ends[SPRING_BLOCK_ROOM];              /* |xi| between the blocks; beyond the last one infinite */
-    double middle[SPRING_BLOCK_ROOM], per_half[SPRING_BLOCK_ROOM];
-    double run_middle[SPRING_RUNS];              /* of each run that is whole */
-    double area[SPRING_BLOCK_ROOM];              /* integral of |W| from 0 to each end */
-    double coefficients[SPRING_BLOCKS][SPRING_BLOCK_POWERS];
-} SpringBlocks;
-
 /* One branch of W, W >= 0 or W < 0. */
 typedef struct {
     int pieces;
@@ -61,17 +48,19 @@ typedef struct {
     SpringPiece piece[SPRING_PIECES];
     SpringPiece inverse[SPRING_PIECES];
     SpringIndex of_xi, of_value, of_complement;
-    SpringBlocks blocks; /* for energies */
+    /* For energies: the integral of |W|*p over some pieces is the sum of shares*p at Gauss's nodes on them all, for every
+     * polynomial p of degree 9. These are of the pieces up to each edge, and of groups of pieces. */
+    double first_shares[SPRING_PIECES + 1][GAUSS_POINTS], group_shares[SPRING_GROUPS][GAUSS_POINTS];
 #ifndef SPRING_STEPS_ONLY
     /* Derivatives of |W| by n and sigma at fixed |xi|, as polynomials of theta. */
     double by_n[SPRING_PIECES][SPRING_POWERS], by_sigma[SPRING_PIECES][SPRING_POWERS];
 #endif
 } SpringBranch;
 
-/* W for one pair (n, sigma); some 160 kB. */
+/* W for one pair (n, sigma); some 170 kB. */
 typedef struct {
     double n, curvature; /* 2 sigma - 1 */
-    int has_energies;    /* whether the blocks are filled */
+    int has_energies;    /* whether the shares are filled */
     SpringBranch rising, falling;
 } SpringTable;
 

@@ -13,20 +13,15 @@ enum { DEGREE = SPRING_POWERS - 1 };
 
 static const double PI = 3.14159265358979323846;
 /* How finely W is tabulated: ln of the smallest |W| resolved, the logit above which W counts as 1, minus ln of what is
- * lost beside 1, the width of a piece in the logit of W, or in ln|W| and in n*ln|W| on the falling branch, what of W a
- * block need not resolve, and the share of it that counts as rounded. */
+ * lost beside 1, and the width of a piece in the logit of W, or in ln|W| and in n*ln|W| on the falling branch. */
 typedef struct {
-    double lowest, highest, lost, width, unresolved, rounded;
+    double lowest, highest, lost, width;
 } Fineness;
 /* As in saturation.py. The nearest singularity, most often xi = 0, is 4.5 half widths away at least, and the
  * polynomial's error below 1e-13; above the highest logit 1 - W is below a rounding. */
-static const Fineness FINE = {-32.0, 36.5, 36.0, 0.45, 5e-13, 1e-14};
+static const Fineness FINE = {-32.0, 36.5, 36.0, 0.45};
 /* The nearest singularity is 2.2 half widths away, and the error of W below 1e-8. */
-static const Fineness COARSE = {-16.0, 20.0, 16.0, 0.9, 1e-7, 1e-7};
-/* Of what small loops absorb, how much a block may miss; and how many times its beginning the end of a block may be, or
- * roundings would be large beside |W| at the beginning. */
-static const double LOOP_SHARE = 1e-7, WIDEST = 60.0;
-
+static const Fineness COARSE = {-16.0, 20.0, 16.0, 0.9};
 /* The order in which interpolation takes the nodes: each far from those before, or rounding errors grow. */
 static const int ORDER[SPRING_POWERS] = {0, 11, 6, 3, 9, 1, 8, 5, 10, 2, 7, 4};
 
@@ -348,108 +343,83 @@ static void tabulate_falling(const Rule *rule, const Fineness *is, SpringTable *
     make_indices(branch);
 }
 
-/* ---- blocks ---- */
+/* ---- energies ---- */
 
-/* cos(pi*k/(2*SPRING_BLOCK_POWERS)); odd k are Chebyshev's nodes. */
+/* Legendre's polynomials: each is rise*t times the one before less fall times the one before that; and weight*(m + 1/2)
+ * times each at Gauss's nodes, by which integrals with them give shares. */
 typedef struct {
-    double cosine[4 * SPRING_BLOCK_POWERS];
-} Chebyshev;
+    double rise[GAUSS_POINTS], fall[GAUSS_POINTS], share[GAUSS_POINTS][GAUSS_POINTS];
+} Legendre;
 
-/* |W| at Chebyshev's nodes between two edges. */
-static void sample(const Chebyshev *rule, const SpringBranch *branch, int from, int to, double *value)
+/* The polynomials at some t, times what they are to begin with. */
+static void multiply(const Legendre *rule, const double *t, const double *begin, double value[][GAUSS_POINTS])
 {
-    double half = 0.5 * (branch->edges[to] - branch->edges[from]), middle = branch->edges[from] + half;
-    for (int k = 0, piece = to - 1; k < SPRING_BLOCK_POWERS; k++) {
-        double z = middle + half * rule->cosine[2 * k + 1];
-        while (piece > from && z < branch->edges[piece])
-            piece--;
-        value[k] = spring_on_piece(branch, piece, z);
+    for (int k = 0; k < GAUSS_POINTS; k++) {
+        value[0][k] = begin[k];
+        value[1][k] = t[k] * begin[k];
     }
+    for (int m = 2; m < GAUSS_POINTS; m++)
+        for (int k = 0; k < GAUSS_POINTS; k++)
+            value[m][k] = rule->rise[m] * t[k] * value[m - 1][k] - rule->fall[m] * value[m - 2][k];
 }
 
-/* The coefficient of Chebyshev's polynomial of degree m, m > 0 being twice as large. */
-static double share_of(const Chebyshev *rule, const double *value, int m)
+static void make_legendre(Legendre *rule)
 {
-    double total = 0.0;
-    for (int k = 0; k < SPRING_BLOCK_POWERS; k++)
-        total += value[k] * rule->cosine[m * (2 * k + 1) % (4 * SPRING_BLOCK_POWERS)];
-    return total * (m > 0 ? 2.0 : 1.0) / (double)SPRING_BLOCK_POWERS;
+    for (int m = 1; m < GAUSS_POINTS; m++) {
+        rule->rise[m] = 2.0 - 1.0 / m;
+        rule->fall[m] = 1.0 - 1.0 / m;
+    }
+    multiply(rule, GAUSS_NODES, GAUSS_WEIGHTS, rule->share);
+    for (int m = 0; m < GAUSS_POINTS; m++)
+        for (int k = 0; k < GAUSS_POINTS; k++)
+            rule->share[m][k] *= m + 0.5;
 }
 
-/* What of |W| a block between two edges need not resolve. Loops far below saturation absorb what |xi|^(n + 1) adds to
- * |xi|. */
-static double unresolved_by(const SpringTable *table, const Fineness *is, const SpringBranch *branch, int from, int to)
+/* Adds to the integrals of |W| times Legendre's polynomials on [low, high] those over a part of it, from a to b. */
+static void add_integrals(const Legendre *rule, double low, double high, double a, double b, const double *shares,
+                          double *integrals)
 {
-    double first = branch->values[from];
-    return clip(LOOP_SHARE * first * pow(first, table->n), is->rounded * branch->values[to], is->unresolved);
+    double per_half = 2.0 / (high - low), middle = 0.5 * ((a + b) - (low + high)) * per_half;
+    double t[GAUSS_POINTS], value[GAUSS_POINTS][GAUSS_POINTS];
+    for (int k = 0; k < GAUSS_POINTS; k++)
+        t[k] = middle + 0.5 * (b - a) * per_half * GAUSS_NODES[k];
+    multiply(rule, t, shares, value);
+    for (int k = 0; k < GAUSS_POINTS; k++)
+        for (int m = 0; m < GAUSS_POINTS; m++)
+            integrals[m] += value[m][k];
 }
 
-/* Whether |W| between two edges is a polynomial, nearly. */
-static int is_smooth(
-    const Chebyshev *rule, const SpringTable *table, const Fineness *is, const SpringBranch *branch, int from, int to)
+/* The shares by which Gauss's rule gives these integrals. */
+static void make_shares(const Legendre *rule, const double *integrals, double *shares)
 {
-    double value[SPRING_BLOCK_POWERS], last = 0.0;
-    if (to > branch->pieces || (from == 0 && to > 1) || branch->edges[to] > WIDEST * branch->edges[from])
-        return 0;
-    sample(rule, branch, from, to, value);
-    for (int m = SPRING_BLOCK_POWERS - 3; m < SPRING_BLOCK_POWERS; m++)
-        last += fabs(share_of(rule, value, m));
-    return last < unresolved_by(table, is, branch, from, to);
+    memset(shares, 0, GAUSS_POINTS * sizeof *shares);
+    for (int m = 0; m < GAUSS_POINTS; m++)
+        for (int k = 0; k < GAUSS_POINTS; k++)
+            shares[k] += rule->share[m][k] * integrals[m];
 }
 
-/* The edge that ends a block. */
-static int end_of_block(
-    const Chebyshev *rule, const SpringTable *table, const Fineness *is, const SpringBranch *branch, int from)
+static void add_shares(const Legendre *rule, SpringBranch *branch)
 {
-    int to = from + 1, step = 1;
-    for (; is_smooth(rule, table, is, branch, from, to + step); step *= 2)
-        to += step;
-    for (step /= 2; step > 0; step /= 2)
-        if (is_smooth(rule, table, is, branch, from, to + step))
-            to += step;
-    return to;
-}
-
-static void add_block(const Chebyshev *rule, SpringBranch *branch, int from, int to)
-{
-    SpringBlocks *blocks = &branch->blocks;
-    int index = blocks->count++;
-    double value[SPRING_BLOCK_POWERS], later[SPRING_BLOCK_POWERS] = {0.0}, *c = blocks->coefficients[index];
-    sample(rule, branch, from, to, value);
-    memset(c, 0, sizeof blocks->coefficients[index]);
-    /* Clenshaw's recurrence, multiplied out: c = share + 2*theta*c - later. */
-    for (int m = SPRING_BLOCK_POWERS - 1; m >= 0; m--) {
-        double twice = m > 0 ? 2.0 : 1.0;
-        for (int k = SPRING_BLOCK_POWERS - 1; k >= 0; k--) {
-            double next = twice * (k > 0 ? c[k - 1] : 0.0) - later[k];
-            later[k] = c[k];
-            c[k] = next;
+    const double *edges = branch->edges;
+    double of_group[GAUSS_POINTS] = {0.0};
+    memset(branch->first_shares[0], 0, sizeof branch->first_shares[0]);
+    for (int piece = 0; piece < branch->pieces; piece++) {
+        int group = piece / SPRING_GROUP, end = (group + 1) * SPRING_GROUP;
+        double shares[GAUSS_POINTS], of_first[GAUSS_POINTS] = {0.0}, a = edges[piece], b = edges[piece + 1];
+        for (int k = 0; k < GAUSS_POINTS; k++) {
+            double z = 0.5 * (a + b) + 0.5 * (b - a) * GAUSS_NODES[k];
+            shares[k] = 0.5 * (b - a) * GAUSS_WEIGHTS[k] * spring_on_piece(branch, piece, z);
         }
-        c[0] += share_of(rule, value, m);
-    }
-    double total = 0.0;
-    for (int k = 0; k < SPRING_BLOCK_POWERS; k += 2)
-        total += c[k] * 2.0 / (k + 1);
-    double half = 0.5 * (branch->edges[to] - branch->edges[from]);
-    blocks->middle[index] = branch->edges[from] + half;
-    blocks->per_half[index] = 1.0 / half;
-    blocks->ends[index + 1] = branch->edges[to];
-    blocks->area[index + 1] = blocks->area[index] + half * total;
-    if (blocks->count % SPRING_RUN == 0)
-        blocks->run_middle[index / SPRING_RUN] =
-            0.5 * (blocks->ends[blocks->count] + blocks->ends[blocks->count - SPRING_RUN]);
-}
-
-static void add_blocks(const Chebyshev *rule, const SpringTable *table, const Fineness *is, SpringBranch *branch)
-{
-    SpringBlocks *blocks = &branch->blocks;
-    memset(blocks, 0, sizeof *blocks);
-    for (int k = 1; k < SPRING_BLOCK_ROOM; k++)
-        blocks->ends[k] = DBL_MAX;
-    for (int from = 0; from < branch->pieces;) {
-        int to = blocks->count < SPRING_BLOCKS - 1 ? end_of_block(rule, table, is, branch, from) : branch->pieces;
-        add_block(rule, branch, from, to);
-        from = to;
+        add_integrals(rule, 0.0, b, 0.0, a, branch->first_shares[piece], of_first);
+        add_integrals(rule, 0.0, b, a, b, shares, of_first);
+        make_shares(rule, of_first, branch->first_shares[piece + 1]);
+        if (end > branch->pieces)
+            continue;
+        add_integrals(rule, edges[group * SPRING_GROUP], edges[end], a, b, shares, of_group);
+        if (piece + 1 == end) {
+            make_shares(rule, of_group, branch->group_shares[group]);
+            memset(of_group, 0, sizeof of_group);
+        }
     }
 }
 
@@ -464,11 +434,10 @@ void spring_tabulate(SpringTable *table, double n, double sigma, int with)
     tabulate_falling(&rule, is, table, with);
     table->has_energies = (with & SPRING_WITH_ENERGIES) != 0;
     if (table->has_energies) {
-        Chebyshev chebyshev;
-        for (int k = 0; k < 4 * SPRING_BLOCK_POWERS; k++)
-            chebyshev.cosine[k] = cos(PI * k / (double)(2 * SPRING_BLOCK_POWERS));
-        add_blocks(&chebyshev, table, is, &table->rising);
-        add_blocks(&chebyshev, table, is, &table->falling);
+        Legendre legendre;
+        make_legendre(&legendre);
+        add_shares(&legendre, &table->rising);
+        add_shares(&legendre, &table->falling);
     }
 }
 

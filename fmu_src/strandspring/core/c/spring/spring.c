@@ -15,117 +15,6 @@ static void antiderivative(const double *coefficients, int count, double *of)
         of[i + 1] = coefficients[i] / (i + 1);
 }
 
-/* A block or a run of them may be twice this share of the range, and the first blocks together this one. */
-static const double WIDEST_SHARE = 0.51, CORE_SHARE = 0.06;
-
-enum { MOST_POWER = SPRING_BLOCK_POWERS + SPRING_COEFFICIENTS };
-
-/* What prepares the works of whole blocks: FA(x + t) is the sum of taylor[k][m]*x^k*t^m. */
-typedef struct {
-    double taylor[SPRING_COEFFICIENTS][SPRING_COEFFICIENTS], two_by[MOST_POWER], factorial[SPRING_COEFFICIENTS];
-} Expansion;
-
-/* Over a whole block, x = middle + per_z*half*theta, FA expanded by powers of theta, whose integrals with |W| are easy,
- * gives a polynomial of the middle. */
-static void prepare_block_work(SpringLaw *law, const Expansion *of, int falls, int index)
-{
-    const SpringBlocks *blocks = falls ? &law->table->falling.blocks : &law->table->rising.blocks;
-    const double *c = blocks->coefficients[index];
-    int count = law->parameters.amplifier;
-    double half = 1.0 / blocks->per_half[index], reach = half / law->parameters.rho;
-    double moment[SPRING_COEFFICIENTS], power = half;
-    /* None that is wider than the range lies in it. */
-    if (reach > WIDEST_SHARE * (law->x_max - law->x_min))
-        return;
-    for (int m = 0; m < count; m++, power *= reach) {
-        double total = 0.0;
-        for (int k = m % 2; k < SPRING_BLOCK_POWERS; k += 2)
-            total += c[k] * of->two_by[k + m + 1];
-        moment[m] = power * total;
-    }
-    for (int k = 0; k < count; k++) {
-        double even = 0.0, odd = 0.0;
-        for (int m = 0; m + k < count; m += 2)
-            even += of->taylor[k][m] * moment[m];
-        for (int m = 1; m + k < count; m += 2)
-            odd += of->taylor[k][m] * moment[m];
-        law->block_work[falls][0][index / 2][k][index % 2] = even - odd;
-        law->block_work[falls][1][index / 2][k][index % 2] = even + odd;
-    }
-}
-
-/* Adds c(x + shift) to sum(x), as coefficients of one of two blocks lie. */
-static void add_shifted(const Expansion *of, const double (*c)[2], int count, double shift, double (*sum)[2])
-{
-    double scaled[SPRING_COEFFICIENTS], power[SPRING_COEFFICIENTS];
-    for (int k = 0; k < count; k++) {
-        scaled[k] = of->factorial[k] * c[k][0];
-        power[k] = k > 0 ? power[k - 1] * shift / k : 1.0;
-    }
-    for (int m = 0; m < count; m++) {
-        double total = 0.0;
-        for (int k = m; k < count; k++)
-            total += scaled[k] * power[k - m];
-        sum[m][0] += total / of->factorial[m];
-    }
-}
-
-/* Adds up the polynomials of each run of blocks, and of the first blocks. */
-static void prepare_runs(SpringLaw *law, const Expansion *of, int falls)
-{
-    const SpringBlocks *blocks = falls ? &law->table->falling.blocks : &law->table->rising.blocks;
-    int count = law->parameters.amplifier, core = 0;
-    double range = law->parameters.rho * (law->x_max - law->x_min);
-    while (core < blocks->count && blocks->ends[core + 1] <= CORE_SHARE * range)
-        core++;
-    if (core < blocks->count)
-        core -= core % SPRING_RUN;
-    law->core[falls] = core;
-    for (int grows = 0; grows < 2; grows++) {
-        double per_z = (grows ? 1.0 : -1.0) / law->parameters.rho, core_work[SPRING_COEFFICIENTS][2] = {{0.0}};
-        for (int i = 0; i < blocks->count; i++) {
-            int64_t run = i / SPRING_RUN;
-            const double(*work)[2] = (const double(*)[2])&law->block_work[falls][grows][i / 2][0][i % 2];
-            double(*sum)[2] = (double(*)[2])&law->run_work[falls][grows][run / 2][0][run % 2];
-            if (i < core)
-                add_shifted(of, work, count, per_z * (blocks->middle[i] - 0.5 * blocks->ends[core]), core_work);
-            if ((run + 1) * SPRING_RUN <= blocks->count
-                && blocks->ends[(run + 1) * SPRING_RUN] - blocks->ends[run * SPRING_RUN] <= 2.0 * WIDEST_SHARE * range)
-                add_shifted(of, work, count, per_z * (blocks->middle[i] - blocks->run_middle[run]), sum);
-        }
-        for (int k = 0; k < count; k++)
-            law->core_work[falls][grows][k] = core_work[k][0];
-    }
-}
-
-static void prepare_block_works(SpringLaw *law)
-{
-    Expansion of = {.factorial = {1.0}};
-    const SpringParameters *p = &law->parameters;
-    for (int i = 0; i < p->amplifier; i++) {
-        double binomial = 1.0;
-        for (int m = 0; m <= i; m++) {
-            of.taylor[i - m][m] = binomial * p->kA[i];
-            binomial = binomial * (i - m) / (m + 1);
-        }
-    }
-    for (int i = 1; i < MOST_POWER; i++)
-        of.two_by[i] = 2.0 / i;
-    for (int i = 1; i < SPRING_COEFFICIENTS; i++)
-        of.factorial[i] = i * of.factorial[i - 1];
-    memset(law->block_work, 0, sizeof law->block_work);
-    memset(law->run_work, 0, sizeof law->run_work);
-    memset(law->core_work, 0, sizeof law->core_work);
-    memset(law->FA, 0, sizeof law->FA);
-    memcpy(law->FA, p->kA, (size_t)p->amplifier * sizeof *p->kA);
-    for (int falls = 0; falls < 2; falls++) {
-        int count = falls ? law->table->falling.blocks.count : law->table->rising.blocks.count;
-        for (int k = 0; k < count; k++)
-            prepare_block_work(law, &of, falls, k);
-        prepare_runs(law, &of, falls);
-    }
-}
-
 /* ---- restoring.py ----------------------------------------------------------------------------------------------- */
 
 /* FE within the range, and its slope. */
@@ -173,20 +62,13 @@ void spring_prepare(SpringLaw *law, const SpringParameters *parameters, const Sp
     derivative(p->kA, p->amplifier, law->dFA);
     law->x_min = p->displacement_min - p->displacement_offset;
     law->x_max = p->displacement_max - p->displacement_offset;
-    /* A polynomial of degree M may change by all of itself over 1/M^2 of half its range (Markov); per unit of xi. */
-    int degree = p->amplifier - 1;
-    law->roughness = 2.0 * degree * degree / p->rho / (law->x_max - law->x_min);
     double end[2] = {law->x_min, law->x_max};
     for (int k = 0; k < 2; k++) {
         law->FE_outside[k] = elastic_inside(law, end[k]);
         law->FE_slope_outside[k] = elastic_slope(law, end[k]);
         law->FA_outside[k] = amplifier(law, end[k]);
     }
-    memset(law->FE_work, 0, sizeof law->FE_work);
     antiderivative(p->kE, p->elastic, law->FE_work);
-    law->has_energy = table != NULL && table->has_energies;
-    if (law->has_energy)
-        prepare_block_works(law);
 }
 
 double spring_force(const SpringLaw *law, const SpringMemory *memory)
@@ -209,109 +91,13 @@ double spring_stiffness(const SpringLaw *law, const SpringMemory *memory)
 
 /* ---- work.py ---------------------------------------------------------------------------------------------------- */
 
-/* Points are taken four at a time. */
-enum { MOST_GROUPS = 5, NODES = MOST_GROUPS * (MOST_GROUPS + 1) };
-
-/* The positive nodes of Gauss-Legendre's rules on [-1, 1] of 4, 8, ... 20 points, and their weights. */
-static const double NODE[NODES] = {
-    0.33998104358485626, 0.86113631159405258, 0.1834346424956498, 0.52553240991632899, 0.79666647741362674,
-    0.96028985649753623, 0.12523340851146892, 0.36783149899818019, 0.58731795428661745, 0.76990267419430469,
-    0.90411725637047486, 0.98156063424671925, 0.09501250983763744, 0.28160355077925891, 0.45801677765722739,
-    0.61787624440264375, 0.75540440835500303, 0.86563120238783174, 0.94457502307323258, 0.98940093499164993,
-    0.076526521133497334, 0.22778585114164508, 0.37370608871541956, 0.5108670019508271, 0.63605368072651503,
-    0.74633190646015079, 0.83911697182221882, 0.91223442825132591, 0.96397192727791379, 0.99312859918509492,
-};
-static const double WEIGHT[NODES] = {
-    0.65214515486254614, 0.34785484513745386, 0.36268378337836198, 0.31370664587788729, 0.22238103445337447,
-    0.10122853629037626, 0.24914704581340279, 0.23349253653835481, 0.20316742672306592, 0.16007832854334623,
-    0.10693932599531843, 0.047175336386511827, 0.1894506104550685, 0.18260341504492359, 0.16915651939500254,
-    0.14959598881657673, 0.12462897125553387, 0.095158511682492785, 0.062253523938647893, 0.027152459411754095,
-    0.15275338713072585, 0.14917298647260375, 0.14209610931838205, 0.13168863844917663, 0.11819453196151842,
-    0.10193011981724044, 0.083276741576704749, 0.062672048334109064, 0.040601429800386941, 0.017614007139152118,
-};
-/* Where a part is so short, of a block's half width, and FA so smooth on it, 4 points and 8 points are enough; 12 and
- * 16 where FA is smooth. */
-static const double SHORT_4 = 0.06, ROUGH_4 = 1.0, SHORT_8 = 0.4, ROUGH_8 = 16.0, ROUGH_12 = 48.0, ROUGH_16 = 160.0;
-
-/* Two numbers, in one register where there are such: not all compilers find that out, nor at all settings. a*x + b is
- * rounded twice in either form. */
-#if defined(__GNUC__) && (defined(__SSE2__) || defined(__aarch64__))
-#define PAIR_REGISTERS
-#define POLYNOMIAL inline
-typedef double Pair __attribute__((vector_size(2 * sizeof(double))));
-#define PAIR(first, second) ((Pair){first, second})
-#define OF_PAIR(pair, which) ((pair)[which])
-#define TIMES_PLUS(a, x, b) ((a) * (x) + (b))
-#else
-#define POLYNOMIAL SPRING_NOINLINE
-typedef struct {
-    double of[2];
-} Pair;
-#define PAIR(first, second) ((Pair){{first, second}})
-#define OF_PAIR(pair, which) ((pair).of[which])
-#define TIMES_PLUS(a, x, b) PAIR((a).of[0] * (x).of[0] + (b).of[0], (a).of[1] * (x).of[1] + (b).of[1])
-#endif
-
-static inline Pair twice(double value)
-{
-    return PAIR(value, value);
-}
-
-static inline Pair pair_of(const double *values)
-{
-    return PAIR(values[0], values[1]);
-}
-
-static inline Pair times_plus(Pair a, Pair x, Pair b)
-{
-    return TIMES_PLUS(a, x, b);
-}
-
-static inline Pair times(Pair a, Pair x)
-{
-    return times_plus(a, x, twice(0.0));
-}
-
-/* The polynomial of an even number of coefficients: of its even and of its odd part, since operations that wait for
- * each other are what takes time. */
-static POLYNOMIAL Pair polynomial_at(const double *coefficients, int count, Pair x)
-{
-    Pair x_2 = times(x, x), even = twice(coefficients[count - 2]), odd = twice(coefficients[count - 1]);
-    for (int i = count - 4; i >= 0; i -= 2) {
-        even = times_plus(even, x_2, twice(coefficients[i]));
-        odd = times_plus(odd, x_2, twice(coefficients[i + 1]));
-    }
-    return times_plus(odd, x, even);
-}
-
-#ifdef PAIR_REGISTERS
-/* The same at two pairs. */
-static inline void polynomials_at(const double *coefficients, int count, Pair x, Pair y, Pair *at_x, Pair *at_y)
-{
-    Pair x_2 = times(x, x), y_2 = times(y, y), c = twice(coefficients[count - 2]);
-    Pair even_x = c, even_y = c, odd_x = twice(coefficients[count - 1]), odd_y = odd_x;
-    for (int i = count - 4; i >= 0; i -= 2) {
-        c = twice(coefficients[i]);
-        even_x = times_plus(even_x, x_2, c);
-        even_y = times_plus(even_y, y_2, c);
-        c = twice(coefficients[i + 1]);
-        odd_x = times_plus(odd_x, x_2, c);
-        odd_y = times_plus(odd_y, y_2, c);
-    }
-    *at_x = times_plus(odd_x, x, even_x);
-    *at_y = times_plus(odd_y, y, even_y);
-}
-#endif
-
-static inline int padded(int count)
-{
-    return count + count % 2;
-}
-
 /* Work of FE within the range, from the offset. */
 static double elastic_work_inside(const SpringLaw *law, double x)
 {
-    int i = spline_piece(&law->spline, law->parameters.knots, x);
+    const SpringParameters *p = &law->parameters;
+    if (p->knots == 0)
+        return polynomial(law->FE_work, p->elastic + 1, x);
+    int i = spline_piece(&law->spline, p->knots, x);
     return spline_work(&law->spline, i, x - law->spline.knots[i]);
 }
 
@@ -327,199 +113,131 @@ SPRING_NOINLINE static double elastic_work(const SpringLaw *law, double before, 
     const SpringParameters *p = &law->parameters;
     before -= p->displacement_offset;
     now -= p->displacement_offset;
-    double from = clip(before, law->x_min, law->x_max), to = clip(now, law->x_min, law->x_max), work;
-    if (p->knots == 0) {
-        Pair both = polynomial_at(law->FE_work, p->elastic + 1 + (p->elastic + 1) % 2, PAIR(from, to));
-        work = OF_PAIR(both, 1) - OF_PAIR(both, 0);
-    } else {
-        work = elastic_work_inside(law, to) - elastic_work_inside(law, from);
-    }
+    double from = clip(before, law->x_min, law->x_max), to = clip(now, law->x_min, law->x_max);
+    double work = elastic_work_inside(law, to) - elastic_work_inside(law, from);
     return work + (elastic_work_outside(law, now - to) - elastic_work_outside(law, before - from));
 }
 
 /* What a stroke has still to do from xi to high, and the part of it that comes next, on one branch of W and on one side
- * of each end of the range, where x = x_at_zero + per_z*|xi|. FA is constant outside. */
+ * of each end of the range, where x = x_at_zero + per_z*|xi|. */
 typedef struct {
     const SpringLaw *law;
-    const SpringBlocks *blocks;
-    double xi, high, done;
-    double enters, leaves; /* xi at the ends of the range */
-    double x_at_zero, per_z;
-    double constant; /* FA, if its degree is 0 */
-    int degree, falls;
-    int block; /* that holds xi */
+    double xi, high, x_at_zero;
+    const SpringBranch *branch;
+    double per_z;
+    const double *FA; /* coefficients, one where FA is constant */
+    int count;
+    int from_zero; /* whether FA may be asked for from xi = 0 on */
 } Part;
 
-/* The block that holds z, counted without branches, which would often be mispredicted. */
-SPRING_NOINLINE static int block_of(const SpringBlocks *blocks, double z)
+/* FA at two places, which most processors compute at once. */
+static inline void amplifiers(const Part *part, const double x[2], double FA[2])
 {
-    const double *ends = blocks->ends + 1;
-    int below = 0, within = 0;
-    for (int k = 1; k < SPRING_BLOCKS / 8; k++)
-        below += ends[8 * k - 1] <= z;
-    ends += 8 * (size_t)below;
-    for (int k = 0; k < 8; k++)
-        within += ends[k] <= z;
-    return 8 * below + within;
-}
-
-/* How many groups of points are exact for a product of that many coefficients, or as many as it needs; see SHORT_4. */
-static inline int groups_for(int coefficients, double length, double rough)
-{
-    int exact = (coefficients + 7) / 8, groups = 3 + (rough >= ROUGH_12) + 2 * (rough >= ROUGH_16);
-    groups -= (length < SHORT_8) & (rough < ROUGH_8);
-    groups -= (length < SHORT_4) & (rough < ROUGH_4);
-    return groups < exact ? groups : exact;
-}
-
-/* Integral of |W|*FA over |xi| from a to b, both on one block, or beyond the last, where |W| = 1. */
-SPRING_NOINLINE static double cut_work(const Part *part, int block, double a, double b)
-{
-    const SpringBlocks *blocks = part->blocks;
-    double half = 0.5 * (b - a), middle = a + half;
-    double x = part->x_at_zero + part->per_z * middle, reach = part->per_z * half;
-    double theta = (middle - blocks->middle[block]) * blocks->per_half[block], length = half * blocks->per_half[block];
-    double rough = 2.0 * half * part->law->roughness, total = 0.0;
-    int saturated = block == blocks->count;
-    /* 2 groups for |W| alone; else exact for the degree of the product, or as many as it needs. */
-    int64_t groups = 2;
-    if (saturated && part->degree == 0)
-        return (b - a) * part->constant;
-    if (part->degree > 0)
-        groups = groups_for(part->degree + (saturated ? 1 : SPRING_BLOCK_POWERS), length, rough);
-    const double *node = NODE + groups * (groups - 1), *weight = WEIGHT + groups * (groups - 1);
-    const double *W = blocks->coefficients[saturated ? 0 : block], *FA = part->law->FA;
-    int count = padded(part->degree + 1);
-#ifdef PAIR_REGISTERS
-    for (int i = 0; i < 2 * groups; i += 2) {
-        Pair s = pair_of(node + i), left = twice(1.0), right = left;
-        if (!saturated)
-            polynomials_at(W, SPRING_BLOCK_POWERS, times_plus(s, twice(-length), twice(theta)),
-                           times_plus(s, twice(length), twice(theta)), &left, &right);
-        if (part->degree > 0) {
-            Pair FA_left, FA_right;
-            polynomials_at(FA, count, times_plus(s, twice(-reach), twice(x)), times_plus(s, twice(reach), twice(x)),
-                           &FA_left, &FA_right);
-            left = times(left, FA_left);
-            right = times(right, FA_right);
-        }
+    FA[0] = FA[1] = part->FA[part->count - 1];
+    for (int i = part->count - 2; i >= 0; i--)
         for (int k = 0; k < 2; k++)
-            total += weight[i + k] * (OF_PAIR(left, k) + OF_PAIR(right, k));
-    }
-#else
-    /* The same in the same order, with fewer registers. */
-    for (int i = 0; i < 2 * groups; i++) {
-        Pair value = twice(1.0);
-        if (!saturated)
-            value = polynomial_at(W, SPRING_BLOCK_POWERS, PAIR(theta - node[i] * length, theta + node[i] * length));
-        if (part->degree > 0)
-            value = times(value, polynomial_at(FA, count, PAIR(x - node[i] * reach, x + node[i] * reach)));
-        total += weight[i] * (OF_PAIR(value, 0) + OF_PAIR(value, 1));
-    }
-#endif
-    return half * (part->degree > 0 ? total : total * part->constant);
+            FA[k] = FA[k] * x[k] + part->FA[i];
 }
 
-/* The same over whole blocks: over the first ones together, over runs, and over others one by one, two at a time. */
-SPRING_NOINLINE static double whole_work(const Part *part, int from, int to)
+/* The sum of shares times FA at Gauss's nodes between |xi| = a and b. */
+SPRING_NOINLINE static double shared_work(const Part *part, double a, double b, const double shares[GAUSS_POINTS])
 {
-    const SpringLaw *law = part->law;
-    const SpringBlocks *blocks = part->blocks;
-    if (part->degree == 0)
-        return (blocks->area[to] - blocks->area[from]) * part->constant;
-    double total = 0.0;
-    int count = padded(part->degree + 1), grows = part->per_z > 0.0, core = law->core[part->falls];
-    if (from == 0 && 0 < core && core <= to) {
-        double x = part->x_at_zero + part->per_z * (0.5 * blocks->ends[core]);
-        Pair work = polynomial_at(law->core_work[part->falls][grows], count, twice(x));
-        total = OF_PAIR(work, 0);
-        from = core;
-    }
-    while (from < to) {
-        int each = from % SPRING_RUN != 0 || to - from < SPRING_RUN, aligned = from - from % SPRING_RUN + SPRING_RUN;
-        int end = !each ? to - to % SPRING_RUN : aligned < to ? aligned : to, step = each ? 1 : SPRING_RUN;
-        int first = from / step, last = end / step;
-        const double *middle = each ? blocks->middle : blocks->run_middle;
-        const double(*work)[SPRING_PADDED][2] =
-            each ? law->block_work[part->falls][grows] : law->run_work[part->falls][grows];
-        for (int64_t pair = first / 2; 2 * pair < last; pair++) {
-            const double(*c)[2] = work[pair];
-            Pair x = times_plus(pair_of(middle + 2 * pair), twice(part->per_z), twice(part->x_at_zero));
-            Pair x_2 = times(x, x);
-            Pair even = pair_of(c[count - 2]), odd = pair_of(c[count - 1]);
-            for (int m = count - 4; m >= 0; m -= 2) {
-                even = times_plus(even, x_2, pair_of(c[m]));
-                odd = times_plus(odd, x_2, pair_of(c[m + 1]));
-            }
-            even = times_plus(odd, x, even);
-            total += 2 * pair >= first ? OF_PAIR(even, 0) : 0.0;
-            total += 2 * pair + 1 < last ? OF_PAIR(even, 1) : 0.0;
-        }
-        from = end;
+    double middle = part->x_at_zero + 0.5 * part->per_z * (a + b), reach = 0.5 * part->per_z * (b - a), total = 0.0;
+    for (int k = 0; k < GAUSS_POINTS; k += 2) {
+        double x[2] = {middle + reach * GAUSS_NODES[k], middle + reach * GAUSS_NODES[k + 1]}, FA[2];
+        amplifiers(part, x, FA);
+        total += shares[k] * FA[0] + shares[k + 1] * FA[1];
     }
     return total;
 }
 
-/* Goes on to the branch of W on which xi grows from here. */
-static void enter_branch(Part *part, double per_xi)
+/* Integral of |W|*FA over |xi| from a to b, both on one piece or beyond the last: exact for degree 19, and |W| is of
+ * degree 11. */
+SPRING_NOINLINE static double piece_work(const Part *part, int piece, double a, double b)
 {
-    part->falls = part->xi < 0.0;
-    part->blocks = part->falls ? &part->law->table->falling.blocks : &part->law->table->rising.blocks;
-    part->per_z = part->falls ? -per_xi : per_xi;
-    part->block = part->xi == 0.0 ? 0 : block_of(part->blocks, fabs(part->xi));
+    double half = 0.5 * (b - a), middle = a + half, total = 0.0;
+    for (int k = 0; k < GAUSS_POINTS; k += 2) {
+        double z[2] = {middle + half * GAUSS_NODES[k], middle + half * GAUSS_NODES[k + 1]}, FA[2];
+        double x[2] = {part->x_at_zero + part->per_z * z[0], part->x_at_zero + part->per_z * z[1]};
+        amplifiers(part, x, FA);
+        for (int j = 0; j < 2; j++)
+            total += GAUSS_WEIGHTS[k + j] * spring_on_piece(part->branch, piece, z[j]) * FA[j];
+    }
+    return half * total;
 }
 
-SPRING_NOINLINE static void begin_work(Part *part, const SpringMemory *memory)
+/* The same from a to b on one branch. */
+SPRING_NOINLINE static double branch_work(const Part *part, double a, double b)
+{
+    const SpringBranch *branch = part->branch;
+    const double *edges = branch->edges;
+    int piece = spring_piece(branch, a), last = spring_piece(branch, b);
+    if (piece == last)
+        return piece_work(part, piece, a, b);
+    double total = piece_work(part, last, edges[last], b);
+    if (part->from_zero && last - piece > 2) {
+        total += shared_work(part, 0.0, edges[last], branch->first_shares[last]);
+        if (a > 0.0) {
+            total -= shared_work(part, 0.0, edges[piece], branch->first_shares[piece]);
+            total -= piece_work(part, piece, edges[piece], a);
+        }
+        return total;
+    }
+    total += piece_work(part, piece, a, edges[piece + 1]);
+    for (piece++; piece < last;) {
+        int group = piece / SPRING_GROUP, end = piece + SPRING_GROUP;
+        if (piece % SPRING_GROUP == 0 && end <= last) {
+            total += shared_work(part, edges[piece], edges[end], branch->group_shares[group]);
+            piece = end;
+        } else {
+            total += piece_work(part, piece, edges[piece], edges[piece + 1]);
+            piece++;
+        }
+    }
+    return total;
+}
+
+/* Where the part ends: the integrand has a kink at xi = 0 and where the stroke crosses an end of the range. */
+static double end_of_part(const Part *part, double per_x)
 {
     const SpringLaw *law = part->law;
-    double offset = law->parameters.displacement_offset, rho = law->parameters.rho, per_xi = memory->direction / rho;
-    double start = memory->start - offset;
-    part->xi = memory->start_xi + rho * fabs((memory->energy_at - offset) - start);
-    part->high = memory->start_xi + rho * fabs((memory->displacement - offset) - start);
-    part->done = 0.0;
-    part->x_at_zero = start - memory->direction * memory->start_xi / rho;
-    int grows = memory->direction > 0;
-    part->enters = memory->direction * rho * ((grows ? law->x_min : law->x_max) - part->x_at_zero);
-    part->leaves = memory->direction * rho * ((grows ? law->x_max : law->x_min) - part->x_at_zero);
-    enter_branch(part, per_xi);
-}
-
-/* Where the next part ends: the integrand changes where the stroke crosses an end of the range, and at xi = 0. */
-static double end_of_part(const Part *part)
-{
+    double at_min = per_x * (law->x_min - part->x_at_zero), at_max = per_x * (law->x_max - part->x_at_zero);
     double end = part->xi < 0.0 && 0.0 < part->high ? 0.0 : part->high;
-    if (part->xi < part->enters && part->enters < end)
-        end = part->enters;
-    return part->xi < part->leaves && part->leaves < end ? part->leaves : end;
+    if (part->xi < at_min && at_min < end)
+        end = at_min;
+    return part->xi < at_max && at_max < end ? at_max : end;
 }
 
-/* Integral of omega*FA dx times rho over the next part. */
-SPRING_NOINLINE static void work_on(Part *part)
+/* Integral of omega*FA dx times rho over the next part of a stroke in this direction. */
+SPRING_NOINLINE static double part_work(Part *part, int direction)
 {
     const SpringLaw *law = part->law;
-    const double *ends = part->blocks->ends;
-    double end = end_of_part(part), a = fabs(part->falls ? end : part->xi), b = fabs(part->falls ? part->xi : end);
-    double middle = part->x_at_zero + 0.5 * part->per_z * (a + b);
-    int outside = middle < law->x_min || middle > law->x_max;
-    part->degree = outside ? 0 : law->parameters.amplifier - 1;
-    part->constant = outside ? law->FA_outside[middle > law->x_max] : law->FA[0];
+    double per_x = direction * law->parameters.rho, begin = part->xi, end = end_of_part(part, per_x);
+    double middle = part->x_at_zero + 0.5 * (begin + end) / per_x;
+    int falls = begin < 0.0, is_outside = middle < law->x_min || middle > law->x_max;
     part->xi = end;
-    int from = part->block, to = end == 0.0 ? 0 : block_of(part->blocks, fabs(end));
-    part->block = to;
-    if (part->falls) {
-        to = from;
-        from = part->block;
-    }
-    double total = cut_work(part, to, from < to ? ends[to] : a, b);
-    if (from < to && a > ends[from]) {
-        total += cut_work(part, from, a, ends[from + 1]);
-        from++;
-    }
-    if (from < to)
-        total += whole_work(part, from, to);
-    part->done += part->falls ? -total : total;
-    if (end == 0.0)
-        enter_branch(part, part->falls ? -part->per_z : part->per_z);
+    part->branch = falls ? &law->table->falling : &law->table->rising;
+    part->per_z = falls ? -1.0 / per_x : 1.0 / per_x;
+    part->FA = is_outside ? law->FA_outside + (middle > law->x_max) : law->parameters.kA;
+    part->count = is_outside ? 1 : law->parameters.amplifier;
+    part->from_zero = is_outside || (law->x_min <= part->x_at_zero && part->x_at_zero <= law->x_max);
+    return falls ? -branch_work(part, -end, -begin) : branch_work(part, begin, end);
+}
+
+/* Integral of kappa_omega*omega*FA dx over the stroke, from where the energy has been integrated. */
+SPRING_NOINLINE static double hysteretic_work(const SpringLaw *law, const SpringMemory *memory)
+{
+    const SpringParameters *p = &law->parameters;
+    double total = 0.0;
+    Part part = {
+        .law = law,
+        .xi = memory->start_xi + p->rho * fabs(memory->energy_at - memory->start),
+        .high = memory->start_xi + p->rho * fabs(memory->displacement - memory->start),
+        .x_at_zero = memory->start - p->displacement_offset - memory->direction * memory->start_xi / p->rho,
+    };
+    while (part.xi < part.high)
+        total += part_work(&part, memory->direction);
+    return p->kappa_omega / p->rho * total;
 }
 
 /* ---- stepper.py ------------------------------------------------------------------------------------------------- */
@@ -532,14 +250,9 @@ SpringMemory spring_start(double displacement, double omega)
 
 SPRING_NOINLINE static double energy_now(const SpringLaw *law, const SpringMemory *memory)
 {
-    if (memory->energy_at == memory->displacement || !law->has_energy)
+    if (memory->energy_at == memory->displacement || law->table == NULL || !law->table->has_energies)
         return memory->energy;
-    Part part;
-    part.law = law;
-    begin_work(&part, memory);
-    while (part.xi < part.high)
-        work_on(&part);
-    double hysteretic = law->parameters.kappa_omega / law->parameters.rho * part.done;
+    double hysteretic = hysteretic_work(law, memory);
     return memory->energy + elastic_work(law, memory->energy_at, memory->displacement) + hysteretic;
 }
 

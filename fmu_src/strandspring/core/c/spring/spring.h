@@ -22,36 +22,22 @@
  * there are knots: elastic is then 0. Without padding. */
 typedef struct {
     int elastic, amplifier, knots, forces;
-    double kE[SPRING_COEFFICIENTS], kA[SPRING_COEFFICIENTS];
+    double kE[SPRING_COEFFICIENTS], kA[SPRING_AMPLIFIERS];
     double FE_knots[SPRING_KNOTS], FE_forces[SPRING_KNOTS];
     double kappa_omega, rho, sigma, n;
     double displacement_offset, displacement_min, displacement_max;
 } SpringParameters;
 
-enum { SPRING_PADDED = SPRING_COEFFICIENTS + 1 }; /* an even number */
-
 /* What the functions need of one spring; the spline only if FE is a table. Many springs may share a table, which must
  * outlive them. */
 typedef struct {
     SpringParameters parameters;
-    double dFE[SPRING_COEFFICIENTS], dFA[SPRING_COEFFICIENTS];
+    double dFE[SPRING_COEFFICIENTS], dFA[SPRING_AMPLIFIERS];
     double FE_work[SPRING_COEFFICIENTS + 1];
-    double FA[SPRING_PADDED]; /* kA and zeros */
     SpringSpline spline;
     double x_min, x_max;
     double FE_outside[2], FE_slope_outside[2], FA_outside[2]; /* at x_min and at x_max, for what lies beyond */
-    double roughness; /* how fast FA may change per unit of xi */
     const SpringTable *table;
-    int has_energy; /* whether the table has what energies need; without, a spring keeps the energy it has */
-    /* By branch (rising, falling), by whether x falls or grows with |xi|, by pairs of blocks and by power: coefficients
-     * of the work over each block at kappa_omega/rho = 1, a polynomial of x in the middle of the block. */
-    double block_work[2][2][SPRING_BLOCK_ROOM / 2][SPRING_PADDED][2];
-    /* The same over whole runs of blocks. */
-    double run_work[2][2][SPRING_RUNS / 2][SPRING_PADDED][2];
-    /* By branch the number of first blocks that are together short beside the range, and their work, a polynomial of x
-     * in the middle of all of them. */
-    int core[2];
-    double core_work[2][2][SPRING_PADDED];
 } SpringLaw;
 
 /* What the spring remembers of its path; see Memory in stepper.py. `energy` is what has been absorbed up to the
@@ -74,7 +60,7 @@ typedef struct {
 typedef struct {
     double by_displacement; /* along the path */
     double by_place;        /* by displacement, omega being held */
-    double by_kE[SPRING_COEFFICIENTS], by_kA[SPRING_COEFFICIENTS];
+    double by_kE[SPRING_COEFFICIENTS], by_kA[SPRING_AMPLIFIERS];
     double by_FE_knots[SPRING_KNOTS], by_FE_forces[SPRING_KNOTS];
     double by_kappa_omega, by_rho, by_sigma, by_n;
     double by_displacement_offset, by_displacement_min, by_displacement_max, by_omega_start;

@@ -75,12 +75,12 @@ static int count_problem(const SpringParameters *p, char *text, size_t size)
         return GIVE_REASON("`FE_forces` must have one force for each of the %d knots, got %d.", p->knots, p->forces);
     const struct {
         const char *name;
-        int count;
-    } polynomials[] = {{"kE", p->elastic}, {"kA", p->amplifier}};
+        int count, most;
+    } polynomials[] = {{"kE", p->elastic, SPRING_COEFFICIENTS}, {"kA", p->amplifier, SPRING_AMPLIFIERS}};
     for (int i = is_table ? 1 : 0; i < 2; i++)
-        if (polynomials[i].count < 1 || polynomials[i].count > SPRING_COEFFICIENTS)
+        if (polynomials[i].count < 1 || polynomials[i].count > polynomials[i].most)
             return GIVE_REASON("`%s` must have between 1 and %d coefficients, got %d.", polynomials[i].name,
-                               SPRING_COEFFICIENTS, polynomials[i].count);
+                               polynomials[i].most, polynomials[i].count);
     return 0;
 }
 
