@@ -481,7 +481,7 @@ def test_universal_binary_takes_images_of_macos_only() -> None:
         universal([b"\x7fELF".ljust(40, b"\0")])
 
 
-@pytest.mark.parametrize("counts", [(1, 1), (21, 21)])
+@pytest.mark.parametrize("counts", [(1, 1), (21, 9)])
 def test_every_number_of_coefficients_compiles(counts: tuple[int, int], tmp_path: Path) -> None:
     kE, kA = ((first, *[0.0] * (count - 1)) for first, count in zip((5.0, 1.0), counts, strict=True))
     model = ModelFile("counted", replace(SPRING, kE=kE, kA=kA))

@@ -15,14 +15,12 @@ VariableName fmi3_name(const Instance *instance, unsigned element)
 
 double fmi3_value_beyond(const Instance *instance, unsigned element)
 {
-    (void)element;
     return instance->state.time;
 }
 
 fmi3Status fmi3GetOutputDerivatives(fmi3Instance c, const fmi3ValueReference valueReferences[], size_t nValueReferences,
                                     const fmi3Int32 orders[], fmi3Float64 values[], size_t nValues)
 {
-    (void)orders;
     FMU_REQUIRE(c, GetOutputDerivatives);
     FMI3_REQUIRE_VALUES(instance, GetOutputDerivatives, VARIABLE_REAL);
     return nValueReferences == 0 ? fmi3OK : FMU_REFUSE(&instance->log, "This FMU gives no derivatives of outputs.");
@@ -33,13 +31,6 @@ fmi3Status fmi3GetOutputDerivatives(fmi3Instance c, const fmi3ValueReference val
                           const fmi3ValueReference knowns[], size_t nKnowns, const fmi3Float64 seed[], size_t nSeed, \
                           fmi3Float64 sensitivity[], size_t nSensitivity) \
     { \
-        (void)unknowns; \
-        (void)knowns; \
-        (void)nKnowns; \
-        (void)seed; \
-        (void)nSeed; \
-        (void)sensitivity; \
-        (void)nSensitivity; \
         FMU_REQUIRE(c, call); \
         return nUnknowns == 0 ? fmi3OK : FMU_REFUSE(&instance->log, text); \
     }

@@ -10,6 +10,11 @@
 
 #include "fmu_log.h"
 
+/* FMI gives its functions arguments that this FMU has no use for. */
+#if defined(__GNUC__)
+#pragma GCC diagnostic ignored "-Wunused-parameter"
+#endif
+
 #include <float.h>
 #include <math.h>
 

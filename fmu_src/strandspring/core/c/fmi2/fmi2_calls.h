@@ -32,8 +32,6 @@ fmi2Status fmi2SetDebugLogging(
 fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean toleranceDefined, fmi2Real tolerance, fmi2Real startTime,
                                fmi2Boolean stopTimeDefined, fmi2Real stopTime)
 {
-    (void)toleranceDefined;
-    (void)tolerance; /* the response is exact */
     FMU_REQUIRE(c, SetupExperiment);
     double stop = stopTimeDefined ? stopTime : INFINITY;
     if (fmu_require_experiment(&instance->log, startTime, stop) != FMU_OK)

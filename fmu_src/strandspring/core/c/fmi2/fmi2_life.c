@@ -7,10 +7,7 @@ fmi2Component fmi2Instantiate(fmi2String instanceName, fmi2Type fmuType, fmi2Str
                               fmi2String fmuResourceLocation, const fmi2CallbackFunctions *functions,
                               fmi2Boolean visible, fmi2Boolean loggingOn)
 {
-    (void)fmuResourceLocation;
-    (void)visible;
-    /* Warnings and errors are no debug logging: fmi2SetDebugLogging can silence them. */
-    (void)loggingOn;
+    /* Warnings and errors are no debug logging, whatever `loggingOn`: fmi2SetDebugLogging can silence them. */
     if (functions == NULL)
         return NULL;
     Log log = fmi2_log(instanceName, functions);
@@ -117,7 +114,6 @@ EXCHANGE_NONE(SetString, const fmi2String, VARIABLE_STRING)
 fmi2Status fmi2DoStep(fmi2Component c, fmi2Real currentCommunicationPoint, fmi2Real communicationStepSize,
                       fmi2Boolean noSetFMUStatePriorToCurrentPoint)
 {
-    (void)noSetFMUStatePriorToCurrentPoint;
     FMU_REQUIRE(c, DoStep);
     double stop_time = instance->state.stop_time;
     if (fmu_require_step(&instance->log, currentCommunicationPoint, communicationStepSize, stop_time) != FMU_OK)

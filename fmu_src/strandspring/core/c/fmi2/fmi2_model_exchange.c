@@ -26,7 +26,6 @@ fmi2Status fmi2EnterContinuousTimeMode(fmi2Component c)
 fmi2Status fmi2CompletedIntegratorStep(fmi2Component c, fmi2Boolean noSetFMUStatePriorToCurrentPoint,
                                        fmi2Boolean *enterEventMode, fmi2Boolean *terminateSimulation)
 {
-    (void)noSetFMUStatePriorToCurrentPoint;
     FMU_REQUIRE(c, CompletedIntegratorStep);
     FMU_REQUIRE_ARRAY(instance, CompletedIntegratorStep, enterEventMode, 1);
     FMU_REQUIRE_ARRAY(instance, CompletedIntegratorStep, terminateSimulation, 1);

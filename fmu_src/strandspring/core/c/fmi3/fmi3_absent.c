@@ -10,27 +10,18 @@
             return fmi3Error; \
     } while (0)
 
-#define REFUSE_TYPE(call, type) \
-    do { \
+/* A call with the variables given and the arguments that follow them. */
+#define REFUSE_TYPE(call, type, ...) \
+    fmi3Status fmi3##call( \
+        fmi3Instance c, const fmi3ValueReference valueReferences[], size_t nValueReferences, __VA_ARGS__) \
+    { \
         REQUIRE_INSTANCE(c); \
         return fmi3_refuse_type(instance, "fmi3" #call, valueReferences, nValueReferences, type); \
-    } while (0)
+    }
 
 #define EXCHANGE_NONE(type) \
-    fmi3Status fmi3Get##type(fmi3Instance c, const fmi3ValueReference valueReferences[], size_t nValueReferences, \
-                             fmi3##type values[], size_t nValues) \
-    { \
-        (void)values; \
-        (void)nValues; \
-        REFUSE_TYPE(Get##type, #type); \
-    } \
-    fmi3Status fmi3Set##type(fmi3Instance c, const fmi3ValueReference valueReferences[], size_t nValueReferences, \
-                             const fmi3##type values[], size_t nValues) \
-    { \
-        (void)values; \
-        (void)nValues; \
-        REFUSE_TYPE(Set##type, #type); \
-    }
+    REFUSE_TYPE(Get##type, #type, fmi3##type values[], size_t nValues) \
+    REFUSE_TYPE(Set##type, #type, const fmi3##type values[], size_t nValues)
 
 EXCHANGE_NONE(Float32)
 EXCHANGE_NONE(Int8)
@@ -43,54 +34,20 @@ EXCHANGE_NONE(Int64)
 EXCHANGE_NONE(UInt64)
 EXCHANGE_NONE(String)
 
-/* The remaining arguments are of no use. */
-#define REFUSE_BINARY(call, Sizes, Values) \
-    fmi3Status fmi3##call(fmi3Instance c, const fmi3ValueReference valueReferences[], size_t nValueReferences, \
-                          Sizes valueSizes[], Values values[], size_t nValues) \
-    { \
-        (void)valueSizes; \
-        (void)values; \
-        (void)nValues; \
-        REFUSE_TYPE(call, "Binary"); \
-    }
+REFUSE_TYPE(GetBinary, "Binary", size_t valueSizes[], fmi3Binary values[], size_t nValues)
+REFUSE_TYPE(SetBinary, "Binary", const size_t valueSizes[], const fmi3Binary values[], size_t nValues)
 
-REFUSE_BINARY(GetBinary, size_t, fmi3Binary)
-REFUSE_BINARY(SetBinary, const size_t, const fmi3Binary)
-
-#define REFUSE_CLOCK(call, First) \
-    fmi3Status fmi3##call( \
-        fmi3Instance c, const fmi3ValueReference valueReferences[], size_t nValueReferences, First first[]) \
-    { \
-        (void)first; \
-        REFUSE_TYPE(call, "Clock"); \
-    }
-#define REFUSE_CLOCK_2(call, First, Second) \
-    fmi3Status fmi3##call(fmi3Instance c, const fmi3ValueReference valueReferences[], size_t nValueReferences, \
-                          First first[], Second second[]) \
-    { \
-        (void)first; \
-        (void)second; \
-        REFUSE_TYPE(call, "Clock"); \
-    }
-
-REFUSE_CLOCK(GetClock, fmi3Clock)
-REFUSE_CLOCK(SetClock, const fmi3Clock)
-REFUSE_CLOCK(GetShiftDecimal, fmi3Float64)
-REFUSE_CLOCK(SetShiftDecimal, const fmi3Float64)
-REFUSE_CLOCK(SetIntervalDecimal, const fmi3Float64)
-REFUSE_CLOCK_2(GetIntervalDecimal, fmi3Float64, fmi3IntervalQualifier)
-REFUSE_CLOCK_2(GetShiftFraction, fmi3UInt64, fmi3UInt64)
-REFUSE_CLOCK_2(SetShiftFraction, const fmi3UInt64, const fmi3UInt64)
-REFUSE_CLOCK_2(SetIntervalFraction, const fmi3UInt64, const fmi3UInt64)
-
-fmi3Status fmi3GetIntervalFraction(fmi3Instance c, const fmi3ValueReference valueReferences[], size_t nValueReferences,
-                                   fmi3UInt64 counters[], fmi3UInt64 resolutions[], fmi3IntervalQualifier qualifiers[])
-{
-    (void)counters;
-    (void)resolutions;
-    (void)qualifiers;
-    REFUSE_TYPE(GetIntervalFraction, "Clock");
-}
+REFUSE_TYPE(GetClock, "Clock", fmi3Clock values[])
+REFUSE_TYPE(SetClock, "Clock", const fmi3Clock values[])
+REFUSE_TYPE(GetShiftDecimal, "Clock", fmi3Float64 shifts[])
+REFUSE_TYPE(SetShiftDecimal, "Clock", const fmi3Float64 shifts[])
+REFUSE_TYPE(GetIntervalDecimal, "Clock", fmi3Float64 intervals[], fmi3IntervalQualifier qualifiers[])
+REFUSE_TYPE(SetIntervalDecimal, "Clock", const fmi3Float64 intervals[])
+REFUSE_TYPE(GetShiftFraction, "Clock", fmi3UInt64 counters[], fmi3UInt64 resolutions[])
+REFUSE_TYPE(SetShiftFraction, "Clock", const fmi3UInt64 counters[], const fmi3UInt64 resolutions[])
+REFUSE_TYPE(
+    GetIntervalFraction, "Clock", fmi3UInt64 counters[], fmi3UInt64 resolutions[], fmi3IntervalQualifier qualifiers[])
+REFUSE_TYPE(SetIntervalFraction, "Clock", const fmi3UInt64 counters[], const fmi3UInt64 resolutions[])
 
 #define REFUSE(call, parameters, reason) \
     fmi3Status fmi3##call parameters \
@@ -99,39 +56,16 @@ fmi3Status fmi3GetIntervalFraction(fmi3Instance c, const fmi3ValueReference valu
         return FMU_REFUSE(&instance->log, "fmi3" #call " must not be called: %s.", reason); \
     }
 
+static const char WITHOUT_ELEMENTS[] = "dependencies are those of the model description, the same for all elements";
+
 REFUSE(EnterConfigurationMode, (fmi3Instance c), "there are no structural parameters")
 REFUSE(ExitConfigurationMode, (fmi3Instance c), "there are no structural parameters")
 REFUSE(EnterStepMode, (fmi3Instance c), "co-simulation has no event mode, and is in step mode once initialized")
-
-fmi3Status fmi3ActivateModelPartition(fmi3Instance c, fmi3ValueReference clockReference, fmi3Float64 activationTime)
-{
-    (void)clockReference;
-    (void)activationTime;
-    REQUIRE_INSTANCE(c);
-    return FMU_REFUSE(&instance->log, "fmi3ActivateModelPartition must not be called: there are no clocks.");
-}
-
-static const char WITHOUT_ELEMENTS[] = "dependencies are those of the model description, the same for all elements";
-
-fmi3Status fmi3GetNumberOfVariableDependencies(fmi3Instance c, fmi3ValueReference valueReference, size_t *nDependencies)
-{
-    (void)valueReference;
-    (void)nDependencies;
-    REQUIRE_INSTANCE(c);
-    return FMU_REFUSE(
-        &instance->log, "fmi3GetNumberOfVariableDependencies must not be called: %s.", WITHOUT_ELEMENTS);
-}
-
-fmi3Status fmi3GetVariableDependencies(
-    fmi3Instance c, fmi3ValueReference dependent, size_t elementIndicesOfDependent[], fmi3ValueReference independents[],
-    size_t elementIndicesOfIndependents[], fmi3DependencyKind dependencyKinds[], size_t nDependencies)
-{
-    (void)dependent;
-    (void)elementIndicesOfDependent;
-    (void)independents;
-    (void)elementIndicesOfIndependents;
-    (void)dependencyKinds;
-    (void)nDependencies;
-    REQUIRE_INSTANCE(c);
-    return FMU_REFUSE(&instance->log, "fmi3GetVariableDependencies must not be called: %s.", WITHOUT_ELEMENTS);
-}
+REFUSE(ActivateModelPartition, (fmi3Instance c, fmi3ValueReference clock, fmi3Float64 time), "there are no clocks")
+REFUSE(GetNumberOfVariableDependencies, (fmi3Instance c, fmi3ValueReference variable, size_t *nDependencies),
+       WITHOUT_ELEMENTS)
+REFUSE(GetVariableDependencies,
+       (fmi3Instance c, fmi3ValueReference dependent, size_t elementIndicesOfDependent[],
+        fmi3ValueReference independents[], size_t elementIndicesOfIndependents[], fmi3DependencyKind dependencyKinds[],
+        size_t nDependencies),
+       WITHOUT_ELEMENTS)

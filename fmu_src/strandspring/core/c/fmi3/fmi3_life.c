@@ -26,8 +26,6 @@ fmi3Instance fmi3InstantiateModelExchange(
     fmi3String instanceName, fmi3String instantiationToken, fmi3String resourcePath, fmi3Boolean visible,
     fmi3Boolean loggingOn, fmi3InstanceEnvironment instanceEnvironment, fmi3LogMessageCallback logMessage)
 {
-    (void)resourcePath;
-    (void)visible;
     Log log = first_log(instanceName, instanceEnvironment, logMessage, loggingOn);
     return fmu_instantiate(&log, instanceName, instantiationToken, "instantiation token", &C_LIBRARY, ME_INSTANTIATED);
 }
@@ -39,11 +37,6 @@ fmi3Instance fmi3InstantiateCoSimulation(
     fmi3InstanceEnvironment instanceEnvironment, fmi3LogMessageCallback logMessage,
     fmi3IntermediateUpdateCallback intermediateUpdate)
 {
-    (void)resourcePath;
-    (void)visible;
-    (void)earlyReturnAllowed;
-    (void)requiredIntermediateVariables;
-    (void)intermediateUpdate;
     Log log = first_log(instanceName, instanceEnvironment, logMessage, loggingOn);
     if (eventModeUsed)
         return FMU_REFUSE_POINTER(&log, "`eventModeUsed` must be false: this FMU has no event mode in co-simulation.");
@@ -64,12 +57,6 @@ fmi3Instance fmi3InstantiateScheduledExecution(
     fmi3ClockUpdateCallback clockUpdate, fmi3LockPreemptionCallback lockPreemption,
     fmi3UnlockPreemptionCallback unlockPreemption)
 {
-    (void)instantiationToken;
-    (void)resourcePath;
-    (void)visible;
-    (void)clockUpdate;
-    (void)lockPreemption;
-    (void)unlockPreemption;
     Log log = first_log(instanceName, instanceEnvironment, logMessage, loggingOn);
     return FMU_REFUSE_POINTER(
         &log, "This FMU has no clocks for scheduled execution; instantiate it for co-simulation.");
@@ -96,8 +83,6 @@ fmi3Status fmi3SetDebugLogging(
 fmi3Status fmi3EnterInitializationMode(fmi3Instance c, fmi3Boolean toleranceDefined, fmi3Float64 tolerance,
                                        fmi3Float64 startTime, fmi3Boolean stopTimeDefined, fmi3Float64 stopTime)
 {
-    (void)toleranceDefined;
-    (void)tolerance; /* the response is exact */
     FMU_REQUIRE(c, EnterInitializationMode);
     double stop = stopTimeDefined ? stopTime : INFINITY;
     if (fmu_require_experiment(&instance->log, startTime, stop) != FMU_OK)
@@ -205,7 +190,6 @@ fmi3Status fmi3DoStep(fmi3Instance c, fmi3Float64 currentCommunicationPoint, fmi
                       fmi3Boolean noSetFMUStatePriorToCurrentPoint, fmi3Boolean *eventHandlingNeeded,
                       fmi3Boolean *terminateSimulation, fmi3Boolean *earlyReturn, fmi3Float64 *lastSuccessfulTime)
 {
-    (void)noSetFMUStatePriorToCurrentPoint;
     FMU_REQUIRE(c, DoStep);
     FMU_REQUIRE_ARRAY(instance, DoStep, eventHandlingNeeded, 1);
     FMU_REQUIRE_ARRAY(instance, DoStep, terminateSimulation, 1);

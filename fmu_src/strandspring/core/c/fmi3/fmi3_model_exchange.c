@@ -42,7 +42,6 @@ fmi3Status fmi3EnterContinuousTimeMode(fmi3Instance c)
 fmi3Status fmi3CompletedIntegratorStep(fmi3Instance c, fmi3Boolean noSetFMUStatePriorToCurrentPoint,
                                        fmi3Boolean *enterEventMode, fmi3Boolean *terminateSimulation)
 {
-    (void)noSetFMUStatePriorToCurrentPoint;
     FMU_REQUIRE(c, CompletedIntegratorStep);
     FMU_REQUIRE_ARRAY(instance, CompletedIntegratorStep, enterEventMode, 1);
     FMU_REQUIRE_ARRAY(instance, CompletedIntegratorStep, terminateSimulation, 1);

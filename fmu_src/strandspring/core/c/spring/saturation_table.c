@@ -404,7 +404,7 @@ static void add_shares(const Legendre *rule, SpringBranch *branch)
     double of_group[GAUSS_POINTS] = {0.0};
     memset(branch->first_shares[0], 0, sizeof branch->first_shares[0]);
     for (int piece = 0; piece < branch->pieces; piece++) {
-        int group = piece / SPRING_GROUP, end = (group + 1) * SPRING_GROUP;
+        int group = piece / SPRING_GROUP, begin = group * SPRING_GROUP, end = begin + SPRING_GROUP;
         double shares[GAUSS_POINTS], of_first[GAUSS_POINTS] = {0.0}, a = edges[piece], b = edges[piece + 1];
         for (int k = 0; k < GAUSS_POINTS; k++) {
             double z = 0.5 * (a + b) + 0.5 * (b - a) * GAUSS_NODES[k];
@@ -415,7 +415,7 @@ static void add_shares(const Legendre *rule, SpringBranch *branch)
         make_shares(rule, of_first, branch->first_shares[piece + 1]);
         if (end > branch->pieces)
             continue;
-        add_integrals(rule, edges[group * SPRING_GROUP], edges[end], a, b, shares, of_group);
+        add_integrals(rule, edges[begin], edges[end], a, b, shares, of_group);
         if (piece + 1 == end) {
             make_shares(rule, of_group, branch->group_shares[group]);
             memset(of_group, 0, sizeof of_group);
