@@ -27,51 +27,51 @@ from ._lazy import load_lazily
 
 if TYPE_CHECKING:
     from ._version import __version__ as __version__
-    from .api.building import build_fmu as build_fmu
-    from .api.comparison import Comparison as Comparison
-    from .api.comparison import compare as compare
-    from .api.exporting import export as export
-    from .api.identification import Identification as Identification
-    from .api.identification import identify as identify
-    from .api.information import Information as Information
-    from .api.information import info as info
-    from .api.isolation import Isolation as Isolation
-    from .api.isolation import isolate as isolate
-    from .api.many import ManyResult as ManyResult
-    from .api.many import identify_many as identify_many
-    from .api.prediction import Prediction as Prediction
-    from .api.prediction import predict as predict
+    from .api.comparing.comparison import Comparison as Comparison
+    from .api.comparing.comparison import compare as compare
+    from .api.fmus.building import build_fmu as build_fmu
+    from .api.fmus.exporting import export as export
+    from .api.fmus.verifying import Verification as Verification
+    from .api.fmus.verifying import verify as verify
+    from .api.identifying.identification import Identification as Identification
+    from .api.identifying.identification import identify as identify
+    from .api.identifying.information import Information as Information
+    from .api.identifying.information import info as info
+    from .api.identifying.many import ManyResult as ManyResult
+    from .api.identifying.many import identify_many as identify_many
+    from .api.identifying.prediction import Prediction as Prediction
+    from .api.identifying.prediction import predict as predict
+    from .api.identifying.synthesis import synthesize as synthesize
+    from .api.identifying.synthesis import synthesize_ni as synthesize_ni
     from .api.records import bundled_record as bundled_record
     from .api.showing import show as show
-    from .api.simulating import Simulation as Simulation
-    from .api.simulating import simulate as simulate
     from .api.spring import Spring as Spring
-    from .api.studying import StudyResult as StudyResult
-    from .api.studying import study as study
-    from .api.synthesis import synthesize as synthesize
-    from .api.synthesis import synthesize_ni as synthesize_ni
-    from .api.system_isolation import SystemIsolation as SystemIsolation
-    from .api.system_isolation import isolate_system as isolate_system
-    from .api.system_studying import SystemStudyResult as SystemStudyResult
-    from .api.system_studying import study_system as study_system
-    from .api.verifying import Verification as Verification
-    from .api.verifying import verify as verify
+    from .api.studies.studying import StudyResult as StudyResult
+    from .api.studies.studying import study as study
+    from .api.studies.system_studying import SystemStudyResult as SystemStudyResult
+    from .api.studies.system_studying import study_system as study_system
+    from .api.vibration.isolation import Isolation as Isolation
+    from .api.vibration.isolation import isolate as isolate
+    from .api.vibration.simulating import Simulation as Simulation
+    from .api.vibration.simulating import simulate as simulate
+    from .api.vibration.system_isolation import SystemIsolation as SystemIsolation
+    from .api.vibration.system_isolation import isolate_system as isolate_system
+    from .campaigns.jobs.cluster import Cluster as Cluster
     from .core.parameters import SpringParameters as SpringParameters
     from .cosimulation.prescribed import simulate_fmu as simulate_fmu
     from .errors import BuildError as BuildError
     from .errors import ModelError as ModelError
     from .errors import RecordError as RecordError
     from .errors import StrandspringError as StrandspringError
-    from .identification.outcomes import IdentificationError as IdentificationError
-    from .identification.outcomes import Outcome as Outcome
-    from .identification.refined import RefinedOptions as RefinedOptions
-    from .identification.search.scan import ScanOptions as ScanOptions
-    from .intake.description_file import read_campaign as read_campaign
-    from .jobs.cluster import Cluster as Cluster
+    from .identification.methods.refined import RefinedOptions as RefinedOptions
+    from .identification.methods.scan_options import ScanOptions as ScanOptions
+    from .loops.description_file import read_campaign as read_campaign
     from .loops.selection import select as select
     from .model.conversions import ClassicBoucWen as ClassicBoucWen
     from .model.conversions import NormalizedBoucWen as NormalizedBoucWen
     from .model.modelfile import model_schema as model_schema
+    from .model.outcomes import IdentificationError as IdentificationError
+    from .model.outcomes import Outcome as Outcome
     from .peers.limit_cycle import limit_cycle as limit_cycle
     from .peers.ni_spring import NiOptions as NiOptions
     from .peers.two_stage_options import TwoStageOptions as TwoStageOptions
@@ -83,56 +83,56 @@ if TYPE_CHECKING:
 _MODULES = {
     "BuildError": "errors",
     "ClassicBoucWen": "model.conversions",
-    "Cluster": "jobs.cluster",
-    "Comparison": "api.comparison",
-    "Identification": "api.identification",
-    "IdentificationError": "identification.outcomes",
-    "Information": "api.information",
-    "Isolation": "api.isolation",
-    "ManyResult": "api.many",
+    "Cluster": "campaigns.jobs.cluster",
+    "Comparison": "api.comparing.comparison",
+    "Identification": "api.identifying.identification",
+    "IdentificationError": "model.outcomes",
+    "Information": "api.identifying.information",
+    "Isolation": "api.vibration.isolation",
+    "ManyResult": "api.identifying.many",
     "ModelError": "errors",
     "NiOptions": "peers.ni_spring",
     "NormalizedBoucWen": "model.conversions",
-    "Outcome": "identification.outcomes",
-    "Prediction": "api.prediction",
+    "Outcome": "model.outcomes",
+    "Prediction": "api.identifying.prediction",
     "Record": "records.record",
     "RecordError": "errors",
-    "RefinedOptions": "identification.refined",
-    "ScanOptions": "identification.search.scan",
+    "RefinedOptions": "identification.methods.refined",
+    "ScanOptions": "identification.methods.scan_options",
     "ReportDetails": "report.details",
-    "Simulation": "api.simulating",
+    "Simulation": "api.vibration.simulating",
     "Spring": "api.spring",
     "SpringParameters": "core.parameters",
-    "SystemIsolation": "api.system_isolation",
+    "SystemIsolation": "api.vibration.system_isolation",
     "StrandspringError": "errors",
-    "StudyResult": "api.studying",
-    "SystemStudyResult": "api.system_studying",
+    "StudyResult": "api.studies.studying",
+    "SystemStudyResult": "api.studies.system_studying",
     "TwoStageOptions": "peers.two_stage_options",
-    "Verification": "api.verifying",
+    "Verification": "api.fmus.verifying",
     "__version__": "_version",
-    "build_fmu": "api.building",
+    "build_fmu": "api.fmus.building",
     "bundled_record": "api.records",
-    "compare": "api.comparison",
-    "export": "api.exporting",
-    "identify": "api.identification",
-    "info": "api.information",
-    "isolate": "api.isolation",
-    "isolate_system": "api.system_isolation",
-    "identify_many": "api.many",
+    "compare": "api.comparing.comparison",
+    "export": "api.fmus.exporting",
+    "identify": "api.identifying.identification",
+    "info": "api.identifying.information",
+    "isolate": "api.vibration.isolation",
+    "isolate_system": "api.vibration.system_isolation",
+    "identify_many": "api.identifying.many",
     "limit_cycle": "peers.limit_cycle",
     "model_schema": "model.modelfile",
-    "predict": "api.prediction",
-    "read_campaign": "intake.description_file",
+    "predict": "api.identifying.prediction",
+    "read_campaign": "loops.description_file",
     "read_record": "records.reading",
     "select": "loops.selection",
     "show": "api.showing",
-    "simulate": "api.simulating",
+    "simulate": "api.vibration.simulating",
     "simulate_fmu": "cosimulation.prescribed",
-    "synthesize": "api.synthesis",
-    "synthesize_ni": "api.synthesis",
-    "study": "api.studying",
-    "study_system": "api.system_studying",
-    "verify": "api.verifying",
+    "synthesize": "api.identifying.synthesis",
+    "synthesize_ni": "api.identifying.synthesis",
+    "study": "api.studies.studying",
+    "study_system": "api.studies.system_studying",
+    "verify": "api.fmus.verifying",
 }
 
 load_lazily(globals(), _MODULES)

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-import strandspring.api.building as building
+import strandspring.api.fmus.building as building
 from springs import MOUNT
 from strandspring import BuildError, ModelError, Spring, SpringParameters, StrandspringError, build_fmu, identify
 from strandspring.fmu.check import CheckReport

@@ -12,8 +12,8 @@ import pytest
 from matplotlib.figure import Figure
 
 from strandspring import RefinedOptions, Spring, SpringParameters, StrandspringError, compare, identify, synthesize
-from strandspring.api.comparison_words import Verdict
-from strandspring.api.differences import loop_figures, parameter_differences
+from strandspring.api.comparing.comparison_words import Verdict
+from strandspring.api.comparing.differences import loop_figures, parameter_differences
 from strandspring.ground.plotfile import save_figure
 from strandspring.kernel.path import PathSolver
 from strandspring.model.joint import JointCovariance, joint_names

@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 
 from springs import MOUNT
 from strandspring import Spring, StrandspringError, isolate
-from strandspring.api.isolation import CheckedMotion
+from strandspring.api.vibration.isolation import CheckedMotion
 from strandspring.examples.mounts import STIFF_CORNER
 from strandspring.vibration.one_mass.curves_plot import fill
 from strandspring.vibration.one_mass.response import frequency_response

@@ -10,7 +10,7 @@ import pytest
 
 import strandspring
 from strandspring import Simulation, simulate
-from strandspring.api import simulating
+from strandspring.api.vibration import simulating
 from strandspring.errors import MountedSystemError
 from strandspring.examples import systems
 from strandspring.vibration.description.system_file import load_system_file

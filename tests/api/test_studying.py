@@ -9,9 +9,9 @@ import pytest
 
 from springs import MOUNT
 from strandspring import ModelError, Spring, StrandspringError, study
+from strandspring.campaigns.studies.definition import RunRow
 from strandspring.cli.main import main
 from strandspring.model.modelfile import ModelFile
-from strandspring.studies.definition import RunRow
 from studies import SPRING, UNCERTAINTY
 
 CHEAP = {"base_displacement": 1e-4, "points": 6}

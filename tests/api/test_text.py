@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from strandspring.api.text import parameter_lines
+from strandspring.api.common.text import parameter_lines
 from strandspring.model.stated_figures import differ, in_words
 from synthetic import spring_of
 

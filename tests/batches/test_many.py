@@ -28,13 +28,13 @@ from strandspring import (
     identify_many,
     read_record,
 )
-from strandspring.batches import sources
-from strandspring.batches.batch import BatchSummary, identify_batch
-from strandspring.batches.outliers import modified_z
-from strandspring.batches.sources import find_springs
-from strandspring.batches.tally import Tally
-from strandspring.intake.wanted import Wanted
-from strandspring.jobs.runners import JobError, Local
+from strandspring.campaigns.batches import sources
+from strandspring.campaigns.batches.batch import BatchSummary, identify_batch
+from strandspring.campaigns.batches.outliers import modified_z
+from strandspring.campaigns.batches.sources import find_springs
+from strandspring.campaigns.batches.tally import Tally
+from strandspring.campaigns.jobs.runners import JobError, Local
+from strandspring.loops.wanted import Wanted
 from terminal import Terminal
 
 ROWS = 360  # of a record, for speed
@@ -349,7 +349,7 @@ def test_an_error_of_the_program_is_a_row(few: Path, monkeypatch: pytest.MonkeyP
     def fail(*_: object) -> None:
         raise ZeroDivisionError("of a kind")
 
-    monkeypatch.setattr("strandspring.batches.spring_row.identify_records", fail)
+    monkeypatch.setattr("strandspring.campaigns.batches.spring_row.identify_records", fail)
     many = identify_many(few, few / "models", workers=1)
     assert many.batch.statuses["failed"] == 3
     assert "An error of the program (ZeroDivisionError: of a kind)" in many.summary()

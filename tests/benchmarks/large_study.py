@@ -22,9 +22,9 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "helpers"))
 
 from strandspring import StrandspringError
-from strandspring.jobs.runners import Local
-from strandspring.studies.definition import RunRow, Study
-from strandspring.studies.run import run_study
+from strandspring.campaigns.jobs.runners import Local
+from strandspring.campaigns.studies.definition import RunRow, Study
+from strandspring.campaigns.studies.run import run_study
 from studies import CHEAP
 
 

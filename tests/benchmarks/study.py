@@ -22,11 +22,11 @@ from rich.table import Table
 
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "helpers"))
 
-from strandspring.jobs.cluster import Cluster
-from strandspring.jobs.runners import Local, Runner
+from strandspring.campaigns.jobs.cluster import Cluster
+from strandspring.campaigns.jobs.runners import Local, Runner
+from strandspring.campaigns.studies.definition import Study
+from strandspring.campaigns.studies.run import run_study
 from strandspring.model.spread import Spread
-from strandspring.studies.definition import Study
-from strandspring.studies.run import run_study
 from strandspring.vibration.one_mass.system import Excitation
 from synthetic import spring_of
 

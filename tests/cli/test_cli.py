@@ -532,7 +532,7 @@ def test_a_failure_that_is_not_of_standard_output_is_not_called_so(
     def fail(*_: object) -> None:
         raise OSError("the disk is gone")
 
-    monkeypatch.setattr("strandspring.api.building.build_native_fmu", fail)
+    monkeypatch.setattr("strandspring.api.fmus.building.build_native_fmu", fail)
     outcome = run("build", model)
     assert outcome.status == 1
     assert outcome.err.startswith("strandspring: the disk is gone; check the path, ")
@@ -551,7 +551,7 @@ def test_an_interrupt_ends_in_one_sentence(run: Any, model: str, monkeypatch: py
     def interrupt(*_: object) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("strandspring.api.building.build_native_fmu", interrupt)
+    monkeypatch.setattr("strandspring.api.fmus.building.build_native_fmu", interrupt)
     done = run("build", model)
     assert done.status == 130
     assert done.err.strip() == "strandspring: interrupted; no output file is half written."

@@ -20,9 +20,9 @@ import pytest
 
 from springs import MOUNT
 from strandspring import Spring
-from strandspring.api.text_table import table_lines
+from strandspring.api.common.text_table import table_lines
 from strandspring.cli.main import COMMANDS
-from strandspring.cli.output import advancing, progress
+from strandspring.cli.shared.output import advancing, progress
 from strandspring.errors import StrandspringError
 from strandspring.ground.files import refuse_unwritable, write_text
 from terminal import Terminal
@@ -327,7 +327,7 @@ def test_help_fits_80_columns(terminal: Terminal, monkeypatch: pytest.MonkeyPatc
 
 BARS = """
 import time
-from strandspring.cli.output import progress
+from strandspring.cli.shared.output import progress
 for _ in progress(range(4), "Reading records"):
     time.sleep(0.3)
 """

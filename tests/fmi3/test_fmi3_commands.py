@@ -11,7 +11,7 @@ import pytest
 
 from fmu_tools import SPRING
 from strandspring import Spring, build_fmu
-from strandspring.api.building import BuildOptions, WantedSettings
+from strandspring.api.fmus.building import BuildOptions, WantedSettings
 from strandspring.errors import BuildError
 from strandspring.fmu.native.native_fmu import build_native_fmu
 from strandspring.fmu.python_backed import build_python_fmu

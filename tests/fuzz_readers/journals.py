@@ -27,17 +27,17 @@ sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "helpers"))
 import harness
 from many_springs import one_of
 from strandspring import TwoStageOptions
-from strandspring.batches.batch import identify_batch
-from strandspring.batches.sources import JOURNAL, SpringFile, find_springs
-from strandspring.batches.spring_row import IDENTIFIED, REFUSED, BatchWork, Finished, SpringRow, digest
+from strandspring.campaigns.batches.batch import identify_batch
+from strandspring.campaigns.batches.sources import JOURNAL, SpringFile, find_springs
+from strandspring.campaigns.batches.spring_row import IDENTIFIED, REFUSED, BatchWork, Finished, SpringRow, digest
+from strandspring.campaigns.jobs import row_index
+from strandspring.campaigns.jobs.runners import Local
+from strandspring.campaigns.studies.definition import RunRow, Study
+from strandspring.campaigns.studies.journal import journal_path
+from strandspring.campaigns.studies.run import run_study
 from strandspring.errors import StrandspringError
-from strandspring.intake.wanted import Wanted
-from strandspring.jobs import row_index
-from strandspring.jobs.runners import Local
+from strandspring.loops.wanted import Wanted
 from strandspring.model.modelfile import ModelFile
-from strandspring.studies.definition import RunRow, Study
-from strandspring.studies.journal import journal_path
-from strandspring.studies.run import run_study
 from studies import CHEAP
 
 Job = Callable[[Path, Callable[[int], None]], dict[str, bytes]]

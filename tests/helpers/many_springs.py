@@ -10,8 +10,8 @@ from pathlib import Path
 import numpy as np
 
 from strandspring import Spring, SpringParameters
-from strandspring.batches.sources import SpringFile
-from strandspring.batches.spring_row import BatchWork, Finished
+from strandspring.campaigns.batches.sources import SpringFile
+from strandspring.campaigns.batches.spring_row import BatchWork, Finished
 from synthetic import AMPLITUDE, MEAN, spring_of
 
 NOMINAL = spring_of(1.0, 1.2)

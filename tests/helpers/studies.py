@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+from strandspring.campaigns.studies.definition import Study
 from strandspring.model.spread import Spread
-from strandspring.studies.definition import Study
 from strandspring.vibration.one_mass.system import Excitation
 from synthetic import spring_of
 

@@ -11,7 +11,7 @@ from playwright.sync_api import Browser, Page
 
 from browser import chromium, opened
 from strandspring import Record, bundled_record, show
-from strandspring.intake.wanted import Wanted
+from strandspring.loops.wanted import Wanted
 
 
 @pytest.fixture(scope="module")

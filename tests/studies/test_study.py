@@ -14,11 +14,11 @@ import pytest
 
 from springs import TABLE
 from strandspring import ModelError, Spring
+from strandspring.campaigns.studies.definition import DONE, RunRow, Study, scaled
+from strandspring.campaigns.studies.quantiles import FIGURES, Summaries
 from strandspring.model.joint import joint_names
 from strandspring.model.modelfile import ModelFile, save_model
 from strandspring.model.spread import DRAWN, Spread
-from strandspring.studies.definition import DONE, RunRow, Study, scaled
-from strandspring.studies.quantiles import FIGURES, Summaries
 from strandspring.vibration.one_mass.response import frequency_response
 from strandspring.vibration.one_mass.system import Excitation, IsolatedMass, IsolationError, static_equilibrium
 from studies import CHEAP, COMMAND, CORRELATION, ERRORS, SPREAD, SPRING, UNCERTAINTY

@@ -17,13 +17,13 @@ from typing import IO
 import pytest
 import trustme
 
-from strandspring.jobs import cluster as cluster_module
-from strandspring.jobs import runners
-from strandspring.jobs.cluster import Cluster
-from strandspring.jobs.runners import JobError, Local
+from strandspring.campaigns.jobs import cluster as cluster_module
+from strandspring.campaigns.jobs import runners
+from strandspring.campaigns.jobs.cluster import Cluster
+from strandspring.campaigns.jobs.runners import JobError, Local
+from strandspring.campaigns.studies.journal import journal_path
+from strandspring.campaigns.studies.run import run_study
 from strandspring.model.modelfile import ModelFile, save_model
-from strandspring.studies.journal import journal_path
-from strandspring.studies.run import run_study
 from strandspring.vibration.one_mass.system import IsolationError
 from studies import CHEAP, COMMAND, SPRING, UNCERTAINTY, Counter
 from terminal import Terminal

@@ -24,15 +24,15 @@ import pytest
 from distributed import LocalCluster
 
 from strandspring import StrandspringError, __version__
+from strandspring.campaigns.jobs.cluster import Cluster
+from strandspring.campaigns.jobs.runners import Local
+from strandspring.campaigns.jobs.sole_file import open_alone
+from strandspring.campaigns.studies.definition import RunRow, Study
+from strandspring.campaigns.studies.journal import Journal, journal_path
+from strandspring.campaigns.studies.run import manifest, run_study
 from strandspring.ground.locks import lock
-from strandspring.jobs.cluster import Cluster
-from strandspring.jobs.runners import Local
-from strandspring.jobs.sole_file import open_alone
 from strandspring.model.modelfile import ModelFile, save_model
 from strandspring.model.spread import Spread
-from strandspring.studies.definition import RunRow, Study
-from strandspring.studies.journal import Journal, journal_path
-from strandspring.studies.run import manifest, run_study
 from strandspring.vibration.one_mass.system import Excitation, IsolationError
 from studies import CHEAP, COMMAND, ERRORS, SPRING, UNCERTAINTY, Counter
 from terminal import Terminal
@@ -91,7 +91,7 @@ def test_a_cluster_that_loses_a_worker_gives_the_same_bytes(
 def test_a_cluster_of_another_version_is_refused(
     tmp_path: Path, cluster: LocalCluster, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("strandspring.jobs.cluster.__version__", "0.0.0")
+    monkeypatch.setattr("strandspring.campaigns.jobs.cluster.__version__", "0.0.0")
     with pytest.raises(
         IsolationError, match=f"has strandspring {__version__}, but this computer has strandspring 0.0.0"
     ):
@@ -174,7 +174,7 @@ def test_a_study_that_is_ended_goes_on(end: signal.Signals, terminal: Terminal) 
 
 
 def test_a_wait_is_reported(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("strandspring.jobs.runners._REPORT_EVERY", 1e-3)
+    monkeypatch.setattr("strandspring.campaigns.jobs.runners._REPORT_EVERY", 1e-3)
     messages: list[str] = []
     run_study(CHEAP, tmp_path / "results.csv", Local(2), notify=messages.append)
     assert "Nothing has been finished for 0.001 s; still waiting for the workers." in messages
@@ -231,7 +231,7 @@ def test_the_journal_of_another_study_is_refused(half_done: Path, study: Study, 
 
 
 def test_the_journal_of_another_version_is_refused(half_done: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("strandspring.studies.journal.__version__", "9.9")
+    monkeypatch.setattr("strandspring.campaigns.studies.journal.__version__", "9.9")
     with pytest.raises(IsolationError, match=rf'\(version "{__version__}" instead of "9.9"\)'):
         run_study(CHEAP, half_done, Local(1))
 
@@ -313,7 +313,7 @@ def test_a_row_of_another_study_is_damage(half_done: Path, tmp_path: Path) -> No
 @pytest.fixture
 def small_index(monkeypatch: pytest.MonkeyPatch) -> None:
     """An index line after every second row or so."""
-    monkeypatch.setattr("strandspring.jobs.row_index._EVERY", 500)
+    monkeypatch.setattr("strandspring.campaigns.jobs.row_index._EVERY", 500)
 
 
 @pytest.fixture
@@ -384,7 +384,7 @@ def test_a_journal_that_is_removed_before_it_is_locked_is_not_used(
             removed.append(True)
         return lock(descriptor)
 
-    monkeypatch.setattr("strandspring.jobs.sole_file.lock", lock_late)
+    monkeypatch.setattr("strandspring.campaigns.jobs.sole_file.lock", lock_late)
     with open_alone(path) as file:
         assert os.path.samestat(os.fstat(file.fileno()), path.stat())
     assert removed
@@ -473,7 +473,10 @@ def held_by_studies() -> int:
     """Bytes that code of the study room has allocated; other threads of the tests allocate, too."""
     gc.collect()
     snapshot = tracemalloc.take_snapshot().filter_traces(
-        [tracemalloc.Filter(True, "*/strandspring/studies/*"), tracemalloc.Filter(True, "*/strandspring/jobs/*")]
+        [
+            tracemalloc.Filter(True, "*/strandspring/campaigns/studies/*"),
+            tracemalloc.Filter(True, "*/strandspring/campaigns/jobs/*"),
+        ]
     )
     return sum(statistic.size for statistic in snapshot.statistics("filename"))
 

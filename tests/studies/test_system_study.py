@@ -21,16 +21,16 @@ from distributed import LocalCluster
 
 import strandspring
 from strandspring import StrandspringError
+from strandspring.campaigns.jobs.cluster import Cluster
+from strandspring.campaigns.jobs.runners import Local, Runner
+from strandspring.campaigns.studies.journal import journal_path
+from strandspring.campaigns.studies.run_system import run_system_study
+from strandspring.campaigns.studies.system_planning import planned_study, undrawn
+from strandspring.campaigns.studies.system_study import SystemRow, SystemStudy, system_row
+from strandspring.campaigns.studies.system_summaries import SystemSummaries
 from strandspring.errors import MountedSystemError
 from strandspring.examples.system_models import SYSTEMS
-from strandspring.jobs.cluster import Cluster
-from strandspring.jobs.runners import Local, Runner
 from strandspring.model.modelfile import load_model, save_model
-from strandspring.studies.journal import journal_path
-from strandspring.studies.run_system import run_system_study
-from strandspring.studies.system_planning import planned_study, undrawn
-from strandspring.studies.system_study import SystemRow, SystemStudy, system_row
-from strandspring.studies.system_summaries import SystemSummaries
 from strandspring.vibration.description.named_files import FilesOfFolder
 from strandspring.vibration.description.system_file import read_description, system_of_content
 from strandspring.vibration.verdicts.answers import answer_case

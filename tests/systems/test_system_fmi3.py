@@ -25,7 +25,7 @@ import strandspring
 from kernel_tools import compiled
 from native_tools import ERROR, HEADERS, OK, Library, doubles
 from portable_host import environment
-from strandspring.api.building_system import SystemToBuild
+from strandspring.api.fmus.building_system import SystemToBuild
 from strandspring.compiled.images import SYSTEM3
 from strandspring.errors import MountedSystemError
 from strandspring.fmu.fmi3_files import BUILD_DESCRIPTION

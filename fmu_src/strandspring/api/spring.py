@@ -16,8 +16,8 @@ from ..model.modelfile import ModelFile, load_model, save_model
 
 if TYPE_CHECKING:
     from .. import Comparison, Information, Prediction, Record
-    from .isolation import Isolation
-    from .studying import StudyResult
+    from .studies.studying import StudyResult
+    from .vibration.isolation import Isolation
 
 
 class Spring:
@@ -154,7 +154,7 @@ class Spring:
         >>> round(result.models[0].equilibrium.frequency, 2)
         8.12
         """
-        from .isolation import isolate
+        from .vibration.isolation import isolate
 
         return isolate(self, mass, **options)
 
@@ -168,7 +168,7 @@ class Spring:
         >>> len(spring.study([5.0, 6.0], base_displacement=2e-4, draws=0, points=8).to_frame())
         2
         """
-        from .studying import study
+        from .studies.studying import study
 
         return study(self, mass, **options)
 
@@ -184,7 +184,7 @@ class Spring:
         ...     print(spring.build_fmu(folder).name)
         spring.fmu
         """
-        from .building import build_fmu
+        from .fmus.building import build_fmu
 
         return build_fmu(self, folder, **options)
 
@@ -200,7 +200,7 @@ class Spring:
         ...     print([path.name for path in spring.export(folder, ssv=True)])
         ['spring.ssv']
         """
-        from .exporting import export
+        from .fmus.exporting import export
 
         return export(self, folder, **options)
 

@@ -18,8 +18,8 @@ from .._version import __version__
 from ..errors import StrandspringError
 from ..ground.endings import handled_endings
 from ..ground.files import readable, reason_of
-from ..identification.outcomes import IdentificationError
-from .output import drop_failing_output, result_json
+from ..model.outcomes import IdentificationError
+from .shared.output import drop_failing_output, result_json
 
 # Each command is defined in the module of its name, which is imported only to run it or to show its help.
 COMMANDS = {
@@ -50,7 +50,7 @@ class LazyGroup(click.Group):
         if cmd_name not in COMMANDS:
             return None
         name = cmd_name.replace("-", "_")
-        command: click.Command = getattr(import_module(f".{name}", __package__), name)
+        command: click.Command = getattr(import_module(f".commands.{name}", __package__), name)
         return command
 
     def shell_complete(self, ctx: click.Context, incomplete: str) -> list[CompletionItem]:
@@ -107,7 +107,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         if isinstance(stream, TextIOWrapper):
             stream.reconfigure(errors="backslashreplace")
     if "_STRANDSPRING_COMPLETE" in os.environ:
-        from .completion import offer_files
+        from .shared.completion import offer_files
 
         offer_files()
     try:

@@ -1,0 +1,1 @@
+"""What the results of all calls share: text, tables, plots, places of files, cautions."""

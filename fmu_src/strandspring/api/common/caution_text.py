@@ -1,0 +1,83 @@
+"""Sentences of caution about records beside a model, and text of model files made safe for the terminal."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import numpy as np
+
+from ...core.parameters import SpringParameters
+from ...ground.strict_json import printable
+from ...identification.certainty.figures import RecordFit
+from ...identification.certainty.saved_spring import effect_of_smoothing
+from ...identification.points.direction import backwards
+from ...kernel.arrays import FloatArray
+from ...loops.strokes import find_strokes
+from ...model.modelfile import ModelFile
+from ...model.stated_cautions import stated_amplitudes, stated_effects
+from ...records.record import Record
+
+# Share of the identified range by which rounding may take a sample beyond its ends.
+_ROUNDING = 1e-9
+_ALIKE = 0.15  # logarithm of the ratio of two amplitudes up to which they are alike
+_FEW = 0.05  # share of strokes that hardly counts
+
+
+def outside_range(p: SpringParameters) -> str:
+    """The end of a caution about something outside the identified range."""
+    return (
+        f"outside the identified range {p.displacement_min * 1e3:.6g} to {p.displacement_max * 1e3:.6g} mm, where the "
+        "model is continued linearly."
+    )
+
+
+def backwards_cautions(records: Iterable[Record]) -> list[str]:
+    """One sentence for each record whose loops run backwards, as if the sign of a column were wrong."""
+    findings = ((record, backwards(record)) for record in records)
+    return [f"{record.path}: {finding.value}" for record, finding in findings if finding is not None]
+
+
+def smoothing_caution(record: Record, fit: RecordFit, smoothed: RecordFit) -> list[str]:
+    """A sentence where reversals of a displacement below its noise change the error; none where they do not."""
+    sentence = effect_of_smoothing(record, fit, smoothed)
+    return [f"{record.path}: {sentence}"] if sentence else []
+
+
+def unrecorded_cautions(source: str, model: ModelFile, record: Record) -> list[str]:
+    """A sentence where loops of a record are of no amplitude that the model was identified from; none otherwise."""
+    known = np.array(stated_amplitudes(model))
+    amplitudes = 0.5 * find_strokes(record.displacement).length[1:-1]
+    if not known.size or not amplitudes.size:
+        return []
+    alike = np.abs(np.log(amplitudes[:, None] / known)).min(axis=1) <= _ALIKE
+    if np.mean(~alike) <= _FEW:
+        return []
+    own = amplitudes[~alike]
+    given = ", ".join(f"{1e3 * value:.3g}" for value in sorted(known))
+    return [
+        f"{record.path}: holds loops of {1e3 * own.min():.3g} to {1e3 * own.max():.3g} mm, but {source} was identified "
+        f"from loops of {given} mm; its 95 % prediction interval does not hold for the others."
+    ]
+
+
+def outside_cautions(source: str, displacement: FloatArray, p: SpringParameters) -> list[str]:
+    """A sentence with the share of displacements [m] outside the identified range; none if all lie within."""
+    slack = _ROUNDING * (p.displacement_max - p.displacement_min)
+    outside = np.mean((displacement < p.displacement_min - slack) | (displacement > p.displacement_max + slack))
+    return [f"{source}: {100 * outside:.3g} % of the samples lie {outside_range(p)}"] if outside > 0.0 else []
+
+
+def effects_of(model: ModelFile) -> str:
+    """The effects of the rig that were removed from a model's records, in words; empty if none was."""
+    return printable(", ".join(stated_effects(model)).replace("_", " "))
+
+
+def effects_cautions(source: str, model: ModelFile) -> list[str]:
+    """A sentence about records beside a model without the effects of its rig; none if none was removed."""
+    effects = effects_of(model)
+    if not effects:
+        return []
+    return [
+        f"{source}: {effects} was removed from the records of the model, as an effect of the rig; where the records "
+        "given here hold it too, the measured forces differ from the model by it."
+    ]

@@ -1,0 +1,106 @@
+"""Figures and parameters in words and as JSON."""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+from typing import Any
+
+from ...core.parameters import SIGMA_RANGE, SpringParameters
+from ...ground.strict_json import printable
+from ...identification.certainty.figures import RecordFit, both_figures
+from ...identification.certainty.prediction_interval import PredictionInterval
+from ...loops.campaign import Overlap, RateIndependence
+from ...model.stated_figures import differ, in_words
+
+AT_BOUND = 1.001  # an end of an interval that is less than this times a bound is the bound itself
+
+
+def counted(count: int, noun: str) -> str:
+    """A number with its noun.
+
+    Examples
+    --------
+    >>> counted(1, "cycle"), counted(2, "cycle")
+    ('1 cycle', '2 cycles')
+    """
+    return f"{count} {noun}{'' if count == 1 else 's'}"
+
+
+def fit_json(fit: RecordFit, other: RecordFit, name: str = "fitted") -> dict[str, Any]:
+    """One entry of `records` in the JSON output; the other prediction of the record has a name."""
+    return {"path": fit.path, "samples": fit.samples, **both_figures(fit, other, name)}
+
+
+def verdict_json(finding: RateIndependence | Overlap | None) -> dict[str, Any] | None:
+    """A verdict on a test campaign as JSON."""
+    if finding is None:
+        return None
+    return {**asdict(finding), "verdict": finding.verdict.name.lower(), "sentence": finding.sentence}
+
+
+def fit_lines(fits: tuple[RecordFit, ...], fitted: tuple[RecordFit, ...]) -> list[str]:
+    """One line for each record with the figures of the spring alone; a second one where those of the fit differ."""
+    lines = []
+    for fit, other in zip(fits, fitted, strict=True):
+        lines.append(f"  {fit.path}: {in_words(fit.figures)} over {fit.samples} samples ({fit.compared})")
+        if differ(fit.figures, other.figures):
+            lines.append(f"    {fit.beside(other)}: {in_words(other.figures, False)}")
+    return lines
+
+
+def parameter_lines(p: SpringParameters, uncertainty: dict[str, Any]) -> list[str]:
+    """The parameters, with their standard errors where known, from a model file's `uncertainty`."""
+    numbers = asdict(p)
+    errors = {name: _error(name, uncertainty) for name in ("kappa_omega", "rho", "sigma", "n")}
+    lines = [
+        f"  {name:<12} {numbers[name]:<12.6g} {errors[name]} {unit}"
+        for name, unit in (("kappa_omega", "N"), ("rho", "1/m"), ("sigma", ""), ("n", ""))
+    ]
+    if p.FE_knots:
+        low, high = min(p.FE_forces), max(p.FE_forces)
+        lines.append(f"  FE a spline through {len(p.FE_knots)} knots, {low:.6g} to {high:.6g} N, see the model file")
+    else:
+        lines.append(f"  FE degree {len(p.kE) - 1}, kE: {', '.join(f'{c:.6g}' for c in p.kE)}  N/m^i")
+    lines.append(f"  FA degree {len(p.kA) - 1}, kA: {', '.join(f'{c:.6g}' for c in p.kA)}  1/m^i")
+    low, high, middle = (1e3 * v for v in (p.displacement_min, p.displacement_max, p.displacement_offset))
+    lines.append(
+        f"  identified from {low:.6g} to {high:.6g} mm, {'FA' if p.FE_knots else 'polynomials'} about {middle:.6g} mm"
+    )
+    if bootstrap := uncertainty.get("bootstrap"):
+        spread = ", ".join(f"{name} +- {bootstrap[name]:.2g}" for name in ("kappa_omega", "rho", "sigma", "n"))
+        lines.append(f"  bootstrap of {bootstrap['repetitions']} (seed {bootstrap['seed']}): {spread}")
+    if posterior := uncertainty.get("posterior"):
+        lines += _posterior_lines(posterior)
+    interval = PredictionInterval.of(uncertainty)
+    if interval is not None:
+        lines.append(f"  {interval.sentence}")
+    lines += [f"  {printable(sentence)}" for sentence in uncertainty.get("indistinct") or ()]
+    return [line.rstrip() for line in lines]
+
+
+def _posterior_lines(posterior: dict[str, Any]) -> list[str]:
+    """Median and 95 % interval of each parameter, and whether the chain was long enough to say so."""
+    of_each = ", ".join(
+        f"{name} {posterior[name][2]:.6g} ({posterior[name][0]:.6g} to {posterior[name][-1]:.6g})"
+        for name in ("kappa_omega", "rho", "sigma", "n")
+    )
+    lines = [f"  posterior of {posterior['steps']} steps (seed {posterior['seed']}), median and 95 %: {of_each}"]
+    if not posterior["long_enough"]:
+        lines.append("  the posterior was sampled in too few steps to be trusted; ask for more with --posterior")
+    return lines
+
+
+def _error(name: str, uncertainty: dict[str, Any]) -> str:
+    """The standard error; the end of the interval instead, or nothing, where the records bound one side or none."""
+    intervals = uncertainty.get("interval_95") or {}
+    if name in intervals:
+        low, high = intervals[name]
+        if name == "sigma" and low is not None and low <= SIGMA_RANGE[0] * AT_BOUND:
+            low = None  # no spring has less
+        if low is None and high is None:
+            return "not bounded by these records"
+        if high is None:
+            return f"> {low:.2g} (95 %)"
+        if low is None:
+            return f"< {high:.2g} (95 %)"
+    return "" if uncertainty.get(name) is None else f"+- {uncertainty[name]:.2g}"

@@ -1,0 +1,1 @@
+"""Two springs or records beside each other."""

@@ -1,0 +1,54 @@
+"""Two springs in one form: the same degrees of FE and FA.
+
+The degrees are chosen from noisy records, and another choice shifts the figures of one and the same spring by more than
+its uncertainty says: a smaller loop, which no record holds, by 10 % and more. A model is put into a simpler form by
+identifying the record that it gives itself.
+"""
+
+from __future__ import annotations
+
+from ...core.parameters import SpringParameters
+from ...identification.identify_records import identify_records
+from ...identification.methods.refined import RefinedOptions
+from ...records.record import Record
+from ..identifying.synthesis import synthesize
+from ..spring import Spring
+
+_CYCLES, _SAMPLES = 2, 500
+_OF_TABLES = 5  # degree of FE where it is a table in both
+
+
+def form_of(p: SpringParameters) -> tuple[int | None, int]:
+    """Degrees of FE, None for a table, and of FA."""
+    return None if p.FE_knots else len(p.kE) - 1, len(p.kA) - 1
+
+
+def form_words(form: tuple[int | None, int]) -> str:
+    """A form in words."""
+    return f"{'FE as a table' if form[0] is None else f'FE of degree {form[0]}'} and FA of degree {form[1]}"
+
+
+def common_form(a: SpringParameters, b: SpringParameters) -> tuple[int | None, int]:
+    """The form that both can be put into: the lower degree of FE and of FA."""
+    forms = form_of(a), form_of(b)
+    if forms[0] == forms[1]:
+        return forms[0]
+    degrees = [degree for degree, _ in forms if degree is not None]
+    # The identification takes no FE of degree 0, which a model file may have.
+    return max(min(degrees, default=_OF_TABLES), 1), min(degree for _, degree in forms)
+
+
+def in_form(p: SpringParameters, form: tuple[int | None, int]) -> SpringParameters:
+    """A spring as it would have been identified with these degrees, from a record over its whole range.
+
+    Raises
+    ------
+    StrandspringError   If no physically possible spring of this form follows it.
+    """
+    degree, amplifier = form
+    if form_of(p) == form or degree is None:
+        return p
+    record = synthesize(Spring(p), cycles=_CYCLES, samples=_SAMPLES)
+    # Without times, so that no delay is looked for.
+    path_only = Record(record.displacement, record.force, path=record.path)
+    return identify_records(path_only, RefinedOptions(degrees=(degree, amplifier))).parameters

@@ -1,0 +1,405 @@
+"""`compare`: two springs against each other and against the uncertainty of both."""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
+from typing import TYPE_CHECKING, Any, Literal
+
+from numpy.typing import ArrayLike
+
+from ...core.parameters import SpringParameters
+from ...errors import StrandspringError
+from ...ground.arguments import numbers, optional_number, seed_of, whole
+from ...identification.certainty.figures import RecordFit, predict_record
+from ...kernel.path import PathSolver
+from ...loops.loop import Loop
+from ...loops.modelled import steady_loop
+from ...model.modelfile import ModelFile
+from ...model.spread import Spread
+from ...records.record import Record
+from ..common.placing import ModelSource, model_of, source_of
+from ..common.plotting import save_plot, some_axes
+from ..common.result import Result
+from ..common.text_table import table_lines
+from ..records import records_of
+from ..vibration.shared_mass import SharedMass, shared_mass
+from .alignment import Align, aligned, apart, shared_range
+from .common_form import common_form, in_form
+from .comparison_cautions import comparison_cautions, comparison_notes
+from .comparison_plot import draw
+from .comparison_words import Verdict, figure_table, joint_sentence, parameter_table, percent, verdict_sentence
+from .differences import (
+    Difference,
+    Draws,
+    HysteresisTest,
+    drawn,
+    figure_differences,
+    judged,
+    loop_figures,
+    parameter_differences,
+    uncertainty_of,
+)
+
+if TYPE_CHECKING:
+    import pandas as pd
+    from matplotlib.axes import Axes
+
+DRAWS = 200
+_SIZE = (13.0, 8.0)  # of the plot [inches]
+_SHARES = (0.25, 0.5, 0.75, 1.0)  # of the shared half range
+_SLACK = 1e-3  # share of the shared range by which an amplitude may pass it, as cycles differ by as much
+_AS_WELL = 0.05  # records are followed equally well if the errors differ by less
+
+
+@dataclass(frozen=True, eq=False)
+class RecordComparison:
+    """How well both springs follow a record.
+
+    Attributes
+    ----------
+    record : Record
+    a, b : RecordFit
+    """
+
+    record: Record
+    a: RecordFit
+    b: RecordFit
+
+    @property
+    def better(self) -> str:
+        """A or B; empty if the errors differ by less than 5 %."""
+        least, most = sorted((self.a.rmse, self.b.rmse))
+        return "" if most - least <= _AS_WELL * most else "A" if self.a.rmse < self.b.rmse else "B"
+
+    @property
+    def sentence(self) -> str:
+        """The errors in words."""
+        which = f"{self.better} follows it better" if self.better else "both follow it equally well"
+        return (
+            f"{self.record.path}: {which}, rmse {self.a.rmse:.4g} N by A and {self.b.rmse:.4g} N by B, "
+            f"RNL {self.a.rnl:.4f} and {self.b.rnl:.4f}"
+        )
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Comparison(Result):
+    """Two springs against each other.
+
+    Attributes
+    ----------
+    sources : (str, str)                   Path of each model file, or the model's name.
+    models : (ModelFile, ModelFile)        A and B.
+    align : "record" or "middle"           Where both count displacement from: as their records do, or each from the
+                                           middle of its own range.
+    low, high : float                      The range that both share, so counted [m].
+    verdict : Verdict
+    unknown : str                          Why nothing can be judged, in words; else empty.
+    draws, seed : int                      Springs drawn of each model, and the seed.
+    parameters : tuple of Difference       Of kappa_omega in the middle of the shared range, rho, sigma and n.
+    test : HysteresisTest or None          Of these together.
+    figures : tuple of Difference          Of steady loops about the middle of the shared range.
+    bands : (ndarray, ndarray) or None     5 % and 95 % of the figures of A and of B, each of shape
+                                           (2, amplitudes, 4): secant stiffness, energy, loss factor, mean force.
+    loops : (Loop, Loop)                   Steady loops over the shared range.
+    mass : SharedMass                      Transmissibility of a mass on either spring.
+    records : tuple of RecordComparison
+    notes, cautions : tuple of str
+    """
+
+    sources: tuple[str, str]
+    models: tuple[ModelFile, ModelFile]
+    align: Align
+    low: float
+    high: float
+    verdict: Verdict
+    unknown: str
+    draws: int
+    seed: int
+    parameters: tuple[Difference, ...]
+    test: HysteresisTest | None
+    figures: tuple[Difference, ...]
+    bands: tuple[Any, Any] | None
+    loops: tuple[Loop, Loop]
+    mass: SharedMass
+    records: tuple[RecordComparison, ...]
+    notes: tuple[str, ...]
+    cautions: tuple[str, ...]
+
+    @property
+    def loop_difference(self) -> tuple[float, float]:
+        """rms difference of force along the loop over the shared range [N], and its share of the loop's height."""
+        return apart(*self.loops)
+
+    @property
+    def sentence(self) -> str:
+        """The verdict in words."""
+        return verdict_sentence(self.verdict, self.unknown, self.figures, self.parameters, self.test)
+
+    def head(self) -> list[str]:
+        """What is compared, and the verdict."""
+        names = [
+            f"{label}: {model.name} ({source})"
+            for label, model, source in zip("AB", self.models, self.sources, strict=True)
+        ]
+        ends = f"{1e3 * self.low:.6g} to {1e3 * self.high:.6g} mm"
+        own = "" if self.align == "record" else ", each counted from the middle of its own range"
+        of_each = (
+            f"; {self.draws} springs drawn of each, seed {self.seed}; * beyond the uncertainty (single parameters and "
+            "loss factors are not judged)"
+            if self.bands
+            else ""
+        )
+        return [*names, self.sentence, f"Compared over the shared range {ends}{own}{of_each}."]
+
+    def tail(self) -> list[str]:
+        """Joint test, loops, transmissibility and records in words."""
+        lines = [f"{one.quantity}: {one.reason}." for one in self.parameters if one.reason and not self.unknown]
+        if self.test is not None:
+            lines.append(joint_sentence(self.test))
+        rms, share = self.loop_difference
+        lines.append(
+            f"Along the loop over the shared range the forces differ by {rms:.3g} N (rms), {percent(share)} % of "
+            "the loop's height."
+        )
+        return [*lines, *self.mass.lines(), *(one.sentence for one in self.records)]
+
+    def summary(self) -> str:
+        """All of it in words and tables."""
+        return "\n".join(
+            [
+                *self.head(),
+                *table_lines(*parameter_table(self.parameters), left=["parameter"]),
+                *table_lines(*figure_table(self.figures), left=["figure"]),
+                *self.tail(),
+                *(f"Note: {sentence}" for sentence in self.notes),
+                *(f"Caution: {sentence}" for sentence in self.cautions),
+            ]
+        )
+
+    def to_frame(self) -> pd.DataFrame:
+        """One parameter, or figure of one amplitude, in each row, in SI units: the fields of `Difference`, and p."""
+        import pandas as pd
+
+        frame = pd.DataFrame([{**asdict(one), "p": one.p} for one in (*self.parameters, *self.figures)])
+        return frame.drop(columns="words").astype({"amplitude": float})
+
+    def as_json(self) -> dict[str, Any]:
+        """The result as JSON, all in SI units."""
+        rms, share = self.loop_difference
+        return {
+            "a": {"model": self.sources[0], "name": self.models[0].name},
+            "b": {"model": self.sources[1], "name": self.models[1].name},
+            "verdict": self.verdict.name.lower(),
+            "sentence": self.sentence,
+            "align": self.align,
+            "range": [self.low, self.high],
+            "draws": self.draws if self.bands else 0,
+            "seed": self.seed,
+            "parameters": [{**asdict(one), "p": one.p} for one in self.parameters],
+            "hysteresis_test": None if self.test is None else asdict(self.test),
+            "figures": [{**asdict(one), "p": one.p} for one in self.figures],
+            "loop": {"rms_difference": rms, "share_of_height": share},
+            "transmissibility": self.mass.as_json(),
+            "records": [
+                {
+                    "path": one.record.path,
+                    "a": one.a.figures,
+                    "b": one.b.figures,
+                    "better": one.better or None,
+                }
+                for one in self.records
+            ],
+            "notes": list(self.notes),
+            "cautions": list(self.cautions),
+        }
+
+    def plot(self, axes: Sequence[Axes] | None = None) -> list[Axes]:
+        """Draw loops, the difference of force along them, secant stiffness, energy and loss factor over the amplitude
+        with their 5 to 95 % bands, and transmissibility; returns the six axes, those of a new figure if None.
+        """
+        panels = some_axes(axes, 2, 3, _SIZE)
+        draw(panels, self.loops, self.figures, self.bands, self.mass.responses)
+        return panels
+
+    def save_plot(self, path: str | os.PathLike[str]) -> None:
+        """Draw the same into a file (.png, .svg or .pdf); the same result gives the same bytes.
+
+        Raises
+        ------
+        StrandspringError   If the name ends in something else, or the file cannot be written.
+        """
+        save_plot(path, _SIZE, lambda figure: self.plot(list(figure.subplots(2, 3).flat)))
+
+
+def compare(
+    a: ModelSource,
+    b: ModelSource,
+    *data: Any,
+    align: Align = "record",
+    amplitudes: ArrayLike | None = None,
+    mass: float | None = None,
+    draws: int = DRAWS,
+    seed: int = 0,
+    displacement: str | int | None = None,
+    force: str | int | None = None,
+    time: str | int | None = None,
+    units: Mapping[str, str] | None = None,
+    reverse: Literal["displacement", "force"] | None = None,
+) -> Comparison:
+    """Compare two springs, such as two lots, or one spring before and after fatigue.
+
+    Functions are compared, not coefficients: stiffness, energy and mean force of loops over the range that both share,
+    so that an elastic force as a table stands against a polynomial. All judgements together are made at the 5 % level,
+    as far as the uncertainty of the model files holds; of 150 pairs of records of one spring, all of one amplitude, 5
+    were found to differ.
+
+    Parameters
+    ----------
+    a, b : Spring, ModelFile or path   Model files, or FMUs that hold one.
+    *data : Source, or arrays          Records that both should follow; or arrays of displacement and force, and time.
+    align : "record" or "middle"       Displacements as in the records of both; or each from the middle of its range,
+                                       where the zero was moved between the tests.
+    amplitudes : float or array_like   Of the loops about the middle of the shared range [m]; quarters of it if None.
+    mass : float or None               Mass for the transmissibility, whose weight loads the spring [kg]; if None
+                                       one that A holds in the middle of the range.
+    draws : int                        Springs drawn from the uncertainty of each model, at least 20; 0 for no verdict.
+    seed : int                         Of the draws.
+    displacement, force, time, units, reverse   How records are read, as for `identify`.
+
+    Returns
+    -------
+    Comparison
+
+    Raises
+    ------
+    ModelError          If a model is not a physically possible spring.
+    RecordError         If the data are no records.
+    StrandspringError   If the springs share too little of their ranges.
+    ValueError          If a number is not possible.
+
+    Examples
+    --------
+    >>> from strandspring import compare, identify, Spring, SpringParameters, synthesize
+    >>> new = Spring(SpringParameters((0.0, 2000.0), (1.0,), 10.0, 500.0, 1.0, 1.0, 0.0, -0.02, 0.02))
+    >>> worn = Spring(SpringParameters((0.0, 2000.0), (1.0,), 9.0, 500.0, 1.0, 1.0, 0.0, -0.02, 0.02))
+    >>> tests = [synthesize(new, noise=0.01, seed=1), synthesize(worn, noise=0.01, seed=2)]
+    >>> before, after = (identify(test).spring() for test in tests)
+    >>> comparison = compare(before, after)
+    >>> comparison.verdict.name
+    'DIFFERENT'
+    >>> comparison.sentence.split(":")[0]
+    'The springs differ beyond their uncertainty'
+    >>> frame = comparison.to_frame()
+    >>> frame[(frame["quantity"] == "energy_per_cycle") & frame["differs"]]["change"].round(2).tolist()
+    [-0.1, -0.1, -0.1, -0.1]
+    """
+    if align not in ("record", "middle"):
+        raise ValueError(f"`align` must be 'record' or 'middle', got {align!r}.")
+    if whole("draws", draws) != 0 and draws < 20:
+        raise ValueError(f"`draws` must be 0 or at least 20, got {draws!r}.")
+    seed = seed_of(seed)
+    mass = optional_number("mass", mass, "kg")
+    if mass is not None and not 0.0 < mass < math.inf:
+        raise ValueError(f"`mass` must be finite and > 0 [kg], got {mass!r}.")
+    models = (model_of(a), model_of(b))
+    springs = aligned(models, align)
+    low, high = shared_range(springs, align)
+    middle = 0.5 * (low + high)
+    reaches = _amplitudes(amplitudes, 0.5 * (high - low))
+    spreads, unknown = _spreads(models, draws)
+    records = records_of(data, displacement=displacement, force=force, time=time, units=units, reverse=reverse)
+    is_same = models[0].parameters == models[1].parameters
+    plain, scatter = springs, None
+    if spreads is not None and not is_same:
+        try:
+            plain, scatter = _drawn(springs, spreads, middle, reaches, draws, seed)
+        except StrandspringError as problem:
+            unknown = str(problem).rstrip(".")
+    parameters, test = parameter_differences(
+        springs,
+        plain,
+        (models[0].uncertainty, models[1].uncertainty),
+        (None, None) if spreads is None else (spreads[0].joint, spreads[1].joint),
+        ("A", "B"),
+        middle,
+    )
+    of_each, of_plain = (
+        (loop_figures(pair[0], middle, reaches), loop_figures(pair[1], middle, reaches)) for pair in (springs, plain)
+    )
+    figures = figure_differences(of_each, of_plain, reaches, scatter)
+    if scatter is not None and all(math.isnan(one.z) for one in figures):
+        scatter, unknown = None, "the springs drawn from the uncertainty are all alike; identify both again"
+    if is_same:
+        verdict, test = Verdict.IDENTICAL, None
+    elif scatter is None:
+        verdict = Verdict.UNKNOWN
+    else:
+        figures, test = judged(figures, test)
+        beyond = any(one.differs for one in figures) or (test is not None and test.differs)
+        verdict = Verdict.DIFFERENT if beyond else Verdict.NOT_FOUND
+    loops = (steady_loop(PathSolver(springs[0]), low, high), steady_loop(PathSolver(springs[1]), low, high))
+    followed = tuple(_followed(record, models) for record in records)
+    return Comparison(
+        (source_of(a), source_of(b)), models, align, low, high, verdict, unknown, draws, seed,
+        tuple(parameters), test, tuple(figures),
+        None if scatter is None else (scatter[0].interval(), scatter[1].interval()),
+        loops,
+        shared_mass(springs, low, high, mass),
+        followed,
+        tuple(comparison_notes(models, verdict)),
+        tuple(comparison_cautions(models, records, [(one.a, one.b) for one in followed], align, loops)),
+    )  # fmt: skip
+
+
+def _amplitudes(given: ArrayLike | None, most: float) -> list[float]:
+    reaches = [share * most for share in _SHARES] if given is None else sorted(numbers("amplitudes", given, "m"))
+    for reach in reaches:
+        if not 0.0 < reach <= most * (1.0 + _SLACK):
+            raise ValueError(
+                f"An amplitude must be > 0 and at most {1e3 * most:.6g} mm, half of the range that both springs share, "
+                f"got {1e3 * reach:.6g} mm."
+            )
+    if not reaches:
+        raise ValueError("`amplitudes` must hold at least one, got none.")
+    return reaches
+
+
+def _spreads(models: tuple[ModelFile, ModelFile], draws: int) -> tuple[tuple[Spread, Spread] | None, str]:
+    """What springs are drawn from, of both; or None, and why."""
+    if draws == 0:
+        return None, "no springs were drawn"
+    (of_a, why_a), (of_b, why_b) = (uncertainty_of(label, model) for label, model in zip("AB", models, strict=True))
+    if of_a is None or of_b is None:
+        return None, "; ".join(filter(None, (why_a, why_b)))
+    return (of_a, of_b), ""
+
+
+def _drawn(
+    springs: tuple[SpringParameters, SpringParameters],
+    spreads: tuple[Spread, Spread],
+    middle: float,
+    amplitudes: Sequence[float],
+    draws: int,
+    seed: int,
+) -> tuple[tuple[SpringParameters, SpringParameters], tuple[Draws, Draws] | None]:
+    """Both springs in their common form, and the figures of springs drawn of each.
+
+    Raises
+    ------
+    StrandspringError   If a spring cannot be put into that form, or hardly any draw is a possible spring.
+    """
+    form = common_form(*springs)
+    plain = (in_form(springs[0], form), in_form(springs[1], form))
+    return plain, (
+        drawn(springs[0], spreads[0], middle, amplitudes, seed, range(draws)),
+        # Other numbers, or the errors of both models would be drawn alike.
+        drawn(springs[1], spreads[1], middle, amplitudes, seed, range(draws, 2 * draws)),
+    )
+
+
+def _followed(record: Record, models: tuple[ModelFile, ModelFile]) -> RecordComparison:
+    """Each model in the coordinates of its own records, whatever the alignment."""
+    return RecordComparison(record, *(predict_record(PathSolver(model.parameters), record) for model in models))

@@ -1,0 +1,1 @@
+"""FMUs and other files of a spring, and their verification."""

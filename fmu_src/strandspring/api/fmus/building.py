@@ -1,0 +1,293 @@
+"""`build_fmu`: an FMU of a model or of records, put in place after it was validated and run."""
+
+from __future__ import annotations
+
+import os
+import warnings
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from pathlib import Path
+from typing import Any, Literal, TypeAlias, get_args
+
+from ...errors import BuildError
+from ...fmu.archive import fmu_path
+from ...fmu.check import examine_fmu
+from ...fmu.native.native_fmu import build_native_fmu
+from ...fmu.native.platforms import Platform, chosen_platforms
+from ...fmu.papers import BuildSettings
+from ...fmu.python_backed import build_python_fmu
+from ...ground.files import refuse_unwritable
+from ...identification.identified_model import IdentifiedModel
+from ...identification.identify_records import identify_records
+from ...model.coordinates import checked_zero
+from ...model.modelfile import ModelFile, check_name, identifier, is_fmu, is_model_path
+from ...vibration.description.system_file import is_system_file
+from ..common.placing import ModelSource, model_of, origin_of, path_of
+from ..common.progress import Progress, unseen
+from ..records import Source, as_records
+from .building_system import SystemToBuild
+from .fmus_in_place import BuiltFmu, FmuJob, build_in_place
+
+Kind: TypeAlias = Literal["native", "python", "states"]
+
+_LONGEST_AUTHOR = 200
+
+
+@dataclass(frozen=True)
+class BuildOptions:
+    """How FMUs are built.
+
+    Parameters
+    ----------
+    platforms : sequence of Platform or None   Those of the binaries.
+    zero : float                               Displacement of the model file at which that of the FMU is 0 [m].
+    needs_execution_tool : bool                Of the Python-backed FMU.
+    author : str
+    fmi : int                                  Version of FMI, 2 or 3.
+    real_time : bool                           Nothing is allocated after instantiation.
+    no_energy : bool                           The output absorbed_energy is left out.
+    """
+
+    platforms: Sequence[Platform] | None = None
+    zero: float = 0.0
+    needs_execution_tool: bool = False
+    author: str = ""
+    fmi: int = 2
+    real_time: bool = False
+    no_energy: bool = False
+
+    def refuse_impossible(self, kinds: Sequence[Kind]) -> None:
+        """Raise BuildError if FMUs of these kinds cannot be built so."""
+        if not isinstance(self.fmi, int) or self.fmi not in (2, 3):
+            raise BuildError(f"The version of FMI must be 2 or 3, got {self.fmi!r}.")
+        if "python" in kinds and self.fmi == 3:
+            raise BuildError("FMI 3.0 is for the native FMU; choose the native back end.")
+        if "python" in kinds and self.real_time:
+            raise BuildError("Real time is for the native FMU; choose the native back end.")
+        if self.no_energy and not self.real_time:
+            raise BuildError("Only an FMU for real time can leave out absorbed_energy; ask for real time, too.")
+        if self.no_energy and "states" in kinds:
+            raise BuildError(
+                "The form with states has absorbed_energy as a state, which the host integrates; build it without "
+                "leaving out the energy, from the model file where the source is an FMU that leaves it out."
+            )
+
+
+def checked_author(author: str) -> str:
+    """The author; raises BuildError if it is not a short printable text."""
+    if len(author) > _LONGEST_AUTHOR or not author.isprintable():
+        raise BuildError(f"The author must be printable text of at most {_LONGEST_AUTHOR} characters.")
+    return author
+
+
+def build_all(
+    model: ModelFile, folder: Path, kinds: Sequence[Kind], options: BuildOptions, progress: Progress = unseen
+) -> list[BuiltFmu]:
+    """Build FMUs of several kinds beside their place, check them, and put them in place if all are good.
+
+    Raises
+    ------
+    StrandspringError   If the folder is not writable, or an FMU cannot be built.
+    BuildError          If the options do not go together, or an FMU is not valid or answers otherwise than the model;
+                        nothing is then left behind.
+    """
+    options.refuse_impossible(kinds)
+    jobs = [
+        FmuJob(
+            fmu_path(folder, model.name, kind, options.fmi),
+            kind,
+            partial(_build, model, kind=kind, options=options),
+            examine_fmu,
+        )
+        for kind in kinds
+    ]
+    return build_in_place(folder, jobs, progress)
+
+
+def _build(model: ModelFile, folder: Path, kind: Kind, options: BuildOptions) -> Path:
+    platforms, zero, author = options.platforms, options.zero, options.author
+    if kind == "python":
+        return build_python_fmu(model, folder, platforms, zero, options.needs_execution_tool, author)
+    return build_native_fmu(
+        model, folder, platforms, zero, author, kind == "states", options.fmi, options.real_time, options.no_energy
+    )
+
+
+def build_fmu(
+    model: ModelSource | IdentifiedModel | Source | Sequence[Source],
+    folder: str | os.PathLike[str] = "dist",
+    *,
+    backend: Literal["native", "python"] | None = None,
+    states: bool = False,
+    fmi: Literal[2, 3] | None = None,
+    real_time: bool = False,
+    no_energy: bool = False,
+    platforms: str | Sequence[str] | None = None,
+    zero: str | float | None = None,
+    author: str = "",
+    needs_execution_tool: bool = False,
+    name: str | None = None,
+    candidate: str | None = None,
+    progress: Progress = unseen,
+) -> Path:
+    """Build, validate and run the FMU of a model, of records that are identified first, or of a system.
+
+    Records are identified with the defaults of `identify`, and its cautions become warnings. The FMU of a SYSTEM.toml
+    is for co-simulation: base acceleration in, motion of points and forces of mounts out. Of the options it takes
+    `fmi`, `platforms`, `author` and `candidate`.
+
+    Parameters
+    ----------
+    model : Spring, Identification, path of a model file, FMU or SYSTEM.toml, or records: paths, Record, DataFrame
+    folder : path
+    backend : "native", "python" or None
+        native: runs anywhere; python: readable, needs Python on the simulator's computer. If None, that of the FMU if
+        one is given, else native.
+    states : bool
+        The native form with omega and absorbed_energy as continuous states, NAME_states.fmu, for model exchange.
+    fmi : 2, 3 or None
+        Version of FMI; NAME_fmi3.fmu is an FMU of FMI 3.0, which only the native back end can be. If None, that of the
+        FMU if one is given, else 2.
+    real_time : bool
+        A native FMU that allocates nothing after instantiation, for targets with a deadline.
+    no_energy : bool
+        Leave the output absorbed_energy out of an FMU for real time.
+    platforms : str, sequence of str or None
+        Of the binaries, such as "linux64" or "win64", or "host" or "all"; those that the installed package carries if
+        None.
+    zero : "rig", "middle", float or None
+        Where displacement is counted from: a displacement of the record [m]; if None, as in the FMU if one is given,
+        else the rig's zero if it lies within the identified range, else the middle of the range.
+    author : str
+    needs_execution_tool : bool
+        Declare in the Python-backed FMU that Python must be installed on the simulator's computer.
+    name : str or None     Of the model and its FMU; if None, that of the model, or after the first record.
+    candidate : str or None   Of a SYSTEM.toml; needed if it has several.
+    progress : callable    Is called with what is being done, the number of parts done, and how many there are.
+
+    Returns
+    -------
+    Path                   The FMU, written only after it was validated and gave the force of the model.
+
+    Raises
+    ------
+    BuildError             If the FMU cannot be built, or fails its check.
+    MountedSystemError     If a SYSTEM.toml is wrong, or its bodies cannot rest.
+    ModelError             If a model file is not a physically possible spring, or the name is not an identifier.
+    IdentificationError    If no physically possible spring can have made the records.
+    StrandspringError      If the folder is not writable, or an option is out of bounds.
+
+    Examples
+    --------
+    >>> from tempfile import TemporaryDirectory
+    >>> from strandspring import Spring, SpringParameters, build_fmu, verify
+    >>> spring = Spring(SpringParameters((0.0, 8000.0), (1.0,), 10.0, 500.0, 1.0, 1.0, 0.0, -0.02, 0.02), "mount")
+    >>> with TemporaryDirectory() as folder:
+    ...     fmu = build_fmu(spring, folder)
+    ...     print(fmu.name, verify(fmu).ok)
+    mount.fmu True
+    """
+    checked_zero(zero)
+    checked_author(author)
+    if name is not None:
+        check_name(name)
+    refuse_unwritable(Path(folder), is_folder=True)
+    chosen = None if platforms is None else chosen_platforms(",".join(_names(platforms)))
+    source = path_of(model)
+    if source is not None and is_system_file(source):
+        others = {"backend": backend, "states": states, "real_time": real_time, "no_energy": no_energy, "zero": zero,
+                  "needs_execution_tool": needs_execution_tool, "name": name}  # fmt: skip
+        if given := [f"`{option}`" for option, value in others.items() if value is not None and value is not False]:
+            raise BuildError(f"{', '.join(given)} cannot be given with a description of a system; leave that out.")
+        wanted_system = SystemToBuild.load(source, candidate, author, 2 if fmi is None else fmi)
+        return wanted_system.build(Path(folder), chosen, progress).path
+    if candidate is not None:
+        raise BuildError("`candidate` is for descriptions of systems (SYSTEM.toml); leave it out.")
+    # FMUs hold these as JSON, which knows no bool of NumPy.
+    flags = bool(real_time), bool(no_energy)
+    wanted = WantedSettings(backend, author, bool(needs_execution_tool), fmi, *flags).with_those_of(model)
+    kind: Any = "states" if states else wanted.backend or "native"
+    if kind not in get_args(Kind) or (states and backend == "python"):
+        raise BuildError(f'`backend` must be "native" or "python", and "native" with `states`, got {backend!r}.')
+    if needs_execution_tool and kind != "python":
+        raise BuildError('`needs_execution_tool` is for the Python-backed FMU; add backend="python".')
+    content = _model(model, name)
+    options = wanted.options(chosen, origin_of(model, zero, content.parameters))
+    return build_all(content, Path(folder), (kind,), options, progress)[0].path
+
+
+@dataclass(frozen=True)
+class WantedSettings:
+    """What was asked for; what was not is taken from the FMU that is the source, if it is one.
+
+    Attributes
+    ----------
+    backend : str or None           native, python, both, or states of an FMU that is the source.
+    author : str
+    needs_execution_tool : bool
+    fmi : int or None
+    real_time, no_energy : bool
+    """
+
+    backend: str | None
+    author: str = ""
+    needs_execution_tool: bool = False
+    fmi: int | None = None
+    real_time: bool = False
+    no_energy: bool = False
+
+    def with_those_of(self, source: Any) -> WantedSettings:
+        """These and, where nothing was asked for, those of the FMU that is the source.
+
+        Raises
+        ------
+        ModelError   If the source is an FMU without them.
+        """
+        path = path_of(source)
+        if path is None or not is_fmu(path):
+            return self
+        before = BuildSettings.of_fmu(Path(path))
+        wanted = replace(self, backend=self.backend or before.backend, author=self.author or before.author)
+        if self.backend not in (None, before.backend, "both"):
+            return wanted
+        wanted = replace(wanted, needs_execution_tool=self.needs_execution_tool or before.needs_execution_tool)
+        if self.backend == "both":
+            return wanted
+        return replace(
+            wanted,
+            fmi=self.fmi or before.fmi,
+            real_time=self.real_time or before.real_time,
+            no_energy=self.no_energy or before.no_energy,
+        )
+
+    @property
+    def version(self) -> int:
+        """The version of FMI that is built."""
+        return self.fmi or BuildOptions.fmi
+
+    def options(self, platforms: Sequence[Platform] | None, zero: float) -> BuildOptions:
+        """The options of a build of them."""
+        return BuildOptions(
+            platforms, zero, self.needs_execution_tool, self.author, self.version, self.real_time, self.no_energy
+        )
+
+
+def _names(platforms: str | Sequence[str]) -> Sequence[str]:
+    return [platforms] if isinstance(platforms, str) else platforms
+
+
+def _model(source: Any, name: str | None) -> ModelFile:
+    """The model of a spring, a file, an identification, or of records that are identified now."""
+    path = path_of(source)
+    is_model = is_model_path(path) if path is not None else isinstance(getattr(source, "model", source), ModelFile)
+    if is_model:
+        model = model_of(source)
+        return model if name is None else replace(model, name=name)
+    if isinstance(source, IdentifiedModel):
+        found = source
+    else:
+        found = identify_records(as_records(source))
+        for sentence in found.cautions:
+            warnings.warn(sentence, stacklevel=3)
+    return found.model_file(identifier(Path(found.records[0].path).stem) if name is None else name)

@@ -1,0 +1,115 @@
+"""The FMU of a SYSTEM.toml."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+
+from ...errors import MountedSystemError
+from ...fmu.native.platforms import Platform
+from ...system_fmu.system_check import examine_system_fmu
+from ...system_fmu.system_native import build_system_fmu, system_identifier
+from ...system_fmu.system_variables import ForceInput, SystemFmuOptions
+from ...vibration.bodies.loads import Channel, ChannelKind, LoadCase
+from ...vibration.bodies.mounted import MountedSystem
+from ...vibration.bodies.rest import rest
+from ...vibration.bodies.stable_step import largest_stable_step
+from ...vibration.description.system_file import SystemFile, load_system_file
+from ..common.progress import Progress, unseen
+from .fmus_in_place import BuiltFmu, FmuJob, build_in_place
+
+# Of the largest stable step: an error of some 0.1 % at the highest natural frequency.
+_OF_STABLE = 0.05
+
+
+@dataclass(frozen=True, eq=False)
+class SystemToBuild:
+    """One candidate of a SYSTEM.toml, and how its FMU is built.
+
+    Attributes
+    ----------
+    file : SystemFile
+    candidate : str
+    system : MountedSystem
+    options : SystemFmuOptions
+    """
+
+    file: SystemFile
+    candidate: str
+    system: MountedSystem
+    options: SystemFmuOptions
+
+    @classmethod
+    def load(cls, path: str, candidate: str | None = None, author: str = "", fmi: int = 2) -> SystemToBuild:
+        """From a file.
+
+        Raises
+        ------
+        MountedSystemError   If the file is wrong, has no such candidate, or its bodies cannot rest within the
+                             identified ranges of their springs.
+        """
+        file = load_system_file(path)
+        name, system = _chosen(file, candidate)
+        rest(system)  # or the reason why there is none
+        stable = largest_stable_step(system, tilted=True)
+        step = float(f"{_OF_STABLE * stable:.1e}")
+        options = SystemFmuOptions(
+            step if file.options.step is None else min(step, file.options.step),
+            stable,
+            file.options.rest_omega or 0.0,
+            force_inputs(file.cases),
+            author,
+            fmi,
+        )
+        return cls(file, name, system, options)
+
+    def target(self, folder: Path) -> Path:
+        """Where its FMU is written."""
+        return folder / f"{system_identifier(self.system, self.options.fmi)}.fmu"
+
+    def build(self, folder: Path, platforms: Sequence[Platform] | None, progress: Progress = unseen) -> BuiltFmu:
+        """Build, validate and run the FMU, and put it into the folder.
+
+        Raises
+        ------
+        StrandspringError   If the folder is not writable, or the FMU cannot be built.
+        BuildError          If it fails its check; nothing is then left behind.
+        """
+        job = FmuJob(
+            self.target(folder),
+            "system",
+            partial(build_system_fmu, self.system, options=self.options, platforms=platforms),
+            partial(examine_system_fmu, system=self.system, options=self.options),
+        )
+        return build_in_place(folder, [job], progress)[0]
+
+
+def force_inputs(cases: Sequence[LoadCase]) -> tuple[ForceInput, ...]:
+    """An input for each force on a body that some load case has; one for both senses of a direction."""
+    found: dict[tuple[int, tuple[float, ...], tuple[float, ...]], ForceInput] = {}
+    for case in cases:
+        for channel in case.channels:
+            keys = [_key(channel, sense) for sense in (1.0, -1.0)]
+            if channel.kind is ChannelKind.FORCE and not any(key in found for key in keys):
+                found[keys[0]] = ForceInput(case.name, channel.body, channel.place, channel.direction)
+    return tuple(found.values())
+
+
+def _key(channel: Channel, sense: float) -> tuple[int, tuple[float, ...], tuple[float, ...]]:
+    direction = tuple(round(sense * component, 9) + 0.0 for component in channel.direction)
+    return channel.body, tuple(round(coordinate, 9) for coordinate in channel.place), direction
+
+
+def _chosen(file: SystemFile, candidate: str | None) -> tuple[str, MountedSystem]:
+    systems = dict(file.candidates)
+    if candidate is None and len(systems) == 1:
+        return file.candidates[0]
+    if candidate not in systems:
+        names = ", ".join(systems)
+        raise MountedSystemError(
+            f"{file.path}: an FMU is of one candidate; choose `candidate` among {names}"
+            f"{'' if candidate is None else f', got {candidate!r:.60}'}."
+        )
+    return candidate, systems[candidate]

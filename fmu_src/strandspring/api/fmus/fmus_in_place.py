@@ -1,0 +1,73 @@
+"""FMUs are built beside their place, checked, and put there together if all are good."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import NamedTuple
+
+from ...errors import BuildError, StrandspringError
+from ...fmu.check import CheckReport
+from ...ground.files import existing_folder, reason_of, refuse_unwritable
+from ...ground.scratch import TemporaryFolder
+from ..common.progress import Progress, unseen
+
+
+class BuiltFmu(NamedTuple):
+    """An FMU in its place, and what its check found."""
+
+    path: Path
+    kind: str
+    check: CheckReport
+
+
+@dataclass(frozen=True)
+class FmuJob:
+    """One FMU to be built.
+
+    Attributes
+    ----------
+    target : Path         Its place.
+    kind : str            What it is, for people.
+    build : callable      Writes it into a folder, under the name that its place has.
+    examine : callable    Its check.
+    """
+
+    target: Path
+    kind: str
+    build: Callable[[Path], Path]
+    examine: Callable[[Path], CheckReport]
+
+
+def build_in_place(folder: Path, jobs: Sequence[FmuJob], progress: Progress = unseen) -> list[BuiltFmu]:
+    """Build FMUs, check them, and put them into a folder if all are good.
+
+    Raises
+    ------
+    StrandspringError   If the folder is not writable, or an FMU cannot be built.
+    BuildError          If an FMU is not valid or answers otherwise than the model; nothing is then left behind.
+    """
+    refuse_unwritable(folder, is_folder=True)
+    for job in jobs:
+        refuse_unwritable(job.target)
+    built = []
+    # In the same file system as its place, so that it is moved at once or not at all.
+    with TemporaryFolder(existing_folder(folder)) as beside:
+        for count, job in enumerate(jobs):
+            progress(f"Building {job.target.name}", 2 * count, 2 * len(jobs))
+            fmu = job.build(beside)
+            progress(f"Validating and running {job.target.name}", 2 * count + 1, 2 * len(jobs))
+            report = job.examine(fmu)
+            if report.problems:
+                raise BuildError(f"{job.target} was not written, because the FMU failed its check: {report.summary}")
+            built.append((fmu, BuiltFmu(job.target, job.kind, replace(report, path=job.target))))
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+            for fmu, one in built:
+                fmu.replace(one.path)
+        except OSError as problem:
+            raise StrandspringError(
+                f"{folder} cannot be written: {reason_of(problem)}; check the rights there."
+            ) from None
+    return [one for _, one in built]

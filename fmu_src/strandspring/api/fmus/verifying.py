@@ -1,0 +1,78 @@
+"""`verify`: whether an FMU is as it was built and answers as it should."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from ...fmu.verification import Finding, verify_fmu
+from ..common.result import Result
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+
+@dataclass(frozen=True, repr=False)
+class Verification(Result):
+    """What was found of one FMU.
+
+    Attributes
+    ----------
+    path : str                     Of the FMU.
+    findings : tuple of Finding    Each says what was looked at, one sentence, and whether it speaks against the FMU.
+    """
+
+    path: str
+    findings: tuple[Finding, ...]
+
+    @property
+    def problems(self) -> tuple[Finding, ...]:
+        """Findings that speak against the FMU."""
+        return tuple(finding for finding in self.findings if finding.is_problem)
+
+    @property
+    def ok(self) -> bool:
+        """Whether nothing speaks against the FMU."""
+        return not self.problems
+
+    def summary(self) -> str:
+        """All findings in words."""
+        return "\n".join([self.path, *(f"  {finding.about}: {finding.text}" for finding in self.findings)])
+
+    def to_frame(self) -> pd.DataFrame:
+        """One row for each finding."""
+        import pandas as pd
+
+        return pd.DataFrame([asdict(finding) for finding in self.findings])
+
+
+def verify(fmu: str | os.PathLike[str]) -> Verification:
+    """Verify an FMU on this computer.
+
+    Compares every file with the hash that was written when the FMU was built, the model description with FMI's rules,
+    and co-simulation and model exchange with the reference result that the FMU carries. An FMU with a changed file is
+    not run. The hashes show damage, not who built it: run FMUs of people you trust only.
+
+    Parameters
+    ----------
+    fmu : path
+
+    Returns
+    -------
+    Verification
+
+    Examples
+    --------
+    >>> from tempfile import TemporaryDirectory
+    >>> from strandspring import Spring, SpringParameters, build_fmu, verify
+    >>> spring = Spring(SpringParameters((0.0, 8000.0), (1.0,), 10.0, 500.0, 1.0, 1.0, 0.0, -0.02, 0.02), "mount")
+    >>> with TemporaryDirectory() as folder:
+    ...     verification = verify(build_fmu(spring, folder))
+    >>> verification.ok
+    True
+    >>> [finding.about for finding in verification.findings]
+    ['files', 'rules', 'run']
+    """
+    return Verification(os.fspath(fmu), tuple(verify_fmu(Path(fmu))))

@@ -1,0 +1,1 @@
+"""From records to springs and back: identify, many, predict, info, synthesize."""

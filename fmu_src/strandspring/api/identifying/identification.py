@@ -1,0 +1,231 @@
+"""`identify`: records in, an identified spring with its figures out."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import fields, replace
+from pathlib import Path, PurePath
+from typing import TYPE_CHECKING, Any, Literal
+
+from numpy.typing import ArrayLike
+
+from ...identification.identified_model import IdentifiedModel
+from ...identification.identify_records import identify_records
+from ...identification.methods.method import Method
+from ...identification.notes import notes_on
+from ...identification.rig.known_rig import KnownRig
+from ...model.joint import HYSTERETIC_UNITS
+from ...model.outcomes import Outcome, by_harm
+from ...model.stated_figures import differ, in_words
+from ..common.result import Result
+from ..common.text import counted, fit_lines, parameter_lines
+from ..records import Source, given_records
+from ..spring import Spring
+
+if TYPE_CHECKING:
+    import pandas as pd
+    from matplotlib.axes import Axes
+
+    from ...peers.rivals.ranking import Ranking
+    from ...report.details import ReportDetails
+
+
+class Identification(IdentifiedModel, Result):
+    """An identified spring with its figures and its origin; the attributes are those of `IdentifiedModel`.
+
+    Examples
+    --------
+    >>> from strandspring import Spring, SpringParameters, identify
+    >>> import numpy as np
+    >>> true = Spring(SpringParameters((0.0, 2000.0), (1.0,), 10.0, 500.0, 1.0, 1.0, 0.0, -0.02, 0.02))
+    >>> path = 0.02 * np.sin(np.linspace(0.0, 6.0 * np.pi, 1500)) * np.repeat([1.0, 0.6, 0.3], 500)
+    >>> result = identify(path, true.response(path), units={"displacement": "m", "force": "N"})
+    >>> round(result.parameters.kappa_omega, 3), round(result.rnl, 4)
+    (10.0, 1.0)
+    >>> result.to_frame().loc["rho", "unit"]
+    '1/m'
+    """
+
+    @classmethod
+    def of(cls, model: IdentifiedModel) -> Identification:
+        """The same content with what people ask of it."""
+        return cls(**{field.name: getattr(model, field.name) for field in fields(IdentifiedModel)})
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What is good to know of the records, but no reason for caution."""
+        return notes_on(self)
+
+    def spring(self, name: str = "spring", description: str = "") -> Spring:
+        """The spring with its figures and provenance, ready to respond, to save and to build an FMU from.
+
+        Raises
+        ------
+        ModelError   If the name is not an identifier.
+        """
+        return Spring.from_model(self.model_file(name, description))
+
+    def with_rivals(self, advance: Any = None) -> tuple[Identification, Ranking]:
+        """The ranking of other classes of models on the same records; the identification gains a caution where one of
+        them is clearly better.
+
+        Parameters
+        ----------
+        advance : callable or None   Is called with the number of classes fitted so far.
+        """
+        from ...peers.rivals.classes import OWN, RIVALS
+        from ...peers.rivals.ranking import rank
+
+        ranking = rank(self.parts, (OWN, *RIVALS), advance or (lambda _: None))
+        if self.effects:
+            removed = ", ".join(name.replace("_", " ") for name in self.effects)
+            sentence = f"All classes were fitted to the records without the effects of the rig: {removed}."
+            ranking = replace(ranking, notes=(*ranking.notes, sentence))
+        if not ranking.better:
+            return self, ranking
+        return replace(self, findings=by_harm({**self.findings, Outcome.OTHER_CLASS: ""})), ranking
+
+    def lines(self) -> list[str]:
+        """Figures of the saved spring alone, those of the fit where they differ, and parameters with errors."""
+        alone = " (the saved spring alone)" if differ(self.figures, self.fitted_figures) else ""
+        lines = [
+            f"Identified by the {self.method} method: {in_words(self.figures)}{alone}",
+            *fit_lines(self.fits, self.fitted),
+            *parameter_lines(self.parameters, self.uncertainty),
+        ]
+        if self.lack_of_fit is not None:
+            lines.append(f"  {self.lack_of_fit.sentence}")
+        lines.append(f"  {self.small_loops.sentence}")
+        removed = KnownRig.of(self.effects, self.options).sentence
+        if removed:
+            lines.append(f"  {removed}")
+        return lines
+
+    def summary(self) -> str:
+        """The result in words: figures, parameters with standard errors, cautions and notes."""
+        cautions = [f"Caution: {sentence}" for sentence in self.cautions]
+        return "\n".join([*self.lines(), *cautions, *(f"Note: {sentence}" for sentence in self.notes)])
+
+    def to_frame(self) -> pd.DataFrame:
+        """The parameters with unit, value, standard error and 95 % interval, one in each row; NaN where unknown."""
+        import pandas as pd
+
+        numbers, known = self.parameters.as_dict(), self.uncertainty
+        interval = known.get("interval_95", {})
+        rows: dict[str, list[Any]] = {
+            name: [unit, numbers[name], known.get(name), *interval.get(name, (None, None))]
+            for name, unit in HYSTERETIC_UNITS.items()
+        }
+        for name, unit in (("FE_knots", "m"), ("FE_forces", "N"), ("kE", "N/m^{}"), ("kA", "1/m^{}")):
+            errors = known.get(name) or [None] * len(numbers.get(name, ()))
+            for k, (value, error) in enumerate(zip(numbers.get(name, ()), errors, strict=True)):
+                rows[f"{name}[{k}]"] = [unit.format(k), value, error, None, None]
+        frame = pd.DataFrame.from_dict(
+            rows, orient="index", columns=["unit", "value", "standard_error", "low_95", "high_95"]
+        )
+        numeric = frame.columns[1:]
+        return frame.astype(dict.fromkeys(numeric, float)).rename_axis("parameter")
+
+    def plot(self, axes: Axes | None = None) -> Axes:
+        """Draw the measured and predicted loops into axes of matplotlib, new ones if None.
+
+        `strandspring.report.figure` has functions of this kind for residuals, branches, correlations and more.
+        """
+        from ...report.figure import plot_loops
+
+        return plot_loops(self, axes)
+
+    def report(self, path: str | Path, name: str = "spring", details: ReportDetails | None = None) -> None:
+        """Write a report: a page that opens offline (.html), or a document (.pdf).
+
+        Parameters
+        ----------
+        path : str or Path
+        name : str               Of the spring.
+        details : ReportDetails or None   Date, operator, specimen and further lines.
+
+        Raises
+        ------
+        StrandspringError        If the ending is another, a package for PDF is missing, or the file cannot be written.
+
+        Examples
+        --------
+        >>> from pathlib import Path
+        >>> from tempfile import TemporaryDirectory
+        >>> from strandspring import bundled_record, identify
+        >>> with TemporaryDirectory() as folder:
+        ...     identify(bundled_record(), reverse="displacement").report(Path(folder) / "hinge.html")
+        """
+        from ...report.page import write_report
+
+        write_report(path, self, self.model_file(name), details)
+
+    def __repr__(self) -> str:
+        p = self.parameters
+        shape = f"FE spline of {len(p.FE_knots)} knots" if p.FE_knots else f"FE of degree {len(p.kE) - 1}"
+        files = ", ".join(PurePath(record.path).name for record in self.records[:3])
+        more = f" and {len(self.records) - 3} more" if len(self.records) > 3 else ""
+        return (
+            f"<Identification of {files}{more} by the {self.method} method\n"
+            f" {in_words(self.figures)}\n"
+            f" kappa_omega {p.kappa_omega:.4g} N, rho {p.rho:.4g} 1/m, sigma {p.sigma:.4g}, n {p.n:.4g}, {shape}, "
+            f"FA of degree {len(p.kA) - 1}\n"
+            f" {counted(len(self.cautions), 'caution')}, {counted(len(self.notes), 'note')}: see .summary()>"
+        )
+
+
+def identify(
+    data: Source | Sequence[Source] | ArrayLike | None = None,
+    force: ArrayLike | Method | str | int | None = None,
+    time: ArrayLike | str | int | None = None,
+    *,
+    displacement: ArrayLike | str | int | None = None,
+    units: Mapping[str, str] | None = None,
+    reverse: Literal["displacement", "force"] | None = None,
+    options: Method | None = None,
+    save_anyway: bool = False,
+) -> Identification:
+    """Identify one spring from one or more records.
+
+    The cautions of the result say what the records do not decide, and which effects of a rig were found in them.
+
+    Parameters
+    ----------
+    data : path, Record, DataFrame, a sequence of these, or array_like, shape (K,)
+        Records of one spring, or the displacement as an array.
+    force, time : array_like, shape (K,), or the column as a name or a number from 1
+        Arrays with an array of displacement; columns with files and tables, which are found by name or unit if None.
+    displacement : array_like or the column of displacement   Likewise.
+    units : mapping or None
+        Unit of "displacement", "force" and "time". Arrays are in m, N and s where none is given; files and tables in
+        the units that they name, else in mm, N and s.
+    reverse : "displacement", "force" or None    The one to negate.
+    options : TwoStageOptions, ScanOptions, RefinedOptions, NiOptions or None
+        The method with its options; the refined method with its defaults if None.
+    save_anyway : bool
+        Whether a spring that follows the records worse than a straight line is returned with a caution, not refused.
+
+    Returns
+    -------
+    Identification
+
+    Raises
+    ------
+    IdentificationError   With an `Outcome`, if no physically possible spring can have made the records, or the spring
+                          alone follows them worse than a straight line does.
+    RecordError           If the data are no records, a record is given twice, or does not suit the method.
+    ValueError            If no record is given.
+
+    Examples
+    --------
+    >>> from strandspring import bundled_record, identify
+    >>> result = identify(bundled_record(), reverse="displacement")
+    >>> f"{result.rnl:.2f}"
+    '0.98'
+    >>> [outcome.name for outcome in result.outcomes]
+    ['SMALL_LOOPS', 'FIRST_CYCLE_DIFFERS']
+    """
+    if isinstance(force, Method):
+        force, options = None, force
+    records = given_records(data, force, time, displacement, units, reverse)
+    return Identification.of(identify_records(records, options, save_anyway))

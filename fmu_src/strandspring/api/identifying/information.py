@@ -1,0 +1,267 @@
+"""`info`: figures of a model's loops, beside those of records."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import chain
+from pathlib import PurePath
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ...core.parameters import SpringParameters
+from ...ground.arguments import numbers
+from ...ground.strict_json import printable
+from ...kernel.path import PathSolver
+from ...loops.campaign import Overlap, RateIndependence, campaign_verdicts
+from ...loops.loop import Loop, LoopFigures
+from ...loops.measured import MeasuredLoop, measured_loops
+from ...loops.modelled import steady_loop, steady_loop_figures
+from ...model.coordinates import counted_from, zero_sentence
+from ...model.modelfile import ModelFile
+from ...model.stated_cautions import stated_cautions
+from ...model.stated_figures import in_words, stated_fit, stated_fits
+from ...records.record import Record
+from ..common.caution_text import backwards_cautions, effects_cautions, effects_of, outside_range
+from ..common.placing import ModelSource, model_of, origin_of, source_of
+from ..common.plotting import some_axes
+from ..common.result import Result
+from ..common.text import parameter_lines
+from ..records import records_of
+
+if TYPE_CHECKING:
+    import pandas as pd
+    from matplotlib.axes import Axes
+
+FIGURES = (
+    "amplitude", "low", "high", "secant_stiffness", "energy_per_cycle", "loss_factor", "damping_ratio", "mean_force",
+    "min_force", "max_force",
+)  # fmt: skip
+
+_DEFAULT_SHARES = (0.25, 0.5, 0.75, 1.0)  # of the identified half range
+_SLACK = 1e-3  # share of the identified range by which a loop may pass it: cycles differ by as much
+_DRAWN = 60  # amplitudes of the modelled line in a plot
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Information(Result):
+    """A model's loops, and those of records with the model's between the same turning points.
+
+    Attributes
+    ----------
+    source : str                            The model file's path, or the model's name.
+    model : ModelFile                       As it was given.
+    zero : float                            Displacement of the records at which displacements are 0 here [m].
+    parameters : SpringParameters           The model's, counted from that zero.
+    records : tuple of Record               Counted likewise.
+    modelled : tuple of Loop                The model's loops of the amplitudes asked for.
+    pairs : tuple of (MeasuredLoop, Loop)   Loops of the records, each with the model's.
+    rate_independence : RateIndependence or None   Whether the force depends on the frequency.
+    overlap : Overlap or None               Whether the loading paths of different amplitudes overlap.
+    cautions : tuple of str                 Those of the identification; loops that run backwards, are open or leave
+                                            the identified range; effects of the rig that were removed.
+    """
+
+    source: str
+    model: ModelFile
+    zero: float
+    parameters: SpringParameters
+    records: tuple[Record, ...]
+    modelled: tuple[Loop, ...]
+    pairs: tuple[tuple[MeasuredLoop, Loop], ...]
+    rate_independence: RateIndependence | None
+    overlap: Overlap | None
+    cautions: tuple[str, ...]
+
+    @property
+    def verdicts(self) -> tuple[str, ...]:
+        """The sentences on rate and overlap, as far as there are any."""
+        return tuple(verdict.sentence for verdict in (self.rate_independence, self.overlap) if verdict is not None)
+
+    def lines(self) -> list[str]:
+        """The model file in words; fit and provenance are free JSON, of which any part may be missing."""
+        model = self.model
+        lines = [f"Model {model.name} ({self.source})" + (f": {model.description}" if model.description else "")]
+        lines += parameter_lines(self.parameters, model.uncertainty)
+        origin = model.provenance
+        method = f" by the {printable(origin['method'])} method" if "method" in origin else ""
+        lines += list(_fit_lines(model, f"  identified{method}: "))
+        records = origin.get("records")
+        files = [r["file"] for r in records if isinstance(r, dict) and "file" in r] if isinstance(records, list) else []
+        if files:
+            lines.append(f"  from {', '.join(map(printable, files))}")
+        if effects := effects_of(model):
+            lines.append(f"  removed from the records, as effects of the rig: {effects}")
+        if sentence := zero_sentence(self.zero):
+            lines.append(f"  {sentence}")
+        return lines
+
+    def summary(self) -> str:
+        """The model, the table of loops, the verdicts and the cautions."""
+        table = self.to_frame().drop(columns=["cycles", "frequency"]).to_string(float_format="{:.4g}".format, na_rep="")
+        cautions = (f"Caution: {sentence}" for sentence in self.cautions)
+        return "\n".join([*self.lines(), table, *self.verdicts, *cautions])
+
+    def to_frame(self) -> pd.DataFrame:
+        """One loop in each row, in SI units: source ("model" or a record's path), the figures of `LoopFigures` and, of
+        measured loops, cycles and frequency; "from" is the record between whose turning points a loop of the model
+        runs, empty without one.
+        """
+        import pandas as pd
+
+        return pd.DataFrame(
+            list(self._rows()), columns=["source", *FIGURES, "cycles", "frequency", "from"]
+        ).rename_axis("loop")
+
+    def _rows(self) -> Iterator[list[Any]]:
+        def row(source: str, figures: LoopFigures, *others: Any) -> list[Any]:
+            return [source, *(getattr(figures, name) for name in FIGURES), *others]
+
+        for loop in self.modelled:
+            yield row("model", loop.figures, np.nan, np.nan, "")
+        for measured, loop in self.pairs:
+            frequency = np.nan if measured.frequency is None else measured.frequency
+            yield row(measured.path, measured.figures, measured.cycles, frequency, "")
+            yield row("model", loop.figures, np.nan, np.nan, measured.path)
+
+    def plot(self, axes: Sequence[Axes] | None = None) -> list[Axes]:
+        """Draw secant stiffness, energy per cycle and loss factor over the amplitude: the model as a line, measured
+        loops as points; returns the three axes, those of a new figure if None.
+        """
+        panels = some_axes(axes, 1, 3, (12.0, 4.0))
+        solver = PathSolver(self.parameters)
+        given = [*(measured.figures for measured, _ in self.pairs), *(loop.figures for loop in self.modelled)]
+        widest = max(given, key=lambda figures: figures.amplitude)
+        middle = 0.5 * (widest.low + widest.high)
+        reaches = np.linspace(widest.amplitude / _DRAWN, widest.amplitude, _DRAWN)
+        line = [steady_loop_figures(solver, middle - reach, middle + reach) for reach in reaches.tolist()]
+        for axis, (name, label, factor) in zip(panels, PANELS, strict=True):
+            axis.plot(1e3 * reaches, [factor * getattr(each, name) for each in line], "k", lw=1.2, label="model")
+            for number, path in enumerate(dict.fromkeys(measured.path for measured, _ in self.pairs)):
+                own = [measured.figures for measured, _ in self.pairs if measured.path == path]
+                axis.plot(
+                    [1e3 * each.amplitude for each in own],
+                    [factor * getattr(each, name) for each in own],
+                    f"C{number}o",
+                    label=PurePath(path).name,
+                )
+            axis.set(xlabel="amplitude [mm]", ylabel=label)
+        panels[0].set_title(f"{self.model.name}, loops about {1e3 * middle:.2f} mm", fontsize=10)
+        panels[0].legend(fontsize=8)
+        return panels
+
+
+# Figure, label and factor from SI of the panels of plots.
+PANELS = (
+    ("secant_stiffness", "secant stiffness [N/mm]", 1e-3),
+    ("energy_per_cycle", "energy per cycle [N mm]", 1e3),
+    ("loss_factor", "loss factor [-]", 1.0),
+)
+
+
+def info(
+    model: ModelSource,
+    *data: Any,
+    amplitudes: ArrayLike = (),
+    zero: float | Literal["rig", "middle"] | None = None,
+    displacement: str | int | None = None,
+    force: str | int | None = None,
+    time: str | int | None = None,
+    units: Mapping[str, str] | None = None,
+    reverse: Literal["displacement", "force"] | None = None,
+) -> Information:
+    """Figures of a model's steady loops, beside those of records.
+
+    Parameters
+    ----------
+    model : Spring, ModelFile or path   A model file, or an FMU that holds one.
+    *data : Source, or arrays           Records; or arrays of displacement and force, and time if any.
+    amplitudes : float or array_like    Of loops about the offset [m]; by default those of the records, or quarters of
+                                        the identified range.
+    zero : float, "rig" or "middle"     Displacement of the records from which displacements are counted [m]; by default
+                                        that of an FMU, else the rig's if it lies within the range, else the middle.
+    displacement, force, time, units, reverse   How records are read, as for `identify`.
+
+    Returns
+    -------
+    Information
+
+    Raises
+    ------
+    ModelError    If the model is not a physically possible spring.
+    RecordError   If the data are no records, or hold no full cycle.
+    ValueError    If an amplitude is not > 0.
+    TypeError     If amplitudes are no numbers.
+
+    Examples
+    --------
+    >>> from strandspring import Spring, SpringParameters, info, synthesize
+    >>> spring = Spring(SpringParameters((0.0, 2000.0), (1.0,), 10.0, 500.0, 1.0, 1.0, 0.0, -0.02, 0.02))
+    >>> info(spring, amplitudes=[0.01]).to_frame()["secant_stiffness"].round(1).tolist()
+    [2999.9]
+    >>> information = info(spring, synthesize(spring, amplitudes=[0.01, 0.02]))
+    >>> information.to_frame()["source"].tolist()
+    ['<spring>', 'model', '<spring>', 'model']
+    """
+    content = model_of(model)
+    source = source_of(model)
+    reaches = numbers("amplitudes", amplitudes, "m")
+    for reach in reaches:
+        if not (np.isfinite(reach) and reach > 0.0):
+            raise ValueError(f"`amplitudes` must be finite and > 0 [m], got {reach!r}.")
+    origin = origin_of(model, zero, content.parameters)
+    parameters = counted_from(origin, content.parameters)
+    records = records_of(data, force=force, time=time, displacement=displacement, units=units, reverse=reverse)
+    cautions = [f"Of the identification: {printable(sentence)}" for sentence in stated_cautions(content).values()]
+    cautions += backwards_cautions(records)
+    if records:
+        cautions += effects_cautions(source, content)
+    records = [replace(record, displacement=record.displacement - origin) for record in records]
+    solver = PathSolver(parameters)
+    measured = list(chain.from_iterable(map(measured_loops, records)))
+    if not reaches and not records:
+        reaches = tuple(
+            0.5 * share * (parameters.displacement_max - parameters.displacement_min) for share in _DEFAULT_SHARES
+        )
+    middle = parameters.displacement_offset
+    modelled = tuple(steady_loop(solver, middle - reach, middle + reach) for reach in reaches)
+    pairs = tuple((loop, steady_loop(solver, loop.figures.low, loop.figures.high)) for loop in measured)
+    loops = [*((source, loop.figures) for loop in modelled), *((loop.path, loop.figures) for loop in measured)]
+    cautions += [sentence for loop in loops for sentence in _outside(parameters, *loop)]
+    cautions += [_open(loop) for loop in measured if loop.gap != 0.0]
+    verdicts = campaign_verdicts(records, modelled)
+    return Information(
+        source, content, origin, parameters, tuple(records), modelled, pairs, *verdicts, tuple(cautions)
+    )  # fmt: skip
+
+
+def _fit_lines(model: ModelFile, beginning: str) -> Iterator[str]:
+    """The figures that the model file states, over all records and, of several, of each."""
+    whole, fits = stated_fit(model), stated_fits(model)
+    for begin, fit in [(beginning, whole), *((f"    {fit.name}: ", fit) for fit in fits if len(fits) > 1)]:
+        if fit is not None:
+            beside = f" ({fit.beside})" if fit.beside else ""
+            yield f"{begin}{in_words(fit.alone)}{beside}"
+
+
+def _open(loop: MeasuredLoop) -> str:
+    """A caution about a loop that does not close."""
+    return (
+        f"{loop.path}: the loop from {_ends(loop.figures)} is open, as in a first loading: the force at its end "
+        f"differs from that at its beginning by {100.0 * abs(loop.gap):.2g} % of its height. Its figures, energy and "
+        "loss factor above all, are not those of steady motion; record at least one cycle more."
+    )
+
+
+def _ends(figures: LoopFigures) -> str:
+    return f"{figures.low * 1e3:.6g} to {figures.high * 1e3:.6g} mm"
+
+
+def _outside(p: SpringParameters, source: str, figures: LoopFigures) -> list[str]:
+    """A caution about a loop that leaves the identified range; none if it does not."""
+    slack = _SLACK * (p.displacement_max - p.displacement_min)
+    if figures.low >= p.displacement_min - slack and figures.high <= p.displacement_max + slack:
+        return []
+    return [f"{source}: the loop from {_ends(figures)} reaches {outside_range(p)}"]

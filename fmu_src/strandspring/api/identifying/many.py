@@ -1,0 +1,259 @@
+"""`identify_many`: many files, each of one spring, identified into a folder with a table of all."""
+
+from __future__ import annotations
+
+import os
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from ...campaigns.batches.batch import BatchSummary, identify_batch
+from ...campaigns.batches.figures_in_batch import FIGURES, JUDGED
+from ...campaigns.batches.outliers import FEWEST, LIMIT
+from ...campaigns.batches.sources import TABLE, find_springs
+from ...campaigns.batches.spring_row import IDENTIFIED, STATUSES, BatchWork
+from ...campaigns.jobs.cluster import Cluster, cluster_of
+from ...campaigns.jobs.runners import Local
+from ...errors import RecordError
+from ...ground.arguments import optional_number, workers_of
+from ...identification.methods.method import Method, checked_method
+from ...identification.methods.refined import RefinedOptions
+from ...loops.wanted import Wanted
+from ...model.joint import HYSTERETIC_UNITS
+from ..common.result import Result
+from ..common.text import counted
+from ..records import checked_units
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+_UNITS = {**FIGURES, **HYSTERETIC_UNITS, "rmse": "N"}
+
+
+@dataclass(frozen=True, repr=False)
+class ManyResult(Result):
+    """What a batch of springs gave; each row of the table is one file.
+
+    Attributes
+    ----------
+    folder : Path                Where the models and the tables are.
+    batch : BatchSummary         Counts, first problems, outliers, cautions and notes.
+    left_out : tuple of str      Sentences about files of folders that were not taken.
+    seconds : float              That this run took.
+
+    Examples
+    --------
+    See `identify_many`.
+    """
+
+    folder: Path
+    batch: BatchSummary
+    left_out: tuple[str, ...]
+    seconds: float
+
+    @property
+    def is_complete(self) -> bool:
+        """Whether every spring was identified."""
+        return self.batch.statuses[IDENTIFIED] == self.batch.files
+
+    @property
+    def problem(self) -> str:
+        """One sentence about the files that are not identified; empty without any."""
+        if self.is_complete:
+            return ""
+        statuses = self.batch.statuses
+        others = [f"{statuses[status]} {status}" for status in STATUSES if status != IDENTIFIED and statuses[status]]
+        count = self.batch.files - statuses[IDENTIFIED]
+        are = "is" if count == 1 else "are"
+        of_all = f"{count} of {counted(self.batch.files, 'spring')}"
+        return f"{of_all} {are} not identified ({', '.join(others)}); {TABLE} says why."
+
+    def lines(self) -> list[str]:
+        """The result in words, without cautions and notes."""
+        batch = self.batch
+        done = batch.files - batch.earlier
+        rate = f", {done / self.seconds:.3g} springs/s" if done and self.seconds > 0.0 else ""
+        were = "was" if batch.earlier == 1 else "were"
+        before = f"; {counted(batch.earlier, 'file')} {were} finished by an earlier run" if batch.earlier else ""
+        lines = [
+            f"{batch.statuses[IDENTIFIED]} of {counted(batch.files, 'spring')} identified "
+            f"({self.seconds:.3g} s{rate}){before}",
+            *(f"  {file}: {status}: {reason}" for file, status, reason in batch.problems),
+        ]
+        more = batch.files - batch.statuses[IDENTIFIED] - len(batch.problems)
+        if more > 0:
+            lines.append(f"  and {more} more, see the table")
+        if batch.amplitude is not None:
+            lines.append(f"Median at an amplitude of {1e3 * batch.amplitude:.4g} mm, with the scatter over the batch:")
+            lines += [
+                f"  {name:<40} {middle:<10.4g} {_UNITS[name]:<4} +- {100.0 * scatter:.2g} %"
+                for name, (middle, scatter) in batch.middle.items()
+            ]
+        if batch.short_count:
+            were, have = ("was", "has") if batch.short_count == 1 else ("were", "have")
+            lines.append(
+                f"{counted(batch.short_count, 'spring')} {were} not moved so far and {have} no figures there, first: "
+                f"{batch.short[0]}"
+            )
+        return [*lines, *self._outlier_lines()]
+
+    def _outlier_lines(self) -> list[str]:
+        batch = self.batch
+        if not batch.judged:
+            return [f"Outliers are looked for among {FEWEST} identified springs or more."]
+        rule = f"robust z of the logarithm beyond {LIMIT} in {', '.join(JUDGED)}"
+        if not batch.outlier_count:
+            return [f"No outliers ({rule})"]
+        lines = [f"Outliers: {batch.outlier_count} ({rule})"]
+        lines += [f"  {file}: {', '.join(figures)}" for file, figures in batch.outliers.items()]
+        more = batch.outlier_count - len(batch.outliers)
+        return lines if more <= 0 else [*lines, f"  and {more} more, see the table"]
+
+    @property
+    def cautions(self) -> list[str]:
+        """Cautions of the identifications, each with the number of files."""
+        return self.batch.cautions.lines(self.batch.files)
+
+    @property
+    def notes(self) -> list[str]:
+        """What was assumed, each with the number of files."""
+        return [*self.left_out, *self.batch.notes.lines(self.batch.files)]
+
+    def summary(self) -> str:
+        """The result in words: counts, problems, medians, outliers, cautions and notes."""
+        cautions = [f"Caution: {sentence}" for sentence in self.cautions]
+        return "\n".join([*self.lines(), *cautions, *(f"Note: {sentence}" for sentence in self.notes)])
+
+    def to_frame(self) -> pd.DataFrame:
+        """The table, one file in each row.
+
+        Text that a spreadsheet would take for a formula is preceded by an apostrophe, as in the CSV file.
+        """
+        import pandas as pd
+
+        # Only empty cells are unknown: a file may be called NA.csv.
+        return pd.read_csv(self.batch.table, keep_default_na=False, na_values=[""], dtype={"file": str, "reason": str})
+
+    def as_json(self) -> dict[str, Any]:
+        """The result as the command prints it with --json."""
+        batch = self.batch
+        return {
+            "folder": str(self.folder),
+            "table": str(batch.table),
+            "columnar_table": None if batch.columnar_table is None else str(batch.columnar_table),
+            "files": batch.files,
+            "earlier": batch.earlier,
+            "statuses": {status: batch.statuses[status] for status in STATUSES},
+            "problems": [{"file": file, "status": status, "reason": reason} for file, status, reason in batch.problems],
+            "amplitude": batch.amplitude,
+            "figures": {
+                name: {"median": middle, "scatter": scatter} for name, (middle, scatter) in batch.middle.items()
+            },
+            "short": batch.short_count,
+            "outliers": {"count": batch.outlier_count if batch.judged else None, "first": batch.outliers},
+            "cautions": [vars(kind) for kind in batch.cautions.ranked],
+            "notes": [vars(kind) for kind in batch.notes.ranked],
+            "left_out": list(self.left_out),
+            "seconds": self.seconds,
+        }
+
+
+def identify_many(
+    sources: str | os.PathLike[str] | Sequence[str | os.PathLike[str]],
+    folder: str | os.PathLike[str],
+    *,
+    options: Method | None = None,
+    units: Mapping[str, str] | None = None,
+    amplitude: float | None = None,
+    workers: int | None = None,
+    scheduler: str | Cluster | None = None,
+    save_anyway: bool = False,
+    progress: Callable[[int, int], None] | None = None,
+    notify: Callable[[str], None] | None = None,
+    **columns: Any,
+) -> ManyResult:
+    """Identify many springs, each from a file of its own, on all cores.
+
+    One damaged file does not stop the others. The folder gets a model file of each spring, and `springs.csv` (and
+    `springs.parquet`, if pyarrow is installed) with one row for each file. `springs.journal.jsonl` there holds what is
+    finished: the same call again, also after an interrupt, identifies only files that are new or have changed. The
+    results do not depend on the number of workers nor on interrupts.
+
+    Parameters
+    ----------
+    sources : path or sequence of paths
+        Files, and folders: of these the files in them that are named like records, in alphabetical order, and not those
+        in folders within them.
+    folder : path               Of the results, created if it does not exist.
+    options : TwoStageOptions, ScanOptions, RefinedOptions, NiOptions or None
+        The method with its options; the refined method with its defaults if None.
+    units : mapping or None     Unit of "displacement" and "force", for files that do not name them; mm and N if None.
+    amplitude : float or None   Of the loops whose figures are compared [m]; the largest that all springs have in common
+                                if None.
+    workers : int or None       Number of processes; 1 for this one alone, as many as cores if None.
+    scheduler : str, Cluster or None
+        Address of a dask.distributed scheduler whose workers are used instead, or a `Cluster` with certificates.
+    save_anyway : bool          Whether a spring that follows its record worse than a straight line is saved with a
+                                caution, not refused.
+    progress : callable or None Called with the numbers of finished files and of all files.
+    notify : callable or None   Called with sentences while the files are identified.
+    **columns                   Fields of `strandspring.loops.wanted.Wanted`, for all files.
+
+    Returns
+    -------
+    ManyResult
+
+    Raises
+    ------
+    RecordError                 If there is no file, or a unit or selection is none.
+    ValueError                  If the number of workers is below 1.
+    StrandspringError           If the results cannot be written, or the workers cannot work.
+    TypeError                   If a column argument is unknown, or workers and scheduler are given.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from tempfile import TemporaryDirectory
+    >>> import numpy as np
+    >>> from strandspring import Spring, SpringParameters, identify_many
+    >>> path = 0.02 * np.sin(np.linspace(0.0, 6.0 * np.pi, 1500)) * np.repeat([1.0, 0.6, 0.3], 500)
+    >>> with TemporaryDirectory() as place:
+    ...     for k in range(3):
+    ...         spring = SpringParameters((0.0, 2000.0 + 10.0 * k), (1.0,), 10.0, 500.0, 1.0, 1.0, 0.0, -0.02, 0.02)
+    ...         table = np.column_stack([1e3 * path, Spring(spring).response(path)])
+    ...         np.savetxt(Path(place) / f"spring{k}.csv", table, delimiter=",", header="x [mm],F [N]", comments="")
+    ...     _ = (Path(place) / "spring9.csv").write_text("")
+    ...     result = identify_many(place, Path(place) / "models", workers=1)
+    ...     frame = result.to_frame()
+    >>> frame["status"].tolist()
+    ['identified', 'identified', 'identified', 'unreadable']
+    >>> frame["secant stiffness [N/m]"].diff()[1:3].round(2).tolist()
+    [10.0, 10.0]
+    >>> result.problem
+    '1 of 4 springs is not identified (1 unreadable); springs.csv says why.'
+    """
+    if workers is not None and scheduler is not None:
+        raise TypeError("`workers` and `scheduler` exclude each other; give one of them.")
+    workers = workers_of(workers)
+    given = {**columns, **{f"{name}_unit": unit for name, unit in checked_units(units).items()}}
+    amplitude = optional_number("amplitude", amplitude, "m")
+    if amplitude is not None and not 0.0 < amplitude < float("inf"):
+        raise RecordError(f"`amplitude` must be finite and > 0 [m], got {amplitude!r}.")
+    begin = time.monotonic()
+    target = Path(folder)
+    found = find_springs([sources] if isinstance(sources, str | os.PathLike) else sources, target)
+    say = notify or (lambda _: None)
+    total = len(found.springs)
+    advance = progress or (lambda done, total: None)  # noqa: ARG005
+    batch = identify_batch(
+        found.springs,
+        target,
+        BatchWork(RefinedOptions() if options is None else checked_method(options), Wanted(**given), save_anyway),
+        Local(workers) if scheduler is None else cluster_of(scheduler, say),
+        amplitude,
+        lambda done: advance(done, total),
+        say,
+    )
+    return ManyResult(target, batch, found.left_out, time.monotonic() - begin)

@@ -1,0 +1,210 @@
+"""`predict`: the force that a model predicts along records, and how far it is from what was measured."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import PurePath
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ...errors import ModelError
+from ...identification.certainty.figures import RecordFit, along_smoothed, overall_figures, predict_record
+from ...identification.certainty.prediction_interval import PredictionInterval, prediction_error
+from ...kernel.arrays import FloatArray
+from ...kernel.path import PathSolver
+from ...loops.strokes import find_strokes
+from ...model.joint import JointCovariance
+from ...model.modelfile import ModelFile
+from ...model.stated_figures import in_words
+from ...records.record import Record
+from ..common.caution_text import (
+    backwards_cautions,
+    effects_cautions,
+    outside_cautions,
+    smoothing_caution,
+    unrecorded_cautions,
+)
+from ..common.placing import ModelSource, model_of, source_of
+from ..common.plotting import some_axes
+from ..common.result import Result
+from ..common.text import fit_lines
+from ..records import Source, given_records
+
+if TYPE_CHECKING:
+    import pandas as pd
+    from matplotlib.axes import Axes
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Prediction(Result):
+    """Predicted forces of one or more records.
+
+    Attributes
+    ----------
+    source : str                  The model file's path, or the model's name.
+    model : ModelFile
+    records : tuple of Record
+    fits : tuple of RecordFit     Prediction and figures of each record, along its displacement as recorded.
+    smoothed : tuple of RecordFit The same along the path without reversals below the noise of the displacement.
+    cautions : tuple of str       Loops that run backwards, samples outside the identified range, reversals below the
+                                  noise that change the error, effects of the rig removed from the records of the model.
+    interval : PredictionInterval and JointCovariance, or None   What the 95 % prediction interval is made of.
+    """
+
+    source: str
+    model: ModelFile
+    records: tuple[Record, ...]
+    fits: tuple[RecordFit, ...]
+    smoothed: tuple[RecordFit, ...]
+    cautions: tuple[str, ...]
+    interval: tuple[PredictionInterval, JointCovariance] | None
+
+    @property
+    def rmse(self) -> float:
+        """Root mean square error over all records [N]."""
+        return self.figures["rmse"]
+
+    @property
+    def rnl(self) -> float:
+        """RNL over all records [-]: 1 for a perfect prediction."""
+        return self.figures["rnl"]
+
+    @cached_property
+    def figures(self) -> dict[str, float]:
+        """rmse [N], rnl, energy and predicted_energy [J] over all records."""
+        return overall_figures(self.fits)
+
+    @cached_property
+    def half_widths(self) -> tuple[FloatArray, ...] | None:
+        """Half-width of the 95 % prediction interval at each sample of each record [N]; None if the model has none."""
+        if self.interval is None:
+            return None
+        interval, joint = self.interval
+        return tuple(
+            interval.reach(
+                fit.predicted,
+                prediction_error(self.model.parameters, joint, record.displacement, fit.omega_start),
+            )
+            for record, fit in zip(self.records, self.fits, strict=True)
+        )
+
+    def columns(self) -> dict[str, FloatArray]:
+        """All samples of all records: number of the record from 1, displacement [m], measured and predicted force, and
+        lower and upper end of the 95 % prediction interval [N] if the model has one.
+        """
+        predicted = np.concatenate([fit.predicted for fit in self.fits])
+        columns = {
+            "record": np.repeat(np.arange(1.0, len(self.records) + 1.0), [len(record) for record in self.records]),
+            "displacement": np.concatenate([record.displacement for record in self.records]),
+            "force": np.concatenate([record.force for record in self.records]),
+            "predicted": predicted,
+        }
+        if self.half_widths is not None:
+            half_width = np.concatenate(self.half_widths)
+            columns |= {"lower": predicted - half_width, "upper": predicted + half_width}
+        return columns
+
+    def lines(self) -> list[str]:
+        """The figures in words."""
+        return [f"Predicted with {self.source}: {in_words(self.figures)}", *fit_lines(self.fits, self.smoothed)]
+
+    def summary(self) -> str:
+        """The figures in words, with cautions."""
+        return "\n".join([*self.lines(), *(f"Caution: {sentence}" for sentence in self.cautions)])
+
+    def to_frame(self) -> pd.DataFrame:
+        """One sample in each row: record (path), displacement [m], force, predicted, lower and upper [N].
+
+        lower and upper are NaN if the model has no prediction interval.
+        """
+        import pandas as pd
+
+        frame = pd.DataFrame(self.columns()).reindex(
+            columns=["record", "displacement", "force", "predicted", "lower", "upper"]
+        )
+        paths = np.array([record.path for record in self.records], dtype=object)
+        return frame.assign(record=paths[frame["record"].to_numpy().astype(np.intp) - 1])
+
+    def plot(self, axes: Axes | None = None) -> Axes:
+        """Draw measured and predicted force over displacement; returns the axes, those of a new figure if None."""
+        (axis,) = some_axes(axes, 1, 1, (6.4, 4.8))
+        for number, (record, fit) in enumerate(zip(self.records, self.fits, strict=True)):
+            name = f" {PurePath(record.path).name}" if len(self.records) > 1 else ""
+            axis.plot(1e3 * record.displacement, record.force, color=f"C{number}", alpha=0.5, label=f"measured{name}")
+            axis.plot(1e3 * record.displacement, fit.predicted, "k", lw=0.8, label=None if number else "predicted")
+        axis.set(xlabel="displacement [mm]", ylabel="force [N]", title=f"RNL {self.rnl:.4f}, rmse {self.rmse:.4g} N")
+        axis.legend()
+        return axis
+
+
+def predict(
+    model: ModelSource,
+    data: Source | Sequence[Source] | ArrayLike | None = None,
+    force: ArrayLike | str | int | None = None,
+    time: ArrayLike | str | int | None = None,
+    *,
+    displacement: ArrayLike | str | int | None = None,
+    units: Mapping[str, str] | None = None,
+    reverse: Literal["displacement", "force"] | None = None,
+) -> Prediction:
+    """Predict the force of records with a model, and compare it with what was measured.
+
+    The path is the displacement as recorded, as if it drove an FMU of the model. Where reversals below its noise change
+    the error by more than 5 % of the force's standard deviation, a caution gives the errors with and without them. The
+    hysteretic state at the start of a measured record is unknown; it is estimated as one bounded number, `omega_start`.
+    `Spring.response` gives the force along a path without a measured one.
+
+    Parameters
+    ----------
+    model : Spring, ModelFile or path   A model file, or an FMU that holds one.
+    data, force, time, displacement, units, reverse   Records, given as to `identify`.
+
+    Returns
+    -------
+    Prediction
+
+    Raises
+    ------
+    ModelError    If the model is not a physically possible spring, or its uncertainty is damaged.
+    RecordError   If the data are no records.
+
+    Examples
+    --------
+    >>> from strandspring import Spring, SpringParameters, predict, synthesize
+    >>> spring = Spring(SpringParameters((0.0, 2000.0), (1.0,), 10.0, 500.0, 1.0, 1.0, 0.0, -0.02, 0.02))
+    >>> prediction = predict(spring, synthesize(spring, noise=0.01))
+    >>> round(prediction.rnl, 2)
+    0.99
+    >>> prediction.to_frame().columns.tolist()
+    ['record', 'displacement', 'force', 'predicted', 'lower', 'upper']
+    """
+    content = model_of(model)
+    source = source_of(model)
+    interval = _interval(source, content)
+    records = tuple(given_records(data, force, time, displacement, units, reverse))
+    solver = PathSolver(content.parameters)
+    if not records:
+        raise ValueError("`data` must hold at least one record, got none.")
+    cautions = backwards_cautions(records) + effects_cautions(source, content)
+    fits, smoothed = [], []
+    for record in records:
+        fits.append(predict_record(solver, record))
+        smoothed.append(along_smoothed(solver, record, find_strokes(record.displacement), fits[-1]))
+        cautions += smoothing_caution(record, fits[-1], smoothed[-1])
+        cautions += outside_cautions(record.path, record.displacement, content.parameters)
+        cautions += unrecorded_cautions(source, content, record)
+    return Prediction(source, content, records, tuple(fits), tuple(smoothed), tuple(cautions), interval)
+
+
+def _interval(source: str, model: ModelFile) -> tuple[PredictionInterval, JointCovariance] | None:
+    """What the prediction interval is made of; None if the model file does not hold all of it."""
+    try:
+        interval = PredictionInterval.of(model.uncertainty)
+        joint = JointCovariance.of(model.parameters, model.uncertainty)
+    except ModelError as problem:
+        raise ModelError(f"{source}: {problem}") from None
+    return None if interval is None or joint is None else (interval, joint)

@@ -1,0 +1,1 @@
+"""Isolation and simulation of one mass and of systems."""

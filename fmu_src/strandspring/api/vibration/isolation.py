@@ -1,0 +1,514 @@
+"""`isolate`: one model or several in, transmissibility and resonance of a mass on each of them out."""
+
+from __future__ import annotations
+
+import math
+import os
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import astuple, dataclass, fields, replace
+from functools import partial
+from html import escape
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from numpy.typing import ArrayLike
+
+from ...ground.arguments import limits, number, optional_number, whole
+from ...ground.files import write_csv
+from ...ground.scratch import TemporaryFolder
+from ...model.coordinates import counted_from, zero_sentence
+from ...model.modelfile import ModelFile
+from ...model.stated_cautions import cautions_in_use
+from ...vibration.one_mass.band import band_frequencies
+from ...vibration.one_mass.curve_points import ResponsePoint
+from ...vibration.one_mass.response import FrequencyResponse, Resonance, frequency_response
+from ...vibration.one_mass.system import (
+    DEFAULT_SHARES,
+    Excitation,
+    IsolatedMass,
+    IsolationError,
+    StaticEquilibrium,
+    free_travel,
+    static_equilibrium,
+)
+from ..common.caution_text import outside_range
+from ..common.levels import checked_count, given_levels
+from ..common.placing import ModelSource, model_of, origin_of, path_of
+from ..common.plotting import save_plot
+from ..common.progress import Progress, unseen
+from ..common.result import Result
+from ..common.text_table import table_lines
+
+if TYPE_CHECKING:
+    import pandas as pd
+    from matplotlib.axes import Axes
+
+    from ...cosimulation.steady_check import SteadyCheck
+
+_SIZE = (8.0, 8.0)  # of the plot [inches]
+_TABLE = (
+    "level", "resonance Hz", "transmissibility", "amplitude mm", "stiffness N/mm", "loss factor", "isolates from Hz",
+)  # fmt: skip
+# Headings of the CSV file, where the attribute's name and unit do not say it all.
+_HEADINGS = {
+    "frequency": "frequency [Hz]",
+    "transmissibility": "transmissibility [1]",
+    "phase": "phase [deg]",
+    "relative_phase": "relative phase [deg]",
+    "amplitude": "amplitude of the mount [m]",
+    "mean": "mean displacement of a spring [m]",
+    "least": "lowest displacement of a spring [m]",
+    "greatest": "highest displacement of a spring [m]",
+    "force": "force on the base [N]",
+    "acceleration": "acceleration [m/s^2]",
+    "start_displacement": "displacement of the mount at the crest [m]",
+    "start_speed": "speed of the mount at the crest [m/s]",
+    "start_omega": "omega at the crest [1]",
+    "stable": "stable",
+    "wanted": "requested frequency",
+    "extrapolating": "outside the identified range",
+}
+
+
+@dataclass(frozen=True, eq=False)
+class IsolatedModel:
+    """A mass on springs of one model.
+
+    Attributes
+    ----------
+    label : str                       The model's name, with a number where several models have one name.
+    source : str or None              Path as it was given; None for a model in memory.
+    model : ModelFile
+    zero : float                      Where displacement is counted from [m].
+    system : IsolatedMass
+    equilibrium : StaticEquilibrium
+    responses : tuple of FrequencyResponse   One for each level.
+    """
+
+    label: str
+    source: str | None
+    model: ModelFile
+    zero: float
+    system: IsolatedMass
+    equilibrium: StaticEquilibrium
+    responses: tuple[FrequencyResponse, ...] = ()
+
+    def equilibrium_lines(self) -> list[str]:
+        """The static equilibrium in words."""
+        system, rest = self.system, self.equilibrium
+        springs = "1 spring" if system.parallel * system.series == 1 else f"{system.parallel} x {system.series} springs"
+        friction = f"{1e3 * rest.least:.4g} to {1e3 * rest.greatest:.4g} mm with friction"
+        sag = "" if math.isnan(rest.sag) else f", static sag {1e3 * rest.sag:.4g} mm"
+        counted = zero_sentence(self.zero)
+        return [
+            f"{system.mass:g} kg on {springs}, static load {system.static_load:.4g} N",
+            f"  static equilibrium at {1e3 * rest.displacement:.4g} mm of each spring ({friction}){sag}",
+            f"  small motion: {1e-3 * rest.stiffness:.4g} N/mm, {rest.frequency:.4g} Hz",
+            *([f"  {counted}"] if counted else []),
+        ]
+
+
+@dataclass(frozen=True, eq=False)
+class CheckedMotion:
+    """A computed steady motion and its co-simulation.
+
+    Attributes
+    ----------
+    model : IsolatedModel
+    response : FrequencyResponse   The level.
+    check : SteadyCheck
+    """
+
+    model: IsolatedModel
+    response: FrequencyResponse
+    check: SteadyCheck
+
+    @property
+    def agrees(self) -> bool:
+        """Whether the simulation stays on the computed motion."""
+        return self.check.agrees
+
+    @property
+    def sentence(self) -> str:
+        """The comparison in words."""
+        verdict = "agrees" if self.agrees else "DIFFERS: the computed motion is not steady or not stable"
+        return (
+            f"{self.response.level_text}, {self.check.frequency:.4g} Hz: amplitude "
+            f"{100.0 * self.check.difference:+.3f} %, phase {self.check.phase:+.3f} degrees, {verdict}"
+        )
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Isolation(Result):
+    """Steady motions of a mass on springs of one or more models.
+
+    Attributes
+    ----------
+    models : tuple of IsolatedModel
+    excitation : Excitation
+    levels : tuple of float          [m], [m/s^2] or [N].
+    levels_chosen : str              How the levels were chosen; empty if they were given.
+
+    Examples
+    --------
+    >>> from strandspring import Spring, SpringParameters, isolate
+    >>> soft = Spring(SpringParameters((0.0, 8000.0), (1.0,), 10.0, 500.0, 1.0, 1.0, 0.0, -0.02, 0.02), "soft")
+    >>> stiff = Spring(SpringParameters((0.0, 16000.0), (1.0,), 20.0, 500.0, 1.0, 1.0, 0.0, -0.02, 0.02), "stiff")
+    >>> result = isolate([soft, stiff], mass=5.0, base_displacement=2e-4, points=8)
+    >>> result.resonances()[["model", "frequency", "transmissibility"]].round(1)
+       model  frequency  transmissibility
+    0   soft        7.7               8.6
+    1  stiff       11.0               8.6
+    >>> bool(result.to_frame().query("model == 'stiff'").transmissibility.max() > 8.5)
+    True
+    """
+
+    models: tuple[IsolatedModel, ...]
+    excitation: Excitation
+    levels: tuple[float, ...]
+    levels_chosen: str = ""
+
+    def resonances(self) -> pd.DataFrame:
+        """One row for each model and level: the attributes of `Resonance`, in SI units."""
+        import pandas as pd
+
+        rows = [
+            (one.label, response.level, *astuple(response.resonance))
+            for one in self.models
+            for response in one.responses
+        ]
+        return pd.DataFrame(rows, columns=["model", "level", *(field.name for field in fields(Resonance))])
+
+    def to_frame(self) -> pd.DataFrame:
+        """All points of the curves in their order: model, level and the attributes of `ResponsePoint`, in SI units."""
+        import pandas as pd
+
+        return pd.concat(
+            [
+                pd.DataFrame({"model": one.label, "level": response.level, **response.columns})
+                for one in self.models
+                for response in one.responses
+            ],
+            ignore_index=True,
+        )
+
+    def save_csv(self, path: str | os.PathLike[str]) -> None:
+        """Write all points of the curves, with units in the header; the model comes first if there are several.
+
+        Raises
+        ------
+        StrandspringError   If the file cannot be written.
+        """
+        of_force = self.excitation is Excitation.FORCE
+        headings = {**_HEADINGS, "relative": f"relative motion over {'force [m/N]' if of_force else 'base motion [1]'}"}
+        several = len(self.models) > 1
+        header = [*(["model"] if several else []), f"level [{self.excitation.unit}]"]
+        rows = (
+            (*([one.label] if several else []), response.level, *astuple(point))
+            for one in self.models
+            for response in one.responses
+            for point in response.points
+        )
+        write_csv(Path(path), [*header, *(headings[field.name] for field in fields(ResponsePoint))], rows)
+
+    def lines(self, width: int | None = None) -> list[str]:
+        """Static equilibrium, resonances and cautions in words, in tables of at most a width."""
+        several = len(self.models) > 1
+        lines: list[str] = []
+        for one in self.models:
+            first, *rest = one.equilibrium_lines()
+            lines += [f"{self._name(one)}: {first}" if several else first, *rest]
+        if several and self.levels_chosen:
+            lines.append(self.levels_chosen)
+        rows = [
+            [*([one.label] if several else []), *_cells(response)] for one in self.models for response in one.responses
+        ]
+        lines += table_lines([*(["model"] if several else []), *_TABLE], rows, left={"model"}, width=width)
+        return [*lines, *self._cautions()]
+
+    def _name(self, one: IsolatedModel) -> str:
+        return one.label if one.source is None else f"{one.label} ({one.source})"
+
+    @property
+    def cautions(self) -> list[str]:
+        """Cautions of the identifications, and where a motion leaves the identified range."""
+        sentences: list[str] = []
+        for one in self.models:
+            sentences += cautions_in_use(one.label, one.model)
+            for response in one.responses:
+                outside = [point.frequency for point in response.points if point.extrapolating]
+                if outside:
+                    of_model = f"{one.label}, " if len(self.models) > 1 else ""
+                    sentences.append(
+                        f"{of_model}{response.level_text}: at {len(outside)} of {len(response.points)} "
+                        f"points, from {min(outside):.4g} to {max(outside):.4g} Hz, the spring moves "
+                        f"{outside_range(one.system.spring)}"
+                    )
+        return sentences
+
+    def _cautions(self) -> list[str]:
+        lines = []
+        points = [point for one in self.models for response in one.responses for point in response.points]
+        unstable = sum(not point.stable for point in points)
+        if unstable:
+            lines.append(
+                f"  The curve folds: {unstable} points between folds are unstable, and the motion jumps there. Folds "
+                "far below the resonance are superharmonics; a little --damping removes them."
+            )
+        return lines + [f"  Caution: {sentence}" for sentence in self.cautions]
+
+    def summary(self) -> str:
+        """Static equilibrium, resonances and cautions in words, in tables of at most a width."""
+        return "\n".join(self.lines())
+
+    def _repr_html_(self) -> str:
+        text = escape("\n".join(line for one in self.models for line in one.equilibrium_lines()))
+        return f"<pre>{text}</pre>{self.resonances().to_html(escape=True)}"
+
+    @property
+    def title(self) -> str:
+        """Of a plot."""
+        mass = f"{self.models[0].system.mass:g} kg"
+        return f"{self.models[0].label}: {mass}" if len(self.models) == 1 else mass
+
+    @property
+    def curves(self) -> dict[str, tuple[FrequencyResponse, ...]]:
+        """Responses of each model by its label."""
+        return {one.label: one.responses for one in self.models}
+
+    def plot(self, axes: Axes | None = None) -> Axes:
+        """Draw transmissibility over frequency, dotted where the motion is unstable.
+
+        Without axes a new figure of pyplot also has the amplitudes of the mount, in ``axes.figure.axes[1]``.
+
+        Parameters
+        ----------
+        axes : Axes or None   Where to draw.
+
+        Returns
+        -------
+        Axes                  Those of the transmissibility.
+        """
+        from ...vibration.one_mass.curves_plot import HANDLE_LENGTH, curves_of, draw, fill
+
+        if axes is None:
+            from matplotlib import pyplot as plt
+
+            return fill(plt.figure(figsize=_SIZE, layout="constrained"), self.curves, self.title)[0]
+        draw(axes, curves_of(self.curves), "transmissibility")
+        axes.legend(title=self.excitation.value, fontsize=8, handlelength=HANDLE_LENGTH)
+        return axes
+
+    def save_plot(self, path: str | os.PathLike[str]) -> None:
+        """Draw transmissibility and amplitude into a file (.png, .svg or .pdf); the same result gives the same bytes.
+
+        Raises
+        ------
+        StrandspringError   If the name ends in something else, or the file cannot be written.
+        """
+        from ...vibration.one_mass.curves_plot import fill
+
+        save_plot(path, _SIZE, lambda figure: fill(figure, self.curves, self.title))
+
+    def verify(self, progress: Progress = unseen) -> tuple[CheckedMotion, ...]:
+        """Build the FMUs and co-simulate stable motions of each level: at both ends of the band and at the peak.
+
+        Parameters
+        ----------
+        progress : callable   Is called with what is being done, the number of parts done, and how many there are.
+
+        Returns
+        -------
+        tuple of CheckedMotion   Each says whether the simulation stays on the computed motion for 20 periods.
+
+        Raises
+        ------
+        BuildError            If an FMU cannot be built.
+        CosimulationError     If it cannot be run.
+        """
+        from ...cosimulation.steady_check import check_steady
+        from ...fmu.native.native_fmu import build_native_fmu
+
+        runs = [
+            (one, response, point) for one in self.models for response in one.responses for point in _ends(response)
+        ]
+        total = len(runs) + len(self.models)
+        checked: list[CheckedMotion] = []
+        with TemporaryFolder() as folder:
+            fmus = {}
+            for built, one in enumerate(self.models):
+                progress(f"Building the FMU of {one.label}", built, total)
+                fmus[one] = build_native_fmu(one.model, folder / str(built), zero=one.zero)
+            for one, response, point in runs:
+                task = f"Simulating {one.label}, {response.level_text}, {point.frequency:.4g} Hz"
+                progress(task, len(fmus) + len(checked), total)
+                check = check_steady(fmus[one], one.system, response.excitation, response.level, point)
+                checked.append(CheckedMotion(one, response, check))
+        progress("Simulated", total, total)
+        return tuple(checked)
+
+
+def verification_lines(checked: Sequence[CheckedMotion]) -> list[str]:
+    """What `Isolation.verify` found, in words."""
+    from ...cosimulation.steady_check import PERIODS
+
+    several = len({one.model for one in checked}) > 1
+    return [
+        f"Co-simulation of the FMU, {PERIODS} periods from the computed motion:",
+        *(f"  {f'{one.model.label}, ' if several else ''}{one.sentence}" for one in checked),
+    ]
+
+
+def isolate(
+    models: ModelSource | Sequence[ModelSource],
+    mass: float,
+    *,
+    base_displacement: ArrayLike | None = None,
+    base_acceleration: ArrayLike | None = None,
+    force: ArrayLike | None = None,
+    load: float | None = None,
+    parallel: int = 1,
+    series: int = 1,
+    damping: float = 0.0,
+    band: tuple[float, float] | None = None,
+    points: int = 200,
+    extrapolate: bool = False,
+    zero: str | float | None = None,
+    progress: Progress = unseen,
+) -> Isolation:
+    """Transmissibility and resonance of a mass on a spring, or on one spring after the other to compare them.
+
+    The steady motion is found by harmonic balance and followed through folds.
+
+    Parameters
+    ----------
+    models : Spring, path of a model file or FMU, or a sequence of these
+    mass : float                   [kg].
+    base_displacement, base_acceleration, force : float, array_like or None
+        One level or several of one of them [m, m/s^2, N]; if None, base displacements of 0.5, 1 and 2 % of the free
+        travel from static equilibrium to the nearer end of the identified range, the smallest of all models.
+    load : float or None           Static load along the axis [N]; the weight if None.
+    parallel, series : int         Rows of springs side by side, and springs in series in each row.
+    damping : float                Viscous damping in parallel with the springs [N s/m].
+    band : tuple or None           Lowest and highest frequency [Hz]; 0.23 to 5 times the natural frequency of small
+                                   motion on each model if None.
+    points : int                   Number of frequencies, evenly spaced in the logarithm.
+    extrapolate : bool             Continue where the motion leaves the identified range, instead of refusing.
+    zero : "rig", "middle", float or None
+        Where displacement is counted from: a displacement of the record [m]; by default as in the model's FMU.
+    progress : callable            Is called with what is being done, the number of frequencies done, and how many there
+                                   are.
+
+    Returns
+    -------
+    Isolation
+
+    Raises
+    ------
+    ModelError       If a file is not a physically possible spring.
+    IsolationError   If there is no static equilibrium, an argument is out of bounds, the motion leaves the identified
+                     range, or no steady motion is found.
+
+    Examples
+    --------
+    >>> from strandspring import Spring, SpringParameters, isolate
+    >>> spring = Spring(SpringParameters((0.0, 8000.0), (1.0,), 10.0, 500.0, 1.0, 1.0, 0.0, -0.02, 0.02), "mount")
+    >>> result = isolate(spring, mass=5.0, base_displacement=[1e-4, 2e-4], points=8)
+    >>> print(result.summary())
+    5 kg on 1 spring, static load 49.03 N
+      static equilibrium at 6.129 mm of each spring (4.879 to 7.379 mm with friction), static sag 6.129 mm
+      small motion: 13 N/mm, 8.115 Hz
+       level  resonance Hz  transmissibility  amplitude mm  stiffness N/mm  loss factor  isolates from Hz
+      0.1 mm         7.904             11.57         1.142           12.52       0.0856             11.47
+      0.2 mm         7.743             8.579         1.687           12.08        0.115             11.44
+    """
+    given = given_levels(base_displacement, base_acceleration, force)
+    mass, load = number("mass", mass, "kg"), optional_number("load", load, "N")
+    parallel, series = whole("parallel", parallel), whole("series", series)
+    damping, points = number("damping", damping, "N s/m"), checked_count("points", points)
+    band = None if band is None else limits("band", band, "Hz")
+    is_one = isinstance(models, str) or not isinstance(models, Sequence)
+    sources: Sequence[Any] = [models] if is_one else list(models)  # type: ignore[arg-type]
+    if not sources:
+        raise IsolationError("Nothing to isolate on; give at least one model.")
+    contents = [model_of(source) for source in sources]
+    parts = []
+    for source, content, label in zip(sources, contents, _labels(contents), strict=True):
+        origin = origin_of(source, zero, content.parameters)
+        system = IsolatedMass(counted_from(origin, content.parameters), mass, load, parallel, series, damping)
+        with _named(label, len(contents)):
+            equilibrium = static_equilibrium(system)
+        parts.append(IsolatedModel(label, path_of(source), content, origin, system, equilibrium))
+    if given is None:
+        travels = [free_travel(one.system, one.equilibrium) for one in parts]
+        least = min(travels)
+        excitation, levels = Excitation.BASE_DISPLACEMENT, tuple(share * least for share in DEFAULT_SHARES)
+        chosen = (
+            f"Levels: 0.5, 1 and 2 % of the free travel of {1e3 * least:.4g} mm on {parts[travels.index(least)].label}"
+            + (", the smallest of these models." if len(parts) > 1 else ".")
+        )
+    else:
+        (excitation, levels), chosen = given, ""
+    total = len(parts) * len(levels) * points
+    done = 0
+    finished = []
+    for one in parts:
+        frequencies = band_frequencies(band, points, one.equilibrium)
+        responses = []
+        for level in levels:
+            advance = partial(_advance, progress, f"{one.label}, {excitation.level_text(level)}", done, total)
+            with _named(one.label, len(parts)):
+                responses.append(
+                    frequency_response(
+                        one.system, excitation, level, frequencies, extrapolate, resolve=True, advance=advance
+                    )
+                )
+            done += points
+        finished.append(replace(one, responses=tuple(responses)))
+    progress("done", total, total)
+    return Isolation(tuple(finished), excitation, levels, chosen)
+
+
+def _advance(progress: Progress, task: str, before: int, total: int, count: float) -> None:
+    progress(task, before + count, total)
+
+
+@contextmanager
+def _named(label: str, models: int) -> Iterator[None]:
+    """Name the model in a refusal if there are several."""
+    try:
+        yield
+    except IsolationError as refusal:
+        if models == 1:
+            raise
+        raise IsolationError(f"{label}: {refusal}") from None
+
+
+def _labels(models: Sequence[ModelFile]) -> list[str]:
+    """The models' names, numbered in their order where they are alike."""
+    names = [model.name for model in models]
+    counts = Counter(names)
+    return [name if counts[name] == 1 else f"{name} ({names[: k + 1].count(name)})" for k, name in enumerate(names)]
+
+
+def _ends(response: FrequencyResponse) -> list[ResponsePoint]:
+    """The stable motions at both ends of the band and at peak transmissibility."""
+    stable = [point for point in response.points if point.stable]
+    chosen = (stable[0], max(stable, key=lambda point: point.transmissibility), stable[-1])
+    return list(dict.fromkeys(chosen))
+
+
+def _cells(response: FrequencyResponse) -> list[str]:
+    """A row of the table."""
+    r = response.resonance
+    return [
+        response.level_text,
+        f"{r.frequency:.4g}" + ("" if r.inside else " (end of band)"),
+        f"{r.transmissibility:.4g}",
+        f"{1e3 * r.amplitude:.4g}",
+        f"{1e-3 * r.stiffness:.4g}",
+        f"{r.loss_factor:.3g}",
+        "-" if math.isnan(r.isolation_frequency) else f"{r.isolation_frequency:.4g}",
+    ]

@@ -1,0 +1,297 @@
+"""`simulate`: a SYSTEM.toml in, a verdict on every candidate in every load case out."""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from pathlib import Path, PurePath
+from typing import TYPE_CHECKING, Any
+
+from ...campaigns.jobs.threads import in_threads
+from ...errors import MountedSystemError
+from ...ground.arguments import optional_number, optional_whole, workers_of
+from ...ground.files import refuse_unwritable, write_csv
+from ...vibration.bodies.rest import SHARES
+from ...vibration.description.chosen import chosen_candidates, chosen_cases
+from ...vibration.description.system_file import SystemFile, load_system_file
+from ...vibration.verdicts.answers import CandidateAnswer, CaseAnswer, answer_candidate, answer_case
+from ...vibration.verdicts.drawn_springs import Drawn
+from ...vibration.verdicts.draws import CaseDraws
+from ...vibration.verdicts.verdicts import Figure, Verdict
+from ..common.history_table import history_table, unique_names
+from ..common.plotting import save_plot, some_axes
+from ..common.progress import Progress, unseen
+from ..common.result import Result
+from ..common.text_table import table_lines
+from .simulation_json import candidate_json, case_json
+from .simulation_words import NO_DRAWS, detail_lines, headline, verdict_table
+
+if TYPE_CHECKING:
+    import pandas as pd
+    from matplotlib.axes import Axes
+
+_SIZE = (8.0, 5.0)  # of the plot [inches]
+_MOST_NUMBERS = 50_000_000  # of the histories of all answers
+_COLUMNS = (
+    "candidate", "case", "verdict", "quantity", "subject", "unit", "value", "error", "least", "rest_omega", "limit",
+    "margin", "q05", "median", "q95",
+)  # fmt: skip
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Simulation(Result):
+    """Candidates under load cases.
+
+    Attributes
+    ----------
+    file : SystemFile
+    candidates : tuple of CandidateAnswer   Static pose and modes of each.
+    answers : tuple of CaseAnswer           Of each candidate in each case, in their order.
+    draws : int                             Of springs in each case.
+    """
+
+    file: SystemFile
+    candidates: tuple[CandidateAnswer, ...]
+    answers: tuple[CaseAnswer, ...]
+    draws: int = 0
+
+    def to_frame(self) -> pd.DataFrame:
+        """One row for each figure of each case, in SI units; a refused case has one row without a figure."""
+        import pandas as pd
+
+        return pd.DataFrame([_row(*pair) for pair in self._figures()], columns=list(_COLUMNS))
+
+    def verdicts(self) -> pd.DataFrame:
+        """Candidates down, cases across, and the verdict of each."""
+        import pandas as pd
+
+        cases = list(dict.fromkeys(answer.case.name for answer in self.answers))
+        table = {one.name: dict.fromkeys(cases, "") for one in self.candidates}
+        for answer in self.answers:
+            table[answer.candidate][answer.case.name] = answer.verdict.value
+        return pd.DataFrame.from_dict(table, orient="index", columns=cases)
+
+    def save_csv(self, path: str | os.PathLike[str]) -> None:
+        """Write the rows of `to_frame`.
+
+        Raises
+        ------
+        StrandspringError   If the file cannot be written.
+        """
+        write_csv(Path(path), _COLUMNS, (_row(*pair) for pair in self._figures()))
+
+    def report(self, path: str | os.PathLike[str]) -> None:
+        """Write a report: a page that opens offline (.html), or a document (.pdf).
+
+        Raises
+        ------
+        StrandspringError   If the ending is another, a package for PDF is missing, or the file cannot be written.
+        """
+        from ...report.simulation_page import SimulationContent, write_simulation
+
+        file = self.file
+        content = SimulationContent(
+            file.name, file.description, PurePath(file.path).name, self.candidates, self.answers, self.draws
+        )
+        write_simulation(os.fspath(path), content)
+
+    def save_histories(self, folder: str | os.PathLike[str]) -> list[Path]:
+        """Write the histories of each answer into a CSV file of its own, with units in the header.
+
+        Returns
+        -------
+        list of Path         The files, "candidate_case.csv".
+
+        Raises
+        ------
+        StrandspringError    If there are none, or a file cannot be written.
+        """
+        kept = [answer for answer in self.answers if answer.courses is not None]
+        if not kept:
+            raise MountedSystemError("No histories were kept; simulate with `courses`, and fewer cases or candidates.")
+        target = Path(folder)
+        refuse_unwritable(target, is_folder=True)
+        target.mkdir(parents=True, exist_ok=True)
+        names = unique_names([f"{answer.candidate}_{answer.case.name}" for answer in kept])
+        written = []
+        for name, answer in zip(names, kept, strict=True):
+            path = target / f"{name}.csv"
+            header, rows = history_table(answer)
+            write_csv(path, header, rows)
+            written.append(path)
+        return written
+
+    def plot(self, axes: Axes | None = None) -> Axes:
+        """Draw acceleration against stroke of all answers into axes of matplotlib, new ones if None."""
+        from ...report.charts.motion_charts import acceleration_against_stroke
+        from ...report.drawing import draw
+
+        (own,) = some_axes(axes, 1, 1, _SIZE)
+        return draw(acceleration_against_stroke(self.answers), own, scale=1.4)
+
+    def save_plot(self, path: str | os.PathLike[str]) -> None:
+        """Draw acceleration against stroke of all answers into a file (.png, .svg or .pdf).
+
+        Raises
+        ------
+        StrandspringError   If the name ends in something else, or the file cannot be written.
+        """
+        save_plot(path, _SIZE, lambda figure: self.plot(figure.subplots()))
+
+    def as_json(self) -> dict[str, Any]:
+        """Everything as an object for JSON, in SI units."""
+        limits = self.file.limits
+        return {
+            "system": self.file.name,
+            "limits": {
+                "acceleration": dict(limits.acceleration),
+                "sway": dict(limits.sway),
+                "tilt": limits.tilt,
+                "stroke": limits.stroke,
+            },
+            "candidates": [candidate_json(one) for one in self.candidates],
+            "cases": [case_json(answer) for answer in self.answers],
+        }
+
+    def _figures(self) -> list[tuple[CaseAnswer, Figure | None]]:
+        return [(answer, figure) for answer in self.answers for figure in (answer.figures or (None,))]
+
+    def lines(self, width: int | None = None) -> list[str]:
+        """Verdicts, static poses, modes, figures and cautions in words, in tables of at most a width."""
+        headings, rows, left = verdict_table(self.answers)
+        return [
+            headline(self.file.name, self.answers),
+            *table_lines(headings, rows, left, width),
+            *detail_lines(self.candidates, self.answers, width),
+            *([] if self.draws else ["", NO_DRAWS]),
+        ]
+
+    def summary(self) -> str:
+        """Verdicts, static poses, modes, figures and cautions in words."""
+        return "\n".join(self.lines())
+
+    def _repr_html_(self) -> str:
+        from html import escape
+
+        heading = escape(headline(self.file.name, self.answers))
+        return f"<p><strong>{heading}</strong></p>{self.verdicts().to_html(escape=True)}"
+
+
+def refuse_wrong_run(draws: int | None, seed: int | None, step: float | None) -> None:
+    """Refuse draws, a seed or a time step [s] that are none; raises MountedSystemError or TypeError."""
+    for name, count in (("draws", draws), ("seed", seed)):
+        if (optional_whole(name, count) or 0) < 0:
+            raise MountedSystemError(f"`{name}` must be >= 0, got {count!r}.")
+    seconds = optional_number("step", step, "s")
+    if seconds is not None and not (math.isfinite(seconds) and seconds > 0.0):
+        raise MountedSystemError(f"`step` must be finite and > 0 [s], got {step!r}.")
+
+
+def simulate(
+    system: str | os.PathLike[str] | SystemFile,
+    cases: str | Sequence[str] | None = None,
+    candidates: str | Sequence[str] | None = None,
+    *,
+    draws: int | None = None,
+    seed: int | None = None,
+    step: float | None = None,
+    workers: int | None = None,
+    courses: bool = True,
+    progress: Progress = unseen,
+) -> Simulation:
+    """Simulate bodies on hysteretic mounts under the load cases of a SYSTEM.toml.
+
+    Parameters
+    ----------
+    system : path or SystemFile
+    cases, candidates : str, sequence of str or None   Names of those to simulate; all if None. The name of a case with
+                                                       several directions stands for all of them.
+    draws, seed : int or None  Springs drawn from the uncertainty of their model files for the spread of the figures; 0
+                               for none. By default as the file says.
+    step : float or None       Time step of the coarser of two runs [s]; by default as the file says, or found so that
+                               the errors are within 0.1 %.
+    workers : int or None      Threads; as many as cores if None.
+    courses : bool             Whether histories and spectra are kept, of the first cases as far as memory allows
+                               (400 MB); the others have None.
+    progress : callable        Is called with what is being done, the number of runs done, and how many there are.
+
+    Returns
+    -------
+    Simulation
+
+    Raises
+    ------
+    MountedSystemError         If the file is wrong, a name is unknown, or no candidate can be simulated in any case.
+    """
+    refuse_wrong_run(draws, seed, step)
+    workers = workers_of(workers)
+    file = system if isinstance(system, SystemFile) else load_system_file(system)
+    chosen = chosen_candidates(file, candidates)
+    loads = chosen_cases(file, cases)
+    omega = file.options.rest_omega
+    shares = SHARES if omega is None else (omega,)
+    statics = tuple(answer_candidate(name, one, file.models, shares) for name, one in chosen)
+    tasks = [
+        partial(answer_case, name, one, case, file.limits, shares, step or file.options.step, with_courses=courses)
+        for name, one in chosen
+        for case in loads
+    ]
+    drawn = file.options.draws if draws is None else draws
+    total = len(tasks) * (1 + drawn)
+    answers: list[CaseAnswer] = []
+    room = _MOST_NUMBERS
+    for answer in in_threads(tasks, workers):
+        if answer.courses is not None:
+            room -= answer.courses.size
+        answers.append(answer if room >= 0 else replace(answer, courses=None))
+        progress(f"{answer.candidate}, {answer.case.name}", len(answers), total)
+    if answers and all(answer.verdict is Verdict.REFUSED for answer in answers):
+        raise MountedSystemError(answers[0].refusal)
+    refusals = [one.refusal for one in statics if one.refusal]
+    if len(refusals) == len(statics):
+        raise MountedSystemError(refusals[0])
+    if drawn:
+        advance = partial(progress, "Drawing springs")
+        springs = {one.name: Drawn.of(one.system, file.models) for one in statics}
+        statics = tuple(replace(one, cautions=(*one.cautions, *springs[one.name].missing)) for one in statics)
+        chosen_seed = file.options.seed if seed is None else seed
+        answers = list(_with_spreads(answers, springs, drawn, chosen_seed, workers, advance))
+    return Simulation(file, statics, tuple(answers), drawn)
+
+
+def _with_spreads(
+    answers: Sequence[CaseAnswer],
+    drawn: Mapping[str, Drawn],
+    draws: int,
+    seed: int,
+    workers: int | None,
+    advance: Callable[[float, int], None],
+) -> Iterator[CaseAnswer]:
+    """The answers with the spread of their figures."""
+    total = len(answers) * (1 + draws)
+    for done, answer in enumerate(answers):
+        before = len(answers) + done * draws
+        if answer.refusal or not drawn[answer.candidate].spreads:
+            yield answer
+            continue
+        runs = CaseDraws(answer, drawn[answer.candidate], seed)
+        found = []
+        for figures in in_threads((partial(runs.figures, number) for number in range(draws)), workers):
+            found.append(figures)
+            advance(before + len(found), total)
+        yield runs.answered(found)
+
+
+def _row(answer: CaseAnswer, figure: Figure | None) -> tuple[object, ...]:
+    head = (answer.candidate, answer.case.name, answer.verdict.value)
+    if figure is None:
+        return (*head, *[None] * (len(_COLUMNS) - len(head)))
+    spread = figure.spread
+    quantiles = (None, None, None) if spread is None else (spread.low, spread.median, spread.high)
+    return (
+        *head, figure.quantity.value, figure.subject, figure.quantity.unit, figure.value, figure.error, figure.least,
+        figure.share, figure.limit, figure.margin, *quantiles,
+    )  # fmt: skip

@@ -1,0 +1,260 @@
+"""Answers about systems in words and as tables for a terminal."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Collection, Iterator, Sequence
+
+import numpy as np
+
+from ...kernel.arrays import FloatArray
+from ...vibration.bodies.axis_names import axis_names
+from ...vibration.bodies.mounted import STANDARD_GRAVITY, MountedSystem
+from ...vibration.verdicts.answers import CandidateAnswer, CaseAnswer
+from ...vibration.verdicts.case_cautions import Caution, CautionKind
+from ...vibration.verdicts.static_answer import SECANT_SHARE, StaticAnswer
+from ...vibration.verdicts.verdicts import Figure, Quantity, Verdict
+from ..common.text import counted
+from ..common.text_table import table_lines
+
+# Unit for people, factor from SI to it.
+SHOWN = {
+    Quantity.ACCELERATION: ("g", 1.0 / STANDARD_GRAVITY),
+    Quantity.SWAY: ("mm", 1e3),
+    Quantity.TILT: ("deg", math.degrees(1.0)),
+    Quantity.STROKE: ("%", 100.0),
+    Quantity.FORCE: ("N", 1.0),
+    Quantity.RMS_ACCELERATION: ("g", 1.0 / STANDARD_GRAVITY),
+    Quantity.RMS_SWAY: ("mm", 1e3),
+}
+NO_DRAWS = (
+    "The spread by the uncertainty of the model files was not asked for; --draws 200 (`draws` of the file) shows it."
+)
+_NOTHING = 1e-9  # of rounding, in the unit for people
+_JUDGED = (Quantity.ACCELERATION, Quantity.SWAY, Quantity.TILT, Quantity.STROKE)
+
+
+def headline(name: str, answers: Sequence[CaseAnswer]) -> str:
+    """The verdicts counted."""
+    candidates = len({answer.candidate for answer in answers})
+    cases = len({answer.case.name for answer in answers})
+    counts = Counter(answer.verdict for answer in answers)
+    verdicts = ", ".join(f"{counts[verdict]} {verdict.value}" for verdict in Verdict if counts[verdict])
+    where = f"{counted(candidates, 'candidate')} in {counted(cases, 'load case')}"
+    return f"{name}: {where}: {verdicts}" if answers else f"{name}: no load case"
+
+
+def verdict_table(answers: Sequence[CaseAnswer]) -> tuple[list[str], list[list[str]], Collection[str]]:
+    """Headings, rows, and which columns are of text: the figure of each kind that is nearest to its limit."""
+    headings = [
+        "candidate", "case", "verdict", "acceleration g", "of limit", "at point", "sway mm", "of limit", "at point",
+        "tilt deg", "of limit", "stroke %", "of limit", "of mount", "error %",
+    ]  # fmt: skip
+    rows = []
+    for answer in answers:
+        row = [answer.candidate, answer.case.name, answer.verdict.value]
+        for quantity in _JUDGED:
+            figure = answer.worst(quantity)
+            row += [_value(figure), _of_limit(figure)]
+            if quantity is not Quantity.TILT:
+                row.append("-" if figure is None else figure.subject)
+        rows.append([*row, _largest_error(answer)])
+    return headings, rows, {"candidate", "case", "verdict", "at point", "of mount"}
+
+
+def _value(figure: Figure | None) -> str:
+    if figure is None:
+        return "-"
+    value = SHOWN[figure.quantity][1] * figure.value
+    return "0" if abs(value) < _NOTHING else f"{value:.4g}"
+
+
+def _of_limit(figure: Figure | None) -> str:
+    return "-" if figure is None or figure.limit is None else f"{100.0 * figure.value / figure.limit:.0f} %"
+
+
+def _largest_error(answer: CaseAnswer) -> str:
+    """Of the figures that are judged, relative to each."""
+    if not answer.figures:
+        return "-"
+    errors = [
+        figure.error / largest
+        for quantity in (Quantity.ACCELERATION, Quantity.SWAY, Quantity.STROKE)
+        if (largest := max((one.value for one in answer.of(quantity)), default=0.0)) > 0.0
+        for figure in answer.of(quantity)
+    ]
+    return f"{100.0 * max(errors, default=0.0):.2g}"
+
+
+def detail_lines(
+    candidates: Sequence[CandidateAnswer], answers: Sequence[CaseAnswer], width: int | None = None
+) -> Iterator[str]:
+    """Each candidate with its static pose, modes and cases."""
+    for one in candidates:
+        own = [answer for answer in answers if answer.candidate == one.name]
+        yield ""
+        yield f"{one.name}:"
+        yield from static_lines(one, width)
+        for answer in own:
+            if answer.refusal:
+                yield f"  {answer.case.name}: refused: {answer.refusal}"
+        yield from rest_lines(own, width)
+        yield from rms_lines(own, width)
+        yield from spread_lines(own, width)
+        for sentence in one.cautions:
+            yield f"  Caution: {sentence}"
+        for sentence in grouped_cautions(own):
+            yield f"  Caution: {sentence}"
+
+
+def static_lines(one: CandidateAnswer, width: int | None = None) -> Iterator[str]:
+    """Static pose and modes in words."""
+    static = one.static
+    if static is None:
+        yield f"  refused: {one.refusal}"
+        return
+    for k, body in enumerate(one.system.bodies):
+        tilt = math.degrees(static.tilt[:, k].max())
+        moved = _moved(1e3 * np.array([pose.displacements[k] for pose in static.poses]))
+        tilted = f", tilted by up to {_tiny(tilt)} degrees" if tilt >= _NOTHING else ""
+        yield f"  {body.name} rests {moved} {_friction(static)}{tilted}"
+    low, high = static.places.min(), static.places.max()
+    yield (
+        f"  springs at rest between {100.0 * low:.0f} and {100.0 * high:.0f} % of their identified ranges, "
+        f"{_friction(static)}; {_by_weight(static, one.system)}"
+    )
+    if static.tangent:
+        rows = []
+        for k, mode in enumerate(static.tangent):
+            secant = static.secant[k] if static.secant else None
+            rows.append(
+                [
+                    str(k + 1),
+                    f"{mode.frequency:.4g}",
+                    mode.words,
+                    "-" if secant is None else f"{secant.frequency:.4g}",
+                    "-" if secant is None else f"{100.0 * secant.damping:.2g}",
+                ]
+            )
+        share = f"{100.0 * SECANT_SHARE:.0f}"
+        yield f"  modes: small motion (tangent), and springs moving by {share} % of their free travel (secant):"
+        yield from table_lines(["mode", "Hz", "motion", "secant Hz", "damping %"], rows, {"motion"}, width)
+
+
+def _moved(displacements: FloatArray) -> str:
+    """Displacements from the nominal pose by omega, shape (poses, 3) [mm], in words."""
+    ranges = [
+        f"{name} {_tiny(low)}" if high - low < _NOTHING else f"{name} {_tiny(low)} to {_tiny(high)}"
+        for name, low, high in zip(
+            "xyz", displacements.min(axis=0).tolist(), displacements.max(axis=0).tolist(), strict=True
+        )
+        if max(abs(low), abs(high)) >= _NOTHING
+    ]
+    return f"at {', '.join(ranges)} mm from its nominal pose" if ranges else "in its nominal pose"
+
+
+def rest_lines(answers: Sequence[CaseAnswer], width: int | None = None) -> Iterator[str]:
+    """What omega at rest changes, and the energy balance, of each case."""
+    rows = []
+    for answer in answers:
+        if answer.refusal:
+            continue
+        row = [answer.case.name]
+        for quantity in (Quantity.ACCELERATION, Quantity.SWAY, Quantity.STROKE):
+            figure = answer.worst(quantity)
+            row += ["-", "-"] if figure is None else [_range(figure), _omega(figure.share)]
+        residual = max(run.energies.relative_residual for run in answer.runs)
+        steps = min(run.step for run in answer.runs)
+        rows.append([*row, f"{1e6 * steps:.4g}", f"{100.0 * residual:.2g}"])
+    if rows:
+        count = max(len(answer.runs) for answer in answers)
+        yield (
+            "  omega at rest is unknown; each case is run with three, the worst counts:"
+            if count > 1
+            else "  omega at rest is given; each case is run with it:"
+        )
+        headings = [
+            "case", "acceleration g", "omega", "sway mm", "omega", "stroke %", "omega", "step us", "energy residual %",
+        ]  # fmt: skip
+        yield from table_lines(headings, rows, {"case"}, width)
+
+
+def rms_lines(answers: Sequence[CaseAnswer], width: int | None = None) -> Iterator[str]:
+    """Root mean squares of the points in cases that settle."""
+    rows = []
+    for answer in answers:
+        values = [
+            [SHOWN[quantity][1] * figure.value for figure in answer.of(quantity)]
+            for quantity in (Quantity.RMS_ACCELERATION, Quantity.RMS_SWAY)
+        ]
+        for k, point in enumerate(answer.system.points if values[0] else ()):
+            cells = [_tiny(value) for kind in values for value in kind[3 * k : 3 * k + 3]]
+            rows.append([answer.case.name, point.name, *cells])
+    if rows:
+        yield "  root mean squares from the settling on, of sway about its mean:"
+        headings = ["case", "point", "x g", "y g", "z g", "x mm", "y mm", "z mm"]
+        yield from table_lines(headings, rows, {"case", "point"}, width)
+
+
+def spread_lines(answers: Sequence[CaseAnswer], width: int | None = None) -> Iterator[str]:
+    """5 to 95 % of the figures by the uncertainty of the springs."""
+    rows, spreads = [], [answer.spread for answer in answers if answer.spread is not None]
+    for answer in answers:
+        if answer.spread is None:
+            continue
+        row = [answer.case.name]
+        for quantity in (Quantity.ACCELERATION, Quantity.SWAY, Quantity.STROKE):
+            figure, scale = answer.worst(quantity), SHOWN[quantity][1]
+            known = None if figure is None else figure.spread
+            row.append("-" if known is None else f"{scale * known.low:.4g} to {scale * known.high:.4g}")
+        of = answer.spread
+        rows.append([*row, f"{100.0 * of.failing:.3g}", str(of.refused)])
+    if rows:
+        first = spreads[0]
+        yield f"  5 to 95 % of {first.draws} draws of springs (seed {first.seed}), the worst omega at rest of each:"
+        headings = ["case", "acceleration g", "sway mm", "stroke %", "beyond a limit %", "refused"]
+        yield from table_lines(headings, rows, {"case"}, width)
+    for answer in answers:
+        if answer.spread is not None and answer.spread.refused:
+            yield f"  {answer.case.name}: {answer.spread.refused} draws refused, most often: {answer.spread.reason}"
+
+
+def _omega(share: float) -> str:
+    return f"{share:+.3g}" if share else "0"
+
+
+def _range(figure: Figure) -> str:
+    scale = SHOWN[figure.quantity][1]
+    return f"{scale * figure.least:.4g} to {scale * figure.value:.4g}"
+
+
+def _friction(static: StaticAnswer) -> str:
+    """What the static poses are of."""
+    return "with friction" if len(static.poses) > 1 else f"at omega {_omega(static.poses[0].share)}"
+
+
+def _by_weight(static: StaticAnswer, system: MountedSystem) -> str:
+    """Which way the weight moves the springs, which tells an axis of the wrong sense."""
+    nominal = np.array([axis.nominal for _, axis in system.axes()])
+    ways = static.poses[0].displacement - nominal
+    most = int(np.argmax(np.abs(ways)))
+    at = "without friction" if static.poses[0].share == 0.0 else _friction(static)
+    return f"{at} the weight moves {axis_names(system)[most]} by {1e3 * ways[most]:+.3g} mm"
+
+
+def _tiny(value: float) -> str:
+    return "0" if abs(value) < _NOTHING else f"{value:.3g}"
+
+
+def grouped_cautions(answers: Sequence[CaseAnswer]) -> Iterator[str]:
+    """For each kind of caution the largest one of several cases."""
+    by_kind: dict[CautionKind, list[tuple[Caution, CaseAnswer]]] = {}
+    for answer in answers:
+        for caution in answer.cautions:
+            by_kind.setdefault(caution.kind, []).append((caution, answer))
+    for found in (by_kind[kind] for kind in CautionKind if kind in by_kind):
+        caution, answer = max(found, key=lambda pair: pair[0].measure)
+        others = len({id(one) for _, one in found}) - 1
+        more = f" (less so in {counted(others, 'other case')})" if others else ""
+        yield f"{answer.case.name}{more}: {caution.text}"

@@ -1,0 +1,364 @@
+"""`isolate SYSTEM.toml`: modes and steady vibration of rigid bodies on mounts, for all candidates of a description."""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Iterator, Sequence
+from dataclasses import astuple, dataclass, fields, replace
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike
+from threadpoolctl import threadpool_limits
+
+from ...errors import MountedSystemError
+from ...ground.arguments import limits
+from ...ground.files import write_csv
+from ...vibration.bodies.axis_laws import AxisLaws
+from ...vibration.bodies.modes import Mode, modes
+from ...vibration.bodies.mounted import MountedSystem, Vector
+from ...vibration.bodies.rest import RestPose, rest
+from ...vibration.bodies.shaking import Shaking
+from ...vibration.bodies.six_balance import SixBalance
+from ...vibration.bodies.six_response import DIRECTIONS, PointResonance, SystemResponse, all_points, system_response
+from ...vibration.description.system_file import SystemFile, load_system_file
+from ...vibration.one_mass.band import DEFAULT_BAND, checked_limits
+from ...vibration.one_mass.system import DEFAULT_SHARES, Excitation, IsolationError
+from ..common.levels import checked_count, given_levels, positive_levels
+from ..common.plotting import save_plot
+from ..common.progress import Progress, unseen
+from ..common.result import Result
+from ..common.text_table import table_lines
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+_ORIGIN = (0.0, 0.0, 0.0)
+_TABLE = ("level", "point", "motion", "resonance Hz", "sway mm", "isolates from Hz")
+_GAINS = {"1": (1.0, "transmissibility"), "m/rad": (1e3, "mm/rad"), "m/N": (1e3, "mm/N")}
+
+
+@dataclass(frozen=True, eq=False)
+class IsolatedSystem:
+    """One candidate.
+
+    Attributes
+    ----------
+    label : str
+    system : MountedSystem
+    rest : RestPose                        Static equilibrium midway in the hysteresis.
+    modes : tuple of Mode                  Of small motion about it.
+    responses : tuple of SystemResponse    One for each excitation and level.
+    """
+
+    label: str
+    system: MountedSystem
+    rest: RestPose
+    modes: tuple[Mode, ...]
+    responses: tuple[SystemResponse, ...] = ()
+
+    def rest_lines(self) -> list[str]:
+        """Static equilibrium and modes in words."""
+        lines = []
+        for body, pose in zip(self.system.bodies, self.rest.coordinates, strict=True):
+            tilt = math.degrees(2.0 * math.atan2(math.hypot(*pose[4:]), abs(pose[3])))
+            x, y, z = (f"{round(1e3 * way, 6) + 0.0:.4g}" for way in pose[:3].tolist())
+            lines.append(
+                f"  {body.name}, {body.mass:g} kg, rests at x {x}, y {y}, z {z} mm, tilted {round(tilt, 6):.3g} degrees"
+            )
+        rows = [[f"{mode.frequency:.4g}", f"{100.0 * mode.damping:.3g}", mode.words] for mode in self.modes]
+        return [*lines, *table_lines(["mode Hz", "viscous damping %", "small motion"], rows, left={"small motion"})]
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class SystemIsolation(Result):
+    """Steady vibration of all candidates of a description.
+
+    Attributes
+    ----------
+    name : str
+    source : str or None                   Path as it was given; None for a description in memory.
+    candidates : tuple of IsolatedSystem
+    levels_chosen : str                    How the levels were chosen; empty if they were given.
+    """
+
+    name: str
+    source: str | None
+    candidates: tuple[IsolatedSystem, ...]
+    levels_chosen: str = ""
+
+    def resonances(self) -> pd.DataFrame:
+        """A row for each candidate, excitation, level, point and direction: `PointResonance`, in SI units."""
+        import pandas as pd
+
+        rows = [
+            (one.label, response.shaking.name, response.level, *astuple(resonance))
+            for one in self.candidates
+            for response in one.responses
+            for resonance in response.resonances
+        ]
+        names = [field.name for field in fields(PointResonance)]
+        return pd.DataFrame(rows, columns=["candidate", "excitation", "level", *names])
+
+    def to_frame(self) -> pd.DataFrame:
+        """All points of the curves as `save_csv` writes them."""
+        import pandas as pd
+
+        return pd.DataFrame(self._rows(), columns=self._header())
+
+    def save_csv(self, path: str | os.PathLike[str]) -> None:
+        """Write all points of the curves, with units in the header.
+
+        Raises
+        ------
+        StrandspringError   If the file cannot be written.
+        """
+        write_csv(Path(path), self._header(), self._rows())
+
+    def _header(self) -> list[str]:
+        one = self.candidates[0]
+        response = one.responses[0]
+        header = ["candidate", "excitation", f"level [{response.shaking.unit}]", "frequency [Hz]"]
+        for point in response.points:
+            name = point.name
+            header += [f"{name} {direction}: motion over excitation [{response.gain_unit}]" for direction in DIRECTIONS]
+            header += [f"{name} {direction}: phase [deg]" for direction in DIRECTIONS]
+            header += [f"{name} {direction}: acceleration [m/s^2]" for direction in DIRECTIONS]
+            header.append(f"{name}: sway [m]")
+        header += [f"force on the base {direction} [N]" for direction in DIRECTIONS]
+        header += [f"{body.name}: tilt [deg]" for body in one.system.bodies]
+        header += [f"{end} displacement of {axis} [m]" for axis in response.axes for end in ("lowest", "highest")]
+        return [*header, "stable", "requested frequency", "outside the identified range"]
+
+    def _rows(self) -> Iterator[list[object]]:
+        for one in self.candidates:
+            for response in one.responses:
+                phases = np.degrees(np.angle(response.gain))
+                ranges = np.stack([response.low, response.high], axis=2).reshape(len(response.frequency), -1)
+                for k, frequency in enumerate(response.frequency.tolist()):
+                    row: list[object] = [one.label, response.shaking.name, response.level, frequency]
+                    for p in range(len(response.points)):
+                        row += np.abs(response.gain[k, p]).tolist() + phases[k, p].tolist()
+                        row += [*response.acceleration[k, p].tolist(), float(response.sway[k, p])]
+                    row += np.abs(response.base_force[k]).tolist() + np.degrees(response.tilt[k]).tolist()
+                    flags = (response.stable, response.wanted, response.extrapolating)
+                    yield [*row, *ranges[k].tolist(), *(bool(flag[k]) for flag in flags)]
+
+    def lines(self, width: int | None = None) -> list[str]:
+        """Static equilibrium, modes, the largest resonance of each point and cautions, in tables of at most a width."""
+        lines = [f"{self.name} ({self.source})" if self.source is not None else self.name]
+        for one in self.candidates:
+            lines += [f"{one.label}:", *one.rest_lines()]
+        lines += [self.levels_chosen] if self.levels_chosen else []
+        several = len(self.candidates) > 1
+        gain = _GAINS[self.candidates[0].responses[0].gain_unit]
+        headings = [*(["candidate"] if several else []), "excitation", *_TABLE[:4], gain[1], *_TABLE[4:]]
+        rows = [
+            [*([one.label] if several else []), response.shaking.name, *_cells(response, resonance, gain[0])]
+            for one in self.candidates
+            for response in one.responses
+            for resonance in _largest(response)
+        ]
+        lines += table_lines(headings, rows, left={"candidate", "excitation", "point", "motion"}, width=width)
+        cautions = [
+            f"  Caution: {one.label}, {response.shaking.name}, {response.level_text}: {sentence}"
+            for one in self.candidates
+            for response in one.responses
+            for sentence in response.cautions
+        ]
+        return [*lines, *cautions]
+
+    def summary(self) -> str:
+        """Static equilibrium, modes, the largest resonance of each point and cautions."""
+        return "\n".join(self.lines())
+
+    def save_plot(self, path: str | os.PathLike[str]) -> None:
+        """Draw motion over excitation, and sway, into a file (.png, .svg or .pdf).
+
+        Raises
+        ------
+        StrandspringError   If the name ends in something else, or the file cannot be written.
+        """
+        from ...vibration.bodies.response_plot import fill, size_of
+
+        curves = {one.label: one.responses for one in self.candidates}
+        save_plot(path, size_of(curves), lambda figure: fill(figure, curves, self.name))
+
+
+def isolate_system(
+    source: str | os.PathLike[str] | SystemFile,
+    *,
+    base_displacement: ArrayLike | None = None,
+    base_acceleration: ArrayLike | None = None,
+    base_rotation: ArrayLike | None = None,
+    force: ArrayLike | None = None,
+    directions: str | Sequence[str | Sequence[float]] | None = None,
+    at: str | None = None,
+    band: tuple[float, float] | None = None,
+    points: int = 200,
+    extrapolate: bool = False,
+    progress: Progress = unseen,
+) -> SystemIsolation:
+    """Modes and steady vibration of rigid bodies on mounts, for small rotations about static equilibrium.
+
+    Parameters
+    ----------
+    source : path of a SYSTEM.toml, or SystemFile
+    base_displacement, base_acceleration, base_rotation, force : float, array_like or None
+        One level or several of one of them [m, m/s^2, rad, N]; if None, base displacements of 0.5, 1 and 2 % of the
+        free travel of the mounts from static equilibrium to the nearer end of an identified range, the smallest of all.
+    directions : str, sequence or None
+        Of the excitation, one after the other: "x", "-z" or three components; x, y and z if None. A rotation is about
+        such an axis through the origin of the description.
+    at : str or None       The point, or the body by its centre of gravity, where a force acts; if None the first body.
+    band : tuple or None   Lowest and highest frequency [Hz]; 0.23 times the lowest to 5 times the highest natural
+                           frequency of each candidate if None.
+    points : int           Number of frequencies, evenly spaced in the logarithm.
+    extrapolate : bool     Continue where the motion leaves an identified range, instead of refusing.
+    progress : callable    Is called with what is being done, the number of frequencies done, and how many there are.
+
+    Returns
+    -------
+    SystemIsolation
+
+    Raises
+    ------
+    MountedSystemError   If the description is wrong, a body cannot rest, or a motion leaves an identified range.
+    IsolationError       If an argument is out of bounds, or no steady motion is found.
+    """
+    checked_count("points", points)
+    band = None if band is None else limits("band", band, "Hz")
+    directions = [directions] if isinstance(directions, str) else directions
+    description = source if isinstance(source, SystemFile) else load_system_file(source)
+    parts = []
+    for label, system in description.candidates:
+        pose = rest(system)
+        parts.append(IsolatedSystem(label, system, pose, modes(system, pose.pose)))
+    kind, about, levels, chosen = _levels(parts, base_displacement, base_acceleration, base_rotation, force)
+    if at is not None and kind is not Excitation.FORCE:
+        raise IsolationError("`at` says where a force acts; give `force`, too, or leave it out.")
+    shakings = [
+        _shaking(parts[0].system, kind, direction, about, at)
+        for direction in ([_vector(one) for one in directions] if directions is not None else np.eye(3).tolist())
+    ]
+    if directions is None:
+        shakings = [shaking for shaking in shakings if all(_moves(one, shaking) for one in parts)]
+    total, done = len(parts) * len(shakings) * len(levels) * points, 0
+    finished = []
+    for one in parts:
+        responses = []
+        frequencies = _band(band, points, one)
+        for shaking in shakings:
+            for level in levels:
+                task = f"{one.label}, {shaking.name}, {shaking.level_text(level)}"
+                try:
+                    # Its systems of equations are too small to be shared among threads.
+                    with threadpool_limits(limits=1):
+                        response = system_response(
+                            one.system, one.rest.pose, shaking, level, frequencies,
+                            extrapolate=extrapolate, advance=partial(_advance, progress, task, done, total),
+                        )  # fmt: skip
+                except (IsolationError, MountedSystemError) as refusal:
+                    raise type(refusal)(f"{one.label}, {shaking.name}: {refusal}") from None
+                responses.append(response)
+                done += points
+        finished.append(replace(one, responses=tuple(responses)))
+    progress("done", total, total)
+    path = None if isinstance(source, SystemFile) else os.fspath(source)
+    return SystemIsolation(description.name, path, tuple(finished), chosen)
+
+
+def _levels(
+    parts: Sequence[IsolatedSystem],
+    base_displacement: ArrayLike | None,
+    base_acceleration: ArrayLike | None,
+    base_rotation: ArrayLike | None,
+    force: ArrayLike | None,
+) -> tuple[Excitation, Vector | None, tuple[float, ...], str]:
+    """The excitation, a place of its axis if it turns the base, its levels, and how they were chosen."""
+    if base_rotation is not None:
+        if not (base_displacement is None and base_acceleration is None and force is None):
+            raise IsolationError("`base_rotation` and other excitations exclude each other; give one of them.")
+        angles = positive_levels("base rotation", base_rotation, "rad")
+        return Excitation.BASE_DISPLACEMENT, _ORIGIN, angles, ""
+    given = given_levels(base_displacement, base_acceleration, force)
+    if given is not None:
+        return given[0], None, given[1], ""
+    travels = [float(AxisLaws(one.system).free_travel(one.rest.displacement).min()) for one in parts]
+    least = min(travels)
+    chosen = f"Levels: 0.5, 1 and 2 % of the free travel of {1e3 * least:.4g} mm of the mounts"
+    chosen += f" of {parts[travels.index(least)].label}, the smallest of these candidates" if len(parts) > 1 else ""
+    return Excitation.BASE_DISPLACEMENT, None, tuple(share * least for share in DEFAULT_SHARES), f"{chosen}."
+
+
+def _vector(direction: str | Sequence[float]) -> Vector:
+    """A direction as people give it, of unit length."""
+    names = {f"{sign}{name}": np.array(row) * (-1.0 if sign == "-" else 1.0)
+             for sign in ("", "+", "-") for name, row in zip(DIRECTIONS, np.eye(3), strict=True)}  # fmt: skip
+    if isinstance(direction, str):
+        if direction not in names:
+            raise IsolationError(f"A direction must be x, y, z, -x, -y, -z or three components, got {direction!r}.")
+        values = names[direction]
+    else:
+        values = np.asarray(direction, dtype=np.float64)
+    length = float(np.linalg.norm(values)) if values.shape == (3,) else math.nan
+    if not (math.isfinite(length) and length > 0.0):
+        raise IsolationError(f"A direction must have three finite components that are not all 0, got {direction!r}.")
+    x, y, z = (values / length).tolist()
+    return x, y, z
+
+
+def _shaking(
+    system: MountedSystem, kind: Excitation, direction: Sequence[float], about: Vector | None, at: str | None
+) -> Shaking:
+    x, y, z = direction
+    if kind is not Excitation.FORCE:
+        return Shaking(kind, (x, y, z), about)
+    places = {point.name: point for point in all_points(system)}
+    if at is not None and at not in places:
+        raise IsolationError(f"`at` must be one of the points {', '.join(places)}, got {at!r}.")
+    point = places[at] if at is not None else all_points(system)[0]
+    return Shaking(kind, (x, y, z), None, point.body, point.place)
+
+
+def _moves(one: IsolatedSystem, shaking: Shaking) -> bool:
+    """Whether some body is free to follow an excitation."""
+    balance = SixBalance(one.system, one.rest.pose, shaking, 1.0)
+    return bool(np.abs(balance.forcing(1.0)).max() > 0.0)
+
+
+def _band(limits: tuple[float, float] | None, points: int, one: IsolatedSystem) -> np.ndarray:
+    """Frequencies evenly spaced in the logarithm [Hz]."""
+    if limits is None:
+        held = [mode.frequency for mode in one.modes if mode.frequency > 0.0]
+        return np.geomspace(DEFAULT_BAND[0] * held[0], DEFAULT_BAND[1] * held[-1], points)
+    return np.geomspace(*checked_limits(limits), points)
+
+
+def _advance(progress: Progress, task: str, before: int, total: int, count: float) -> None:
+    progress(task, before + count, total)
+
+
+def _largest(response: SystemResponse) -> list[PointResonance]:
+    """Of each point in the direction in which it moves most."""
+    return [
+        max((one for one in response.resonances if one.point == point.name), key=lambda one: one.gain)
+        for point in response.points
+        if any(one.point == point.name for one in response.resonances)
+    ]
+
+
+def _cells(response: SystemResponse, resonance: PointResonance, factor: float) -> list[str]:
+    isolates = resonance.isolation_frequency
+    return [
+        response.level_text,
+        resonance.point,
+        resonance.direction,
+        f"{resonance.frequency:.4g}" + ("" if resonance.inside else " (end of band)"),
+        f"{factor * resonance.gain:.4g}",
+        f"{1e3 * resonance.sway:.4g}",
+        "-" if math.isnan(isolates) else f"{isolates:.4g}",
+    ]

@@ -1,0 +1,1 @@
+"""Many springs and many cases: jobs that can be resumed, studies, batches of records."""

@@ -1,0 +1,213 @@
+"""Identify the springs of a batch, or what is left of them, and write the table of all."""
+
+from __future__ import annotations
+
+import math
+from array import array
+from collections import Counter
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import closing
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from ...errors import StrandspringError
+from ...ground.files import readable, refuse_unwritable, write_text
+from ...kernel.arrays import FloatArray
+from ...model.outcomes import Outcome
+from ..jobs.cluster import Cluster
+from ..jobs.runners import JobError, Runner, finished_rows
+from .figures_in_batch import FIGURES, JUDGED, common_amplitude, figures_at, outlying
+from .outliers import FEWEST
+from .sources import COLUMNAR_TABLE, TABLE, SpringFile
+from .spring_log import SpringLog
+from .spring_row import IDENTIFIED, BatchWork, Finished, SpringRow, digest
+from .spring_table import Layout, TableRow, write_columnar_table, write_table
+from .tally import Tally
+
+_LARGEST_BATCH = 4  # springs
+_MOST_NAMED = 20  # files that a summary names
+_COPY = "The content is that of another file, which medians, scatter and outliers therefore count more than once."
+
+
+@dataclass
+class BatchSummary:
+    """What a batch gave.
+
+    Attributes
+    ----------
+    files : int                       Number of files.
+    statuses : Counter                How many are identified, refused, unreadable, failed.
+    earlier : int                     How many were finished by an earlier run.
+    problems : list of (str, str, str)   File, status and reason of the first files that are not identified.
+    amplitude : float or None         Of the engineering figures [m].
+    short : list of str               First files whose identified range does not reach that amplitude.
+    short_count : int
+    middle : dict                     Median of each figure over the batch, and the robust standard deviation of its
+                                      logarithm.
+    outliers : dict                   First outliers: the figures in which they differ from the batch.
+    outlier_count : int
+    judged : bool                     Whether there are springs enough to look for outliers.
+    cautions, notes : Tally           Cautions by name, notes by kind.
+    table, columnar_table : Path      The latter None if it could not be written.
+    """
+
+    files: int
+    earlier: int
+    table: Path
+    columnar_table: Path | None = None
+    statuses: Counter[str] = field(default_factory=Counter)
+    problems: list[tuple[str, str, str]] = field(default_factory=list)
+    amplitude: float | None = None
+    short: list[str] = field(default_factory=list)
+    short_count: int = 0
+    middle: dict[str, tuple[float, float]] = field(default_factory=dict)
+    outliers: dict[str, list[str]] = field(default_factory=dict)
+    outlier_count: int = 0
+    judged: bool = False
+    cautions: Tally = field(default_factory=Tally)
+    notes: Tally = field(default_factory=Tally)
+
+
+def identify_batch(
+    springs: Sequence[SpringFile],
+    folder: Path,
+    work: BatchWork,
+    runner: Runner,
+    amplitude: float | None = None,
+    progress: Callable[[int], None] = lambda _: None,
+    notify: Callable[[str], None] = lambda _: None,
+) -> BatchSummary:
+    """Identify the files that are not yet in the journal of the folder, and write the table of all.
+
+    Parameters
+    ----------
+    springs : sequence of SpringFile
+    folder : Path              Of the results.
+    work : BatchWork
+    runner : Runner
+    amplitude : float or None  Of the engineering figures [m]; the largest that all springs have in common if None.
+    progress : callable        Called with the number of finished files; first with that of earlier runs.
+    notify : callable          Called with sentences while the batch runs.
+
+    Returns
+    -------
+    BatchSummary
+
+    Raises
+    ------
+    StrandspringError          If the work cannot be done, or its results cannot be written; what is finished is kept.
+    """
+    for table in (TABLE, COLUMNAR_TABLE):
+        refuse_unwritable(folder / table)
+    log = SpringLog(folder, springs)
+    try:
+        if log.dropped:
+            notify(f"{log.name}: {log.dropped_sentence}; their files are identified again.")
+        if changed := log.forget_changed(springs, work.settings):
+            notify(f"{changed} files were identified with other options or another version; they are identified anew.")
+        earlier = log.finished
+        progress(earlier)
+        remaining = [spring for place, spring in enumerate(springs) if place not in log]
+        finished = finished_rows(work, remaining, _LARGEST_BATCH, runner, notify, work.fatal)
+        with closing(finished) as batches:
+            for batch in batches:
+                log.add([_kept(one, log, is_far=isinstance(runner, Cluster)) for one in batch])
+                progress(log.finished)
+        return _written(log, len(springs), earlier, folder, amplitude)
+    except StrandspringError as problem:
+        if not log.finished:
+            raise
+        raise JobError(
+            f"{str(problem).rstrip('.')}; {log.finished} of {len(springs)} files are kept in {log.name}, and the same "
+            "command continues from there."
+        ) from None
+    finally:
+        log.close(remove=False)
+
+
+def _kept(finished: Finished, log: SpringLog, is_far: bool) -> SpringRow:
+    """The row of a file whose model file has been written."""
+    row, text = finished
+    if text is not None:
+        write_text(log.model_path(row), text)
+    if is_far and row.size is None and digest(row.file)[0] is not None:
+        raise JobError(
+            f"{readable(row.file)} can be read here, but not by a worker of the cluster; put the files where all "
+            "workers find them by the same path."
+        )
+    return row
+
+
+def _written(log: SpringLog, files: int, earlier: int, folder: Path, amplitude: float | None) -> BatchSummary:
+    """Write the tables from the journal, which is read several times for that rather than held in memory."""
+    summary = BatchSummary(files, earlier, folder / TABLE)
+    coefficients = {"kE": 0, "kA": 0}
+    contents: set[str] = set()
+    for row in _rows(log, files):
+        _add(row, summary)
+        if row.sha256 in contents:
+            summary.cautions.add(readable(row.file), [_COPY])
+        elif row.sha256 is not None:
+            contents.add(row.sha256)
+        for name in coefficients:
+            coefficients[name] = max(coefficients[name], len(row.numbers(name)))
+    summary.amplitude = amplitude or common_amplitude(_rows(log, files))
+    figures = _figures(log, files, summary)
+    outliers = _judge(log, figures, summary)
+
+    def rows() -> Iterator[TableRow]:
+        for place, row in enumerate(_rows(log, files)):
+            known = [None if math.isnan(value) else value for value in figures[place, : len(FIGURES)].tolist()]
+            yield TableRow(row, known, tuple(outliers.get(place, ())))
+
+    layout = Layout(summary.amplitude, coefficients["kE"], coefficients["kA"])
+    write_table(summary.table, layout, rows())
+    if write_columnar_table(folder / COLUMNAR_TABLE, layout, rows()):
+        summary.columnar_table = folder / COLUMNAR_TABLE
+    return summary
+
+
+def _rows(log: SpringLog, files: int) -> Iterator[SpringRow]:
+    return (log[place] for place in range(files))
+
+
+def _add(row: SpringRow, summary: BatchSummary) -> None:
+    file = readable(row.file)
+    summary.statuses[row.status] += 1
+    if row.status != IDENTIFIED and len(summary.problems) < _MOST_NAMED:
+        summary.problems.append((file, row.status, readable(row.reason)))
+    summary.cautions.add(file, (f"{name}: {Outcome[name.upper()].value}" for name in row.cautions))
+    summary.notes.add(file, map(readable, row.notes))
+
+
+def _figures(log: SpringLog, files: int, summary: BatchSummary) -> FloatArray:
+    """`FIGURES`, then the other ones of `JUDGED`, of every file, shape (K, figures); NaN where unknown."""
+    values = array("d")
+    for row in _rows(log, files):
+        known = [math.nan] * len(FIGURES)
+        if row.status == IDENTIFIED and summary.amplitude is not None:
+            known = figures_at(row, summary.amplitude)
+            if math.isnan(known[0]):
+                summary.short_count += 1
+                summary.short += [readable(row.file)] if len(summary.short) < _MOST_NAMED else []
+        others = (row.number("kappa_omega"), row.number("rho"), row.rmse)
+        values.extend([*known, *(math.nan if value is None else value for value in others)])
+    return np.frombuffer(values, dtype=np.float64).reshape(files, -1)
+
+
+def _judge(log: SpringLog, figures: FloatArray, summary: BatchSummary) -> dict[int, list[str]]:
+    """Outliers by place; they are summed up too."""
+    named = dict(zip([*FIGURES, "kappa_omega", "rho", "rmse"], figures.T, strict=True))
+    summary.judged = summary.statuses[IDENTIFIED] >= FEWEST
+    for name, values in named.items():
+        known = values[np.isfinite(values) & (values > 0.0)]
+        if known.size:
+            middle = float(np.median(known))
+            summary.middle[name] = middle, 1.4826 * float(np.median(np.abs(np.log(known / middle))))
+    outliers = outlying({name: named[name] for name in JUDGED})
+    summary.outlier_count = len(outliers)
+    for place in list(outliers)[:_MOST_NAMED]:
+        summary.outliers[readable(log[place].file)] = outliers[place]
+    return outliers

@@ -1,0 +1,83 @@
+"""Engineering figures of all springs at amplitudes that they have in common, and who differs from the others."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+
+import numpy as np
+
+from ...kernel.arrays import FloatArray
+from ...kernel.path import PathSolver
+from ...loops.modelled import steady_loop_figures
+from .outliers import LIMIT, modified_z
+from .spring_row import IDENTIFIED, SpringRow
+
+# Figures of the steady loop about the offset, at the common amplitude and at half of it, with their units.
+FIGURES = {
+    "secant stiffness": "N/m",
+    "energy per cycle": "J",
+    "loss factor": "1",
+    "secant stiffness at half the amplitude": "N/m",
+    "energy per cycle at half the amplitude": "J",
+    "loss factor at half the amplitude": "1",
+}
+# What outliers are found by: how stiff a spring is, how much it absorbs, and how well the model describes it. sigma and
+# n are left out, because few records determine them well; what they do to the loops is in the energies.
+_LOOPS = [name for name in FIGURES if not name.startswith("loss factor")]
+JUDGED = (*_LOOPS, "kappa_omega", "rho", "rmse")
+_ONE_SIDED = "rmse"  # a spring that fits better than the others is no outlier
+_USUAL = 0.9  # share of the median range; springs of less do not decide the common amplitude
+_SLACK = 1e-3  # share of the range by which a loop may leave it
+_DIGITS = 3
+
+
+def common_amplitude(rows: Iterable[SpringRow]) -> float | None:
+    """The largest amplitude that all springs reach within their identified range, rounded down to 3 digits [m].
+
+    Springs of less than 90 % of the median range are left aside. None without an identified spring.
+    """
+    halves = np.array([_half_range(row) for row in rows if row.status == IDENTIFIED])
+    if not halves.size:
+        return None
+    least = float(halves[halves >= _USUAL * np.median(halves)].min())
+    step = 10.0 ** (math.floor(math.log10(least)) - _DIGITS + 1)
+    rounded = float(f"{math.floor(least / step * (1.0 + 1e-9)) * step:.{_DIGITS}g}")
+    return rounded if rounded > 0.0 else least
+
+
+def _half_range(row: SpringRow) -> float:
+    p = row.spring
+    return 0.5 * (p.displacement_max - p.displacement_min)
+
+
+def figures_at(row: SpringRow, amplitude: float) -> list[float]:
+    """The `FIGURES` of an identified spring; NaN where the loop leaves its range, or a loss factor is undefined."""
+    if amplitude > (1.0 + _SLACK) * _half_range(row):
+        return [math.nan] * len(FIGURES)
+    p = row.spring
+    solver = PathSolver(p)
+    values = []
+    for reach in (amplitude, 0.5 * amplitude):
+        loop = steady_loop_figures(solver, p.displacement_offset - reach, p.displacement_offset + reach)
+        values += [loop.secant_stiffness, loop.energy_per_cycle, loop.loss_factor]
+    return values
+
+
+def outlying(values: dict[str, FloatArray]) -> dict[int, list[str]]:
+    """Figures in which springs differ from the batch.
+
+    Parameters
+    ----------
+    values : dict   Array of shape (K,) for each of `JUDGED`; NaN where unknown.
+
+    Returns
+    -------
+    dict            Names of the figures for each place of an outlier.
+    """
+    found: dict[int, list[str]] = {}
+    for name in JUDGED:
+        z = modified_z(values[name])
+        for place in np.flatnonzero(z > LIMIT if name == _ONE_SIDED else np.abs(z) > LIMIT).tolist():
+            found.setdefault(place, []).append(name)
+    return dict(sorted(found.items()))

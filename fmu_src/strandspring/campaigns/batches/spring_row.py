@@ -1,0 +1,222 @@
+"""The identification of one spring of a batch: what a worker does, and the row that it gives."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import math
+import warnings
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, field, replace
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ..._version import __version__
+from ...core.parameters import SpringParameters
+from ...errors import RecordError, StrandspringError
+from ...ground.files import opened, readable
+from ...identification.identified_model import IdentifiedModel
+from ...identification.identify_records import identify_records
+from ...identification.methods.method import Method
+from ...identification.notes import notes_on
+from ...loops.wanted import Wanted
+from ...model.joint import HYSTERETIC_UNITS
+from ...model.modelfile import check_name
+from ...model.outcomes import Outcome
+from ...model.stated_figures import energy_ratio
+from ...records.content import MAX_BYTES
+from .sources import SpringFile
+
+IDENTIFIED, REFUSED, UNREADABLE, FAILED = STATUSES = ("identified", "refused", "unreadable", "failed")
+_CHUNK = 1024 * 1024
+_UNKNOWN = (None, None, None)  # standard error and ends of the interval
+
+
+@dataclass(frozen=True)
+class SpringRow:
+    """What is known of one file.
+
+    Attributes
+    ----------
+    file : str                      See `SpringFile`.
+    size, sha256 : int, str or None Of the file; None where it cannot be read.
+    settings : str                  Digest of the options and the version.
+    model : str                     Name of the model.
+    status : str                    One of `STATUSES`.
+    reason : str                    Why it is not identified, a sentence; else empty.
+    model_sha256 : str or None      Of the model file.
+    samples : int or None
+    times : bool or None            Whether there was a column of times.
+    rmse, rnl : float or None       Of the saved spring alone [N], [-].
+    energy_ratio : float or None    Energy of its loops over that of the measured ones.
+    fitted_rnl : float or None      RNL with what was removed from the record.
+    over_noise, of_hysteresis : float or None   See `LackOfFit.over_noise` and `.beyond_noise`.
+    parameters : dict               As in the model file; empty unless identified.
+    uncertainty : dict              Standard error, and low and high 95 % ends, of each of `HYSTERETIC_UNITS`; standard
+                                    errors of kE and kA. None where unknown.
+    cautions : tuple of str         Names of outcomes.
+    notes : tuple of str            What was assumed, and what is good to know.
+    """
+
+    file: str
+    size: int | None
+    sha256: str | None
+    settings: str
+    model: str
+    status: str
+    reason: str = ""
+    model_sha256: str | None = None
+    samples: int | None = None
+    times: bool | None = None
+    rmse: float | None = None
+    rnl: float | None = None
+    energy_ratio: float | None = None
+    fitted_rnl: float | None = None
+    over_noise: float | None = None
+    of_hysteresis: float | None = None
+    parameters: dict[str, float | tuple[float, ...]] = field(default_factory=dict)
+    uncertainty: dict[str, tuple[float | None, ...]] = field(default_factory=dict)
+    cautions: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
+
+    def number(self, name: str) -> float | None:
+        """A parameter that is one number; None unless identified."""
+        value = self.parameters.get(name)
+        return value if isinstance(value, float) else None
+
+    @property
+    def spring(self) -> SpringParameters:
+        """The identified spring."""
+        return SpringParameters(**{"kE": (), **self.parameters})  # type: ignore[arg-type]
+
+    @property
+    def is_possible(self) -> bool:
+        """Whether this program can have written the row, as far as the types of its values do not tell."""
+        try:
+            check_name(self.model)
+            if self.status == IDENTIFIED:
+                _ = self.spring
+        except (TypeError, ValueError):
+            return False
+        return (
+            self.status in STATUSES
+            and all(name.upper() in Outcome.__members__ for name in self.cautions)
+            and all(len(self.uncertainty.get(name, _UNKNOWN)) == len(_UNKNOWN) for name in HYSTERETIC_UNITS)
+        )
+
+    def numbers(self, name: str) -> tuple[float, ...]:
+        """A parameter that is a list; empty where this spring has none."""
+        value = self.parameters.get(name)
+        return value if isinstance(value, tuple) else ()
+
+
+class Finished(NamedTuple):
+    """A row with the text of the model file, None unless identified."""
+
+    row: SpringRow
+    model: str | None
+
+
+@dataclass(frozen=True)
+class BatchWork:
+    """Identification of files, as it travels to the workers.
+
+    Parameters
+    ----------
+    method : Method
+    wanted : Wanted     How the files are read, and what of them is used.
+    save_anyway : bool  See `identify_records`.
+    """
+
+    method: Method
+    wanted: Wanted
+    save_anyway: bool = False
+
+    @property
+    def settings(self) -> str:
+        """Digest of everything but the file that determines a row."""
+        content = [__version__, self.method.name, asdict(self.method), asdict(self.wanted), self.save_anyway]
+        return hashlib.sha256(json.dumps(content, sort_keys=True, default=str).encode()).hexdigest()[:16]
+
+    def rows(self, tasks: Sequence[SpringFile]) -> list[Finished]:
+        """Identify the springs of files, each on its own."""
+        # Numbers that overflow are refused; they need no warning.
+        with np.errstate(all="ignore"), warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            return [self._finished(spring) for spring in tasks]
+
+    def fatal(self, spring: SpringFile) -> Finished:
+        """The row of a file that ended its worker process twice."""
+        reason = "The process that identified it died, perhaps for lack of memory; please report this with the file."
+        return Finished(replace(self._blank(spring), status=FAILED, reason=reason), None)
+
+    def _blank(self, spring: SpringFile) -> SpringRow:
+        return SpringRow(spring.file, *digest(spring.path), self.settings, spring.name, UNREADABLE)
+
+    def _finished(self, spring: SpringFile) -> Finished:
+        row = self._blank(spring)  # the digest first: of a file that changes meanwhile the next run sees a new one
+        shown = readable(spring.file)
+        try:
+            record = replace(self.wanted.read(spring.path), path=shown)
+            row = replace(row, status=REFUSED, samples=len(record), times=record.time is not None, notes=record.notes)
+            identified = identify_records(record, self.method, self.save_anyway)
+            text = identified.model_file(spring.name).to_json()
+        except StrandspringError as problem:
+            reason = _without_path(str(problem).replace(readable(spring.path), shown), shown)
+            return Finished(replace(row, reason=reason), None)
+        except Exception as problem:  # one file must not stop the others
+            reason = f"An error of the program ({type(problem).__name__}: {str(problem)[:200]})"
+            return Finished(replace(row, status=FAILED, reason=f"{reason}; please report it with the file."), None)
+        row = replace(row, **_figures(identified), model_sha256=hashlib.sha256(text.encode()).hexdigest())
+        notes = (_without_path(note, shown) for note in notes_on(identified))
+        return Finished(replace(row, status=IDENTIFIED, notes=(*record.notes, *notes)), text)
+
+
+def _figures(identified: IdentifiedModel) -> dict[str, Any]:
+    """Fields of a row."""
+    known = identified.uncertainty
+    interval = known.get("interval_95", {})
+    uncertainty: dict[str, tuple[float | None, ...]] = {
+        name: tuple(_finite(value) for value in (known.get(name), *interval.get(name, (None, None))))
+        for name in HYSTERETIC_UNITS
+    }
+    for name in ("kE", "kA"):
+        uncertainty[name] = tuple(_finite(value) for value in known.get(name) or ())
+    misfit = identified.lack_of_fit
+    return {
+        "rmse": _finite(identified.rmse),
+        "rnl": _finite(identified.rnl),
+        "energy_ratio": _finite(energy_ratio(identified.figures)),
+        "fitted_rnl": _finite(identified.fitted_figures["rnl"]),
+        "over_noise": None if misfit is None else _finite(misfit.over_noise),
+        "of_hysteresis": None if misfit is None else _finite(misfit.beyond_noise),
+        "parameters": identified.parameters.as_dict(),
+        "uncertainty": uncertainty,
+        "cautions": tuple(outcome.name.lower() for outcome in identified.outcomes),
+    }
+
+
+def _finite(value: float | None) -> float | None:
+    return float(value) if value is not None and math.isfinite(value) else None
+
+
+def _without_path(text: str, path: str) -> str:
+    """A sentence without the path that it begins with."""
+    for mark in (": ", ", "):
+        text = text.removeprefix(f"{path}{mark}")
+    return text
+
+
+def digest(path: str) -> tuple[int | None, str | None]:
+    """Size and SHA-256 (hexadecimal) of a file; None for what is not a regular file that can be read."""
+    value = hashlib.sha256()
+    size = 0
+    try:
+        with opened(path, MAX_BYTES, "a record file", RecordError) as file:
+            while chunk := file.read(_CHUNK):
+                value.update(chunk)
+                size += len(chunk)
+    except RecordError:
+        return None, None
+    return size, value.hexdigest()

@@ -1,0 +1,198 @@
+"""Definition of a study: every grid point with every draw, and the result of one run."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from dataclasses import asdict, dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from ...core.parameters import SpringParameters
+from ...model.spread import Spread
+from ...vibration.one_mass.band import band_frequencies, checked_limits
+from ...vibration.one_mass.response import frequency_response
+from ...vibration.one_mass.system import Excitation, IsolatedMass, IsolationError, static_equilibrium
+
+DONE = "done"
+_MOST_RUNS = 1_000_000
+STIFFNESS_FACTORS = (1e-6, 1e6)
+
+
+@dataclass(frozen=True)
+class RunRow:
+    """One run: its inputs and results.
+
+    Attributes
+    ----------
+    run : int                               From 0 in the study.
+    draw : int or None                      Number of the draw, from 0; None at the identified parameters.
+    mass, level, stiffness_factor : float   Of the grid point [kg], [unit of the excitation], [-].
+    kappa_omega, rho, sigma, n : float      As drawn, before the stiffness factor [N], [1/m], [-], [-].
+    rest, sag : float or None               See `StaticEquilibrium` [m]; None where there is none.
+    frequency, transmissibility, amplitude, stiffness, loss_factor, isolation_frequency : float or None
+                                            See `Resonance`; None if the run is refused or there is none.
+    inside : bool or None                   Whether the resonance lies inside the band, not at one of its ends.
+    extrapolating : bool or None            Whether the spring leaves the identified range anywhere in the band.
+    outcome : str                           `DONE`, or the sentence why the run is refused.
+    """
+
+    run: int
+    draw: int | None
+    mass: float
+    level: float
+    stiffness_factor: float
+    kappa_omega: float
+    rho: float
+    sigma: float
+    n: float
+    rest: float | None = None
+    sag: float | None = None
+    frequency: float | None = None
+    transmissibility: float | None = None
+    amplitude: float | None = None
+    stiffness: float | None = None
+    loss_factor: float | None = None
+    isolation_frequency: float | None = None
+    inside: bool | None = None
+    extrapolating: bool | None = None
+    outcome: str = DONE
+
+
+@dataclass(frozen=True)
+class GridPoint:
+    """One point of the grid: mass [kg], level, factor on FE and kappa_omega."""
+
+    mass: float
+    level: float
+    stiffness_factor: float
+
+
+@dataclass(frozen=True)
+class Study:
+    """Runs over a grid of masses, levels and stiffness factors, each with every spring drawn from a spread.
+
+    Run k has grid point k modulo their number, and draw k divided by it: all grid points advance together and share
+    their draws.
+
+    Parameters
+    ----------
+    spring : SpringParameters
+    excitation : Excitation
+    masses, levels : tuple of float       [kg], [unit of the excitation], > 0.
+    stiffness_factors : tuple of float    Scale FE and kappa_omega, 1e-6 to 1e6.
+    draws : int                           Springs drawn for each grid point; 0 for the identified spring alone.
+    seed : int                            Of the draws, >= 0.
+    spread : Spread or None               Needed for draws.
+    load, parallel, series, damping       See `IsolatedMass`.
+    band : tuple or None                  Lowest and highest frequency [Hz]; relative to each run's natural
+                                          frequency if None.
+    points : int                          Frequencies over the band, >= 2.
+    extrapolate : bool                    Continue where the motion leaves the identified range.
+
+    Raises
+    ------
+    IsolationError                        If a value is out of its bounds.
+    """
+
+    spring: SpringParameters
+    excitation: Excitation
+    masses: tuple[float, ...]
+    levels: tuple[float, ...]
+    stiffness_factors: tuple[float, ...] = (1.0,)
+    draws: int = 0
+    seed: int = 0
+    spread: Spread | None = None
+    load: float | None = None
+    parallel: int = 1
+    series: int = 1
+    damping: float = 0.0
+    band: tuple[float, float] | None = None
+    points: int = 24
+    extrapolate: bool = False
+
+    def __post_init__(self) -> None:
+        for mass in self.masses:
+            self._system(self.spring, mass)
+        for level in self.levels:
+            if not (math.isfinite(level) and level > 0.0):
+                raise IsolationError(f"Every level must be finite and > 0 [{self.excitation.unit}], got {level!r}.")
+        lowest_factor, highest_factor = STIFFNESS_FACTORS
+        for factor in self.stiffness_factors:
+            if not lowest_factor <= factor <= highest_factor:
+                raise IsolationError(
+                    f"Every stiffness factor must be within [{lowest_factor:g}, {highest_factor:g}], got {factor!r}."
+                )
+        for name, lowest in (("draws", 0), ("seed", 0), ("points", 2)):
+            if getattr(self, name) < lowest:
+                raise IsolationError(f"`{name}` must be >= {lowest}, got {getattr(self, name)!r}.")
+        if self.band is not None:
+            checked_limits(self.band)
+        if self.draws and self.spread is None:
+            raise IsolationError("`spread` must be given where there are draws.")
+        if not 0 < len(self) <= _MOST_RUNS:
+            raise IsolationError(f"A study must have from 1 to {_MOST_RUNS} runs, got {len(self)}.")
+
+    @property
+    def grid_size(self) -> int:
+        """Number of grid points."""
+        return len(self.masses) * len(self.levels) * len(self.stiffness_factors)
+
+    def grid_point(self, index: int) -> GridPoint:
+        """A grid point: levels and stiffness factors of the first mass come first, then those of the next."""
+        rest, factor = divmod(index, len(self.stiffness_factors))
+        mass, level = divmod(rest, len(self.levels))
+        return GridPoint(self.masses[mass], self.levels[level], self.stiffness_factors[factor])
+
+    def __len__(self) -> int:
+        return self.grid_size * max(self.draws, 1)
+
+    def rows(self, runs: Iterable[int]) -> list[RunRow]:
+        """Execute runs."""
+        # Motions that overflow are refused; they need no warning.
+        with np.errstate(all="ignore"):
+            return [self._row(run) for run in runs]
+
+    def _row(self, run: int) -> RunRow:
+        number, index = divmod(run, self.grid_size)
+        draw, point = number if self.draws else None, self.grid_point(index)
+        spring = self.spring
+        if draw is not None and self.spread is not None:
+            spring = self.spread.draw(spring, self.seed, draw)
+        row = RunRow(
+            run, draw, point.mass, point.level, point.stiffness_factor,
+            spring.kappa_omega, spring.rho, spring.sigma, spring.n,
+        )  # fmt: skip
+        try:
+            system = self._system(scaled(spring, point.stiffness_factor), point.mass)
+            equilibrium = static_equilibrium(system)
+            row = replace(row, rest=equilibrium.displacement, sag=_finite(equilibrium.sag))
+            frequencies = band_frequencies(self.band, self.points, equilibrium)
+            response = frequency_response(system, self.excitation, point.level, frequencies, self.extrapolate)
+        except IsolationError as refusal:
+            return replace(row, outcome=str(refusal))
+        except (ArithmeticError, ValueError, np.linalg.LinAlgError) as problem:
+            # One extreme spring must not end a study of thousands.
+            return replace(row, outcome=f"No steady motion was found: {problem}.")
+        figures: dict[str, Any] = asdict(response.resonance)
+        inside = bool(figures.pop("inside"))
+        figures = {name: _finite(value) for name, value in figures.items()}
+        return replace(row, **figures, inside=inside, extrapolating=response.extrapolating)
+
+    def _system(self, spring: SpringParameters, mass: float) -> IsolatedMass:
+        return IsolatedMass(spring, mass, self.load, self.parallel, self.series, self.damping)
+
+
+def scaled(spring: SpringParameters, factor: float) -> SpringParameters:
+    """The spring with all its forces multiplied by a factor."""
+    return replace(
+        spring,
+        kE=tuple(factor * coefficient for coefficient in spring.kE),
+        FE_forces=tuple(factor * force for force in spring.FE_forces),
+        kappa_omega=factor * spring.kappa_omega,
+    )
+
+
+def _finite(value: float) -> float | None:
+    return float(value) if math.isfinite(value) else None

@@ -1,0 +1,83 @@
+"""A study of a SYSTEM.toml from what users say of it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from ...errors import MountedSystemError
+from ...vibration.description.chosen import chosen_candidates, chosen_cases
+from ...vibration.description.named_files import HeldFiles, NamedFiles, named_models, named_records
+from ...vibration.description.system_file import system_of_content
+from ...vibration.description.system_tables import SystemTable
+from ...vibration.verdicts.drawn_springs import Drawn
+from .system_study import SystemStudy
+from .varied import Given, varied, with_texts
+
+Names = str | Sequence[str] | None
+
+
+def planned_study(
+    content: Mapping[str, Any],
+    files: NamedFiles,
+    vary: Mapping[str, Given],
+    cases: Names = None,
+    candidates: Names = None,
+    draws: int | None = None,
+    seed: int | None = None,
+    step: float | None = None,
+) -> SystemStudy:
+    """The study, with all files that it may need.
+
+    Parameters
+    ----------
+    content : mapping        Of the description.
+    files : NamedFiles       Those that it names.
+    vary : mapping           Values of each path, see `varied`.
+    cases, candidates : str, sequence of str or None   Names of those to simulate; all if None.
+    draws, seed : int or None   What the description says if None.
+    step : float or None     See `simulate_case`.
+
+    Raises
+    ------
+    MountedSystemError       If the description is wrong, or a path, a name or a value.
+    """
+    file = system_of_content(content, files)
+    table = SystemTable.model_validate(content)
+    axes = tuple(varied(path, given, content, table) for path, given in vary.items())
+    models: dict[str, None] = {}
+    records: dict[str, None] = {}
+    for one in with_texts(content, table, axes):
+        models |= dict.fromkeys(named_models(one))
+        records |= dict.fromkeys(named_records(one))
+    chosen = [name for name, _ in chosen_candidates(file, candidates)]
+    loads = [case.name for case in chosen_cases(file, cases)]
+    return SystemStudy(
+        content=content,
+        files=HeldFiles.read(files, models, records),
+        varied=axes,
+        candidates=_numbered([name for name, _ in file.candidates], chosen),
+        cases=_numbered([case.name for case in file.cases], loads),
+        points=tuple(point.name for point in file.candidates[0][1].points),
+        draws=file.options.draws if draws is None else draws,
+        seed=file.options.seed if seed is None else seed,
+        step=step,
+    )
+
+
+def undrawn(study: SystemStudy) -> tuple[str, ...]:
+    """A sentence for each model file that cannot be drawn from; raises MountedSystemError if there is no other."""
+    missing: dict[str, None] = {}
+    can_draw = False
+    for file in study.distinct_files():
+        for number, _ in study.candidates:
+            drawn = Drawn.of(file.candidates[number][1], file.models)
+            can_draw = can_draw or bool(drawn.spreads)
+            missing |= dict.fromkeys(drawn.missing)
+    if not can_draw:
+        raise MountedSystemError(f"there is nothing to draw: {next(iter(missing))}")
+    return tuple(missing)
+
+
+def _numbered(names: Sequence[str], chosen: Sequence[str]) -> tuple[tuple[int, str], ...]:
+    return tuple((names.index(name), name) for name in chosen)

@@ -1,0 +1,322 @@
+"""`strandspring build`, which ``build_fmu.py`` calls."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import click
+from click.core import ParameterSource
+
+from ...api.fmus.building import BuildOptions, Kind, WantedSettings, build_all, checked_author
+from ...api.fmus.building_system import SystemToBuild
+from ...api.fmus.fmus_in_place import BuiltFmu
+from ...api.records import bundled_record
+from ...errors import BuildError
+from ...fmu.archive import binary_sizes, fmu_path
+from ...fmu.native.platforms import PLATFORMS, Platform, chosen_platforms
+from ...ground.files import refuse_unwritable
+from ...model.coordinates import zero_sentence
+from ...model.modelfile import is_model_path, load_model, save_model
+from ...model.stated_figures import NAMES
+from ...system_fmu.system_variables import system_variables
+from ...vibration.description.system_file import is_system_file
+from ..shared.cautions import note_most_harmful
+from ..shared.options import (
+    identification_options,
+    identifier,
+    method_options,
+    name_option,
+    record_files,
+    record_options,
+)
+from ..shared.output import reporting, result, result_json
+from ..shared.paths import refuse_overwriting
+from ..shared.zero import origin_of, zero_option
+from .identify import identified
+
+# Of the bundled record: its machine position counts down while the sample is stretched.
+EXAMPLE_NAME = "rubber_hinge"
+EXAMPLE_COLUMNS = {"reverse": "displacement"}
+
+# Options that a system does not take.
+_OF_SPRINGS = (
+    "backend", "states", "real_time", "no_energy", "needs_execution_tool",
+    "models", "name", "description", "zero", "save_anyway",
+)  # fmt: skip
+
+# What each kind of FMU is for.
+_PURPOSES = {
+    "native": "native: for any simulator, with no Python on its machine",
+    "states": "native with states: model exchange for optimal control, linearisation and functional importers",
+    "python": "Python-backed: the model as readable Python, for machines with Python 3.10 or newer",
+}
+
+
+def _platforms(_context: click.Context, _parameter: click.Parameter, names: str | None) -> tuple[Platform, ...] | None:
+    try:
+        return None if names is None else chosen_platforms(names)
+    except BuildError as refusal:
+        raise click.BadParameter(str(refusal)) from None
+
+
+def _author(_context: click.Context, _parameter: click.Parameter, author: str) -> str:
+    try:
+        return checked_author(author)
+    except BuildError as refusal:
+        raise click.BadParameter(str(refusal)) from None
+
+
+@click.command()
+@click.argument("sources", nargs=-1, metavar="[MODEL.json | X.fmu | SYSTEM.toml | RECORD...]")
+@click.option("-o", "--output", default="dist", show_default=True, metavar="DIR", help="Folder for the FMUs.")
+@click.option(
+    "--backend",
+    type=click.Choice(["native", "python", "both"]),
+    help="native: NAME.fmu, which runs anywhere; python: NAME_python.fmu, which needs Python on the simulator's "
+    "machine."
+    "  [default: native; both for the bundled record]",
+)
+@click.option(
+    "--states",
+    is_flag=True,
+    help="Build also NAME_states.fmu: native model exchange with omega and absorbed_energy as continuous states and "
+    "velocity as a second input, for importers that evaluate FMUs as functions, CasADi among them.",
+)
+@click.option(
+    "--fmi",
+    type=click.Choice(["2", "3"]),
+    help="Version of FMI. 3: NAME_fmi3.fmu, of a spring with kE and kA as arrays and a flange as terminal; native only."
+    "  [default: that of the FMU that is rebuilt, else 2]",
+)
+@click.option(
+    "--real-time",
+    is_flag=True,
+    help="Build native FMUs that allocate nothing after instantiation, for targets with a deadline.",
+)
+@click.option("--no-energy", is_flag=True, help="With --real-time: leave out the output absorbed_energy.")
+@click.option(
+    "--platform",
+    "platforms",
+    metavar="NAME,...",
+    callback=_platforms,
+    help=f"Of the FMU's binaries: host, all, or some of {', '.join(PLATFORMS)}.  "
+    "[default: all in an installed package, host in a source checkout]",
+)
+@click.option(
+    "--needs-execution-tool",
+    is_flag=True,
+    help="Declare in the Python-backed FMU that Python must be installed on the simulator's machine; some importers, "
+    "PyFMI among them, refuse an FMU that declares it.  [default: not declared, as for a library]",
+)
+@click.option(
+    "--models",
+    default="models",
+    show_default=True,
+    metavar="DIR",
+    help="Folder for the model file identified from records.",
+)
+@name_option("Name of the model identified from records.  [default: from the first record]")
+@click.option("--description", default="", help="Free text for the model identified from records.")
+@zero_option
+@click.option("--author", default="", callback=_author, help="Author of the FMU, for its model description.")
+@click.option("--candidate", metavar="NAME", help="Of a SYSTEM.toml: the candidate; needed if it has several.")
+@record_options
+@identification_options
+@click.option("--json", "as_json", is_flag=True, help="Print one JSON object instead of text.")
+def build(
+    sources: tuple[str, ...],
+    output: str,
+    backend: str | None,
+    states: bool,
+    fmi: str | None,
+    real_time: bool,
+    no_energy: bool,
+    platforms: tuple[Platform, ...] | None,
+    needs_execution_tool: bool,
+    models: str,
+    name: str | None,
+    description: str,
+    zero: str | float | None,
+    author: str,
+    candidate: str | None,
+    save_anyway: bool,
+    as_json: bool,
+    **options: Any,
+) -> None:  # fmt: skip
+    """Build, validate and run the FMU of a model file, of records that are identified first, or of a system.
+
+    From an FMU of strandspring the model file that it holds is built again with the same settings, which gives the same
+    bytes for the same platforms.
+
+    The FMU of a SYSTEM.toml holds the bodies on the mounts of one candidate, for co-simulation: acceleration of the
+    base in, motion of points and forces of mounts out. It is native; only --output, --fmi, --platform, --author,
+    --candidate and --json apply.
+
+    Without an argument the bundled measured record is identified, a rubber hinge on a tensile rig, and built with both
+    back ends.
+
+    \b
+    Examples:
+      strandspring build spring.json
+      strandspring build spring.json --platform linux64,win64
+      strandspring build spring.json --zero 35
+      strandspring build spring.json --states
+      strandspring build spring.json --fmi 3
+      strandspring build loop.csv --name mount_a -o dist
+      strandspring build box.toml --candidate softer
+    """
+    if len(sources) == 1 and is_system_file(sources[0]):
+        _refuse_given({*_OF_SPRINGS, *options}, "a model or records", f"{sources[0]} describes a system")
+        _build_system(sources[0], Path(output), candidate, platforms, author, int(fmi or BuildOptions.fmi), as_json)
+        return
+    if candidate is not None:
+        raise click.UsageError("--candidate is for descriptions of systems (SYSTEM.toml); leave it out.")
+    wanted = WantedSettings(
+        backend, author, needs_execution_tool, None if fmi is None else int(fmi), real_time, no_energy
+    )
+    if len(sources) == 1:
+        wanted = wanted.with_those_of(sources[0])
+    kinds = _kinds(wanted, states, bool(sources))
+    refuse_unwritable(Path(output), is_folder=True)
+    of_records = {"name", "description", "save_anyway", *options}
+    method = method_options(options)
+    if len(sources) == 1 and is_model_path(sources[0]):
+        _refuse_given(of_records, "records", f"{sources[0]} is a model file")
+        model, model_path, identification = load_model(sources[0]), Path(sources[0]), None
+        for one in kinds:
+            refuse_overwriting(sources, {"--output": fmu_path(output, model.name, one, wanted.version)})
+    else:
+        if not sources:
+            sources, name = (str(bundled_record(Path(models))),), EXAMPLE_NAME if name is None else name
+            options = {**options, **{key: options[key] or value for key, value in EXAMPLE_COLUMNS.items()}}
+        chosen = name or identifier(Path(sources[0]).stem)
+        refuse_unwritable(Path(models), is_folder=True)
+        model_path = Path(models) / f"{chosen}.json"
+        for one in kinds:
+            target = fmu_path(output, chosen, one, wanted.version)
+            refuse_overwriting(record_files(sources), {"--models": model_path, "--output": target})
+        model, identification = identified(sources, options, method, chosen, description, save_anyway)
+        note_most_harmful(identification, str(model_path))
+        save_model(model_path, model)
+    origin = origin_of(sources[0], zero, model.parameters)
+    with reporting() as progress:
+        built = build_all(model, Path(output), kinds, wanted.options(platforms, origin), progress)
+    if as_json:
+        answers = {
+            "model": str(model_path),
+            "name": model.name,
+            "parameters": model.parameters.as_dict(),
+            "zero": origin,
+            **(dict.fromkeys(NAMES) if identification is None else identification.figures),
+            "fitted": None if identification is None else identification.fitted_figures,
+        }
+        result_json({**answers, "fmus": [_facts(one, wanted) for one in built]})
+        return
+    if identification is not None:
+        result("\n".join(identification.lines()))
+    result(f"Model file: {model_path}")
+    if sentence := zero_sentence(origin):
+        result(sentence)
+    for fmu, kind, report in built:
+        _print_fmu(fmu, "; ".join((_PURPOSES[kind], *_settings_apart(wanted))))
+        result(f"Check: {report.summary}")
+
+
+def _facts(built: BuiltFmu, wanted: WantedSettings) -> dict[str, object]:
+    """What --json says of an FMU."""
+    return {
+        "path": str(built.path),
+        "backend": built.kind,
+        "fmi": wanted.version,
+        "real_time": wanted.real_time,
+        "no_energy": wanted.no_energy,
+        "binaries": binary_sizes(built.path),
+        "check": built.check.summary,
+    }
+
+
+def _settings_apart(wanted: WantedSettings) -> list[str]:
+    """What sets native FMUs apart from the usual ones, which for real time the file's name does not say."""
+    of_energy = " without absorbed_energy" if wanted.no_energy else ""
+    return [
+        *(["FMI 3.0"] if wanted.version == 3 else []),
+        *([f"for real time{of_energy}"] if wanted.real_time else []),
+    ]
+
+
+def _kinds(wanted: WantedSettings, states: bool, has_sources: bool) -> tuple[Kind, ...]:
+    """The kinds of FMU to be built.
+
+    Raises
+    ------
+    UsageError   If what is wanted does not go together.
+    """
+    backend = wanted.backend
+    if backend is None:
+        backend = "native" if has_sources or wanted.version == 3 or wanted.real_time else "both"
+    backends: tuple[Any, ...] = ("native", "python") if backend == "both" else (backend,)
+    if wanted.needs_execution_tool and "python" not in backends:
+        raise click.UsageError("--needs-execution-tool is for the Python-backed FMU; add --backend python or both.")
+    kinds = tuple(dict.fromkeys((*backends, "states"))) if states else backends
+    try:
+        wanted.options(None, 0.0).refuse_impossible(kinds)
+    except BuildError as refusal:
+        raise click.UsageError(str(refusal)) from None
+    return kinds
+
+
+def _build_system(
+    source: str,
+    folder: Path,
+    candidate: str | None,
+    platforms: tuple[Platform, ...] | None,
+    author: str,
+    fmi: int,
+    as_json: bool,
+) -> None:
+    refuse_unwritable(folder, is_folder=True)
+    found = SystemToBuild.load(source, candidate, author, fmi)
+    refuse_overwriting([source], {"--output": found.target(folder)})
+    with reporting() as progress:
+        built = found.build(folder, platforms, progress)
+    inputs = [v.name for v in system_variables(found.system, found.options) if v.causality == "input"]
+    step, stable = found.options.step, found.options.largest_step
+    if as_json:
+        fmu = {"path": str(built.path), "backend": "native", "fmi": fmi, "binaries": binary_sizes(built.path)}
+        result_json(
+            {
+                "system": source,
+                "name": found.file.name,
+                "candidate": found.candidate,
+                "step": step,
+                "stable_step": stable,
+                "inputs": inputs,
+                "fmus": [{**fmu, "check": built.check.summary}],
+            }
+        )
+        return
+    result(f"System: {found.file.name}, {found.candidate}")
+    result(f"Inputs: {', '.join(inputs)}")
+    result(f"Internal step: at most {step:g} s; stable up to {stable:.4g} s")
+    purpose = "bodies on mounts: co-simulation in any simulator, with no Python on its machine"
+    _print_fmu(built.path, "; ".join((purpose, *_settings_apart(WantedSettings("native", fmi=fmi)))))
+    result(f"Check: {built.check.summary}")
+
+
+def _print_fmu(fmu: Path, purpose: str) -> None:
+    binaries = ", ".join(f"{platform} {size / 1024:.0f} KiB" for platform, size in binary_sizes(fmu).items())
+    result(f"FMU: {fmu} ({fmu.stat().st_size / 1024:.0f} KiB), {purpose}")
+    result(f"Binaries: {binaries}")
+
+
+def _refuse_given(names: set[str], needed: str, reason: str) -> None:
+    """Refuse options that were given although they say nothing about the source."""
+    context = click.get_current_context()
+    given = [
+        parameter.opts[0]
+        for parameter in context.command.params
+        if parameter.name in names and context.get_parameter_source(parameter.name) is ParameterSource.COMMANDLINE
+    ]
+    if given:
+        raise click.UsageError(f"{', '.join(given)} can only be given with {needed}, and {reason}; leave that out.")

@@ -1,0 +1,140 @@
+"""`strandspring identify`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import click
+
+from ...api.common.text import fit_json, verdict_json
+from ...api.identifying.identification import Identification
+from ...api.identifying.identification import identify as identify_records
+from ...identification.methods.method import Method
+from ...loops.campaign import campaign_verdicts
+from ...model.modelfile import ModelFile, save_model
+from ...peers.rivals.ranking import Ranking
+from ..shared.cautions import note_assumptions, note_most_harmful
+from ..shared.options import (
+    identification_options,
+    identifier,
+    method_options,
+    name_option,
+    read_records,
+    record_files,
+    record_options,
+)
+from ..shared.output import result, result_json, working
+from ..shared.paths import refuse_overwriting
+from ..shared.reporting import Reporting, report_options
+from ..shared.rivals import compared_with_rivals, print_ranking, ranking_json
+
+
+@click.command()
+@click.argument("records", nargs=-1, required=True, metavar="RECORD...")
+@click.option("-o", "--output", required=True, metavar="MODEL.json", help="Model file to write.")
+@name_option("Name of the model and its FMU, an identifier.  [default: from the output file]")
+@click.option("--description", default="", help="Free text for the model file and the FMU.")
+@record_options
+@identification_options
+@click.option(
+    "--rivals", is_flag=True, help="Also fit other classes of models and rank them by their error on what is held out."
+)
+@report_options
+@click.option("--json", "as_json", is_flag=True, help="Print one JSON object instead of text.")
+def identify(
+    records: tuple[str, ...],
+    output: str,
+    name: str | None,
+    description: str,
+    rivals: bool,
+    save_anyway: bool,
+    as_json: bool,
+    **options: Any,
+) -> None:
+    """Identify a spring from force-displacement records.
+
+    A record is a file of a test rig with a displacement and a force: delimited text, and with
+    strandspring[formats] Excel, MATLAB, TDMS, MDF, UFF, HDF5, Parquet. A .toml file describes several records.
+    All records are fitted as one spring.
+
+    \b
+    Examples:
+      strandspring identify loop.csv -o spring.json
+      strandspring identify rig.txt --displacement 5 --force 7 -o spring.json
+      strandspring identify rig.xlsx --cycles 2: -o spring.json --report r.html
+      strandspring identify a13.csv a46.csv --degrees 3,2 -o spring.json
+      strandspring identify loop.csv -o spring.json --rivals
+      strandspring identify loop.csv -o spring.json --time 1 --moving-mass 0.8
+    """
+    method = method_options(options)
+    reporting = Reporting(options)
+    refuse_overwriting(record_files(records), {"--output": output, **reporting.outputs}, ".json")
+    chosen = name or identifier(Path(output).stem)
+    model, identification = identified(records, options, method, chosen, description, save_anyway)
+    ranking: Ranking | None = None
+    if rivals:
+        identification, ranking = compared_with_rivals(identification)
+        model = identification.model_file(chosen, description)
+    note_most_harmful(identification, output, reporting.report)
+    save_model(output, model)
+    reporting.write(identification, model, "" if ranking is None else ranking.sentence)
+    # For one record that holds several amplitudes or frequencies there is `info`.
+    verdicts = campaign_verdicts(identification.records) if len(identification.records) > 1 else (None, None)
+    if as_json:
+        rate, overlap = map(verdict_json, verdicts)
+        result_json(
+            {
+                "model": output,
+                "name": model.name,
+                "method": identification.method,
+                "parameters": model.parameters.as_dict(),
+                **identification.figures,
+                "fitted": identification.fitted_figures,
+                "uncertainty": identification.uncertainty,
+                "records": [fit_json(*both) for both in zip(identification.fits, identification.fitted, strict=True)],
+                "outcomes": [
+                    {"name": outcome.name.lower(), "sentence": sentence}
+                    for outcome, sentence in zip(identification.outcomes, identification.cautions, strict=True)
+                ],
+                "effects": identification.effects,
+                "recorded_loops": [loop.as_json() for loop in identification.recorded],
+                "small_loops": identification.small_loops.as_json(),
+                "lack_of_fit": None if identification.lack_of_fit is None else identification.lack_of_fit.as_json(),
+                "notes": identification.notes,
+                "rate_independence": rate,
+                "overlap": overlap,
+                "rivals": None if ranking is None else ranking_json(ranking),
+                "report": reporting.report,
+                "figure": reporting.figure,
+            }
+        )
+        return
+    result("\n".join(identification.lines()))
+    for sentence in identification.notes:
+        result(f"Note: {sentence}")
+    if ranking is not None:
+        print_ranking(ranking)
+    for verdict in verdicts:
+        if verdict is not None:
+            result(verdict.sentence)
+    result(f"Model file: {output}")
+    for title, path in (("Report", reporting.report), ("Figure", reporting.figure)):
+        if path is not None:
+            result(f"{title}: {path}")
+
+
+def identified(
+    records: tuple[str, ...],
+    columns: dict[str, Any],
+    options: Method,
+    name: str,
+    description: str = "",
+    save_anyway: bool = False,
+) -> tuple[ModelFile, Identification]:
+    """Read the records and identify the spring."""
+    group = read_records(records, columns)
+    note_assumptions(group)
+    with working("Identifying"):
+        identification = identify_records(group, options, save_anyway=save_anyway)
+    return identification.model_file(name, description), identification

@@ -1,0 +1,113 @@
+"""`strandspring identify-many`."""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+import click
+
+from ...api.identifying.many import ManyResult
+from ...api.identifying.many import identify_many as identify_all
+from ...campaigns.batches.sources import COLUMNAR_TABLE, JOURNAL
+from ..shared.options import (
+    FiniteRange,
+    cluster_option,
+    identification_options,
+    method_options,
+    record_options,
+    wanted_of,
+    worker_options,
+)
+from ..shared.output import note, reporting, result, result_json
+
+
+@click.command("identify-many")
+@click.argument("sources", nargs=-1, required=True, metavar="FILE|FOLDER...")
+@click.option("-o", "--output", required=True, metavar="FOLDER", help="Write models and tables into this folder.")
+@click.option(
+    "--amplitude",
+    type=FiniteRange(1e-6, 1e6, unit="mm"),
+    metavar="MM",
+    help="Amplitude at which stiffness, energy and loss factor are compared [mm].  [default: the largest that all "
+    "springs have in common]",
+)
+@worker_options
+@record_options
+@identification_options
+@click.option("--json", "as_json", is_flag=True, help="Print one JSON object instead of text.")
+def identify_many(
+    sources: tuple[str, ...],
+    output: str,
+    amplitude: float | None,
+    workers: int | None,
+    save_anyway: bool,
+    as_json: bool,
+    **options: Any,
+) -> None:
+    """Identify many springs, each from a file of its own.
+
+    Of a folder, the files in it that are named like records (.csv, .txt, .xlsx, ...) are taken, not those in folders
+    within it. FOLDER gets FOLDER/NAME.json for each spring, and springs.csv and springs.parquet with one row for each
+    file: parameters, errors, engineering figures, cautions, whether it is an outlier of the batch, or why it is not
+    identified. A damaged file does not stop the others. What is finished is kept in FOLDER/springs.journal.jsonl: the
+    same command again, also after an interrupt, identifies only files that are new or have changed.
+
+    Exit status: 0 if all are identified, 1 if some are not.
+
+    \b
+    Examples:
+      strandspring identify-many monday/ -o models
+      strandspring identify-many monday/*.csv -o models --force-unit kN
+      strandspring identify-many monday/ -o models --amplitude 20 --workers 4
+    """
+    method = method_options(options)
+    scheduler = cluster_option(workers, options)
+    finished = total = 0
+    try:
+        with reporting("springs/s") as report:
+
+            def progress(done: int, files: int) -> None:
+                nonlocal finished, total
+                finished, total = done, files
+                report("Identifying", done, files)
+
+            many = identify_all(
+                sources,
+                output,
+                options=method,
+                amplitude=None if amplitude is None else 1e-3 * amplitude,
+                workers=workers,
+                scheduler=scheduler,
+                save_anyway=save_anyway,
+                progress=progress,
+                notify=note,
+                **asdict(wanted_of(options)),
+            )
+    except KeyboardInterrupt:
+        if finished:
+            note(
+                f"{finished} of {total} files are kept in {Path(output) / JOURNAL}; the same command continues from "
+                "there."
+            )
+        raise
+    _print(many, as_json)
+    if not many.is_complete:
+        note(f"strandspring: {many.problem}")
+        sys.exit(1)
+
+
+def _print(many: ManyResult, as_json: bool) -> None:
+    if many.batch.columnar_table is None:
+        note(f"{COLUMNAR_TABLE} needs the package pyarrow and was not written; install it with: pip install pyarrow")
+    if as_json:
+        result_json(many.as_json())
+        return
+    for sentence in many.notes:
+        note(sentence)
+    for sentence in many.cautions:
+        note(f"Caution: {sentence}")
+    result("\n".join(many.lines()))
+    result(f"Table: {many.batch.table}")

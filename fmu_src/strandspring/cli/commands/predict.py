@@ -1,0 +1,87 @@
+"""`strandspring predict`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import click
+import numpy as np
+
+from ...api.common.text import fit_json
+from ...api.identifying.prediction import Prediction
+from ...api.identifying.prediction import predict as predict_records
+from ...ground.files import write_csv
+from ...model.modelfile import load_model
+from ..shared.cautions import note_assumptions, note_cautions
+from ..shared.options import read_records, record_files, record_options
+from ..shared.output import note, result, result_json, working
+from ..shared.paths import refuse_overwriting
+
+# Of the columns of a prediction in the file, with the factor from SI.
+_HEADINGS = {
+    "displacement": ("displacement [mm]", 1e3),
+    "force": ("force [N]", 1.0),
+    "predicted": ("predicted force [N]", 1.0),
+    "lower": ("lower [N]", 1.0),
+    "upper": ("upper [N]", 1.0),
+}
+
+
+@click.command()
+@click.argument("model", metavar="MODEL.json")
+@click.argument("records", nargs=-1, required=True, metavar="RECORD...")
+@click.option("-o", "--output", metavar="OUT.csv", help="Write displacement, measured and predicted force here.")
+@record_options
+@click.option("--json", "as_json", is_flag=True, help="Print one JSON object instead of text.")
+def predict(model: str, records: tuple[str, ...], output: str | None, as_json: bool, **columns: Any) -> None:
+    """Predict the force of records with a model and report the errors.
+
+    The hysteretic state at the start of a measured record is unknown; it is estimated as one bounded number,
+    omega_start, and reported. The path is the displacement as recorded, which OUT.csv holds; a caution says by how much
+    reversals below its noise change the error, where that counts. OUT.csv holds the ends of the 95 % prediction
+    interval too, if the model file has one.
+
+    \b
+    Examples:
+      strandspring predict spring.json other.csv
+      strandspring predict spring.json a13.csv a46.csv -o predicted.csv --json
+    """
+    refuse_overwriting((model, *record_files(records)), {"--output": output}, ".csv")
+    load_model(model)  # a bad model is refused before long records are read
+    group = read_records(records, columns)
+    note_assumptions(group)
+    with working("Predicting"):
+        prediction = predict_records(model, group)
+    note_cautions(prediction.cautions)
+    if output is not None:
+        if prediction.interval is None:
+            note(
+                f"{model} holds no prediction interval, so {output} has no columns lower and upper; identify the "
+                "spring again with the refined method to have them."
+            )
+        _write(Path(output), prediction)
+    if as_json:
+        result_json(
+            {
+                "model": model,
+                **prediction.figures,
+                "records": [
+                    fit_json(*both, "smoothed") for both in zip(prediction.fits, prediction.smoothed, strict=True)
+                ],
+                "output": output,
+                "cautions": prediction.cautions,
+            }
+        )
+        return
+    result("\n".join(prediction.lines()))
+    if output is not None:
+        result(f"Prediction: {output}")
+
+
+def _write(path: Path, prediction: Prediction) -> None:
+    columns = prediction.columns()
+    numbers = columns.pop("record").astype(int).tolist()
+    values = np.column_stack([columns[name] * _HEADINGS[name][1] for name in columns]).tolist()
+    rows = ((number, *row) for number, row in zip(numbers, values, strict=True))
+    write_csv(path, ["record", *(_HEADINGS[name][0] for name in columns)], rows)

@@ -1,0 +1,118 @@
+"""`strandspring simulate`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import click
+
+from ...api.vibration.simulating import simulate as simulated
+from ...ground.files import refuse_unwritable
+from ...report.page import SUFFIXES, check_report_path
+from ...vibration.description.system_file import load_system_file
+from ..shared.options import FiniteRange
+from ..shared.output import reporting, result, result_json, terminal_width, working
+from ..shared.paths import PLOT_FILE, FileOfFormat, refuse_overwriting
+
+
+@click.command()
+@click.argument("system", metavar="SYSTEM.toml")
+@click.option(
+    "--case",
+    "cases",
+    multiple=True,
+    metavar="NAME",
+    help="Simulate only this load case, in all its directions; repeat for more.",
+)
+@click.option(
+    "--candidate", "candidates", multiple=True, metavar="NAME", help="Simulate only this candidate; repeat for more."
+)
+@click.option(
+    "--step",
+    type=FiniteRange(min=0.0, min_open=True, unit="s"),
+    metavar="S",
+    help="Time step of the coarser of two runs [s].  [default: the file's, or found for errors of 0.1 %]",
+)
+@click.option(
+    "--draws",
+    type=click.IntRange(0, 1_000_000),
+    metavar="N",
+    help="Draws of all springs from the uncertainty in their model files, for the spread of the figures; 0 for none.  "
+    "[default: the file's, or 0]",
+)
+@click.option("--seed", type=click.IntRange(min=0), help="Seed of the draws.  [default: the file's, or 0]")
+@click.option("--workers", type=click.IntRange(1, 1024), metavar="N", help="Number of threads.  [default: all cores]")
+@click.option("--report", type=FileOfFormat(*SUFFIXES), metavar="FILE.html", help="Write a report (.html or .pdf).")
+@click.option(
+    "--plot",
+    type=PLOT_FILE,
+    metavar="FILE.png",
+    help="Plot acceleration against stroke of all candidates in all cases (.png, .svg or .pdf).",
+)
+@click.option(
+    "--histories",
+    metavar="FOLDER",
+    help="Write the motion over time of each candidate in each case to a CSV file in this folder; such a file may have "
+    "tens of megabytes.",
+)
+@click.option("-o", "--output", metavar="OUT.csv", help="Write all figures of all cases to this file.")
+@click.option("--json", "as_json", is_flag=True, help="Print one JSON object instead of text.")
+def simulate(
+    system: str,
+    cases: tuple[str, ...],
+    candidates: tuple[str, ...],
+    report: str | None,
+    plot: str | None,
+    histories: str | None,
+    output: str | None,
+    as_json: bool,
+    **options: Any,
+) -> None:
+    """Simulate bodies on mounts under shock and vibration.
+
+    SYSTEM.toml describes rigid bodies on mounts of identified springs, the mounts to choose from (candidates), limits
+    and load cases; `python -m strandspring.examples.system_models FOLDER` writes examples. Where hysteresis leaves a
+    body at rest is unknown: each case is run from three static equilibria, with omega, the normalized hysteretic
+    variable, at 0, 1 and -1 times the sign of each spring's static force, and the worst counts. Each run is repeated
+    with half the step for the numerical error.
+
+    The verdict on a candidate in a case is "pass", "close" (a limit lies within the numerical error), "fail",
+    "outside" (a spring leaves its identified range, so that all figures are extrapolated) or "refused" (it cannot be
+    simulated). All of these are results, with exit status 0; the status is 1 if nothing could be simulated.
+
+    \b
+    Examples:
+      strandspring simulate box.toml
+      strandspring simulate box.toml --case shock --candidate softer
+      strandspring simulate box.toml --draws 200 -o figures.csv
+      strandspring simulate box.toml --report box.html --plot sheet.png
+    """
+    outputs = {"--output": output, "--report": report, "--plot": plot}
+    file = load_system_file(system)
+    refuse_overwriting([system, *file.files], outputs, ".csv")
+    if report is not None:
+        check_report_path(report)
+    if histories is not None:
+        refuse_unwritable(Path(histories), is_folder=True)
+    wanted = as_json or report is not None or histories is not None
+    with reporting() as progress:
+        found = simulated(file, cases or None, candidates or None, **options, courses=wanted, progress=progress)
+    if output is not None:
+        found.save_csv(output)
+    if report is not None:
+        with working("Drawing the report"):
+            found.report(report)
+    if plot is not None:
+        found.save_plot(plot)
+    courses = () if histories is None else found.save_histories(histories)
+    if as_json:
+        written = {option[2:]: path for option, path in outputs.items()}
+        result_json({"file": system, **found.as_json(), **written, "histories": [str(path) for path in courses]})
+        return
+    result("\n".join(found.lines(terminal_width())))
+    for title, path in (("Figures", output), ("Report", report), ("Plot", plot)):
+        if path is not None:
+            result(f"{title}: {path}")
+    if histories is not None:
+        result(f"Histories: {len(courses)} files in {histories}")

@@ -1,0 +1,90 @@
+"""Options shared by the commands about a mass on a mount."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+import click
+
+from ...vibration.one_mass.band import checked_limits
+from ...vibration.one_mass.system import MOST_SPRINGS, Excitation, IsolationError
+from .options import Command, FiniteRange, together
+
+# Excitation, factor from the unit of the option to SI.
+EXCITATIONS = {
+    "base_displacement": (Excitation.BASE_DISPLACEMENT, 1e-3),
+    "base_acceleration": (Excitation.BASE_ACCELERATION, 1.0),
+    "force": (Excitation.FORCE, 1.0),
+}
+
+
+def positive(unit: str) -> FiniteRange:
+    """Type of an option: a number above 0 in a unit."""
+    return FiniteRange(min=0.0, min_open=True, unit=unit)
+
+
+# Options of the mount and its load, named as in `IsolatedMass`.
+mount_options = together(
+    click.option("--load", type=FiniteRange(unit="N"), metavar="N",
+                 help="Static load along the axis [N].  [default: the weight]"),
+    click.option("--parallel", type=click.IntRange(1, MOST_SPRINGS), default=1, show_default=True,
+                 help="Rows of springs side by side."),
+    click.option("--series", type=click.IntRange(1, MOST_SPRINGS), default=1, show_default=True,
+                 help="Springs in series in each row."),
+    click.option("--damping", type=FiniteRange(min=0.0, unit="N s/m"), default=0.0, show_default=True,
+                 metavar="N*S/M", help="Viscous damping in parallel with the springs [N s/m]."),
+)  # fmt: skip
+
+
+def level_options(values: Callable[[FiniteRange], Any], how: str, default: str = "") -> Callable[[Command], Command]:
+    """Options of the three excitations, for `chosen_levels`.
+
+    Parameters
+    ----------
+    values : callable     Makes the type of the option from the type of one level.
+    how : str             How to give several levels, for the help.
+    default : str         The default, for the help.
+    """
+    return together(
+        click.option("--base-displacement", type=values(positive("mm")), multiple=True, metavar="MM",
+                     help=f"Displacement amplitude of the base [mm]; {how}.{default}"),
+        click.option("--base-acceleration", type=values(positive("m/s^2")), multiple=True, metavar="M/S2",
+                     help=f"Acceleration amplitude of the base [m/s^2]; {how}."),
+        click.option("--force", type=values(positive("N")), multiple=True, metavar="N",
+                     help=f"Amplitude of a force on the mass [N]; {how}."),
+    )  # fmt: skip
+
+
+def curve_options(points: int) -> Callable[[Command], Command]:
+    """Options of the frequency band, with the default number of points."""
+    return together(
+        click.option("--band", type=(float, float), metavar="LOW HIGH", callback=_rising,
+                     help="Frequency band [Hz].  [default: 0.23 to 5 times the natural frequency of small "
+                     "motion]"),
+        click.option("--points", type=click.IntRange(2, 100_000), default=points, show_default=True,
+                     help="Number of frequencies, logarithmically spaced."),
+        click.option("--extrapolate", is_flag=True,
+                     help="Continue where the motion leaves the identified range, instead of refusing."),
+    )  # fmt: skip
+
+
+def _rising(
+    _context: click.Context, _option: click.Parameter, limits: tuple[float, float] | None
+) -> tuple[float, float] | None:
+    try:
+        return None if limits is None else checked_limits(limits)
+    except IsolationError as refusal:
+        raise click.BadParameter(str(refusal)) from None
+
+
+def chosen_levels(given: Mapping[str, Sequence[float]]) -> tuple[Excitation, list[float]] | None:
+    """The excitation for which levels are given, and these in SI; None if there are none."""
+    options = [option for option, levels in given.items() if levels]
+    if len(options) > 1:
+        names = " and ".join("--" + option.replace("_", "-") for option in options)
+        raise click.UsageError(f"{names} exclude each other; give one of them.")
+    if not options:
+        return None
+    excitation, factor = EXCITATIONS[options[0]]
+    return excitation, [factor * level for level in given[options[0]]]

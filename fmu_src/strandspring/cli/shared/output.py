@@ -1,0 +1,141 @@
+"""What people see: progress and messages on standard error, results on standard output.
+
+rich takes as long to import as the rest of a short command, so that it is imported only to draw something.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+import shutil
+import sys
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
+from contextlib import AbstractContextManager, contextmanager, nullcontext
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeVar
+
+import click
+
+from ...api.common.text_table import table_lines
+
+if TYPE_CHECKING:
+    from rich.progress import Progress
+
+Item = TypeVar("Item")
+
+
+def _is_watched() -> bool:
+    """Whether standard error is a terminal."""
+    return sys.stderr is not None and sys.stderr.isatty()
+
+
+def progress(items: Sequence[Item], description: str) -> Iterable[Item]:
+    """The items, with a progress bar on a terminal if there are several."""
+    if len(items) < 2:
+        yield from items
+        return
+    with advancing(description, len(items)) as advance:
+        for done, item in enumerate(items):
+            advance(done)
+            yield item
+
+
+def working(description: str) -> AbstractContextManager[Any]:
+    """A spinner on a terminal for one long step."""
+    if not _is_watched():
+        return nullcontext()
+    from rich.console import Console
+
+    return Console(stderr=True).status(description)
+
+
+@contextmanager
+def advancing(description: str, total: int) -> Iterator[Callable[[int], None]]:
+    """A progress bar on a terminal, and a function that takes the number of parts done so far."""
+    if not _is_watched():
+        yield lambda _: None
+        return
+    with _bar() as bar:
+        task = bar.add_task(description, total=total)
+        yield lambda count: bar.update(task, completed=count)
+
+
+@contextmanager
+def reporting(rate: str = "") -> Iterator[Callable[[str, float, int], None]]:
+    """A progress bar on a terminal, and a function that takes what is being done, the parts done, and their number.
+
+    With a unit such as "springs/s" the bar shows the rate, too.
+    """
+    if not _is_watched():
+        yield lambda *_: None
+        return
+    with _bar(rate) as bar:
+        task = bar.add_task("", total=None)
+        yield lambda what, done, total: bar.update(task, description=what, completed=done, total=total)
+
+
+def _bar(rate: str = "") -> Progress:
+    """A bar of which spinner and time passed move while one part takes long."""
+    from rich import progress as rich
+    from rich.console import Console
+    from rich.text import Text
+
+    class Rate(rich.ProgressColumn):
+        def render(self, task: rich.Task) -> Text:
+            return Text("" if task.speed is None else f"{task.speed:.3g} {rate}")
+
+    columns = (
+        rich.SpinnerColumn(),
+        rich.TextColumn("{task.description}"),
+        rich.BarColumn(20),
+        rich.MofNCompleteColumn(),
+        *((Rate(),) if rate else ()),
+    )
+    times = (rich.TimeElapsedColumn(), rich.TextColumn("left"), rich.TimeRemainingColumn())
+    return rich.Progress(*columns, *times, console=Console(stderr=True), transient=True)
+
+
+def note(text: str) -> None:
+    """A message on standard error."""
+    click.echo(text, err=True)
+
+
+def result(text: str) -> None:
+    """A line of the result on standard output."""
+    click.echo(text)
+
+
+def result_table(headings: Sequence[str], rows: Iterable[Sequence[str]], left: Collection[str] = ()) -> None:
+    """A table on standard output, see `table_lines`; it is folded to the width of a terminal."""
+    for line in table_lines(headings, rows, left, terminal_width()):
+        result(line)
+
+
+def terminal_width() -> int | None:
+    """Columns of the terminal that shows standard output; None if that goes elsewhere."""
+    return shutil.get_terminal_size().columns if sys.stdout.isatty() else None
+
+
+def result_json(content: dict[str, Any]) -> None:
+    """The result as one JSON object on standard output; NaN and infinity, which JSON lacks, become null."""
+    click.echo(json.dumps(_without_nan(content), indent=2, ensure_ascii=False, allow_nan=False))
+
+
+def _without_nan(content: Any) -> Any:
+    if isinstance(content, dict):
+        return {key: _without_nan(value) for key, value in content.items()}
+    if isinstance(content, list | tuple):
+        return [_without_nan(value) for value in content]
+    return None if isinstance(content, float) and not math.isfinite(content) else content
+
+
+def drop_failing_output() -> bool:
+    """Whether standard output cannot be written; if so, what it holds is dropped, or Python would try it on leaving."""
+    try:
+        click.echo()
+    except OSError:
+        with Path(os.devnull).open("w") as nowhere:
+            os.dup2(nowhere.fileno(), sys.stdout.fileno())
+        return True
+    return False

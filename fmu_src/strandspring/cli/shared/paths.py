@@ -1,0 +1,91 @@
+"""Checks of output paths before a command begins its work."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import Any
+
+import click
+
+from ...ground.files import refuse_unwritable
+from ...ground.plotfile import SUFFIXES
+
+# Endings that promise a format.
+_PROMISES = frozenset(
+    (
+        ".csv", ".feather", ".fmu", ".gz", ".h5", ".hdf5", ".html", ".json", ".mat", ".mdf", ".mf4", ".mo",
+        ".npy", ".npz", ".ods", ".parquet", ".pdf", ".png", ".ssp", ".ssv", ".svg", ".tdms", ".toml", ".uff", ".xls",
+        ".xlsx", ".xml", ".zip",
+    )
+)  # fmt: skip
+# Options whose ending does not choose the format.
+_OF_ONE_FORMAT = {"--output", "--save", "--clean"}
+
+
+class FileOfFormat(click.types.StringParamType):
+    """A file to write, whose ending chooses the format.
+
+    Parameters
+    ----------
+    endings : str      With the dot.
+    """
+
+    def __init__(self, *endings: str) -> None:
+        self._endings = endings
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> str:
+        if Path(value).suffix.lower() not in self._endings:
+            self.fail(f"must end in {', '.join(self._endings)}, got {str(value)!r}.", param, ctx)
+        return str(value)
+
+
+PLOT_FILE = FileOfFormat(*SUFFIXES)
+
+
+def refuse_overwriting(
+    inputs: Iterable[str | Path], outputs: Mapping[str, str | Path | None], ending: str | None = None
+) -> None:
+    """Refuse an output that cannot be written, or is an input or another output of the same command, by whatever path.
+
+    So is one whose name promises another format than is written.
+
+    Parameters
+    ----------
+    inputs : iterable of paths
+    outputs : mapping            Path of each option; None where nothing is written.
+    ending : str or None         With the dot, of what --output, --save and --clean write; None if it may be anything.
+
+    Raises
+    ------
+    click.UsageError             With the option and the path.
+    StrandspringError            If an output cannot be written.
+    """
+    read = list(inputs)
+    written: dict[str, str | Path] = {}
+    for option, path in outputs.items():
+        if path is None:
+            continue
+        for source in read:
+            if _is_same_file(path, source):
+                raise click.UsageError(f"{option} {path} would overwrite the input {source}; write elsewhere.")
+        for other, taken in written.items():
+            if _is_same_file(path, taken):
+                raise click.UsageError(f"{option} must be another file than {other}, got {path} for both.")
+        written[option] = path
+    for path in written.values():
+        refuse_unwritable(Path(path))
+    for option in sorted(_OF_ONE_FORMAT & written.keys()):
+        if ending is not None and Path(written[option]).suffix.lower() in _PROMISES - {ending}:
+            raise click.UsageError(
+                f"{option} {written[option]} would be written as {ending}; give a name that ends in {ending}."
+            )
+
+
+def _is_same_file(one: str | Path, other: str | Path) -> bool:
+    """Whether two paths lead to the same file, which need not exist."""
+    try:
+        return Path(one).samefile(other)
+    except OSError:
+        return os.path.realpath(one) == os.path.realpath(other)

@@ -1,0 +1,71 @@
+"""The comparison with other classes of models, in words and as JSON."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from ...api.identifying.identification import Identification
+from ...peers.rivals.classes import RIVALS
+from ...peers.rivals.ranking import Entry, Ranking
+from .output import advancing, note, result, result_table
+
+
+def compared_with_rivals(identification: Identification) -> tuple[Identification, Ranking]:
+    """Rank other classes on the same data; the identification gains a caution where one is clearly better."""
+    with advancing("Fitting other classes", len(RIVALS) + 1) as advance:
+        compared, ranking = identification.with_rivals(advance)
+    for sentence in ranking.notes:
+        note(sentence)
+    return compared, ranking
+
+
+def print_ranking(ranking: Ranking) -> None:
+    """Print the ranking as a table."""
+    result(ranking.sentence)
+    result_table(
+        ("class", "degrees", "parameters", "held out [N]", "[% of std]", "fitted [N]", "clearly better"),
+        [_row(ranking, entry) for entry in ranking.entries],
+        left=("class",),
+    )
+
+
+def _row(ranking: Ranking, entry: Entry) -> tuple[str, ...]:
+    return (
+        entry.rival.title,
+        _degrees(entry),
+        f"{entry.fit.parameters}",
+        f"{entry.error:.4g}",
+        f"{100.0 * entry.error / ranking.spread:.3g}",
+        f"{entry.fit.misfit:.4g}",
+        "yes" if ranking.is_clearly_better(entry) else "",
+    )
+
+
+def _degrees(entry: Entry) -> str:
+    basis = entry.fit.basis
+    return f"{basis.elastic},{basis.amplifier}" if entry.rival.has_amplifier else f"{basis.elastic}"
+
+
+def ranking_json(ranking: Ranking) -> dict[str, Any]:
+    """The ranking as JSON."""
+    return {
+        "sentence": ranking.sentence,
+        "held_out": ranking.held_out,
+        "folds": ranking.folds,
+        "notes": list(ranking.notes),
+        "classes": [
+            {
+                "name": entry.rival.name,
+                "title": entry.rival.title,
+                "parameters": entry.fit.parameters,
+                "degrees": [entry.fit.basis.elastic, entry.fit.basis.amplifier],
+                "shape": entry.fit.shape,
+                "error": entry.error,
+                "error_share": entry.error / ranking.spread,
+                "errors": entry.errors.tolist(),
+                "misfit": entry.fit.misfit,
+                "clearly_better": ranking.is_clearly_better(entry),
+            }
+            for entry in ranking.entries
+        ],
+    }

@@ -1,1 +1,0 @@
-"""Records from what a user gives: paths, description files of campaigns, and what to select of them."""

@@ -1,0 +1,257 @@
+"""What an identification can end with: each outcome is a whole sentence with advice."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from enum import Enum
+
+from ..errors import StrandspringError
+
+
+class Outcome(Enum):
+    """Outcomes; the value is the sentence that travels into messages, reports and JSON.
+
+    Cautions are reported in this order.
+    """
+
+    # Refusals
+    TOO_FEW_STROKES = (
+        "The displacement does not go back and forth over one full range; record at least one whole cycle."
+    )
+    UNDERSAMPLED = (
+        "The displacement changes between samples as much as noise would, so strokes cannot be distinguished from "
+        "noise; sample at least 12 times per cycle, or, if it is noise, check the column and the sensor."
+    )
+    TOO_LITTLE_LEFT = (
+        "Too few samples of the loading or the unloading branch are left to fit; choose a larger --displacement-range, "
+        "more --cycles or a longer --time, or record without dwells and within the force sensor's range."
+    )
+    TOO_FEW_SAMPLES = (
+        "There are no more samples than parameters, so nothing shows whether the model fits; sample the strokes more "
+        "densely, or give lower --degrees."
+    )
+    FORCE_REVERSED = (
+        "The force falls as the displacement rises; negate a column with --reverse displacement or --reverse force."
+    )
+    UNITS_DIFFER = (
+        "This record agrees with the others only after a factor between units; check its units, and give them in a "
+        "description file if they differ from the others'."
+    )
+    COLUMNS_SWAPPED = (
+        "The loop runs the wrong way round, as if the spring released energy; displacement and force are probably "
+        "swapped: exchange --displacement and --force; or the force lags far behind: check the synchronisation of the "
+        "two sensors and give --delay."
+    )
+    SNAP_THROUGH = (
+        "The force collapses while the displacement continues (snap-through), which no single-valued stiffness with "
+        "bounded hysteresis can follow; identify a range without the snap with --displacement-range."
+    )
+    STICK_SLIP = (
+        "The force drops again and again while the displacement continues (stick-slip), which a rate-independent model "
+        "cannot follow; stiffen the rig, lubricate the guide, or test faster."
+    )
+    BRANCHES_CROSS = (
+        "The unloading branch lies above the loading branch over part of the range, so no positive amplifier FA "
+        "exists; check the synchronisation of the two sensors and give a known delay with --delay, or identify a "
+        "smaller range with --displacement-range."
+    )
+    NO_LOOP = (
+        "The loop is no higher than the noise, so the hysteresis cannot be identified; use a plain nonlinear spring or "
+        "record larger strokes."
+    )
+    BEYOND_LIMITS = (
+        "The spring that fits best is beyond the limits of what a spring can be; check the units of displacement and "
+        "force, or give lower --degrees."
+    )
+
+    SPIKES_DECIDE = (
+        "Isolated outliers lie far outside all other samples, and no spring can be identified with them; correct or "
+        "delete their lines, or leave out the cycles that hold them with --cycles or --time."
+    )
+
+    TOO_FEW_TO_DRAW = (
+        "A bootstrap draws from at least two steady strokes in each direction, and there are fewer; record more "
+        "cycles, or go without --bootstrap."
+    )
+
+    # Cautions: a model is returned; the most harmful first
+    WORSE_THAN_LINE = (
+        "The spring alone follows the records worse than a straight line does; do not use it: look at the records, "
+        "identify a part of them, or save it all the same with --save-anyway."
+    )
+    SPRING_ALONE = (
+        "The saved spring alone follows the records less well than the fit, from which effects were removed; keep them "
+        "in the spring with --keep if they are the mount's."
+    )
+    JITTER = (
+        "Along the displacement as recorded the spring errs more than along the smoothed one, since jitter of the "
+        "sensor is motion to it: smooth a measured displacement that drives the FMU."
+    )
+    LOOP_ENERGY = (
+        "The loops of the saved spring differ in energy from those recorded; allow for that where damping counts."
+    )
+    RIG_OR_MOUNT = (
+        "Part of the force may be the rig's or the mount's, which these records do not decide; it was left in: check "
+        "the rig with a stiff plain spring, or record another rate."
+    )
+    OTHER_MOUNT = (
+        "The mount is of a wider class than the model, whose force on loops unlike the recorded ones errs: record such "
+        "loops, and compare classes with --rivals."
+    )
+    BAND_LIMITED = (
+        "The records were low-pass filtered before they were saved, which rounds the loop at its reversals; record "
+        "again without the filter, or with a far higher cutoff."
+    )
+    RECORDS_DIFFER = (
+        "The loops of one record differ from those of the others at like amplitude and frequency; identify that "
+        "record alone, or find out what changed between the tests."
+    )
+    INERTIA = (
+        "The stiffness falls with the square of the frequency, as the inertia of a moving mass makes it; give the "
+        "mass with --moving-mass."
+    )
+    RATE_DEPENDENT = (
+        "The force depends on the frequency, which the model does not describe; identify each frequency alone, or use "
+        "the model as a mean."
+    )
+    HUM = (
+        "One sinusoid runs through the whole force, as mains or a machine make it; shield or ground the load cell, or "
+        "filter that frequency out of both columns alike."
+    )
+    BACKLASH = (
+        "Within each stroke the force rests while the displacement continues, as in a gap; the model cannot follow "
+        "that: tighten the joints, or identify a range beside the gap."
+    )
+    SPIKES = (
+        "Isolated outliers lie far outside all other samples and distort the fit; correct or delete their lines, leave "
+        "out their cycles with --cycles, or identify with --robust."
+    )
+    POOR_FIT = (
+        "The model follows these records poorly (RNL below 0.9); look at the report's plot, and compare it with "
+        "--method refined."
+    )
+    LACK_OF_FIT = (
+        "The model leaves more misfit than the noise explains, and it is not small against the hysteretic force; do "
+        "not trust the loops' energies beyond that."
+    )
+    NI_MODEL = (
+        "Ni's method converged, but its residuals exceed the noise: Ni's model does not describe this spring, or its "
+        "start values led to a local minimum; compare it with --method refined."
+    )
+    OTHER_CLASS = (
+        "Another class of models predicts held-out data clearly better, see the table of --rivals: for loops unlike "
+        "the recorded ones use that class, or record such a loop."
+    )
+    NOT_CONVERGED = (
+        "The refinement stopped at its limit of evaluations; the result is the best point reached: compare it with "
+        "--method two-stage."
+    )
+    RANGE_WITH_GAPS = (
+        "The records have no displacement in common, and between them the model is a guess: check the zeros "
+        "(displacement_offset of a description file), or record what lies between."
+    )
+    SMALL_LOOPS = "The energy of small loops is left undecided by these records."
+    FRICTION_WEAR = (
+        "The hysteretic force changes from cycle to cycle (wear); the change was removed, and --state first, mean or "
+        "last chooses the cycle that the model describes: exercise the specimen first."
+    )
+    STIFFNESS_WEAR = (
+        "The elastic force changes from cycle to cycle (softening); the change was removed, and --state first, mean or "
+        "last chooses the cycle that the model describes: exercise the specimen first."
+    )
+    DELAY = (
+        "Force and displacement were not measured at the same moments; the delay was removed: check it with a plain "
+        "spring in the rig, and give it as --delay."
+    )
+    VISCOSITY = (
+        "Part of the force grows with velocity; it was removed as viscous damping, which the model lacks: repeat one "
+        "amplitude at another frequency to tell it from a delay."
+    )
+    PLAY = (
+        "After each reversal the spring rests until a play (backlash) in the rig is used up; it was removed: tighten "
+        "the rig and measure again."
+    )
+    DRIFT_REMOVED = (
+        "The force drifts; the drift was removed, and --state first, mean or last chooses the moment that the model "
+        "describes: let the sensor warm up, or check its zero."
+    )
+    DRIFT = (
+        "The force drifts from cycle to cycle, and the model describes their mean: use the steady cycles with "
+        "--cycles, exercise the specimen first, or check the force sensor's zero."
+    )
+    DISPLACEMENT_ZERO = (
+        "The zero of the displacement differs between records; the shifts were removed, though shifted zeros of the "
+        "force look much alike: zero both sensors before each record."
+    )
+    FORCE_ZERO = (
+        "The zero of the force differs between records; the shifts were removed, though shifted zeros of the "
+        "displacement look much alike: zero both sensors before each record."
+    )
+    GAPS = (
+        "Samples are missing where the time jumps, and reversals in a gap are lost with the spring's memory: record "
+        "again, or use a part without gaps with --time or --cycles."
+    )
+    CLIPPED = (
+        "The force stays at an extreme for many samples, as at the end of a sensor's range; those samples were left "
+        "out: repeat with a larger range."
+    )
+    DWELLS = (
+        "The force relaxes while the displacement rests, which the model does not; the dwells were left out, but the "
+        "loops are lower for it: record without dwells."
+    )
+    TURNS_BETWEEN_SAMPLES = (
+        "Reversals fall between samples, and the travel lost there falsifies rho, sigma, n and the energy of small "
+        "loops: sample 100 times per cycle, more often at corners."
+    )
+    DISPLACEMENT_NOISE = (
+        "The displacement is noisy; it was smoothed between the reversals, but these and the knee stay blurred, and "
+        "with them rho, sigma, n: take a finer resolution, or sample faster."
+    )
+    NO_STEADY_SECTION = (
+        "The strokes end before the hysteresis saturates, so there is no steady section; sigma, n and the split "
+        "between elastic and hysteretic force are uncertain: record longer strokes."
+    )
+    TURNS_RESTORED = (
+        "Reversals fall between samples and were estimated; errors of that falsify rho, sigma, n and small loops: "
+        "sample 100 times per cycle, more often at corners."
+    )
+    SIGMA_AT_BOUND = (
+        "sigma ended at its bound, so these records show little of the recovery after a reversal; sample the reversals "
+        "more densely."
+    )
+    N_AT_BOUND = "n ended at its bound, so these records show little of the knee of the loop; sample it more densely."
+    ONE_AMPLITUDE = (
+        "All loops have about one amplitude; the energy of smaller ones is extrapolated by the model: record loops of "
+        "about a third of that amplitude too."
+    )
+    INTERVAL_TOO_NARROW = (
+        "The 95 % prediction interval holds less than 90 % of the cycles left out of the fit: expect further cycles "
+        "outside it, and compare the recorded ones."
+    )
+    INDISTINCT = (
+        "Some parameters are strongly correlated, though the force is predicted as given (see the model file's "
+        "correlations): record larger strokes or several amplitudes."
+    )
+    AMPLIFIER_REDUCED = (
+        "The amplifier FA of the wanted degree was not positive over the whole range; its degree was lowered until it "
+        "was."
+    )
+    FIRST_CYCLE_DIFFERS = "The first cycle differs from the later ones and was left out."
+
+
+def by_harm(findings: Mapping[Outcome, str]) -> dict[Outcome, str]:
+    """Findings in the order of `Outcome`, in which the most harmful ones come first."""
+    return {outcome: findings[outcome] for outcome in Outcome if outcome in findings}
+
+
+class IdentificationError(StrandspringError):
+    """The records cannot be described by a physically possible model; `outcome` says why.
+
+    Attributes
+    ----------
+    outcome : Outcome
+    """
+
+    def __init__(self, outcome: Outcome, where: str, detail: str = "") -> None:
+        self.outcome = outcome
+        super().__init__(f"{where}: {outcome.value}{detail}")
