@@ -43,37 +43,17 @@ fmi2Status fmi2SetTime(fmi2Component c, fmi2Real time)
     return fmu_set_time(instance, time);
 }
 
-fmi2Status fmi2GetEventIndicators(fmi2Component c, fmi2Real eventIndicators[], size_t ni)
-{
-    FMU_REQUIRE(c, GetEventIndicators);
-    FMU_REQUIRE_COUNT(instance, GetEventIndicators, eventIndicators, ni, fmu_indicators(instance));
-    return fmu_get_indicators(instance, eventIndicators);
-}
+/* Of arrays that must have as many elements as `expected` says. */
+#define EXCHANGE_ARRAY(call, Value, values, count, expected, exchange) \
+    fmi2Status fmi2##call(fmi2Component c, Value values[], size_t count) \
+    { \
+        FMU_REQUIRE(c, call); \
+        FMU_REQUIRE_COUNT(instance, call, values, count, expected(instance)); \
+        return exchange(instance, values); \
+    }
 
-fmi2Status fmi2SetContinuousStates(fmi2Component c, const fmi2Real x[], size_t nx)
-{
-    FMU_REQUIRE(c, SetContinuousStates);
-    FMU_REQUIRE_COUNT(instance, SetContinuousStates, x, nx, fmu_states(instance));
-    return fmu_set_states(instance, x);
-}
-
-fmi2Status fmi2GetContinuousStates(fmi2Component c, fmi2Real x[], size_t nx)
-{
-    FMU_REQUIRE(c, GetContinuousStates);
-    FMU_REQUIRE_COUNT(instance, GetContinuousStates, x, nx, fmu_states(instance));
-    return fmu_get_states(instance, x);
-}
-
-fmi2Status fmi2GetDerivatives(fmi2Component c, fmi2Real derivatives[], size_t nx)
-{
-    FMU_REQUIRE(c, GetDerivatives);
-    FMU_REQUIRE_COUNT(instance, GetDerivatives, derivatives, nx, fmu_states(instance));
-    return fmu_get_rates(instance, derivatives);
-}
-
-fmi2Status fmi2GetNominalsOfContinuousStates(fmi2Component c, fmi2Real x_nominal[], size_t nx)
-{
-    FMU_REQUIRE(c, GetNominalsOfContinuousStates);
-    FMU_REQUIRE_COUNT(instance, GetNominalsOfContinuousStates, x_nominal, nx, fmu_states(instance));
-    return fmu_get_nominals(instance, x_nominal);
-}
+EXCHANGE_ARRAY(GetEventIndicators, fmi2Real, eventIndicators, ni, fmu_indicators, fmu_get_indicators)
+EXCHANGE_ARRAY(SetContinuousStates, const fmi2Real, x, nx, fmu_states, fmu_set_states)
+EXCHANGE_ARRAY(GetContinuousStates, fmi2Real, x, nx, fmu_states, fmu_get_states)
+EXCHANGE_ARRAY(GetDerivatives, fmi2Real, derivatives, nx, fmu_states, fmu_get_rates)
+EXCHANGE_ARRAY(GetNominalsOfContinuousStates, fmi2Real, x_nominal, nx, fmu_states, fmu_get_nominals)

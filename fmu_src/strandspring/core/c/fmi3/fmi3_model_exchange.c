@@ -75,37 +75,17 @@ fmi3Status fmi3GetNumberOfContinuousStates(fmi3Instance c, size_t *nContinuousSt
     return fmi3OK;
 }
 
-fmi3Status fmi3GetEventIndicators(fmi3Instance c, fmi3Float64 eventIndicators[], size_t nEventIndicators)
-{
-    FMU_REQUIRE(c, GetEventIndicators);
-    FMU_REQUIRE_COUNT(instance, GetEventIndicators, eventIndicators, nEventIndicators, fmu_indicators(instance));
-    return fmu_get_indicators(instance, eventIndicators);
-}
+/* Of arrays that must have as many elements as `expected` says. */
+#define EXCHANGE_ARRAY(call, Value, values, count, expected, exchange) \
+    fmi3Status fmi3##call(fmi3Instance c, Value values[], size_t count) \
+    { \
+        FMU_REQUIRE(c, call); \
+        FMU_REQUIRE_COUNT(instance, call, values, count, expected(instance)); \
+        return exchange(instance, values); \
+    }
 
-fmi3Status fmi3SetContinuousStates(fmi3Instance c, const fmi3Float64 continuousStates[], size_t nContinuousStates)
-{
-    FMU_REQUIRE(c, SetContinuousStates);
-    FMU_REQUIRE_COUNT(instance, SetContinuousStates, continuousStates, nContinuousStates, fmu_states(instance));
-    return fmu_set_states(instance, continuousStates);
-}
-
-fmi3Status fmi3GetContinuousStates(fmi3Instance c, fmi3Float64 continuousStates[], size_t nContinuousStates)
-{
-    FMU_REQUIRE(c, GetContinuousStates);
-    FMU_REQUIRE_COUNT(instance, GetContinuousStates, continuousStates, nContinuousStates, fmu_states(instance));
-    return fmu_get_states(instance, continuousStates);
-}
-
-fmi3Status fmi3GetContinuousStateDerivatives(fmi3Instance c, fmi3Float64 derivatives[], size_t nContinuousStates)
-{
-    FMU_REQUIRE(c, GetContinuousStateDerivatives);
-    FMU_REQUIRE_COUNT(instance, GetContinuousStateDerivatives, derivatives, nContinuousStates, fmu_states(instance));
-    return fmu_get_rates(instance, derivatives);
-}
-
-fmi3Status fmi3GetNominalsOfContinuousStates(fmi3Instance c, fmi3Float64 nominals[], size_t nContinuousStates)
-{
-    FMU_REQUIRE(c, GetNominalsOfContinuousStates);
-    FMU_REQUIRE_COUNT(instance, GetNominalsOfContinuousStates, nominals, nContinuousStates, fmu_states(instance));
-    return fmu_get_nominals(instance, nominals);
-}
+EXCHANGE_ARRAY(GetEventIndicators, fmi3Float64, eventIndicators, nEventIndicators, fmu_indicators, fmu_get_indicators)
+EXCHANGE_ARRAY(SetContinuousStates, const fmi3Float64, continuousStates, nContinuousStates, fmu_states, fmu_set_states)
+EXCHANGE_ARRAY(GetContinuousStates, fmi3Float64, continuousStates, nContinuousStates, fmu_states, fmu_get_states)
+EXCHANGE_ARRAY(GetContinuousStateDerivatives, fmi3Float64, derivatives, nContinuousStates, fmu_states, fmu_get_rates)
+EXCHANGE_ARRAY(GetNominalsOfContinuousStates, fmi3Float64, nominals, nContinuousStates, fmu_states, fmu_get_nominals)
