@@ -8,7 +8,7 @@ import sys
 from importlib.util import find_spec
 from pathlib import Path
 
-from strandspring.compiled.images import BRIDGE, KERNEL, OF_FMUS
+from strandspring.compiled.images import KERNEL, OF_FMUS
 from strandspring.compiled.targets import FLAGS
 
 TIDY = ["clang-tidy", "--quiet", f"--config-file={Path(__file__).with_name('clang-tidy.yaml')}"]
@@ -27,7 +27,6 @@ def main() -> None:
     headers = f"-I{folder('fmpy') / 'c-code'}"
     windows = ["-target", "x86_64-windows-gnu", f"-isystem{folder('ziglang') / 'lib/libc/include/any-windows-any'}"]
     units = [(unit.file, [*FLAGS, *unit.flags, headers]) for unit in (KERNEL, *OF_FMUS)]
-    units += [(BRIDGE.file, [*FLAGS, *BRIDGE.flags, headers, *windows])]
     units += [("compiled/windows_runtime.c", [*FLAGS, *windows])]
     failures = 0
     for file, flags in units:

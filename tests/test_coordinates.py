@@ -103,9 +103,13 @@ def test_isolate_info_and_study_count_as_the_fmu_does(terminal: Terminal) -> Non
     for command in (["isolate", "mount.json", "--mass", "20"], ["info", "mount.json"]):
         shifted, own = (json.loads(terminal(*command, "--json", "--zero", zero)) for zero in ("middle", "rig"))
         assert (shifted["zero"], own["zero"]) == (pytest.approx(MIDDLE), 0.0)
-        if "rest" in own:
-            assert shifted["rest"]["displacement"] == pytest.approx(own["rest"]["displacement"] - MIDDLE, abs=1e-12)
-            assert shifted["rest"]["frequency"] == pytest.approx(own["rest"]["frequency"], rel=1e-9)
+        if "static_equilibrium" in own:
+            assert shifted["static_equilibrium"]["displacement"] == pytest.approx(
+                own["static_equilibrium"]["displacement"] - MIDDLE, abs=1e-12
+            )
+            assert shifted["static_equilibrium"]["frequency"] == pytest.approx(
+                own["static_equilibrium"]["frequency"], rel=1e-9
+            )
         else:
             assert shifted["loops"][0]["low"] == pytest.approx(own["loops"][0]["low"] - MIDDLE, abs=1e-12)
             assert shifted["loops"][0]["energy_per_cycle"] == pytest.approx(own["loops"][0]["energy_per_cycle"])

@@ -13,8 +13,8 @@ import pytest
 import strandspring.api.fmus.building as building
 from springs import MOUNT
 from strandspring import BuildError, ModelError, Spring, SpringParameters, StrandspringError, build_fmu, identify
-from strandspring.fmu.check import CheckReport
-from strandspring.fmu.papers import BuildSettings
+from strandspring.fmu.checks.check import CheckReport
+from strandspring.fmu.related_files import BuildSettings
 from terminal import Terminal
 
 TINY = SpringParameters((0.0, 2000.0), (1.0,), 10.0, 500.0, 1.0, 1.0, 0.0, -0.02, 0.02)

@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from springs import MOUNT
 from strandspring import Spring, StrandspringError, isolate
 from strandspring.api.vibration.isolation import CheckedMotion
-from strandspring.examples.mounts import STIFF_CORNER
+from strandspring.examples.rigid_platform import STIFF as STIFF_CORNER
 from strandspring.vibration.one_mass.curves_plot import fill
 from strandspring.vibration.one_mass.response import frequency_response
 from strandspring.vibration.one_mass.system import Excitation, IsolatedMass, IsolationError
@@ -61,7 +61,7 @@ def test_tables_have_the_names_of_the_attributes() -> None:
     for one in result.models:
         of_model = frame[frame["model"] == one.label]
         assert of_model["transmissibility"].max() == one.responses[0].resonance.transmissibility
-        assert of_model["wanted"].sum() == 12
+        assert of_model["requested"].sum() == 12
     assert "resonance Hz" in result.summary()
     assert repr(result).count("\n") < 10
     assert "<table" in result._repr_html_()
@@ -123,7 +123,9 @@ def test_superharmonic_peaks_are_resolved_and_nothing_else_changes() -> None:
         for resolve in (False, True)
     )
     assert resolved.resonance == plain.resonance
-    assert [point for point in resolved.points if point.wanted] == [point for point in plain.points if point.wanted]
+    assert [point for point in resolved.points if point.requested] == [
+        point for point in plain.points if point.requested
+    ]
     frequency, amplitude = resolved.column("frequency"), resolved.column("amplitude")
     near = (frequency > 3.6) & (frequency < 4.0)
     assert near.sum() >= 15
@@ -184,7 +186,7 @@ def test_files_are_written_as_the_command_does(tmp_path: Path) -> None:
     table = pd.read_csv(tmp_path / "curves.csv")
     assert table.columns[:3].tolist() == ["model", "level [N]", "frequency [Hz]"]
     assert "relative motion over force [m/N]" in table
-    assert table["lowest displacement of a spring [m]"].tolist() == result.to_frame()["least"].tolist()
+    assert table["lowest displacement of a spring [m]"].tolist() == result.to_frame()["min"].tolist()
     result.save_plot(tmp_path / "curves.svg")
     first = (tmp_path / "curves.svg").read_bytes()
     result.save_plot(tmp_path / "curves.svg")

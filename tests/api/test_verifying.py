@@ -10,8 +10,8 @@ import pytest
 
 from springs import MOUNT
 from strandspring import ModelError, Spring, info, verify
-from strandspring.fmu.papers import HASHES, REFERENCE, STIMULI, sealed
 from strandspring.fmu.python_backed import fmu_contents
+from strandspring.fmu.related_files import HASHES, REFERENCE, STIMULI, sealed
 from strandspring.model.modelfile import ModelFile
 
 
@@ -41,7 +41,7 @@ def test_a_missing_file_is_a_finding(tmp_path: Path) -> None:
 @cache
 def contents() -> dict[str, bytes]:
     """Files of an FMU without binaries."""
-    return fmu_contents(ModelFile("mount", MOUNT), platforms=())
+    return fmu_contents(ModelFile("mount", MOUNT))
 
 
 def written(path: Path, files: dict[str, bytes], method: int = zipfile.ZIP_DEFLATED) -> Path:

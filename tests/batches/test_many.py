@@ -18,6 +18,7 @@ import psutil
 import pytest
 from distributed import LocalCluster
 
+from journal_content import execute, rows_in, written
 from many_springs import DAMAGES, DeadlyWork, measured, one_of, write, write_batch, write_damaged
 from strandspring import (
     ManyResult,
@@ -79,7 +80,7 @@ def content(folder: Path) -> dict[str, bytes]:
 def finished(folder: Path) -> int:
     """Rows in the journal."""
     journal = folder / sources.JOURNAL
-    return journal.read_bytes().count(b"\n") - 1 if journal.exists() else 0
+    return rows_in(journal)
 
 
 # Every file has its row
@@ -210,29 +211,24 @@ def test_rows_of_other_files_are_kept(few: Path) -> None:
     assert identify_many(few, models, workers=1, options=FAST).batch.earlier == 4
 
 
-@pytest.mark.parametrize("end", [b"\0" * 300 + b"\n", b"[12\n\xff\xfe\n\n", b'["00000000", []]\n["', None])
-def test_a_damaged_end_of_the_journal_is_dropped_and_reported(few: Path, end: bytes | None) -> None:
+def test_damaged_rows_of_the_journal_are_dropped_and_reported(few: Path) -> None:
     models = few / "models"
     identify_many(few, models, workers=1, options=FAST)
     before = content(models)
-    journal = models / sources.JOURNAL
-    whole = journal.read_bytes()
-    journal.write_bytes(whole[:-10] if end is None else whole + end)
+    execute(models / sources.JOURNAL, "UPDATE row SET checksum = 0 WHERE key IN (SELECT key FROM row LIMIT 2)")
     said: list[str] = []
     again = identify_many(few, models, workers=1, options=FAST, notify=said.append)
-    assert again.batch.earlier == (2 if end is None else 3)
-    what = "1 damaged line at the end was" if end is None or end.startswith(b"\0") else "damaged lines at the end were"
-    assert f"{what} dropped; their files are identified again." in said[0]
+    assert again.batch.earlier == 1
+    assert "2 damaged rows were dropped; their files are identified again." in said[0]
     assert content(models) == before
 
 
-def test_a_damaged_middle_of_the_journal_and_other_files_are_refused(few: Path) -> None:
+def test_a_damaged_journal_and_other_files_are_refused(few: Path) -> None:
     models = few / "models"
     identify_many(few, models, workers=1, options=FAST)
     journal = models / sources.JOURNAL
-    lines = journal.read_text().splitlines(keepends=True)
-    journal.write_text("".join([lines[0], lines[1].replace("spring", "Spring", 1), *lines[2:]]))
-    with pytest.raises(JobError, match=r"springs.journal.jsonl, line 2: damaged, .*; remove this line"):
+    journal.write_bytes(journal.read_bytes()[:-5000])
+    with pytest.raises(JobError, match=r"springs.journal.sqlite is damaged: .*; remove it to start again"):
         identify_many(few, models, workers=1, options=FAST)
     journal.write_text("my notes\n")
     with pytest.raises(JobError, match="is not the journal of a batch"):
@@ -245,15 +241,12 @@ def test_an_impossible_row_is_identified_again(few: Path) -> None:
     identify_many(few, models, workers=1, options=FAST)
     before = content(models)
     journal = models / sources.JOURNAL
-    lines = journal.read_bytes().splitlines(keepends=True)
-    job = zlib.crc32(lines[0])
-    for k, (name, other) in enumerate(
-        ((b'"spring_0000"', b'"../spring_0000"'), (b'"identified"', b'"indented"'), (b'"kappa_omega": ', b'"kappa": ')),
-        1,
-    ):
-        values = lines[k][13:-2].replace(name, other, 1)
-        lines[k] = b'["%08x", %s]\n' % (zlib.crc32(values, job), values)
-    journal.write_bytes(b"".join(lines))
+    ((manifest,),) = execute(journal, "SELECT manifest FROM job")
+    rows = execute(journal, "SELECT key, content FROM row")
+    changes = (b'"spring_000', b'"../spring_000'), (b'"identified"', b'"indented"'), (b'"kappa_omega": ', b'"kappa": ')
+    for (key, values), (name, other) in zip(rows, changes, strict=True):
+        forged = values[:20] + values[20:].replace(name, other, 1)
+        execute(journal, "REPLACE INTO row VALUES (?, ?, ?)", key, zlib.crc32(forged, zlib.crc32(manifest)), forged)
     assert identify_many(few, models, workers=1, options=FAST).batch.earlier == 0
     assert content(models) == before
 
@@ -261,7 +254,7 @@ def test_an_impossible_row_is_identified_again(few: Path) -> None:
 def test_two_runs_into_one_folder_are_refused(few: Path) -> None:
     def begin_again(done: int, files: int) -> None:
         if done == 1:
-            with pytest.raises(JobError, match=r"springs.journal.jsonl is in use by another run of the same command"):
+            with pytest.raises(JobError, match=r"springs.journal.sqlite is in use by another run of the same command"):
                 identify_many(few, few / "models", workers=1, options=FAST)
             assert files == 3
 
@@ -299,7 +292,7 @@ def test_a_run_that_is_ended_goes_on(end: signal.Signals, tmp_path: Path, monkey
         text=True,
     )  # fmt: skip
     deadline = time.monotonic() + 60.0
-    while finished(tmp_path / "models") < 5:
+    while written(tmp_path / "models" / sources.JOURNAL) < 60_000:
         assert program.poll() is None, program.communicate()
         assert time.monotonic() < deadline
         workers = psutil.Process(program.pid).children(recursive=True)
@@ -315,7 +308,7 @@ def test_a_run_that_is_ended_goes_on(end: signal.Signals, tmp_path: Path, monkey
             part.unlink()  # as a later command does, but not within a minute
     else:
         assert program.returncode == 128 + end
-        assert f"{kept} of {many} files are kept in models/springs.journal.jsonl; the same command" in complained
+        assert f"{kept} of {many} files are kept in models/springs.journal.sqlite; the same command" in complained
     monkeypatch.chdir(tmp_path)  # the same paths as before
     again = identify_many("springs", "models", workers=1, options=FAST)
     identify_many("springs", "whole", workers=1, options=FAST)

@@ -71,7 +71,7 @@ def main() -> None:
             begin = time.perf_counter()
             stepped = [verlet.run(level, frequency) for frequency in BAND.tolist()]
             integration.append(time.perf_counter() - begin)
-        points = [point for point in found.points if point.wanted]
+        points = [point for point in found.points if point.requested]
         errors = np.array(
             [
                 (

@@ -24,7 +24,8 @@ sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "helpers"))
 from strandspring import StrandspringError
 from strandspring.campaigns.jobs.runners import Local
 from strandspring.campaigns.studies.definition import RunRow, Study
-from strandspring.campaigns.studies.run import run_study
+from strandspring.campaigns.studies.execution import run_study
+from strandspring.campaigns.studies.summaries import summaries
 from studies import CHEAP
 
 
@@ -60,7 +61,9 @@ def child(runs: int, masses: int, stop: int, results: Path) -> None:
 
     what = "whole"
     try:
-        run_study(InstantStudy(**named), results, Local(1), progress)
+        study = InstantStudy(**named)
+        run_study(study, results, Local(1), progress)
+        summaries(study, results)
     except StrandspringError as end:
         what = str(end)
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e3

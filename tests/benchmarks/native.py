@@ -1,7 +1,7 @@
 """What one exchange with the native FMU costs: python tests/benchmarks/native.py [MODEL.json]
 
-Set the displacement, do a step, get outputs; in a C host without Python and through fmpy, beside the Python-backed FMU
-of the same model; beside the least that an FMU can do, to copy its input (feedthrough.c); and beside our own FMI layer
+Set the displacement, do a step, get outputs: through fmpy, beside the Python-backed FMU of the same model; in a C host
+without Python, beside the least that an FMU can do, to copy its input (feedthrough.c); and beside our own FMI layer
 without the mathematics (empty_kernel.c). All FMUs of a table take turns in one process; figures are medians, and ratios
 are between figures of one run. Then springs of higher degrees, and ten thousand instances in one process.
 """
@@ -28,7 +28,7 @@ from strandspring import Spring
 from strandspring.compiled import images, zig
 from strandspring.compiled.targets import host_target
 from strandspring.fmu.archive import installed_version
-from strandspring.fmu.check import running
+from strandspring.fmu.checks.check import running
 from strandspring.fmu.native.native_fmu import build_native_fmu
 from strandspring.fmu.native.platforms import host_folder
 from strandspring.fmu.python_backed import build_python_fmu
@@ -39,8 +39,6 @@ MODEL = HERE.parents[1] / "models" / "rubber_hinge.json"
 HEADERS = files("fmpy") / "c-code"
 ROUNDS = 31
 STEPS = 20_000
-# One period of the sine, now and then: an exchange takes up to milliseconds.
-PYTHON_STEPS, PYTHON_EVERY = 200, 10
 # Fractions of the identified range: excursions would print warnings.
 REACH = 0.95
 DEGREES = (0, 2, 6, 8)
@@ -131,16 +129,15 @@ def measured(fmus: list[Loadable], middle: float, half: float) -> dict[str, list
 
 def in_a_c_host(fmus: list[Loadable], middle: float, half: float) -> None:
     table = Table(title="In a C host: ns an exchange")
-    ratios = ("/ copies", "/ empty", "Python / native")
+    ratios = ("/ copies", "/ empty")
     for column in ("exchange", *(fmu.name for fmu in fmus), *ratios):
         table.add_column(column, justify="left" if column == "exchange" else "right")
     medians = measured(fmus, middle, half)
     for case, title in CASES.items():
-        copies, empty, native, *python = medians[case]
+        copies, empty, native = medians[case]
         table.add_row(
             title, *(f"{value:.1f}" if value < 1000 else f"{value:.0f}" for value in medians[case]),
-            *[""] * (len(fmus) - len(medians[case])),
-            f"{native / copies:.2f}", f"{native / empty:.2f}", f"{python[0] / native:.0f}" if python else "",
+            f"{native / copies:.2f}", f"{native / empty:.2f}",
         )  # fmt: skip
     console.print(table)
 
@@ -219,7 +216,6 @@ def main() -> None:
         python = build_python_fmu(model, folder / "python")
         ours = Loadable("native", *unpacked(native, folder / "n"))
         fmus = [copying(folder), without_kernel(ours, folder), ours]
-        fmus.append(Loadable("Python", *unpacked(python, folder / "p"), PYTHON_STEPS, PYTHON_EVERY, 1))
         in_a_c_host(fmus, middle, half)
         of_higher_degrees(model, folder, middle, half)
         many_instances(ours, folder, middle, half)

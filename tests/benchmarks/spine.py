@@ -19,7 +19,7 @@ from rich.table import Table
 from scipy.integrate import solve_ivp
 
 from strandspring import Record, Spring, SpringParameters, TwoStageOptions, identify, read_record
-from strandspring.fmu.check import running
+from strandspring.fmu.checks.check import running
 from strandspring.fmu.python_backed import build_python_fmu
 
 SPRING = SpringParameters(

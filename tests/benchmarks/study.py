@@ -25,7 +25,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "helpers"))
 from strandspring.campaigns.jobs.cluster import Cluster
 from strandspring.campaigns.jobs.runners import Local, Runner
 from strandspring.campaigns.studies.definition import Study
-from strandspring.campaigns.studies.run import run_study
+from strandspring.campaigns.studies.execution import run_study
 from strandspring.model.spread import Spread
 from strandspring.vibration.one_mass.system import Excitation
 from synthetic import spring_of

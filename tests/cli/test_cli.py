@@ -426,7 +426,7 @@ def test_an_output_that_cannot_be_written_is_refused(run: Any, loop: str, model:
         ("isolate mount.json --mass 5 -o mount.json", "--output mount.json would overwrite the input mount.json"),
         ("isolate mount.json --mass 5 -o x.png --plot ./x.png", "--plot must be another file than --output"),
         ("study mount.json --mass 5 -o ./mount.json", "--output ./mount.json would overwrite the input mount.json"),
-        ("study r.csv.part.jsonl --mass 5 -o r.csv", "--output's journal r.csv.part.jsonl would overwrite the input"),
+        ("study r.csv.part.sqlite --mass 5 -o r.csv", "--output's journal r.csv.part.sqlite would overwrite the input"),
         ("synthesize spring mount.json -o mount.json", "--output mount.json would overwrite the input mount.json"),
         ("synthesize ni -o x.csv --clean ./x.csv", "--clean must be another file than --output"),
         ("export mount.ssv --ssv -o .", "--ssv mount.ssv would overwrite the input mount.ssv"),
@@ -437,7 +437,7 @@ def test_an_output_that_cannot_be_written_is_refused(run: Any, loop: str, model:
 def test_no_output_takes_the_place_of_an_input_or_another_output(
     run: Any, loop: str, model: str, arguments: str, told: str
 ) -> None:
-    for copy, of in (("loop.json", loop), ("mount.fmu", model), ("mount.ssv", model), ("r.csv.part.jsonl", model)):
+    for copy, of in (("loop.json", loop), ("mount.fmu", model), ("mount.ssv", model), ("r.csv.part.sqlite", model)):
         Path(copy).write_bytes(Path(of).read_bytes())
     Path("link.csv").symlink_to("loop.csv")
     Path("fmu.json").symlink_to("mount.fmu")

@@ -331,7 +331,7 @@ INTERRUPTED_CHECK = """
 import signal, sys
 from pathlib import Path
 import strandspring
-from strandspring.fmu import check
+from strandspring.fmu.checks import check
 initialized = check._initialized
 
 def interrupting(*arguments):

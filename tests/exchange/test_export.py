@@ -18,7 +18,7 @@ from springs import force_scale
 from strandspring import Spring, SpringParameters
 from strandspring.core.variables import spring_parameters, start_values, variables
 from strandspring.exchange.modelica import record_text
-from strandspring.fmu.ssv import parameter_values
+from strandspring.fmu.description.ssv import parameter_values
 from strandspring.model.coordinates import placed, zero_sentence
 from strandspring.model.modelfile import ModelFile
 from terminal import Terminal
@@ -82,7 +82,7 @@ def test_same_model_same_text_in_other_processes() -> None:
     code = """
 from fmu_tools import SPRING
 from strandspring.exchange.modelica import record_text
-from strandspring.fmu.ssv import parameter_values
+from strandspring.fmu.description.ssv import parameter_values
 from strandspring.model.modelfile import ModelFile
 from terminal import Terminal
 model = ModelFile("spring", SPRING, "described")

@@ -86,7 +86,7 @@ def test_settings_are_those_of_the_fmu_unless_others_are_asked_for(tmp_path: Pat
         other = WantedSettings(backend).with_those_of(fmu)
         assert other == WantedSettings(backend, "A")
         other.options(None, 0.0).refuse_impossible(("python",))
-    python = build_python_fmu(MODEL, tmp_path, ())
+    python = build_python_fmu(MODEL, tmp_path)
     with pytest.raises(BuildError, match="choose the native back end"):
         build_fmu(python, tmp_path / "dist", fmi=3)
 

@@ -17,7 +17,7 @@ from fmu_tools import OTHER, SPRING
 from springs import TABLE
 from strandspring.core.parameters import SpringParameters
 from strandspring.core.variables import start_values
-from strandspring.fmu.check import described_spring
+from strandspring.fmu.checks.check import described_spring
 from strandspring.fmu.native.native_fmu import build_native_fmu
 from strandspring.model.modelfile import ModelFile
 

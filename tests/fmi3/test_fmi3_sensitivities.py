@@ -12,7 +12,7 @@ import pytest
 from fmu_tools import OTHER, SPRING, wandering_path
 from springs import TABLE
 from strandspring.core.parameters import SpringParameters
-from strandspring.fmu.check import running
+from strandspring.fmu.checks.check import running
 from strandspring.fmu.native.native_fmu import build_native_fmu
 from strandspring.fmu.native.platforms import chosen_platforms
 from strandspring.model.modelfile import ModelFile

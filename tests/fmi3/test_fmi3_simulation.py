@@ -14,12 +14,12 @@ import numpy as np
 import pytest
 from fmpy.fmi1 import FMICallException
 
-from fmu_tools import OTHER, SPRING, wandering_path
+from fmu_tools import OTHER, SPRING, check_fmu, wandering_path
 from portable_host import environment
 from springs import TABLE
 from strandspring import Spring, build_fmu, verify
 from strandspring.core.parameters import SpringParameters
-from strandspring.fmu.check import check_fmu, running
+from strandspring.fmu.checks.check import running
 from strandspring.fmu.native.native_fmu import build_native_fmu
 from strandspring.fmu.native.platforms import chosen_platforms, host_folder
 from strandspring.model.modelfile import ModelFile, save_model

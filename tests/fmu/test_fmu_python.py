@@ -14,12 +14,13 @@ from fmpy.validation import validate_fmu
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from fmu_tools import OTHER, SPRING, Instance, built, instance, run_python, status_of, wandering_path
+from fmu_tools import OTHER, SPRING, Instance, built, check_fmu, instance, run_python, status_of, wandering_path
+from strandspring.cosimulation.fmu_spring import CosimulationError, FmuSpring
 from strandspring.errors import BuildError
-from strandspring.fmu.check import check_fmu
 from strandspring.kernel.path import PathSolver
 
 ROUNDING = 1e-12
+FATAL = 4  # the one error status of PythonFMU
 
 
 @pytest.fixture(scope="module")
@@ -114,7 +115,7 @@ def test_before_initialization_ends_outputs_are_those_of_the_start(spring):
         close(spring.get("force"), PathSolver(SPRING).force(np.array([displacement]), omega))
         assert spring.get("omega", "absorbed_energy") == [omega, 0.0]
     spring.set("rho", -1.0)
-    assert status_of(spring.get, "force") == 3
+    assert status_of(spring.get, "force") == FATAL
     assert "`rho` must be > 0" in spring.messages[-1][2]
 
 
@@ -162,6 +163,47 @@ def test_energy_is_the_same_whenever_it_is_read(fmu, folder):
         for displacement in path[1:]:
             late.step(displacement)
         close(late.get("absorbed_energy"), expected[-1:])
+
+
+def test_an_fmu_unpacked_twice_leaves_the_path_of_python_as_it_was(fmu, tmp_path):
+    before = list(sys.path)
+    for name in ("a", "with space"):
+        with instance(fmu, tmp_path / name) as one:
+            assert one.initialize().step(0.03, "force")[0] > 0.0
+            one.slave.reset()
+            assert sys.path == before
+
+
+@pytest.mark.parametrize("name", ["Üben", "a#b", "50%25"])
+def test_folders_that_the_binary_cannot_read_are_named(fmu, tmp_path, monkeypatch, name):
+    """Without that the binary ends the process."""
+    (tmp_path / name).mkdir()
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path / name))
+    with pytest.raises(BuildError, match=f"cannot read the folder .*{name}.*; set TMPDIR to one named"):
+        check_fmu(fmu)
+    with pytest.raises(CosimulationError, match="set TMPDIR"):
+        FmuSpring(fmu)
+
+
+LIVES = """
+import gc, sys
+from pathlib import Path
+from fmu_tools import instance
+for k in range(int(sys.argv[3])):
+    with instance(Path(sys.argv[1]), Path(sys.argv[2])) as one:
+        one.initialize()
+        one.step(0.03)
+    if k % 100 == 0:
+        gc.collect()
+print(open("/proc/self/statm").read().split()[1])
+"""
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="resident memory is read from /proc")
+def test_each_life_leaves_as_little_as_is_said(fmu, tmp_path):
+    few, many = (int(run_python(LIVES, fmu, tmp_path, count)) for count in (100, 2100))
+    assert 4096 * (many - few) / 2000 < 8e3  # bytes; 6 kB are said
 
 
 def test_different_springs_in_one_process_do_not_meet(tmp_path):

@@ -12,11 +12,11 @@ import numpy as np
 import pytest
 from fmpy.fmi1 import FMICallException
 
-from fmu_tools import Instance, built, instance, wandering_path
+from fmu_tools import Instance, built, check_fmu, instance, wandering_path
 from kernel_tools import Kernel
 from native_tools import ERROR, Native, library
 from springs import TABLE
-from strandspring.fmu.check import check_fmu, described_spring
+from strandspring.fmu.checks.check import described_spring
 from strandspring.fmu.native.native_fmu import build_native_fmu
 from strandspring.kernel.path import PathSolver
 from strandspring.model.modelfile import ModelFile

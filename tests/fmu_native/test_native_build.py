@@ -19,14 +19,13 @@ import lief
 import pytest
 from fmpy.validation import validate_fmu
 
-from fmu_tools import OTHER, SPRING, built
+from fmu_tools import OTHER, SPRING, built, check_fmu
 from native_tools import FUNCTIONS
 from strandspring import Spring
 from strandspring.cli.main import main
 from strandspring.compiled import images, zig
 from strandspring.compiled.targets import FMU_TARGETS, LINUX_X86, MACOS_ARM, WINDOWS_X86, Target, host_target
 from strandspring.errors import BuildError
-from strandspring.fmu.check import check_fmu
 from strandspring.fmu.native.block import filled
 from strandspring.fmu.native.macho import universal
 from strandspring.fmu.native.native_fmu import build_native_fmu, native_contents
@@ -325,7 +324,7 @@ def test_documentation_tells_what_is_native(native_fmu: Path, tmp_path: Path) ->
     assert notice.rstrip().endswith("SUCH DAMAGE.")
     with zipfile.ZipFile(built(tmp_path)) as archive:
         page = archive.read("documentation/index.html").decode()
-    assert "STRANDSPRING_LIBPYTHON" in page
+    assert "LD_PRELOAD" in page
     assert "Model exchange" not in page
 
 
@@ -367,6 +366,7 @@ def test_an_fmu_for_other_computers_only_is_validated_but_not_run(
         (["--backend", "native", "--platform", "linux64,"], 2, "''"),
         (["--backend", "native", "--platform", "../x"], 2, "'../x'"),
         (["--backend", "native", "--needs-execution-tool"], 2, "for the Python-backed FMU"),
+        (["--backend", "python", "--platform", "host"], 2, "the Python-backed one has linux64 and win64"),
     ],
 )
 def test_command_line_refuses(

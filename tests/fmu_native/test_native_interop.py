@@ -15,10 +15,9 @@ import fmpy
 import numpy as np
 import pytest
 
-from fmu_tools import SPRING, wandering_path
+from fmu_tools import SPRING, check_fmu, wandering_path
 from portable_host import compiled_host, environment, responses, run, unpacked, windows_host, wine
 from strandspring import Spring
-from strandspring.fmu.check import check_fmu
 from strandspring.fmu.native.native_fmu import build_native_fmu
 from strandspring.fmu.native.platforms import host_folder
 from strandspring.model.modelfile import ModelFile

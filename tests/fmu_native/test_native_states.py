@@ -21,7 +21,6 @@ from native_tools import (
     close,
     doubles,
     library,
-    python_library,
 )
 from strandspring.kernel.path import PathSolver
 
@@ -94,16 +93,6 @@ def spring():
         yield one
 
 
-BACKENDS = [library, python_library]
-
-
-@pytest.fixture(params=BACKENDS)
-def either(request):
-    """An instance of each back end."""
-    with Native(request.param()) as one:
-        yield one
-
-
 def arguments(one: Native, call: str) -> tuple:
     """Arguments with which a call works wherever it is legal."""
     displacement, force, value = one.references("displacement"), one.references("force"), doubles([0.03])
@@ -142,18 +131,11 @@ def test_the_table_knows_every_call(spring):
     assert {len(row) for row in ROWS} == {1 + len(MODES)}
 
 
-OF_BACKENDS = [(library, mode) for mode in MODES] + [(python_library, mode) for mode in MODES if mode.startswith("cs")]
-# What the Python-backed FMU refuses in words wherever it is legal.
-DERIVATIVES = ("GetDirectionalDerivative", "SetRealInputDerivatives", "GetRealOutputDerivatives")
-
-
-@pytest.mark.parametrize(("backend", "mode"), OF_BACKENDS)
-def test_calls_are_legal_where_the_standard_says(backend, mode):
+@pytest.mark.parametrize("mode", MODES)
+def test_calls_are_legal_where_the_standard_says(mode):
     column = 1 + list(MODES).index(mode)
     for call, *legal in ROWS:
-        if backend is python_library and "x" not in legal[5:] and call != "CancelStep":
-            continue  # of model exchange, which it has not
-        with Native(backend(), MODEL_EXCHANGE if mode.startswith("me") else CO_SIMULATION) as one:
+        with Native(library(), MODEL_EXCHANGE if mode.startswith("me") else CO_SIMULATION) as one:
             MODES[mode](one)
             given = arguments(one, call)
             before = one.serialized()
@@ -163,9 +145,6 @@ def test_calls_are_legal_where_the_standard_says(backend, mode):
                 assert status == ERROR, (call, mode)
                 assert one.serialized() == before
                 assert one.said.startswith(f"fmi2{call} must ")
-            elif backend is python_library and call in DERIVATIVES:
-                assert status == ERROR
-                assert one.said.startswith("The Python-backed FMU has no ")
             else:
                 # What is known of a step that is never pending is nothing.
                 expected = DISCARD if call in ("GetStatus", "GetIntegerStatus", "GetStringStatus") else OK
@@ -212,36 +191,28 @@ def test_types_platform_and_version():
         ({"kind": 2}, "got 2."), ({"kind": -1}, "got -1."),
     ],
 )  # fmt: skip
-@pytest.mark.parametrize("backend", BACKENDS)
-def test_instances_that_are_refused(backend, given, text):
-    one = Native(backend(), **given)
+def test_instances_that_are_refused(given, text):
+    one = Native(library(), **given)
     assert one.component is None
     assert one.messages[-1][:2] == (ERROR, "logStatusError")
     assert text in one.said
 
 
-@pytest.mark.parametrize("backend", BACKENDS)
-def test_an_instance_without_callbacks_is_refused(backend):
-    of = backend()
+def test_an_instance_without_callbacks_is_refused():
+    of = library()
     assert of.functions.fmi2Instantiate(b"one", 1, of.guid.encode(), of.resources, None, 0, 0) is None
 
 
-def test_the_python_backed_fmu_is_for_co_simulation():
-    one = Native(python_library(), MODEL_EXCHANGE)
-    assert one.component is None
-    assert one.said == "The type must be fmi2CoSimulation (1), got 0."
-
-
-def test_start_and_stop_times(either):
+def test_start_and_stop_times(spring):
     for start, stop, text in (
         (math.nan, 1.0, "finite [s], got nan"),
         (1.0, 0.5, "got 0.5"),
         (1.0, math.nan, "got nan"),
     ):
-        before = either.serialized()
-        assert either.SetupExperiment(0, c_double(0.0), c_double(start), 1, c_double(stop)) == ERROR
-        assert text in either.said
-        assert either.serialized() == before
+        before = spring.serialized()
+        assert spring.SetupExperiment(0, c_double(0.0), c_double(start), 1, c_double(stop)) == ERROR
+        assert text in spring.said
+        assert spring.serialized() == before
 
 
 @pytest.mark.parametrize(
@@ -252,22 +223,22 @@ def test_start_and_stop_times(either):
         (1.7e308, 1.7e308, "1.7e+308"),
     ],
 )  # fmt: skip
-def test_steps_backward_and_of_no_finite_size_or_time(either, time, size, text):
-    either.initialize()
-    either.step(0.03)
-    either.set(displacement=0.01)
-    before = either.serialized()
-    assert either.DoStep(c_double(time), c_double(size), 1) == ERROR
-    assert text in either.said
-    assert either.serialized() == before
+def test_steps_backward_and_of_no_finite_size_or_time(spring, time, size, text):
+    spring.initialize()
+    spring.step(0.03)
+    spring.set(displacement=0.01)
+    before = spring.serialized()
+    assert spring.DoStep(c_double(time), c_double(size), 1) == ERROR
+    assert text in spring.said
+    assert spring.serialized() == before
 
 
-def test_a_step_beyond_the_stop_time(either):
-    either.enter_initialization(0.0, 0.3)
-    either.ExitInitializationMode()
-    either.step(0.03, time=0.2, size=0.1)  # 0.30000000000000004 s is the stop time rounded
-    assert either.DoStep(c_double(0.3), c_double(1e-3), 1) == ERROR
-    assert either.said == "The step of 0.001 s at time 0.3 s must not go beyond the stop time 0.3 s."
+def test_a_step_beyond_the_stop_time(spring):
+    spring.enter_initialization(0.0, 0.3)
+    spring.ExitInitializationMode()
+    spring.step(0.03, time=0.2, size=0.1)  # 0.30000000000000004 s is the stop time rounded
+    assert spring.DoStep(c_double(0.3), c_double(1e-3), 1) == ERROR
+    assert spring.said == "The step of 0.001 s at time 0.3 s must not go beyond the stop time 0.3 s."
 
 
 # Values
@@ -323,18 +294,18 @@ def test_parameters_that_are_not_finite(spring, name, bad):
     assert spring.serialized() == before
 
 
-def test_a_fixed_parameter_after_initialization(either):
-    either.initialize()
-    before = either.serialized()
-    assert either.set(displacement=0.03, omega_start=0.5) == ERROR
-    assert either.said == "`omega_start` is fixed after initialization; reset the instance to change it."
-    assert either.serialized() == before
+def test_a_fixed_parameter_after_initialization(spring):
+    spring.initialize()
+    before = spring.serialized()
+    assert spring.set(displacement=0.03, omega_start=0.5) == ERROR
+    assert spring.said == "`omega_start` is fixed after initialization; reset the instance to change it."
+    assert spring.serialized() == before
 
 
 @pytest.mark.parametrize("name", ["force", "stiffness", "absorbed_energy", "omega"])
-def test_what_is_computed_cannot_be_set(either, name):
-    assert either.set(**{name: 1.0}) == ERROR
-    assert either.said == f"`{name}` is calculated and cannot be set."
+def test_what_is_computed_cannot_be_set(spring, name):
+    assert spring.set(**{name: 1.0}) == ERROR
+    assert spring.said == f"`{name}` is calculated and cannot be set."
 
 
 @pytest.mark.parametrize(
@@ -349,13 +320,13 @@ def test_what_is_computed_cannot_be_set(either, name):
         ("SetString", 0, "is Real, not String"),
     ],
 )  # fmt: skip
-def test_no_such_variable_or_another_type(either, call, reference, text):
-    either.initialize()
-    before = either.serialized()
+def test_no_such_variable_or_another_type(spring, call, reference, text):
+    spring.initialize()
+    before = spring.serialized()
     value = create_string_buffer(8)
-    assert getattr(either, call)((c_uint * 2)(reference, reference), c_size_t(2), value) == ERROR
-    assert text in either.said
-    assert either.serialized() == before
+    assert getattr(spring, call)((c_uint * 2)(reference, reference), c_size_t(2), value) == ERROR
+    assert text in spring.said
+    assert spring.serialized() == before
 
 
 def pointers(one: Native, call: str) -> list[int]:
@@ -364,18 +335,14 @@ def pointers(one: Native, call: str) -> list[int]:
     return [i for i, value in enumerate(given) if not isinstance(value, int | c_double | c_size_t | None)]
 
 
-@pytest.mark.parametrize(
-    ("backend", "kind"), [(library, MODEL_EXCHANGE), (library, CO_SIMULATION), (python_library, CO_SIMULATION)]
-)
-def test_no_pointer_may_be_null(backend, kind):
+@pytest.mark.parametrize("kind", [MODEL_EXCHANGE, CO_SIMULATION])
+def test_no_pointer_may_be_null(kind):
     column = [*MODES].index("cs step" if kind == CO_SIMULATION else "me event")
     checked = 0
-    # To free no state is no error; the Python-backed FMU refuses derivatives whatever they are of.
-    exempt = {"FreeFMUstate", *(DERIVATIVES if backend is python_library else ())}
     for call, *legal in ROWS:
-        with Native(backend(), kind) as one:
+        with Native(library(), kind) as one:
             one.initialize()
-            for place in pointers(one, call) if legal[column] == "x" and call not in exempt else ():
+            for place in pointers(one, call) if legal[column] == "x" and call != "FreeFMUstate" else ():
                 given = list(arguments(one, call))
                 given[place] = None
                 before = one.serialized()
@@ -386,9 +353,9 @@ def test_no_pointer_may_be_null(backend, kind):
     assert checked >= 15
 
 
-def test_to_free_no_state_is_fine(either):
-    assert either.FreeFMUstate(None) == OK
-    assert either.FreeFMUstate(byref(c_void_p())) == OK
+def test_to_free_no_state_is_fine(spring):
+    assert spring.FreeFMUstate(None) == OK
+    assert spring.FreeFMUstate(byref(c_void_p())) == OK
 
 
 def test_counts_must_be_those_of_the_description():
@@ -420,15 +387,15 @@ def test_categories(spring):
 
 
 @pytest.mark.parametrize("bad", [b"logFatal", b"", b"%s%n#r0#\xc3\xbc", b"x" * 500, None])
-def test_unknown_categories_are_refused(either, bad):
-    either.SetDebugLogging(1, c_size_t(1), (c_char_p * 1)(b"logStatusError"))
-    assert either.SetDebugLogging(1, c_size_t(2), (c_char_p * 2)(b"logAll", bad)) == ERROR
+def test_unknown_categories_are_refused(spring, bad):
+    spring.SetDebugLogging(1, c_size_t(1), (c_char_p * 1)(b"logStatusError"))
+    assert spring.SetDebugLogging(1, c_size_t(2), (c_char_p * 2)(b"logAll", bad)) == ERROR
     shown = "NULL" if bad is None else bad[:63].decode("latin-1").translate({0xC3: "?", 0xBC: "?", ord("#"): "?"})
-    assert either.said == f"A log category must be logAll, logStatusWarning or logStatusError, got {shown}."
+    assert spring.said == f"A log category must be logAll, logStatusWarning or logStatusError, got {shown}."
     # What had been chosen holds on.
-    either.initialize()
-    either.step(0.06)
-    assert [status for status, _, _ in either.messages] == [ERROR]
+    spring.initialize()
+    spring.step(0.06)
+    assert [status for status, _, _ in spring.messages] == [ERROR]
 
 
 def test_warnings_and_errors_are_logged_without_debug_logging():

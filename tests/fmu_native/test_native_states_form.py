@@ -19,7 +19,7 @@ import pytest
 from fmpy.validation import validate_fmu
 from scipy.integrate import solve_ivp
 
-from fmu_tools import OTHER, SPRING
+from fmu_tools import OTHER, SPRING, check_fmu
 from monolithic import monolithic
 from native_tools import ERROR, MODEL_EXCHANGE, OK, WARNING, Native, close, doubles, states_library
 from springs import TABLE
@@ -28,7 +28,7 @@ from strandspring.core.parameters import polynomial
 from strandspring.core.variables import start_values
 from strandspring.cosimulation import Attachment, Plant
 from strandspring.fmu.archive import write_archive
-from strandspring.fmu.check import check_fmu, examine_fmu
+from strandspring.fmu.checks.check import examine_fmu
 from strandspring.fmu.native.native_fmu import build_native_fmu, native_contents
 from strandspring.fmu.native.platforms import chosen_platforms
 from strandspring.kernel.path import PathSolver

@@ -125,9 +125,6 @@ static double usual_value(fmi2ValueReference reference)
                 (MODEL_KNOTS && strncmp(name, "displacement_m", 14) == 0);
     if (chance(50) || fixed)
         return start;
-    /* Python takes long to make another table of n and sigma. */
-    if (MODEL_PYTHON && (strcmp(name, "n") == 0 || strcmp(name, "sigma") == 0))
-        return start * (chance(50) ? 0.9 : 1.1);
     if (start == 0.0)
         return chance(20) ? copysign(1.0, uniform(-1.0, 1.0)) : uniform(-1.0, 1.0);
     return start * (chance(80) ? uniform(0.9, 1.1) : pow(10.0, uniform(-1.9, 1.9)));

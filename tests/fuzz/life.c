@@ -23,20 +23,18 @@ int instantiate(Slot *slot)
 {
     static const char *const places[] = {NULL, "", "file:///tmp/%s", "\xff", "../.."};
     char *name = copy_of(name_of_instance()), *guid = copy_of(guid_of_instance());
-    int lost = MODEL_PYTHON && careless();
-    char *place = copy_of(MODEL_PYTHON && !lost ? MODEL_RESOURCES : places[below(5)]);
+    char *place = copy_of(places[below(5)]);
     int type = careless()     ? (int[]){-1, 2, INT_MAX, INT_MIN}[below(4)]
                : MODEL_STATES ? fmi2ModelExchange
-               : MODEL_PYTHON ? fmi2CoSimulation
                               : below(2);
-    int counting = chance(80) && !MODEL_PYTHON, logging = chance(90), half = careless();
+    int counting = chance(80), logging = chance(90), half = careless();
     fmi2CallbackFunctions given = host_callbacks(slot, logging, counting);
     if (half)
         *(chance(50) ? (void **)&given.allocateMemory : (void **)&given.freeMemory) = NULL;
     /* The host may do with its copy what it likes afterwards. */
     fmi2CallbackFunctions *functions = careless() && chance(20) ? NULL : exactly(&given, sizeof given);
     starving = counting && careless();
-    int refused = functions == NULL || name == NULL || *name == '\0' || lost || type < MODEL_PYTHON ||
+    int refused = functions == NULL || name == NULL || *name == '\0' || type < 0 ||
                   type > (MODEL_STATES ? 0 : 1) || guid == NULL || strcmp(guid, MODEL_GUID) != 0 ||
                   (half && counting) || starving;
     long before = blocks;
@@ -87,11 +85,6 @@ void free_instance(Slot *slot)
     statistics.calls++;
 }
 
-static int is_of_exchange(Call call)
-{
-    return call >= CALL_EnterEventMode && call <= CALL_GetNominalsOfContinuousStates;
-}
-
 Call next_call(const Slot *slot)
 {
     static const Call forth[][8] = {
@@ -113,11 +106,7 @@ Call next_call(const Slot *slot)
         [UNKNOWN] = {CALL_Reset, CALL_DoStep, CALL_GetReal, CALL_SetReal, CALL_CompletedIntegratorStep,
                      CALL_ExitInitializationMode, CALL_GetDirectionalDerivative, CALL_EnterContinuousTimeMode},
     };
-    Call call;
-    do
-        call = chance(60) ? forth[slot->twin.mode][below(8)] : (Call)below(CALL_COUNT);
-    while (MODEL_PYTHON && is_of_exchange(call));
-    return call;
+    return chance(60) ? forth[slot->twin.mode][below(8)] : (Call)below(CALL_COUNT);
 }
 
 void move_on(Slot *slot)

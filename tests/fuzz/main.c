@@ -21,7 +21,7 @@ static void run(long sequences)
                 begun++;
                 alive++;
             }
-        } else if (chance(MODEL_PYTHON ? 12 : 3)) { /* Python is slow */
+        } else if (chance(3)) {
             if (alive == 1 && begun == sequences)
                 release_states(slot);
             free_instance(slot);

@@ -148,10 +148,7 @@ static int take(Trial *trial, const Serialized *from, const Twin *twin)
     CHECK(state != NULL && (before == NULL || state == before), "a state is not where it should be");
     free(snapshot->bytes);
     snapshot->state = state;
-    if (from == NULL || !MODEL_PYTHON)
-        snapshot->bytes = exactly(from == NULL ? slot->bytes : from->bytes, state_size());
-    else /* many texts stand for one state */
-        snapshot->bytes = bytes_of(slot, state);
+    snapshot->bytes = exactly(from == NULL ? slot->bytes : from->bytes, state_size());
     snapshot->twin = *twin;
     snapshot->blocks += trial->blocks;
     check_bytes(slot, snapshot);

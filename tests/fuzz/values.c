@@ -144,7 +144,6 @@ void directional_derivative(Trial *trial)
     must_be_references(trial, &known);
     must_be_given(trial, seed, known.count);
     must_be_given(trial, found, unknown.count);
-    must(trial, MODEL_PYTHON ? NO : YES);
     must(trial, all_have(&unknown, UNKNOWNS) && all_have(&known, SETTABLE) ? YES : NO);
     if (!MODEL_STATES && any_is(&unknown, "absorbed_energy") && !all_have(&known, "i"))
         must(trial, twin->mode == INITIALIZATION ? YES : twin->mode == UNKNOWN ? UNSURE : NO);
@@ -186,7 +185,6 @@ void input_derivatives(Trial *trial)
     must_be_references(trial, &of);
     must_be_given(trial, order, of.count);
     must_be_given(trial, values, of.count);
-    must(trial, MODEL_PYTHON ? NO : YES);
     must(trial, all_have(&of, "i") && orders_sound(order, of.count, 2) ? YES : NO);
     for (size_t i = 0; values != NULL && i < of.count; i++) {
         values[i] = careless() ? awkward() : uniform(-1.0, 1.0) * pow(10.0, uniform(-3.0, 3.0));
@@ -211,7 +209,6 @@ void output_derivatives(Trial *trial)
     must_be_references(trial, &of);
     must_be_given(trial, order, of.count);
     must_be_given(trial, values, of.count);
-    must(trial, MODEL_PYTHON ? NO : YES);
     must(trial, all_have(&of, OUTPUTS) && orders_sound(order, of.count, 1) ? YES : NO);
     if (of.count > 0)
         or_discard(trial, twin->mode == UNKNOWN ? UNSURE : rate_possible(twin));

@@ -1,9 +1,9 @@
 """Journals of interrupted studies and batches, damaged at random: python tests/fuzz_readers/journals.py
 
-A journal is cut into its lines, and manifest, rows and index lines are changed, repeated, moved, mixed with those of
-another job, or replaced; bytes are flipped, cut off and added. The job is then continued. It must end with the bytes
-of the undisturbed one, or be refused in words; following the advice (removing the line that is named, or the file)
-must lead to these bytes. What is refused must not be changed.
+Rows and manifest of a journal are changed, repeated, moved, mixed with those of another job, or replaced, with their
+checksums or without; tables are added; bytes of the file are flipped, cut off and added. The job is then continued. It
+must end with the bytes of the undisturbed one, or be refused in words; following the advice (the same command again, or
+removing the file) must lead to these bytes. What is refused must not be changed.
 """
 
 from __future__ import annotations
@@ -11,6 +11,7 @@ from __future__ import annotations
 import json
 import re
 import shutil
+import sqlite3
 import sys
 import zlib
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -25,30 +26,27 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "helpers"))
 
 import harness
+from journal_content import execute
 from many_springs import one_of
 from strandspring import TwoStageOptions
 from strandspring.campaigns.batches.batch import identify_batch
 from strandspring.campaigns.batches.sources import JOURNAL, SpringFile, find_springs
 from strandspring.campaigns.batches.spring_row import IDENTIFIED, REFUSED, BatchWork, Finished, SpringRow, digest
-from strandspring.campaigns.jobs import row_index
 from strandspring.campaigns.jobs.runners import Local
 from strandspring.campaigns.studies.definition import RunRow, Study
+from strandspring.campaigns.studies.execution import run_study
 from strandspring.campaigns.studies.journal import journal_path
-from strandspring.campaigns.studies.run import run_study
 from strandspring.errors import StrandspringError
 from strandspring.loops.wanted import Wanted
 from strandspring.model.modelfile import ModelFile
 from studies import CHEAP
 
 Job = Callable[[Path, Callable[[int], None]], dict[str, bytes]]
-_INDEX_EVERY = 1500  # bytes, so that small journals have several index lines
 _ABSURD = (
     b"1e400", b"-0", b"1e-400", b"9223372036854775808", b"99999999999999999999999999", b"NaN", b"null", b"true",
     b'"=1+1"',     b"[]", b"{}", b"0x10", b"1_0", b"", b"-1", b"0.1",
 )  # fmt: skip
-_OFFSETS = (-1, 0, 1, 7, 300, 1000, 2**62, 2**63, 10**30)
 _NUMBER = re.compile(rb"-?\d+(\.\d+)?(e[+-]?\d+)?")
-_DAMAGED_LINE = re.compile(r", line (\d+): damaged")
 
 
 class QuickStudy(Study):
@@ -64,7 +62,9 @@ class QuickStudy(Study):
         row = RunRow(run, number, point.mass, point.level, point.stiffness_factor, *values[:4])
         if run % 7 == 3:
             return replace(row, outcome=f'=The load of {values[4]} N, "{{[\\", must lie within\n0 and 1 N; µ.')
-        return replace(row, rest=values[4], frequency=values[5], transmissibility=values[6], inside=run % 2 == 0)
+        return replace(
+            row, static_equilibrium=values[4], frequency=values[5], transmissibility=values[6], inside=run % 2 == 0
+        )
 
 
 class QuickWork(BatchWork):
@@ -142,17 +142,12 @@ def _interrupted(job: Job, after: int, folder: Path, journal: Callable[[Path], P
 @cache
 def _undisturbed(group: str, place: str) -> tuple[dict[str, bytes], bytes]:
     """The results of a job, and the whole journal of the other one."""
-    row_index._EVERY = _INDEX_EVERY
     job, other, journal = _JOBS[group]
     folder = Path(place) / "undisturbed"
     shutil.rmtree(folder, ignore_errors=True)
     (folder / "results").mkdir(parents=True)
     results = job(folder / "results", _unseen)
     return results, _interrupted(other, 8, folder / "other", journal)
-
-
-def _checksummed(content: bytes, manifest: bytes) -> bytes:
-    return b'["%08x", %s]\n' % (zlib.crc32(content, zlib.crc32(manifest)), content)
 
 
 def _with_absurd_number(line: bytes, generator: np.random.Generator) -> bytes:
@@ -163,66 +158,61 @@ def _with_absurd_number(line: bytes, generator: np.random.Generator) -> bytes:
     return line[: one.start()] + _ABSURD[generator.integers(len(_ABSURD))] + line[one.end() :]
 
 
-def _forged(line: bytes, manifest: bytes, generator: np.random.Generator) -> bytes:
-    """A line with a correct checksum and another content, whose numbers are possible only in index lines.
-
-    Raises ValueError for a line that is none.
-    """
-    content = line[13:-2]
-    if not line.startswith(b'["'):
-        raise ValueError
-    if content.startswith(b"{"):
-        index = json.loads(content)
-        name = str(generator.choice(["before", "at", "places", "offsets"]))
-        value = _OFFSETS[generator.integers(len(_OFFSETS))]
-        if isinstance(index[name], list) and index[name]:
-            index[name][generator.integers(len(index[name]))] = value
-            index[name] = index[name][: generator.integers(1, 1 + len(index[name]))] if value == 7 else index[name]
-        else:
-            index[name] = value
-        return _checksummed(json.dumps(index).encode(), manifest)
+def _forged(content: bytes, generator: np.random.Generator) -> bytes:
+    """A row with another content; raises ValueError for what is none."""
     values = json.loads(content)
     wrong = (["x"], {"a": 1}, float("inf"), float("nan"), [[]])
     if generator.random() < 0.3:
         values.append(1)
     else:
         values[generator.integers(len(values))] = wrong[generator.integers(len(wrong))]
-    return _checksummed(json.dumps(values).encode(), manifest)
+    return json.dumps(values).encode()
 
 
-def _lines_changed(lines: list[bytes], other: list[bytes], generator: np.random.Generator) -> list[bytes]:
-    """Lines of a journal with one thing changed."""
-    at, to = (int(k) for k in generator.integers(len(lines), size=2))
-    match generator.integers(11):
+def _rows_changed(journal: Path, other: Path, generator: np.random.Generator) -> None:
+    """Change one thing in the rows or tables of a journal; raises sqlite3.Error if it was damaged before."""
+
+    def replace_row(key: object, checksum: object, content: object) -> None:
+        execute(journal, "INSERT OR REPLACE INTO row VALUES (?, ?, ?)", key, checksum, content)
+
+    rows = execute(journal, "SELECT key, checksum, content FROM row") or [(0, 0, b"[]")]
+    others = execute(other, "SELECT key, checksum, content FROM row")
+    (key, checksum, content), (to, *_) = (rows[k] for k in generator.integers(len(rows), size=2))
+    match generator.integers(10):
         case 0:
-            del lines[at]
+            execute(journal, "DELETE FROM row WHERE key = ?", key)
         case 1:
-            lines.insert(to, lines[at])
+            replace_row(to, checksum, content)
         case 2:
-            lines[at], lines[to] = lines[to], lines[at]
+            replace_row([60, -1, 2**62, None][generator.integers(4)], checksum, content)
         case 3:
-            lines.insert(to, other[generator.integers(len(other))])
+            replace_row(*others[generator.integers(len(others))])
         case 4:
-            lines[at] = _with_absurd_number(lines[at], generator)
+            replace_row(key, checksum, _with_absurd_number(content, generator))
         case 5:
-            with suppress(ValueError):  # damaged before
-                lines[at] = _forged(lines[at], lines[0], generator)
+            (manifest,) = execute(journal, "SELECT manifest FROM job LIMIT 1")[0]
+            with suppress(ValueError, TypeError):  # damaged before
+                forged = _forged(content, generator)
+                replace_row(key, zlib.crc32(forged, zlib.crc32(manifest)), forged)
         case 6:
-            junk = (b"", b"\0" * 4096, b"[" * 50_000, b'{"a":' * 20_000, b"x" * 1_000_000)
-            lines.insert(to, junk[generator.integers(len(junk))] + b"\n")
+            junk = (b"", b"\0" * 4096, b"[" * 50_000, b'{"a":' * 20_000, b"x" * 1_000_000, "text", 1.5, None)
+            replace_row(key, checksum, junk[generator.integers(len(junk))])
         case 7:
-            lines[at:] = []
+            execute(journal, "DELETE FROM row WHERE key > ?", key)
         case 8:
-            lines[at] = lines[at][: generator.integers(1 + len(lines[at]))]
+            name = ["manifest", "'[' || manifest", "NULL", "1", "x'00'", "zeroblob(70000000)"][generator.integers(6)]
+            execute(journal, f"UPDATE job SET manifest = {name}")  # noqa: S608 (of the list above)
         case 9:
-            lines += lines[at:to]
-        case 10:
-            lines[at] = lines[at].replace(b"\n", b"\r\n") if generator.random() < 0.5 else lines[at].replace(b" ", b"")
-    return lines or [b""]
+            statements = (
+                "CREATE TABLE more (x)", "CREATE VIEW more AS SELECT randomblob(1000000000)", "DROP TABLE row",
+                "CREATE TRIGGER more BEFORE INSERT ON row BEGIN DELETE FROM row; END", "PRAGMA user_version = 9",
+                "CREATE INDEX more ON row (checksum)", "PRAGMA application_id = 9", "PRAGMA journal_mode = DELETE",
+            )  # fmt: skip
+            execute(journal, statements[generator.integers(len(statements))])
 
 
 def _bytes_changed(content: bytes, generator: np.random.Generator) -> bytes:
-    """A journal with one thing changed, whatever its lines."""
+    """A journal with one thing changed, whatever its rows."""
     at = int(generator.integers(1 + len(content)))
     match generator.integers(8):
         case 0 | 1:
@@ -256,7 +246,7 @@ def _continued(job: Job, folder: Path, journal: Path) -> tuple[dict[str, bytes] 
         if before is not None and not (after or b"").startswith(before.rstrip(b"\0")[:1]):
             raise AssertionError("the refused journal was changed") from refusal
         sentence = str(refusal)
-        if "is not the journal" in sentence or "of another study" in sentence:
+        if re.search("is not the journal|of another study|is damaged", sentence):
             assert after == before, "the refused journal was changed"
         assert "; " in sentence, f"no advice: {sentence}"
         assert len(sentence) < 1500, f"long: {sentence}"
@@ -270,18 +260,15 @@ def trial(generator: np.random.Generator, folder: Path) -> Iterator[str]:
     expected, other = _undisturbed(group, str(folder.parent))
     (folder / "results").mkdir()
     journal = journal_of(folder / "results")
-    content = _interrupted(
-        job, int(generator.integers(1, 40 if group == "study" else 9)), folder / "results", journal_of
-    )
-    index_lines = content.count(row_index._BEGIN)
-    yield f"{group}, {'no' if not index_lines else 'one' if index_lines == 1 else 'several'} index lines"
+    _interrupted(job, int(generator.integers(1, 40 if group == "study" else 9)), folder / "results", journal_of)
+    yield group
+    (folder / "other").write_bytes(other)
     for _ in range(generator.integers(1, 4)):
         if generator.random() < 0.6:
-            lines = _lines_changed(content.splitlines(True) or [b""], other.splitlines(True), generator)
-            content = b"".join(lines)
+            with suppress(sqlite3.Error):
+                _rows_changed(journal, folder / "other", generator)
         else:
-            content = _bytes_changed(content, generator)
-    journal.write_bytes(content)
+            journal.write_bytes(_bytes_changed(journal.read_bytes(), generator))
     results, sentence = _continued(job, folder / "results", journal)
     outcome = "accepted"
     if results is None:
@@ -291,11 +278,7 @@ def trial(generator: np.random.Generator, folder: Path) -> Iterator[str]:
     for _ in range(100):
         if results is not None:
             break
-        if damaged := _DAMAGED_LINE.search(sentence):
-            lines = journal.read_bytes().split(b"\n")
-            del lines[int(damaged[1]) - 1]
-            journal.write_bytes(b"\n".join(lines))
-        else:
+        if "start the same command again" not in sentence:
             journal.unlink()
         results, sentence = _continued(job, folder / "results", journal)
     assert results == expected, f"other results, or never an end: {sentence}"

@@ -23,8 +23,8 @@ import harness
 from judged import kind_of
 from models_made import model_file
 from strandspring import SpringParameters, StrandspringError, info, verify
-from strandspring.fmu.papers import BUILD, HASHES, REFERENCE, STIMULI
 from strandspring.fmu.python_backed import fmu_contents
+from strandspring.fmu.related_files import BUILD, HASHES, REFERENCE, STIMULI
 from strandspring.model.modelfile import MODEL_IN_FMU, ModelFile
 
 Dice = np.random.Generator
@@ -67,7 +67,7 @@ def trial(dice: Dice, folder: Path) -> Iterator[str]:
 @cache
 def _sound() -> Files:
     """The files of an FMU without binaries, which therefore is not run."""
-    return fmu_contents(ModelFile("spring", _SPRING), platforms=())
+    return fmu_contents(ModelFile("spring", _SPRING))
 
 
 def _sealed(files: Files) -> None:

@@ -234,6 +234,7 @@ ISOLATED: dict[str, tuple[str, ...]] = {
 
 # Headings of the table by which its columns are kept.
 _KEPT_NAMES = {
+    "static equilibrium [m]": "rest [m]",
     "relative motion over base motion [1]": "relative [1]",
     "relative motion over force [m/N]": "relative [m/N]",
     "amplitude of the mount [m]": "amplitude [m]",
@@ -246,6 +247,14 @@ _KEPT_NAMES = {
 }
 
 
+# Likewise of JSON.
+_KEPT_KEYS = {"static_equilibrium": "rest", "min": "least", "max": "greatest", "requested": "wanted"}
+
+
+def _by_kept_keys(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    return {_KEPT_KEYS.get(key, key): value for key, value in pairs}
+
+
 def isolated(workshop: Workshop, model: str, *options: str) -> Outputs:
     """The curves of a mass, at the frequencies asked for; where more are computed between them is left open."""
     table = workshop.new(".csv")
@@ -254,7 +263,7 @@ def isolated(workshop: Workshop, model: str, *options: str) -> Outputs:
     )
     if status:
         return {"status": status}
-    told = json.loads(out)
+    told = json.loads(out, object_pairs_hook=_by_kept_keys)
     found = flat({"rest": told["rest"], "system": told["system"], "excitation": told["excitation"]})
     for k, level in enumerate(told["levels"]):
         wanted = [point for point in level.pop("points") if point.pop("wanted")]
@@ -280,7 +289,9 @@ def studied(workshop: Workshop, model: str, *options: str) -> Outputs:
     rows = read_table(table)
     for row in rows:
         row["outcome"] = row["outcome"] if row["outcome"] == "done" else "refused"
-    return {**flat(json.loads(out)["points"], "summary."), **columns(rows, "csv.")}
+    rows = [{_KEPT_NAMES.get(name, name): value for name, value in row.items()} for row in rows]
+    points = json.loads(out, object_pairs_hook=_by_kept_keys)["points"]
+    return {**flat(points, "summary."), **columns(rows, "csv.")}
 
 
 # Records

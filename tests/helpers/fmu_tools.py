@@ -22,6 +22,8 @@ from fmpy.fmi2 import (
 from fmpy.logging import addLoggerProxy
 
 from strandspring.core.parameters import SpringParameters
+from strandspring.errors import BuildError
+from strandspring.fmu.checks.check import CheckReport, examine_fmu
 from strandspring.fmu.python_backed import build_python_fmu
 from strandspring.model.modelfile import ModelFile
 
@@ -47,6 +49,14 @@ def built(folder: Path, parameters: SpringParameters = SPRING, name: str = "spri
     return build_python_fmu(ModelFile(name, parameters, text), folder, zero=0.0)
 
 
+def check_fmu(path: Path) -> CheckReport:
+    """Validate an FMU and compare a short run with the model; BuildError lists the problems."""
+    report = examine_fmu(path)
+    if report.problems:
+        raise BuildError(f"{path} must not be used: {report.summary}")
+    return report
+
+
 def wandering_path(parameters: SpringParameters, samples: int, seed: int) -> np.ndarray:
     """Random path with many reversals, uneven steps, standstills and excursions out of the range."""
     random = np.random.default_rng(seed)
@@ -67,7 +77,7 @@ _numbers = itertools.count(1)
 @fmi2CallbackLoggerTYPE
 def _logger(environment: int | None, _name: bytes, status: int, category: bytes, text: bytes) -> None:
     # Instances that FMPy itself makes later come here too, with no environment.
-    _messages.setdefault(environment, []).append((status, category.decode(), text.decode()))
+    _messages.setdefault(environment, []).append((status, (category or b"").decode(), text.decode()))
 
 
 def callbacks_into(messages: list[tuple[int, str, str]]) -> fmi2CallbackFunctions:

@@ -5,8 +5,8 @@
 A sequence is the life of one instance. The test does a share of the million that this does by default; a seed that
 fails is repeated by `--seed SEED 1`, and `--trace` prints its calls. FORM is native, table (FE by forces at knots),
 states (omega and absorbed_energy are continuous states), one of FORMS3 (FMI 3.0 beside FMI 2.0, by tests/fuzz/fmi3),
-python (the Python-backed FMU), system (bodies on mounts, by tests/fuzz/system) or system-fmi3 (as FORMS3). `--plain`
-does without the sanitizers, which take four fifths of the time, and which the Python-backed FMU never has.
+system (bodies on mounts, by tests/fuzz/system) or system-fmi3 (as FORMS3). `--plain` does without the sanitizers, which
+take four fifths of the time.
 """
 
 from __future__ import annotations
@@ -26,7 +26,6 @@ from typing import Any
 
 import fmpy
 
-import strandspring
 from fmu_tools import OTHER, SPRING
 from kernel_tools import compiled
 from native_tools import library, write_file, write_native
@@ -35,7 +34,6 @@ from strandspring import SpringParameters
 from strandspring.compiled.images import FMU3, SYSTEM3, fmi_headers
 from strandspring.fmu.native.block import USUAL, Form, values_source
 from strandspring.fmu.native.native_fmu import native_contents
-from strandspring.fmu.python_backed import fmu_contents
 from strandspring.model.modelfile import ModelFile
 from strandspring.system_fmu.system_native import system_contents
 from strandspring.system_fmu.system_variables import SystemFmuOptions
@@ -43,7 +41,6 @@ from strandspring.vibration.bodies.mounted import MountedSystem
 from system_fmu_tools import BOX, BOX_OPTIONS
 
 FUZZER = Path(__file__).parents[1] / "fuzz"
-BRIDGE = Path(strandspring.__file__).parent / "fmu" / "bridge" / "bridge.c"
 # Variables that are not initialized get a value of their own, so that whoever uses them is noticed.
 SANITIZED = (
     "-O1", "-g", "-fno-omit-frame-pointer", "-ftrivial-auto-var-init=pattern",
@@ -82,17 +79,6 @@ def write_sources(folder: Path, parameters: SpringParameters = SPRING, with_stat
     return folder
 
 
-def write_python_sources(folder: Path, parameters: SpringParameters = SPRING) -> Path:
-    """The same for the Python-backed FMU, whose resources lie in the folder."""
-    for name, content in fmu_contents(ModelFile("spring", parameters), (), zero=0.0).items():
-        if name == "modelDescription.xml" or name.startswith("resources/"):
-            write_file(folder / name, content)
-    for path, content in fmi_headers(2).items():
-        write_file(folder / Path(path).name, content)
-    (folder / "fuzz_model.h").write_text(_description(folder, f'"{folder / "resources"}"'))
-    return folder
-
-
 def write_system_sources(folder: Path, system: MountedSystem = BOX, options: SystemFmuOptions = BOX_OPTIONS) -> Path:
     """The same for the FMU of a system, whose sources keep their folders."""
     for name, content in system_contents(system, options, ()).items():
@@ -127,7 +113,7 @@ def write_pair_sources(folder: Path, parameters: SpringParameters = SPRING, form
     return folder
 
 
-def _description(folder: Path, resources: str = "NULL") -> str:
+def _description(folder: Path) -> str:
     description = fmpy.read_model_description(str(folder), validate=False)
     variables = sorted(description.modelVariables, key=lambda variable: int(variable.valueReference))
     starts = [float(v.start or 0.0) if v.type == "Real" else 0.0 for v in variables]
@@ -150,12 +136,10 @@ def _description(folder: Path, resources: str = "NULL") -> str:
         },
         "INPUTS": sum(v.causality == "input" for v in variables),
         "STATES": len(states),
-        "PYTHON": int(resources != "NULL"),
     }
     return "\n".join(
         [
             f"#define MODEL_GUID {json.dumps(str(description.guid))}",
-            f"#define MODEL_RESOURCES {resources}",
             f"enum {{ {', '.join(f'MODEL_{name} = {count}' for name, count in counts.items())} }};",
             "#define MODEL_TABLE(V) \\\n    " + " \\\n    ".join(entries),
             "",
@@ -193,28 +177,6 @@ def _build(of_fmus: list[Path], own: list[Path], folder: Path, flags: tuple[str,
 
     with ThreadPoolExecutor(os.cpu_count()) as pool:
         return link(list(pool.map(compile_unit, [*of_fmus, *own])), folder / "fuzz", flags)
-
-
-def build_python(sources: Path, folder: Path) -> Path:
-    """The fuzzer with the binary of Python-backed FMUs; without sanitizers, which take Python's memory for lost."""
-    folder.mkdir()
-    units = [*(unit for unit in FUZZER.glob("*.c") if unit.stem != "bytes"), *FUZZER.glob("python/*.c"), BRIDGE]
-    objects = [
-        compiled(
-            folder / f"{unit.stem}-{k}.o",
-            *PLAIN,
-            "-D_POSIX_C_SOURCE=200809L",
-            f"-I{sources}",
-            f"-I{FUZZER}",
-            "-c",
-            unit,
-        )
-        for k, unit in enumerate(units)
-    ]
-    # Which tests/fuzz/python/layer.c wraps.
-    wrapped = [f"--redefine-sym=fmi2{name}=python_{name}" for name in ("SerializedFMUstateSize", "SerializeFMUstate")]
-    subprocess.run(["objcopy", *wrapped, str(objects[-1])], check=True)
-    return link(objects, folder / "fuzz", PLAIN)
 
 
 def build_system(sources: Path, folder: Path, flags: tuple[str, ...] = SANITIZED) -> Path:
@@ -273,8 +235,6 @@ def add_up(outcomes: Sequence[Outcome]) -> Statistics:
 def program_of(form: str, folder: Path, flags: tuple[str, ...]) -> Path:
     """The fuzzer of a form, with its sources and objects in the folder."""
     sources, objects = folder / "sources", folder / "objects"
-    if form == "python":
-        return build_python(write_python_sources(sources), objects)
     if form == "system":
         return build_system(write_system_sources(sources), objects, flags)
     if form == "system-fmi3":
@@ -287,7 +247,7 @@ def program_of(form: str, folder: Path, flags: tuple[str, ...]) -> Path:
 def main() -> int:
     parser = argparse.ArgumentParser(description="Random sequences of FMI calls against FMUs.")
     parser.add_argument("sequences", nargs="?", type=int, default=1_000_000)
-    parser.add_argument("--form", choices=(*FORMS, *FORMS3, "python", "system", "system-fmi3"), default="native")
+    parser.add_argument("--form", choices=(*FORMS, *FORMS3, "system", "system-fmi3"), default="native")
     parser.add_argument("--plain", action="store_true")
     parser.add_argument("--seed", type=int, default=1_000_000)
     parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1)

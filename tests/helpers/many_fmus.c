@@ -1,4 +1,4 @@
-/* A host of several FMUs at once, native and Python-backed, for the tests of what they share: the process.
+/* A host of several native FMUs at once, for the tests of what they share: the process.
  *
  *     many_fmus TASK COUNT (LIBRARY GUID RESOURCES)...
  *

@@ -23,7 +23,6 @@ from kernel_tools import build_folder
 from strandspring.core.parameters import SpringParameters
 from strandspring.fmu.native.native_fmu import build_native_fmu
 from strandspring.fmu.native.platforms import chosen_platforms, host_folder
-from strandspring.fmu.python_backed import build_python_fmu
 from strandspring.model.modelfile import ModelFile
 
 # The headers of FMI, and the functions of both interfaces that they declare.
@@ -87,12 +86,6 @@ def library(parameters: SpringParameters = SPRING) -> Library:
 def states_library(parameters: SpringParameters = SPRING) -> Library:
     """The same of the native FMU with continuous states."""
     return _unpacked(functools.partial(build_native_fmu, with_states=True), parameters)
-
-
-@functools.cache
-def python_library(parameters: SpringParameters = SPRING) -> Library:
-    """The same of the Python-backed FMU."""
-    return _unpacked(build_python_fmu, parameters)
 
 
 def _unpacked(build: Callable[..., Path], parameters: SpringParameters) -> Library:

@@ -125,9 +125,9 @@ TOOLS = (
     Tool("FMU Manipulation Toolbox: check, and container in FMPy", "with_container", _LATE),
     Tool("libcosim (libcosimpy)", "with_libcosimpy", _SAME, "\"Unsupported FMI version\""),
     Tool("Ecos (ecospy)", "with_ecospy", _SAME),
-    Tool("host in C without Python", "with_c_host", _HOST, "not written for it"),
+    Tool("host in C without Python", "with_c_host", _HOST | {PYTHON: "must preload libpython"}, "not written for it"),
     Tool(
-        "the same for Windows, by wine", "with_wine", _HOST | {PYTHON: "needs Python for Windows"},
+        "the same for Windows, by wine", "with_wine", _HOST | {PYTHON: "must load Python first"},
         "not written for it", _without_wine,
     ),
 )  # fmt: skip

@@ -32,7 +32,7 @@ def test_a_linear_spring_is_the_textbook(excitation: Excitation) -> None:
     stiffness = 2000.0 * 3 / 2
     level = FORCES[excitation]
     found = frequency_response(system, excitation, level, np.geomspace(0.5, 40.0, 40))
-    wanted = found.column("wanted") > 0.0
+    wanted = found.column("requested") > 0.0
     assert wanted.sum() == 40
     circular = 2.0 * np.pi * found.column("frequency")
     dynamic = stiffness - 2.0 * circular**2 + 12.0j * circular
@@ -56,7 +56,7 @@ def test_time_stepping_in_c_arrives_at_the_same_motion() -> None:
     system = IsolatedMass(MOUNT, 5.0, 50.0, damping=15.0)
     stepping = Verlet(system)
     for point in frequency_response(system, Excitation.BASE_DISPLACEMENT, 6e-4, np.array([4.0, 8.0, 25.0])).points:
-        if point.wanted:
+        if point.requested:
             stepped = stepping.run(6e-4, point.frequency)
             assert point.amplitude == pytest.approx(stepped.amplitude, rel=2e-4)
             assert point.relative_phase == pytest.approx(np.degrees(np.angle(stepped.relative)), abs=0.02)
@@ -132,7 +132,7 @@ def test_the_curve_is_followed_through_folds() -> None:
     direction = np.sign(np.diff(frequency))
     assert np.count_nonzero(np.diff(direction)) == 2
     unstable = frequency[~stable]
-    three = (frequency > unstable.min()) & (frequency < unstable.max()) & (found.column("wanted") > 0.0)
+    three = (frequency > unstable.min()) & (frequency < unstable.max()) & (found.column("requested") > 0.0)
     values, counts = np.unique(frequency[three], return_counts=True)
     assert values.size >= 3
     assert (counts == 3).mean() > 0.6  # next to a fold one of the three may be missed
@@ -144,7 +144,7 @@ def test_the_curve_is_followed_through_folds() -> None:
 def test_every_wanted_frequency_is_there_once_without_folds() -> None:
     band = np.geomspace(3.0, 40.0, 60)
     found = frequency_response(IsolatedMass(MOUNT, 5.0, 50.0), Excitation.BASE_DISPLACEMENT, 5e-4, band)
-    assert found.column("frequency")[found.column("wanted") > 0.0] == pytest.approx(band, rel=1e-12)
+    assert found.column("frequency")[found.column("requested") > 0.0] == pytest.approx(band, rel=1e-12)
     peak = found.resonance
     near = frequency_response(
         IsolatedMass(MOUNT, 5.0, 50.0),
@@ -164,7 +164,7 @@ def test_more_harmonics_and_samples_change_little() -> None:
         for h, k in ((11, 256), (31, 1024))
     )
     first, second = (
-        r.column("transmissibility")[r.column("wanted") > 0.0] for r in (few, many)
+        r.column("transmissibility")[r.column("requested") > 0.0] for r in (few, many)
     )  # fmt: skip
     # What 11 harmonics leave out is below a thousandth; the mark is 0.5 %.
     assert first == pytest.approx(second, rel=1e-3)
@@ -176,9 +176,9 @@ def test_the_rest_carries_the_load() -> None:
     each = 6.0 * 9.80665 / 2
     x = rest.displacement - MOUNT.displacement_offset
     assert 50.0 + 20_000.0 * x + 1e5 * x**2 + 2e7 * x**3 == pytest.approx(each, abs=1e-3)  # between grid points
-    assert rest.least < rest.displacement < rest.greatest
+    assert rest.min < rest.displacement < rest.max
     # Loaded slowly up to the load and down to it from above, the spring stays within the band.
-    low, high = rest.least, rest.greatest
+    low, high = rest.min, rest.max
     loaded = Spring(MOUNT).response([0.02, low])[-1]
     unloaded = Spring(MOUNT).response([0.08, high])[-1]
     # omega starts at 0 and is within 1e-3 of saturation, which is 15 N.
@@ -188,7 +188,7 @@ def test_the_rest_carries_the_load() -> None:
     humps = replace(MOUNT, kE=(0.0, -1500.0, 0.0, 1e7), kA=(1.0,), kappa_omega=2.0, rho=500.0, sigma=1.0, n=1.0,
                     displacement_offset=0.0, displacement_min=-0.02, displacement_max=0.02)  # fmt: skip
     both = static_equilibrium(IsolatedMass(humps, 1.0, load=0.0))
-    for omega, stop in ((1.0, both.least), (-1.0, both.greatest)):
+    for omega, stop in ((1.0, both.min), (-1.0, both.max)):
         way = np.linspace(-omega * 0.02, stop, 2001)
         crossed = np.sign(Spring(humps).response(way, omega)[:-1]) != -omega
         assert not crossed.any()
@@ -264,7 +264,7 @@ def test_time_integration_gives_the_same_steady_motion(
     system: IsolatedMass, excitation: Excitation, level: float, frequencies: tuple[float, ...]
 ) -> None:
     found = frequency_response(system, excitation, level, frequencies)
-    for point in (one for one in found.points if one.wanted):
+    for point in (one for one in found.points if one.requested):
         reference = shaken(system, excitation, level, point.frequency)
         # The mark is 0.5 % and 1 degree. Both err by some 1e-5: what the solver's tolerance and the end of the
         # transient leave; a tenfold margin.
@@ -291,5 +291,5 @@ def test_a_closed_curve_beside_the_followed_one_is_passed_over() -> None:
     )
     band = [3.29255384, 6.09510679, 11.28313418, 20.88710195, 38.66576617, 71.57725745]
     response = frequency_response(IsolatedMass(drawn, 0.02), Excitation.BASE_DISPLACEMENT, 8.538063896930848e-05, band)
-    assert [point.frequency for point in response.points if point.wanted] == pytest.approx(band, rel=1e-12)
+    assert [point.frequency for point in response.points if point.requested] == pytest.approx(band, rel=1e-12)
     assert response.resonance.frequency == pytest.approx(13.56, rel=5e-3)  # 64th parts of the way between two points

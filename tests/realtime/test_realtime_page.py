@@ -12,7 +12,7 @@ from fmpy.fmi1 import FMICallException
 
 from fmu_tools import SPRING
 from pages import TEXTS
-from strandspring.fmu.check import running
+from strandspring.fmu.checks.check import running
 from strandspring.fmu.native.native_fmu import build_native_fmu, native_contents
 from strandspring.fmu.native.platforms import chosen_platforms
 from strandspring.model.modelfile import ModelFile

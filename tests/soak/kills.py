@@ -93,7 +93,7 @@ COMMANDS = {
     "identify-many": Command(
         "identify-many in/many -o out --workers 2",
         ("out/m0.json", "out/m1.json", "out/m2.json", "out/springs.csv", "out/springs.parquet"),
-        ("out/springs.journal.jsonl",),
+        ("out/springs.journal.sqlite",),
     ),
     "predict": Command("predict in/model.json in/a.csv -o out/predicted.csv", ("out/predicted.csv",)),
     "predict-sheet": Command("predict in/model.json in/a.parquet -o out/predicted.csv", ("out/predicted.csv",)),
@@ -115,7 +115,7 @@ COMMANDS = {
     "study": Command(
         "study in/model.json --mass 0.4:0.6:10 --draws 30 --workers 2 -o out/study.csv",
         ("out/study.csv",),
-        ("out/study.csv.part.jsonl",),
+        ("out/study.csv.part.sqlite",),
     ),
     "simulate": Command(
         "simulate in/system.toml --draws 20 -o out/figures.csv --report out/page.html --histories out/histories",

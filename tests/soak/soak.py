@@ -4,8 +4,7 @@
 
 Without a task all are done, each in a process of its own, with the counts below; --count does another number of each.
 The resident set is read at forty moments. The first half of a task is its warm-up: caches fill. What the memory grows
-by in the second half is reported in kB, and in kB per thousand repetitions; more than LIMIT in all is a leak. `lives`
-of a Python-backed FMU are lives of instances in the Python that the soak runs in.
+by in the second half is reported in kB, and in kB per thousand repetitions; more than LIMIT in all is a leak.
 
 Only for Linux: the resident set is read from /proc.
 """
@@ -141,8 +140,8 @@ def steps(folder: Path, backend: str) -> Work:
     return lambda number: slave.step(instance, number)
 
 
-def lives(folder: Path, backend: str) -> Work:
-    slave = Slave(folder, backend)
+def lives(folder: Path) -> Work:
+    slave = Slave(folder, "native")
 
     def live(number: int) -> None:
         instance = slave.begin()
@@ -171,14 +170,14 @@ def a_spring(folder: Path) -> Path:
 
 
 def builds(folder: Path) -> Work:
-    """The Python-backed FMU is built, validated and run."""
+    """The native FMU is built, validated and run."""
     from strandspring import build_fmu
 
     model = a_spring(folder)
 
     def build(_: int) -> None:
         with contextlib.redirect_stdout(io.StringIO()):
-            build_fmu(model, folder / "dist", backend="python")
+            build_fmu(model, folder / "dist")
 
     return build
 
@@ -201,8 +200,7 @@ def reports(folder: Path) -> Work:
 TASKS: dict[str, tuple[Callable[[Path], Work], int]] = {
     "native-steps": (lambda folder: steps(folder, "native"), 10_000_000),
     "python-steps": (lambda folder: steps(folder, "python"), 10_000_000),
-    "native-lives": (lambda folder: lives(folder, "native"), 100_000),
-    "python-lives": (lambda folder: lives(folder, "python"), 100_000),
+    "native-lives": (lives, 100_000),
     "identifications": (identifications, 1000),
     "builds": (builds, 1000),
     "loads": (loads, 200),

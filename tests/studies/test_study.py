@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-import tracemalloc
+from collections.abc import Iterable
 from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
@@ -14,8 +14,10 @@ import pytest
 
 from springs import TABLE
 from strandspring import ModelError, Spring
-from strandspring.campaigns.studies.definition import DONE, RunRow, Study, scaled
-from strandspring.campaigns.studies.quantiles import FIGURES, Summaries
+from strandspring.campaigns.studies.definition import RunRow, Study, scaled
+from strandspring.campaigns.studies.runs import DONE
+from strandspring.campaigns.studies.summaries import QUANTILES, summaries
+from strandspring.ground.files import write_csv
 from strandspring.model.joint import joint_names
 from strandspring.model.modelfile import ModelFile, save_model
 from strandspring.model.spread import DRAWN, Spread
@@ -161,7 +163,7 @@ def test_a_run_tells_what_the_frequency_response_does() -> None:
     rest = static_equilibrium(system)
     band = np.geomspace(0.23 * rest.frequency, 5.0 * rest.frequency, 12)
     resonance = frequency_response(system, Excitation.BASE_ACCELERATION, 0.5, band).resonance
-    assert (row.rest, row.sag, row.outcome) == (rest.displacement, rest.sag, DONE)
+    assert (row.static_equilibrium, row.sag, row.outcome) == (rest.displacement, rest.sag, DONE)
     for name, value in asdict(resonance).items():
         assert getattr(row, name) == value, name
 
@@ -185,10 +187,10 @@ def test_a_run_that_cannot_be_is_a_row_with_its_reason() -> None:
     heavy, leaving = replace(CHEAP, masses=(400.0,)), replace(CHEAP, levels=(0.005,), band=(6.0, 12.0))
     (row,) = heavy.rows([0])
     assert row.outcome.startswith("The static load of 3922.66 N on each spring must lie within")
-    assert row.rest is row.frequency is row.inside is None
+    assert row.static_equilibrium is row.frequency is row.inside is None
     (row,) = leaving.rows([0])
     assert "outside the identified range of 30 to 70 mm" in row.outcome
-    assert row.rest is not None
+    assert row.static_equilibrium is not None
     assert row.frequency is row.transmissibility is None
 
 
@@ -264,7 +266,13 @@ def test_motion_beyond_the_identified_range_is_reported(terminal: Terminal) -> N
     assert "in 1 of 1 the spring moves outside the identified range" in terminal(*command, "--extrapolate")
 
 
-def test_the_most_frequent_reason_is_reported_whatever_its_numbers() -> None:
+def summed_up(study: Study, rows: Iterable[RunRow], folder: Path) -> pd.DataFrame:
+    """The summaries of rows that stand in the results."""
+    write_csv(folder / "r.csv", [column.heading for column in study.columns], map(study.cells, rows))
+    return summaries(study, folder / "r.csv")
+
+
+def test_the_most_frequent_reason_is_reported_whatever_its_numbers(tmp_path: Path) -> None:
     study = replace(CHEAP, masses=(5.0,), draws=3)
     rows = [
         replace(row, outcome=outcome)
@@ -272,45 +280,38 @@ def test_the_most_frequent_reason_is_reported_whatever_its_numbers() -> None:
             study.rows(range(3)), ("Stuck at 3 Hz.", "Left at 1.5 mm.", "Left at -2e-05 mm."), strict=True
         )
     ]
-    (summary,) = Summaries(study, rows)
-    assert (summary.refused, summary.reason) == (3, "Left at 1.5 mm.")
+    table = summed_up(study, rows, tmp_path)
+    assert table[["refused", "reason"]].to_numpy().tolist() == [[3, "Left at 1.5 mm."]]
 
 
-def test_quantiles_are_those_of_numpy_over_the_runs_that_have_a_figure() -> None:
+def test_quantiles_are_those_of_numpy_over_the_runs_that_have_a_figure(tmp_path: Path) -> None:
     study = replace(CHEAP, masses=(4.0, 5.0), levels=(1e-4, 2e-4), draws=37)
     generator = np.random.default_rng(5)
+    names = [figure.name for figure in study.figures]
     rows = []
     for run in range(len(study)):
-        values = generator.standard_normal(len(FIGURES)).tolist()
-        known = {name: value for name, value in zip(FIGURES, values, strict=True) if generator.random() < 0.7}
+        values = generator.standard_normal(len(names)).tolist()
+        known = {name: value for name, value in zip(names, values, strict=True) if generator.random() < 0.7}
         outcome = DONE if generator.random() < 0.8 else "No."
-        rows.append(RunRow(run, 0, 4.0, 1e-4, 1.0, 1.0, 1.0, 1.0, 1.0, **known, outcome=outcome))
-    summaries = Summaries(study, rows)
-    assert (len(summaries), summaries[-1]) == (4, summaries[3])
-    assert summaries.refused == sum(row.outcome != DONE for row in rows)
-    for index, summary in enumerate(summaries):
-        assert summary.point == study.grid_point(index)
+        inside, beyond = (generator.choice([None, False, True]) for _ in range(2))
+        rows.append(
+            RunRow(run, 0, 4.0, 1e-4, 1.0, 1.0, 1.0, 1.0, 1.0, **known, inside=inside, extrapolating=beyond,
+                   outcome=outcome)
+        )  # fmt: skip
+    table = summed_up(study, rows, tmp_path)
+    assert len(table) == 4
+    for index, summary in enumerate(table.to_dict("records")):
+        assert {name: summary[name] for name in ("mass", "level", "stiffness_factor")} == asdict(
+            study.grid_point(index)
+        )
         own = [row for row in rows[index::4] if row.outcome == DONE]
-        assert (summary.runs, summary.refused) == (37, 37 - len(own))
-        for name, quantiles in summary.figures.items():
+        assert (summary["runs"], summary["refused"]) == (37, 37 - len(own))
+        assert summary["at_end_of_band"] == sum(row.inside is False for row in rows[index::4])
+        assert summary["extrapolating"] == sum(row.extrapolating is True for row in rows[index::4])
+        for name in names:
             values = [value for row in own if (value := getattr(row, name)) is not None]
-            assert quantiles is not None
-            assert list(asdict(quantiles).values()) == pytest.approx(np.quantile(values, [0.05, 0.5, 0.95]), rel=1e-12)
-
-
-def test_memory_does_not_grow_with_the_grid_by_more_than_its_arrays() -> None:
-    study = replace(
-        CHEAP, masses=tuple(np.linspace(4.0, 5.0, 200)), levels=tuple(np.linspace(1e-4, 2e-4, 100)), draws=1
-    )
-    (row,) = study.rows([0])
-    refused = [replace(row, outcome=f"Refused at {run} Hz.") for run in range(len(study))]
-    tracemalloc.start()
-    summaries = Summaries(study, refused)
-    held = tracemalloc.get_traced_memory()[0]
-    tracemalloc.stop()
-    assert (summaries[0].reason, summaries[-1].reason) == ("Refused at 0 Hz.", "Refused at # Hz.")
-    # 8 figures and 3 counts, and a place in a table of reasons; and 10 000 sentences.
-    assert held < len(study) * 200 + 10_000 * 200
+            found = [summary[f"{name}_{end}"] for end in QUANTILES]
+            assert found == pytest.approx(np.quantile(values, [0.05, 0.5, 0.95]), rel=1e-12)
 
 
 def test_grids_are_given_by_numbers_or_ranges(terminal: Terminal) -> None:

@@ -21,8 +21,8 @@ from strandspring.campaigns.jobs import cluster as cluster_module
 from strandspring.campaigns.jobs import runners
 from strandspring.campaigns.jobs.cluster import Cluster
 from strandspring.campaigns.jobs.runners import JobError, Local
+from strandspring.campaigns.studies.execution import run_study
 from strandspring.campaigns.studies.journal import journal_path
-from strandspring.campaigns.studies.run import run_study
 from strandspring.model.modelfile import ModelFile, save_model
 from strandspring.vibration.one_mass.system import IsolationError
 from studies import CHEAP, COMMAND, SPRING, UNCERTAINTY, Counter

@@ -20,16 +20,19 @@ import pytest
 from distributed import LocalCluster
 
 import strandspring
+from journal_content import execute, written
 from strandspring import StrandspringError
 from strandspring.campaigns.jobs.cluster import Cluster
 from strandspring.campaigns.jobs.runners import Local, Runner
+from strandspring.campaigns.studies.execution import run_study
 from strandspring.campaigns.studies.journal import journal_path
-from strandspring.campaigns.studies.run_system import run_system_study
+from strandspring.campaigns.studies.summaries import summaries
 from strandspring.campaigns.studies.system_planning import planned_study, undrawn
-from strandspring.campaigns.studies.system_study import SystemRow, SystemStudy, system_row
-from strandspring.campaigns.studies.system_summaries import SystemSummaries
+from strandspring.campaigns.studies.system_row import SystemRow, system_row
+from strandspring.campaigns.studies.system_study import SystemStudy
 from strandspring.errors import MountedSystemError
 from strandspring.examples.system_models import SYSTEMS
+from strandspring.ground.files import write_csv
 from strandspring.model.modelfile import load_model, save_model
 from strandspring.vibration.description.named_files import FilesOfFolder
 from strandspring.vibration.description.system_file import read_description, system_of_content
@@ -44,6 +47,7 @@ CONTENT = read_description(BOX)
 FILES = FilesOfFolder(SYSTEMS)
 MASSES = {"body.box.mass": "15 kg:25 kg:3"}
 DROP = {"cases": "drop", "step": 5e-4}
+MARGINS = ("acceleration_margin", "sway_margin", "tilt_margin", "stroke_margin")
 
 
 def study(vary: dict[str, Any], content: dict[str, Any] = CONTENT, **options: Any) -> SystemStudy:
@@ -296,13 +300,13 @@ def drawn() -> SystemStudy:
 @pytest.fixture(scope="module")
 def expected(drawn: SystemStudy, tmp_path_factory: pytest.TempPathFactory) -> bytes:
     path = tmp_path_factory.mktemp("serial") / "results.csv"
-    run_system_study(drawn, path, Local(1))
+    run_study(drawn, path, Local(1))
     return path.read_bytes()
 
 
 def test_several_processes_give_the_same_bytes(drawn: SystemStudy, expected: bytes, tmp_path: Path) -> None:
     results, counter = tmp_path / "results.csv", Counter()
-    run_system_study(drawn, results, Local(2), counter)
+    run_study(drawn, results, Local(2), counter)
     assert results.read_bytes() == expected
     assert (counter.first, counter.last) == (0, 30)
 
@@ -313,21 +317,20 @@ def test_an_interrupted_study_goes_on_where_it_ended(drawn: SystemStudy, expecte
 
     results = tmp_path / "results.csv"
     with pytest.raises(KeyboardInterrupt):
-        run_system_study(drawn, results, Local(1), Counter(11, interrupt))
+        run_study(drawn, results, Local(1), Counter(11, interrupt))
     assert not results.exists()
-    with journal_path(results).open("ab") as journal:
-        journal.write(b'["00000000", [12, [1.0')  # as a killed program leaves it
+    execute(journal_path(results), "INSERT INTO row VALUES (12, 0, x'5b31322c')")
     for other, said in (
         (replace(drawn, seed=2), "seed 1 instead of 2"),
         (study({"body.box.mass": [15.0, 20.0, 25.0]}, draws=5, seed=1), "vary "),
         (replace(drawn, files=replace(drawn.files, models={})), "another system"),
     ):
         with pytest.raises(MountedSystemError, match=f"is the journal of another study .*{said}"):
-            run_system_study(other, results, Local(1))
+            run_study(other, results, Local(1))
     counter, notes = Counter(), list[str]()
-    run_system_study(drawn, results, Local(1), counter, notes.append)
+    run_study(drawn, results, Local(1), counter, notes.append)
     assert counter.first == 11
-    assert "1 damaged line at the end was dropped" in notes[0]
+    assert "1 damaged row was dropped" in notes[0]
     assert results.read_bytes() == expected
     assert list(tmp_path.iterdir()) == [results]
 
@@ -339,7 +342,7 @@ def test_a_killed_command_goes_on_where_it_ended(tmp_path: Path) -> None:
                "--case", "shock", "--draws", "40", "--workers", "1", "-o"]  # fmt: skip
     process = subprocess.Popen([*command, str(results)], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
     try:
-        while not (journal_path(results).exists() and journal_path(results).read_bytes().count(b"\n") > 60):
+        while written(journal_path(results)) < 100_000:
             assert process.poll() is None
             time.sleep(0.01)
     finally:
@@ -368,7 +371,7 @@ def test_files_travel_to_a_cluster(tmp_path: Path) -> None:
     shutil.rmtree(folder)
 
     def results(name: str, runner: Runner) -> bytes:
-        run_system_study(planned, tmp_path / name, runner)
+        run_study(planned, tmp_path / name, runner)
         return (tmp_path / name).read_bytes()
 
     with LocalCluster(n_workers=2, threads_per_worker=1, processes=True, dashboard_address=":0") as cluster:
@@ -379,7 +382,7 @@ def test_files_travel_to_a_cluster(tmp_path: Path) -> None:
 # What is said
 
 
-def test_summaries_are_the_worst_of_all_cases_and_quantiles_over_draws() -> None:
+def test_summaries_are_the_worst_of_all_cases_and_quantiles_over_draws(tmp_path: Path) -> None:
     planned = study({"body.box.mass": [15.0, 20.0]}, cases=["drop", "shock"], draws=7)
     generator = np.random.default_rng(3)
     verdicts = [verdict.value for verdict in Verdict]
@@ -393,29 +396,41 @@ def test_summaries_are_the_worst_of_all_cases_and_quantiles_over_draws() -> None
         rows.append(
             SystemRow(run, (a, b), sway, tilt, stroke, "corner", 1.0, None, None, 0.0, *margins, "sway of x", verdict)
         )
-    summaries = SystemSummaries(planned, rows)
-    assert len(summaries) == 4
-    for number, summary in enumerate(summaries):
+    write_csv(tmp_path / "r.csv", [column.heading for column in planned.columns], map(planned.cells, rows))
+    table = summaries(planned, tmp_path / "r.csv")
+    assert len(table) == 4
+    for number, summary in enumerate(table.to_dict("records")):
         point, candidate = divmod(number, 2)
         own = [row for row in rows if planned.place(row.run)[0::2] == (point, candidate)]
-        assert (summary.values, summary.candidate) == (planned.values(point), planned.candidates[candidate][1])
+        assert (summary["body.box.mass"], summary["candidate"]) == (
+            *planned.values(point), planned.candidates[candidate][1],
+        )  # fmt: skip
         ranks = [verdicts.index(row.verdict) for row in own]
-        assert summary.verdict.value == verdicts[max(ranks)]
+        assert summary["verdict"] == verdicts[max(ranks)]
         of_draws = [[row for row in own if planned.place(row.run).draw == k] for k in range(7)]
         passing = sum(all(row.verdict == "pass" for row in draw) for draw in of_draws)
-        assert summary.passing == passing / 7
-        assert summary.refused == sum(row.verdict == "refused" for row in own)
+        assert summary["passing"] == passing / 7
+        refused = [row.outcome for row in own if row.verdict == "refused"]
+        assert (summary["refused"], summary["reason"]) == (len(refused), refused[0])  # one but for numbers
         known = [[row for row in draw if row.verdict != "refused"] for draw in of_draws]
         strokes = [max(row.stroke or 0.0 for row in draw) for draw in known if draw]
-        margins = [
-            min(min(m for m in (r.acceleration_margin, r.sway_margin, r.tilt_margin, r.stroke_margin) if m is not None)
-                for r in draw)
-            for draw in known if draw
-        ]  # fmt: skip
-        for name, values in (("stroke", strokes), ("margin", margins)):
-            found = summary.figures[name]
-            assert found is not None
-            assert [found.low, found.median, found.high] == pytest.approx(np.quantile(values, [0.05, 0.5, 0.95]))
+        least = [{row.run: min(getattr(row, name) for name in MARGINS) for row in draw} for draw in known if draw]
+        cases = [planned.cases[planned.place(min(runs, key=runs.__getitem__)).case][1] for runs in least]
+        case = max(dict.fromkeys(cases), key=cases.count)
+        assert summary["least_margin"] == f"sway of x in {case}"
+        for name, values in (("stroke", strokes), ("margin", [min(runs.values()) for runs in least])):
+            found = [summary[f"{name}_{end}"] for end in ("q05", "median", "q95")]
+            assert found == pytest.approx(np.quantile(values, [0.05, 0.5, 0.95]))
+
+
+def test_a_study_of_which_every_run_is_refused_has_no_figures(tmp_path: Path) -> None:
+    planned = study({"body.box.mass": [15.0, 20.0]})
+    rows = [SystemRow(run, outcome=f"No {run}.") for run in range(len(planned))]
+    write_csv(tmp_path / "r.csv", [column.heading for column in planned.columns], map(planned.cells, rows))
+    table = summaries(planned, tmp_path / "r.csv")
+    assert table["refused"].tolist() == [1] * 4
+    assert table["reason"].tolist() == [row.outcome for row in rows]
+    assert table[["least_margin", "stroke_median", "margin_q05"]].isna().all(axis=None)
 
 
 def test_json_text_csv_and_python_say_the_same(terminal: Terminal) -> None:

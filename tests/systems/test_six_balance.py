@@ -88,20 +88,20 @@ def test_one_axis_is_an_isolated_mass(kind: Excitation, level: float, damping: f
     shaking = Shaking(kind, (0.0, 0.0, -1.0))
     one = frequency_response(mass, kind, level, band)
     found = system_response(system, pose, shaking, level, band)
-    wanted = one.column("wanted") > 0.0
+    wanted = one.column("requested") > 0.0
     # Both stop where the equations are solved to 1e-8 and 1e-9 of their largest term; a resonance magnifies that.
     tolerance = 3e-7
     of_force = kind is Excitation.FORCE
-    ratio = -(found.base_force / found.level if of_force else found.gain[:, 0])[found.wanted, 2]
+    ratio = -(found.base_force / found.level if of_force else found.gain[:, 0])[found.requested, 2]
     expected = one.column("transmissibility") * np.exp(1j * np.radians(one.column("phase")))
     assert ratio == pytest.approx(expected[wanted], rel=tolerance)
-    assert np.abs(found.base_force[found.wanted, 2]) == pytest.approx(one.column("force")[wanted], rel=tolerance)
+    assert np.abs(found.base_force[found.requested, 2]) == pytest.approx(one.column("force")[wanted], rel=tolerance)
     for name, values in (
-        ("least", found.low[:, 0]),
-        ("greatest", found.high[:, 0]),
+        ("min", found.low[:, 0]),
+        ("max", found.high[:, 0]),
         ("acceleration", found.acceleration[:, 0, 2]),
     ):
-        assert values[found.wanted] == pytest.approx(one.column(name)[wanted], rel=tolerance), name
+        assert values[found.requested] == pytest.approx(one.column(name)[wanted], rel=tolerance), name
     (resonance,) = found.resonances
     if not of_force:
         assert resonance.frequency == pytest.approx(one.resonance.frequency, rel=2e-3)  # spacing of the points there
@@ -163,9 +163,9 @@ def test_other_coordinates_change_nothing(about: tuple[float, float, float] | No
     there = None if about is None else tuple(rotation.apply(about))
     other_shaking = Shaking(Excitation.BASE_DISPLACEMENT, tuple(rotation.apply(direction)), there)
     other = system_response(turned(system, rotation), pose, other_shaking, level, band)
-    gain = one.gain[one.wanted] @ matrix.T
-    assert other.gain[other.wanted] == pytest.approx(gain, rel=1e-6, abs=1e-7 * np.abs(gain).max())  # Newton's 1e-9
-    assert other.low[other.wanted] == pytest.approx(one.low[one.wanted], abs=1e-9)
+    gain = one.gain[one.requested] @ matrix.T
+    assert other.gain[other.requested] == pytest.approx(gain, rel=1e-6, abs=1e-7 * np.abs(gain).max())  # Newton's 1e-9
+    assert other.low[other.requested] == pytest.approx(one.low[one.requested], abs=1e-9)
 
 
 def in_time(

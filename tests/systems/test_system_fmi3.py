@@ -28,7 +28,7 @@ from portable_host import environment
 from strandspring.api.fmus.building_system import SystemToBuild
 from strandspring.compiled.images import SYSTEM3
 from strandspring.errors import MountedSystemError
-from strandspring.fmu.fmi3_files import BUILD_DESCRIPTION
+from strandspring.fmu.description.fmi3_files import BUILD_DESCRIPTION
 from strandspring.fmu.native.platforms import chosen_platforms, host_folder
 from strandspring.system_fmu.system_check import examine_system_fmu
 from strandspring.system_fmu.system_native import build_system_fmu, system_contents, system_identifier

@@ -16,7 +16,7 @@ import strandspring
 from strandspring import BuildError, StrandspringError, build_fmu
 from strandspring.errors import MountedSystemError
 from strandspring.fmu.archive import write_archive
-from strandspring.fmu.papers import sealed
+from strandspring.fmu.related_files import sealed
 from strandspring.vibration.bodies.simulation import simulate_case
 from strandspring.vibration.description.system_file import is_system_file, load_system_file
 from terminal import Terminal
@@ -166,7 +166,7 @@ def test_what_cannot_be_built_leaves_nothing(monkeypatch: pytest.MonkeyPatch) ->
     Path("systems/wrong.toml").write_text(text.replace("[[body]]", "[[bodies]]", 1))
     with pytest.raises(MountedSystemError, match=r"^systems/wrong\.toml, "):
         build_fmu("systems/wrong.toml", "out", candidate="standard")
-    monkeypatch.setattr("strandspring.fmu.table_check.FORCE_TOLERANCE", -1.0)
+    monkeypatch.setattr("strandspring.fmu.checks.table_check.FORCE_TOLERANCE", -1.0)
     with pytest.raises(BuildError, match="was not written, because the FMU failed its check: Its acceleration must be"):
         build_fmu("systems/electronics_box.toml", "out", candidate="standard")
     monkeypatch.undo()

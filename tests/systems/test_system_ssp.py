@@ -18,7 +18,7 @@ from scipy.spatial.transform import Rotation
 from native_tools import OK
 from strandspring.core.variables import Unit, Variable
 from strandspring.fmu.archive import write_archive
-from strandspring.fmu.description import Backend, Content, described
+from strandspring.fmu.description.model_description import Backend, Content, described
 from strandspring.fmu.native.native_fmu import build_native_fmu
 from strandspring.fmu.native.platforms import chosen_platforms
 from strandspring.fmu.python_backed import slave_contents
@@ -87,20 +87,11 @@ def plant(folder: Path, body: dict[str, Any]) -> Path:
     backend = Backend({"canNotUseMemoryManagementFunctions": "true", "needsExecutionTool": "false"})
     source = (Path(__file__).parents[1] / "helpers" / "rigid_plant.py").read_text()
     head, tail = source.split("from __future__ import annotations\n")
-    start = """
-
-def start(resources, name, guid):
-    from <package>.core import component
-
-    RigidPlant.fmu_guid = "<guid>"
-    return component.start(RigidPlant, resources, name, guid)
-"""
-    module = f"{head}from __future__ import annotations\n{tail}{start}\nBODY = {body!r}\n"
+    module = f"{head}from __future__ import annotations\n{tail}\nBODY = {body!r}\n"
     guid, contents = slave_contents(
         "RigidPlant",
         module.replace("from pythonfmu.", "from <package>.pythonfmu."),
         described(content, "", "test", backend),
-        chosen_platforms("host"),
     )
     path = folder / "plant.fmu"
     return write_archive(path, {"modelDescription.xml": described(content, guid, "test", backend), **contents})

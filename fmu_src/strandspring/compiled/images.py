@@ -52,14 +52,12 @@ class Unit:
     file : str                  To be compiled, below the package; it includes the others.
     flags : tuple of str        Besides those of every library.
     fmi : int                   The version of FMI whose headers are needed; 0: none.
-    loads : bool                Whether it loads other libraries at run time.
     """
 
     name: str
     file: str
     flags: tuple[str, ...] = ()
     fmi: int = 0
-    loads: bool = False
 
     def sources(self) -> dict[str, bytes]:
         """Content of each C file by its path below the package: of the unit's file and of all that it includes."""
@@ -90,13 +88,11 @@ KERNEL = Unit("kernel", "kernel/c/kernel.c", _KERNEL_FLAGS)
 FMU = Unit("spring", "core/c/fmi2_all.c", ("-O2", "-fvisibility=hidden"), fmi=2)
 # The same for FMI 3, whose header declares two callbacks without a prototype.
 FMU3 = Unit("spring3", "core/c/fmi3_all.c", (*FMU.flags, "-Wno-strict-prototypes"), fmi=3)
-# The binary of a Python-backed FMU, the same for all springs.
-BRIDGE = Unit("bridge", "fmu/bridge/bridge.c", FMU.flags, fmi=2, loads=True)
 # The binary of the FMU of bodies on mounts, the same for all systems.
 SYSTEM = Unit("system", "system_fmu/c/system_all.c", FMU.flags, fmi=2)
 SYSTEM3 = Unit("system3", "system_fmu/c/system_all3.c", FMU3.flags, fmi=3)
 # Those that become binaries of FMUs.
-OF_FMUS = (FMU, FMU3, BRIDGE, SYSTEM, SYSTEM3)
+OF_FMUS = (FMU, FMU3, SYSTEM, SYSTEM3)
 
 
 @cache
@@ -159,8 +155,7 @@ def compiled(unit: Unit, target: Target) -> bytes:
     sources = unit.sources()
     if unit.fmi:
         sources |= fmi_headers(unit.fmi)
-    loading = target.system.loading if unit.loads else ()
-    return zig.shared_library(target, sources, unit.file, unit.name, unit.flags, loading)
+    return zig.shared_library(target, sources, unit.file, unit.name, unit.flags)
 
 
 def fmi_headers(fmi: int) -> dict[str, bytes]:

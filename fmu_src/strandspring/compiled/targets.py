@@ -22,7 +22,6 @@ class System:
     ----------
     suffix : str              Of a shared library.
     linking : tuple of str    Flags of the linker.
-    loading : tuple of str    The same for a library that loads others.
     runtime : str or None     A C file beside this one that takes the place of the compiler's start code.
     wheel : str               Tag of a wheel, but for the processor.
     """
@@ -30,7 +29,6 @@ class System:
     suffix: str
     wheel: str
     linking: tuple[str, ...] = ()
-    loading: tuple[str, ...] = ()
     runtime: str | None = None
 
 
@@ -41,8 +39,8 @@ _UCRT = (
     "-lcompiler_rt",  # probes the stack for large frames
 )
 _SYSTEMS = {
-    "linux": System(".so", "manylinux_2_17_{}", ("-lm", "-Wl,--build-id=none"), ("-ldl",)),
-    "windows": System(".dll", "win_{}", _UCRT, ("-lkernel32", "-ladvapi32"), "windows_runtime.c"),
+    "linux": System(".so", "manylinux_2_17_{}", ("-lm", "-Wl,--build-id=none")),
+    "windows": System(".dll", "win_{}", _UCRT, "windows_runtime.c"),
     "macos": System(".dylib", "macosx_11_0_{}"),
 }
 

@@ -32,7 +32,6 @@ def shared_library(
     unit: str,
     name: str,
     flags: tuple[str, ...],
-    libraries: tuple[str, ...] = (),
 ) -> bytes:
     """The shared library of a C source; the same arguments give the same bytes.
 
@@ -43,7 +42,6 @@ def shared_library(
     unit : str                          The file to be compiled; it includes the others.
     name : str                          Of the library, without suffix.
     flags : tuple of str                Of the compiler, besides those of every library.
-    libraries : tuple of str            Flags of the linker, besides those of every library.
 
     Raises
     ------
@@ -53,7 +51,7 @@ def shared_library(
         raise BuildError("C sources are compiled by ziglang, which is not installed; run pip install ziglang.")
     system = target.system
     library = f"{name}{system.suffix}"
-    output = (*system.linking, *libraries, "-shared", "-s", "-o", library)
+    output = (*system.linking, "-shared", "-s", "-o", library)
     with TemporaryFolder() as folder:
         for path, content in sources.items():
             (folder / path).parent.mkdir(parents=True, exist_ok=True)

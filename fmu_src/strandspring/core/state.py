@@ -11,9 +11,7 @@ from .parameters import LARGEST_DISPLACEMENT, LARGEST_START_XI, LARGEST_SUM
 from .stepper import Memory
 
 _FORMAT = "strandspring-state"
-_FORMAT_VERSION = 3
-# The first phase with a committed path.
-_INITIALIZED = 2
+_FORMAT_VERSION = 4
 
 
 class State(NamedTuple):
@@ -26,10 +24,6 @@ class State(NamedTuple):
     memory : Memory or None     The committed path; None before initialization ends.
     energy_wanted : bool        Whether absorbed_energy has been read, so that each step integrates it.
     side : int                  Where the path ended: -1 below the identified range, +1 above it, 0 inside.
-    phase : int                 Instantiated, in initialization mode, in step mode or terminated: 0 to 3, kept by the
-                                binary.
-    time, stop_time : float     Where the last step ended [s], and where the last one must end, infinite if there is no
-                                such time; kept by the binary.
     """
 
     settings: tuple[float, ...]
@@ -37,9 +31,6 @@ class State(NamedTuple):
     memory: Memory | None = None
     energy_wanted: bool = False
     side: int = 0
-    phase: int = 0
-    time: float = 0.0
-    stop_time: float = math.inf
 
 
 def to_bytes(state: State, guid: str) -> bytes:
@@ -70,8 +61,6 @@ def from_bytes(data: bytes, guid: str) -> State:
     for field, fits in _FIELDS.items():
         if field not in content or not fits(content[field]):
             raise ValueError(f"The serialized state is damaged in its field `{field}`.")
-    if (content["phase"] < _INITIALIZED) != (content["memory"] is None):
-        raise ValueError("The serialized state is damaged: its fields `phase` and `memory` contradict each other.")
     if len(content) != len(_FIELDS):
         raise ValueError("The serialized state is damaged: it has unknown fields.")
     memory = content["memory"]
@@ -106,7 +95,4 @@ _FIELDS: dict[str, Callable[[Any], bool]] = {
     "memory": _is_memory,
     "energy_wanted": lambda value: type(value) is bool,
     "side": lambda value: type(value) is int and value in (-1, 0, 1),
-    "phase": lambda value: type(value) is int and 0 <= value <= 3,
-    "time": _is_finite,
-    "stop_time": lambda value: type(value) is float and not math.isnan(value),
 }

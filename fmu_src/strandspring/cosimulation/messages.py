@@ -25,10 +25,9 @@ class Messages(list[str]):
 
     def __init__(self, fmi: int) -> None:
         super().__init__()
-        # In FMI 3.0 an instance has a logger of its own, and warnings come where logging is on.
-        self.arguments: dict[str, Any] = (
-            {"callbacks": self._callbacks()} if fmi == 2 else {"loggingOn": True, "logMessage": self._append}
-        )
+        # In FMI 3.0 an instance has a logger of its own; there and in Python-backed FMUs warnings need logging.
+        own: dict[str, Any] = {"callbacks": self._callbacks()} if fmi == 2 else {"logMessage": self._append}
+        self.arguments = {"loggingOn": True, **own}
 
     def _append(self, _environment: Any, _status: int, _category: bytes, message: bytes) -> None:
         self.append(message.decode("utf-8", "replace"))

@@ -14,27 +14,14 @@ from ..core.parameters import SpringParameters
 from ..core.variables import Unit
 from ..errors import StrandspringError
 from ..fmu.archive import licences, write_archive
-from ..fmu.native.platforms import default_platforms
+from ..fmu.description.ssv import parameter_set, parameter_values
 from ..fmu.python_backed import slave_contents
-from ..fmu.ssv import parameter_set, parameter_values
 from ..ground.scratch import TemporaryFolder
 from ..kernel.path import PathSolver, as_path
 from ..model.modelfile import ModelFile
 
 _UNITS = (Unit("kg", kg=1), Unit("m", m=1), Unit("N", kg=1, m=1, s=-2), Unit("Hz", s=-1))
 _PERIODS = 10
-
-# What the binary of the plant calls.
-_START = """
-
-from <package>.core import component
-
-ShakenMass.fmu_guid = "<guid>"
-
-
-def start(resources, name, guid):
-    return component.start(ShakenMass, resources, name, guid)
-"""
 
 _STRUCTURE = """<?xml version="1.0" encoding="UTF-8"?>
 <ssd:SystemStructureDescription xmlns:ssc="http://ssp-standard.org/SSP1/SystemStructureCommon"
@@ -148,10 +135,10 @@ def write_system(path: Path, spring: Path, model: ModelFile, plant: ShakenMass) 
 
 
 def _plant_fmu(path: Path) -> Path:
-    """Write the FMU of the plant, a slave of PythonFMU behind the binary of our Python-backed FMUs."""
+    """Write the FMU of the plant, a slave of PythonFMU as our Python-backed FMUs are."""
     description = (files(__package__) / "assets" / "shaken_mass.xml").read_bytes()
     source = (files(__package__) / "shaken_mass_slave.py").read_text(encoding="utf-8")
-    module = source.replace("from pythonfmu.", "from <package>.pythonfmu.") + _START
-    guid, contents = slave_contents("ShakenMass", module, description, default_platforms())
+    module = source.replace("from pythonfmu.", "from <package>.pythonfmu.")
+    guid, contents = slave_contents("ShakenMass", module, description)
     described = description.replace(b'guid=""', f'guid="{guid}"'.encode(), 1)
     return write_archive(path, {"modelDescription.xml": described, **licences(("pythonfmu",)), **contents})

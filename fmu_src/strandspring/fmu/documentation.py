@@ -10,9 +10,9 @@ from markupsafe import Markup
 
 from ..model.modelfile import ModelFile
 from ..model.stated_figures import StatedFit, energy_ratio, stated_fits
-from .array_variables import StartValue
 from .check_plot import loops_svg
-from .described_variables import described_variables
+from .description.array_variables import StartValue
+from .description.described_variables import described_variables
 
 
 def documentation_page(

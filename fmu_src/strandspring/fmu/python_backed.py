@@ -1,67 +1,79 @@
-"""The Python-backed FMU as one file: description, documentation, licences, binaries and the slave of pythonfmu.
+"""The Python-backed FMU as one file: description, documentation, licences, the slave, and the binaries of pythonfmu.
 
-Its binaries find a Python when they are first instantiated and run the slave on it; see ``bridge/bridge.c``.
-
-The same model gives the same bytes, and nothing but the FMU itself is written.
+pythonfmu's builder runs the slave in this process, and writes dates, a random GUID and no units; here its parts are put
+together with the model description of all our FMUs. The same model gives the same bytes, and nothing but the FMU itself
+is written.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from importlib.resources import files
 from pathlib import Path
 
-from ..compiled.images import BRIDGE
 from ..core.facade import INSIDE_FMU
 from ..errors import BuildError
 from ..model.coordinates import placed
 from ..model.modelfile import ModelFile
 from .archive import common_contents, content_guid, fmu_path, installed_version, write_archive
-from .description import model_description
-from .description_content import Backend
-from .native.platforms import Platform, binaries, default_platforms
-from .papers import BuildSettings, model_version, papers, sealed
+from .description.content import Backend
+from .description.model_description import model_description
+from .related_files import BuildSettings, model_version, related_files, sealed
 
 # The rest of pythonfmu, and with it half its import time, serves to build FMUs.
 _PYTHONFMU_SOURCES = (
     "_version.py", "default_experiment.py", "enums.py", "fmi2slave.py", "logmsg.py", "variables.py"
 )  # fmt: skip
+# By the folder below `binaries/`.
+PYTHON_PLATFORMS = {"linux64": "libpythonfmu-export.so", "win64": "pythonfmu-export.dll"}
 
 _SLAVE_MODULE = '''\
 """The slave of the FMU {name}, written by strandspring."""
 
-from <package>.core import component
-from <package>.core.slave import SpringSlave
 from <package>.core.parameters import SpringParameters
+from <package>.core.slave import SpringSlave
 
 
 class Spring(SpringSlave):
     fmu_guid = "<guid>"
     identified = {parameters!r}
 
-
-def start(resources, name, guid):
-    """What the binary calls for each instance."""
-    return component.start(Spring, resources, name, guid)
+    def __init__(self, **options):  # a class without methods would leave this module one reference short
+        super().__init__(**options)
 '''
+# For each instance the binary puts the folder first on Python's path, imports the module and executes it once more.
+_END_OF_MODULE = """
+
+import atexit
+import ctypes
+import os
+import pathlib
+import sys
+
+if globals() is locals() and sys.platform == "linux":  # imported
+    # The binary frees its state twice where the process ends: the C++ runtime destroys the pointer to it, and then the
+    # destructor of the library assigns to that pointer. Where Python ends first, it is freed once.
+    for binary in pathlib.Path(__file__).parents[1].glob("binaries/linux64/*.so"):
+        atexit.register(ctypes.CDLL(str(binary)).finalizePythonInterpreter)
+if os.path.isfile(os.path.join(sys.path[0], __name__ + ".py")):
+    del sys.path[0]  # or it would stay there
+"""
 
 
 def build_python_fmu(
     model: ModelFile,
     directory: Path,
-    platforms: Sequence[Platform] | None = None,
     zero: float | None = None,
     needs_execution_tool: bool = False,
     author: str = "",
 ) -> Path:
     """Write ``<directory>/<model.name>_python.fmu``, an FMI 2.0 co-simulation FMU that runs on Python.
 
+    It runs on `PYTHON_PLATFORMS`, in hosts that run on Python or have loaded its shared library.
+
     Parameters
     ----------
     model : ModelFile
     directory : Path                    Made if it does not exist.
-    platforms : sequence of Platform    Those it runs on; by default those whose images the installed package carries,
-                                        or this computer's in a source checkout.
     zero : float or None                Displacement of the model file at which that of the FMU is 0 [m]; by default the
                                         rig's zero if it lies within the identified range, else the middle of the range.
     needs_execution_tool : bool         Whether the model description says that the simulator's computer needs a tool,
@@ -75,20 +87,14 @@ def build_python_fmu(
 
     Raises
     ------
-    StrandspringError  If a file of pythonfmu is missing, an image has to be compiled and ziglang is missing or fails,
-                       or the folder cannot be written to.
+    StrandspringError  If a file of pythonfmu is missing, or the folder cannot be written to.
     """
-    chosen = default_platforms() if platforms is None else platforms
-    contents = fmu_contents(model, chosen, zero, needs_execution_tool, author)
+    contents = fmu_contents(model, zero, needs_execution_tool, author)
     return write_archive(fmu_path(directory, model.name, "python"), contents)
 
 
 def fmu_contents(
-    model: ModelFile,
-    platforms: Sequence[Platform],
-    zero: float | None = None,
-    needs_execution_tool: bool = False,
-    author: str = "",
+    model: ModelFile, zero: float | None = None, needs_execution_tool: bool = False, author: str = ""
 ) -> dict[str, bytes]:
     """Every file of the Python-backed FMU by its path inside it."""
     of_record = model
@@ -97,33 +103,35 @@ def fmu_contents(
     backend = _backend(needs_execution_tool, author, model_version(of_record))
     slave = _SLAVE_MODULE.format(name=model.name, parameters=model.parameters)
     # Without a GUID yet, the description holds the table, start values, name, texts and versions.
-    guid, contents = slave_contents(model.name, slave, model_description(model, "", tool, backend), platforms)
+    guid, contents = slave_contents(model.name, slave, model_description(model, "", tool, backend))
     common = common_contents(model, zero, model_description(model, guid, tool, backend), ("pythonfmu",))
     settings = BuildSettings("python", zero, author, needs_execution_tool)
-    return sealed({**common, **papers(of_record, settings), **contents})
+    return sealed({**common, **related_files(of_record, settings), **contents})
 
 
-def slave_contents(
-    name: str, slave: str, description: bytes, platforms: Sequence[Platform]
-) -> tuple[str, dict[str, bytes]]:
+def slave_contents(name: str, slave: str, description: bytes) -> tuple[str, dict[str, bytes]]:
     """GUID of an FMU that runs on Python, and its binaries and code by path inside it.
 
     Parameters
     ----------
     name : str             Model identifier.
-    slave : str            Module with the function `start` that the binary calls; <package> and <guid> in it stand for
-                           the name under which the FMU brings `strandspring.core` and pythonfmu, and for the GUID.
+    slave : str            Module with one class derived from Fmi2Slave, which defines a method; <package> and <guid> in
+                           it stand for the name under which the FMU brings `strandspring.core` and pythonfmu, and for
+                           the GUID.
     description : bytes    Model description without a GUID.
-    platforms : sequence of Platform
     """
     sources = _sources()
-    # The binaries are what their sources are, on every platform.
-    guid = content_guid([description, slave.encode("utf-8")], {**sources, **BRIDGE.sources()})
+    slave += _END_OF_MODULE
+    binaries = {
+        f"binaries/{folder}/{name}{Path(file).suffix}": _of_pythonfmu(f"resources/binaries/{folder}/{file}")
+        for folder, file in PYTHON_PLATFORMS.items()
+    }
+    guid = content_guid([description, slave.encode("utf-8")], {**sources, **binaries})
     # Python keeps modules by name, so each FMU brings all of its code under a name of its own.
     package = "strandspring_" + guid.strip("{}").replace("-", "")[:12]
     module = slave.replace("<package>", package).replace("<guid>", guid)
     return guid, {
-        **binaries(name, platforms, BRIDGE),
+        **binaries,
         **{f"resources/{package}/{path}": content for path, content in sources.items()},
         f"resources/{package}_slave.py": module.encode("utf-8"),
         "resources/slavemodule.txt": f"{package}_slave".encode(),

@@ -7,8 +7,8 @@ from pathlib import Path
 
 from fmpy.validation import validate_fmu
 
-from ..fmu.check import CheckReport
-from ..fmu.table_check import compare_table
+from ..fmu.checks.check import CheckReport
+from ..fmu.checks.table_check import compare_table
 from ..vibration.bodies.mounted import MountedSystem
 from .system_reference import reference_run, reference_step
 from .system_variables import SystemFmuOptions

@@ -11,13 +11,13 @@ from pathlib import Path
 
 from ..compiled.images import SYSTEM, SYSTEM3, fmi_headers
 from ..fmu.archive import content_guid, fmu_name, icon, installed_version, licences, write_archive
-from ..fmu.array_variables import scalar_variables
-from ..fmu.description import described
-from ..fmu.description3 import NO_EVENTS
-from ..fmu.description_content import Backend, Content
-from ..fmu.fmi3_files import BUILD_DESCRIPTION, build_description
+from ..fmu.description.array_variables import scalar_variables
+from ..fmu.description.content import Backend, Content
+from ..fmu.description.fmi3 import NO_EVENTS
+from ..fmu.description.fmi3_files import BUILD_DESCRIPTION, build_description
+from ..fmu.description.model_description import described
 from ..fmu.native.platforms import Platform, binaries, default_platforms
-from ..fmu.papers import sealed
+from ..fmu.related_files import sealed
 from ..model.modelfile import LONGEST_NAME, identifier
 from ..vibration.bodies.mounted import MountedSystem
 from .system_block import SystemBlock, system_block

@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from ..errors import MountedSystemError
-from ..fmu.papers import SYSTEM_REFERENCE, SYSTEM_STIMULI
+from ..fmu.related_files import SYSTEM_REFERENCE, SYSTEM_STIMULI
 from ..kernel.arrays import FloatArray
 from ..kernel.motion import Histories, MotionFigures
 from ..vibration.bodies.mounted import STANDARD_GRAVITY, MountedSystem

@@ -61,7 +61,7 @@ def origin_of(source: Any, choice: str | float | None, parameters: SpringParamet
     """
     path = path_of(source)
     if choice is None and path is not None and is_fmu(path):
-        from ...fmu.papers import BuildSettings
+        from ...fmu.related_files import BuildSettings
 
         return BuildSettings.of_fmu(Path(path)).zero
     return chosen_zero(choice, parameters)

@@ -12,11 +12,11 @@ from typing import Any, Literal, TypeAlias, get_args
 
 from ...errors import BuildError
 from ...fmu.archive import fmu_path
-from ...fmu.check import examine_fmu
+from ...fmu.checks.check import examine_fmu
 from ...fmu.native.native_fmu import build_native_fmu
 from ...fmu.native.platforms import Platform, chosen_platforms
-from ...fmu.papers import BuildSettings
-from ...fmu.python_backed import build_python_fmu
+from ...fmu.python_backed import PYTHON_PLATFORMS, build_python_fmu
+from ...fmu.related_files import BuildSettings
 from ...ground.files import refuse_unwritable
 from ...identification.identified_model import IdentifiedModel
 from ...identification.identify_records import identify_records
@@ -40,7 +40,7 @@ class BuildOptions:
 
     Parameters
     ----------
-    platforms : sequence of Platform or None   Those of the binaries.
+    platforms : sequence of Platform or None   Those of the binaries of native FMUs.
     zero : float                               Displacement of the model file at which that of the FMU is 0 [m].
     needs_execution_tool : bool                Of the Python-backed FMU.
     author : str
@@ -65,6 +65,10 @@ class BuildOptions:
             raise BuildError("FMI 3.0 is for the native FMU; choose the native back end.")
         if "python" in kinds and self.real_time:
             raise BuildError("Real time is for the native FMU; choose the native back end.")
+        if set(kinds) == {"python"} and self.platforms is not None:
+            raise BuildError(
+                f"Platforms are chosen for the native FMU; the Python-backed one has {' and '.join(PYTHON_PLATFORMS)}."
+            )
         if self.no_energy and not self.real_time:
             raise BuildError("Only an FMU for real time can leave out absorbed_energy; ask for real time, too.")
         if self.no_energy and "states" in kinds:
@@ -108,7 +112,7 @@ def build_all(
 def _build(model: ModelFile, folder: Path, kind: Kind, options: BuildOptions) -> Path:
     platforms, zero, author = options.platforms, options.zero, options.author
     if kind == "python":
-        return build_python_fmu(model, folder, platforms, zero, options.needs_execution_tool, author)
+        return build_python_fmu(model, folder, zero, options.needs_execution_tool, author)
     return build_native_fmu(
         model, folder, platforms, zero, author, kind == "states", options.fmi, options.real_time, options.no_energy
     )
@@ -142,8 +146,8 @@ def build_fmu(
     model : Spring, Identification, path of a model file, FMU or SYSTEM.toml, or records: paths, Record, DataFrame
     folder : path
     backend : "native", "python" or None
-        native: runs anywhere; python: readable, needs Python on the simulator's computer. If None, that of the FMU if
-        one is given, else native.
+        native: runs anywhere; python: readable, for simulators on Linux x86-64 and Windows that run on Python. If None,
+        that of the FMU if one is given, else native.
     states : bool
         The native form with omega and absorbed_energy as continuous states, NAME_states.fmu, for model exchange.
     fmi : 2, 3 or None
@@ -154,8 +158,8 @@ def build_fmu(
     no_energy : bool
         Leave the output absorbed_energy out of an FMU for real time.
     platforms : str, sequence of str or None
-        Of the binaries, such as "linux64" or "win64", or "host" or "all"; those that the installed package carries if
-        None.
+        Of the binaries of native FMUs, such as "linux64" or "win64", or "host" or "all"; those that the installed
+        package carries if None.
     zero : "rig", "middle", float or None
         Where displacement is counted from: a displacement of the record [m]; if None, as in the FMU if one is given,
         else the rig's zero if it lies within the identified range, else the middle of the range.

@@ -10,7 +10,7 @@ from pathlib import Path
 from ...errors import StrandspringError
 from ...exchange.c_sources import law_path, write_c_sources
 from ...exchange.modelica import LIBRARY, record_path, write_library
-from ...fmu.ssv import parameter_values
+from ...fmu.description.ssv import parameter_values
 from ...ground.arguments import optional_number
 from ...ground.files import refuse_unwritable, write_text
 from ...ground.scratch import TemporaryFolder

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from ...errors import BuildError, StrandspringError
-from ...fmu.check import CheckReport
+from ...fmu.checks.check import CheckReport
 from ...ground.files import existing_folder, reason_of, refuse_unwritable
 from ...ground.scratch import TemporaryFolder
 from ..common.progress import Progress, unseen

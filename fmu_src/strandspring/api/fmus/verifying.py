@@ -7,7 +7,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ...fmu.verification import Finding, verify_fmu
+from ...fmu.checks.verification import Finding, verify_fmu
 from ..common.result import Result
 
 if TYPE_CHECKING:

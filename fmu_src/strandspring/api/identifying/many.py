@@ -177,7 +177,7 @@ def identify_many(
     """Identify many springs, each from a file of its own, on all cores.
 
     One damaged file does not stop the others. The folder gets a model file of each spring, and `springs.csv` (and
-    `springs.parquet`, if pyarrow is installed) with one row for each file. `springs.journal.jsonl` there holds what is
+    `springs.parquet`, if pyarrow is installed) with one row for each file. `springs.journal.sqlite` there holds what is
     finished: the same call again, also after an interrupt, identifies only files that are new or have changed. The
     results do not depend on the number of workers nor on interrupts.
 

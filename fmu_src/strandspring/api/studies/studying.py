@@ -4,17 +4,14 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable
-from dataclasses import asdict, dataclass, fields
-from html import escape
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import Any
 
 from numpy.typing import ArrayLike
 
 from ...campaigns.jobs.cluster import Cluster
-from ...campaigns.studies.definition import RunRow, Study
-from ...campaigns.studies.quantiles import GridPointSummary, Summaries
-from ...campaigns.studies.run import run_study
+from ...campaigns.studies.definition import Study
 from ...core.parameters import SpringParameters
 from ...errors import ModelError
 from ...ground.arguments import limits, number, numbers, optional_number, whole
@@ -28,105 +25,70 @@ from ..common.caution_text import outside_range
 from ..common.levels import given_levels
 from ..common.placing import ModelSource, model_of, origin_of, path_of
 from ..common.progress import Progress, unseen
-from ..common.result import Result
-from ..common.text_table import table_lines
-from .study_rows import Rows, executed, quantile_columns, runner_of
+from .study_result import AnyStudyResult, executed, runner_of
 
-if TYPE_CHECKING:
-    import pandas as pd
-
-_MOST_SHOWN = 1000  # grid points in words
 _DEFAULT_SHARE = 0.01  # of the free travel
-# Heading: figure, factor from SI to the unit of the heading.
-_COLUMNS = {
-    "resonance Hz": ("frequency", 1.0),
-    "transmissibility": ("transmissibility", 1.0),
-    "amplitude mm": ("amplitude", 1e3),
-    "loss factor": ("loss_factor", 1.0),
-    "isolates from Hz": ("isolation_frequency", 1.0),
-}
-_QUANTILES = {"median": "median", "5 %": "low", "95 %": "high"}
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class StudyResult(Result):
+class StudyResult(AnyStudyResult[Study]):
     """Runs of a parameter study and their quantiles.
+
+    The columns of `to_frame` are the attributes of `RunRow`.
 
     Attributes
     ----------
     study : Study
+    cautions : tuple of str   Of the model's identification.
     model : ModelFile
-    zero : float                            Where displacement is counted from [m].
-    summaries : sequence of GridPointSummary   Quantiles and refusals at each grid point.
+    zero : float              Where displacement is counted from [m].
     """
 
-    study: Study
     model: ModelFile
     zero: float
-    summaries: Summaries
-    _rows: Rows
 
     @property
-    def output(self) -> Path | None:
-        """File with one line for each run, if one was asked for."""
-        return self._rows.output
+    def headline(self) -> str:
+        """What was run, in words."""
+        planned, refused = self.study, int(self._executed.summaries["refused"].sum())
+        springs = f"{planned.draws} draws (seed {planned.seed})" if planned.draws else "the identified spring"
+        return f"{len(planned)} runs: {springs} at each of {planned.grid_size} grid points, {refused} refused"
 
-    def to_frame(self) -> pd.DataFrame:
-        """One row for each run, in SI units; the columns are the attributes of `RunRow`."""
-        return self._rows.frame()
+    def _head(self, point: dict[str, Any]) -> dict[str, str]:
+        return {
+            "mass kg": f"{point['mass']:g}",
+            "level": self.study.excitation.level_text(point["level"]),
+            "stiffness": f"{point['stiffness_factor']:g}",
+            "refused": str(point["refused"]),
+            "": "",
+        }
 
-    def quantiles(self) -> pd.DataFrame:
-        """One row for each grid point: runs, refused ones, and 5, 50 and 95 % quantiles of the figures in SI units."""
-        import pandas as pd
+    def _where(self, point: dict[str, Any]) -> str:
+        mass, level, stiffness, *_ = self._head(point).values()
+        return f"{mass} kg, {level}, stiffness x {stiffness}"
 
-        rows = []
-        for summary in self.summaries:
-            row = {**asdict(summary.point), "runs": summary.runs, "refused": summary.refused}
-            rows.append(row | quantile_columns(summary.figures))
-        return pd.DataFrame(rows)
-
-    @property
-    def cautions(self) -> tuple[str, ...]:
-        """Cautions of the model's identification."""
-        return tuple(cautions_in_use(self.model.name, self.model))
+    def _notes(self, point: dict[str, Any], where: str) -> list[str]:
+        lines = super()._notes(point, where)
+        if point["at_end_of_band"]:
+            lines.append(
+                f"  {where}: {point['at_end_of_band']} of {point['runs']} have their peak at an end of the band"
+            )
+        if point["extrapolating"]:
+            lines.append(
+                f"  Caution: {where}: in {point['extrapolating']} of {point['runs']} the spring moves "
+                f"{outside_range(self.study.spring)}"
+            )
+        return lines
 
     def lines(self, width: int | None = None) -> list[str]:
-        """Quantiles, refusals and cautions in words, in tables of at most a width."""
-        planned, summaries = self.study, self.summaries
-        springs = f"{planned.draws} draws (seed {planned.seed})" if planned.draws else "the identified spring"
-        lines = [f"{len(planned)} runs: {springs} at each of {len(summaries)} grid points, {summaries.refused} refused"]
-        rows = []
-        shown = summaries[:_MOST_SHOWN]
-        for summary in shown:
-            point = [*_point(planned.excitation, summary), str(summary.refused)]
-            for title, quantile in (_QUANTILES if planned.draws else {"": "median"}).items():
-                figures = [_cell(summary, name, scale, quantile) for name, scale in _COLUMNS.values()]
-                rows.append([*(point if quantile == "median" else [""] * len(point)), title, *figures])
-        lines += table_lines(["mass kg", "level", "stiffness", "refused", "", *_COLUMNS], rows, width=width)
-        for summary in shown:
-            mass, level, stiffness = _point(planned.excitation, summary)
-            where = f"{mass} kg, {level}, stiffness x {stiffness}"
-            if summary.refused:
-                lines.append(f"  {where}: {summary.refused} of {summary.runs} refused, most often: {summary.reason}")
-            if summary.at_end:
-                lines.append(f"  {where}: {summary.at_end} of {summary.runs} have their peak at an end of the band")
-            if summary.extrapolating:
-                lines.append(
-                    f"  Caution: {where}: in {summary.extrapolating} of {summary.runs} the spring moves "
-                    f"{outside_range(planned.spring)}"
-                )
-        if len(summaries) > len(shown):
-            lines.append(f"  and {len(summaries) - len(shown)} more grid points, all of them in the results file")
-        lines += [f"  Caution: {sentence}" for sentence in self.cautions]
+        """What was counted, quantiles, refusals and cautions in words, in tables of at most a width."""
         counted = zero_sentence(self.zero)
-        return [*lines, *([counted] if counted else [])]
+        return [*super().lines(width), *([counted] if counted else [])]
 
-    def summary(self) -> str:
-        """Quantiles, refusals and cautions in words, in tables of at most a width."""
-        return "\n".join(self.lines())
-
-    def _repr_html_(self) -> str:
-        return f"<p><strong>{escape(self.lines()[0])}</strong></p>{self.quantiles().to_html(escape=True)}"
+    def as_json(self) -> dict[str, Any]:
+        """The result as the command prints it with --json."""
+        excitation = self.study.excitation
+        return {"zero": self.zero, "excitation": excitation.value, "unit": excitation.unit, **super().as_json()}
 
 
 def study(
@@ -236,10 +198,8 @@ def study(
         extrapolate=extrapolate,
     )
 
-    def run(results: Path) -> Summaries:
-        return run_study(planned, results, runner, lambda runs: progress("Running", runs, len(planned)), notify)
-
-    return StudyResult(planned, content, origin, *executed(run, output, _read))
+    found = executed(planned, runner, output, progress, notify)
+    return StudyResult(planned, found, tuple(cautions_in_use(content.name, content)), content, origin)
 
 
 def _spread(source: object, spring: SpringParameters, content: ModelFile) -> Spread:
@@ -247,19 +207,3 @@ def _spread(source: object, spring: SpringParameters, content: ModelFile) -> Spr
         return Spread.of(spring, content.uncertainty)
     except ModelError as problem:
         raise ModelError(f"{path_of(source) or content.name}: {problem}") from None
-
-
-def _read(results: Path) -> pd.DataFrame:
-    import pandas as pd
-
-    return pd.read_csv(results).set_axis([column.name for column in fields(RunRow)], axis="columns")
-
-
-def _point(excitation: Excitation, summary: GridPointSummary) -> list[str]:
-    point = summary.point
-    return [f"{point.mass:g}", excitation.level_text(point.level), f"{point.stiffness_factor:g}"]
-
-
-def _cell(summary: GridPointSummary, name: str, scale: float, quantile: str) -> str:
-    quantiles = summary.figures[name]
-    return "-" if quantiles is None else f"{scale * getattr(quantiles, quantile):.4g}"

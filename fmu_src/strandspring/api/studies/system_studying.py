@@ -2,21 +2,16 @@
 
 from __future__ import annotations
 
-import math
 import os
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from ...campaigns.jobs.cluster import Cluster
-from ...campaigns.studies.run_system import run_system_study
+from ...campaigns.studies.summaries import QUANTILES
 from ...campaigns.studies.system_planning import planned_study, undrawn
 from ...campaigns.studies.system_study import SystemStudy
-from ...campaigns.studies.system_summaries import SystemSummaries, SystemSummary
 from ...campaigns.studies.varied import Given, shown_alone
 from ...errors import MountedSystemError
 from ...ground.files import readable
@@ -26,28 +21,15 @@ from ...vibration.description.system_file import read_description
 from ...vibration.verdicts.verdicts import Verdict
 from ..common.plotting import save_plot, some_axes
 from ..common.progress import Progress, unseen
-from ..common.result import Result
 from ..common.text import counted
-from ..common.text_table import table_lines
 from ..vibration.simulating import refuse_wrong_run
-from .study_rows import Rows, executed, quantile_columns, runner_of
+from .study_result import AnyStudyResult, executed, runner_of
 
 if TYPE_CHECKING:
     import pandas as pd
     from matplotlib.axes import Axes
 
-_MOST_SHOWN = 1000  # candidates at grid points, in words
 _SIZE = (8.0, 5.5)  # of the plot [inches]
-# Heading: figure, factor from SI to the unit of the heading.
-_COLUMNS = {
-    "margin %": ("margin", 100.0),
-    "acceleration g": ("acceleration", 1.0 / STANDARD_GRAVITY),
-    "sway mm": ("sway", 1e3),
-    "tilt deg": ("tilt", math.degrees(1.0)),
-    "stroke %": ("stroke", 100.0),
-}
-_DECIMALS = 9  # beyond which a figure is rounding
-_QUANTILES = {"median": "median", "5 %": "low", "95 %": "high"}
 _COLORS = {
     Verdict.PASSES: "tab:green",
     Verdict.CLOSE: "tab:olive",
@@ -59,75 +41,33 @@ _MARKERS = "osD^vPX*<>"
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class SystemStudyResult(Result):
+class SystemStudyResult(AnyStudyResult[SystemStudy]):
     """Runs of a study of a SYSTEM.toml, and what they say of each candidate at each grid point.
+
+    The figures of a candidate are the worst of all cases; margins are shares of a limit that are left.
 
     Attributes
     ----------
-    name : str
     study : SystemStudy
-    cautions : tuple of str
-    summaries : sequence of SystemSummary   One for each candidate at each grid point.
+    cautions : tuple of str   Models that are taken as known in all draws.
+    name : str
     """
 
-    name: str
-    study: SystemStudy
-    cautions: tuple[str, ...]
-    summaries: SystemSummaries
-    _rows: Rows
+    _rows = "rows"
 
-    @property
-    def output(self) -> Path | None:
-        """File with one line for each run, if one was asked for."""
-        return self._rows.output
+    name: str
 
     def to_frame(self) -> pd.DataFrame:
         """One row for each run, in SI units but for the varied values; the columns are those of the results file."""
-        return self._rows.frame()
+        return super().to_frame().set_axis([column.heading for column in self.study.columns], axis="columns")
 
-    def quantiles(self) -> pd.DataFrame:
-        """One row for each candidate at each grid point: verdict, share of passing draws, governing limit, quantiles.
-
-        Figures are in SI units, the worst of all cases; margins are shares of a limit that are left.
-        """
-        import pandas as pd
-
-        rows = []
-        for one in self.summaries:
-            row: dict[str, Any] = dict(zip((v.heading for v in self.study.varied), one.values, strict=True))
-            row |= {"candidate": one.candidate, "verdict": one.verdict.value, "passing": one.passing}
-            row |= {"refused": one.refused, "governing": one.governing}
-            rows.append(row | quantile_columns(one.figures))
-        return pd.DataFrame(rows)
-
-    def lines(self, width: int | None = None) -> list[str]:
-        """Verdicts, governing limits and quantiles in words, in tables of at most a width."""
-        study, shown = self.study, self.summaries[:_MOST_SHOWN]
-        headings = [*(one.heading for one in study.varied), "candidate", "verdict", "least margin"]
-        headings += (["passing %", ""] if study.draws else []) + [*_COLUMNS]
-        rows = []
-        for one in shown:
-            values = [*map(shown_alone, one.values)]
-            head = [*values, one.candidate, one.verdict.value, one.governing or "-"]
-            if not study.draws:
-                rows.append([*head, *_cells(one, "median")])
-                continue
-            head.append(f"{100.0 * one.passing:.3g}")
-            for title, quantile in _QUANTILES.items():
-                first = head if quantile == "median" else [""] * len(head)
-                rows.append([*first, title, *_cells(one, quantile)])
-        lines = [self._headline(), *table_lines(headings, rows, {"candidate", "verdict", "least margin"}, width)]
-        for one in shown:
-            if one.refused:
-                of = study.runs_per_point // len(study.candidates)
-                lines.append(f"  {self._where(one)}: {one.refused} of {of} refused, most often: {one.reason}")
-        if len(self.summaries) > len(shown):
-            lines.append(f"  and {len(self.summaries) - len(shown)} more rows, all of them in the results file")
-        return [*lines, *(f"  Caution: {sentence}" for sentence in self.cautions)]
-
-    def summary(self) -> str:
-        """Verdicts, governing limits and quantiles in words."""
-        return "\n".join(self.lines())
+    def as_json(self) -> dict[str, Any]:
+        """The result as the command prints it with --json."""
+        content = super().as_json()
+        for point in content["points"]:
+            point["values"] = [point.pop(one.heading) for one in self.study.varied]
+        varied = [{"path": one.path, "unit": one.unit, "values": one.values} for one in self.study.varied]
+        return {"name": self.name, "vary": varied, "cases": [name for _, name in self.study.cases], **content}
 
     def plot(self, axes: Axes | None = None) -> Axes:
         """Acceleration against stroke, a marker for each candidate at each grid point in the colour of its verdict.
@@ -140,13 +80,16 @@ class SystemStudyResult(Result):
         """
         (axes,) = some_axes(axes, 1, 1, _SIZE)
         names = [name for _, name in self.study.candidates]
+        summaries = self._executed.summaries.dropna(subset=["stroke_median", "acceleration_median"])
         for verdict, color in _COLORS.items():
             for number, name in enumerate(names):
-                chosen = [one for one in self.summaries if one.verdict is verdict and one.candidate == name]
-                places = [place for one in chosen if (place := _place(one)) is not None]
-                if not places:
+                chosen = summaries[(summaries["verdict"] == verdict.value) & (summaries["candidate"] == name)]
+                if chosen.empty:
                     continue
-                x, y = np.array(places).transpose(1, 2, 0)  # each low, median, high
+                x, y = (
+                    factor * chosen[[f"{figure}_{end}" for end in QUANTILES]].to_numpy().T
+                    for figure, factor in (("stroke", 100.0), ("acceleration", 1.0 / STANDARD_GRAVITY))
+                )
                 label = f"{name}: {verdict.value}" if len(names) > 1 else verdict.value
                 axes.errorbar(
                     x[1], y[1], xerr=(x[1] - x[0], x[2] - x[1]), yerr=(y[1] - y[0], y[2] - y[1]), label=label,
@@ -169,23 +112,28 @@ class SystemStudyResult(Result):
         """
         save_plot(path, _SIZE, lambda figure: self.plot(figure.subplots()))
 
-    def _headline(self) -> str:
-        study = self.study
+    @property
+    def headline(self) -> str:
+        """What was run, in words, and how many candidates at grid points have each verdict."""
+        study, found = self.study, self._executed.summaries
         springs = f"{study.draws} draws (seed {study.seed})" if study.draws else "the identified springs"
-        counts = ((verdict, self.summaries.count(verdict)) for verdict in Verdict)
-        verdicts = ", ".join(f"{count} {verdict.value}" for verdict, count in counts if count)
+        counts = ((verdict.value, (found["verdict"] == verdict.value).sum()) for verdict in Verdict)
+        verdicts = ", ".join(f"{count} {verdict}" for verdict, count in counts if count)
         return (
             f"{self.name}: {counted(len(study), 'run')}: {springs} of {counted(len(study.candidates), 'candidate')} in "
             f"{counted(len(study.cases), 'load case')} at each of {counted(study.grid_size, 'grid point')}: "
-            f"{verdicts}, {counted(self.summaries.refused, 'run')} refused"
+            f"{verdicts}, {counted(int(found['refused'].sum()), 'run')} refused"
         )
 
-    def _where(self, one: SystemSummary) -> str:
-        pairs = zip(self.study.varied, one.values, strict=True)
-        return ", ".join([*(f"{v.path} {v.shown(value)}" for v, value in pairs), one.candidate])
+    def _head(self, point: dict[str, Any]) -> dict[str, str]:
+        head = {one.heading: shown_alone(point[one.heading]) for one in self.study.varied}
+        head |= {"candidate": point["candidate"], "verdict": point["verdict"]}
+        head["least margin"] = point["least_margin"] or "-"
+        return head | ({"passing %": f"{100.0 * point['passing']:.3g}", "": ""} if self.study.draws else {})
 
-    def _repr_html_(self) -> str:
-        return f"<p><strong>{escape(self._headline())}</strong></p>{self.quantiles().to_html(escape=True)}"
+    def _where(self, point: dict[str, Any]) -> str:
+        values = (f"{one.path} {one.shown(point[one.heading])}" for one in self.study.varied)
+        return ", ".join([*values, point["candidate"]])
 
 
 def study_system(
@@ -253,31 +201,5 @@ def study_system(
     except MountedSystemError as problem:
         raise MountedSystemError(f"{where}, {problem}") from None
 
-    def run(results: Path) -> SystemSummaries:
-        return run_system_study(planned, results, runner, lambda runs: progress("Running", runs, len(planned)), notify)
-
-    return SystemStudyResult(content["name"], planned, cautions, *executed(run, output, _read))
-
-
-def _read(results: Path) -> pd.DataFrame:
-    import pandas as pd
-
-    return pd.read_csv(results)
-
-
-def _cells(one: SystemSummary, quantile: str) -> list[str]:
-    cells = []
-    for name, scale in _COLUMNS.values():
-        quantiles = one.figures[name]
-        cells.append("-" if quantiles is None else f"{round(scale * getattr(quantiles, quantile), _DECIMALS):.4g}")
-    return cells
-
-
-def _place(one: SystemSummary) -> tuple[tuple[float, float, float], tuple[float, float, float]] | None:
-    """Stroke [%] and acceleration [g], each low, median and high; None where one is not known."""
-    stroke, acceleration = one.figures["stroke"], one.figures["acceleration"]
-    if stroke is None or acceleration is None:
-        return None
-    x = (100.0 * stroke.low, 100.0 * stroke.median, 100.0 * stroke.high)
-    g = STANDARD_GRAVITY
-    return x, (acceleration.low / g, acceleration.median / g, acceleration.high / g)
+    found = executed(planned, runner, output, progress, notify)
+    return SystemStudyResult(planned, found, cautions, content["name"])

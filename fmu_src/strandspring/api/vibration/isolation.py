@@ -5,18 +5,18 @@ from __future__ import annotations
 import math
 import os
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import astuple, dataclass, fields, replace
+from dataclasses import asdict, dataclass, fields, replace
 from functools import partial
 from html import escape
-from pathlib import Path
+from itertools import islice
+from operator import attrgetter
 from typing import TYPE_CHECKING, Any
 
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from ...ground.arguments import limits, number, optional_number, whole
-from ...ground.files import write_csv
 from ...ground.scratch import TemporaryFolder
 from ...model.coordinates import counted_from, zero_sentence
 from ...model.modelfile import ModelFile
@@ -25,7 +25,6 @@ from ...vibration.one_mass.band import band_frequencies
 from ...vibration.one_mass.curve_points import ResponsePoint
 from ...vibration.one_mass.response import FrequencyResponse, Resonance, frequency_response
 from ...vibration.one_mass.system import (
-    DEFAULT_SHARES,
     Excitation,
     IsolatedMass,
     IsolationError,
@@ -38,8 +37,7 @@ from ..common.levels import checked_count, given_levels
 from ..common.placing import ModelSource, model_of, origin_of, path_of
 from ..common.plotting import save_plot
 from ..common.progress import Progress, unseen
-from ..common.result import Result
-from ..common.text_table import table_lines
+from .isolation_result import AnyIsolation, ResonanceColumn, computed, default_levels
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -49,9 +47,14 @@ if TYPE_CHECKING:
 
 _SIZE = (8.0, 8.0)  # of the plot [inches]
 _TABLE = (
-    "level", "resonance Hz", "transmissibility", "amplitude mm", "stiffness N/mm", "loss factor", "isolates from Hz",
-)  # fmt: skip
-# Headings of the CSV file, where the attribute's name and unit do not say it all.
+    ResonanceColumn("frequency", "resonance Hz"),
+    ResonanceColumn("transmissibility", "transmissibility"),
+    ResonanceColumn("amplitude", "amplitude mm", 1e3),
+    ResonanceColumn("stiffness", "stiffness N/mm", 1e-3),
+    ResonanceColumn("loss_factor", "loss factor", digits=3),
+    ResonanceColumn("isolation_frequency", "isolates from Hz"),
+)
+# Headings of the CSV file.
 _HEADINGS = {
     "frequency": "frequency [Hz]",
     "transmissibility": "transmissibility [1]",
@@ -59,15 +62,14 @@ _HEADINGS = {
     "relative_phase": "relative phase [deg]",
     "amplitude": "amplitude of the mount [m]",
     "mean": "mean displacement of a spring [m]",
-    "least": "lowest displacement of a spring [m]",
-    "greatest": "highest displacement of a spring [m]",
+    "min": "lowest displacement of a spring [m]",
+    "max": "highest displacement of a spring [m]",
     "force": "force on the base [N]",
     "acceleration": "acceleration [m/s^2]",
     "start_displacement": "displacement of the mount at the crest [m]",
     "start_speed": "speed of the mount at the crest [m/s]",
     "start_omega": "omega at the crest [1]",
-    "stable": "stable",
-    "wanted": "requested frequency",
+    "requested": "requested frequency",
     "extrapolating": "outside the identified range",
 }
 
@@ -99,7 +101,7 @@ class IsolatedModel:
         """The static equilibrium in words."""
         system, rest = self.system, self.equilibrium
         springs = "1 spring" if system.parallel * system.series == 1 else f"{system.parallel} x {system.series} springs"
-        friction = f"{1e3 * rest.least:.4g} to {1e3 * rest.greatest:.4g} mm with friction"
+        friction = f"{1e3 * rest.min:.4g} to {1e3 * rest.max:.4g} mm with friction"
         sag = "" if math.isnan(rest.sag) else f", static sag {1e3 * rest.sag:.4g} mm"
         counted = zero_sentence(self.zero)
         return [
@@ -108,6 +110,32 @@ class IsolatedModel:
             f"  small motion: {1e-3 * rest.stiffness:.4g} N/mm, {rest.frequency:.4g} Hz",
             *([f"  {counted}"] if counted else []),
         ]
+
+    def as_json(self, checked: Sequence[CheckedMotion]) -> dict[str, Any]:
+        """The model and its motions as the command prints them with --json."""
+        described = {f.name: getattr(self.system, f.name) for f in fields(self.system) if f.name != "spring"}
+        return {
+            "model": self.source,
+            "zero": self.zero,
+            "system": {**described, "load": self.system.static_load},
+            "static_equilibrium": asdict(self.equilibrium),
+            "excitation": self.responses[0].excitation.value,
+            "levels": [
+                {
+                    "level": response.level,
+                    "unit": response.excitation.unit,
+                    "resonance": asdict(response.resonance),
+                    "extrapolating": response.extrapolating,
+                    "points": [asdict(point) for point in response.points],
+                    "verification": [
+                        {**asdict(motion.check), "agrees": motion.agrees}
+                        for motion in checked
+                        if motion.response is response
+                    ],
+                }
+                for response in self.responses
+            ],
+        }
 
 
 @dataclass(frozen=True, eq=False)
@@ -141,7 +169,7 @@ class CheckedMotion:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Isolation(Result):
+class Isolation(AnyIsolation):
     """Steady motions of a mass on springs of one or more models.
 
     Attributes
@@ -170,48 +198,30 @@ class Isolation(Result):
     levels: tuple[float, ...]
     levels_chosen: str = ""
 
-    def resonances(self) -> pd.DataFrame:
-        """One row for each model and level: the attributes of `Resonance`, in SI units."""
-        import pandas as pd
+    _resonance = Resonance
 
-        rows = [
-            (one.label, response.level, *astuple(response.resonance))
-            for one in self.models
-            for response in one.responses
-        ]
-        return pd.DataFrame(rows, columns=["model", "level", *(field.name for field in fields(Resonance))])
+    @property
+    def parts(self) -> tuple[IsolatedModel, ...]:
+        """The models."""
+        return self.models
 
-    def to_frame(self) -> pd.DataFrame:
-        """All points of the curves in their order: model, level and the attributes of `ResponsePoint`, in SI units."""
-        import pandas as pd
+    @property
+    def title(self) -> str:
+        """Of a plot."""
+        mass = f"{self.models[0].system.mass:g} kg"
+        return f"{self.models[0].label}: {mass}" if len(self.models) == 1 else mass
 
-        return pd.concat(
-            [
-                pd.DataFrame({"model": one.label, "level": response.level, **response.columns})
-                for one in self.models
-                for response in one.responses
-            ],
-            ignore_index=True,
-        )
+    def _named(self, part: IsolatedModel, response: FrequencyResponse) -> dict[str, Any]:
+        return {"model": part.label, "level": response.level}
 
-    def save_csv(self, path: str | os.PathLike[str]) -> None:
-        """Write all points of the curves, with units in the header; the model comes first if there are several.
+    def _columns(self, _part: IsolatedModel, response: FrequencyResponse) -> Mapping[str, NDArray[Any]]:
+        return response.columns
 
-        Raises
-        ------
-        StrandspringError   If the file cannot be written.
-        """
-        of_force = self.excitation is Excitation.FORCE
-        headings = {**_HEADINGS, "relative": f"relative motion over {'force [m/N]' if of_force else 'base motion [1]'}"}
-        several = len(self.models) > 1
-        header = [*(["model"] if several else []), f"level [{self.excitation.unit}]"]
-        rows = (
-            (*([one.label] if several else []), response.level, *astuple(point))
-            for one in self.models
-            for response in one.responses
-            for point in response.points
-        )
-        write_csv(Path(path), [*header, *(headings[field.name] for field in fields(ResponsePoint))], rows)
+    def _csv(self) -> pd.DataFrame:
+        relative = "force [m/N]" if self.excitation is Excitation.FORCE else "base motion [1]"
+        headings = {"level": f"level [{self.excitation.unit}]", "relative": f"relative motion over {relative}"}
+        table = self.to_frame().rename(columns=_HEADINGS | headings)
+        return table if len(self.models) > 1 else table.drop(columns="model")
 
     def lines(self, width: int | None = None) -> list[str]:
         """Static equilibrium, resonances and cautions in words, in tables of at most a width."""
@@ -222,10 +232,7 @@ class Isolation(Result):
             lines += [f"{self._name(one)}: {first}" if several else first, *rest]
         if several and self.levels_chosen:
             lines.append(self.levels_chosen)
-        rows = [
-            [*([one.label] if several else []), *_cells(response)] for one in self.models for response in one.responses
-        ]
-        lines += table_lines([*(["model"] if several else []), *_TABLE], rows, left={"model"}, width=width)
+        lines += self._table(_TABLE, width, attrgetter("resonances"))
         return [*lines, *self._cautions()]
 
     def _name(self, one: IsolatedModel) -> str:
@@ -250,8 +257,7 @@ class Isolation(Result):
 
     def _cautions(self) -> list[str]:
         lines = []
-        points = [point for one in self.models for response in one.responses for point in response.points]
-        unstable = sum(not point.stable for point in points)
+        unstable = sum(int(response.unstable.sum()) for _, response in self.every)
         if unstable:
             lines.append(
                 f"  The curve folds: {unstable} points between folds are unstable, and the motion jumps there. Folds "
@@ -259,24 +265,15 @@ class Isolation(Result):
             )
         return lines + [f"  Caution: {sentence}" for sentence in self.cautions]
 
-    def summary(self) -> str:
-        """Static equilibrium, resonances and cautions in words, in tables of at most a width."""
-        return "\n".join(self.lines())
-
     def _repr_html_(self) -> str:
         text = escape("\n".join(line for one in self.models for line in one.equilibrium_lines()))
         return f"<pre>{text}</pre>{self.resonances().to_html(escape=True)}"
 
-    @property
-    def title(self) -> str:
-        """Of a plot."""
-        mass = f"{self.models[0].system.mass:g} kg"
-        return f"{self.models[0].label}: {mass}" if len(self.models) == 1 else mass
-
-    @property
-    def curves(self) -> dict[str, tuple[FrequencyResponse, ...]]:
-        """Responses of each model by its label."""
-        return {one.label: one.responses for one in self.models}
+    def as_json(self, checked: Sequence[CheckedMotion] = ()) -> dict[str, Any]:
+        """The result as the command prints it with --json: of one model, or a list of them in `models`."""
+        models = [one.as_json(checked) for one in self.models]
+        content = models[0] if len(models) == 1 else {"levels_chosen": self.levels_chosen or None, "models": models}
+        return {**content, "cautions": self.cautions}
 
     def plot(self, axes: Axes | None = None) -> Axes:
         """Draw transmissibility over frequency, dotted where the motion is unstable.
@@ -331,9 +328,7 @@ class Isolation(Result):
         from ...cosimulation.steady_check import check_steady
         from ...fmu.native.native_fmu import build_native_fmu
 
-        runs = [
-            (one, response, point) for one in self.models for response in one.responses for point in _ends(response)
-        ]
+        runs = [(one, response, point) for one, response in self.every for point in _ends(response)]
         total = len(runs) + len(self.models)
         checked: list[CheckedMotion] = []
         with TemporaryFolder() as folder:
@@ -442,37 +437,27 @@ def isolate(
             equilibrium = static_equilibrium(system)
         parts.append(IsolatedModel(label, path_of(source), content, origin, system, equilibrium))
     if given is None:
-        travels = [free_travel(one.system, one.equilibrium) for one in parts]
-        least = min(travels)
-        excitation, levels = Excitation.BASE_DISPLACEMENT, tuple(share * least for share in DEFAULT_SHARES)
-        chosen = (
-            f"Levels: 0.5, 1 and 2 % of the free travel of {1e3 * least:.4g} mm on {parts[travels.index(least)].label}"
-            + (", the smallest of these models." if len(parts) > 1 else ".")
-        )
+        excitation = Excitation.BASE_DISPLACEMENT
+        levels, chosen, nearest = default_levels([free_travel(one.system, one.equilibrium) for one in parts])
+        chosen += f" on {parts[nearest].label}{', the smallest of these models' if len(parts) > 1 else ''}."
     else:
         (excitation, levels), chosen = given, ""
-    total = len(parts) * len(levels) * points
-    done = 0
-    finished = []
-    for one in parts:
+
+    def respond(one: IsolatedModel, level: float, advance: Callable[[float], None]) -> FrequencyResponse:
         frequencies = band_frequencies(band, points, one.equilibrium)
-        responses = []
-        for level in levels:
-            advance = partial(_advance, progress, f"{one.label}, {excitation.level_text(level)}", done, total)
-            with _named(one.label, len(parts)):
-                responses.append(
-                    frequency_response(
-                        one.system, excitation, level, frequencies, extrapolate, resolve=True, advance=advance
-                    )
-                )
-            done += points
-        finished.append(replace(one, responses=tuple(responses)))
-    progress("done", total, total)
-    return Isolation(tuple(finished), excitation, levels, chosen)
+        with _named(one.label, len(parts)):
+            return frequency_response(
+                one.system, excitation, level, frequencies, extrapolate, resolve=True, advance=advance
+            )
 
-
-def _advance(progress: Progress, task: str, before: int, total: int, count: float) -> None:
-    progress(task, before + count, total)
+    tasks = [
+        (f"{one.label}, {excitation.level_text(level)}", partial(respond, one, level))
+        for one in parts
+        for level in levels
+    ]
+    responses = iter(computed(tasks, points, progress))
+    finished = tuple(replace(one, responses=tuple(islice(responses, len(levels)))) for one in parts)
+    return Isolation(finished, excitation, levels, chosen)
 
 
 @contextmanager
@@ -498,17 +483,3 @@ def _ends(response: FrequencyResponse) -> list[ResponsePoint]:
     stable = [point for point in response.points if point.stable]
     chosen = (stable[0], max(stable, key=lambda point: point.transmissibility), stable[-1])
     return list(dict.fromkeys(chosen))
-
-
-def _cells(response: FrequencyResponse) -> list[str]:
-    """A row of the table."""
-    r = response.resonance
-    return [
-        response.level_text,
-        f"{r.frequency:.4g}" + ("" if r.inside else " (end of band)"),
-        f"{r.transmissibility:.4g}",
-        f"{1e3 * r.amplitude:.4g}",
-        f"{1e-3 * r.stiffness:.4g}",
-        f"{r.loss_factor:.3g}",
-        "-" if math.isnan(r.isolation_frequency) else f"{r.isolation_frequency:.4g}",
-    ]

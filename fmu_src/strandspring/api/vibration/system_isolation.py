@@ -4,19 +4,18 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Iterator, Sequence
-from dataclasses import astuple, dataclass, fields, replace
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass, replace
 from functools import partial
-from pathlib import Path
-from typing import TYPE_CHECKING
+from itertools import islice
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 from threadpoolctl import threadpool_limits
 
 from ...errors import MountedSystemError
 from ...ground.arguments import limits
-from ...ground.files import write_csv
 from ...vibration.bodies.axis_laws import AxisLaws
 from ...vibration.bodies.modes import Mode, modes
 from ...vibration.bodies.mounted import MountedSystem, Vector
@@ -26,18 +25,17 @@ from ...vibration.bodies.six_balance import SixBalance
 from ...vibration.bodies.six_response import DIRECTIONS, PointResonance, SystemResponse, all_points, system_response
 from ...vibration.description.system_file import SystemFile, load_system_file
 from ...vibration.one_mass.band import DEFAULT_BAND, checked_limits
-from ...vibration.one_mass.system import DEFAULT_SHARES, Excitation, IsolationError
+from ...vibration.one_mass.system import Excitation, IsolationError
 from ..common.levels import checked_count, given_levels, positive_levels
 from ..common.plotting import save_plot
 from ..common.progress import Progress, unseen
-from ..common.result import Result
 from ..common.text_table import table_lines
+from .isolation_result import AnyIsolation, ResonanceColumn, computed, default_levels
 
 if TYPE_CHECKING:
     import pandas as pd
 
 _ORIGIN = (0.0, 0.0, 0.0)
-_TABLE = ("level", "point", "motion", "resonance Hz", "sway mm", "isolates from Hz")
 _GAINS = {"1": (1.0, "transmissibility"), "m/rad": (1e3, "mm/rad"), "m/N": (1e3, "mm/N")}
 
 
@@ -72,9 +70,30 @@ class IsolatedSystem:
         rows = [[f"{mode.frequency:.4g}", f"{100.0 * mode.damping:.3g}", mode.words] for mode in self.modes]
         return [*lines, *table_lines(["mode Hz", "viscous damping %", "small motion"], rows, left={"small motion"})]
 
+    def as_json(self) -> dict[str, Any]:
+        """The candidate and its motions as the command prints them with --json."""
+        poses = zip(self.system.bodies, self.rest.displacements, self.rest.rotations, strict=True)
+        return {
+            "name": self.label,
+            "static_equilibrium": [
+                {"body": body.name, "mass": body.mass, "displacement": moved.tolist(), "rotation": rotation.tolist()}
+                for body, moved, rotation in poses
+            ],
+            "modes": [
+                {
+                    "frequency": mode.frequency,
+                    "viscous_damping": mode.damping,
+                    "motion": mode.words,
+                    "shape": mode.shape.tolist(),
+                }
+                for mode in self.modes
+            ],
+            "responses": [_response_json(response) for response in self.responses],
+        }
+
 
 @dataclass(frozen=True, eq=False, repr=False)
-class SystemIsolation(Result):
+class SystemIsolation(AnyIsolation):
     """Steady vibration of all candidates of a description.
 
     Attributes
@@ -90,62 +109,43 @@ class SystemIsolation(Result):
     candidates: tuple[IsolatedSystem, ...]
     levels_chosen: str = ""
 
-    def resonances(self) -> pd.DataFrame:
-        """A row for each candidate, excitation, level, point and direction: `PointResonance`, in SI units."""
-        import pandas as pd
+    _resonance = PointResonance
 
-        rows = [
-            (one.label, response.shaking.name, response.level, *astuple(resonance))
-            for one in self.candidates
-            for response in one.responses
-            for resonance in response.resonances
-        ]
-        names = [field.name for field in fields(PointResonance)]
-        return pd.DataFrame(rows, columns=["candidate", "excitation", "level", *names])
+    @property
+    def parts(self) -> tuple[IsolatedSystem, ...]:
+        """The candidates."""
+        return self.candidates
+
+    def _named(self, part: IsolatedSystem, response: SystemResponse) -> dict[str, Any]:
+        return {"candidate": part.label, "excitation": response.shaking.name, "level": response.level}
+
+    def _columns(self, part: IsolatedSystem, response: SystemResponse) -> dict[str, NDArray[Any]]:
+        columns: dict[str, NDArray[Any]] = {"frequency [Hz]": response.frequency}
+        motion, phase = np.abs(response.gain), np.degrees(np.angle(response.gain))
+        for p, point in enumerate(response.points):
+            for words, values in (
+                (f"motion over excitation [{response.gain_unit}]", motion),
+                ("phase [deg]", phase),
+                ("acceleration [m/s^2]", response.acceleration),
+            ):
+                columns |= {f"{point.name} {way}: {words}": values[:, p, k] for k, way in enumerate(DIRECTIONS)}
+            columns[f"{point.name}: sway [m]"] = response.sway[:, p]
+        forces, tilt = np.abs(response.base_force), np.degrees(response.tilt)
+        columns |= {f"force on the base {way} [N]": forces[:, k] for k, way in enumerate(DIRECTIONS)}
+        columns |= {f"{body.name}: tilt [deg]": tilt[:, k] for k, body in enumerate(part.system.bodies)}
+        for k, axis in enumerate(response.axes):
+            columns[f"lowest displacement of {axis} [m]"] = response.low[:, k]
+            columns[f"highest displacement of {axis} [m]"] = response.high[:, k]
+        columns |= {"stable": response.stable, "requested frequency": response.requested}
+        return columns | {"outside the identified range": response.extrapolating}
 
     def to_frame(self) -> pd.DataFrame:
         """All points of the curves as `save_csv` writes them."""
-        import pandas as pd
+        _, response = next(self.every)
+        return super().to_frame().rename(columns={"level": f"level [{response.shaking.unit}]"})
 
-        return pd.DataFrame(self._rows(), columns=self._header())
-
-    def save_csv(self, path: str | os.PathLike[str]) -> None:
-        """Write all points of the curves, with units in the header.
-
-        Raises
-        ------
-        StrandspringError   If the file cannot be written.
-        """
-        write_csv(Path(path), self._header(), self._rows())
-
-    def _header(self) -> list[str]:
-        one = self.candidates[0]
-        response = one.responses[0]
-        header = ["candidate", "excitation", f"level [{response.shaking.unit}]", "frequency [Hz]"]
-        for point in response.points:
-            name = point.name
-            header += [f"{name} {direction}: motion over excitation [{response.gain_unit}]" for direction in DIRECTIONS]
-            header += [f"{name} {direction}: phase [deg]" for direction in DIRECTIONS]
-            header += [f"{name} {direction}: acceleration [m/s^2]" for direction in DIRECTIONS]
-            header.append(f"{name}: sway [m]")
-        header += [f"force on the base {direction} [N]" for direction in DIRECTIONS]
-        header += [f"{body.name}: tilt [deg]" for body in one.system.bodies]
-        header += [f"{end} displacement of {axis} [m]" for axis in response.axes for end in ("lowest", "highest")]
-        return [*header, "stable", "requested frequency", "outside the identified range"]
-
-    def _rows(self) -> Iterator[list[object]]:
-        for one in self.candidates:
-            for response in one.responses:
-                phases = np.degrees(np.angle(response.gain))
-                ranges = np.stack([response.low, response.high], axis=2).reshape(len(response.frequency), -1)
-                for k, frequency in enumerate(response.frequency.tolist()):
-                    row: list[object] = [one.label, response.shaking.name, response.level, frequency]
-                    for p in range(len(response.points)):
-                        row += np.abs(response.gain[k, p]).tolist() + phases[k, p].tolist()
-                        row += [*response.acceleration[k, p].tolist(), float(response.sway[k, p])]
-                    row += np.abs(response.base_force[k]).tolist() + np.degrees(response.tilt[k]).tolist()
-                    flags = (response.stable, response.wanted, response.extrapolating)
-                    yield [*row, *ranges[k].tolist(), *(bool(flag[k]) for flag in flags)]
+    def _csv(self) -> pd.DataFrame:
+        return self.to_frame()
 
     def lines(self, width: int | None = None) -> list[str]:
         """Static equilibrium, modes, the largest resonance of each point and cautions, in tables of at most a width."""
@@ -153,27 +153,30 @@ class SystemIsolation(Result):
         for one in self.candidates:
             lines += [f"{one.label}:", *one.rest_lines()]
         lines += [self.levels_chosen] if self.levels_chosen else []
-        several = len(self.candidates) > 1
-        gain = _GAINS[self.candidates[0].responses[0].gain_unit]
-        headings = [*(["candidate"] if several else []), "excitation", *_TABLE[:4], gain[1], *_TABLE[4:]]
-        rows = [
-            [*([one.label] if several else []), response.shaking.name, *_cells(response, resonance, gain[0])]
-            for one in self.candidates
-            for response in one.responses
-            for resonance in _largest(response)
-        ]
-        lines += table_lines(headings, rows, left={"candidate", "excitation", "point", "motion"}, width=width)
+        factor, gain = _GAINS[self.candidates[0].responses[0].gain_unit]
+        columns = (
+            ResonanceColumn("point", "point"),
+            ResonanceColumn("direction", "motion"),
+            ResonanceColumn("frequency", "resonance Hz"),
+            ResonanceColumn("gain", gain, factor),
+            ResonanceColumn("sway", "sway mm", 1e3),
+            ResonanceColumn("isolation_frequency", "isolates from Hz"),
+        )
+        lines += self._table(columns, width, _largest)
         cautions = [
             f"  Caution: {one.label}, {response.shaking.name}, {response.level_text}: {sentence}"
-            for one in self.candidates
-            for response in one.responses
+            for one, response in self.every
             for sentence in response.cautions
         ]
         return [*lines, *cautions]
 
-    def summary(self) -> str:
-        """Static equilibrium, modes, the largest resonance of each point and cautions."""
-        return "\n".join(self.lines())
+    def as_json(self) -> dict[str, Any]:
+        """The result as the command prints it with --json."""
+        return {
+            "name": self.name,
+            "levels_chosen": self.levels_chosen or None,
+            "candidates": [one.as_json() for one in self.candidates],
+        }
 
     def save_plot(self, path: str | os.PathLike[str]) -> None:
         """Draw motion over excitation, and sway, into a file (.png, .svg or .pdf).
@@ -184,8 +187,7 @@ class SystemIsolation(Result):
         """
         from ...vibration.bodies.response_plot import fill, size_of
 
-        curves = {one.label: one.responses for one in self.candidates}
-        save_plot(path, size_of(curves), lambda figure: fill(figure, curves, self.name))
+        save_plot(path, size_of(self.curves), lambda figure: fill(figure, self.curves, self.name))
 
 
 def isolate_system(
@@ -246,29 +248,31 @@ def isolate_system(
     ]
     if directions is None:
         shakings = [shaking for shaking in shakings if all(_moves(one, shaking) for one in parts)]
-    total, done = len(parts) * len(shakings) * len(levels) * points, 0
-    finished = []
-    for one in parts:
-        responses = []
-        frequencies = _band(band, points, one)
-        for shaking in shakings:
-            for level in levels:
-                task = f"{one.label}, {shaking.name}, {shaking.level_text(level)}"
-                try:
-                    # Its systems of equations are too small to be shared among threads.
-                    with threadpool_limits(limits=1):
-                        response = system_response(
-                            one.system, one.rest.pose, shaking, level, frequencies,
-                            extrapolate=extrapolate, advance=partial(_advance, progress, task, done, total),
-                        )  # fmt: skip
-                except (IsolationError, MountedSystemError) as refusal:
-                    raise type(refusal)(f"{one.label}, {shaking.name}: {refusal}") from None
-                responses.append(response)
-                done += points
-        finished.append(replace(one, responses=tuple(responses)))
-    progress("done", total, total)
+
+    def respond(
+        one: IsolatedSystem, shaking: Shaking, level: float, advance: Callable[[float], None]
+    ) -> SystemResponse:
+        try:
+            # Its systems of equations are too small to be shared among threads.
+            with threadpool_limits(limits=1):
+                return system_response(
+                    one.system, one.rest.pose, shaking, level, _band(band, points, one),
+                    extrapolate=extrapolate, advance=advance,
+                )  # fmt: skip
+        except (IsolationError, MountedSystemError) as refusal:
+            raise type(refusal)(f"{one.label}, {shaking.name}: {refusal}") from None
+
+    tasks = [
+        (f"{one.label}, {shaking.name}, {shaking.level_text(level)}", partial(respond, one, shaking, level))
+        for one in parts
+        for shaking in shakings
+        for level in levels
+    ]
+    responses = iter(computed(tasks, points, progress))
+    count = len(shakings) * len(levels)
+    finished = tuple(replace(one, responses=tuple(islice(responses, count))) for one in parts)
     path = None if isinstance(source, SystemFile) else os.fspath(source)
-    return SystemIsolation(description.name, path, tuple(finished), chosen)
+    return SystemIsolation(description.name, path, finished, chosen)
 
 
 def _levels(
@@ -287,11 +291,11 @@ def _levels(
     given = given_levels(base_displacement, base_acceleration, force)
     if given is not None:
         return given[0], None, given[1], ""
-    travels = [float(AxisLaws(one.system).free_travel(one.rest.displacement).min()) for one in parts]
-    least = min(travels)
-    chosen = f"Levels: 0.5, 1 and 2 % of the free travel of {1e3 * least:.4g} mm of the mounts"
-    chosen += f" of {parts[travels.index(least)].label}, the smallest of these candidates" if len(parts) > 1 else ""
-    return Excitation.BASE_DISPLACEMENT, None, tuple(share * least for share in DEFAULT_SHARES), f"{chosen}."
+    levels, chosen, nearest = default_levels(
+        [float(AxisLaws(one.system).free_travel(one.rest.displacement).min()) for one in parts]
+    )
+    several = f" of {parts[nearest].label}, the smallest of these candidates" if len(parts) > 1 else ""
+    return Excitation.BASE_DISPLACEMENT, None, levels, f"{chosen} of the mounts{several}."
 
 
 def _vector(direction: str | Sequence[float]) -> Vector:
@@ -338,10 +342,6 @@ def _band(limits: tuple[float, float] | None, points: int, one: IsolatedSystem) 
     return np.geomspace(*checked_limits(limits), points)
 
 
-def _advance(progress: Progress, task: str, before: int, total: int, count: float) -> None:
-    progress(task, before + count, total)
-
-
 def _largest(response: SystemResponse) -> list[PointResonance]:
     """Of each point in the direction in which it moves most."""
     return [
@@ -351,14 +351,32 @@ def _largest(response: SystemResponse) -> list[PointResonance]:
     ]
 
 
-def _cells(response: SystemResponse, resonance: PointResonance, factor: float) -> list[str]:
-    isolates = resonance.isolation_frequency
-    return [
-        response.level_text,
-        resonance.point,
-        resonance.direction,
-        f"{resonance.frequency:.4g}" + ("" if resonance.inside else " (end of band)"),
-        f"{factor * resonance.gain:.4g}",
-        f"{1e3 * resonance.sway:.4g}",
-        "-" if math.isnan(isolates) else f"{isolates:.4g}",
-    ]
+def _response_json(response: SystemResponse) -> dict[str, Any]:
+    columns = {
+        "gain": np.abs(response.gain),
+        "phase": np.degrees(np.angle(response.gain)),
+        "acceleration": response.acceleration,
+        "sway": response.sway,
+    }
+    return {
+        "excitation": response.shaking.name,
+        "direction": response.shaking.direction,
+        "level": response.level,
+        "unit": response.shaking.unit,
+        "gain_unit": response.gain_unit,
+        "resonances": [asdict(resonance) for resonance in response.resonances],
+        "cautions": response.cautions,
+        "frequency": response.frequency.tolist(),
+        "points": [
+            {"name": point.name, **{name: values[:, p].tolist() for name, values in columns.items()}}
+            for p, point in enumerate(response.points)
+        ],
+        "base_force": np.abs(response.base_force).tolist(),
+        "axes": [
+            {"name": name, "min": response.low[:, k].tolist(), "max": response.high[:, k].tolist()}
+            for k, name in enumerate(response.axes)
+        ],
+        "stable": response.stable.tolist(),
+        "requested": response.requested.tolist(),
+        "extrapolating": response.extrapolating.tolist(),
+    }

@@ -22,7 +22,7 @@ RECORD_SUFFIXES = frozenset(
         "tdms", "mdf", "mf4", "uff", "unv", "h5", "hdf5", "hdf", "parquet", "feather", "npy", "npz",
     )
 )  # fmt: skip
-TABLE, COLUMNAR_TABLE, JOURNAL = "springs.csv", "springs.parquet", "springs.journal.jsonl"
+TABLE, COLUMNAR_TABLE, JOURNAL = "springs.csv", "springs.parquet", "springs.journal.sqlite"
 
 
 class SpringFile(NamedTuple):

@@ -5,6 +5,7 @@ It is kept when all are finished: the same command again identifies only what is
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -15,7 +16,7 @@ from ..jobs.runners import JobError
 from .sources import JOURNAL, SpringFile
 from .spring_row import IDENTIFIED, SpringRow, digest
 
-_MANIFEST = {"format": "strandspring-batch", "format_version": 3}
+_MANIFEST = {"format": "strandspring-batch", "format_version": 4}
 
 
 class SpringLog(RowLog[SpringRow]):
@@ -33,12 +34,17 @@ class SpringLog(RowLog[SpringRow]):
 
     def __init__(self, folder: Path, springs: Sequence[SpringFile]) -> None:
         self._folder = folder
-        self._places = {spring.file: place for place, spring in enumerate(springs)}
-        super().__init__(folder / JOURNAL, SpringRow, len(springs), _MANIFEST)
+        keys = [_key(spring.file) for spring in springs]
+        self._places = {key: place for place, key in enumerate(keys)}
+        super().__init__(folder / JOURNAL, SpringRow, keys, _MANIFEST)
 
-    def place(self, row: SpringRow) -> int | None:
+    def key(self, row: SpringRow) -> int:
         """See `RowLog`."""
-        return self._places.get(row.file)
+        return _key(row.file)
+
+    def place(self, key: int) -> int | None:
+        """See `RowLog`."""
+        return self._places.get(key)
 
     def check(self, found: object, expected: dict[str, Any]) -> None:
         """Refuse any other file."""
@@ -83,3 +89,8 @@ class SpringLog(RowLog[SpringRow]):
             if row.status == IDENTIFIED and is_there:
                 self._remove_model(self.model_path(row))
         return of_other_settings
+
+
+def _key(file: str) -> int:
+    """The key of a file, which is no number, in 64 bits."""
+    return int.from_bytes(hashlib.sha256(file.encode(errors="replace")).digest()[:8], "big", signed=True)

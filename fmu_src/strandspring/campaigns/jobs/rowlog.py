@@ -1,34 +1,45 @@
 """Finished rows on disk, so that an interrupted job goes on where it ended.
 
-A file of JSON lines: a manifest, then one line for each row in the order in which they finished, [checksum, [values of
-the row]]. A damaged end, as a killed program or machine leaves it, is dropped. Rows stay on disk; in memory there are 8
-bytes for each place. They are checked whenever they are read, so that no damaged row is ever used.
+An SQLite file with the manifest of the job, and with each row as JSON under its key. The rows of a batch are one
+transaction: after a kill, all or none of them are there. The checksums of rows continue that of the manifest, so that
+no damaged row and none of another job is ever used. In memory there is a byte for each place.
+
+It is written in WAL mode, which needs no wait for the disk at each transaction: a power failure costs the last ones at
+most. The -wal file beside it ends with the program, unless that is killed; then it holds the last rows.
 """
 
 from __future__ import annotations
 
 import json
 import os
+import sqlite3
+import zlib
 from abc import ABC, abstractmethod
 from array import array
-from collections.abc import Iterable
-from contextlib import suppress
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager, suppress
 from dataclasses import fields
 from operator import attrgetter
 from pathlib import Path
-from typing import Any, BinaryIO, Generic, TypeVar, get_type_hints
+from typing import Any, Generic, TypeVar, get_type_hints
 
 import numpy as np
 from pydantic import ConfigDict, TypeAdapter, ValidationError
 
 from ...ground.files import readable, reason_of
-from .checked_lines import CheckedLines, json_line
-from .row_index import LONGEST_LINE, NOT_FINISHED, RowIndex
 from .runners import JobError
-from .sole_file import open_alone, remove_open
+from .sole_database import open_alone, remove_open
 
-_BLOCK = 1 << 20  # bytes of a file that are counted at a time
+_APPLICATION, _LAYOUT = 0x53707267, 1  # "Sprg"
+_TABLES = {
+    "job": "CREATE TABLE job (manifest BLOB)",
+    "row": "CREATE TABLE row (key INTEGER PRIMARY KEY, checksum INTEGER, content BLOB)",
+}
+_SCHEMA = [_APPLICATION, _LAYOUT, *(("table", name, name, statement) for name, statement in _TABLES.items())]
+_EMPTY = [0, 0]
+_LARGEST = 1 << 26  # bytes of a row or a manifest; that of a million masses has 20 MB
 
+_encoded = json.JSONEncoder(ensure_ascii=False, allow_nan=False).encode
 Row = TypeVar("Row")
 
 
@@ -37,55 +48,57 @@ class RowLog(ABC, Generic[Row]):
 
     Parameters
     ----------
-    path : Path        Created with its folder if it does not exist.
-    row_type : type    Dataclass of a row.
-    places : int       Number of rows that there can be.
-    manifest : dict    First line of the file: what makes it the log of this job.
-    indexed : bool     Write index lines, see `row_index`; the places of rows must depend on the manifest alone.
+    path : Path              Created with its folder if it does not exist.
+    row_type : type          Dataclass of a row.
+    keys : sequence of int   Key of the row at each place.
+    manifest : dict          What makes the file the log of this job.
 
     Attributes
     ----------
     path : Path
     name : str         The path as it is shown.
     finished : int     Number of finished rows.
-    dropped : int      Number of damaged lines at the end that were dropped.
+    dropped : int      Number of damaged rows that were dropped.
 
     Raises
     ------
     JobError           If the file cannot be read or written, is damaged, in use, or the log of another job.
     """
 
-    def __init__(
-        self, path: Path, row_type: type[Row], places: int, manifest: dict[str, Any], indexed: bool = False
-    ) -> None:
+    def __init__(self, path: Path, row_type: type[Row], keys: Sequence[int], manifest: dict[str, Any]) -> None:
         self.path = path
         self.name = readable(path)
         self.finished = self.dropped = 0
         self._row_type = row_type
         self._values = _values_adapter(row_type)
         self._values_of = attrgetter(*(field.name for field in fields(row_type)))  # type: ignore[arg-type]
-        self._offsets = np.full(places, NOT_FINISHED, np.int64)
-        self._begin = self._end = 0  # of the rows
-        self._lines = CheckedLines(json_line(manifest))
-        self._index = RowIndex(self._lines, self._offsets) if indexed else None
+        self._keys = keys
+        self._has_rows = False
+        self._is_finished = np.zeros(len(keys), bool)
         self._new_folders = [folder for folder in (path.parent, *path.parent.parents) if not os.path.lexists(folder)]
-        self._is_new = False
-        self._file = self._opened()
+        content = _encoded(manifest).encode()
+        self._job = zlib.crc32(content)
         try:
-            self._check_manifest(json.loads(json.dumps(manifest)))  # as it is read back: tuples are lists
-            begin = self._begin if self._index is None else self._index.load(self._file, self._begin)
-            self.finished = int(np.count_nonzero(self._offsets != NOT_FINISHED))
-            self._read(begin)
-        except OSError as problem:
-            self._abandon()
-            raise JobError(f"{self.name} cannot be read: {reason_of(problem)}; check the disk that it is on.") from None
+            self._database = self._opened(json.loads(content))  # as it is read back: tuples are lists
         except BaseException:
-            self._abandon()
+            self._remove_new_folders()
+            raise
+        try:
+            with self._refused("cannot be written", "make room, or write elsewhere"):
+                self._begin(content)
+            with self._refused("is damaged", "remove it to start again"):
+                self._read()
+        except BaseException:
+            self.close(remove=False)
             raise
 
     @abstractmethod
-    def place(self, row: Row) -> int | None:
-        """The place of a row, None if it is not wanted now; raises LookupError if it cannot be a row of this job."""
+    def key(self, row: Row) -> int:
+        """The key of a row."""
+
+    @abstractmethod
+    def place(self, key: int) -> int | None:
+        """The place of a key, None if it is not wanted now; raises LookupError if it cannot be one of this job."""
 
     @abstractmethod
     def check(self, found: object, expected: dict[str, Any]) -> None:
@@ -94,137 +107,116 @@ class RowLog(ABC, Generic[Row]):
     @property
     def dropped_sentence(self) -> str:
         """What was dropped, in words."""
-        return f"{self.dropped} damaged line{' at the end was' if self.dropped == 1 else 's at the end were'} dropped"
+        return f"{self.dropped} damaged row{' was' if self.dropped == 1 else 's were'} dropped"
 
-    def _opened(self) -> BinaryIO:
+    @contextmanager
+    def _refused(self, what: str, advice: str) -> Iterator[None]:
         try:
+            yield
+        except (sqlite3.Error, OSError) as problem:
+            reason = reason_of(problem) if isinstance(problem, OSError) else str(problem)
+            raise JobError(f"{self.name} {what}: {reason}; {advice}.") from None
+
+    def _opened(self, manifest: dict[str, Any]) -> sqlite3.Connection:
+        """The database, empty or with this manifest; what is not ours is left as it is."""
+        with self._refused("cannot be written", "check the path and its rights"):
             self.path.parent.mkdir(parents=True, exist_ok=True)
-            return open_alone(self.path)
-        except OSError as problem:
-            self._remove_new_folders()
-            raise JobError(
-                f"{self.name} cannot be written: {reason_of(problem)}; check the path and its rights."
-            ) from None
-        except JobError:
-            self._remove_new_folders()
-            raise
-
-    def _check_manifest(self, manifest: dict[str, Any]) -> None:
-        """Check the manifest, or write it if there is none."""
-        line = json_line(manifest)
-        self._file.seek(0)
-        first = self._file.readline(LONGEST_LINE)
-        if first.endswith(b"\n") or not line.startswith(first):
-            self.check(_content(first), manifest)
-            self._begin = self._end = len(first)
-            return
-        self._is_new = True  # or the program was killed while writing the manifest
-        self._file.truncate(0)
-        self._begin = len(line)
-        self._write(line)
-
-    def _read(self, begin: int) -> None:
-        """Mark the rows from an offset on, and drop a damaged end."""
-        self._file.seek(begin)
-        offset = self._end = begin
-        first_damaged: int | None = None
-        while line := self._file.readline(LONGEST_LINE):
-            if not self._take(line, offset):
-                first_damaged = offset if first_damaged is None else first_damaged
-                self.dropped += 1
-            elif first_damaged is not None:
-                raise self._damaged(first_damaged)
-            else:
-                self._end = offset + len(line)
-            offset += len(line)
-        if self.dropped:
-            self._file.truncate(self._end)
-
-    def _take(self, line: bytes, offset: int) -> bool:
-        """Mark the row in a line at an offset; False if the line is damaged."""
-        if self._index is not None and self._index.is_index(line):
-            return True
-        placed = self._row_and_place(line)
-        if placed is None:
-            return False
-        self._mark(placed[1], offset)
-        return True
-
-    def _damaged(self, offset: int) -> JobError:
-        """The error for a line at an offset."""
-        self._file.seek(0)
-        lines = sum(self._file.read(min(_BLOCK, offset - k)).count(b"\n") for k in range(0, offset, _BLOCK))
-        return JobError(
-            f"{self.name}, line {lines + 1}: damaged, or not of this job; remove this line to have it done again, or "
-            "the file to start again."
-        )
-
-    def _row_and_place(self, line: bytes) -> tuple[Row, int | None] | None:
-        """The row in a line and its place; None if the line is damaged, or cannot be of this job."""
-        values = self._lines.content(line)
-        if values is None:
-            return None
+            try:
+                database = open_alone(self.path)
+            except sqlite3.DatabaseError as problem:
+                if "malformed" not in str(problem):
+                    self.check(None, manifest)
+                raise JobError(f"{self.name} is damaged: {problem}; remove it to start again.") from None
         try:
-            row = self._row_type(*self._values.validate_json(values, strict=True))
-            return row, self.place(row)
-        except (ValidationError, LookupError):
-            return None
+            with self._refused("is damaged", "remove it to start again"):
+                if _schema(database) != _EMPTY:
+                    self.check(_manifest(database), manifest)
+                    # Without indices and constraints, integrity_check would find nothing more.
+                    state = database.execute("PRAGMA quick_check(1)").fetchone()[0]
+                    if state != "ok":
+                        raise sqlite3.DatabaseError(state.replace("\n", ", "))
+        except BaseException:
+            database.close()
+            raise
+        return database
+
+    def _begin(self, manifest: bytes) -> None:
+        """Write what comes before the rows, if the file is empty."""
+        self._database.execute("PRAGMA journal_mode = WAL")
+        if _schema(self._database) == _EMPTY:
+            with self._database:
+                self._database.execute("BEGIN")
+                self._database.execute(f"PRAGMA application_id = {_APPLICATION}")
+                self._database.execute(f"PRAGMA user_version = {_LAYOUT}")
+                for statement in _TABLES.values():
+                    self._database.execute(statement)
+                self._database.execute("INSERT INTO job VALUES (?)", (manifest,))
+
+    def _read(self) -> None:
+        """Mark the rows, and drop damaged ones."""
+        with self._database:
+            too_large = "DELETE FROM row WHERE typeof(content) <> 'blob' OR length(content) > ?"
+            self.dropped = self._database.execute(too_large, (_LARGEST,)).rowcount
+            damaged = []
+            for key, checksum, content in self._database.execute("SELECT key, checksum, content FROM row"):
+                is_whole = checksum == zlib.crc32(content, self._job)
+                try:
+                    place = self.place(key)
+                except LookupError:
+                    is_whole = False
+                if is_whole:
+                    self._has_rows = True
+                    self._mark(place)
+                else:
+                    damaged.append((key,))
+            self.dropped += len(damaged)
+            self._database.executemany("DELETE FROM row WHERE key = ?", damaged)
 
     def __contains__(self, place: int) -> bool:
         """Whether a row is finished."""
-        return bool(self._offsets[place] != NOT_FINISHED)
+        return bool(self._is_finished[place])
 
     def __getitem__(self, place: int) -> Row:
-        """A finished row; raises JobError if it has become damaged."""
-        offset = int(self._offsets[place])
-        try:
-            self._file.seek(offset)
-            placed = self._row_and_place(self._file.readline(LONGEST_LINE))
-        except OSError as problem:
-            raise JobError(f"{self.name} cannot be read: {reason_of(problem)}; check the disk that it is on.") from None
-        if placed is None or placed[1] != place:
-            raise self._damaged(offset)
-        return placed[0]
+        """A finished row; if it is or has become damaged, it is dropped, and JobError raised."""
+        key = self._keys[place]
+        with self._refused("cannot be read", "check the disk that it is on"):
+            found = self._database.execute("SELECT checksum, content FROM row WHERE key = ?", (key,)).fetchone()
+            if found is not None and found[0] == zlib.crc32(found[1], self._job):
+                with suppress(ValidationError):
+                    row = self._row_type(*self._values.validate_json(found[1], strict=True))
+                    if self.key(row) == key:
+                        return row
+            with self._database:
+                self._database.execute("DELETE FROM row WHERE key = ?", (key,))
+        self.forget(place)
+        raise JobError(f"{self.name} had a damaged row, which was dropped; start the same command again.")
 
     def missing(self) -> array[int]:
         """Places of the rows that are not finished."""
-        return array("q", np.flatnonzero(self._offsets == NOT_FINISHED).astype(np.int64).tobytes())
+        return array("q", np.flatnonzero(~self._is_finished).astype(np.int64).tobytes())
 
     def add(self, rows: Iterable[Row]) -> None:
         """Keep finished rows."""
-        rows = list(rows)
-        lines = [self._lines.line(self._values_of(row)) for row in rows]
-        offset = self._end
-        self._write(b"".join(lines))
-        for row, line in zip(rows, lines, strict=True):
-            self._mark(self.place(row), offset)
-            offset += len(line)
-        if self._index is not None and self._index.is_due(self._end):
-            for line in self._index.new_lines(self._end):
-                self._write(line)
+        lines = []
+        for row in rows:
+            content = _encoded(self._values_of(row)).encode(errors="replace")  # names of files need not be text
+            lines.append((self.key(row), zlib.crc32(content, self._job), content))
+        with self._refused("cannot be written", "make room, or write elsewhere"), self._database:
+            self._database.executemany("INSERT OR REPLACE INTO row VALUES (?, ?, ?)", lines)
+        self._has_rows = True
+        for key, _, _ in lines:
+            self._mark(self.place(key))
 
     def forget(self, place: int) -> None:
         """Take a row as not finished; the next one that is added takes its place."""
         self.finished -= place in self
-        self._offsets[place] = NOT_FINISHED
+        self._is_finished[place] = False
 
-    def _mark(self, place: int | None, offset: int) -> None:
-        """Take a row at an offset as finished, if it is wanted now."""
+    def _mark(self, place: int | None) -> None:
+        """Take a row as finished, if it is wanted now."""
         if place is not None:
             self.finished += place not in self
-            self._offsets[place] = offset
-            if self._index is not None:
-                self._index.add(place)
-
-    def _write(self, content: bytes) -> None:
-        try:
-            self._file.write(content)
-            self._file.flush()
-        except OSError as problem:
-            raise JobError(
-                f"{self.name} cannot be written: {reason_of(problem)}; make room, or write elsewhere."
-            ) from None
-        self._end += len(content)
+            self._is_finished[place] = True
 
     def close(self, remove: bool) -> None:
         """Close the file; remove it if asked to, or if it holds no row.
@@ -233,26 +225,17 @@ class RowLog(ABC, Generic[Row]):
         ------
         JobError   If it cannot be removed as asked.
         """
-        if not remove and self._end > self._begin:
-            with suppress(OSError):  # of what could not be written, which has been reported
-                self._file.close()
+        if not remove and self._has_rows:
+            self._database.close()
             return
         try:
-            remove_open(self._file, self.path)
+            remove_open(self._database, self.path)
         except OSError as problem:
             if remove:
                 raise JobError(
                     f"{self.name} is no longer needed, but cannot be removed: {reason_of(problem)}; remove it."
                 ) from None
         self._remove_new_folders()
-
-    def _abandon(self) -> None:
-        """Close the file after an error; what it held is left as it was."""
-        if self._is_new:
-            self.close(remove=False)
-        else:
-            with suppress(OSError):
-                self._file.close()
 
     def _remove_new_folders(self) -> None:
         """Remove the folders that were made for the file and hold nothing else."""
@@ -261,15 +244,25 @@ class RowLog(ABC, Generic[Row]):
                 folder.rmdir()
 
 
+def _schema(database: sqlite3.Connection) -> list[object]:
+    """What tells our databases from others, and all their tables, views, indices and triggers."""
+    numbers = (database.execute(f"PRAGMA {name}").fetchone()[0] for name in ("application_id", "user_version"))
+    return [*numbers, *database.execute("SELECT type, name, tbl_name, sql FROM sqlite_master ORDER BY name LIMIT 3")]
+
+
+def _manifest(database: sqlite3.Connection) -> object:
+    """The JSON of the manifest; None if the database is not exactly as it is written here."""
+    if _schema(database) != _SCHEMA:
+        return None
+    possible = "SELECT manifest FROM job WHERE typeof(manifest) = 'blob' AND length(manifest) <= ? LIMIT 2"
+    found = database.execute(possible, (_LARGEST,)).fetchall()
+    try:
+        return json.loads(found[0][0]) if len(found) == 1 else None
+    except (ValueError, RecursionError):
+        return None
+
+
 def _values_adapter(row_type: type[Any]) -> TypeAdapter[tuple[Any, ...]]:
     """The types of a row's values."""
     types = tuple(get_type_hints(row_type).values())
     return TypeAdapter(tuple[types], config=ConfigDict(allow_inf_nan=False))  # type: ignore[valid-type]
-
-
-def _content(line: bytes) -> object:
-    """The JSON in a line of the file; None if it is none."""
-    try:
-        return json.loads(line)
-    except (ValueError, RecursionError):
-        return None

@@ -1,11 +1,12 @@
-"""Definition of a study: every grid point with every draw, and the result of one run."""
+"""A study of one mass on a spring: every grid point with every draw, and the result of one run."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from dataclasses import asdict, dataclass, replace
-from typing import Any
+from dataclasses import asdict, dataclass, fields, replace
+from operator import attrgetter
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -14,9 +15,12 @@ from ...model.spread import Spread
 from ...vibration.one_mass.band import band_frequencies, checked_limits
 from ...vibration.one_mass.response import frequency_response
 from ...vibration.one_mass.system import Excitation, IsolatedMass, IsolationError, static_equilibrium
+from .runs import DONE, Place, RunColumn, Runs, StudyFigure, finite
+from .summaries import most_frequent
 
-DONE = "done"
-_MOST_RUNS = 1_000_000
+if TYPE_CHECKING:
+    import pandas as pd
+
 STIFFNESS_FACTORS = (1e-6, 1e6)
 
 
@@ -30,7 +34,7 @@ class RunRow:
     draw : int or None                      Number of the draw, from 0; None at the identified parameters.
     mass, level, stiffness_factor : float   Of the grid point [kg], [unit of the excitation], [-].
     kappa_omega, rho, sigma, n : float      As drawn, before the stiffness factor [N], [1/m], [-], [-].
-    rest, sag : float or None               See `StaticEquilibrium` [m]; None where there is none.
+    static_equilibrium, sag : float or None See `StaticEquilibrium` [m]; None where there is none.
     frequency, transmissibility, amplitude, stiffness, loss_factor, isolation_frequency : float or None
                                             See `Resonance`; None if the run is refused or there is none.
     inside : bool or None                   Whether the resonance lies inside the band, not at one of its ends.
@@ -47,7 +51,7 @@ class RunRow:
     rho: float
     sigma: float
     n: float
-    rest: float | None = None
+    static_equilibrium: float | None = None
     sag: float | None = None
     frequency: float | None = None
     transmissibility: float | None = None
@@ -69,8 +73,19 @@ class GridPoint:
     stiffness_factor: float
 
 
+# Of the fields of a row, with the unit of the level to be filled in.
+_HEADINGS = (
+    "run", "draw", "mass [kg]", "level [{}]", "stiffness factor [1]", "kappa_omega [N]", "rho [1/m]", "sigma [1]",
+    "n [1]", "static equilibrium [m]", "sag [m]", "resonance frequency [Hz]", "transmissibility [1]", "amplitude [m]",
+    "stiffness [N/m]", "loss factor [1]", "isolation frequency [Hz]", "resonance inside the band",
+    "beyond the identified range", "outcome",
+)  # fmt: skip
+_NAMES = tuple(field.name for field in fields(RunRow))
+_cells = attrgetter(*_NAMES)
+
+
 @dataclass(frozen=True)
-class Study:
+class Study(Runs[RunRow]):
     """Runs over a grid of masses, levels and stiffness factors, each with every spring drawn from a spread.
 
     Run k has grid point k modulo their number, and draw k divided by it: all grid points advance together and share
@@ -95,6 +110,21 @@ class Study:
     ------
     IsolationError                        If a value is out of its bounds.
     """
+
+    subject = "model"
+    row_type = RunRow
+    refusal = IsolationError
+    largest_batch = 32  # the parent needs some 25 us for a run, of batches of 8 twice as much
+    figures = (
+        StudyFigure("static_equilibrium"),
+        StudyFigure("sag"),
+        StudyFigure("frequency", "resonance Hz"),
+        StudyFigure("transmissibility", "transmissibility"),
+        StudyFigure("amplitude", "amplitude mm", 1e3),
+        StudyFigure("stiffness"),
+        StudyFigure("loss_factor", "loss factor"),
+        StudyFigure("isolation_frequency", "isolates from Hz"),
+    )
 
     spring: SpringParameters
     excitation: Excitation
@@ -124,15 +154,13 @@ class Study:
                 raise IsolationError(
                     f"Every stiffness factor must be within [{lowest_factor:g}, {highest_factor:g}], got {factor!r}."
                 )
-        for name, lowest in (("draws", 0), ("seed", 0), ("points", 2)):
-            if getattr(self, name) < lowest:
-                raise IsolationError(f"`{name}` must be >= {lowest}, got {getattr(self, name)!r}.")
+        if self.points < 2:
+            raise IsolationError(f"`points` must be >= 2, got {self.points!r}.")
         if self.band is not None:
             checked_limits(self.band)
         if self.draws and self.spread is None:
             raise IsolationError("`spread` must be given where there are draws.")
-        if not 0 < len(self) <= _MOST_RUNS:
-            raise IsolationError(f"A study must have from 1 to {_MOST_RUNS} runs, got {len(self)}.")
+        self._check_counts()
 
     @property
     def grid_size(self) -> int:
@@ -148,6 +176,57 @@ class Study:
     def __len__(self) -> int:
         return self.grid_size * max(self.draws, 1)
 
+    @property
+    def columns(self) -> list[RunColumn]:
+        """See `Runs`."""
+        headings = (heading.format(self.excitation.unit) for heading in _HEADINGS)
+        return [RunColumn(*pair) for pair in zip(_NAMES, headings, strict=True)]
+
+    @property
+    def identity(self) -> tuple[Any, dict[str, Any]]:
+        """See `Runs`."""
+        of_model = ("spring", "spread", "excitation")
+        options = {field.name: getattr(self, field.name) for field in fields(self) if field.name not in of_model}
+        content = {"spring": self.spring.as_dict(), "spread": None if self.spread is None else asdict(self.spread)}
+        return content, {"excitation": self.excitation.value, **options}
+
+    def place(self, run: Any) -> Place:
+        """See `Runs`."""
+        draw, point = divmod(run, self.grid_size)
+        return Place(point, draw, 0, 0)
+
+    def cells(self, row: RunRow) -> tuple[object, ...]:
+        """See `Runs`."""
+        cells: tuple[object, ...] = _cells(row)
+        return cells
+
+    @property
+    def summed_up(self) -> list[str]:
+        """See `Runs`."""
+        return [*(figure.name for figure in self.figures), "inside", "extrapolating", "outcome"]
+
+    def grid(self) -> pd.DataFrame:
+        """See `Runs`."""
+        import pandas as pd
+
+        names = [field.name for field in fields(GridPoint)]
+        axes = [self.masses, self.levels, self.stiffness_factors]
+        return pd.MultiIndex.from_product(axes, names=names).to_frame(index=False)
+
+    def sum_up(self, runs: pd.DataFrame) -> tuple[pd.DataFrame, pd.DataFrame]:
+        """See `Runs`; counts have "runs", "refused", "reason", "at_end_of_band" and "extrapolating"."""
+        is_done = runs["outcome"] == DONE
+        flags = runs[["group"]].assign(
+            runs=1,
+            refused=~is_done,
+            at_end_of_band=runs["inside"].eq(False),
+            extrapolating=runs["extrapolating"].eq(True),
+        )
+        refused = runs[~is_done]
+        counts = flags.groupby("group").sum()
+        counts.insert(2, "reason", most_frequent(refused["outcome"], refused["group"]))
+        return counts, runs[[figure.name for figure in self.figures]].where(is_done).assign(group=runs["group"])
+
     def rows(self, runs: Iterable[int]) -> list[RunRow]:
         """Execute runs."""
         # Motions that overflow are refused; they need no warning.
@@ -155,8 +234,8 @@ class Study:
             return [self._row(run) for run in runs]
 
     def _row(self, run: int) -> RunRow:
-        number, index = divmod(run, self.grid_size)
-        draw, point = number if self.draws else None, self.grid_point(index)
+        place = self.place(run)
+        draw, point = place.draw if self.draws else None, self.grid_point(place.point)
         spring = self.spring
         if draw is not None and self.spread is not None:
             spring = self.spread.draw(spring, self.seed, draw)
@@ -167,7 +246,7 @@ class Study:
         try:
             system = self._system(scaled(spring, point.stiffness_factor), point.mass)
             equilibrium = static_equilibrium(system)
-            row = replace(row, rest=equilibrium.displacement, sag=_finite(equilibrium.sag))
+            row = replace(row, static_equilibrium=equilibrium.displacement, sag=finite(equilibrium.sag))
             frequencies = band_frequencies(self.band, self.points, equilibrium)
             response = frequency_response(system, self.excitation, point.level, frequencies, self.extrapolate)
         except IsolationError as refusal:
@@ -177,7 +256,7 @@ class Study:
             return replace(row, outcome=f"No steady motion was found: {problem}.")
         figures: dict[str, Any] = asdict(response.resonance)
         inside = bool(figures.pop("inside"))
-        figures = {name: _finite(value) for name, value in figures.items()}
+        figures = {name: finite(value) for name, value in figures.items()}
         return replace(row, **figures, inside=inside, extrapolating=response.extrapolating)
 
     def _system(self, spring: SpringParameters, mass: float) -> IsolatedMass:
@@ -192,7 +271,3 @@ def scaled(spring: SpringParameters, factor: float) -> SpringParameters:
         FE_forces=tuple(factor * force for force in spring.FE_forces),
         kappa_omega=factor * spring.kappa_omega,
     )
-
-
-def _finite(value: float) -> float | None:
-    return float(value) if math.isfinite(value) else None

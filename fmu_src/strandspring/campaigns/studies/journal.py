@@ -2,62 +2,54 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
-from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, Protocol, TypeVar
+from typing import Any
 
 from ..._version import __version__
 from ..jobs.rowlog import RowLog
 from ..jobs.runners import JobError
+from .runs import Runs
 
 _FORMAT = "strandspring-study"
-_FORMAT_VERSION = 4
+_FORMAT_VERSION = 5
 _LONGEST_VALUE = 60  # characters of a value in a sentence
 _DIGEST = "_sha256"
 
 
-class NumberedRow(Protocol):
-    """A row that knows its run."""
-
-    @property
-    def run(self) -> int:
-        """From 0 in the study."""
-        ...
-
-
-Row = TypeVar("Row", bound=NumberedRow)
-
-
 def journal_path(results: Path) -> Path:
     """Path of the journal of a study whose results are written to a path."""
-    return results.parent / f"{results.name}.part.jsonl"
+    return results.parent / f"{results.name}.part.sqlite"
 
 
-class Journal(RowLog[Row]):
-    """Finished runs of one study on disk.
+class Journal(RowLog[Any]):
+    """Finished runs of one study on disk, beside the results.
 
     Parameters
     ----------
-    results : Path     Where the results are to be written; the journal lies beside it.
-    row_type : type    See `RowLog`.
-    runs : int         Number of runs of the study.
-    manifest : dict    See `manifest_of`.
+    results : Path     Where the results are to be written.
+    study : Runs
 
     Raises
     ------
     JobError           See `RowLog`.
     """
 
-    def __init__(self, results: Path, row_type: type[Row], runs: int, manifest: dict[str, Any]) -> None:
-        self._runs = runs
-        super().__init__(journal_path(results), row_type, runs, manifest, indexed=True)
+    def __init__(self, results: Path, study: Runs[Any]) -> None:
+        self._runs = len(study)
+        super().__init__(journal_path(results), study.row_type, range(self._runs), manifest_of(study))
 
-    def place(self, row: Row) -> int:
+    def key(self, row: Any) -> int:
         """See `RowLog`."""
-        if not 0 <= row.run < self._runs:
+        run: int = row.run
+        return run
+
+    def place(self, key: int) -> int:
+        """See `RowLog`."""
+        if not 0 <= key < self._runs:
             raise LookupError
-        return row.run
+        return key
 
     def check(self, found: object, expected: dict[str, Any]) -> None:
         """Refuse the journal of another study, with the differences."""
@@ -89,19 +81,13 @@ def _brief(value: object) -> str:
     return text if len(text) <= _LONGEST_VALUE else f"{text[:_LONGEST_VALUE]}..."
 
 
-def manifest_of(subject: str, sha256: str, options: Mapping[str, Any]) -> dict[str, Any]:
-    """What identifies a study: everything that determines the numbers, and nothing else.
-
-    Parameters
-    ----------
-    subject : str       What is studied, such as "model".
-    sha256 : str        Of its content.
-    options : mapping   As JSON can hold them.
-    """
+def manifest_of(study: Runs[Any]) -> dict[str, Any]:
+    """What identifies a study: everything that determines the numbers, and nothing else."""
+    content, options = study.identity
     return {
         "format": _FORMAT,
         "format_version": _FORMAT_VERSION,
         "version": __version__,
-        f"{subject}{_DIGEST}": sha256,
+        f"{study.subject}{_DIGEST}": hashlib.sha256(json.dumps(content).encode("utf-8")).hexdigest(),
         "options": options,
     }

@@ -1,86 +1,60 @@
-"""Definition of a study of a SYSTEM.toml: every grid point with every draw, candidate and load case."""
+"""A study of a SYSTEM.toml: every grid point with every draw, candidate and load case."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import suppress
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ...errors import MountedSystemError, StrandspringError
-from ...vibration.bodies.mounted import MountedSystem
+from ...vibration.bodies.mounted import STANDARD_GRAVITY, MountedSystem
 from ...vibration.bodies.rest import SHARES
 from ...vibration.description.named_files import HeldFiles
 from ...vibration.description.system_file import SystemFile, system_of_content
 from ...vibration.description.system_tables import SystemTable
 from ...vibration.description.value_paths import Location
-from ...vibration.verdicts.answers import CaseAnswer, answer_case
+from ...vibration.verdicts.answers import answer_case
 from ...vibration.verdicts.drawn_springs import Drawn
-from ...vibration.verdicts.verdicts import Quantity, Verdict
-from .definition import DONE
+from ...vibration.verdicts.verdicts import Verdict
+from .runs import Place, RunColumn, Runs, StudyFigure
+from .summaries import most_frequent
+from .system_row import SystemRow, system_row
 from .varied import Varied, with_texts
 
-OUTSIDE = "outside"
-_MOST_RUNS = 1_000_000
-# Figures of which the worst subject stands in a row; those with limits come first.
-LIMITED = (Quantity.ACCELERATION, Quantity.SWAY, Quantity.TILT, Quantity.STROKE)
-_WITH_ERRORS = (Quantity.ACCELERATION, Quantity.SWAY, Quantity.STROKE)
+if TYPE_CHECKING:
+    import pandas as pd
+
+_VERDICTS = [verdict.value for verdict in Verdict]  # from the best to the worst
+
+
+# Of the fields of a row after the accelerations.
+_HEADINGS = {
+    "sway": "sway [m]",
+    "tilt": "tilt [rad]",
+    "stroke": "stroke [1]",
+    "mount": "mount of the stroke",
+    "force": "force [N]",
+    "rms_acceleration": "rms acceleration [m/s^2]",
+    "rms_sway": "rms sway [m]",
+    "error": "numerical error [1]",
+    "acceleration_margin": "margin of acceleration [1]",
+    "sway_margin": "margin of sway [1]",
+    "tilt_margin": "margin of tilt [1]",
+    "stroke_margin": "margin of stroke [1]",
+    "governing": "least margin",
+    "verdict": "verdict",
+    "outcome": "outcome",
+}
+_MARGINS = [name for name in _HEADINGS if name.endswith("_margin")]
 
 
 @dataclass(frozen=True)
-class SystemRow:
-    """One run: a load case on a candidate at a grid point.
-
-    Attributes
-    ----------
-    run : int                             From 0 in the study.
-    accelerations : tuple of float        Largest absolute acceleration of each point [m/s^2]; empty if refused.
-    sway, tilt : float or None            Largest of all points and of all bodies [m], [rad].
-    stroke : float or None                Largest share used of the way from rest to the end of a spring's range.
-    mount : str or None                   The axis of a mount that has it.
-    force : float or None                 Largest of any axis of a mount [N].
-    rms_acceleration, rms_sway : float or None   Largest of all points and axes [m/s^2], [m]; None if nothing settles.
-    error : float or None                 Numerical error of acceleration, sway or stroke, relative to the largest.
-    acceleration_margin, sway_margin, tilt_margin, stroke_margin : float or None
-                                          Least share of a limit that is left; None without a limit.
-    governing : str or None               The limit with the least margin.
-    verdict : str                         See `Verdict`.
-    outcome : str                         `DONE`, `OUTSIDE` where figures are extrapolated, or why it is refused.
-    """
-
-    run: int
-    accelerations: tuple[float, ...] = ()
-    sway: float | None = None
-    tilt: float | None = None
-    stroke: float | None = None
-    mount: str | None = None
-    force: float | None = None
-    rms_acceleration: float | None = None
-    rms_sway: float | None = None
-    error: float | None = None
-    acceleration_margin: float | None = None
-    sway_margin: float | None = None
-    tilt_margin: float | None = None
-    stroke_margin: float | None = None
-    governing: str | None = None
-    verdict: str = Verdict.REFUSED.value
-    outcome: str = DONE
-
-
-class Place(NamedTuple):
-    """Which run it is: indices of the grid point, the draw, the candidate and the case."""
-
-    point: int
-    draw: int
-    candidate: int
-    case: int
-
-
-@dataclass(frozen=True)
-class SystemStudy:
+class SystemStudy(Runs[SystemRow]):
     """Runs over a grid of values of a SYSTEM.toml, each with every draw of its springs, candidate and load case.
 
     Cases come first, then candidates, draws and grid points, of which the values of the last path come first.
@@ -100,6 +74,18 @@ class SystemStudy:
     MountedSystemError           If there are no runs or too many, or two paths lead to the same value.
     """
 
+    subject = "system"
+    row_type = SystemRow
+    refusal = MountedSystemError
+    largest_batch = 8  # a shock takes some 15 ms, random vibration seconds
+    figures = (  # the worst of all cases; margins are shares of limits that are left
+        StudyFigure("margin", "margin %", 100.0),
+        StudyFigure("acceleration", "acceleration g", 1.0 / STANDARD_GRAVITY),
+        StudyFigure("sway", "sway mm", 1e3),
+        StudyFigure("tilt", "tilt deg", math.degrees(1.0)),
+        StudyFigure("stroke", "stroke %", 100.0),
+    )
+
     content: Mapping[str, Any]
     files: HeldFiles
     varied: tuple[Varied, ...]
@@ -109,24 +95,20 @@ class SystemStudy:
     draws: int = 0
     seed: int = 0
     step: float | None = None
-    grid_size: int = field(init=False)
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "grid_size", int(np.prod([len(one.values) for one in self.varied], dtype=object)))
         taken: dict[Location, str] = {}
         for one in self.varied:
             for location in one.locations:
                 if location in taken:
                     raise MountedSystemError(f"{taken[location]} and {one.path} vary the same value; leave one out.")
                 taken[location] = one.path
-        for name in ("draws", "seed"):
-            if getattr(self, name) < 0:
-                raise MountedSystemError(f"`{name}` must be >= 0, got {getattr(self, name)!r}.")
-        if not 0 < len(self) <= _MOST_RUNS:
-            raise MountedSystemError(
-                f"A study must have from 1 to {_MOST_RUNS} runs, got {len(self)}; vary less, or choose cases and "
-                "candidates."
-            )
+        self._check_counts("; vary less, or choose cases and candidates")
+
+    @property
+    def grid_size(self) -> int:
+        """Number of grid points."""
+        return math.prod(len(one.values) for one in self.varied)
 
     @property
     def runs_per_point(self) -> int:
@@ -136,12 +118,80 @@ class SystemStudy:
     def __len__(self) -> int:
         return self.grid_size * self.runs_per_point
 
-    def place(self, run: int) -> Place:
-        """Which run it is."""
+    @property
+    def columns(self) -> list[RunColumn]:
+        """See `Runs`."""
+        return [
+            RunColumn("run", "run"),
+            *(RunColumn(one.path, one.heading) for one in self.varied),
+            *(RunColumn(name, name) for name in ("draw", "candidate", "case")),
+            *(RunColumn(f"acceleration of {name}", f"acceleration of {name} [m/s^2]") for name in self.points),
+            *(RunColumn(name, heading) for name, heading in _HEADINGS.items()),
+        ]
+
+    @property
+    def identity(self) -> tuple[Any, dict[str, Any]]:
+        """See `Runs`."""
+        options = {name: getattr(self, name) for name in ("candidates", "cases", "draws", "seed", "step")}
+        content = {"system": self.content, "files": self.files.digests()}
+        return content, {"vary": [asdict(one) for one in self.varied], **options}
+
+    def place(self, run: Any) -> Place:
+        """See `Runs`."""
         rest, case = divmod(run, len(self.cases))
         rest, candidate = divmod(rest, len(self.candidates))
         point, draw = divmod(rest, max(self.draws, 1))
         return Place(point, draw, candidate, case)
+
+    def cells(self, row: SystemRow) -> list[object]:
+        """See `Runs`."""
+        place = self.place(row.run)
+        accelerations = row.accelerations or (None,) * len(self.points)
+        return [
+            row.run, *self.values(place.point), place.draw if self.draws else None,
+            self.candidates[place.candidate][1], self.cases[place.case][1], *accelerations,
+            *(getattr(row, name) for name in _HEADINGS),
+        ]  # fmt: skip
+
+    @property
+    def summed_up(self) -> list[str]:
+        """See `Runs`."""
+        accelerations = [f"acceleration of {name}" for name in self.points]
+        return [*accelerations, "sway", "tilt", "stroke", *_MARGINS, "governing", "verdict", "outcome"]
+
+    def grid(self) -> pd.DataFrame:
+        """See `Runs`; values that are varied stand under their headings."""
+        import pandas as pd
+
+        names = [*(one.heading for one in self.varied), "candidate"]
+        axes = [*(one.values for one in self.varied), [name for _, name in self.candidates]]
+        return pd.MultiIndex.from_product(axes, names=names).to_frame(index=False)
+
+    def sum_up(self, runs: pd.DataFrame) -> tuple[pd.DataFrame, pd.DataFrame]:
+        """See `Runs`; counts have "verdict", the worst of all cases and draws, "passing", the share of the draws that
+        pass all cases, "refused", "reason", and "least_margin", the limit that most often has the least margin of a
+        draw, with its case.
+        """
+        import pandas as pd
+
+        ranks = runs["verdict"].map(_VERDICTS.index)
+        of_draws = ranks.groupby([runs["group"], runs["draw"]]).max()
+        refused = runs[runs["verdict"] == Verdict.REFUSED.value]
+        # Unknown where a spring without free travel has left its range, which is worse than any other.
+        margin = runs[_MARGINS].min(axis=1).where(runs["stroke"].notna())
+        acceleration = runs[[f"acceleration of {name}" for name in self.points]].max(axis=1)
+        figures = runs.assign(acceleration=acceleration, margin=margin).groupby(["group", "draw"])
+        worst = figures[["acceleration", "sway", "tilt", "stroke"]].max().assign(margin=figures["margin"].min())
+        nearest = runs.assign(margin=margin.fillna(-math.inf)).drop(refused.index)
+        nearest = nearest.sort_values("margin", kind="stable").drop_duplicates(["group", "draw"]).sort_index()
+        limits = zip(nearest["governing"], nearest["case"], strict=True)
+        governing = pd.Series([f"{name} in {self.cases[case][1]}" for name, case in limits], nearest.index, dtype=str)
+        counts = of_draws.groupby("group").max().map(_VERDICTS.__getitem__).to_frame("verdict")
+        counts["passing"] = of_draws.eq(0).groupby("group").mean()
+        counts["refused"] = refused.groupby("group").size().reindex(counts.index, fill_value=0)
+        counts["reason"] = most_frequent(refused["outcome"], refused["group"])
+        counts["least_margin"] = most_frequent(governing, nearest["group"])
+        return counts, worst.reset_index()
 
     def indices(self, point: int) -> tuple[int, ...]:
         """Of the value of each path at a grid point."""
@@ -233,51 +283,3 @@ class _Systems:
                 self._drawn[place.candidate] = Drawn.of(system, file.models)
             self._systems = {key: self._drawn[place.candidate].system(system, study.seed, place.draw)}
         return self._systems[key]
-
-
-def system_row(run: int, answer: CaseAnswer) -> SystemRow:
-    """A run of which there is an answer."""
-    if answer.refusal:
-        return SystemRow(run, outcome=answer.refusal)
-    worst = {quantity: max((one.value for one in answer.of(quantity)), default=None) for quantity in Quantity}
-    stroke = max(answer.of(Quantity.STROKE), key=lambda one: one.value)
-    margins = {
-        quantity: min((one.margin for one in answer.of(quantity) if one.margin is not None), default=None)
-        for quantity in LIMITED
-    }
-    limited = [one for one in answer.figures if one.margin is not None]
-    nearest = min(limited, key=lambda one: one.margin or 0.0, default=None)
-    return SystemRow(
-        run=run,
-        accelerations=tuple(one.value for one in answer.of(Quantity.ACCELERATION)),
-        sway=worst[Quantity.SWAY],
-        tilt=worst[Quantity.TILT],
-        stroke=_finite(worst[Quantity.STROKE]),
-        mount=stroke.subject,
-        force=worst[Quantity.FORCE],
-        rms_acceleration=worst[Quantity.RMS_ACCELERATION],
-        rms_sway=worst[Quantity.RMS_SWAY],
-        error=_finite(_error(answer)),
-        acceleration_margin=margins[Quantity.ACCELERATION],
-        sway_margin=margins[Quantity.SWAY],
-        tilt_margin=margins[Quantity.TILT],
-        stroke_margin=_finite(margins[Quantity.STROKE]),
-        governing=None if nearest is None else f"{nearest.quantity.value} of {nearest.subject}",
-        verdict=answer.verdict.value,
-        outcome=OUTSIDE if answer.verdict is Verdict.OUTSIDE else DONE,
-    )
-
-
-def _error(answer: CaseAnswer) -> float:
-    """The largest numerical error of a figure, relative to the largest of its kind."""
-    errors = [0.0]
-    for quantity in _WITH_ERRORS:
-        figures = answer.of(quantity)
-        largest = max((one.value for one in figures), default=0.0)
-        if largest > 0.0:
-            errors.append(max(one.error for one in figures) / largest)
-    return max(errors)
-
-
-def _finite(value: float | None) -> float | None:
-    return value if value is not None and np.isfinite(value) else None

@@ -49,7 +49,7 @@ _OF_SPRINGS = (
 _PURPOSES = {
     "native": "native: for any simulator, with no Python on its machine",
     "states": "native with states: model exchange for optimal control, linearisation and functional importers",
-    "python": "Python-backed: the model as readable Python, for machines with Python 3.10 or newer",
+    "python": "Python-backed: the model as readable Python, for simulators that run on Python",
 }
 
 
@@ -73,8 +73,8 @@ def _author(_context: click.Context, _parameter: click.Parameter, author: str) -
 @click.option(
     "--backend",
     type=click.Choice(["native", "python", "both"]),
-    help="native: NAME.fmu, which runs anywhere; python: NAME_python.fmu, which needs Python on the simulator's "
-    "machine."
+    help="native: NAME.fmu, which runs anywhere; python: NAME_python.fmu, for simulators on Linux x86-64 and Windows "
+    "that run on Python 3.10 or newer, or have loaded its shared library."
     "  [default: native; both for the bundled record]",
 )
 @click.option(
@@ -100,7 +100,7 @@ def _author(_context: click.Context, _parameter: click.Parameter, author: str) -
     "platforms",
     metavar="NAME,...",
     callback=_platforms,
-    help=f"Of the FMU's binaries: host, all, or some of {', '.join(PLATFORMS)}.  "
+    help=f"Of the binaries of native FMUs: host, all, or some of {', '.join(PLATFORMS)}.  "
     "[default: all in an installed package, host in a source checkout]",
 )
 @click.option(
@@ -177,7 +177,7 @@ def build(
     )
     if len(sources) == 1:
         wanted = wanted.with_those_of(sources[0])
-    kinds = _kinds(wanted, states, bool(sources))
+    kinds = _kinds(wanted, states, platforms, bool(sources))
     refuse_unwritable(Path(output), is_folder=True)
     of_records = {"name", "description", "save_anyway", *options}
     method = method_options(options)
@@ -245,7 +245,9 @@ def _settings_apart(wanted: WantedSettings) -> list[str]:
     ]
 
 
-def _kinds(wanted: WantedSettings, states: bool, has_sources: bool) -> tuple[Kind, ...]:
+def _kinds(
+    wanted: WantedSettings, states: bool, platforms: tuple[Platform, ...] | None, has_sources: bool
+) -> tuple[Kind, ...]:
     """The kinds of FMU to be built.
 
     Raises
@@ -260,7 +262,7 @@ def _kinds(wanted: WantedSettings, states: bool, has_sources: bool) -> tuple[Kin
         raise click.UsageError("--needs-execution-tool is for the Python-backed FMU; add --backend python or both.")
     kinds = tuple(dict.fromkeys((*backends, "states"))) if states else backends
     try:
-        wanted.options(None, 0.0).refuse_impossible(kinds)
+        wanted.options(platforms, 0.0).refuse_impossible(kinds)
     except BuildError as refusal:
         raise click.UsageError(str(refusal)) from None
     return kinds

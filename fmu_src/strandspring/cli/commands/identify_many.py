@@ -52,7 +52,7 @@ def identify_many(
     Of a folder, the files in it that are named like records (.csv, .txt, .xlsx, ...) are taken, not those in folders
     within it. FOLDER gets FOLDER/NAME.json for each spring, and springs.csv and springs.parquet with one row for each
     file: parameters, errors, engineering figures, cautions, whether it is an outlier of the batch, or why it is not
-    identified. A damaged file does not stop the others. What is finished is kept in FOLDER/springs.journal.jsonl: the
+    identified. A damaged file does not stop the others. What is finished is kept in FOLDER/springs.journal.sqlite: the
     same command again, also after an interrupt, identifies only files that are new or have changed.
 
     Exit status: 0 if all are identified, 1 if some are not.

@@ -2,19 +2,55 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
-from dataclasses import asdict, fields
 from typing import Any
 
 import click
 
-from ...api.vibration.isolation import CheckedMotion, IsolatedModel, Isolation, verification_lines
+from ...api.vibration.isolation import CheckedMotion, Isolation, verification_lines
 from ...api.vibration.isolation import isolate as isolated
-from ..shared.isolate_system import isolate_description, refuse_wrong_options, system_options
+from ...api.vibration.system_isolation import SystemIsolation, isolate_system
+from ...vibration.bodies.six_response import DIRECTIONS
+from ..shared.descriptions import is_system, refuse_mixed
 from ..shared.mount import EXCITATIONS, chosen_levels, curve_options, level_options, mount_options, positive
+from ..shared.options import together
 from ..shared.output import reporting, result, result_json, terminal_width
 from ..shared.paths import PLOT_FILE, refuse_overwriting
 from ..shared.zero import zero_option
+
+# What the description says, or what is about one spring.
+_OF_MODELS = ("mass", "load", "parallel", "series", "damping", "zero", "verify")
+_OF_SYSTEMS = ("base_rotation", "directions", "at")
+
+
+class _Direction(click.types.StringParamType):
+    """x, y or z with or without a sign, or three numbers with commas."""
+
+    name = "direction"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        if value.lstrip("+-") in DIRECTIONS and len(value) <= 2:
+            return value
+        try:
+            components = tuple(float(text) for text in value.split(","))
+        except ValueError:
+            components = ()
+        if len(components) != 3 or not all(map(math.isfinite, components)) or not any(components):
+            self.fail(f"must be x, y, z, -x, -y, -z or three numbers such as 1,0,1, got {value!r}.", param, ctx)
+        return components
+
+
+_system_options = together(
+    click.option("--direction", "directions", type=_Direction(), multiple=True, metavar="x|y|z|X,Y,Z",
+                 help="Of a SYSTEM.toml: direction of the excitation, or axis of the rotation; repeat for more.  "
+                 "[default: x, y and z]"),
+    click.option("--base-rotation", type=positive("deg"), multiple=True, metavar="DEG",
+                 help="Of a SYSTEM.toml: rotation amplitude of the base about an axis through the origin [deg]; "
+                 "repeat for more levels."),
+    click.option("--at", metavar="POINT",
+                 help="Of a SYSTEM.toml: the point or body on which --force acts.  [default: the first body]"),
+)  # fmt: skip
 
 
 @click.command()
@@ -27,7 +63,7 @@ from ..shared.zero import zero_option
     "repeat for more levels",
     "  [default: 0.5, 1 and 2 % of the free travel, the smallest of all models]",
 )
-@system_options
+@_system_options
 @curve_options(points=200)
 @click.option("-o", "--output", metavar="OUT.csv", help="Write all points of the curves to this file.")
 @click.option("--plot", type=PLOT_FILE, metavar="FILE.png", help="Plot the curves of all models (.png, .svg or .pdf).")
@@ -71,28 +107,35 @@ def isolate(
       strandspring isolate spring.json --mass 5 --verify
       strandspring isolate box.toml --direction z --base-displacement 0.5
     """
-    refuse_wrong_options(context, models)
-    levels = {kind: options.pop(kind) for kind in EXCITATIONS}
+    if len(models) > 1 and (described := [path for path in models if is_system(path)]):
+        raise click.UsageError(
+            f"{described[0]} describes a whole system and its candidates; give it alone, and models in another command."
+        )
+    refuse_mixed(context, models[0], _OF_MODELS, _OF_SYSTEMS, ("mass", None))
     refuse_overwriting(models, {"--output": output, "--plot": plot}, ".csv")
-    of_system = {name: options.pop(name) for name in ("base_rotation", "directions", "at")}
-    if mass is None:
-        of_curve = {name: options[name] for name in ("band", "points", "extrapolate")}
-        isolate_description(models[0], levels, output, plot, as_json, **of_system, **of_curve)
-        return
+    levels = {kind: options.pop(kind) for kind in EXCITATIONS}
     chosen = chosen_levels(levels)
     given: dict[str, Any] = {} if chosen is None else {chosen[0].value.replace(" ", "_"): chosen[1]}
-    with reporting() as progress:
-        found = isolated(models, mass, **given, **options, progress=progress)
+    of_system = {name: options.pop(name) for name in _OF_SYSTEMS}
     checked: tuple[CheckedMotion, ...] = ()
-    if verify:
+    found: Isolation | SystemIsolation
+    if mass is None:
+        given |= {name: options[name] for name in ("band", "points", "extrapolate")}
+        found = _of_description(models[0], given, bool(levels["force"]), **of_system)
+        content = {"system": found.source, **found.as_json()}
+    else:
         with reporting() as progress:
-            checked = found.verify(progress)
+            found = isolated(models, mass, **given, **options, progress=progress)
+        if verify:
+            with reporting() as progress:
+                checked = found.verify(progress)
+        content = found.as_json(checked)
     if output is not None:
         found.save_csv(output)
     if plot is not None:
         found.save_plot(plot)
     if as_json:
-        result_json(_json(found, checked, output, plot))
+        result_json({**content, "output": output, "plot": plot})
         return
     result("\n".join(found.lines(terminal_width())))
     if checked:
@@ -102,32 +145,22 @@ def isolate(
             result(f"{title}: {written}")
 
 
-def _json(found: Isolation, checked: Sequence[CheckedMotion], output: str | None, plot: str | None) -> dict[str, Any]:
-    """The content for one model, or a list of them in `models`."""
-    each = [_of_model(found, one, checked) for one in found.models]
-    content = each[0] if len(each) == 1 else {"levels_chosen": found.levels_chosen or None, "models": each}
-    return {**content, "cautions": found.cautions, "output": output, "plot": plot}
-
-
-def _of_model(found: Isolation, one: IsolatedModel, checked: Sequence[CheckedMotion]) -> dict[str, Any]:
-    described = {f.name: getattr(one.system, f.name) for f in fields(one.system) if f.name != "spring"}
-    return {
-        "model": one.source,
-        "zero": one.zero,
-        "system": {**described, "load": one.system.static_load},
-        "rest": asdict(one.equilibrium),
-        "excitation": found.excitation.value,
-        "levels": [
-            {
-                "level": response.level,
-                "unit": response.excitation.unit,
-                "resonance": asdict(response.resonance),
-                "extrapolating": response.extrapolating,
-                "points": [asdict(point) for point in response.points],
-                "verification": [
-                    {**asdict(of.check), "agrees": of.agrees} for of in checked if of.response is response
-                ],
-            }
-            for response in one.responses
-        ],
-    }
+def _of_description(
+    path: str,
+    given: dict[str, Any],
+    is_force: bool,
+    directions: Sequence[Any],
+    base_rotation: Sequence[float],
+    at: str | None,
+) -> SystemIsolation:
+    """The isolation of a SYSTEM.toml; raises click.UsageError for options that exclude or need each other."""
+    if base_rotation:
+        if other := [name for name in EXCITATIONS if name in given]:
+            raise click.UsageError(
+                f"--base-rotation and --{other[0].replace('_', '-')} exclude each other; give one of them."
+            )
+        given["base_rotation"] = [math.radians(rotation) for rotation in base_rotation]
+    if at is not None and not is_force:
+        raise click.UsageError("--at says where a force acts; give --force, too, or leave it out.")
+    with reporting() as progress:
+        return isolate_system(path, directions=directions or None, at=at, **given, progress=progress)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -15,12 +14,11 @@ from ...api.studies.studying import study as studied
 from ...api.studies.system_studying import SystemStudyResult, study_system
 from ...campaigns.studies.definition import STIFFNESS_FACTORS
 from ...campaigns.studies.journal import journal_path
-from ..shared.descriptions import is_system
+from ..shared.descriptions import is_system, refuse_mixed
 from ..shared.mount import EXCITATIONS, chosen_levels, curve_options, level_options, mount_options, positive
-from ..shared.options import FiniteRange, cluster_option, worker_options
+from ..shared.options import FiniteRange, cluster_option, together, worker_options
 from ..shared.output import note, reporting, result, result_json, terminal_width
-from ..shared.paths import refuse_overwriting
-from ..shared.study_system import json_of, quantiles_json, refuse_wrong_options, system_options, varied_paths
+from ..shared.paths import PLOT_FILE, refuse_overwriting
 from ..shared.zero import zero_option
 
 _MOST_VALUES = 10_000  # of one LOW:HIGH:COUNT
@@ -43,6 +41,27 @@ def _grid(one: FiniteRange) -> Callable[[str], tuple[float, ...]]:
     return values
 
 
+# What the description says, or what is about one spring.
+_OF_MODELS = (
+    "mass", "base_displacement", "base_acceleration", "force", "stiffness", "load", "parallel", "series", "damping",
+    "zero", "band", "points", "extrapolate",
+)  # fmt: skip
+_OF_SYSTEMS = ("vary", "cases", "candidates", "step", "plot")
+
+_system_options = together(
+    click.option("--vary", multiple=True, metavar="PATH=VALUES",
+                 help="Of a SYSTEM.toml: a value of it, such as body.box.mass, and LOW:HIGH:COUNT or a list with "
+                 "commas, such as '15 kg:25 kg:5'; repeat for a grid."),
+    click.option("--case", "cases", multiple=True, metavar="NAME",
+                 help="Of a SYSTEM.toml: only this load case, of several directions all; repeat for more."),
+    click.option("--candidate", "candidates", multiple=True, metavar="NAME",
+                 help="Of a SYSTEM.toml: only this candidate; repeat for more."),
+    click.option("--step", type=positive("s"), metavar="S",
+                 help="Of a SYSTEM.toml: time step of the coarser of two runs [s].  [default: the file's, or found for "
+                 "errors of 0.1 %]"),
+    click.option("--plot", type=PLOT_FILE, metavar="FILE.png",
+                 help="Of a SYSTEM.toml: plot acceleration against stroke (.png, .svg or .pdf)."),
+)  # fmt: skip
 _SEVERAL = "repeat, or give LOW:HIGH:COUNT, for more"
 
 
@@ -73,7 +92,7 @@ _SEVERAL = "repeat, or give LOW:HIGH:COUNT, for more"
 @mount_options
 @zero_option
 @curve_options(points=24)
-@system_options
+@_system_options
 @worker_options
 @click.option(
     "-o",
@@ -103,7 +122,7 @@ def study(
     from the first on. Every grid point is simulated with every candidate, load case and draw.
 
     Draw k of a seed is the same spring in every study. A refused run, for instance one whose motion leaves the
-    identified range, is a line with the reason. Finished runs are kept in RESULTS.csv.part.jsonl until all are done;
+    identified range, is a line with the reason. Finished runs are kept in RESULTS.csv.part.sqlite until all are done;
     the same command continues from there.
 
     \b
@@ -116,7 +135,8 @@ def study(
       strandspring study box.toml --vary 'mount_type.*.axes.*.series=1,2' -o p.csv
       strandspring study box.toml --vary mount.corner.places=3,4 -o m.csv
     """
-    refuse_wrong_options(context, model)
+    instead = "use --vary PATH=VALUES, as in --vary 'body.box.mass=15 kg:25 kg:5'"
+    refuse_mixed(context, model, _OF_MODELS, _OF_SYSTEMS, ("mass", "vary"), instead)
     scheduler = cluster_option(workers, options)
     outputs: dict[str, str | Path | None] = {
         "--output": output,
@@ -142,7 +162,7 @@ def study(
                 "output": output, "workers": workers, "scheduler": scheduler, "progress": progress, "notify": note,
             }  # fmt: skip
             if is_system(model):
-                vary = varied_paths(of_system.pop("vary"))
+                vary = _varied_paths(of_system.pop("vary"))
                 chosen: dict[str, Any] = {name: value or None for name, value in of_system.items()}
                 found = study_system(model, vary, **chosen, **of_both, **where)
             else:
@@ -155,14 +175,11 @@ def study(
                 "from there."
             )
         raise
-    if isinstance(found, SystemStudyResult):
-        if plot is not None:
-            found.save_plot(plot)
-        content = {"system": model, **json_of(found), "output": output, "plot": plot}
-    else:
-        content = {"zero": found.zero, **_json(model, found, output)}
+    if isinstance(found, SystemStudyResult) and plot is not None:
+        found.save_plot(plot)
     if as_json:
-        result_json(content)
+        written = {"output": output, "plot": plot} if is_system(model) else {"output": output}
+        result_json({"system" if is_system(model) else "model": model, **found.as_json(), **written})
         return
     result("\n".join(found.lines(terminal_width())))
     result(f"Results: {output}")
@@ -182,27 +199,14 @@ def _flat(given: tuple[tuple[float, ...], ...]) -> tuple[float, ...]:
     return tuple(value for values in given for value in values)
 
 
-def _json(model: str, found: StudyResult, output: str) -> dict[str, Any]:
-    planned = found.study
-    return {
-        "model": model,
-        "runs": len(planned),
-        "draws": planned.draws,
-        "seed": planned.seed,
-        "excitation": planned.excitation.value,
-        "unit": planned.excitation.unit,
-        "cautions": found.cautions,
-        "points": [
-            {
-                **asdict(summary.point),
-                "runs": summary.runs,
-                "refused": summary.refused,
-                "reason": summary.reason,
-                "at_end_of_band": summary.at_end,
-                "extrapolating": summary.extrapolating,
-                "figures": quantiles_json(summary.figures),
-            }
-            for summary in found.summaries
-        ],
-        "output": output,
-    }
+def _varied_paths(given: tuple[str, ...]) -> dict[str, str]:
+    """Paths with their values; raises click.UsageError if one is not of this form, or given twice."""
+    varied: dict[str, str] = {}
+    for text in given:
+        name, equals, values = (part.strip() for part in text.partition("="))
+        if not (name and equals and values):
+            raise click.UsageError(f"--vary must be PATH=VALUES, such as 'body.box.mass=15 kg:25 kg:5', got {text!r}.")
+        if name in varied:
+            raise click.UsageError(f"--vary {name} is given twice; give all its values in one list with commas.")
+        varied[name] = values
+    return varied

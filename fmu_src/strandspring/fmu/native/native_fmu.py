@@ -14,11 +14,11 @@ from ...errors import BuildError
 from ...model.coordinates import placed
 from ...model.modelfile import LONGEST_NAME, ModelFile
 from ..archive import common_contents, content_guid, fmu_name, fmu_path, installed_version, write_archive
-from ..description import model_description
-from ..description3 import NO_EVENTS
-from ..description_content import Backend
-from ..fmi3_files import BUILD_DESCRIPTION, TERMINALS, build_description, terminals
-from ..papers import BuildSettings, model_version, papers, sealed
+from ..description.content import Backend
+from ..description.fmi3 import NO_EVENTS
+from ..description.fmi3_files import BUILD_DESCRIPTION, TERMINALS, build_description, terminals
+from ..description.model_description import model_description
+from ..related_files import BuildSettings, model_version, related_files, sealed
 from .block import Form, filled, values_source
 from .platforms import Platform, binaries, default_platforms
 
@@ -154,7 +154,7 @@ def native_contents(
                 left_out=backend.left_out,
                 real_time=real_time,
             ),
-            **papers(of_record, settings),
+            **related_files(of_record, settings),
             **binaries(model.name, platforms, unit, lambda image: filled(image, spring, guid, form), fmi),
             **{f"sources/{name}": content for name, content in sources.items()},
             **(of_fmi3 if fmi == 3 else {}),

@@ -79,7 +79,7 @@ class SystemResponse:
     sway : ndarray, shape (F, P)                 Largest distance from the place at rest, relative to the base [m].
     tilt : ndarray, shape (F, B)                 Largest rotation of a body from rest, relative to the base [rad].
     low, high : ndarray, shape (F, M)            Displacement of one spring [m].
-    stable, wanted, extrapolating : ndarray, shape (F,)   As in `isolation.curve_points.ResponsePoint`.
+    stable, requested, extrapolating : ndarray, shape (F,)   As in `isolation.curve_points.ResponsePoint`.
     """
 
     shaking: Shaking
@@ -95,7 +95,7 @@ class SystemResponse:
     low: FloatArray
     high: FloatArray
     stable: BoolArray
-    wanted: BoolArray
+    requested: BoolArray
     extrapolating: BoolArray
 
     @property
@@ -307,6 +307,6 @@ def _response(balance: SixBalance, motions: Sequence[SteadyMotion[AxisRanges]]) 
         low=low,
         high=high,
         stable=np.array([motion.rising for motion in motions]),
-        wanted=np.array([motion.wanted for motion in motions]),
+        requested=np.array([motion.wanted for motion in motions]),
         extrapolating=np.array([balance.reach(motion.summary).max() > 1.0 + _SLACK for motion in motions]),
     )

@@ -38,13 +38,13 @@ class ResponsePoint:
     relative_phase : float          Of the same [degrees].
     amplitude : float               Half the stroke of the mount, all harmonics [m].
     mean : float                    Mean displacement of one spring [m].
-    least, greatest : float         Displacement of one spring [m].
+    min, max : float                Displacement of one spring [m].
     force : float                   First harmonic of the force on the base [N].
     acceleration : float            Largest acceleration of the mass, not relative to the base, of either sign [m/s^2].
     start_displacement, start_speed, start_omega : float   Of the mount [m, m/s] and of a spring [-] at the crest of the
                                     excitation: a simulation that begins there is steady at once.
     stable : bool                   False between two folds of the curve, where no steady motion stays.
-    wanted : bool                   Whether this frequency was asked for; the others are steps along the curve.
+    requested : bool                Whether this frequency was asked for; the others are steps along the curve.
     extrapolating : bool            Whether the spring leaves the identified range.
     """
 
@@ -55,15 +55,15 @@ class ResponsePoint:
     relative_phase: float
     amplitude: float
     mean: float
-    least: float
-    greatest: float
+    min: float
+    max: float
     force: float
     acceleration: float
     start_displacement: float
     start_speed: float
     start_omega: float
     stable: bool
-    wanted: bool
+    requested: bool
     extrapolating: bool
 
 
@@ -131,15 +131,15 @@ def response_columns(
         "relative_phase": _degrees(relative),
         "amplitude": 0.5 * system.series * (high - low),
         "mean": z[:, 0] / system.series,
-        "least": low,
-        "greatest": high,
+        "min": low,
+        "max": high,
         "force": np.abs(_force(balance, omega, z)),
         "acceleration": push / system.mass,
         "start_displacement": z[:, : half + 1].sum(axis=1),
         "start_speed": omega * (z[:, half + 1 :] @ order[half + 1 :]),
         "start_omega": start_omega,
         "stable": np.array([motion.rising for motion in motions]),
-        "wanted": np.array([motion.wanted for motion in motions]),
+        "requested": np.array([motion.wanted for motion in motions]),
         "extrapolating": (low < within_low) | (high > within_high),
     }
 

@@ -72,6 +72,11 @@ class FrequencyResponse:
         return tuple(ResponsePoint(*row) for row in rows)
 
     @property
+    def resonances(self) -> tuple[Resonance]:
+        """The one resonance, as responses of systems have several."""
+        return (self.resonance,)
+
+    @property
     def level_text(self) -> str:
         """The level in the unit that people read."""
         return self.excitation.level_text(self.level)
@@ -185,9 +190,7 @@ def _check_range(balance: HarmonicBalance, motion: SteadyMotion[MotionSummary], 
 def _resonance(system: IsolatedMass, columns: Mapping[str, NDArray[Any]]) -> Resonance:
     frequency, ratio = columns["frequency"], columns["transmissibility"]
     peak = int(np.argmax(ratio))
-    figures = steady_loop_figures(
-        PathSolver(system.spring), float(columns["least"][peak]), float(columns["greatest"][peak])
-    )
+    figures = steady_loop_figures(PathSolver(system.spring), float(columns["min"][peak]), float(columns["max"][peak]))
     stiffness = system.stiffness_scale * figures.secant_stiffness
     viscous = 2.0 * math.pi * float(frequency[peak]) * system.damping / stiffness
     return Resonance(

@@ -108,7 +108,7 @@ class StaticEquilibrium:
     displacement : float         Of one spring, midway in the hysteresis (omega = 0) [m].
     sag : float                  Of the mount, from where its springs' force is zero at omega = 0 [m]; NaN if that lies
                                  outside the identified range.
-    least, greatest : float      Equilibria of one spring with the hysteresis saturated, loaded from below and unloaded
+    min, max : float             Equilibria of one spring with the hysteresis saturated, loaded from below and unloaded
                                  from above [m]; held at the ends of the identified range.
     stiffness : float            Of the mount for small motion about the equilibrium, hysteresis unsaturated [N/m].
     frequency : float            sqrt(stiffness/mass)/(2 pi) [Hz].
@@ -116,8 +116,8 @@ class StaticEquilibrium:
 
     displacement: float
     sag: float
-    least: float
-    greatest: float
+    min: float
+    max: float
     stiffness: float
     frequency: float
 
@@ -160,8 +160,8 @@ def static_equilibrium(system: IsolatedMass) -> StaticEquilibrium:
     return StaticEquilibrium(
         displacement=equilibrium,
         sag=system.series * (equilibrium - zero),
-        least=min(reached),
-        greatest=max(reached),
+        min=min(reached),
+        max=max(reached),
         stiffness=stiffness,
         frequency=math.sqrt(stiffness / system.mass) / (2.0 * math.pi),
     )

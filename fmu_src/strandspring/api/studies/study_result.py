@@ -1,0 +1,196 @@
+"""What studies have in common: where their runs are executed, and their results as text, tables and JSON."""
+
+from __future__ import annotations
+
+import os
+from abc import abstractmethod
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from html import escape
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, ClassVar, Generic, NamedTuple, TypeVar
+
+from ...campaigns.jobs.cluster import Cluster, cluster_of
+from ...campaigns.jobs.runners import Local, Runner
+from ...campaigns.studies.execution import run_study
+from ...campaigns.studies.runs import Runs, StudyFigure
+from ...campaigns.studies.summaries import QUANTILES, read_results, summaries
+from ...errors import StrandspringError
+from ...ground.arguments import workers_of
+from ...ground.scratch import TemporaryFolder
+from ..common.progress import Progress
+from ..common.result import Result
+from ..common.text_table import table_lines
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+_MOST_SHOWN = 1000  # rows in words
+_DECIMALS = 9  # beyond which a figure is rounding
+_TITLES = {"median": "median", "q05": "5 %", "q95": "95 %"}
+
+Planned = TypeVar("Planned", bound=Runs[Any])
+
+
+class Executed(NamedTuple):
+    """What the runs of a study gave.
+
+    Attributes
+    ----------
+    summaries : DataFrame    See `summaries`.
+    output : Path or None    The file with the rows.
+    rows : DataFrame or None   The rows, where there is no file.
+    """
+
+    summaries: pd.DataFrame
+    output: Path | None
+    rows: pd.DataFrame | None
+
+
+def executed(
+    study: Runs[Any],
+    runner: Runner,
+    output: str | os.PathLike[str] | None,
+    progress: Progress,
+    notify: Callable[[str], None],
+) -> Executed:
+    """Execute a study with its results in a file, a temporary one if none is asked for."""
+
+    def run(results: Path) -> pd.DataFrame:
+        run_study(study, results, runner, lambda runs: progress("Running", runs, len(study)), notify)
+        return summaries(study, results)
+
+    if output is not None:
+        return Executed(run(Path(output)), Path(output), None)
+    with TemporaryFolder() as folder:
+        results = folder / "results.csv"
+        return Executed(run(results), None, read_results(study, results))
+
+
+def runner_of(
+    workers: int | None,
+    scheduler: str | Cluster | None,
+    notify: Callable[[str], None],
+    refusal: type[StrandspringError],
+) -> Runner:
+    """Processes of this machine or a cluster; raises `refusal` if both are asked for."""
+    workers = workers_of(workers)
+    if workers not in (None, 1) and scheduler is not None:
+        raise refusal("`workers` and `scheduler` exclude each other; give one of them.")
+    return Local(workers) if scheduler is None else cluster_of(scheduler, notify)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class AnyStudyResult(Result, Generic[Planned]):
+    """Runs of a study, and what they say of each candidate at each grid point.
+
+    Attributes
+    ----------
+    study : Runs
+    cautions : tuple of str   What limits the worth of the result.
+    """
+
+    _rows: ClassVar[str] = "grid points"  # what the rows of the table are
+
+    study: Planned
+    _executed: Executed
+    cautions: tuple[str, ...]
+
+    @property
+    def output(self) -> Path | None:
+        """File with one line for each run, if one was asked for."""
+        return self._executed.output
+
+    def to_frame(self) -> pd.DataFrame:
+        """One row for each run, in SI units."""
+        rows = self._executed.rows
+        return rows.copy() if rows is not None else read_results(self.study, Path(self.output or ""))
+
+    def quantiles(self) -> pd.DataFrame:
+        """One row for each candidate at each grid point: what it is, what was counted, and 5, 50 and 95 % quantiles of
+        the figures in SI units.
+        """
+        return self._executed.summaries.copy()
+
+    @property
+    @abstractmethod
+    def headline(self) -> str:
+        """What was run, in words."""
+
+    @abstractmethod
+    def _head(self, point: dict[str, Any]) -> dict[str, str]:
+        """The cells before the figures, by heading; empty headings stand before what tells quantiles apart."""
+
+    @abstractmethod
+    def _where(self, point: dict[str, Any]) -> str:
+        """The grid point and the candidate in words."""
+
+    def _notes(self, point: dict[str, Any], where: str) -> list[str]:
+        """Lines about one row of the table."""
+        if not point["refused"]:
+            return []
+        runs = len(self.study) // len(self._executed.summaries)
+        return [f"  {where}: {point['refused']} of {runs} refused, most often: {point['reason']}"]
+
+    def lines(self, width: int | None = None) -> list[str]:
+        """What was counted, quantiles, refusals and cautions in words, in tables of at most a width."""
+        shown = list(_records(self._executed.summaries.head(_MOST_SHOWN)))
+        printed = [figure for figure in self.study.figures if figure.heading]
+        titles = _TITLES if self.study.draws else {"median": ""}
+        rows = []
+        head: dict[str, str] = {}
+        for point in shown:
+            head = self._head(point)
+            for end, title in titles.items():
+                first = list(head.values()) if end == "median" else [""] * len(head)
+                if "" in head:
+                    first[-1] = title
+                rows.append([*first, *(_cell(point, figure, end) for figure in printed)])
+        headings = [*head, *(figure.heading for figure in printed)]
+        lines = [self.headline, *table_lines(headings, rows, {"candidate", "verdict", "least margin"}, width)]
+        for point in shown:
+            lines += self._notes(point, self._where(point))
+        more = len(self._executed.summaries) - len(shown)
+        lines += [f"  and {more} more {self._rows}, all of them in the results file"] if more else []
+        return [*lines, *(f"  Caution: {sentence}" for sentence in self.cautions)]
+
+    def summary(self) -> str:
+        """What was counted, quantiles, refusals and cautions in words."""
+        return "\n".join(self.lines())
+
+    def as_json(self) -> dict[str, Any]:
+        """The result as the command prints it with --json."""
+        columns = {f"{figure.name}_{end}" for figure in self.study.figures for end in QUANTILES}
+        return {
+            "runs": len(self.study),
+            "draws": self.study.draws,
+            "seed": self.study.seed,
+            "cautions": self.cautions,
+            "points": [
+                {
+                    **{name: value for name, value in point.items() if name not in columns},
+                    "figures": {figure.name: _quantiles(point, figure) for figure in self.study.figures},
+                }
+                for point in _records(self._executed.summaries)
+            ],
+        }
+
+    def _repr_html_(self) -> str:
+        return f"<p><strong>{escape(self.headline)}</strong></p>{self.quantiles().to_html(escape=True)}"
+
+
+def _records(table: pd.DataFrame) -> Iterator[dict[str, Any]]:
+    """The rows of a table, None where a value is unknown."""
+    names = table.columns.tolist()
+    for row in table.itertuples(index=False, name=None):
+        yield {name: None if value != value else value for name, value in zip(names, row, strict=True)}
+
+
+def _quantiles(point: dict[str, Any], figure: StudyFigure) -> dict[str, float] | None:
+    found = {end: point[f"{figure.name}_{end}"] for end in QUANTILES}
+    return None if None in found.values() else found
+
+
+def _cell(point: dict[str, Any], figure: StudyFigure, end: str) -> str:
+    value = point[f"{figure.name}_{end}"]
+    return "-" if value is None else f"{round(figure.factor * value, _DECIMALS):.4g}"

@@ -1,0 +1,132 @@
+"""What every study is: runs by their numbers, each of a draw, a candidate and a load case at a point of a grid."""
+
+from __future__ import annotations
+
+import math
+from abc import ABC, abstractmethod
+from collections.abc import Iterable, Sequence
+from typing import TYPE_CHECKING, Any, ClassVar, Generic, NamedTuple, TypeVar
+
+from ...errors import StrandspringError
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+DONE = "done"
+_MOST_RUNS = 1_000_000
+
+Row = TypeVar("Row")
+
+
+class RunColumn(NamedTuple):
+    """A column of the results: its name in Python, and its heading in the file, with the unit."""
+
+    name: str
+    heading: str
+
+
+class StudyFigure(NamedTuple):
+    """A figure of which a study gives quantiles over the draws.
+
+    Attributes
+    ----------
+    name : str       In data frames and in JSON, where it is in SI units.
+    heading : str    Where it is printed, with its unit; empty if it is not.
+    factor : float   From SI to that unit.
+    """
+
+    name: str
+    heading: str = ""
+    factor: float = 1.0
+
+
+class Place(NamedTuple):
+    """Which run it is, or which of several: indices of the grid point, the draw, the candidate and the case."""
+
+    point: Any
+    draw: Any
+    candidate: Any
+    case: Any
+
+
+class Runs(ABC, Generic[Row]):
+    """A study, which knows the inputs of each run and how to execute it.
+
+    Attributes
+    ----------
+    subject : str                   What is studied.
+    row_type : type                 Dataclass of a row.
+    refusal : type                  Error that is raised where the study or its execution is refused.
+    largest_batch : int             Runs of about a second together.
+    figures : tuple of StudyFigure
+    draws, seed : int               Draws at each grid point, 0 for none.
+    """
+
+    subject: ClassVar[str]
+    row_type: ClassVar[type[Any]]
+    refusal: ClassVar[type[StrandspringError]]
+    largest_batch: ClassVar[int]
+    figures: ClassVar[tuple[StudyFigure, ...]]
+    draws: int
+    seed: int
+
+    @abstractmethod
+    def __len__(self) -> int: ...
+
+    @property
+    @abstractmethod
+    def columns(self) -> Sequence[RunColumn]:
+        """Of the results."""
+
+    @property
+    @abstractmethod
+    def identity(self) -> tuple[Any, dict[str, Any]]:
+        """What determines the numbers, as JSON can hold it: the content of the subject, and all options."""
+
+    @abstractmethod
+    def place(self, run: Any) -> Place:
+        """Which run it is; of an array of them, which they are."""
+
+    @abstractmethod
+    def rows(self, runs: Iterable[int]) -> list[Row]:
+        """Execute runs."""
+
+    @abstractmethod
+    def cells(self, row: Row) -> Iterable[object]:
+        """The values of a row under `columns`."""
+
+    @property
+    @abstractmethod
+    def summed_up(self) -> list[str]:
+        """Names of the columns that `sum_up` needs."""
+
+    @abstractmethod
+    def grid(self) -> pd.DataFrame:
+        """What each candidate at each grid point is, one row for each; candidates come first."""
+
+    @abstractmethod
+    def sum_up(self, runs: pd.DataFrame) -> tuple[pd.DataFrame, pd.DataFrame]:
+        """What the runs say of each candidate at each grid point.
+
+        Parameters
+        ----------
+        runs : DataFrame   The columns `summed_up` of the results, "draw", "case", and as "group" the row in `grid`.
+
+        Returns
+        -------
+        counts : DataFrame    "refused" and other columns that stand before the quantiles, with the group as index.
+        figures : DataFrame   `figures` of each draw, and its "group".
+        """
+
+    def _check_counts(self, advice: str = "") -> None:
+        """Refuse negative counts, and a study without runs or with too many; advice follows a semicolon."""
+        for name in ("draws", "seed"):
+            if getattr(self, name) < 0:
+                raise self.refusal(f"`{name}` must be >= 0, got {getattr(self, name)!r}.")
+        if not 0 < len(self) <= _MOST_RUNS:
+            raise self.refusal(f"A study must have from 1 to {_MOST_RUNS} runs, got {len(self)}{advice}.")
+
+
+def finite(value: float | None) -> float | None:
+    """A number; None if it is not finite."""
+    return float(value) if value is not None and math.isfinite(value) else None

@@ -1,0 +1,98 @@
+"""The result of one run of a study of a SYSTEM.toml."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from ...vibration.verdicts.answers import CaseAnswer
+from ...vibration.verdicts.verdicts import Quantity, Verdict
+from .runs import DONE, finite
+
+OUTSIDE = "outside"
+# Figures of which the worst subject stands in a row; those with limits come first.
+LIMITED = (Quantity.ACCELERATION, Quantity.SWAY, Quantity.TILT, Quantity.STROKE)
+_WITH_ERRORS = (Quantity.ACCELERATION, Quantity.SWAY, Quantity.STROKE)
+
+
+@dataclass(frozen=True)
+class SystemRow:
+    """One run: a load case on a candidate at a grid point.
+
+    Attributes
+    ----------
+    run : int                             From 0 in the study.
+    accelerations : tuple of float        Largest absolute acceleration of each point [m/s^2]; empty if refused.
+    sway, tilt : float or None            Largest of all points and of all bodies [m], [rad].
+    stroke : float or None                Largest share used of the way from rest to the end of a spring's range.
+    mount : str or None                   The axis of a mount that has it.
+    force : float or None                 Largest of any axis of a mount [N].
+    rms_acceleration, rms_sway : float or None   Largest of all points and axes [m/s^2], [m]; None if nothing settles.
+    error : float or None                 Numerical error of acceleration, sway or stroke, relative to the largest.
+    acceleration_margin, sway_margin, tilt_margin, stroke_margin : float or None
+                                          Least share of a limit that is left; None without a limit.
+    governing : str or None               The limit with the least margin.
+    verdict : str                         See `Verdict`.
+    outcome : str                         `DONE`, `OUTSIDE` where figures are extrapolated, or why it is refused.
+    """
+
+    run: int
+    accelerations: tuple[float, ...] = ()
+    sway: float | None = None
+    tilt: float | None = None
+    stroke: float | None = None
+    mount: str | None = None
+    force: float | None = None
+    rms_acceleration: float | None = None
+    rms_sway: float | None = None
+    error: float | None = None
+    acceleration_margin: float | None = None
+    sway_margin: float | None = None
+    tilt_margin: float | None = None
+    stroke_margin: float | None = None
+    governing: str | None = None
+    verdict: str = Verdict.REFUSED.value
+    outcome: str = DONE
+
+
+def system_row(run: int, answer: CaseAnswer) -> SystemRow:
+    """A run of which there is an answer."""
+    if answer.refusal:
+        return SystemRow(run, outcome=answer.refusal)
+    worst = {quantity: max((one.value for one in answer.of(quantity)), default=None) for quantity in Quantity}
+    stroke = max(answer.of(Quantity.STROKE), key=lambda one: one.value)
+    margins = {
+        quantity: min((one.margin for one in answer.of(quantity) if one.margin is not None), default=None)
+        for quantity in LIMITED
+    }
+    limited = [one for one in answer.figures if one.margin is not None]
+    nearest = min(limited, key=lambda one: one.margin or 0.0, default=None)
+    return SystemRow(
+        run=run,
+        accelerations=tuple(one.value for one in answer.of(Quantity.ACCELERATION)),
+        sway=worst[Quantity.SWAY],
+        tilt=worst[Quantity.TILT],
+        stroke=finite(worst[Quantity.STROKE]),
+        mount=stroke.subject,
+        force=worst[Quantity.FORCE],
+        rms_acceleration=worst[Quantity.RMS_ACCELERATION],
+        rms_sway=worst[Quantity.RMS_SWAY],
+        error=finite(_error(answer)),
+        acceleration_margin=margins[Quantity.ACCELERATION],
+        sway_margin=margins[Quantity.SWAY],
+        tilt_margin=margins[Quantity.TILT],
+        stroke_margin=finite(margins[Quantity.STROKE]),
+        governing=None if nearest is None else f"{nearest.quantity.value} of {nearest.subject}",
+        verdict=answer.verdict.value,
+        outcome=OUTSIDE if answer.verdict is Verdict.OUTSIDE else DONE,
+    )
+
+
+def _error(answer: CaseAnswer) -> float:
+    """The largest numerical error of a figure, relative to the largest of its kind."""
+    errors = [0.0]
+    for quantity in _WITH_ERRORS:
+        figures = answer.of(quantity)
+        largest = max((one.value for one in figures), default=0.0)
+        if largest > 0.0:
+            errors.append(max(one.error for one in figures) / largest)
+    return max(errors)

@@ -1,0 +1,1 @@
+"""Whether an FMU is valid, is as it was built, and answers as the model does."""

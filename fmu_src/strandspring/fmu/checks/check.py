@@ -1,0 +1,280 @@
+"""Whether a built FMU is valid and answers as the model does: validated, then run through FMPy."""
+
+from __future__ import annotations
+
+import ctypes
+import platform
+import time
+import zipfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import fmpy
+import numpy as np
+from fmpy.model_description import ModelDescription
+from fmpy.validation import validate_fmu
+
+from ...core.parameters import SpringParameters
+from ...core.variables import spring_parameters
+from ...ground.endings import kept_endings
+from ...ground.scratch import TemporaryFolder
+from ...kernel.arrays import FloatArray
+from ...kernel.path import PathSolver
+from ..archive import binary_sizes
+from ..native.platforms import host_folder
+from ..related_files import STEP, slow_cycles
+from .fmpy_host import MODELS, SLAVES, fmi_version, library_path
+
+# The FMU and the vectorised path share one source and differ by rounding.
+FORCE_TOLERANCE = 1e-9  # of the largest force
+OUTPUTS = ("force", "absorbed_energy")  # that are compared
+
+
+class _WrongRatesError(Exception):
+    """The derivatives of the FMU's states are not the model's."""
+
+
+@dataclass(frozen=True)
+class CheckReport:
+    """What `examine_fmu` found.
+
+    Attributes
+    ----------
+    path : Path
+    problems : tuple of str        One sentence each; empty if the FMU is good.
+    not_run : str or None          Why the FMU was validated but not run.
+    interfaces : tuple of str      Those that were run: co-simulation, model exchange.
+    steps : int                    Steps of each run.
+    force_difference : float       Largest difference from the expected force [N].
+    seconds : float                Time the steps of all runs took [s].
+    """
+
+    path: Path
+    problems: tuple[str, ...]
+    not_run: str | None = None
+    interfaces: tuple[str, ...] = ()
+    steps: int = 0
+    force_difference: float = 0.0
+    seconds: float = 0.0
+
+    @property
+    def summary(self) -> str:
+        """The report in one line."""
+        if self.problems:
+            return " ".join(self.problems)
+        if self.not_run:
+            return f"valid, but not run. {self.not_run}"
+        return (
+            f"valid; {self.steps} steps of {' and of '.join(self.interfaces)} took {1e3 * self.seconds:.0f} ms "
+            f"and give the force of the model within {self.force_difference:.1e} N"
+        )
+
+
+def examine_fmu(path: Path) -> CheckReport:
+    """Validate an FMU and compare a short run with the model; the report holds its problems."""
+    try:
+        problems = tuple(str(problem).strip() for problem in validate_fmu(str(path)))
+    except (OSError, zipfile.BadZipFile) as problem:
+        problems = (f"It cannot be read: {problem}.",)
+    if problems:
+        return CheckReport(path, problems, "an invalid FMU is not run")
+    description = fmpy.read_model_description(str(path))
+    try:
+        parameters = described_spring(description)
+    except (KeyError, TypeError, ValueError) as problem:
+        return CheckReport(path, (f"It is not the FMU of a spring: {problem}",))
+    displacement = slow_cycles(parameters)
+    solver = PathSolver(parameters)
+    expected = np.array([solver.force(displacement), solver.absorbed_energy(displacement)]).T
+    return compare_run(path, displacement, expected[:, : len(_references(description)[1])])
+
+
+def compare_run(path: Path, displacement: FloatArray, expected: FloatArray) -> CheckReport:
+    """Run every interface of a valid FMU along a path, and compare force and absorbed energy.
+
+    Parameters
+    ----------
+    path : Path
+    displacement : ndarray, shape (K,)        [m].
+    expected : ndarray, shape (K, 1 or 2)     Force [N] and, if the FMU has it, absorbed energy [J].
+    """
+    description = fmpy.read_model_description(str(path))
+    not_run = why_not_here(path, fmi_version(description))
+    if not_run:
+        return CheckReport(path, (), not_run)
+    with_states = bool(description.derivatives)
+    interfaces = {} if description.coSimulation is None else {"co-simulation": _by_steps}
+    if description.modelExchange is not None:
+        interfaces["model exchange"] = _by_states if with_states else _by_solver
+    problems: tuple[str, ...] = ()
+    differences = np.zeros(expected.shape[1])
+    seconds = 0.0
+    try:
+        # An interrupt inside a Python-backed FMU would be taken for its fault.
+        with kept_endings() as interrupted:
+            for run in interfaces.values():
+                found, took = run(path, description, displacement)
+                seconds += took
+                # NaN counts as the greater one.
+                differences = np.maximum(differences, np.max(np.abs(found - expected), axis=0))
+        if interrupted:
+            raise KeyboardInterrupt(*interrupted)
+    except _WrongRatesError as problem:
+        return CheckReport(path, (str(problem),))
+    except Exception as problem:  # FMPy raises plain exceptions
+        return CheckReport(path, (f"It cannot be run: {problem}",))
+    largest = np.max(np.abs(expected), axis=0)
+    for name, unit, difference, scale in zip(OUTPUTS, ("N", "J"), differences.tolist(), largest.tolist(), strict=False):
+        # Written so that NaN is a problem.
+        if not difference <= FORCE_TOLERANCE * scale:
+            problems += (f"Its {name} must be that of the model, but differs by up to {difference:.3g} {unit}.",)
+    return CheckReport(path, problems, None, tuple(interfaces), displacement.size, float(differences[0]), seconds)
+
+
+def described_spring(description: ModelDescription) -> SpringParameters:
+    """The spring whose parameters are the start values in a model description."""
+    start = {
+        name: value
+        for v in description.modelVariables
+        if v.causality == "parameter"
+        for name, value in _scalars(v.name, str(v.start).split(), bool(v.dimensions)).items()
+    }
+    counts = (sum(name.startswith(k) for name in start) for k in ("kE_", "kA_", "FE_knots_"))
+    return spring_parameters(start, *counts)
+
+
+def _scalars(name: str, values: list[str], is_array: bool) -> dict[str, float]:
+    """Values by the names that they have in FMI 2.0, where elements of arrays are variables."""
+    return {f"{name}_{i}" if is_array else name: float(value) for i, value in enumerate(values)}
+
+
+@contextmanager
+def running(path: Path, model_exchange: bool = False) -> Iterator[Any]:
+    """An instance of the FMU, before its initialization, as FMPy's FMU2Slave or FMU2Model, or with their methods."""
+    description = fmpy.read_model_description(str(path))
+    fmi = fmi_version(description)
+    kind, interface = (
+        (MODELS[fmi], description.modelExchange) if model_exchange else (SLAVES[fmi], description.coSimulation)
+    )
+    with TemporaryFolder() as place:
+        folder = str(place)
+        fmpy.extract(str(path), unzipdir=folder)
+        one = kind(
+            guid=description.guid,
+            unzipDirectory=folder,
+            modelIdentifier=interface.modelIdentifier,
+            instanceName="check",
+            libraryPath=library_path(folder, interface.modelIdentifier, fmi),
+        )
+        one.instantiate()
+        try:
+            yield one
+        finally:
+            one.freeInstance()
+
+
+def _by_steps(path: Path, description: ModelDescription, displacement: FloatArray) -> tuple[FloatArray, float]:
+    """Force [N] and absorbed energy [J], shape (K, 1 or 2), and time [s] of a run by co-simulation."""
+    given, outputs = _references(description)
+    with running(path) as slave:
+        found = _initialized(slave, given, outputs, float(displacement[0]))
+        began = time.perf_counter()
+        for k, value in enumerate(displacement[1:].tolist()):
+            slave.setReal(given, [value])
+            slave.doStep(k * STEP, STEP)
+            found += slave.getReal(outputs)
+        seconds = time.perf_counter() - began
+        slave.terminate()
+    return np.array(found).reshape(-1, len(outputs)), seconds
+
+
+def _by_solver(path: Path, description: ModelDescription, displacement: FloatArray) -> tuple[FloatArray, float]:
+    """The same by model exchange, as a solver does that accepts every sample."""
+    given, outputs = _references(description)
+    with running(path, model_exchange=True) as model:
+        found = _initialized(model, given, outputs, float(displacement[0]))
+        _continue(model)
+        began = time.perf_counter()
+        for k, value in enumerate(displacement[1:].tolist(), start=1):
+            model.setTime(k * STEP)
+            model.setReal(given, [value])
+            found += model.getReal(outputs)
+            wants_event, _ = model.completedIntegratorStep()
+            if wants_event:
+                model.enterEventMode()
+                _continue(model)
+        seconds = time.perf_counter() - began
+        model.terminate()
+    return np.array(found).reshape(-1, len(outputs)), seconds
+
+
+def _by_states(path: Path, description: ModelDescription, displacement: FloatArray) -> tuple[FloatArray, float]:
+    """The same where omega is a continuous state: at those of the model, of which the rates must be those of omega."""
+    given, outputs = _references(description)
+    inputs = [*given, next(v.valueReference for v in description.modelVariables if v.name == "velocity")]
+    states, rates = (ctypes.c_double * 2)(), (ctypes.c_double * 2)()
+    parameters = described_spring(description)
+    energy = PathSolver(parameters).absorbed_energy(displacement)
+    omega = PathSolver(parameters).omega(displacement)
+    velocity = np.sign(np.diff(displacement, prepend=displacement[0]))
+    found_rates = [[0.0, 0.0]]
+    with running(path, model_exchange=True) as model:
+        found = _initialized(model, given, outputs, float(displacement[0]))
+        _continue(model)
+        began = time.perf_counter()
+        for k, point in enumerate(np.transpose([displacement, velocity, energy, omega])[1:].tolist(), start=1):
+            model.setTime(k * STEP)
+            model.setReal(inputs, point[:2])
+            states[:] = point[2:]
+            model.setContinuousStates(states, 2)
+            found += model.getReal(outputs)
+            model.getDerivatives(rates, 2)
+            found_rates.append(list(rates))
+        seconds = time.perf_counter() - began
+        model.terminate()
+    answers = np.array(found).reshape(-1, len(outputs))
+    # Paper eq. (11)
+    p, sign = parameters, velocity * np.sign(omega)
+    slope = p.rho * velocity * (1.0 - (p.sigma * sign - p.sigma + 1.0) * np.abs(omega) ** p.n)
+    force = answers[:, 0]
+    scales = np.array([np.max(np.abs(force)), p.rho * max(1.0, 2.0 * p.sigma)])
+    errors = np.max(np.abs(found_rates - np.transpose([force * velocity, slope])), axis=0) / scales
+    if not np.all(errors <= FORCE_TOLERANCE):
+        raise _WrongRatesError(
+            "Its states must change as the model's, but der(absorbed_energy) and der(omega) differ by "
+            f"{errors[0]:.3g} and {errors[1]:.3g} of their largest values."
+        )
+    return answers, seconds
+
+
+def _references(description: ModelDescription) -> tuple[list[int], list[int]]:
+    references = {v.name: v.valueReference for v in description.modelVariables}
+    return [references["displacement"]], [references[name] for name in OUTPUTS if name in references]
+
+
+def _initialized(one: Any, given: list[int], outputs: list[int], displacement: float) -> list[float]:
+    """Initialize where the path starts; the outputs there."""
+    one.setupExperiment(startTime=0.0)
+    one.enterInitializationMode()
+    one.setReal(given, [displacement])
+    one.exitInitializationMode()
+    return list(one.getReal(outputs))
+
+
+def _continue(model: Any) -> None:
+    """From event mode to continuous-time mode."""
+    needed = True
+    while needed:
+        needed, *_ = model.newDiscreteStates()
+    model.enterContinuousTimeMode()
+
+
+def why_not_here(path: Path, fmi: int = 2) -> str | None:
+    """Why this computer cannot run an FMU of a version of FMI."""
+    if host_folder(fmi) in binary_sizes(path):
+        return None
+    computer = f"{platform.system()} {platform.machine().lower()}"
+    return f"The FMU has no binary for this computer ({computer}), so it was not run."

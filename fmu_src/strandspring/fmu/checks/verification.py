@@ -1,0 +1,172 @@
+"""Whether an FMU is as it was built, and answers on this computer as its reference says."""
+
+from __future__ import annotations
+
+import csv
+import hashlib
+import io
+import json
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from fmpy.validation import validate_fmu
+
+from ...errors import StrandspringError
+from ...ground.files import read_bytes
+from ...ground.unpacking import unpacked
+from ...kernel.arrays import FloatArray
+from ...model.modelfile import MAXIMUM_FMU_BYTES
+from ..related_files import HASHES, REFERENCE, STIMULI, SYSTEM_REFERENCE, SYSTEM_STIMULI
+from .check import OUTPUTS, CheckReport, compare_run
+from .table_check import compare_table
+
+_DESCRIPTION = "modelDescription.xml"
+_ENCODING = re.compile(r"""\A\s*<\?xml[^>]*?encoding\s*=\s*["']([^"']*)""")
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One result of a verification.
+
+    Attributes
+    ----------
+    about : str         What was looked at: files, rules or run.
+    text : str          One sentence.
+    is_problem : bool   Whether it speaks against the FMU.
+    """
+
+    about: str
+    text: str
+    is_problem: bool = True
+
+
+def verify_fmu(path: Path) -> list[Finding]:
+    """Compare every file with its hash, the model description with FMI's rules, and runs with the reference result.
+
+    An FMU whose files are not as they were built is not run.
+    """
+    try:
+        contents = _contents(path)
+        found = list(_changed(contents))
+    except _DamagedError as problem:
+        return [Finding("files", str(problem))]
+    if not found:
+        found.append(Finding("files", f"All {len(contents)} files are as they were built.", is_problem=False))
+    found += _against_rules(path, contents)
+    if any(finding.is_problem for finding in found):
+        return [*found, Finding("run", "It was not run.", is_problem=False)]
+    return [*found, *_against_reference(path, contents)]
+
+
+class _DamagedError(StrandspringError):
+    """A file that cannot be looked into; its text is a sentence."""
+
+
+def _contents(path: Path) -> dict[str, bytes]:
+    """Every file of the FMU by its name."""
+    packed = read_bytes(path, MAXIMUM_FMU_BYTES, "an FMU", _DamagedError)
+    try:
+        return unpacked(packed, MAXIMUM_FMU_BYTES)
+    except ValueError as problem:
+        raise _DamagedError(f"It cannot be unpacked: {problem}; copy it again, or build it again.") from None
+
+
+def _changed(contents: dict[str, bytes]) -> Iterator[Finding]:
+    """Files that are not as the list of hashes says."""
+    if HASHES not in contents:
+        raise _DamagedError(f"It has no list of hashes ({HASHES}): strandspring did not build it, or not this version.")
+    try:
+        hashes = json.loads(contents[HASHES])
+    except (ValueError, RecursionError):
+        hashes = None
+    if not isinstance(hashes, dict):
+        raise _DamagedError(f"{HASHES} has been changed: it is no list of hashes.")
+    for name in sorted({*hashes, *contents} - {HASHES}):
+        if name not in contents:
+            yield Finding("files", f"{name!a} is missing.")
+        elif name not in hashes:
+            yield Finding("files", f"{name!a} has been added: it is not in {HASHES}.")
+        elif hashlib.sha256(contents[name]).hexdigest() != hashes[name]:
+            yield Finding("files", f"{name!a} has been changed, or its hash in {HASHES}.")
+
+
+def _against_rules(path: Path, contents: dict[str, bytes]) -> list[Finding]:
+    if not _is_plain(contents.get(_DESCRIPTION, b"")):
+        # Entities may name files of this computer, and grow without bound.
+        return [Finding("rules", f"{_DESCRIPTION} must be UTF-8 text without a document type; build the FMU again.")]
+    try:
+        problems = validate_fmu(str(path))
+    except Exception as problem:  # FMPy raises plain exceptions
+        problems = [str(problem)]
+    if problems:
+        return [Finding("rules", " ".join(str(problem).split())) for problem in problems]
+    return [Finding("rules", "The model description follows FMI's rules.", is_problem=False)]
+
+
+def _is_plain(content: bytes) -> bool:
+    """Whether an XML file is in UTF-8 and declares no entities."""
+    try:
+        text = content.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        return False
+    declared = _ENCODING.match(text)
+    return "\0" not in text and "<!DOCTYPE" not in text and (declared is None or declared[1].lower() == "utf-8")
+
+
+def _against_reference(path: Path, contents: dict[str, bytes]) -> list[Finding]:
+    if SYSTEM_REFERENCE in contents:
+        return _against_table(path, contents)
+    try:
+        stimuli, reference = _columns(contents[STIMULI], "displacement"), _whole(contents[REFERENCE])
+        columns = [reference["force"], *(reference[name] for name in OUTPUTS[1:] if name in reference)]
+        expected = np.transpose(columns)
+    except (KeyError, TypeError, ValueError, csv.Error):
+        stimuli = expected = np.empty((0, 1))
+    displacement = stimuli[:, 0]
+    if not (1 < displacement.size == len(expected) and np.isfinite(stimuli).all() and np.isfinite(expected).all()):
+        return [Finding("run", f"{REFERENCE} or {STIMULI} is not a table of finite numbers; build the FMU again.")]
+    return _findings(compare_run(path, displacement, expected))
+
+
+def _against_table(path: Path, contents: dict[str, bytes]) -> list[Finding]:
+    """The same for the FMU of a system."""
+    try:
+        inputs, outputs = (_whole(contents[name]) for name in (SYSTEM_STIMULI, SYSTEM_REFERENCE))
+        time = outputs.pop("time")
+        steps = np.diff(inputs.pop("time"))
+    except (KeyError, TypeError, ValueError, csv.Error):
+        inputs, outputs, time, steps = {}, {}, np.empty(0), np.empty(0)
+    columns = [*inputs.values(), *outputs.values(), time]
+    is_table = bool(outputs) and len({column.size for column in columns}) == 1
+    if not (is_table and np.isfinite(columns).all() and steps.size and steps[0] > 0.0):
+        text = f"{SYSTEM_REFERENCE} or {SYSTEM_STIMULI} is not a table of finite numbers; build the FMU again."
+        return [Finding("run", text)]
+    return _findings(compare_table(path, float(steps[0]), inputs, outputs))
+
+
+def _findings(report: CheckReport) -> list[Finding]:
+    if report.problems:
+        return [Finding("run", text) for text in report.problems]
+    if report.not_run:
+        return [Finding("run", report.not_run, is_problem=False)]
+    text = (
+        f"The reference comes out of {' and '.join(report.interfaces)} in {report.steps} steps, the force within "
+        f"{report.force_difference:.1e} N."
+    )
+    return [Finding("run", text, is_problem=False)]
+
+
+def _whole(table: bytes) -> dict[str, FloatArray]:
+    """All columns of a table by name."""
+    header, *rows = csv.reader(io.StringIO(table.decode("ascii")))
+    columns = np.array(rows, dtype=np.float64).reshape(-1, len(header)).T
+    return dict(zip(header, columns, strict=True))
+
+
+def _columns(table: bytes, *names: str) -> FloatArray:
+    """Columns of a table, shape (K, len(names))."""
+    rows = list(csv.DictReader(io.StringIO(table.decode("ascii"))))
+    return np.array([[float(row[name]) for name in names] for row in rows], dtype=np.float64).reshape(-1, len(names))

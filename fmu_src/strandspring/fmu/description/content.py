@@ -1,0 +1,128 @@
+"""What a model description says, whatever the version of FMI."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from ...core.variables import Unit, Variable
+from .array_variables import StartValue
+
+# Of the categories that FMI names, those that a spring uses.
+LOG_CATEGORIES = {
+    "logStatusWarning": "The displacement left the identified range.",
+    "logStatusError": "A displacement or a step was refused; the message names its value.",
+    "logAll": "Every message.",
+}
+
+
+@dataclass(frozen=True)
+class Backend:
+    """That in which the descriptions of the back ends differ.
+
+    Attributes
+    ----------
+    co_simulation, model_exchange : mapping of str to str   Attributes of the two interfaces; None if there is none.
+    sources : tuple of str                                  The C files below ``sources/`` to be compiled.
+    author, version : str                                   Of the FMU.
+    with_states : bool                                      Whether it is the form with continuous states.
+    fmi : int                                               Version of FMI, 2 or 3.
+    left_out : set of str                                   Variables that are not described; others keep their value
+                                                            references.
+    """
+
+    co_simulation: Mapping[str, str] | None
+    model_exchange: Mapping[str, str] | None = None
+    sources: tuple[str, ...] = ()
+    author: str = ""
+    version: str = ""
+    with_states: bool = False
+    fmi: int = 2
+    left_out: frozenset[str] = frozenset()
+
+
+@dataclass(frozen=True)
+class Content:
+    """What a model description says of the model itself.
+
+    Attributes
+    ----------
+    name, about : str                 Identifier and description.
+    table : tuple of Variable
+    units : tuple of Unit             Those that the table uses.
+    start, nominal : mapping          Values by the name of a variable.
+    log_categories : mapping          Description of each.
+    step : float                      Of the default experiment [s].
+    """
+
+    name: str
+    about: str
+    table: tuple[Variable, ...]
+    units: tuple[Unit, ...]
+    start: Mapping[str, StartValue]
+    nominal: Mapping[str, float] = field(default_factory=dict)
+    log_categories: Mapping[str, str] = field(default_factory=lambda: LOG_CATEGORIES)
+    step: float = 1e-3
+
+    def listed(self, backend: Backend) -> dict[str, Variable]:
+        """The variables that are described, by name."""
+        return {variable.name: variable for variable in self.table if variable.name not in backend.left_out}
+
+    @property
+    def references(self) -> dict[str, str]:
+        """Value reference of each variable, which is its place in the table."""
+        return {variable.name: str(place) for place, variable in enumerate(self.table)}
+
+
+def unknowns_of(listed: Mapping[str, Variable]) -> dict[str, list[Variable]]:
+    """The unknowns of the model structure: outputs, derivatives of states, and those when initialization ends."""
+    outputs = [variable for variable in listed.values() if variable.causality == "output"]
+    derivatives = [variable for variable in listed.values() if variable.derivative_of]
+    # Both continuous states have exact start values.
+    initial = [v for v in (*outputs, *derivatives) if v.initial == "calculated"]
+    return {"Output": outputs, "Derivative": derivatives, "InitialUnknown": initial}
+
+
+def dependencies(names: tuple[str, ...], places: Mapping[str, str]) -> dict[str, str]:
+    """Attributes that say on which variables an unknown depends; `places` is how these are referred to."""
+    return {
+        "dependencies": " ".join(sorted((places[name] for name in names), key=int)),
+        "dependenciesKind": " ".join("dependent" for _ in names),
+    }
+
+
+def common_attributes(variable: Variable, reference: str) -> dict[str, str | None]:
+    """Attributes that all variables have."""
+    return {
+        "name": variable.name,
+        "valueReference": reference,
+        "description": variable.description,
+        "causality": variable.causality,
+        "variability": variable.variability,
+        "initial": variable.initial,
+    }
+
+
+def typed_attributes(variable: Variable, content: Content, places: Mapping[str, str]) -> dict[str, str | None]:
+    """Attributes that depend on the type."""
+    return {
+        "unit": variable.unit,
+        "displayUnit": variable.display_unit,
+        "min": _text(variable.minimum),
+        "max": _text(variable.maximum),
+        "nominal": _text(content.nominal.get(variable.name)),
+        "start": _text(content.start.get(variable.name)),
+        "derivative": None if variable.derivative_of is None else places[variable.derivative_of],
+    }
+
+
+def given(attributes: Mapping[str, str | None]) -> dict[str, str]:
+    """Attributes that have a value."""
+    return {name: value for name, value in attributes.items() if value is not None}
+
+
+def _text(value: StartValue | None) -> str | None:
+    if value is None:
+        return None
+    # repr gives back every bit of a float.
+    return " ".join(map(repr, value)) if isinstance(value, tuple) else repr(value)

@@ -1,0 +1,140 @@
+"""What a page or document consists of, apart from its form: sections of text, tables and figures, all plain text."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+
+from .chart import Figure
+
+
+class Level(Enum):
+    """How a notice is meant; the value names its colour."""
+
+    GOOD = "good"
+    INFORMATION = "information"
+    CARE = "care"
+    POOR = "poor"
+
+
+@dataclass(frozen=True)
+class Text:
+    """A paragraph."""
+
+    text: str
+
+
+@dataclass(frozen=True)
+class Notice:
+    """A highlighted finding, with what to do."""
+
+    level: Level
+    text: str
+    advice: str = ""
+
+
+@dataclass(frozen=True)
+class Tile:
+    """One figure that is to be seen first."""
+
+    label: str
+    value: str
+    unit: str
+    note: str
+
+
+@dataclass(frozen=True)
+class Tiles:
+    """Figures that are to be seen first."""
+
+    tiles: tuple[Tile, ...]
+
+
+@dataclass(frozen=True)
+class Table:
+    """A table; its first column names a row.
+
+    Parameters
+    ----------
+    title : str                 Says what it shows, for those who do not see it too.
+    header : tuple of str
+    rows : tuple of tuples of str
+    strong : tuple of int       Rows that begin a group.
+    compact : bool              Stays a table on a phone; else each row becomes a small list there.
+    """
+
+    title: str
+    header: tuple[str, ...]
+    rows: tuple[tuple[str, ...], ...]
+    strong: tuple[int, ...] = ()
+    compact: bool = False
+
+
+@dataclass(frozen=True)
+class Facts:
+    """Labels with texts; an empty text leaves a line to write on."""
+
+    pairs: tuple[tuple[str, str], ...]
+
+
+@dataclass(frozen=True)
+class Signatures:
+    """Lines for signatures."""
+
+    roles: tuple[str, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Gallery:
+    """Figures."""
+
+    figures: tuple[Figure, ...]
+
+    @property
+    def columns(self) -> int:
+        """Figures side by side, where there is room."""
+        return 3 if len(self.figures) == 3 and not any(figure.wide for figure in self.figures) else 2
+
+
+Block = Text | Notice | Tiles | Table | Facts | Signatures | Gallery
+
+
+@dataclass(frozen=True, eq=False)
+class Section:
+    """A heading with what belongs to it."""
+
+    key: str
+    title: str
+    blocks: tuple[Block, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Content:
+    """A page or document.
+
+    Parameters
+    ----------
+    title, subtitle : str
+    sections : tuple of Section
+    records : dict            Names of the records in the figures by their places, to choose from.
+    footer : str
+    noun : str                What a record is called where one is chosen.
+    """
+
+    title: str
+    subtitle: str
+    sections: tuple[Section, ...]
+    records: dict[int, str]
+    footer: str
+    noun: str = "Record"
+
+    @property
+    def figures(self) -> tuple[Figure, ...]:
+        """All figures in their order."""
+        return tuple(
+            figure
+            for section in self.sections
+            for block in section.blocks
+            if isinstance(block, Gallery)
+            for figure in block.figures
+        )

@@ -1,0 +1,156 @@
+"""Charts as data, drawn by plotly.js on a page (`chart_json`) and by matplotlib on paper (`drawing`)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import Enum
+
+import numpy as np
+
+from ...kernel.arrays import FloatArray
+from .quantities import Unit
+
+
+class Role(Enum):
+    """What a trace stands for; the value is the name of its colour, see `palette`."""
+
+    MEASURED = "measured"
+    MODEL = "model"
+    LEFT_OUT = "faint"
+    FIRST = "blue"
+    SECOND = "green"
+    THIRD = "purple"
+    REFERENCE = "muted"
+
+
+class Form(Enum):
+    """How a trace is drawn."""
+
+    LINE = "line"
+    DASHED = "dash"
+    DOTTED = "dot"
+    DOTS = "dots"  # one for each sample
+    MARKS = "marks"  # few and large, with error bars if there are errors
+    MARKED_LINE = "marked line"
+    BARS = "bars"
+    BAND = "band"  # between `low` and `y`
+
+
+@dataclass(frozen=True)
+class Axis:
+    """An axis.
+
+    Parameters
+    ----------
+    text : str                What it shows.
+    unit : Unit
+    log : bool
+    limits : (float or None, float or None)   Ends in display units; None where the data decide.
+    whole : bool              Whether it counts, so that ticks are whole numbers.
+    """
+
+    text: str
+    unit: Unit
+    log: bool = False
+    limits: tuple[float | None, float | None] = (None, None)
+    whole: bool = False
+
+    @property
+    def label(self) -> str:
+        """What it shows, with the unit if it has one."""
+        return f"{self.text} [{self.unit.name}]" if self.unit.name else self.text
+
+
+@dataclass(frozen=True, eq=False)
+class Trace:
+    """One line, cloud or band, in display units.
+
+    Parameters
+    ----------
+    name : str                            For the legend; traces of one name share an entry.
+    x, y : ndarray, shape (P,)            NaN interrupts a line.
+    role : Role
+    form : Form
+    low : ndarray, shape (P,), or None    Lower edge of a band.
+    error : ndarray, shape (P,), or None  Half-length of error bars.
+    record : int or None                  Place of the record that it belongs to; None for all.
+    cycles : tuple of (label, start, stop)   Which points belong to a cycle, where cycles can be chosen.
+    texts : tuple of str                  What each point is, where it has a name; for the page only.
+    whole : int or None                   So many points draw the whole line, and those after them its cycles in detail;
+                                          None if all points draw the line.
+    """
+
+    name: str
+    x: FloatArray
+    y: FloatArray
+    role: Role
+    form: Form = Form.LINE
+    low: FloatArray | None = None
+    error: FloatArray | None = None
+    record: int | None = None
+    cycles: tuple[tuple[str, int, int], ...] = ()
+    whole: int | None = None
+    texts: tuple[str, ...] = ()
+
+    @property
+    def shown(self) -> int:
+        """Number of points that are drawn while no cycle is chosen."""
+        return self.x.size if self.whole is None else self.whole
+
+
+@dataclass(frozen=True, eq=False)
+class Chart:
+    """A chart with one pair of axes.
+
+    Parameters
+    ----------
+    key : str             Identifier, unique on a page.
+    title : str
+    x, y : Axis
+    traces : tuple of Trace
+    sentence : str        What it shows, in words and numbers; the alternative text too.
+    wide : bool           Whether it takes the whole width of the page.
+    single : bool         Whether it shows one record at a time.
+    """
+
+    key: str
+    title: str
+    x: Axis
+    y: Axis
+    traces: tuple[Trace, ...]
+    sentence: str
+    wide: bool = False
+    single: bool = False
+
+
+@dataclass(frozen=True, eq=False)
+class HeatMap:
+    """A square of values from -1 to 1; attributes as of `Chart`.
+
+    Parameters
+    ----------
+    labels : tuple of str, length m
+    values : ndarray, shape (m, m)
+    """
+
+    key: str
+    title: str
+    labels: tuple[str, ...]
+    values: FloatArray
+    sentence: str
+    wide: bool = False
+
+
+Figure = Chart | HeatMap
+
+
+def joined(pieces: Sequence[tuple[FloatArray, FloatArray]]) -> tuple[FloatArray, FloatArray, list[tuple[int, int]]]:
+    """Several lines as one that is interrupted between them, and where each lies."""
+    if not pieces:
+        return np.empty(0), np.empty(0), []
+    gap = np.array([np.nan])
+    x = np.concatenate([part for values, _ in pieces for part in (values, gap)])[:-1]
+    y = np.concatenate([part for _, values in pieces for part in (values, gap)])[:-1]
+    ends = np.cumsum([values.size + 1 for values, _ in pieces]).tolist()
+    return x, y, [(end - 1 - values.size, end - 1) for end, (values, _) in zip(ends, pieces, strict=True)]

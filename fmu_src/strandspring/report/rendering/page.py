@@ -1,0 +1,132 @@
+"""`write`: content as one page that opens offline, or as a document for print.
+
+A page holds everything: text, styles, plotly.js and the numbers of its figures. Its content security policy lets it
+load nothing else and run no other script.
+"""
+
+from __future__ import annotations
+
+import base64
+import hashlib
+import json
+from importlib import resources
+from pathlib import Path
+from typing import Any
+
+from ...errors import StrandspringError
+from ...ground.files import write_text
+from ..content.blocks import Content
+from ..content.quantities import bound
+from .chart_json import figure_json
+from .palette import DARK, LIGHT
+
+SUFFIXES = (".html", ".pdf")
+
+
+def check_report_path(path: str | Path) -> None:
+    """Refuse a report of another kind than HTML or PDF, or a PDF without what makes it, before the work begins.
+
+    Raises
+    ------
+    StrandspringError   With what to do.
+
+    Examples
+    --------
+    >>> check_report_path("spring.html")
+    """
+    suffix = Path(path).suffix.lower()
+    if suffix not in SUFFIXES:
+        raise StrandspringError(f"A report must end in {' or '.join(SUFFIXES)}, got {str(path)!r}; choose one of them.")
+    if suffix == ".pdf":
+        from .document import check_typst
+
+        check_typst()
+
+
+def write(path: str | Path, content: Content) -> None:
+    """Write content as a page, or as a document if the name ends in .pdf.
+
+    Raises
+    ------
+    StrandspringError       If the ending does not suit, the package `typst` is missing for a PDF, or the file cannot
+                            be written.
+    """
+    path = Path(path)
+    check_report_path(path)
+    if path.suffix.lower() == ".pdf":
+        from .document import write_document
+
+        write_document(path, content)
+    else:
+        write_page(path, content)
+
+
+def write_page(
+    path: Path, content: Content, template: str = "base.html.j2", script: str = "", choice: Any = None
+) -> None:
+    """Write content as one HTML file.
+
+    Parameters
+    ----------
+    path : Path
+    content : Content
+    template : str      In report/assets; one that extends base.html.j2.
+    script : str        In report/assets, run after the figures are drawn; "" for none.
+    choice : object     What that script reads from the element "choice-data", as JSON.
+    """
+    from jinja2 import Environment, PackageLoader, StrictUndefined
+    from markupsafe import Markup
+
+    environment = Environment(
+        loader=PackageLoader("strandspring", "report/assets"), autoescape=True, undefined=StrictUndefined,
+        trim_blocks=True, lstrip_blocks=True,
+    )  # fmt: skip
+    environment.filters["bound"] = bound
+    scripts = [_plotly(), _asset("figures.js")] if content.figures else []
+    scripts += [_asset(script)] if script else []
+    figures = {
+        "noun": content.noun,
+        "records": content.records,
+        "figures": [figure_json(figure) for figure in content.figures],
+    }
+    page = environment.get_template(template).render(
+        content=content,
+        light=LIGHT,
+        dark=DARK,
+        # Files of the package, JSON that cannot end its element, and hashes.
+        style=Markup(_asset("page.css")),  # noqa: S704
+        data=[
+            {"id": name, "text": Markup(script_json(value))}  # noqa: S704
+            for name, value in (("figure-data", figures), ("choice-data", choice))
+        ],
+        scripts=[Markup(script) for script in scripts],  # noqa: S704
+        script_hashes=Markup(" ".join(map(_hash, scripts)) or "'none'"),  # noqa: S704
+    )
+    write_text(path, page)
+
+
+def script_json(value: Any) -> str:
+    """JSON that may stand in a script element: nothing in it can end the element.
+
+    Examples
+    --------
+    >>> script_json("</script>")
+    '"\\\\u003c/script\\\\u003e"'
+    """
+    text = json.dumps(value, allow_nan=False, separators=(",", ":"))
+    return text.replace("<", "\\u003c").replace(">", "\\u003e").replace("&", "\\u0026")
+
+
+def _asset(name: str) -> str:
+    return resources.files("strandspring").joinpath("report/assets", name).read_text(encoding="utf-8")
+
+
+def _plotly() -> str:
+    """plotly.js with its licence notice, from the data of the package `plotly`, which is not imported for it."""
+    script = resources.files("plotly").joinpath("package_data", "plotly.min.js").read_text(encoding="utf-8")
+    # Within strings, where alone it could be, "<\\/" means the same.
+    return script.replace("</script", "<\\/script").replace("\r\n", "\n")
+
+
+def _hash(script: str) -> str:
+    return f"'sha256-{base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()}'"
