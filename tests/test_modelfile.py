@@ -21,6 +21,7 @@ from strandspring.core.parameters import (
     FORCE_RANGE,
     KNOTS,
     LARGEST_DISPLACEMENT,
+    MAXIMUM_AMPLIFIER_DEGREE,
     MAXIMUM_DEGREE,
     N_RANGE,
     SIGMA_RANGE,
@@ -427,8 +428,8 @@ def test_the_schema_has_the_fields_and_limits_of_the_code() -> None:
     lengths = dict.fromkeys(("displacement_offset", "displacement_min", "displacement_max"), of_lengths)
     for name, limits in {"kappa_omega": FORCE_RANGE, **lengths}.items():
         assert (parameters["properties"][name]["minimum"], parameters["properties"][name]["maximum"]) == limits
-    for name in ("kE", "kA"):
-        assert parameters["properties"][name]["maxItems"] == MAXIMUM_DEGREE + 1
+    for name, degree in {"kE": MAXIMUM_DEGREE, "kA": MAXIMUM_AMPLIFIER_DEGREE}.items():
+        assert parameters["properties"][name]["maxItems"] == degree + 1
     table = schema["$defs"]["TableParameters"]
     assert list(table["properties"]) == table["required"]
     assert set(table["required"]) == set(TABLE.as_dict())

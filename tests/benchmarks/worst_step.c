@@ -1,6 +1,6 @@
 /* Times single steps of the kernel for worst_step.py. */
 #include "saturation.c"
-#include "saturation_lookup.c"
+#include "saturation_table.c"
 #include "spline.c"
 #include "spring.c"
 #include "ticks.h"

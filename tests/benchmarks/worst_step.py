@@ -27,7 +27,7 @@ from strandspring.compiled.targets import host_target
 
 N, SIGMA = (0.05, 0.5, 1.0, 2.0, 10.0, 100.0), (0.5, 1.0, 10.0, 1000.0)
 SATURATIONS = (0.1, 0.7, 3.0, 10.0, 50.0, 400.0, 1e4)  # rho times the range
-DEGREES = range(21)
+DEGREES = range(9)
 ROUNDS = 7
 EVICTED = 48 << 20
 SEED = 16
@@ -105,7 +105,7 @@ def timed(
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--steps", type=float, default=1e7)
-    parser.add_argument("--core", type=Path, default=Path(strandspring.__file__).parent / "core" / "c")
+    parser.add_argument("--core", type=Path, default=Path(strandspring.__file__).parent / "core" / "c" / "spring")
     parser.add_argument("--degrees", type=int, nargs="*", default=list(DEGREES))
     chosen = parser.parse_args()
     cases = list(itertools.product(N, SIGMA, SATURATIONS))
@@ -155,7 +155,7 @@ def main() -> None:
             (3, "with both"),
             (4, "coarse"),
         ):
-            times = [kernel.worst_tabulate(ctypes.byref(c_parameters(spring(n, s, 3.0, 20))), with_, 30)
+            times = [kernel.worst_tabulate(ctypes.byref(c_parameters(spring(n, s, 3.0, 8))), with_, 30)
                      for n in N for s in SIGMA]  # fmt: skip
             console.print(f"Table and law {name}: {np.median(times) / 1e3:.0f} us, at most {max(times) / 1e3:.0f} us")
 

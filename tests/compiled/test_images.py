@@ -81,10 +81,11 @@ def test_a_changed_source_flag_or_target_asks_for_another_image(monkeypatch: pyt
     names = {unit.file_name(target) for unit in (KERNEL, *OF_FMUS) for target in FMU_TARGETS}
     assert len(names) == 25
     sources = KERNEL.sources()
-    assert {"core/c/spring.c", "core/c/saturation.h", "kernel/c/kernel.c"} <= set(sources)
+    assert {"core/c/spring/spring.c", "core/c/spring/saturation.h", "kernel/c/kernel.c"} <= set(sources)
+    law = "core/c/spring/spring.c"
     for changed in (
-        {**sources, "core/c/spring.c": sources["core/c/spring.c"] + b"\n"},
-        {("core/c/other.c" if name == "core/c/spring.c" else name): text for name, text in sources.items()},
+        {**sources, law: sources[law] + b"\n"},
+        {("core/c/spring/other.c" if name == law else name): text for name, text in sources.items()},
     ):
         monkeypatch.setattr(images.Unit, "sources", lambda _, changed=changed: changed)
         names.add(KERNEL.file_name(LINUX_X86))

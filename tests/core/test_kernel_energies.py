@@ -99,7 +99,7 @@ def turning_path(random: np.random.Generator, count: int) -> np.ndarray:
     return np.concatenate([far, near])
 
 
-@pytest.mark.parametrize("degree", [0, 2, 8, 20])
+@pytest.mark.parametrize("degree", [0, 2, 5, 8])
 @pytest.mark.parametrize(("n", "sigma"), [(1.0, 0.5), (1.0, 1.0), (2.0, 10.0), (1.0, 1000.0), (2.0, 1000.0)])
 @pytest.mark.parametrize("saturations", [0.1, 3.0, 50.0, 1e4])
 def test_energies_where_every_step_turns(n: float, sigma: float, saturations: float, degree: int) -> None:
@@ -110,7 +110,7 @@ def test_energies_where_every_step_turns(n: float, sigma: float, saturations: fl
     expected, saturated, rounding = works(parameters, path, omega)
     alone = [kernel.path(path[k : k + 2], float(omega[k]))[3, 1] for k in range(path.size - 1)]
     error = np.abs(np.array(alone) - expected)
-    # FA's terms are up to 1e7 times FA at degree 20.
+    # FA's terms are up to 1e3 times FA at degree 8.
     assert np.all(error <= 1e-13 * saturated + EPSILON * rounding), np.max(error / saturated)
     # The steps add up.
     most = np.max(np.abs(energy)) + np.max(rounding)

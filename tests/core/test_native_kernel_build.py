@@ -72,8 +72,8 @@ BAD = {
         for value in (5e-324, 1e-309, 1e-20, 1e19, 1e154, 1.7976931348623157e308)
     },
     **{f"kE[{i}]": {"kE": (*(0.0,) * i, -1e308)} for i in (0, 1, 7, 20)},
-    **{f"kA[{i}]": {"kA": (1.0, *(0.0,) * (i - 1), 1e154)} for i in (1, 7, 20)},
-    "FA of degree 20": {"kA": (1.0, *(0.0,) * 18, -1e30, 1e28)},
+    **{f"kA[{i}]": {"kA": (1.0, *(0.0,) * (i - 1), 1e154)} for i in (1, 8)},
+    "FA of degree 8": {"kA": (1.0, *(0.0,) * 6, -1e30, 1e28)},
 }
 
 
@@ -146,8 +146,6 @@ def test_room_suffices_for_all_n_and_sigma() -> None:
         taken = Kernel(spring(float(n), sigma, 1.0)).taken()
         most = {kind: max(most[kind], taken[kind]) for kind in most}
     assert all(most[kind] <= room[kind] for kind in most), most
-    # The last block would take all pieces that are left.
-    assert most["blocks"] < room["blocks"], most
 
 
 @pytest.mark.slow

@@ -36,8 +36,8 @@ GOOD = SpringParameters(
     [
         ({"kE": ()}, "`kE` must have between 1 and 21 coefficients, got 0."),
         ({"kE": (1.0,) * 22}, "`kE` must have between 1 and 21 coefficients, got 22."),
-        ({"kA": ()}, "`kA` must have between 1 and 21 coefficients, got 0."),
-        ({"kA": (1.0,) * 22}, "`kA` must have between 1 and 21 coefficients, got 22."),
+        ({"kA": ()}, "`kA` must have between 1 and 9 coefficients, got 0."),
+        ({"kA": (1.0,) * 22}, "`kA` must have between 1 and 9 coefficients, got 22."),
         ({"kE": (1.0, math.nan)}, "`kE[1]` must be finite, got nan."),
         ({"kA": (1.0, 0.0, -math.inf)}, "`kA[2]` must be finite, got -inf."),
         ({"kappa_omega": math.inf}, "`kappa_omega` must be finite, got inf."),

@@ -17,7 +17,6 @@ from strandspring.core.parameters import N_RANGE, SIGMA_RANGE
 from strandspring.core.saturation import (
     Saturation,
     inverse_saturation,
-    missing_saturation,
     saturation,
     stroke_start,
 )
@@ -170,17 +169,6 @@ def test_python_and_c_share_one_w(n: float, sigma: float) -> None:
     # Relative too, so that |u|^n is right for small n; below 1e-13 both tables end, and W is taken for a straight line.
     resolved = np.abs(one) > 1e-13
     np.testing.assert_allclose(other[resolved], one[resolved], rtol=5e-13 + 4e-16 * sigma)
-
-
-@settings(LAW, max_examples=40)
-@given(pairs, st.floats(0.0, 60.0))
-def test_what_is_missing_to_saturation_is_exact_to_its_last_digits(pair: tuple[float, float], xi: float) -> None:
-    table = table_of(*pair)
-    missing = missing_saturation(table, xi)
-    assert missing == pytest.approx(1.0 - saturation(table, xi), rel=1e-14, abs=3.0 * ROUNDING)
-    if pair[0] == 1.0:
-        assert missing == pytest.approx(math.exp(-xi), rel=1e-12)
-    assert missing_saturation(table, 1e300) < 1e-17
 
 
 @pytest.mark.parametrize(("n", "sigma"), [(0.01, 1000.0), (0.05, 50.0), (0.22, 3.0), (1.0, 1.0), (20.0, 0.5)])

@@ -25,7 +25,7 @@ from terminal import Terminal
 
 AWKWARD = "\"quoted\" 'single' <b>bold</b> &amp; ]]> <!-- \nnew line\ttab\rreturn äöü 弹簧 %s {{ 7*7 }}"
 CONSTANT = SpringParameters((2.0,), (1.0,), 10.0, 200.0, 1.0, 0.5, 0.0, -0.01, 0.01)
-LONGEST = SpringParameters((0.0, 1e4, *[1e5] * 19), (1.0, *[1.0] * 20), 10.0, 200.0, 1.0, 0.5, 0.0, -0.01, 0.01)
+LONGEST = SpringParameters((0.0, 1e4, *[1e5] * 19), (1.0, *[1.0] * 8), 10.0, 200.0, 1.0, 0.5, 0.0, -0.01, 0.01)
 
 
 def parameter_set(folder: Path, parameters: SpringParameters, description: str = "") -> tuple[Path, ParameterSet]:

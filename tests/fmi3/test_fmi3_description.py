@@ -23,7 +23,7 @@ from strandspring.model.modelfile import ModelFile
 
 AWKWARD = "\"quoted\" 'single' <b>bold</b> &amp; ]]> <!-- \nnew line\ttab äöü 弹簧 %s %n {name} {{ 7*7 }}"
 ONE = SpringParameters((5.0,), (1.0,), 10.0, 200.0, 1.0, 0.5, 0.0, -0.01, 0.01)
-MANY = replace(ONE, kE=(0.0, 1e4, *[0.0] * 19), kA=(1.0, *[0.0] * 20))
+MANY = replace(ONE, kE=(0.0, 1e4, *[0.0] * 19), kA=(1.0, *[0.0] * 8))
 SPRINGS = {"polynomial": SPRING, "table": TABLE, "other": OTHER, "one": ONE, "many": MANY}
 FORMS = {"usual": False, "states": True}
 

@@ -78,7 +78,7 @@ def test_start_values_keep_every_bit(tmp_path):
     assert spring_parameters(values, len(awkward.kE), len(awkward.kA)) == awkward
 
 
-@pytest.mark.parametrize("counts", [(1, 1), (2, 1), (8, 6), (21, 21)])
+@pytest.mark.parametrize("counts", [(1, 1), (2, 1), (8, 6), (21, 9)])
 def test_units_are_complete_and_consistent(counts):
     known = {unit.name: unit for unit in units(*counts)}
     used = {v.unit for v in variables(*counts) if v.unit}
@@ -99,7 +99,7 @@ def test_units_are_complete_and_consistent(counts):
             assert factor == pytest.approx(factors[top] / per, rel=1e-15), name
 
 
-@pytest.mark.parametrize("degrees", [(1, 1), (21, 21)])
+@pytest.mark.parametrize("degrees", [(1, 1), (21, 9)])
 def test_every_number_of_coefficients_is_valid(degrees, tmp_path):
     spring = SpringParameters(
         (0.0, 1e4, *[0.0] * 19)[: degrees[0]], (1.0, *[0.0] * 20)[: degrees[1]],

@@ -105,9 +105,10 @@ def test_random_sequences_of_calls_of_the_form_with_states(tmp_path: Path) -> No
 def test_planted_faults_are_found(fault: str, sources: Path, program: Path, tmp_path: Path) -> None:
     name, sound, faulty = FAULTS[fault]
     folder = Path(shutil.copytree(sources, tmp_path / "sources"))
-    text = (folder / name).read_text()
+    (file,) = folder.rglob(name)
+    text = file.read_text()
     assert sound in text, f"the fault cannot be planted: {name} has changed"
-    (folder / name).write_text(text.replace(sound, faulty))
+    file.write_text(text.replace(sound, faulty))
     objects = {path.stem: path for path in program.parent.glob("*.o")}
     objects["fmi2_all"] = compiled(
         tmp_path / "faulty.o", *SANITIZED, *COUNTED, "-Wno-format-security", "-Wno-unused", "-c", folder / "fmi2_all.c"

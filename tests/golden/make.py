@@ -20,6 +20,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from strandspring.core.parameters import MAXIMUM_AMPLIFIER_DEGREE
+
 HERE = Path(__file__).parent
 SEED = 20261121
 SPRINGS = 25
@@ -78,6 +80,7 @@ def spring(
     elastic = random.uniform(-1.0, 1.0, degrees[0] + 1) * 10.0 ** random.uniform(-1.0, 1.0)
     amplifier = random.uniform(-1.0, 1.0, degrees[1])
     amplifier *= 0.9 / max(1.0, np.abs(amplifier).sum())
+    amplifier = amplifier[:MAXIMUM_AMPLIFIER_DEGREE]
     return {
         "kE": [_rounded(force * c / reach**i) for i, c in enumerate(elastic)],
         "kA": [1.0, *(_rounded(c / reach ** (i + 1)) for i, c in enumerate(amplifier))],

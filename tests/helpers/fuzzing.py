@@ -28,10 +28,10 @@ import fmpy
 
 from fmu_tools import OTHER, SPRING
 from kernel_tools import compiled
-from native_tools import library, write_flat
+from native_tools import library, write_file, write_native
 from springs import TABLE
 from strandspring import SpringParameters
-from strandspring.compiled.images import FMI_HEADERS, FMU3, SYSTEM3, fmi_header
+from strandspring.compiled.images import FMU3, SYSTEM3, fmi_headers
 from strandspring.fmu.native.block import USUAL, Form, values_source
 from strandspring.fmu.native.native_fmu import native_contents
 from strandspring.model.modelfile import ModelFile
@@ -74,7 +74,7 @@ Statistics = dict[str, Any]
 
 def write_sources(folder: Path, parameters: SpringParameters = SPRING, with_states: bool = False) -> Path:
     """The C sources of the native FMU of a spring, and what its model description says of it for the fuzzer."""
-    write_flat(folder, native_contents(ModelFile("spring", parameters), (), zero=0.0, with_states=with_states))
+    write_native(folder, native_contents(ModelFile("spring", parameters), (), zero=0.0, with_states=with_states))
     (folder / "fuzz_model.h").write_text(_description(folder))
     return folder
 
@@ -83,9 +83,7 @@ def write_system_sources(folder: Path, system: MountedSystem = BOX, options: Sys
     """The same for the FMU of a system, whose sources keep their folders."""
     for name, content in system_contents(system, options, ()).items():
         if name == "modelDescription.xml" or name.startswith("sources/"):
-            path = folder / name.removeprefix("sources/")
-            path.parent.mkdir(parents=True, exist_ok=True)
-            path.write_bytes(content)
+            write_file(folder / name.removeprefix("sources/"), content)
     text = _description(folder) + f"#define MODEL_LARGEST_STEP {options.largest_step!r}\n"
     (folder / "fuzz_model.h").write_text(text)
     return folder
@@ -94,10 +92,9 @@ def write_system_sources(folder: Path, system: MountedSystem = BOX, options: Sys
 def write_system_pair_sources(folder: Path) -> Path:
     """The same for the FMUs of FMI 2.0 and FMI 3.0 of one system, which have one GUID here."""
     write_system_sources(folder)
-    headers = {f"core/c/{name}": fmi_header(name) for name in FMI_HEADERS[3]}
-    for path, content in {**SYSTEM3.sources(), **headers}.items():
+    for path, content in {**SYSTEM3.sources(), **fmi_headers(3)}.items():
         if not path.endswith("system_values.h"):
-            (folder / path).write_bytes(content)
+            write_file(folder / path, content)
     with (folder / "fuzz_model.h").open("a") as file:
         file.write("enum { MODEL_REAL_TIME, MODEL_NO_ENERGY = 0 };\n")
     return folder
@@ -106,12 +103,10 @@ def write_system_pair_sources(folder: Path) -> Path:
 def write_pair_sources(folder: Path, parameters: SpringParameters = SPRING, form: Form = USUAL) -> Path:
     """The same for the FMUs of FMI 2.0 and FMI 3.0 of one spring, which have one GUID here."""
     write_sources(folder, parameters, form.with_states)
-    for path, content in FMU3.sources().items():
-        (folder / Path(path).name).write_bytes(content)
-    for name in FMI_HEADERS[3]:
-        (folder / name).write_bytes(fmi_header(name))
+    for path, content in {**FMU3.sources(), **fmi_headers(3)}.items():
+        write_file(folder / path.removeprefix("core/c/"), content)
     guid = fmpy.read_model_description(str(folder), validate=False).guid
-    (folder / "spring_values.h").write_text(values_source(parameters, str(guid), form))
+    (folder / "fmu/spring_values.h").write_text(values_source(parameters, str(guid), form))
     flags = f"enum {{ MODEL_REAL_TIME = {int(form.real_time)}, MODEL_NO_ENERGY = {int(form.no_energy)} }};\n"
     with (folder / "fuzz_model.h").open("a") as file:
         file.write(flags)
@@ -166,14 +161,15 @@ def build_system_pairs(sources: Path, folder: Path, flags: tuple[str, ...] = SAN
     """The same of FMUs of systems."""
     of_fmus = [sources / "system_fmu" / "c" / name for name in ("system_all.c", "system_all3.c")]
     own = [*SHARED, *FUZZER.glob("fmi3/*.c"), FUZZER / "system" / "exchange2.c"]
-    more = ("-Wno-sign-conversion", f"-I{sources}", f"-I{sources / 'core' / 'c'}")
+    more = ("-Wno-sign-conversion", f"-I{sources}", *(f"-I{sources}/core/c/fmi{fmi}" for fmi in (2, 3)))
     return _build(of_fmus, own, folder, (*flags, *more))
 
 
 def _build(of_fmus: list[Path], own: list[Path], folder: Path, flags: tuple[str, ...]) -> Path:
     """A fuzzer of its own units and those of FMUs, whose sources lie in one folder."""
     folder.mkdir()
-    options = ("-D_POSIX_C_SOURCE=200809L", f"-I{of_fmus[0].parent}")
+    at = of_fmus[0].parent
+    options = ("-D_POSIX_C_SOURCE=200809L", f"-I{at}", *(f"-I{at}/fmi{fmi}" for fmi in (2, 3)))
 
     def compile_unit(unit: Path) -> Path:
         counted = COUNTED if unit in of_fmus else ()
@@ -186,7 +182,7 @@ def _build(of_fmus: list[Path], own: list[Path], folder: Path, flags: tuple[str,
 def build_system(sources: Path, folder: Path, flags: tuple[str, ...] = SANITIZED) -> Path:
     """The fuzzer of systems with the FMU that the sources make."""
     folder.mkdir()
-    includes = (f"-I{sources}", f"-I{sources / 'core' / 'c'}", "-D_POSIX_C_SOURCE=200809L")
+    includes = (f"-I{sources}", f"-I{sources}/core/c/fmi2", "-D_POSIX_C_SOURCE=200809L")
     objects = [
         compiled(folder / f"{unit.stem}.o", *flags, *includes, "-c", unit)
         for unit in (*SHARED, FUZZER / "system" / "systems.c")

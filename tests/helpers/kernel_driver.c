@@ -1,4 +1,5 @@
 /* Loops over single steps for the tests of spring.c: a call per step through ctypes would take longer than the step. */
+#include "saturation_table.h"
 #include "spring.h"
 
 #include <stdlib.h>
@@ -12,8 +13,8 @@ typedef struct {
 
 Spring *driver_spring(const SpringParameters *parameters);
 void driver_free(Spring *spring);
-void driver_limits(int limits[3]);
-void driver_taken(const Spring *spring, int taken[3]);
+void driver_limits(int limits[2]);
+void driver_taken(const Spring *spring, int taken[2]);
 int driver_path(const Spring *spring, int count, const double *displacement, double omega_start, double *response);
 void driver_gradient(const Spring *spring, int count, const double *displacement, double omega_start,
                      SpringGradient *of_force, SpringGradient *of_stiffness);
@@ -34,12 +35,11 @@ void driver_free(Spring *spring)
     free(spring);
 }
 
-/* Room for pieces, buckets and blocks of a branch. */
-void driver_limits(int limits[3])
+/* Room for pieces and buckets of a branch. */
+void driver_limits(int limits[2])
 {
     limits[0] = SPRING_PIECES;
     limits[1] = SPRING_BUCKETS;
-    limits[2] = SPRING_BLOCKS;
 }
 
 static int bucket_of(double z)
@@ -55,17 +55,16 @@ static int buckets(const double *edges, int from, int to)
 }
 
 /* What of it the larger of the two branches takes. */
-void driver_taken(const Spring *spring, int taken[3])
+void driver_taken(const Spring *spring, int taken[2])
 {
     const SpringBranch *branches[] = {&spring->table.rising, &spring->table.falling};
-    memset(taken, 0, 3 * sizeof *taken);
+    memset(taken, 0, 2 * sizeof *taken);
     for (int i = 0; i < 2; i++) {
         const SpringBranch *branch = branches[i];
         int counts[] = {branch->pieces, buckets(branch->edges, 1, branch->pieces),
                         buckets(branch->values, 1, branch->pieces), 0};
         if (branch->complemented < branch->pieces)
             counts[3] = buckets(branch->complements, branch->complemented, branch->pieces);
-        taken[2] = branch->blocks.count > taken[2] ? branch->blocks.count : taken[2];
         for (int k = 0; k < 4; k++) {
             int *most = &taken[k > 0];
             *most = counts[k] > *most ? counts[k] : *most;

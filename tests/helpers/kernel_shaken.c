@@ -1,5 +1,6 @@
 /* Runs every function of spring.c and saturation.c over random springs and paths, for the sanitizers to watch; returns
  * 0 if all outputs are finite and omega stays within [-1, 1]. */
+#include "saturation_table.h"
 #include "spring_problem.h"
 
 #include <math.h>
@@ -26,7 +27,7 @@ static SpringParameters random_parameters(int trial)
     const double corners_n[] = {0.01, 1.0, 2.0, 100.0}, corners_sigma[] = {0.5, 1000.0};
     SpringParameters p = {
         .elastic = 1 + (int)uniform(0.0, SPRING_COEFFICIENTS - 0.001),
-        .amplifier = 1 + (int)uniform(0.0, SPRING_COEFFICIENTS - 0.001),
+        .amplifier = 1 + (int)uniform(0.0, SPRING_AMPLIFIERS - 0.001),
         .kappa_omega = within_decades(-3.0, 6.0),
         .rho = within_decades(-1.0, 4.0),
         .sigma = trial % 3 ? 0.5 + within_decades(-3.0, 2.99) : corners_sigma[trial / 3 % 2],

@@ -22,16 +22,16 @@ from numpy.typing import NDArray
 import strandspring
 from springs import along, spring
 from strandspring import SpringParameters
-from strandspring.core.parameters import KNOTS, MAXIMUM_DEGREE, N_RANGE, SIGMA_RANGE
+from strandspring.core.parameters import KNOTS, MAXIMUM_AMPLIFIER_DEGREE, MAXIMUM_DEGREE, N_RANGE, SIGMA_RANGE
 from strandspring.kernel.path import packed
 from strandspring.kernel.structures import structures
 
 FloatArray = NDArray[np.float64]
 
-KERNEL = Path(strandspring.__file__).parent / "core" / "c"
+KERNEL = Path(strandspring.__file__).parent / "core" / "c" / "spring"
 # Those without FMI.
 SOURCES = tuple(
-    KERNEL / f"{name}.c" for name in ("saturation", "saturation_lookup", "spline", "spring", "spring_problem")
+    KERNEL / f"{name}.c" for name in ("saturation", "saturation_table", "spline", "spring", "spring_problem")
 )
 HERE = Path(__file__).parent
 FLAGS = (
@@ -96,10 +96,10 @@ def problem(parameters: Parameters, size: int = 200) -> str:
 
 
 def limits() -> dict[str, int]:
-    """Room for pieces, buckets and blocks of a branch of W."""
-    room = (c_int * 3)()
+    """Room for pieces and buckets of a branch of W."""
+    room = (c_int * 2)()
     library().driver_limits(room)
-    return dict(zip(("pieces", "buckets", "blocks"), room, strict=True))
+    return dict(zip(("pieces", "buckets"), room, strict=True))
 
 
 class Kernel:
@@ -118,7 +118,7 @@ class Kernel:
 
     def taken(self) -> dict[str, int]:
         """What of `limits` this spring takes."""
-        counts = (c_int * 3)()
+        counts = (c_int * 2)()
         self._library.driver_taken(self._spring, counts)
         return dict(zip(limits(), counts, strict=True))
 
@@ -145,7 +145,7 @@ class Kernel:
 def random_spring(random: np.random.Generator) -> SpringParameters:
     """Any possible spring: all of the supported range of n and sigma, its corners often, and all degrees."""
     edge = random.random() < 0.2
-    degree = int(random.integers(0, MAXIMUM_DEGREE + 1 if random.random() < 0.3 else 7))
+    degree = int(random.integers(0, MAXIMUM_AMPLIFIER_DEGREE + 1 if random.random() < 0.3 else 7))
     weights = random.uniform(-1.0, 1.0, degree)
     weights *= random.uniform(0.0, 0.95) / max(1.0, float(np.sum(np.abs(weights))))
     return spring(

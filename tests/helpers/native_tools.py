@@ -40,13 +40,19 @@ def close(found: Any, expected: Any, tolerance: float = ROUNDING) -> None:
     np.testing.assert_allclose(found, expected, rtol=tolerance, atol=tolerance * np.abs(expected).max())
 
 
-def write_flat(folder: Path, contents: Mapping[str, bytes]) -> Path:
-    """The model description and the C sources of a native FMU, all in one new folder."""
+def write_native(folder: Path, contents: Mapping[str, bytes]) -> Path:
+    """The model description and the C sources of a native FMU, in one new folder."""
     folder.mkdir()
     for name, content in contents.items():
         if name == "modelDescription.xml" or name.startswith("sources/"):
-            (folder / Path(name).name).write_bytes(content)
+            write_file(folder / name.removeprefix("sources/"), content)
     return folder
+
+
+def write_file(path: Path, content: bytes) -> None:
+    """A file, and the folder that it lies in."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_bytes(content)
 
 
 class Library:

@@ -19,8 +19,8 @@ from strandspring.exchange.c_sources import STEP_SOURCES, law_path, write_c_sour
 from strandspring.model.modelfile import ModelFile
 
 HERE = Path(__file__).parents[1] / "realtime"
-# FA as wild as a polynomial of degree 20 can be.
-_WILD = chebyshev.cheb2poly([1.0, *[0.0] * 19, 0.9])
+# FA as wild as a polynomial of degree 8 can be.
+_WILD = chebyshev.cheb2poly([1.0, *[0.0] * 7, 0.9])
 WILD = spring(
     n=0.22, sigma=3.0, saturations=20.0, amplifier=tuple(float(c) for c in np.trim_zeros(_WILD[1:] / _WILD[0], "b"))
 )

@@ -10,25 +10,25 @@ import fmpy
 import pytest
 
 from fmu_tools import SPRING
-from native_tools import write_flat
+from native_tools import write_file, write_native
 from realtime_tools import FLAGS, HERE, MOST_STACK, SPRINGS, cc
 from strandspring import SpringParameters
-from strandspring.compiled.images import FMI_HEADERS, fmi_header
+from strandspring.compiled.images import fmi_headers
 from strandspring.fmu.native.native_fmu import native_contents
 from strandspring.model.modelfile import ModelFile
 
 OUTPUTS = ("force", "stiffness", "absorbed_energy", "omega")
 # By version of FMI: the unit of the sources, and the file and function of a step.
 UNITS = {2: "fmi2_all.c", 3: "fmi3_all.c"}
-STEPS = {2: ("fmi2_life.c", "fmi2Status fmi2DoStep("), 3: ("fmi3_life.c", "fmi3Status fmi3DoStep(")}
+STEPS = {2: ("fmi2/fmi2_life.c", "fmi2Status fmi2DoStep("), 3: ("fmi3/fmi3_life.c", "fmi3Status fmi3DoStep(")}
 
 
 def write_sources(folder: Path, parameters: SpringParameters = SPRING, fmi: int = 2, no_energy: bool = False) -> Path:
     """The sources of an FMU for real time, with its model description and the headers of FMI."""
     model = ModelFile("spring", parameters)
-    write_flat(folder, native_contents(model, (), zero=0.0, fmi=fmi, real_time=True, no_energy=no_energy))
-    for name in FMI_HEADERS[fmi]:
-        (folder / name).write_bytes(fmi_header(name))
+    write_native(folder, native_contents(model, (), zero=0.0, fmi=fmi, real_time=True, no_energy=no_energy))
+    for path, content in fmi_headers(fmi).items():
+        write_file(folder / path.removeprefix("core/c/"), content)
     return folder
 
 
@@ -39,9 +39,8 @@ def measured(sources: Path, parameters: SpringParameters) -> tuple[int, dict[str
     references = {v.name: str(v.valueReference) for v in description.modelVariables}
     inputs = (HERE / "fmu_steps.c", sources / UNITS[fmi])
     # Functions of the C library are not looked for at their first call, which takes kilobytes.
-    program = cc(
-        sources / "fmu_steps", "-O2", *FLAGS, f"-DFMI_VERSION={fmi}", "-Wl,-z,now", f"-I{sources}", *inputs, "-lm"
-    )
+    flags = (*FLAGS, f"-DFMI_VERSION={fmi}", f"-I{sources}/fmi{fmi}")
+    program = cc(sources / "fmu_steps", "-O2", *flags, "-Wl,-z,now", *inputs, "-lm")
     limits = (repr(parameters.displacement_min), repr(parameters.displacement_max))
     outputs = [references[name] for name in OUTPUTS if name in references]
     token = description.guid if fmi == 2 else description.instantiationToken

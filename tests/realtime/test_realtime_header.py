@@ -126,7 +126,7 @@ def test_tables_can_be_made_on_a_target_with_a_mathematics_library(tmp_path: Pat
         "    return difference < 1e-12 && difference > -1e-12 ? 0 : 1;\n}\n"
     )
     assert N_RANGE == (0.01, 100.0)  # as the header says
-    inputs = (host, law, *steps(law), law.parent / "saturation.c", "-lm")
+    inputs = (host, law, *steps(law), law.parent / "saturation_table.c", "-lm")
     program = cc(tmp_path / "host", "-O2", *FLAGS, f"-I{law.parent}", *inputs)
     assert subprocess.run([program], check=False).returncode == 0
 

@@ -34,7 +34,7 @@ def test_documentation_of_real_time(form: dict[str, bool], fmi: int, tmp_path: P
     assert "warning is logged" not in page
     told = " ".join(page.partition("<h2>Real time</h2>")[2].partition("<h2>")[0].split())
     figures = re.findall(r"[\d.]+ (?:us|ms|MB)", told)
-    assert len(figures) == (1 if "with_states" in form else 4)
+    assert len(figures) == (1 if "with_states" in form else 3)
     for figure in figures:
         assert figure in TEXTS["real-time"], figure
     assert ("no output <code>absorbed_energy</code>" in told) == ("no_energy" in form) == ("--no-energy" in told)

@@ -49,7 +49,7 @@ def linked(machine: Machine, files: list[Path], folder: Path) -> Sizes:
 
 
 def test_steps_need_no_library_and_no_variables(machine: Machine, sources: Path, tmp_path: Path) -> None:
-    found = linked(machine, [*steps(sources), sources.parent / "saturation.c"], tmp_path)
+    found = linked(machine, [*steps(sources), sources.parent / "saturation_table.c"], tmp_path)
     assert {name for name in found.lacks if not name.startswith("spring_")} <= MEMORY
     assert found.variables == 0
     law = sizes(machine.compiled(tmp_path / "law.o", "-c", sources))

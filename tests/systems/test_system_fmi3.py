@@ -476,27 +476,6 @@ def test_files_are_those_of_fmi_3() -> None:
         assert told in page2, told
 
 
-def test_every_source_is_of_use() -> None:
-    """What the unit includes, and what that includes, are the sources, so that none is missing or too many."""
-    sources = {name: text.decode() for name, text in SYSTEM3.sources().items()}
-    included, wanted = set(), [SYSTEM3.file]
-    while wanted:
-        name = wanted.pop()
-        if name in included:
-            continue
-        included.add(name)
-        for path in re.findall(r'^#(?:include|define FMU_\w+) "([^"]+)"', sources[name], flags=re.MULTILINE):
-            folder = Path("system_fmu/c") if path.startswith("../../system_fmu/") else Path(name).parent
-            parts: list[str] = []
-            for part in (folder / path).parts:
-                parts = parts[:-1] if part == ".." else [*parts, part]
-            if "/".join(parts) in sources:
-                wanted.append("/".join(parts))
-            else:
-                assert "/".join(parts).endswith(("fmi3Functions.h", "fmu_instance.h", "spring_values.h")), (name, path)
-    assert set(sources) == included
-
-
 def test_the_same_system_gives_the_same_bytes(tmp_path: Path) -> None:
     options, platforms = replace(BOX_OPTIONS, fmi=3), chosen_platforms("host")
     one = build_system_fmu(BOX, tmp_path / "one", options, platforms)

@@ -9,6 +9,8 @@ from __future__ import annotations
 
 import hashlib
 import os
+import posixpath
+import re
 import stat
 import sys
 import tempfile
@@ -36,6 +38,7 @@ FMI_HEADERS = {
     3: ("fmi3FunctionTypes.h", "fmi3Functions.h", "fmi3PlatformTypes.h"),
 }
 
+_INCLUDED = re.compile(rb'^ *#include "([^"]+)"', re.MULTILINE)
 _KEPT_FOR = 30 * 24 * 3600.0  # [s]
 
 
@@ -46,32 +49,29 @@ class Unit:
     Attributes
     ----------
     name : str                  Of the library, without suffix.
-    file : str                  To be compiled; it includes the others.
-    parts : tuple of str        Folders of the sources, or single ones, below the package.
-    without : tuple of str      Sources in these folders whose names begin like this are left out.
+    file : str                  To be compiled, below the package; it includes the others.
     flags : tuple of str        Besides those of every library.
     fmi : int                   The version of FMI whose headers are needed; 0: none.
     """
 
     name: str
     file: str
-    parts: tuple[str, ...]
     flags: tuple[str, ...] = ()
     fmi: int = 0
-    without: tuple[str, ...] = ()
 
     def sources(self) -> dict[str, bytes]:
-        """Content of each C file by its path below the package."""
-        parts = [_PACKAGE / part for part in self.parts]
-        inside = [
-            path
-            for part in parts
-            if part.is_dir()
-            for path in part.iterdir()
-            if path.suffix in (".c", ".h") and not path.name.startswith(self.without)
-        ]
-        paths = [*inside, *(part for part in parts if not part.is_dir())]
-        return {path.relative_to(_PACKAGE).as_posix(): path.read_bytes() for path in sorted(paths)}
+        """Content of each C file by its path below the package: of the unit's file and of all that it includes."""
+        contents: dict[str, bytes] = {}
+        waiting = [self.file]
+        while waiting:
+            path = waiting.pop()
+            if path not in contents:
+                contents[path] = (_PACKAGE / path).read_bytes()
+                folder = posixpath.dirname(path)
+                included = (posixpath.join(folder, name.decode()) for name in _INCLUDED.findall(contents[path]))
+                # Those of FMI are not the package's.
+                waiting += [posixpath.normpath(name) for name in included if (_PACKAGE / name).is_file()]
+        return dict(sorted(contents.items()))
 
     def file_name(self, target: Target) -> str:
         """Of the image for a target."""
@@ -81,54 +81,16 @@ class Unit:
         return f"{self.name}-{target.triple}-{digest.hexdigest()[:16]}{target.system.suffix}"
 
 
-def _core(names: str) -> tuple[str, ...]:
-    """Sources of core/c; a name without suffix stands for a source and its header."""
-    files = ((name,) if "." in name else (f"{name}.c", f"{name}.h") for name in names.split())
-    return tuple(f"core/c/{file}" for pair in files for file in pair)
-
-
 # Vectors of three are slower in pairs, and a spring's force through a call.
 _KERNEL_FLAGS = ("-O3", "-fno-slp-vectorize", "-mllvm", "-inline-threshold=600")
-_KERNEL_PARTS = ("core/c", "kernel/c", "kernel/c/balance", "kernel/c/motion")
-KERNEL = Unit("kernel", "kernel/c/kernel.c", _KERNEL_PARTS, _KERNEL_FLAGS)
+KERNEL = Unit("kernel", "kernel/c/kernel.c", _KERNEL_FLAGS)
 # -O3 makes it a tenth larger, and no step faster.
-FMU = Unit("spring", "core/c/fmi2_all.c", ("core/c",), ("-O2", "-fvisibility=hidden"), fmi=2, without=("fmi3_",))
+FMU = Unit("spring", "core/c/fmi2_all.c", ("-O2", "-fvisibility=hidden"), fmi=2)
 # The same for FMI 3, whose header declares two callbacks without a prototype.
-FMU3 = Unit(
-    "spring3", "core/c/fmi3_all.c", ("core/c",), (*FMU.flags, "-Wno-strict-prototypes"), fmi=3, without=("fmi2_",)
-)
-# What both units of FMUs of bodies on mounts are made of, besides what is of a version of FMI.
-_OF_SYSTEMS = (
-    "system_fmu/c",
-    *_core("fmu_bytes fmu_kinds.h fmu_life fmu_log fmu_modes fmu_own.h fmu_snapshots fmu_sound.h fmu_tables"),
-    *_core("fmu_types.h numerics.h saturation saturation_index.h saturation_lookup.c spline spring spring_library.h"),
-    *_core("spring_limits.h spring_local.h spring_number.h"),
-    *(f"kernel/c/{name}" for name in ("linear.c", "linear.h")),
-    *(f"kernel/c/motion/{name}" for name in ("motion.c", "motion.h", "motion_parts.h", "motion_rest.c", "vectors.h")),
-)  # fmt: skip
+FMU3 = Unit("spring3", "core/c/fmi3_all.c", (*FMU.flags, "-Wno-strict-prototypes"), fmi=3)
 # The binary of the FMU of bodies on mounts, the same for all systems.
-SYSTEM = Unit(
-    "system",
-    "system_fmu/c/system_all.c",
-    (
-        *_OF_SYSTEMS,
-        *_core("fmi2_api.h fmi2_arguments fmi2_calls.h fmi2_fmustate.c fmi2_life.c fmi2_log fmi2_states.h"),
-    ),
-    FMU.flags,
-    fmi=2,
-    without=("system_all3", "system_calls3", "system_elements", "system_exchange3"),
-)
-SYSTEM3 = Unit(
-    "system3",
-    "system_fmu/c/system_all3.c",
-    (
-        *_OF_SYSTEMS,
-        *_core("fmi3_absent.c fmi3_api.h fmi3_arguments fmi3_elements.h fmi3_fmustate.c fmi3_life.c fmi3_states.h"),
-    ),
-    FMU3.flags,
-    fmi=3,
-    without=("system_all.", "system_calls."),
-)
+SYSTEM = Unit("system", "system_fmu/c/system_all.c", FMU.flags, fmi=2)
+SYSTEM3 = Unit("system3", "system_fmu/c/system_all3.c", FMU3.flags, fmi=3)
 # Those that become binaries of FMUs.
 OF_FMUS = (FMU, FMU3, SYSTEM, SYSTEM3)
 
@@ -192,8 +154,13 @@ def compiled(unit: Unit, target: Target) -> bytes:
     """The image of a unit, compiled now."""
     sources = unit.sources()
     if unit.fmi:
-        sources |= {f"core/c/{name}": fmi_header(name) for name in FMI_HEADERS[unit.fmi]}
+        sources |= fmi_headers(unit.fmi)
     return zig.shared_library(target, sources, unit.file, unit.name, unit.flags)
+
+
+def fmi_headers(fmi: int) -> dict[str, bytes]:
+    """The headers of a version of FMI by their path below the package, beside the source that includes them."""
+    return {f"core/c/fmi{fmi}/{name}": fmi_header(name) for name in FMI_HEADERS[fmi]}
 
 
 def fmi_header(name: str) -> bytes:

@@ -4,20 +4,19 @@ from __future__ import annotations
 
 from functools import cached_property, lru_cache
 
-from .parameters import SpringParameters, antiderivative, derivative
-from .pieces import Pieces, falling_pieces, missing_pieces, rising_pieces
+from .parameters import SpringParameters, derivative
+from .pieces import Pieces, falling_pieces, rising_pieces
 from .saturation import Saturation
 from .spline import Elastic
 
 # They take some 15 ms to build, and the pieces as long again.
 _table_of = lru_cache(maxsize=16)(Saturation)
 _rising_of = lru_cache(maxsize=16)(rising_pieces)
-_missing_of = lru_cache(maxsize=16)(missing_pieces)
 _falling_of = lru_cache(maxsize=16)(falling_pieces)
 
 
 class SpringLaw:
-    """FE and FA with their derivatives and antiderivatives, and the tables of W of one spring.
+    """FE and FA with their derivatives, and the tables of W of one spring.
 
     Springs with the same n and sigma share the tables.
 
@@ -30,7 +29,6 @@ class SpringLaw:
     elastic : Elastic            FE of paper eq. (9), or of a table.
     FA : tuple of float          Coefficients of paper eq. (8) by ascending powers of x.
     x_min, x_max : float         The identified range of x [m].
-    roughness : float            How fast FA may change per unit of xi.
     """
 
     def __init__(self, parameters: SpringParameters) -> None:
@@ -39,11 +37,8 @@ class SpringLaw:
         self.elastic = Elastic(p)
         self.FA = p.kA
         self.dFA = derivative(p.kA)
-        self.FA_work = antiderivative(p.kA)
         self.x_min = p.x_min
         self.x_max = p.x_max
-        # A polynomial of degree M may change by all of itself over 1/M^2 of half its range (Markov); per unit of xi.
-        self.roughness = 2.0 * (len(p.kA) - 1) ** 2 / p.rho / (p.x_max - p.x_min)
         self.table = _table_of(p.n, p.sigma)
 
     def inside(self, x: float) -> float:
@@ -53,14 +48,9 @@ class SpringLaw:
     @cached_property
     def rising(self) -> Pieces:
         """The branch W >= 0 for integrals of W; made where energy is first asked for."""
-        return _rising_of(self.table, len(self.FA))
-
-    @cached_property
-    def missing(self) -> Pieces:
-        """The same branch for integrals of 1 - W."""
-        return _missing_of(self.table, len(self.FA))
+        return _rising_of(self.table)
 
     @cached_property
     def falling(self) -> Pieces:
         """The branch W < 0 for integrals of |W|."""
-        return _falling_of(self.table, len(self.FA))
+        return _falling_of(self.table)

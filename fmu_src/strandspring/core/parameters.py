@@ -14,7 +14,8 @@ from typing import Any
 # Outside these the closed form's accuracy of 1e-10 has not been shown.
 N_RANGE = (0.01, 100.0)
 SIGMA_RANGE = (0.5, 1000.0)
-MAXIMUM_DEGREE = 20
+# Of FE and of FA: what measured records show ends at degree 4, and a higher FA is hard to keep positive.
+MAXIMUM_DEGREE, MAXIMUM_AMPLIFIER_DEGREE = 20, 8
 # Of a table of FE: fewer are left to polynomials.
 KNOTS = (7, 25)
 # Between knots, as a share of the range.
@@ -186,10 +187,11 @@ def _count_problems(p: SpringParameters) -> list[str]:
         found.append(
             f"`FE_forces` must have one force for each of the {len(p.FE_knots)} knots, got {len(p.FE_forces)}."
         )
+    degrees = {"kA": MAXIMUM_AMPLIFIER_DEGREE} if is_table else {"kE": MAXIMUM_DEGREE, "kA": MAXIMUM_AMPLIFIER_DEGREE}
     return found + [
-        f"`{name}` must have between 1 and {MAXIMUM_DEGREE + 1} coefficients, got {len(getattr(p, name))}."
-        for name in (("kA",) if is_table else ("kE", "kA"))
-        if not 1 <= len(getattr(p, name)) <= MAXIMUM_DEGREE + 1
+        f"`{name}` must have between 1 and {degree + 1} coefficients, got {len(getattr(p, name))}."
+        for name, degree in degrees.items()
+        if not 1 <= len(getattr(p, name)) <= degree + 1
     ]
 
 

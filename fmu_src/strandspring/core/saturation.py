@@ -92,12 +92,6 @@ def saturation(table: Saturation, xi: float) -> float:
     return -min(zeta * math.exp(_interpolate(table.falling, a)), 1.0)
 
 
-def missing_saturation(table: Saturation, xi: float) -> float:
-    """1 - W(xi) for xi >= 0, accurate also where W is 1 within rounding."""
-    # Beyond, nothing is left that a double could add to 1, and the exponential might overflow.
-    return 1.0 / (1.0 + math.exp(min(_logit(table, xi), 700.0)))
-
-
 def inverse_saturation(table: Saturation, u: float) -> float:
     """W^-1(u), -1 <= u <= 1: S(u) or -T(-u) by quadrature from the nearest node, no interpolation.
 

@@ -24,9 +24,9 @@ from ..model.coordinates import zero_sentence
 from ..model.modelfile import ModelFile
 
 FOLDER = "strandspring_c"
-# What steps are compiled of; saturation.c, for targets that make tables, is empty otherwise.
-STEP_SOURCES = ("saturation_lookup.c", "spline.c", "spring.c")
-_SOURCES = (*STEP_SOURCES, "saturation.c")
+# What steps are compiled of; saturation_table.c, for targets that make tables, is empty otherwise.
+STEP_SOURCES = ("saturation.c", "spline.c", "spring.c")
+_SOURCES = (*STEP_SOURCES, "saturation_table.c")
 _HEADER = "strandspring.h"
 _EXAMPLE_OF = "mount"
 _LOCAL = "spring_local.h"
@@ -63,7 +63,7 @@ def write_c_sources(folder: Path, model: ModelFile, zero: float) -> Path:
     texts = _kernel()
     kernel = hashlib.sha256(repr(sorted(texts.items())).encode()).hexdigest()[:8]
     texts[_LOCAL] = (
-        "/* Without this line, and with saturation.c, tables can be made here; see strandspring.h. */\n"
+        "/* Without this line, and with saturation_table.c, tables can be made here; see strandspring.h. */\n"
         f"#define SPRING_STEPS_ONLY\n\n{texts[_LOCAL]}\n"
         "/* The digest of these sources, of which a spring's table must be. */\n"
         f"#define SPRING_KERNEL 0x{kernel}\n"
@@ -92,7 +92,7 @@ def _kernel() -> dict[str, str]:
     while wanted:
         name = wanted.pop()
         if name not in texts:
-            texts[name] = (files("strandspring.core") / "c" / name).read_text(encoding="utf-8")
+            texts[name] = (files("strandspring.core") / "c" / "spring" / name).read_text(encoding="utf-8")
             wanted += _included(texts[name])
     return dict(sorted(texts.items()))
 

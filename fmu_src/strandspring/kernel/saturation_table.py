@@ -18,7 +18,7 @@ WITH_DERIVATIVES, WITH_ENERGIES, COARSE = 1, 2, 4  # as in saturation.h
 
 
 class Table:
-    """W and its inverse for one pair (n, sigma); some 160 kB, made in a third of a millisecond.
+    """W and its inverse for one pair (n, sigma); some 170 kB, made in a third of a millisecond.
 
     Parameters
     ----------

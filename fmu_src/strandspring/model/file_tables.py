@@ -10,7 +10,15 @@ from typing import Annotated, Any, Generic, Literal, TypeVar
 from pydantic import AfterValidator, ConfigDict, Discriminator, Field, Tag
 from pydantic.config import JsonDict
 
-from ..core.parameters import FORCE_RANGE, KNOTS, LARGEST_DISPLACEMENT, MAXIMUM_DEGREE, N_RANGE, SIGMA_RANGE
+from ..core.parameters import (
+    FORCE_RANGE,
+    KNOTS,
+    LARGEST_DISPLACEMENT,
+    MAXIMUM_AMPLIFIER_DEGREE,
+    MAXIMUM_DEGREE,
+    N_RANGE,
+    SIGMA_RANGE,
+)
 from ..ground.tables import TAG, Table
 from .joint import LEVEL
 from .names import MAX_DESCRIPTION, NAME_PATTERN, NAME_RULE, VERSION
@@ -24,7 +32,8 @@ def _within(low: float, high: float) -> JsonDict:
 
 
 _OF_DISPLACEMENT = _within(-LARGEST_DISPLACEMENT, LARGEST_DISPLACEMENT)
-_Amplifier = Annotated[list[float], Field(min_length=1, max_length=MAXIMUM_DEGREE + 1)]
+_Amplifier = Annotated[list[float], Field(min_length=1, max_length=MAXIMUM_AMPLIFIER_DEGREE + 1)]
+_Elastic = Annotated[list[float], Field(min_length=1, max_length=MAXIMUM_DEGREE + 1)]
 _Knots = Annotated[list[float], Field(min_length=KNOTS[0], max_length=KNOTS[1])]
 
 
@@ -57,7 +66,7 @@ class _Common(Table):
 class Parameters(_Common):
     """Parameters of the modified normalized Bouc-Wen model, paper eqs. (8)-(11), in SI units."""
 
-    kE: _Amplifier = Field(
+    kE: _Elastic = Field(
         description="Elastic coefficients of ascending powers of displacement - displacement_offset [N/m^i]"
     )
 

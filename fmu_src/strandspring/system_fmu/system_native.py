@@ -9,7 +9,7 @@ import hashlib
 from collections.abc import Sequence
 from pathlib import Path
 
-from ..compiled.images import FMI_HEADERS, SYSTEM, SYSTEM3, fmi_header
+from ..compiled.images import SYSTEM, SYSTEM3, fmi_headers
 from ..fmu.archive import content_guid, fmu_name, icon, installed_version, licences, write_archive
 from ..fmu.description.array_variables import scalar_variables
 from ..fmu.description.content import Backend, Content
@@ -127,4 +127,4 @@ def _version(block: SystemBlock) -> str:
 def _fixed_sources(fmi: int) -> dict[str, bytes]:
     """The C files that are the same for every system, by path; importers of FMI 3.0 have its headers."""
     ours = UNITS[fmi].sources()
-    return ours if fmi == 3 else {**ours, **{f"core/c/{name}": fmi_header(name) for name in FMI_HEADERS[fmi]}}
+    return ours if fmi == 3 else {**ours, **fmi_headers(fmi)}

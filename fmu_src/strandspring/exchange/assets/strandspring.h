@@ -14,8 +14,8 @@
  *     }
  *
  * mount_law.h and mount_law.c are what `strandspring export mount.json --c` writes beside this file: the constant law
- * and its table, which may lie in flash. Compile them with spring.c, saturation_lookup.c and spline.c, as C11 with IEEE
- * doubles, with -ffp-contract=off and without -ffast-math; then all machines give the same bits.
+ * and its table, which may lie in flash. Compile them with spring.c, saturation.c and spline.c, as C11 with IEEE doubles,
+ * with -ffp-contract=off and without -ffast-math; then all machines give the same bits.
  *
  * What a step may call, in bounded time, with a stack of less than 512 bytes (units are SI: m, N, N/m, J):
  *
@@ -40,7 +40,7 @@
  * exported too.
  *
  * A target with a mathematics library can make tables itself, outside the deadline: delete the line that defines
- * SPRING_STEPS_ONLY in spring_local.h, compile saturation.c too, and call spring_tabulate(&table, n, sigma,
+ * SPRING_STEPS_ONLY in spring_local.h, compile saturation_table.c too, and call spring_tabulate(&table, n, sigma,
  * SPRING_WITH_ENERGIES), 0.01 <= n <= 100 and 0.5 <= sigma <= 1000. Their last bits depend on the mathematics library.
  */
 #ifndef STRANDSPRING_H
@@ -55,6 +55,7 @@
 extern "C" {
 #endif
 
+#include "saturation_table.h"
 #include "spring.h"
 
 #ifdef __cplusplus

@@ -1,8 +1,8 @@
 """One spring in the binary of a native FMU.
 
-The binary is compiled once for all springs. It holds a block of values (core/c/fmu_block.h) that begins with a marker;
-making an FMU of a spring means to overwrite the block. The same values as C source, for those who compile the FMU's
-sources, are those of `values_source`.
+The binary is compiled once for all springs. It holds a block of values (core/c/fmu/fmu_block.c) that begins with a
+marker; making an FMU of a spring means to overwrite the block. The same values as C source, for those who compile the
+FMU's sources, are those of `values_source`.
 """
 
 from __future__ import annotations

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from ...compiled.images import FMI_HEADERS, FMU, FMU3, fmi_header
+from ...compiled.images import FMU, FMU3, fmi_headers
 from ...errors import BuildError
 from ...model.coordinates import placed
 from ...model.modelfile import ModelFile
@@ -52,6 +52,9 @@ _MODEL_EXCHANGE = {
 }
 
 _UNITS = {2: FMU, 3: FMU3}
+# Where the C sources of a spring lie, and among them those of one spring's values.
+_C = "core/c/"
+_VALUES = "fmu/spring_values.h"
 
 
 def build_native_fmu(
@@ -122,7 +125,7 @@ def native_contents(
         raise BuildError(f"{name} is too long for an FMU; give the model a name of at most {shorter} characters.")
     model = replace(model, name=name)
     unit, fixed, form = _UNITS[fmi], _fixed_sources(fmi), Form(with_states, real_time, no_energy)
-    listed = (Path(unit.file).name,)  # includes all other sources
+    listed = (unit.file.removeprefix(_C),)  # includes all other sources
     backend = Backend(
         co_simulation=None if with_states else _CO_SIMULATION[fmi],
         model_exchange=_MODEL_EXCHANGE[fmi],
@@ -138,7 +141,7 @@ def native_contents(
     # The binaries hold the GUID, so it comes from what they are made of.
     values = values_source(spring, "", form).encode("ascii")
     guid = content_guid([model_description(model, "", tool, backend), values], fixed)
-    sources = {**fixed, "spring_values.h": values_source(spring, guid, form).encode("ascii")}
+    sources = {**fixed, _VALUES: values_source(spring, guid, form).encode("ascii")}
     of_fmi3 = {TERMINALS: terminals(), BUILD_DESCRIPTION: build_description(model.name, listed)}
     return sealed(
         {
@@ -165,6 +168,6 @@ def _backend_name(with_states: bool) -> str:
 
 
 def _fixed_sources(fmi: int) -> dict[str, bytes]:
-    """The C files that are the same for every model, by name; importers of FMI 3.0 have its headers."""
-    ours = {Path(path).name: content for path, content in _UNITS[fmi].sources().items()}
-    return ours if fmi == 3 else {**ours, **{name: fmi_header(name) for name in FMI_HEADERS[fmi]}}
+    """The C files that are the same for every model, by path; importers of FMI 3.0 have its headers."""
+    headers = {} if fmi == 3 else fmi_headers(fmi)
+    return {path.removeprefix(_C): content for path, content in {**_UNITS[fmi].sources(), **headers}.items()}

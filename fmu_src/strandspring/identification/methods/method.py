@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import ClassVar
 
-from ...core.parameters import MAXIMUM_DEGREE
+from ...core.parameters import MAXIMUM_AMPLIFIER_DEGREE, MAXIMUM_DEGREE
 from ...records.record import Record
 from ..points.steady_part import SteadyRecord
 from .fitted import Fitted
@@ -34,12 +34,12 @@ class Method(ABC):
             return
         try:
             elastic, amplifier = self.degrees
-            is_possible = 1 <= elastic <= MAXIMUM_DEGREE and 0 <= amplifier <= MAXIMUM_DEGREE
+            is_possible = 1 <= elastic <= MAXIMUM_DEGREE and 0 <= amplifier <= MAXIMUM_AMPLIFIER_DEGREE
         except (TypeError, ValueError):  # not two numbers
             is_possible = False
         if not is_possible:
             raise ValueError(
-                f"`degrees` must be N,M with 1 <= N <= {MAXIMUM_DEGREE} and 0 <= M <= {MAXIMUM_DEGREE}, "
+                f"`degrees` must be N,M with 1 <= N <= {MAXIMUM_DEGREE} and 0 <= M <= {MAXIMUM_AMPLIFIER_DEGREE}, "
                 f"got {self.degrees}."
             )
 

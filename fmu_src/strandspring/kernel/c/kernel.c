@@ -2,10 +2,10 @@
  * the package calls to make tables and laws. The caller owns all memory; arrays are contiguous. */
 #define SPRING_LOCAL static inline
 
-#include "../../core/c/saturation.c"
-#include "../../core/c/saturation_lookup.c"
-#include "../../core/c/spline.c"
-#include "../../core/c/spring.c"
+#include "../../core/c/spring/saturation_table.c"
+#include "../../core/c/spring/saturation.c"
+#include "../../core/c/spring/spline.c"
+#include "../../core/c/spring/spring.c"
 #include "path.c"
 #include "line.c"
 #include "balance/steady.c"

@@ -3,7 +3,6 @@
 #include <math.h>
 
 enum {
-    SUMS = 8,  /* that are taken side by side, which compilers vectorise */
     PIVOTS = 4 /* columns that are eliminated together */
 };
 

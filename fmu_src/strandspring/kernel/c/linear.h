@@ -2,7 +2,7 @@
 #ifndef LINEAR_H
 #define LINEAR_H
 
-#include "../../core/c/spring_local.h"
+#include "../../core/c/spring/spring_local.h"
 
 #include <stddef.h>
 

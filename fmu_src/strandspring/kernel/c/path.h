@@ -2,7 +2,7 @@
 #ifndef PATH_H
 #define PATH_H
 
-#include "../../core/c/spring.h"
+#include "../../core/c/spring/spring.h"
 
 #include <stddef.h>
 #include <stdint.h>

@@ -1,15 +1,15 @@
 /* The FMU of bodies on mounts as one unit. No name but those of FMI's functions leaves it, as with core/c/fmi2_all.c,
  * but for those of system_names.h. */
 #define SPRING_LOCAL static inline
-#define FMU_INSTANCE "../../system_fmu/c/system_instance.h"
 #define FMU_FULL_NAME fmi2FullName
 
-#include "../../core/c/fmi2_api.h"
+#include "../../core/c/fmi2/fmi2_api.h"
 #include "system_names.h"
+#include "system_instance.h"
 
-#include "../../core/c/fmi2_arguments.c"
-#include "../../core/c/fmi2_fmustate.c"
-#include "../../core/c/fmi2_life.c"
-#include "../../core/c/fmi2_log.c"
+#include "../../core/c/fmi2/fmi2_arguments.c"
+#include "../../core/c/fmi2/fmi2_fmustate.c"
+#include "../../core/c/fmi2/fmi2_life.c"
+#include "../../core/c/fmi2/fmi2_log.c"
 #include "system_calls.c"
 #include "system_shared.c"

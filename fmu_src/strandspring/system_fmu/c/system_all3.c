@@ -1,17 +1,16 @@
 /* The FMU of FMI 3.0 of bodies on mounts as one unit, as system_all.c is that of FMI 2.0. */
 #define SPRING_LOCAL static inline
-#define FMU_INSTANCE "../../system_fmu/c/system_instance.h"
-#define FMU_ELEMENTS "../../system_fmu/c/system_elements.h"
 /* Other names than in system_all.c, beside which it may stand in one program. */
 #define FMU_FULL_NAME(name) fmi3FullName(fmi3_##name)
 
-#include "../../core/c/fmi3_api.h"
+#include "../../core/c/fmi3/fmi3_api.h"
 #include "system_names.h"
+#include "system_instance.h"
 
-#include "../../core/c/fmi3_absent.c"
-#include "../../core/c/fmi3_arguments.c"
-#include "../../core/c/fmi3_fmustate.c"
-#include "../../core/c/fmi3_life.c"
+#include "../../core/c/fmi3/fmi3_absent.c"
+#include "../../core/c/fmi3/fmi3_arguments.c"
+#include "../../core/c/fmi3/fmi3_fmustate.c"
+#include "../../core/c/fmi3/fmi3_life.c"
 #include "system_calls3.c"
 #include "system_exchange3.c"
 #include "system_shared.c"

@@ -36,6 +36,20 @@ SystemStart system_start(void)
     return start;
 }
 
+int system_is_within(const SystemStart *bounds, unsigned parameter, double value)
+{
+    return value >= ((const double *)&bounds->low)[parameter] && value <= ((const double *)&bounds->high)[parameter];
+}
+
+int system_are_possible(const SystemSettings *settings)
+{
+    SystemStart bounds = system_start();
+    for (unsigned i = 0; i < SYSTEM_PARAMETERS; i++)
+        if (!system_is_within(&bounds, i, ((const double *)settings)[i]))
+            return 0;
+    return 1;
+}
+
 /* Copies the next values, and goes on behind them. */
 static void take(const volatile double **next, double *to, size_t count)
 {

@@ -1,6 +1,6 @@
 /* The block of the binary that holds one system of bodies on mounts.
  *
- * As with core/c/fmu_block.h a binary is compiled once for all systems, and making an FMU of it means to overwrite the
+ * As with core/c/fmu/fmu_block.c a binary is compiled once for all systems, and making an FMU of it means to overwrite the
  * block; system_fmu/system_block.py does so, and writes the same values into system_values.h. Counts stand in front;
  * the values are, one behind the other:
  *
@@ -16,8 +16,8 @@
 #ifndef SYSTEM_BLOCK_H
 #define SYSTEM_BLOCK_H
 
-#include "../../core/c/fmu_bytes.h"
-#include "../../core/c/spring.h"
+#include "../../core/c/fmi/fmu_bytes.h"
+#include "../../core/c/spring/spring.h"
 #include "../../kernel/c/motion/motion.h"
 
 #include <stdint.h>
@@ -28,6 +28,8 @@ enum { SYSTEM_VALUES = 32768, SYSTEM_NAMES = 131072, SYSTEM_NAME = 64 };
 typedef struct {
     double step, omega_start, gravity[3];
 } SystemSettings;
+
+enum { SYSTEM_PARAMETERS = sizeof(SystemSettings) / sizeof(double) };
 
 /* Start values, and the bounds of what may be set. */
 typedef struct {
@@ -50,6 +52,12 @@ typedef struct {
 
 SPRING_LOCAL SystemCounts system_counts(void);
 SPRING_LOCAL SystemStart system_start(void);
+
+/* Whether a parameter, by its place in SystemSettings, may have a value. */
+SPRING_LOCAL int system_is_within(const SystemStart *bounds, unsigned parameter, double value);
+
+/* Whether all parameters are what they may be. */
+SPRING_LOCAL int system_are_possible(const SystemSettings *settings);
 
 /* The parts of the system; the laws of axes are of `laws`, whose parameters are filled in. */
 SPRING_LOCAL void system_parts(

@@ -1,6 +1,12 @@
 /* The calls of FMI 3.0 about derivatives, and the names of elements. Inputs hold over a step: FMI 3.0 has no
  * derivatives of inputs, and there is no intermediate update. */
-#include "../../core/c/fmi3_arguments.h"
+#include "../../core/c/fmi3/fmi3_arguments.h"
+
+/* Value references are those of system_instance.h, then the time, counted from 1. */
+Elements fmi3_elements(const Instance *instance, fmi3ValueReference reference)
+{
+    return reference - 1 <= instance->variables ? (Elements){reference - 1, 1} : (Elements){0, 0};
+}
 
 VariableName fmi3_name(const Instance *instance, unsigned element)
 {
@@ -9,14 +15,12 @@ VariableName fmi3_name(const Instance *instance, unsigned element)
 
 double fmi3_value_beyond(const Instance *instance, unsigned element)
 {
-    (void)element;
     return instance->state.time;
 }
 
 fmi3Status fmi3GetOutputDerivatives(fmi3Instance c, const fmi3ValueReference valueReferences[], size_t nValueReferences,
                                     const fmi3Int32 orders[], fmi3Float64 values[], size_t nValues)
 {
-    (void)orders;
     FMU_REQUIRE(c, GetOutputDerivatives);
     FMI3_REQUIRE_VALUES(instance, GetOutputDerivatives, VARIABLE_REAL);
     return nValueReferences == 0 ? fmi3OK : FMU_REFUSE(&instance->log, "This FMU gives no derivatives of outputs.");
@@ -27,13 +31,6 @@ fmi3Status fmi3GetOutputDerivatives(fmi3Instance c, const fmi3ValueReference val
                           const fmi3ValueReference knowns[], size_t nKnowns, const fmi3Float64 seed[], size_t nSeed, \
                           fmi3Float64 sensitivity[], size_t nSensitivity) \
     { \
-        (void)unknowns; \
-        (void)knowns; \
-        (void)nKnowns; \
-        (void)seed; \
-        (void)nSeed; \
-        (void)sensitivity; \
-        (void)nSensitivity; \
         FMU_REQUIRE(c, call); \
         return nUnknowns == 0 ? fmi3OK : FMU_REFUSE(&instance->log, text); \
     }

@@ -1,4 +1,4 @@
-#include "../../core/c/spring_number.h"
+#include "../../core/c/spring/spring_number.h"
 #include "system_instance.h"
 
 #include <math.h>
@@ -217,20 +217,6 @@ FmuStatus fmu_read_extrapolating(Instance *instance, int *extrapolating)
     return status;
 }
 
-static int is_within(const SystemStart *bounds, unsigned parameter, double value)
-{
-    return value >= ((const double *)&bounds->low)[parameter] && value <= ((const double *)&bounds->high)[parameter];
-}
-
-int system_are_possible(const SystemSettings *settings)
-{
-    SystemStart bounds = system_start();
-    for (unsigned i = 0; i < SYSTEM_PARAMETERS; i++)
-        if (!is_within(&bounds, i, ((const double *)settings)[i]))
-            return 0;
-    return 1;
-}
-
 /* Whether a variable may be set now. */
 static FmuStatus require_settable(const Instance *instance, unsigned reference)
 {
@@ -256,7 +242,7 @@ static FmuStatus require_value(const Instance *instance, unsigned reference, dou
         return FMU_OK;
     unsigned parameter = reference - instance->first.parameter;
     SystemStart bounds = system_start();
-    if (is_within(&bounds, parameter, value))
+    if (system_is_within(&bounds, parameter, value))
         return FMU_OK;
     return FMU_REFUSE(&instance->log, "`%s` must be within [%s, %s]%s, got %s; the previous value is kept.",
                       system_name(reference).text, spring_number(((const double *)&bounds.low)[parameter]).text,

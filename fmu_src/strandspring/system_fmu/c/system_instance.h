@@ -11,37 +11,19 @@
 #ifndef SYSTEM_INSTANCE_H
 #define SYSTEM_INSTANCE_H
 
-#include "../../core/c/fmu_kinds.h"
-#include "../../core/c/fmu_life.h"
-#include "../../core/c/fmu_log.h"
-#include "../../core/c/fmu_modes.h"
-#include "../../core/c/fmu_tables.h"
-#include "system_block.h"
+#include "../../core/c/fmi/fmu_interface.h"
+#include "../../core/c/fmi/fmu_life.h"
+#include "../../core/c/fmi/fmu_log.h"
+#include "../../core/c/fmi/fmu_modes.h"
+#include "../../core/c/fmi/fmu_tables.h"
+#include "system_state.h"
 
 enum { SYSTEM_EXTRAPOLATING, SYSTEM_FIRST_INPUT };
-enum { SYSTEM_PARAMETERS = sizeof(SystemSettings) / sizeof(double) };
 
 /* The first value reference of each group behind the inputs. */
 typedef struct {
     unsigned acceleration, sway, force, displacement, energy, parameter;
 } Groups;
-
-/* Everything that an instance remembers; `motion` points to the arrays behind it. */
-typedef struct {
-    int mode; /* one of fmu_modes.h */
-    double time, stop_time; /* [s]; stop_time is infinite if there is none */
-    SystemSettings settings;
-    double inputs[MOTION_CHANNELS], slopes[MOTION_CHANNELS]; /* and their derivatives for the next step */
-    int is_interpolated;                                     /* whether these were set */
-    int is_at_rest;                                          /* whether the rest of these settings has been found */
-    int extrapolating;
-    int is_outside[MOTION_AXES]; /* whether a spring was outside its range at the end of the last step */
-    double rest_sway[3 * MOTION_POINTS];
-    MotionState motion;
-    MotionBodyState bodies[MOTION_BODIES];
-    MotionReach reach[MOTION_AXES];
-    MotionAxisState axes[MOTION_AXES];
-} State;
 
 /* An axis that has left its range within a step, and where it was then. */
 typedef struct {
@@ -99,9 +81,6 @@ SPRING_LOCAL FmuStatus fmu_read_extrapolating(Instance *instance, int *extrapola
 /* Refuses to set a variable now, or what no input or parameter may be. */
 SPRING_LOCAL FmuStatus fmu_require_change(const Instance *instance, unsigned reference, double value);
 
-/* Whether all parameters are what they may be. */
-SPRING_LOCAL int system_are_possible(const SystemSettings *settings);
-
 /* Sets values that may be set, one by one. */
 static inline void fmu_open_changes(const Instance *instance)
 {
@@ -129,20 +108,7 @@ static inline FmuStatus fmu_step_to(Instance *instance, double time, double size
     return status;
 }
 
-/* The part of a state that no motion has, "motion" or "springs", or NULL. */
-SPRING_LOCAL const char *system_impossible_motion(const State *state);
-
 /* Takes the instance to a state of this FMU. */
 SPRING_LOCAL void fmu_restore(Instance *instance, const State *state);
-
-/* What must be there before the fields are read or counted. */
-SPRING_LOCAL void fmu_blank_state(State *state);
-
-/* Reads, writes or counts all that is serialized, in this order behind what stands before the fields of every state
- * (fmu_bytes.h). Only reading changes the state. */
-SPRING_LOCAL void fmu_state_fields(Cursor *cursor, State *state);
-
-/* Whether no instance can have a state that has been read; the reason is then in `problem`, always terminated. */
-SPRING_LOCAL int fmu_state_problem(const State *state, char *problem, size_t size);
 
 #endif

@@ -1,6 +1,7 @@
-#include "../../core/c/fmu_sound.h"
+#include "../../core/c/fmi/fmu_modes.h"
+#include "../../core/c/fmi/fmu_sound.h"
 #include "../../kernel/c/motion/vectors.h"
-#include "system_instance.h"
+#include "system_state.h"
 
 #include <math.h>
 

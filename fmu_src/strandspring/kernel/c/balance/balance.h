@@ -13,7 +13,7 @@
 #ifndef BALANCE_H
 #define BALANCE_H
 
-#include "../../../core/c/spring.h"
+#include "../../../core/c/spring/spring.h"
 #include "fourier.h"
 
 #include <stddef.h>

@@ -1,6 +1,6 @@
 #include "fourier.h"
 
-#include "../../../core/c/numerics.h"
+#include "../../../core/c/spring/numerics.h"
 
 #include <math.h>
 #include <string.h>

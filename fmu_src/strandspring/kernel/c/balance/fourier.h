@@ -4,7 +4,7 @@
 #ifndef FOURIER_H
 #define FOURIER_H
 
-#include "../../../core/c/spring_local.h"
+#include "../../../core/c/spring/spring_local.h"
 
 #include <stddef.h>
 

@@ -3,7 +3,7 @@
 #ifndef PERIODIC_H
 #define PERIODIC_H
 
-#include "../../../core/c/spring.h"
+#include "../../../core/c/spring/spring.h"
 #include "fourier.h"
 
 #include <stddef.h>

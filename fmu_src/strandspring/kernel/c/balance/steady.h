@@ -2,7 +2,7 @@
 #ifndef STEADY_H
 #define STEADY_H
 
-#include "../../../core/c/saturation.h"
+#include "../../../core/c/spring/saturation.h"
 
 #include <stddef.h>
 

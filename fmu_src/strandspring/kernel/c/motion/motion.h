@@ -22,7 +22,7 @@
 #ifndef MOTION_H
 #define MOTION_H
 
-#include "../../../core/c/spring.h"
+#include "../../../core/c/spring/spring.h"
 
 #include <stddef.h>
 

@@ -1,6 +1,6 @@
 #include "motion_parts.h"
 
-#include "../../../core/c/numerics.h"
+#include "../../../core/c/spring/numerics.h"
 
 /* Of a point: the squares of the sizes of acceleration and way from the beginning, then the components of both. */
 enum { OF_POINT = 8, SIZES = 2, COURSES = OF_POINT - SIZES };

@@ -1,0 +1,102 @@
+#include "fmu_tables.h"
+
+#include "../spring/saturation_table.h"
+
+#include <stdlib.h>
+
+#if defined(_MSC_VER) && !defined(__clang__)
+#include <intrin.h>
+static volatile long locked;
+#define TAKE_LOCK() _InterlockedExchange(&locked, 1)
+#define DROP_LOCK() _InterlockedExchange(&locked, 0)
+#else
+#include <stdatomic.h>
+static atomic_flag locked = ATOMIC_FLAG_INIT;
+#define TAKE_LOCK() atomic_flag_test_and_set_explicit(&locked, memory_order_acquire)
+#define DROP_LOCK() atomic_flag_clear_explicit(&locked, memory_order_release)
+#endif
+
+typedef struct Entry {
+    SharedSpring shared;
+    size_t users;
+    struct Entry *next;
+} Entry;
+
+static Entry *entries; /* guarded by the lock */
+
+/* Held for a few instructions only, never while a table is filled. */
+static void lock(void)
+{
+    while (TAKE_LOCK())
+        continue;
+}
+
+static void unlock(void)
+{
+    DROP_LOCK();
+}
+
+int fmu_fits(const SharedSpring *shared, const SpringParameters *parameters)
+{
+    const SpringParameters *own = &shared->law.parameters;
+    return own->n == parameters->n && own->sigma == parameters->sigma;
+}
+
+void fmu_fill(SharedSpring *shared, const SpringParameters *parameters, int with)
+{
+    spring_tabulate(&shared->table, parameters->n, parameters->sigma, with);
+    spring_prepare(&shared->law, parameters, &shared->table);
+}
+
+static Entry *find_entry(const SpringParameters *parameters)
+{
+    Entry *entry = entries;
+    while (entry != NULL && !fmu_fits(&entry->shared, parameters))
+        entry = entry->next;
+    return entry;
+}
+
+const SharedSpring *fmu_acquire(const SpringParameters *parameters)
+{
+    lock();
+    Entry *entry = find_entry(parameters);
+    if (entry != NULL)
+        entry->users++;
+    unlock();
+    if (entry != NULL)
+        return &entry->shared;
+
+    Entry *made = calloc(1, sizeof *made);
+    if (made == NULL)
+        return NULL;
+    fmu_fill(&made->shared, parameters, SPRING_WITH_DERIVATIVES | SPRING_WITH_ENERGIES);
+    made->users = 0;
+    lock();
+    /* Another thread may have made the same table in the meantime. */
+    entry = find_entry(parameters);
+    if (entry == NULL) {
+        made->next = entries;
+        entries = entry = made;
+    }
+    entry->users++;
+    unlock();
+    if (entry != made)
+        free(made);
+    return &entry->shared;
+}
+
+void fmu_release(const SharedSpring *shared)
+{
+    Entry *unused = NULL;
+    lock();
+    for (Entry **link = &entries; *link != NULL; link = &(*link)->next)
+        if (&(*link)->shared == shared) {
+            if (--(*link)->users == 0) {
+                unused = *link;
+                *link = unused->next;
+            }
+            break;
+        }
+    unlock();
+    free(unused);
+}

@@ -1,0 +1,34 @@
+#include "fmi3_elements.h"
+
+#include "../fmu/fmu_model_exchange.h"
+
+SPRING_APART Elements elements_of_other(const Instance *instance, fmi3ValueReference reference)
+{
+    const SpringParameters *p = &instance->state.settings.spring;
+    const int arrays[] = {p->elastic, p->knots, p->forces, p->amplifier};
+    unsigned first = SPRING_FIRST_PARAMETER, left = reference - 1 - SPRING_FIRST_PARAMETER;
+    for (size_t i = 0; i < sizeof arrays / sizeof *arrays; i++) {
+        if (arrays[i] > 0 && left-- == 0)
+            return (Elements){first, (unsigned)arrays[i]};
+        first += (unsigned)arrays[i];
+    }
+    unsigned last = instance->variables + (instance->has_states ? 0 : 1);
+    return left <= last - first ? (Elements){first + left, 1} : (Elements){0, 0};
+}
+
+Elements fmi3_elements(const Instance *instance, fmi3ValueReference reference)
+{
+    return reference - 1 < SPRING_FIRST_PARAMETER ? (Elements){reference - 1, 1} : elements_of_other(instance, reference);
+}
+
+VariableName fmi3_name(const Instance *instance, unsigned element)
+{
+    if (element < instance->variables)
+        return fmu_variable_name(instance, element);
+    return element == instance->variables ? (VariableName){"time"} : (VariableName){"reversal_indicator"};
+}
+
+double fmi3_value_beyond(const Instance *instance, unsigned element)
+{
+    return element == instance->variables ? instance->state.time : fmu_indicator(instance);
+}

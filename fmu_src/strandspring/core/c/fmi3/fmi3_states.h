@@ -1,0 +1,45 @@
+/* Which call of FMI 3.0 is legal in which mode (sections 2.3, 3.2 and 4.2 of the standard). Co-simulation has no event
+ * mode here, for the path between communication points is straight. */
+#ifndef FMI3_STATES_H
+#define FMI3_STATES_H
+
+#include "fmi3_api.h"
+#include "../fmi/fmu_modes.h"
+
+#define FMU_CALLS(CALL) \
+    CALL(SetDebugLogging, ANY_MODE) \
+    CALL(EnterInitializationMode, INSTANTIATED) \
+    CALL(ExitInitializationMode, INITIALIZATION) \
+    CALL(Terminate, INITIALIZED) \
+    CALL(Reset, ANY_MODE) \
+    CALL(GetFloat64, ANY_MODE) \
+    CALL(GetBoolean, ANY_MODE) \
+    CALL(SetFloat64, INSTANTIATED | INITIALIZATION | INITIALIZED) \
+    CALL(SetBoolean, INSTANTIATED | INITIALIZATION | ME_EVENT | CS_STEP) \
+    CALL(GetFMUState, ANY_MODE) \
+    CALL(SetFMUState, ANY_MODE) \
+    CALL(FreeFMUState, ANY_MODE) \
+    CALL(SerializedFMUStateSize, ANY_MODE) \
+    CALL(SerializeFMUState, ANY_MODE) \
+    CALL(DeserializeFMUState, ANY_MODE) \
+    CALL(GetDirectionalDerivative, INITIALIZATION | INITIALIZED | TERMINATED) \
+    CALL(GetAdjointDerivative, INITIALIZATION | INITIALIZED | TERMINATED) \
+    CALL(EnterEventMode, ME_INITIALIZED) \
+    CALL(EvaluateDiscreteStates, ME_EVENT) \
+    CALL(UpdateDiscreteStates, ME_EVENT) \
+    CALL(EnterContinuousTimeMode, ME_EVENT) \
+    CALL(CompletedIntegratorStep, ME_CONTINUOUS_TIME) \
+    CALL(SetTime, ME_INITIALIZED) \
+    CALL(SetContinuousStates, ME_CONTINUOUS_TIME) \
+    CALL(GetContinuousStateDerivatives, ME_INITIALIZATION | ME_INITIALIZED | ME_TERMINATED) \
+    CALL(GetEventIndicators, ME_INITIALIZATION | ME_INITIALIZED | ME_TERMINATED) \
+    CALL(GetContinuousStates, ME_INITIALIZATION | ME_INITIALIZED | ME_TERMINATED) \
+    CALL(GetNominalsOfContinuousStates, ME_INITIALIZATION | ME_INITIALIZED | ME_TERMINATED) \
+    CALL(GetNumberOfEventIndicators, MODEL_EXCHANGE) \
+    CALL(GetNumberOfContinuousStates, MODEL_EXCHANGE) \
+    CALL(GetOutputDerivatives, CS_STEP | CS_TERMINATED) \
+    CALL(DoStep, CS_STEP)
+
+enum { FMU_CALLS(FMU_ALLOWED) };
+
+#endif

@@ -1,0 +1,151 @@
+#include "fmu_derivatives.h"
+
+#include "../spring/spring_number.h"
+
+#include <math.h>
+
+FmuStatus fmu_gradients(Instance *instance, Gradients *at)
+{
+    const SpringMemory *reached = fmu_reach(instance);
+    if (reached == NULL)
+        return FMU_ERROR;
+    int is_kept = !instance->has_states && !instance->state.settings.real_time;
+    SpringSensitivity sensitivity = {0};
+    if (is_kept)
+        sensitivity = fmu_sensitivity(instance, reached);
+    const SpringSensitivity *of_path = is_kept ? &sensitivity : NULL;
+    spring_gradient(instance->law, reached, of_path, &at->of_force, &at->of_stiffness);
+    at->slope = spring_omega_slope(instance->law, reached);
+    at->force = spring_force(instance->law, reached);
+    return FMU_OK;
+}
+
+static double partial_of_usual_form(const Gradients *at, unsigned unknown, unsigned known,
+                      const Settings *settings, int at_start)
+{
+    const SpringGradient *gradient = unknown == SPRING_FORCE ? &at->of_force : &at->of_stiffness;
+    if (unknown == SPRING_ABSORBED_ENERGY)
+        return at_start ? 0.0 : at->force;
+    if (known != SPRING_DISPLACEMENT)
+        return fmu_derivative_by(gradient, settings, known);
+    /* Where a path begins omega is given. */
+    return at_start ? gradient->by_place : gradient->by_displacement;
+}
+
+/* The same in the form with states, all of which are given. */
+static double partial_of_states_form(const Gradients *at, unsigned unknown, unsigned known, const State *state)
+{
+    const Settings *settings = &state->settings;
+    unsigned first_own = fmu_first_own(settings);
+    const SpringGradient *gradient = unknown == SPRING_STIFFNESS ? &at->of_stiffness : &at->of_force;
+    if (unknown == SPRING_ABSORBED_ENERGY || known == SPRING_ABSORBED_ENERGY)
+        return unknown == known ? 1.0 : 0.0;
+    if (known == first_own + OWN_VELOCITY)
+        return unknown == first_own + OWN_POWER        ? at->force
+               : unknown == first_own + OWN_OMEGA_RATE ? at->slope.value
+                                                       : 0.0;
+    if (unknown == first_own + OWN_OMEGA_RATE)
+        return state->velocity *
+               (known == SPRING_OMEGA ? at->slope.by_omega : fmu_slope_derivative_by(&at->slope, settings, known));
+    double derivative = known == SPRING_DISPLACEMENT ? gradient->by_place
+                        : known == SPRING_OMEGA      ? gradient->by_omega_start
+                                                     : fmu_derivative_by(gradient, settings, known);
+    return unknown == first_own + OWN_POWER ? state->velocity * derivative : derivative;
+}
+
+double fmu_partial(const Instance *instance, const Gradients *at, unsigned unknown, unsigned known)
+{
+    const State *state = &instance->state;
+    if (instance->has_states)
+        return partial_of_states_form(at, unknown, known, state);
+    return partial_of_usual_form(at, unknown, known, &state->settings, state->mode & INITIALIZATION);
+}
+
+FmuStatus fmu_require_unknown(const Instance *instance, unsigned unknown)
+{
+    const Settings *settings = &instance->state.settings;
+    int is_left_out = unknown == SPRING_ABSORBED_ENERGY && settings->no_energy;
+    if (is_left_out || (fmu_causality(settings, unknown) != VARIABLE_OUTPUT && !fmu_is_rate(settings, unknown)))
+        return FMU_REFUSE(&instance->log, "`%s` is not an output, so it has no derivatives.",
+                          fmu_variable_name(instance, unknown).text);
+    return FMU_OK;
+}
+
+FmuStatus fmu_require_known(const Instance *instance, unsigned known)
+{
+    const Settings *settings = &instance->state.settings;
+    VariableCausality causality = fmu_causality(settings, known);
+    if (causality != VARIABLE_INPUT && causality != VARIABLE_PARAMETER && !fmu_is_state(settings, known))
+        return FMU_REFUSE(&instance->log, "`%s` is calculated; there are no derivatives with respect to it.",
+                          fmu_name(settings, known).text);
+    /* With states there is no path since the beginning, of which derivatives would be kept: omega is given. */
+    if (settings->real_time && !settings->has_states && !(instance->state.mode & INITIALIZATION) &&
+        fmu_shapes_path(settings, known))
+        return FMU_REFUSE(&instance->log,
+                          "An FMU for real time gives no derivatives with respect to `%s` after initialization; build "
+                          "one without --real-time.",
+                          fmu_name(settings, known).text);
+    return FMU_OK;
+}
+
+FmuStatus fmu_require_pair(const Instance *instance, unsigned unknown, unsigned known)
+{
+    const Settings *settings = &instance->state.settings;
+    if (unknown == SPRING_ABSORBED_ENERGY && !settings->has_states && !(instance->state.mode & INITIALIZATION) &&
+        fmu_causality(settings, known) == VARIABLE_PARAMETER)
+        return FMU_REFUSE(&instance->log,
+                          "The derivative of `absorbed_energy` with respect to `%s` is available in "
+                          "initialization mode only.",
+                          fmu_name(settings, known).text);
+    return FMU_OK;
+}
+
+FmuStatus fmu_require_seed(const Instance *instance, unsigned reference, double seed)
+{
+    if (isfinite(seed))
+        return FMU_OK;
+    return FMU_REFUSE(&instance->log, "The seed of `%s` must be finite, got %s.",
+                      fmu_variable_name(instance, reference).text, spring_number(seed).text);
+}
+
+FmuStatus fmu_require_sum(const Instance *instance, unsigned reference, double sum)
+{
+    if (isfinite(sum))
+        return FMU_OK;
+    return fmu_report(&instance->log, FMU_DISCARD, "The directional derivative of `%s` overflows; use smaller seeds.",
+                      fmu_variable_name(instance, reference).text);
+}
+
+FmuStatus fmu_require_rate(const Instance *instance, unsigned output, int order)
+{
+    if (fmu_require_unknown(instance, output) != FMU_OK)
+        return FMU_ERROR;
+    if (order != 1)
+        return FMU_REFUSE(&instance->log, "The order of the derivative of `%s` must be 1, got %d.",
+                          fmu_variable_name(instance, output).text, order);
+    return FMU_OK;
+}
+
+FmuStatus fmu_gradients_of_path(Instance *instance, Gradients *at)
+{
+    const State *state = &instance->state;
+    if (fmu_reach(instance) == NULL) /* makes the law */
+        return FMU_ERROR;
+    if (fabs(state->rate) > LARGEST_VELOCITY)
+        return fmu_report(&instance->log, FMU_DISCARD,
+                          "The outputs have no derivatives, for `displacement` moved at %s m/s in the last step; take "
+                          "steps in which it moves at %g m/s or less.",
+                          spring_number(state->rate).text, LARGEST_VELOCITY);
+    const SpringSensitivity *sensitivity = state->settings.real_time ? NULL : &state->sensitivity;
+    spring_gradient(instance->law, &state->memory, sensitivity, &at->of_force, &at->of_stiffness);
+    at->force = spring_force(instance->law, &state->memory);
+    return FMU_OK;
+}
+
+double fmu_rate(const Instance *instance, const Gradients *at, unsigned output)
+{
+    double by_displacement = output == SPRING_FORCE       ? at->of_force.by_displacement
+                             : output == SPRING_STIFFNESS ? at->of_stiffness.by_displacement
+                                                          : at->force;
+    return by_displacement * instance->state.rate;
+}

@@ -1,0 +1,511 @@
+#include "fmu_instance.h"
+
+#include "../spring/numerics.h"
+#include "../spring/saturation_table.h"
+#include "../spring/spring_number.h"
+#include "../spring/spring_problem.h"
+
+#include <float.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* Where the displacement set last lies: -1 below the identified range, +1 above it, 0 inside. */
+static int side(const State *state)
+{
+    const SpringParameters *spring = &state->settings.spring;
+    return (state->displacement > spring->displacement_max) - (state->displacement < spring->displacement_min);
+}
+
+double fmu_range(const State *state)
+{
+    return state->settings.spring.displacement_max - state->settings.spring.displacement_min;
+}
+
+/* The table of some parameters. With buffers the present one stays valid, and nothing is allocated. */
+static const SharedSpring *acquire(Instance *instance, const SpringParameters *parameters)
+{
+    const SharedSpring *present = instance->shared;
+    if (instance->buffers == NULL)
+        return fmu_acquire(parameters);
+    if (present != NULL && fmu_fits(present, parameters))
+        return present;
+    SharedSpring *spare = &instance->buffers[present == &instance->buffers[0] ? 1 : 0];
+    fmu_fill(spare, parameters, instance->state.settings.no_energy ? 0 : SPRING_WITH_ENERGIES);
+    return spare;
+}
+
+static void release(const Instance *instance, const SharedSpring *shared)
+{
+    if (instance->buffers == NULL)
+        fmu_release(shared);
+}
+
+/* The own law that is not in use; NULL if there is not enough memory. */
+static SpringLaw *spare_law(Instance *instance)
+{
+    if (instance->own_laws == NULL)
+        instance->own_laws = calloc(2, sizeof *instance->own_laws);
+    return instance->own_laws == NULL ? NULL : &instance->own_laws[instance->law == &instance->own_laws[0] ? 1 : 0];
+}
+
+/* What an instance has after itself for steps with a deadline, where nothing may be allocated later. */
+typedef struct {
+    SharedSpring springs[2];
+    SpringLaw laws[2];
+} Buffers;
+
+Instance *fmu_instantiate(
+    Log *log, const char *name, const char *guid, const char *guid_name, const Memory *memory, int mode)
+{
+    Settings start = fmu_start_settings();
+    if (mode == CS_INSTANTIATED && start.has_states)
+        return FMU_REFUSE_POINTER(
+            log, "This form of the FMU has continuous states and no solver; instantiate it for model exchange.");
+    size_t buffers = start.real_time ? sizeof(Buffers) : 0;
+    Instance *instance = fmu_new_instance(log, name, guid, guid_name, memory, sizeof *instance + buffers);
+    if (instance == NULL)
+        return NULL;
+    instance->log = *log;
+    instance->memory = *memory;
+    if (buffers) {
+        Buffers *own = (Buffers *)(void *)(instance + 1);
+        instance->buffers = own->springs;
+        instance->own_laws = own->laws;
+    }
+    fmu_begin(instance, mode);
+    return instance;
+}
+
+void fmu_free(Instance *instance)
+{
+    if (instance == NULL)
+        return;
+    Memory memory = instance->memory;
+    if (instance->buffers == NULL) {
+        fmu_release(instance->shared);
+        free(instance->own_laws);
+    }
+    fmu_free_instance(instance, &memory);
+}
+
+void fmu_begin(Instance *instance, int mode)
+{
+    instance->velocity_watch = (VelocityWatch){.warned = 0};
+    State start = {
+        .mode = mode,
+        .stop_time = INFINITY,
+        .settings = fmu_start_settings(),
+    };
+    /* Steps with a deadline cost the same from the first one on. */
+    start.energy_wanted = start.settings.real_time && !start.settings.no_energy;
+    instance->variables = fmu_variables(&start.settings);
+    instance->has_states = start.settings.has_states != 0;
+    start.memory = spring_start(start.displacement, start.settings.omega_start);
+    start.watch = fmu_watch_from(start.time, start.displacement);
+    fmu_restore(instance, &start);
+}
+
+void fmu_restore(Instance *instance, const State *state)
+{
+    if (memcmp(&instance->state.settings, &state->settings, sizeof state->settings) != 0)
+        instance->law = NULL;
+    instance->has_trial = 0;
+    instance->velocity_watch.begun = 0;
+    instance->state = *state;
+}
+
+SPRING_COLD FmuStatus refuse_memory(const Instance *instance)
+{
+    return FMU_REFUSE(&instance->log, "There is not enough memory for the tables of this spring.");
+}
+
+/* Prepares the law of some parameters. The present one stays as it is, but for a shared one that is no longer
+ * acquired. */
+SPRING_COLD FmuStatus make_law(Instance *instance, const Settings *settings)
+{
+    char problem[256];
+    if (!(fabs(settings->omega_start) <= 1.0))
+        return FMU_REFUSE(&instance->log, "`omega_start` must be within [-1, 1], got %s.",
+                          spring_number(settings->omega_start).text);
+    if (spring_problem(&settings->spring, problem, sizeof problem))
+        return FMU_REFUSE(&instance->log, "%s", problem);
+    /* Acquired before the old one is released, which is often the same. */
+    const SharedSpring *shared = settings->has_states ? NULL : acquire(instance, &settings->spring);
+    if (shared == NULL && !settings->has_states)
+        return refuse_memory(instance);
+    if (shared != NULL && memcmp(&shared->law.parameters, &settings->spring, sizeof settings->spring) == 0) {
+        instance->law = &shared->law;
+    } else {
+        SpringLaw *law = spare_law(instance);
+        if (law == NULL) {
+            release(instance, shared);
+            return refuse_memory(instance);
+        }
+        spring_prepare(law, &settings->spring, shared == NULL ? NULL : &shared->table);
+        instance->law = law;
+    }
+    release(instance, instance->shared);
+    instance->shared = shared;
+    return FMU_OK;
+}
+
+FmuStatus fmu_require_law(Instance *instance)
+{
+    return instance->law != NULL ? FMU_OK : make_law(instance, &instance->state.settings);
+}
+
+/* Computes the response to the displacement set last. */
+SPRING_APART const SpringMemory *make_trial(Instance *instance)
+{
+    const State *state = &instance->state;
+    if (fmu_require_law(instance) != FMU_OK)
+        return NULL;
+    if (instance->has_states)
+        instance->trial = state->memory;
+    else if (state->mode & (INSTANTIATED | INITIALIZATION))
+        instance->trial = spring_start(state->displacement, state->settings.omega_start);
+    else
+        instance->trial = spring_trial(instance->law, &state->memory, state->displacement);
+    instance->has_trial = 1;
+    return &instance->trial;
+}
+
+const SpringMemory *fmu_reach(Instance *instance)
+{
+    const State *state = &instance->state;
+    int committed = instance->law != NULL && !(state->mode & (INSTANTIATED | INITIALIZATION)) &&
+                    state->displacement == state->memory.displacement;
+    return instance->has_trial ? &instance->trial : committed ? &state->memory : make_trial(instance);
+}
+
+SpringSensitivity fmu_sensitivity(const Instance *instance, const SpringMemory *reached)
+{
+    const State *state = &instance->state;
+    return spring_trial_sensitivity(instance->law, &state->memory, &state->sensitivity, reached);
+}
+
+static double absorbed_energy(Instance *instance, const SpringMemory *reached)
+{
+    instance->state.energy_wanted = 1;
+    /* A trial is integrated once; the committed memory by steps only, or reading it would change their last bits. */
+    if (instance->has_trial)
+        spring_integrate(instance->law, &instance->trial);
+    return spring_absorbed_energy(instance->law, reached);
+}
+
+SPRING_APART double output(const Instance *instance, const SpringMemory *reached, unsigned reference)
+{
+    switch (reference) {
+    case SPRING_FORCE: return spring_force(instance->law, reached);
+    case SPRING_STIFFNESS: return spring_stiffness(instance->law, reached);
+    case SPRING_OMEGA: return reached->omega;
+    default:
+        return instance->state.velocity * (reference == fmu_first_own(&instance->state.settings) + OWN_POWER
+                                               ? spring_force(instance->law, reached)
+                                               : spring_omega_slope(instance->law, reached).value);
+    }
+}
+
+FmuStatus fmu_read(Instance *instance, const unsigned references[], size_t count, double values[])
+{
+    State *state = &instance->state;
+    for (size_t i = 0; i < count; i++) {
+        if (references[i] == SPRING_DISPLACEMENT) {
+            values[i] = state->displacement;
+        } else if (references[i] >= SPRING_FIRST_PARAMETER && !fmu_is_rate(&state->settings, references[i])) {
+            int is_velocity = fmu_causality(&state->settings, references[i]) == VARIABLE_INPUT;
+            values[i] = is_velocity ? state->velocity : *fmu_setting(&state->settings, references[i]);
+        } else if (references[i] == SPRING_ABSORBED_ENERGY && state->settings.no_energy) {
+            return FMU_REFUSE(
+                &instance->log, "`absorbed_energy` is left out of this FMU; build it with energy to read it.");
+        } else {
+            const SpringMemory *reached = fmu_reach(instance);
+            if (reached == NULL)
+                return FMU_ERROR;
+            values[i] = references[i] == SPRING_ABSORBED_ENERGY ? absorbed_energy(instance, reached)
+                                                                : output(instance, reached, references[i]);
+        }
+    }
+    return FMU_OK;
+}
+
+/* Changes parameters of a path that has begun. */
+SPRING_COLD FmuStatus change_parameters(Instance *instance, const Settings *settings)
+{
+    State *state = &instance->state;
+    if (memcmp(settings, &state->settings, sizeof *settings) == 0)
+        return FMU_OK;
+    if (settings->has_states) {
+        if (make_law(instance, settings) != FMU_OK)
+            return FMU_ERROR;
+        state->settings = *settings;
+        return FMU_OK;
+    }
+    if (fmu_require_law(instance) != FMU_OK)
+        return FMU_ERROR;
+    /* The old law must last until it has been left. */
+    const SpringLaw *before = instance->law;
+    const SharedSpring *kept = acquire(instance, &before->parameters);
+    if (kept == NULL)
+        return refuse_memory(instance);
+    FmuStatus status = make_law(instance, settings);
+    if (status == FMU_OK) {
+        SpringSensitivity *sensitivity = settings->real_time ? NULL : &state->sensitivity;
+        spring_change(before, instance->law, &state->memory, sensitivity);
+        state->settings = *settings;
+    }
+    release(instance, kept);
+    return status;
+}
+
+static FmuStatus require_settable(const Instance *instance, unsigned reference)
+{
+    VariableCausality causality = fmu_causality(&instance->state.settings, reference);
+    if (causality == VARIABLE_INPUT || fmu_is_state(&instance->state.settings, reference))
+        return FMU_OK;
+    if (causality != VARIABLE_PARAMETER)
+        return FMU_REFUSE(&instance->log, "`%s` is calculated and cannot be set.",
+                          fmu_name(&instance->state.settings, reference).text);
+    if (instance->state.mode & (INSTANTIATED | INITIALIZATION))
+        return FMU_OK;
+    if (!fmu_is_tunable(&instance->state.settings, reference))
+        return FMU_REFUSE(&instance->log,
+                          "`%s` is fixed after initialization; reset the instance to change it.",
+                          fmu_name(&instance->state.settings, reference).text);
+    if (instance->state.mode & ME_CONTINUOUS_TIME && !instance->state.settings.has_states)
+        return FMU_REFUSE(&instance->log, "`%s` can be changed at events only; enter event mode first.",
+                          fmu_name(&instance->state.settings, reference).text);
+    return FMU_OK;
+}
+
+/* Refuses what no input, state or parameter may be. */
+static FmuStatus require_value(const Instance *instance, unsigned reference, double value)
+{
+    const Settings *settings = &instance->state.settings;
+    VariableCausality causality = fmu_causality(settings, reference);
+    int is_displacement = reference == SPRING_DISPLACEMENT, is_input = causality == VARIABLE_INPUT;
+    double largest = is_displacement ? LARGEST_DISPLACEMENT : is_input ? LARGEST_VELOCITY : LARGEST_SUM;
+    if (causality == VARIABLE_PARAMETER ? isfinite(value) : fabs(value) <= largest)
+        return FMU_OK;
+    if (causality == VARIABLE_PARAMETER)
+        return FMU_REFUSE(&instance->log, "`%s` must be finite, got %s; the previous value is kept.",
+                          fmu_name(settings, reference).text, spring_number(value).text);
+    return FMU_REFUSE(&instance->log, "`%s` must be within +-%g%s, got %s; the previous value is kept.",
+                      fmu_name(settings, reference).text, largest, is_displacement ? " m" : is_input ? " m/s" : "",
+                      spring_number(value).text);
+}
+
+FmuStatus fmu_require_other_change(const Instance *instance, unsigned reference, double value)
+{
+    FmuStatus status = require_settable(instance, reference);
+    return status != FMU_OK ? status : require_value(instance, reference, value);
+}
+
+void fmu_open_changes(Instance *instance)
+{
+    const State *state = &instance->state;
+    Changes *changes = &instance->changes;
+    changes->displacement = state->displacement;
+    changes->velocity = state->velocity;
+    changes->omega = state->memory.omega;
+    changes->energy = state->memory.energy;
+    changes->has_parameters = 0;
+}
+
+static void change_other(Instance *instance, unsigned reference, double value)
+{
+    Changes *changes = &instance->changes;
+    const Settings *settings = &instance->state.settings;
+    if (fmu_causality(settings, reference) == VARIABLE_PARAMETER) {
+        if (!changes->has_parameters)
+            changes->settings = *settings;
+        changes->has_parameters = 1;
+        *fmu_setting(&changes->settings, reference) = value;
+    } else {
+        *(reference == SPRING_OMEGA             ? &changes->omega
+          : reference == SPRING_ABSORBED_ENERGY ? &changes->energy
+                                                : &changes->velocity) = value;
+    }
+}
+
+void fmu_change(Instance *instance, unsigned reference, double value)
+{
+    if (reference == SPRING_DISPLACEMENT)
+        instance->changes.displacement = value;
+    else
+        change_other(instance, reference, value);
+}
+
+/* Makes the memory that of the inputs and the states. */
+static void remember_states(Instance *instance)
+{
+    State *state = &instance->state;
+    const Changes *changes = &instance->changes;
+    state->velocity = changes->velocity;
+    state->memory = spring_start(changes->displacement, changes->omega);
+    state->memory.energy = changes->energy;
+    state->memory.direction = (changes->velocity > 0.0) - (changes->velocity < 0.0);
+}
+
+FmuStatus fmu_apply_changes(Instance *instance)
+{
+    State *state = &instance->state;
+    const Changes *changes = &instance->changes;
+    if (changes->has_parameters && state->mode & INITIALIZED) {
+        if (change_parameters(instance, &changes->settings) != FMU_OK)
+            return FMU_ERROR;
+    } else if (changes->has_parameters) {
+        state->settings = changes->settings;
+        instance->law = NULL;
+    }
+    state->displacement = changes->displacement;
+    instance->has_trial = 0;
+    if (instance->has_states)
+        remember_states(instance);
+    return FMU_OK;
+}
+
+int fmu_extrapolating(const Instance *instance)
+{
+    const State *state = &instance->state;
+    return state->mode & ME_CONTINUOUS_TIME ? state->extrapolating : side(state) != 0;
+}
+
+SPRING_COLD void warn_of_excursion(const Instance *instance)
+{
+    const State *state = &instance->state;
+    SpringNumber low = spring_number(state->settings.spring.displacement_min);
+    SpringNumber high = spring_number(state->settings.spring.displacement_max);
+    fmu_report(&instance->log, FMU_WARNING,
+               "`displacement` %s m lies outside the identified range [%s, %s] m: the force is extrapolated until it "
+               "comes back.",
+               spring_number(state->displacement).text, low.text, high.text);
+}
+
+SPRING_APART void take_trial(Instance *instance)
+{
+    State *state = &instance->state;
+    if (!state->settings.real_time)
+        state->sensitivity = fmu_sensitivity(instance, &instance->trial);
+    state->memory = instance->trial;
+    instance->has_trial = 0;
+}
+
+/* Makes the way to the displacement set last part of the path; the law must be present. */
+static void commit(Instance *instance)
+{
+    State *state = &instance->state;
+    int at = side(state);
+    if (instance->has_trial) {
+        take_trial(instance);
+    } else {
+        /* Within a deadline sensitivities are not kept. */
+        SpringSensitivity *sensitivity = state->settings.real_time ? NULL : &state->sensitivity;
+        spring_commit(instance->law, &state->memory, sensitivity, state->displacement);
+    }
+    if (state->energy_wanted)
+        spring_integrate(instance->law, &state->memory);
+    if (at != state->side) {
+        /* Within a deadline no text is made: `extrapolating` tells as much. */
+        if (at != 0 && !state->settings.real_time)
+            warn_of_excursion(instance);
+        state->side = at;
+    }
+}
+
+/* Goes straight on to a displacement. */
+static void commit_at(Instance *instance, double displacement)
+{
+    instance->state.displacement = displacement;
+    instance->has_trial = 0;
+    commit(instance);
+}
+
+FmuStatus fmu_end_initialization(Instance *instance)
+{
+    State *state = &instance->state;
+    if (fmu_reach(instance) == NULL)
+        return FMU_ERROR;
+    if (!(fabs(state->memory.omega) <= 1.0))
+        return FMU_REFUSE(&instance->log, "`omega` must begin within [-1, 1], got %s.",
+                          spring_number(state->memory.omega).text);
+    commit(instance);
+    state->watch = fmu_watch_from(state->time, state->displacement);
+    state->mode = fmu_of_kind(state->mode, ME_EVENT | CS_STEP);
+    return FMU_OK;
+}
+
+SPRING_COLD void watch_velocity(Instance *instance, int jumped)
+{
+    const State *state = &instance->state;
+    VelocityWatch *watch = &instance->velocity_watch;
+    if (jumped)
+        fmu_velocity_from(watch, state->time, state->displacement, state->velocity);
+    else if (fmu_velocity_accept(watch, state->time, state->displacement, state->velocity, fmu_range(state)))
+        fmu_report(&instance->log, FMU_WARNING,
+                   "`velocity` must be the rate of `displacement`, but up to time %s s their steps differ by %.0f %%: "
+                   "omega and the force are wrong. Connect `velocity`, or take the FMU for co-simulation, which needs "
+                   "none.",
+                   spring_number(state->time).text, 100.0 * watch->difference / watch->distance);
+}
+
+FmuStatus fmu_accept(Instance *instance, int jumped)
+{
+    State *state = &instance->state;
+    if (fmu_require_law(instance) != FMU_OK)
+        return FMU_ERROR;
+    commit(instance);
+    if (instance->has_states)
+        watch_velocity(instance, jumped);
+    else
+        fmu_watch_accept(&state->watch, state->time, state->displacement, fmu_range(state));
+    return FMU_OK;
+}
+
+/* Commits the path x(s) = x + v*s + a*s^2/2 for 0 <= s <= size, which begins at the displacement set last. */
+SPRING_COLD FmuStatus commit_parabola(Instance *instance, double time, double size)
+{
+    State *state = &instance->state;
+    double x = state->displacement, v = state->velocity, a = state->acceleration;
+    /* In this order, since half of the least numbers is 0. */
+    double end = x + size * (v + 0.5 * size * a);
+    double turn = a == 0.0 ? 0.0 : -v / a;
+    double vertex = 0.0 < turn && turn < size ? x + 0.5 * v * turn : x;
+    double rate = v + a * size;
+    if (!(fabs(end) <= LARGEST_DISPLACEMENT && fabs(vertex) <= LARGEST_DISPLACEMENT && fabs(rate) <= LARGEST_VELOCITY))
+        return FMU_REFUSE(&instance->log,
+                          "The derivatives %s m/s and %s m/s^2 of `displacement` must keep it within +-%g m, and its "
+                          "rate within +-%g m/s, in the step at time %s s.",
+                          spring_number(v).text, spring_number(a).text, LARGEST_DISPLACEMENT, LARGEST_VELOCITY,
+                          spring_number(time).text);
+    commit_at(instance, x);
+    commit_at(instance, vertex);
+    commit_at(instance, end);
+    state->rate = rate;
+    return FMU_OK;
+}
+
+/* Commits the straight path to the displacement set last. */
+static void commit_line(Instance *instance, double size)
+{
+    State *state = &instance->state;
+    if (size > 0.0)
+        state->rate = clip((state->displacement - state->memory.displacement) / size, -DBL_MAX, DBL_MAX);
+    commit(instance);
+}
+
+FmuStatus fmu_step(Instance *instance, double time, double size)
+{
+    State *state = &instance->state;
+    if (fmu_require_law(instance) != FMU_OK)
+        return FMU_ERROR;
+    if (!state->interpolated)
+        commit_line(instance, size);
+    else if (commit_parabola(instance, time, size) != FMU_OK)
+        return FMU_ERROR;
+    state->time = time + size;
+    state->velocity = state->acceleration = 0.0;
+    state->interpolated = 0;
+    return FMU_OK;
+}

@@ -1,0 +1,107 @@
+#include "fmu_state.h"
+
+#include "../fmi/fmu_modes.h"
+#include "../fmi/fmu_sound.h"
+#include "../spring/spring_problem.h"
+
+#include <math.h>
+
+void fmu_blank_state(State *state)
+{
+    state->settings = fmu_start_settings(); /* for the numbers of coefficients */
+}
+
+void fmu_state_fields(Cursor *cursor, State *state)
+{
+    SpringMemory *memory = &state->memory;
+    SpringSensitivity *sensitivity = &state->sensitivity;
+    ReversalWatch *watch = &state->watch;
+    fmu_int_field(cursor, &state->mode);
+    fmu_double_field(cursor, &state->time);
+    fmu_double_field(cursor, &state->stop_time);
+    for (unsigned i = SPRING_FIRST_PARAMETER; i < fmu_first_own(&state->settings); i++)
+        fmu_double_field(cursor, fmu_setting(&state->settings, i));
+    fmu_double_field(cursor, &state->settings.omega_start);
+    fmu_double_field(cursor, &state->displacement);
+    fmu_double_field(cursor, &state->velocity);
+    fmu_double_field(cursor, &state->acceleration);
+    fmu_int_field(cursor, &state->interpolated);
+    fmu_double_field(cursor, &memory->displacement);
+    fmu_double_field(cursor, &memory->omega);
+    fmu_int_field(cursor, &memory->direction);
+    fmu_double_field(cursor, &memory->start);
+    fmu_double_field(cursor, &memory->start_xi);
+    fmu_double_field(cursor, &memory->energy_at);
+    fmu_double_field(cursor, &memory->energy);
+    fmu_double_field(cursor, &sensitivity->by_rho);
+    fmu_double_field(cursor, &sensitivity->by_sigma);
+    fmu_double_field(cursor, &sensitivity->by_n);
+    fmu_double_field(cursor, &sensitivity->by_omega_start);
+    fmu_double_field(cursor, &state->rate);
+    fmu_int_field(cursor, &state->energy_wanted);
+    fmu_int_field(cursor, &state->side);
+    fmu_int_field(cursor, &state->extrapolating);
+    fmu_int_field(cursor, &watch->count);
+    for (int i = 0; i < 2; i++) {
+        fmu_double_field(cursor, &watch->time[i]);
+        fmu_double_field(cursor, &watch->displacement[i]);
+    }
+    fmu_int_field(cursor, &watch->heading);
+    fmu_double_field(cursor, &watch->turn);
+    fmu_double_field(cursor, &watch->slack);
+}
+
+static int is_sound(const SpringMemory *memory, const SpringSensitivity *sensitivity)
+{
+    const double sums[] = {sensitivity->by_rho, sensitivity->by_sigma, sensitivity->by_n, sensitivity->by_omega_start};
+    for (size_t i = 0; i < sizeof sums / sizeof *sums; i++)
+        if (!(fabs(sums[i]) <= LARGEST_SUM))
+            return 0;
+    return fmu_memory_is_sound(memory);
+}
+
+/* Whether a memory is one of the form with states, which has no table to follow a path by. */
+static int has_no_path(const SpringMemory *memory, double displacement)
+{
+    return memory->displacement == displacement && memory->start == displacement && memory->energy_at == displacement &&
+           memory->start_xi == 0.0;
+}
+
+/* The first field that no instance can have, or NULL. */
+static const char *damaged_field(const State *state)
+{
+    const SpringMemory *memory = &state->memory;
+    Settings settings = state->settings;
+    if ((state->mode & ANY_MODE) != state->mode || state->mode == 0 || (state->mode & (state->mode - 1)) != 0)
+        return "mode";
+    if (!isfinite(state->time) || isnan(state->stop_time))
+        return "time";
+    if (!(fabs(state->displacement) <= LARGEST_DISPLACEMENT))
+        return "displacement";
+    if (settings.has_states ? !(fabs(state->velocity) <= LARGEST_VELOCITY) : !isfinite(state->velocity))
+        return "velocity";
+    if (!isfinite(state->acceleration) || !fmu_is_flag(state->interpolated) || !isfinite(state->rate))
+        return "input derivatives";
+    /* Solvers overshoot a state. */
+    double largest = state->settings.has_states ? LARGEST_SUM : 1.0;
+    if (!(fabs(memory->omega) <= largest) || !is_sound(memory, &state->sensitivity) ||
+        (settings.has_states && !has_no_path(memory, state->displacement)))
+        return "memory";
+    for (unsigned i = SPRING_FIRST_PARAMETER; i < fmu_first_own(&settings); i++)
+        if (!isfinite(*fmu_setting(&settings, i)))
+            return "settings";
+    if (!isfinite(settings.omega_start))
+        return "settings";
+    if (!fmu_is_flag(state->energy_wanted) || !fmu_is_side(state->side) || !fmu_is_flag(state->extrapolating))
+        return "flags";
+    if (!fmu_watch_is_sound(&state->watch))
+        return "watch";
+    int begun = state->mode & (INITIALIZED | TERMINATED);
+    return begun && !(fabs(settings.omega_start) <= 1.0) ? "omega_start" : NULL;
+}
+
+int fmu_state_problem(const State *state, char *problem, size_t size)
+{
+    return fmu_is_damaged(damaged_field(state), problem, size) ||
+           (state->mode & (INITIALIZED | TERMINATED) && spring_problem(&state->settings.spring, problem, size));
+}

@@ -1,0 +1,227 @@
+#include "spring_problem.h"
+
+#include "numerics.h"
+#include "spring_number.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+/* Roots between low and high, rising; returns their number, at most the degree. Those of each derivative lie between
+ * those of the next, from the linear one on. */
+static int roots(const double *coefficients, int count, double low, double high, double *found)
+{
+    int total = 0;
+    for (int order = count - 2; order >= 0; order--) {
+        double of[SPRING_COEFFICIENTS], corners[SPRING_COEFFICIENTS + 1];
+        int size = count, last = total + 1;
+        memcpy(of, coefficients, (size_t)count * sizeof *of);
+        for (int k = 0; k < order; k++)
+            size = derivative(of, size, of);
+        corners[0] = low;
+        memcpy(corners + 1, found, (size_t)total * sizeof *found);
+        corners[last] = high;
+        total = 0;
+        for (int i = 0; i < last; i++) {
+            double a = corners[i], b = corners[i + 1];
+            double at_left = polynomial(of, size, a), at_right = polynomial(of, size, b);
+            /* Not the sign of the product, which may underflow. */
+            if (at_left == 0.0 || at_right == 0.0 || (at_left > 0.0) == (at_right > 0.0))
+                continue;
+            for (double middle = 0.5 * (a + b); a < middle && middle < b; middle = 0.5 * (a + b)) {
+                double value = polynomial(of, size, middle);
+                if (value != 0.0 && (value > 0.0) == (at_left > 0.0))
+                    a = middle;
+                else
+                    b = middle;
+            }
+            found[total++] = a;
+        }
+    }
+    return total;
+}
+
+static double least_value(const double *coefficients, int count, double low, double high, double *where)
+{
+    double slope[SPRING_COEFFICIENTS], candidates[SPRING_COEFFICIENTS + 1];
+    int slopes = derivative(coefficients, count, slope);
+    candidates[0] = low;
+    int last = 1 + roots(slope, slopes, low, high, candidates + 1);
+    candidates[last] = high;
+    *where = low;
+    double least = polynomial(coefficients, count, low);
+    for (int i = 1; i <= last; i++) {
+        double value = polynomial(coefficients, count, candidates[i]);
+        if (value < least) {
+            least = value;
+            *where = candidates[i];
+        }
+    }
+    return least;
+}
+
+/* Writes a reason into `text`; its value is 1. */
+#define GIVE_REASON(...) (snprintf(text, size, __VA_ARGS__), 1)
+
+static int count_problem(const SpringParameters *p, char *text, size_t size)
+{
+    int is_table = p->knots != 0 || p->forces != 0;
+    if (is_table && p->elastic != 0)
+        return GIVE_REASON("`kE` must be empty where `FE_knots` gives FE as a table, got %d values.", p->elastic);
+    if (is_table && (p->knots < LEAST_KNOTS || p->knots > SPRING_KNOTS))
+        return GIVE_REASON("`FE_knots` must have between %d and %d knots, got %d.", LEAST_KNOTS, SPRING_KNOTS,
+                           p->knots);
+    if (p->forces != p->knots)
+        return GIVE_REASON("`FE_forces` must have one force for each of the %d knots, got %d.", p->knots, p->forces);
+    const struct {
+        const char *name;
+        int count, most;
+    } polynomials[] = {{"kE", p->elastic, SPRING_COEFFICIENTS}, {"kA", p->amplifier, SPRING_AMPLIFIERS}};
+    for (int i = is_table ? 1 : 0; i < 2; i++)
+        if (polynomials[i].count < 1 || polynomials[i].count > polynomials[i].most)
+            return GIVE_REASON("`%s` must have between 1 and %d coefficients, got %d.", polynomials[i].name,
+                               polynomials[i].most, polynomials[i].count);
+    return 0;
+}
+
+static int range_problem(const SpringParameters *p, char *text, size_t size)
+{
+    const struct {
+        const char *name;
+        double value;
+    } places[] = {{"displacement_offset", p->displacement_offset},
+                  {"displacement_min", p->displacement_min},
+                  {"displacement_max", p->displacement_max}};
+    for (int i = 0; i < 3; i++)
+        if (!(fabs(places[i].value) <= LARGEST_DISPLACEMENT))
+            return GIVE_REASON("`%s` must be within +-%g m, got %s.", places[i].name, LARGEST_DISPLACEMENT,
+                               spring_number(places[i].value).text);
+    SpringNumber low = spring_number(p->displacement_min), high = spring_number(p->displacement_max);
+    if (!(p->displacement_min < p->displacement_max))
+        return GIVE_REASON("`displacement_min` must be below `displacement_max` [m], got %s and %s.", low.text,
+                           high.text);
+    double width = p->displacement_max - p->displacement_min;
+    if (!(LEAST_WIDTH <= width && width <= LARGEST_WIDTH))
+        return GIVE_REASON("`displacement_min` must be below `displacement_max` by %g m to %g m, got %s and %s.",
+                           LEAST_WIDTH, LARGEST_WIDTH, low.text, high.text);
+    if (!(p->displacement_min <= p->displacement_offset && p->displacement_offset <= p->displacement_max))
+        return GIVE_REASON("`displacement_offset` must lie between `displacement_min` and `displacement_max` [m], got "
+                           "%s.",
+                           spring_number(p->displacement_offset).text);
+    return 0;
+}
+
+/* Of parameters over a range that is one. */
+static int size_problem(const SpringParameters *p, char *text, size_t size)
+{
+    const struct {
+        const char *name, *unit;
+        int count;
+        const double *values;
+        double largest;
+    } polynomials[] = {
+        {"kE", " N", p->elastic, p->kE, LARGEST_FORCE}, {"kA", "", p->amplifier, p->kA, LARGEST_AMPLIFIER}};
+    double x_min = p->displacement_min - p->displacement_offset, x_max = p->displacement_max - p->displacement_offset;
+    double reach = -x_min > x_max ? -x_min : x_max, width = p->displacement_max - p->displacement_min;
+    double low = LEAST_SATURATION / width, high = LARGEST_SATURATION / width;
+    if (!(LEAST_FORCE <= p->kappa_omega && p->kappa_omega <= LARGEST_FORCE))
+        return GIVE_REASON("`kappa_omega` must be within [%g, %g] N, got %s.", LEAST_FORCE, LARGEST_FORCE,
+                           spring_number(p->kappa_omega).text);
+    if (!(low <= p->rho && p->rho <= high))
+        return GIVE_REASON("`rho` must be within [%.6g, %.6g] 1/m, %g to %g over the identified range, got %s.", low,
+                           high, LEAST_SATURATION, LARGEST_SATURATION, spring_number(p->rho).text);
+    for (int i = 0; i < 2; i++) {
+        double power = 1.0;
+        for (int k = 0; k < polynomials[i].count; k++, power *= reach)
+            if (!(fabs(polynomials[i].values[k]) <= polynomials[i].largest / power))
+                return GIVE_REASON("`%s_%d` must be within +-%.6g, %g%s over the identified range, got %s.",
+                                   polynomials[i].name, k, polynomials[i].largest / power, polynomials[i].largest,
+                                   polynomials[i].unit, spring_number(polynomials[i].values[k]).text);
+    }
+    for (int k = 0; k < p->forces; k++)
+        if (!(fabs(p->FE_forces[k]) <= LARGEST_FORCE))
+            return GIVE_REASON("`FE_forces_%d` must be within +-%g N, got %s.", k, LARGEST_FORCE,
+                               spring_number(p->FE_forces[k]).text);
+    return 0;
+}
+
+/* Of a range that is one. */
+static int knot_problem(const SpringParameters *p, char *text, size_t size)
+{
+    const struct {
+        const char *name;
+        int place;
+        double value;
+    } ends[] = {{"displacement_min", 0, p->displacement_min}, {"displacement_max", p->knots - 1, p->displacement_max}};
+    double least = LEAST_SPACING * (p->displacement_max - p->displacement_min);
+    for (int i = 0; i < 2; i++)
+        if (p->FE_knots[ends[i].place] != ends[i].value)
+            return GIVE_REASON("`FE_knots_%d` must be `%s`, %s m, got %s.", ends[i].place, ends[i].name,
+                               spring_number(ends[i].value).text, spring_number(p->FE_knots[ends[i].place]).text);
+    for (int i = 1; i < p->knots; i++)
+        if (!(p->FE_knots[i] - p->FE_knots[i - 1] >= least))
+            return GIVE_REASON("`FE_knots_%d` must lie above `FE_knots_%d` by %.6g m or more, %g of the range, "
+                               "got %s after %s.",
+                               i, i - 1, least, LEAST_SPACING, spring_number(p->FE_knots[i]).text,
+                               spring_number(p->FE_knots[i - 1]).text);
+    return 0;
+}
+
+int spring_problem(const SpringParameters *parameters, char *text, size_t size)
+{
+    const SpringParameters *p = parameters;
+    const struct {
+        const char *name;
+        double value;
+    } named[] = {
+        {"kappa_omega", p->kappa_omega},
+        {"rho", p->rho},
+        {"sigma", p->sigma},
+        {"n", p->n},
+        {"displacement_offset", p->displacement_offset},
+        {"displacement_min", p->displacement_min},
+        {"displacement_max", p->displacement_max},
+    };
+    const struct {
+        const char *name;
+        int count;
+        const double *values;
+    } columns[] = {{"kE", p->elastic, p->kE},
+                   {"FE_knots", p->knots, p->FE_knots},
+                   {"FE_forces", p->forces, p->FE_forces},
+                   {"kA", p->amplifier, p->kA}};
+
+    snprintf(text, size, "%s", "");
+    if (count_problem(p, text, size))
+        return 1;
+    for (size_t i = 0; i < sizeof columns / sizeof *columns; i++)
+        for (int k = 0; k < columns[i].count; k++)
+            if (!isfinite(columns[i].values[k]))
+                return GIVE_REASON("`%s_%d` must be finite, got %s.", columns[i].name, k,
+                                   spring_number(columns[i].values[k]).text);
+    for (size_t i = 0; i < sizeof named / sizeof *named; i++)
+        if (!isfinite(named[i].value))
+            return GIVE_REASON("`%s` must be finite, got %s.", named[i].name, spring_number(named[i].value).text);
+    if (p->kA[0] != 1.0)
+        return GIVE_REASON("`kA_0` must be 1 (kappa_omega carries the scale), got %s.",
+                           spring_number(p->kA[0]).text);
+    if (!(p->kappa_omega > 0.0))
+        return GIVE_REASON("`kappa_omega` must be > 0 [N], got %s.", spring_number(p->kappa_omega).text);
+    if (!(p->rho > 0.0))
+        return GIVE_REASON("`rho` must be > 0 [1/m], got %s.", spring_number(p->rho).text);
+    if (!(SIGMA_LOW <= p->sigma && p->sigma <= SIGMA_HIGH))
+        return GIVE_REASON("`sigma` must be within [%g, %g], got %s.", SIGMA_LOW, SIGMA_HIGH,
+                           spring_number(p->sigma).text);
+    if (!(N_LOW <= p->n && p->n <= N_HIGH))
+        return GIVE_REASON("`n` must be within [%g, %g], got %s.", N_LOW, N_HIGH, spring_number(p->n).text);
+    if (range_problem(p, text, size) || (p->knots && knot_problem(p, text, size)) || size_problem(p, text, size))
+        return 1;
+    double where;
+    double least = least_value(p->kA, p->amplifier, p->displacement_min - p->displacement_offset,
+                               p->displacement_max - p->displacement_offset, &where);
+    if (!(least > LEAST_AMPLIFIER))
+        return GIVE_REASON("the amplifier FA (coefficients `kA`) must be > 0 over the identified range, "
+                           "got %.6g at displacement %.6g m.",
+                           least, where + p->displacement_offset);
+    return 0;
+}
