@@ -118,10 +118,10 @@ def test_parameters_that_do_not_fit_are_refused(
 
 @pytest.mark.parametrize("fmi", [2, 3])
 def test_other_forms_are_refused_with_their_option(fmi: int, tmp_path: Path) -> None:
-    with pytest.raises(CosimulationError, match=r"has no co-simulation: build it without --states"):
+    with pytest.raises(CosimulationError, match=r"has no co-simulation: build it without `states=True`"):
         simulate_fmu(native(tmp_path, fmi=fmi, with_states=True), [0.02])
     lean = native(tmp_path, fmi=fmi, real_time=True, no_energy=True)
-    with pytest.raises(CosimulationError, match=r"has no output `absorbed_energy`: build it without --no-energy"):
+    with pytest.raises(CosimulationError, match=r"has no output `absorbed_energy`: build it without `no_energy=True`"):
         simulate_fmu(lean, [0.02])
 
 
@@ -136,7 +136,7 @@ def test_masters_have_all_of_fmi_3_but_derivatives_of_the_displacement(tmp_path:
             assert spring.can_interpolate == (fmi == 2)
             answers.append([found, list(spring.messages)])
             if fmi == 3:
-                with pytest.raises(CosimulationError, match="build it with --backend native and --fmi 2"):
+                with pytest.raises(CosimulationError, match="build it with `backend=native` and `fmi=2`"):
                     spring.commit_curve(2.1, 0.1, 0.2, 0.0, 0.0)
     assert answers[0] == answers[1]
     (found, messages), _ = answers

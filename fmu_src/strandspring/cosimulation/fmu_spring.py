@@ -175,8 +175,8 @@ class FmuSpring:
         """
         if not self.can_interpolate:
             raise CosimulationError(
-                f"{self.name}: the FMU accepts no derivatives of its displacement; build it with --backend native and "
-                "--fmi 2, or choose a straight input path."
+                f"{self.name}: the FMU accepts no derivatives of its displacement; build it with `backend=native` and "
+                "`fmi=2`, or choose a straight input path."
             )
         self._set(displacement)
         self._call(
@@ -195,7 +195,7 @@ class FmuSpring:
         """
         if not self._has_derivatives:
             raise CosimulationError(
-                f"{self.name}: the FMU has no directional derivatives; build it with --backend native, or use its "
+                f"{self.name}: the FMU has no directional derivatives; build it with `backend=native`, or use its "
                 "`stiffness`."
             )
         derivatives = self._call(self._slave.getDirectionalDerivative, [self._force], [self._displacement], [1.0])
@@ -245,9 +245,9 @@ def _read_description(fmu: Path | str) -> ModelDescription:
         if missing not in variables:
             raise CosimulationError(f"{fmu} is not a spring FMU: it has no variable `{missing}`.")
     if description.coSimulation is None:
-        raise CosimulationError(f"{fmu} has no co-simulation: build it without --states.")
+        raise CosimulationError(f"{fmu} has no co-simulation: build it without `states=True`.")
     if "absorbed_energy" not in variables:
-        raise CosimulationError(f"{fmu} has no output `absorbed_energy`: build it without --no-energy.")
+        raise CosimulationError(f"{fmu} has no output `absorbed_energy`: build it without `no_energy=True`.")
     return description
 
 

@@ -61,24 +61,6 @@ def zero_sentence(zero: float) -> str:
     return "" if zero == 0.0 else f"Displacement is counted from {1e3 * zero:.6g} mm of the record, as in the FMU."
 
 
-def given_zero(text: str) -> str | float:
-    """What the text `rig`, `middle` or a displacement of the record [mm] stands for, as `chosen_zero` takes it.
-
-    Raises
-    ------
-    StrandspringError   If it is none of these.
-    """
-    if text in ("rig", "middle"):
-        return text
-    try:
-        zero = 1e-3 * float(text)
-    except ValueError:
-        zero = math.nan
-    if not abs(zero) <= LARGEST_DISPLACEMENT:
-        raise StrandspringError(f"--zero must be `rig`, `middle` or a displacement of the record in mm, got {text!r}.")
-    return zero
-
-
 def chosen_zero(choice: str | float | None, parameters: SpringParameters) -> float:
     """The zero [m] that "rig", "middle" or a displacement of the record [m] stands for; a sensible one if None.
 

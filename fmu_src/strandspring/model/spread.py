@@ -74,14 +74,14 @@ class Spread:
         if not any(errors.values()):
             raise ModelError(
                 'field "uncertainty" holds no standard errors of kappa_omega, rho, sigma or n to draw from; identify '
-                "with the refined method, or ask for no draws (--draws 0)."
+                "with the refined method, or ask for no draws (`draws=0`)."
             )
         relative = {name: error / getattr(spring, name) for name, error in errors.items()}
         for name, share in relative.items():
             if share > _LARGEST_RELATIVE:
                 raise ModelError(
                     f'field "uncertainty.{name}" says that {name} is known to {100.0 * share:.0f} % only, too little '
-                    "to draw from; identify from records that determine it, or ask for no draws (--draws 0)."
+                    "to draw from; identify from records that determine it, or ask for no draws (`draws=0`)."
                 )
         correlation = _correlation(uncertainty.get("correlation") or {})
         least = float(np.linalg.eigvalsh(correlation)[0])
@@ -130,7 +130,7 @@ def _possible(joint: JointCovariance, spring: SpringParameters, generator: np.ra
             return joint.moved(spring, generator.standard_normal(len(joint.root)).tolist())
     raise ModelError(
         f"None of {_TRIES} springs drawn from the model's uncertainty is physically possible (FA > 0); identify from "
-        "records that determine FA, with a lower degree of FA, or ask for no draws (--draws 0)."
+        "records that determine FA, with a lower degree of FA, or ask for no draws (`draws=0`)."
     )
 
 

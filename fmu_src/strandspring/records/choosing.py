@@ -61,7 +61,7 @@ def choose_table(tables: Sequence[Table], asked: Asked, where: str) -> tuple[Tab
         names = _names([table for table, _, _ in found])
         first, columns, _ = found[0]
         ways = " ".join(
-            f"--{q} {quoted(f'{first.name}/{columns[q].name or columns[q].number}')}" for q in ("displacement", "force")
+            f"`{q}={quoted(f'{first.name}/{columns[q].name or columns[q].number}')}`" for q in ("displacement", "force")
         )
         raise RecordError(f"{where}: {names} each hold a displacement and a force; choose one, as with {ways}.")
     if united is not None:
@@ -73,7 +73,7 @@ def choose_table(tables: Sequence[Table], asked: Asked, where: str) -> tuple[Tab
     more = f"; and {len(tables) - _LISTED} more" if len(tables) > _LISTED else ""
     raise RecordError(
         f"{where}: a displacement and a force were found in none of {len(tables)} tables ({contents}{more}); name the "
-        f"columns, as with --displacement {quoted(f'{tables[0].name}/1')} --force {quoted(f'{tables[0].name}/2')}."
+        f"columns, as with `displacement={quoted(f'{tables[0].name}/1')}` `force={quoted(f'{tables[0].name}/2')}`."
     )
 
 

@@ -274,7 +274,7 @@ def _ambiguity(
         reason = f"no column is named like a {quantity} among {listed_columns(columns)}"
     else:
         reason = f"there is no header to find the {quantity} by among {listed_columns(columns)}"
-    return f"{where}: {reason}; name the columns with --displacement and --force."
+    return f"{where}: {reason}; name the columns with `displacement=...` and `force=...`."
 
 
 def listed_columns(columns: Sequence[Column]) -> str:

@@ -255,7 +255,7 @@ class Isolation(Result):
         if unstable:
             lines.append(
                 f"  The curve folds: {unstable} points between folds are unstable, and the motion jumps there. Folds "
-                "far below the resonance are superharmonics; a little --damping removes them."
+                "far below the resonance are superharmonics; a little `damping=...` removes them."
             )
         return lines + [f"  Caution: {sentence}" for sentence in self.cautions]
 

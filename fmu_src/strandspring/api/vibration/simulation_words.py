@@ -29,7 +29,7 @@ SHOWN = {
     Quantity.RMS_SWAY: ("mm", 1e3),
 }
 NO_DRAWS = (
-    "The spread by the uncertainty of the model files was not asked for; --draws 200 (`draws` of the file) shows it."
+    "The spread by the uncertainty of the model files was not asked for; `draws=200` (`draws` of the file) shows it."
 )
 _NOTHING = 1e-9  # of rounding, in the unit for people
 _JUDGED = (Quantity.ACCELERATION, Quantity.SWAY, Quantity.TILT, Quantity.STROKE)

@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import click
 
 from ...api.common.text_table import table_lines
+from .advice import with_flags
 
 if TYPE_CHECKING:
     from rich.progress import Progress
@@ -98,12 +99,12 @@ def _bar(rate: str = "") -> Progress:
 
 def note(text: str) -> None:
     """A message on standard error."""
-    click.echo(text, err=True)
+    click.echo(with_flags(text), err=True)
 
 
 def result(text: str) -> None:
     """A line of the result on standard output."""
-    click.echo(text)
+    click.echo(with_flags(text))
 
 
 def result_table(headings: Sequence[str], rows: Iterable[Sequence[str]], left: Collection[str] = ()) -> None:
@@ -119,7 +120,7 @@ def terminal_width() -> int | None:
 
 def result_json(content: dict[str, Any]) -> None:
     """The result as one JSON object on standard output; NaN and infinity, which JSON lacks, become null."""
-    click.echo(json.dumps(_without_nan(content), indent=2, ensure_ascii=False, allow_nan=False))
+    click.echo(with_flags(json.dumps(_without_nan(content), indent=2, ensure_ascii=False, allow_nan=False)))
 
 
 def _without_nan(content: Any) -> Any:
