@@ -66,7 +66,7 @@ def test_a_delay_that_turns_the_loop_round_is_taken_out_when_given() -> None:
     generator = np.random.default_rng(5)
     spring = draw_spring(generator, n=(0.5, 3.0), sigma=(0.8, 3.0), saturations=(6.0, 20.0), friction=(0.05, 0.1))
     case = simulate(spring, SINE, generator, fault, "large")
-    with pytest.raises(IdentificationError, match="`delay=...`"):
+    with pytest.raises(IdentificationError, match=r"`delay=\.\.\.`"):
         identify(case.records)
     delay = case.magnitude * case.experiment.period
     assert not judge_case(case, identify(case.records, RefinedOptions(delay=delay)).spring()).wrong

@@ -138,7 +138,7 @@ class Comparison(Result):
         """The verdict in words."""
         return verdict_sentence(self.verdict, self.unknown, self.figures, self.parameters, self.test)
 
-    def head(self) -> list[str]:
+    def _head(self) -> list[str]:
         """What is compared, and the verdict."""
         names = [
             f"{label}: {model.name} ({source})"
@@ -154,7 +154,7 @@ class Comparison(Result):
         )
         return [*names, self.sentence, f"Compared over the shared range {ends}{own}{of_each}."]
 
-    def tail(self) -> list[str]:
+    def _tail(self) -> list[str]:
         """Joint test, loops, transmissibility and records in words."""
         lines = [f"{one.quantity}: {one.reason}." for one in self.parameters if one.reason and not self.unknown]
         if self.test is not None:
@@ -166,18 +166,14 @@ class Comparison(Result):
         )
         return [*lines, *self.mass.lines(), *(one.sentence for one in self.records)]
 
-    def summary(self) -> str:
-        """All of it in words and tables."""
-        return "\n".join(
-            [
-                *self.head(),
-                *table_lines(*parameter_table(self.parameters), left=["parameter"]),
-                *table_lines(*figure_table(self.figures), left=["figure"]),
-                *self.tail(),
-                *(f"Note: {sentence}" for sentence in self.notes),
-                *(f"Caution: {sentence}" for sentence in self.cautions),
-            ]
-        )
+    def lines(self, width: int | None = None) -> list[str]:
+        """All of it in words and tables of at most a width."""
+        return [
+            *self._head(),
+            *table_lines(*parameter_table(self.parameters), left=["parameter"], width=width),
+            *table_lines(*figure_table(self.figures), left=["figure"], width=width),
+            *self._tail(),
+        ]
 
     def to_frame(self) -> pd.DataFrame:
         """One parameter, or figure of one amplitude, in each row, in SI units: the fields of `Difference`, and p."""

@@ -27,6 +27,7 @@ from ...core.parameters import SIGMA_RANGE, SpringParameters
 from ...errors import ModelError
 from ...kernel.arrays import FloatArray
 from ...kernel.path import PathSolver
+from ...loops.loop import LOOP_FIGURE
 from ...loops.modelled import steady_loop_figures
 from ...model.joint import HYSTERETIC_UNITS, JointCovariance
 from ...model.modelfile import ModelFile
@@ -34,13 +35,8 @@ from ...model.spread import DRAWN, Spread
 from ..common.text import AT_BOUND
 
 LEVEL = 0.05  # error of all judgements together
-# Figures of loops: name, unit, words, and whether a difference is given as a share of A's figure and judged.
-FIGURES = (
-    ("secant_stiffness", "N/m", "secant stiffness", True, True),
-    ("energy_per_cycle", "J", "energy per cycle", True, True),
-    ("loss_factor", "1", "loss factor", True, False),  # follows from the two before
-    ("mean_force", "N", "mean force", False, True),
-)
+# Figures of loops, and whether a difference is judged; the loss factor follows from the two before.
+FIGURES = {"secant_stiffness": True, "energy_per_cycle": True, "loss_factor": False, "mean_force": True}
 _NORMAL_90 = NormalDist().inv_cdf(0.95)
 # Factor on standard deviations: what the choice of degrees and starts from noisy records adds, measured on pairs of
 # records of one spring, whose z passed 1.96 in 9 instead of 5 of 100 cases without it.
@@ -137,7 +133,7 @@ def loop_figures(p: SpringParameters, middle: float, amplitudes: Sequence[float]
     """`FIGURES` of steady loops about one place, shape (amplitudes, FIGURES)."""
     solver = PathSolver(p)
     loops = [steady_loop_figures(solver, middle - reach, middle + reach) for reach in amplitudes]
-    return np.array([[getattr(loop, name) for name, *_ in FIGURES] for loop in loops])
+    return np.array([[getattr(loop, name) for name in FIGURES] for loop in loops])
 
 
 def drawn(
@@ -175,11 +171,19 @@ def figure_differences(
         scatter = draws[1].figures - draws[0].figures
         low, high = np.quantile(scatter, [0.05, 0.95], axis=0)
         deviation = _OF_CHOICE * np.std(scatter, axis=0)
-    for j, (name, unit, words, relative, _) in enumerate(FIGURES):
+    for j, column in enumerate(LOOP_FIGURE[name] for name in FIGURES):
+        relative = column.unit != "N"  # a force may be 0
         for k, amplitude in enumerate(amplitudes):
             scale = abs(float(a[k, j])) if relative else 1.0
             one = Difference(
-                name, unit, words, amplitude, float(a[k, j]), float(b[k, j]), relative, _over(change[k, j], scale)
+                column.key,
+                column.unit,
+                column.words,
+                amplitude,
+                float(a[k, j]),
+                float(b[k, j]),
+                relative,
+                _over(change[k, j], scale),
             )
             if draws is not None and deviation[k, j] > 0.0:
                 one = replace(
@@ -301,8 +305,7 @@ def judged(
     differences: Sequence[Difference], test: HysteresisTest | None
 ) -> tuple[list[Difference], HysteresisTest | None]:
     """The same, with what is beyond the uncertainty and what could have been seen, by Holm's procedure."""
-    is_judged = {name for name, _, _, _, judge in FIGURES if judge}
-    places = [k for k, one in enumerate(differences) if one.quantity in is_judged and not math.isnan(one.z)]
+    places = [k for k, one in enumerate(differences) if FIGURES.get(one.quantity) and not math.isnan(one.z)]
     probabilities = [differences[k].p for k in places] + ([] if test is None else [test.p])
     count = max(len(probabilities), 1)
     beyond = [False] * count

@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
+from ...api.common.result import Result
 from ...api.common.text_table import table_lines
 from .advice import with_flags
 
@@ -105,6 +106,11 @@ def note(text: str) -> None:
 def result(text: str) -> None:
     """A line of the result on standard output."""
     click.echo(with_flags(text))
+
+
+def result_lines(content: Result) -> None:
+    """A result in words on standard output; its tables are folded to the width of a terminal."""
+    result("\n".join(content.lines(terminal_width())))
 
 
 def result_table(headings: Sequence[str], rows: Iterable[Sequence[str]], left: Collection[str] = ()) -> None:
