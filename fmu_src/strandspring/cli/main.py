@@ -19,6 +19,7 @@ from ..errors import StrandspringError
 from ..ground.endings import handled_endings
 from ..ground.files import readable, reason_of
 from ..identification.outcomes import IdentificationError
+from .shared.advice import with_flags
 from .shared.output import drop_failing_output, note, result_json
 
 # Each command is defined in the module of its name, which is imported only to run it or to show its help.
@@ -146,6 +147,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
 
 def _refuse(sentence: str, kind: str, as_json: bool, **more: str) -> NoReturn:
     """Leave with status 1 and a sentence on standard error, in which nothing steers a terminal."""
+    sentence = with_flags(sentence)
     note(f"strandspring: {readable(sentence)}")
     _leave(1, as_json, {"type": kind, **more, "message": sentence})
 

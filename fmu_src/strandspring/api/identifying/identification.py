@@ -17,9 +17,9 @@ from ...identification.outcomes import Outcome, by_harm
 from ...identification.rig.known_rig import KnownRig
 from ...model.joint import HYSTERETIC_UNITS
 from ...model.stated_figures import differ, in_words
+from ...records.given import Source, given_records
 from ..common.result import Result
 from ..common.text import counted, fit_json, fit_lines, parameter_lines
-from ..records import Source, given_records
 from ..spring import Spring
 
 if TYPE_CHECKING:

@@ -24,6 +24,7 @@ from ...model.coordinates import counted_from, zero_sentence
 from ...model.modelfile import ModelFile
 from ...model.stated_cautions import stated_cautions
 from ...model.stated_figures import in_words, stated_fit, stated_fits, stated_json
+from ...records.given import records_of
 from ...records.record import Record
 from ..common.caution_text import backwards_cautions, effects_cautions, effects_of, outside_range
 from ..common.placing import ModelSource, model_of, origin_of, source_of
@@ -31,7 +32,6 @@ from ..common.plotting import some_axes
 from ..common.result import Result
 from ..common.text import counted, parameter_lines, verdict_json
 from ..common.text_table import table_lines
-from ..records import records_of
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -22,9 +22,9 @@ from ...identification.method import Method, checked_method
 from ...identification.refined import RefinedOptions
 from ...loops.wanted import Wanted
 from ...model.joint import HYSTERETIC_UNITS
+from ...records.given import checked_units
 from ..common.result import Result
 from ..common.text import counted
-from ..records import checked_units
 
 if TYPE_CHECKING:
     import pandas as pd

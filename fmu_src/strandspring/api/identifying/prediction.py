@@ -23,6 +23,7 @@ from ...loops.strokes import find_strokes
 from ...model.joint import JointCovariance
 from ...model.modelfile import ModelFile
 from ...model.stated_figures import in_words
+from ...records.given import Source, given_records
 from ...records.record import Record
 from ..common.caution_text import (
     backwards_cautions,
@@ -35,7 +36,6 @@ from ..common.placing import ModelSource, model_of, source_of
 from ..common.plotting import some_axes
 from ..common.result import Result
 from ..common.text import fit_json, fit_lines
-from ..records import Source, given_records
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -11,7 +11,6 @@ from click.core import ParameterSource
 from ...api.fmus.building import BuildOptions, Kind, build_all, checked_author
 from ...api.fmus.building_system import SystemToBuild
 from ...api.fmus.fmus_in_place import BuiltFmu
-from ...api.records import bundled_record
 from ...errors import BuildError
 from ...fmu.archive import binary_sizes, fmu_path
 from ...fmu.native.platforms import PLATFORMS, Platform, chosen_platforms
@@ -19,6 +18,7 @@ from ...ground.files import refuse_unwritable
 from ...model.coordinates import zero_sentence
 from ...model.modelfile import is_model_path, load_model, save_model
 from ...model.stated_figures import NAMES
+from ...records.given import bundled_record
 from ...system_fmu.system_variables import system_variables
 from ...vibration.description.system_file import is_system_file
 from ..shared.cautions import note_most_harmful

@@ -126,7 +126,7 @@ def terminal_width() -> int | None:
 
 def result_json(content: dict[str, Any]) -> None:
     """The result as one JSON object on standard output; NaN and infinity, which JSON lacks, become null."""
-    click.echo(with_flags(json.dumps(_without_nan(content), indent=2, ensure_ascii=False, allow_nan=False)))
+    click.echo(json.dumps(_without_nan(content), indent=2, ensure_ascii=False, allow_nan=False))
 
 
 def _without_nan(content: Any) -> Any:
