@@ -1,6 +1,6 @@
 """Harmonic balance against time stepping: python tests/benchmarks/isolation.py
 
-A mass on a hardening spring, 200 frequencies at 3 levels of base displacement, H = 11 and K = 256. The opponent is
+A mass on a hardening spring, 200 frequencies at 3 levels of base displacement, H = 11 and K = 256. The baseline is
 velocity Verlet in C on the same kernel, compiled alike (`tests/helpers/verlet.c`), with 512 steps a period, from rest
 until three periods in a row repeat within 1e-5. Both are compared with SciPy's integration to 1e-7, every 20th
 frequency (`--every 1` takes all of them, some ten minutes).

@@ -236,3 +236,11 @@ def test_help_lists_all_pages() -> None:
 def test_the_readme_is_short() -> None:
     prose = re.sub(r"```.*?```", "", README, flags=re.DOTALL)
     assert len(prose.split()) < 1200
+
+
+def test_every_benchmark_of_the_figures_is_run_by_one_command() -> None:
+    source = (ROOT / "tests/benchmarks/figures.py").read_text(encoding="utf-8")
+    scripts = {path.name for path in (ROOT / "tests/benchmarks").glob("*.py")}
+    cited = {name for name in re.findall(r"\b(\w+\.py)\b", TEXTS["figures"]) if name in scripts}
+    assert cited
+    assert [name for name in sorted(cited) if f'"{name}' not in source] == []

@@ -1,6 +1,6 @@
-"""The picture of the architecture in the README, drawn from the package's imports: python tests/helpers/architecture.py
+"""The picture in ARCHITECTURE.md, drawn from the package's imports: python tests/helpers/architecture.py
 
-Run as a program it writes the picture into the README; a test compares the two.
+Run as a program it writes the picture into that page; a test compares the two.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from pathlib import Path
 import grimp
 
 ROOT = Path(__file__).resolve().parents[2]
-README = ROOT / "README.md"
+PAGE = ROOT / "ARCHITECTURE.md"
 PACKAGE = ROOT / "fmu_src" / "strandspring"
 BEGIN, END = "```mermaid\n", "```\n"
 
@@ -58,17 +58,17 @@ def picture() -> str:
     return "".join(f"{line}\n" for line in lines)
 
 
-def picture_in_readme() -> str:
-    """What the README shows."""
-    text = README.read_text(encoding="utf-8")
+def picture_in_page() -> str:
+    """What the page shows."""
+    text = PAGE.read_text(encoding="utf-8")
     return text.split(BEGIN, 1)[1].split(END, 1)[0]
 
 
 def main() -> None:
-    text = README.read_text(encoding="utf-8")
+    text = PAGE.read_text(encoding="utf-8")
     before, rest = text.split(BEGIN, 1)
     _, after = rest.split(END, 1)
-    README.write_text(before + BEGIN + picture() + END + after, encoding="utf-8")
+    PAGE.write_text(before + BEGIN + picture() + END + after, encoding="utf-8")
 
 
 if __name__ == "__main__":

@@ -109,7 +109,7 @@ def test_delays_that_were_missed_are_found(fault: str, seed: int, index: int) ->
     [
         ("force lags", 6, 1, "the loop runs the wrong way round"),
         ("force lags", 5, 4, "the unloading branch lies above the loading branch"),
-        ("force leads", 6, 17, "the force collapses while the displacement goes on"),
+        ("force leads", 6, 17, "the force collapses while the displacement continues"),
     ],
 )
 def test_records_that_only_a_delay_explains_are_identified_with_it(

@@ -52,7 +52,7 @@ def test_a_linear_spring_is_the_textbook(excitation: Excitation) -> None:
 
 
 def test_time_stepping_in_c_arrives_at_the_same_motion() -> None:
-    """The opponent of `tests/benchmarks/isolation.py`; its 512 steps a period err by 6e-5 and 0.003 degrees there."""
+    """The baseline of `tests/benchmarks/isolation.py`; its 512 steps a period err by 6e-5 and 0.003 degrees there."""
     system = IsolatedMass(MOUNT, 5.0, 50.0, damping=15.0)
     stepping = Verlet(system)
     for point in frequency_response(system, Excitation.BASE_DISPLACEMENT, 6e-4, np.array([4.0, 8.0, 25.0])).points:

@@ -1,12 +1,12 @@
-"""The README's picture of the architecture is that of the code."""
+"""The picture in ARCHITECTURE.md is that of the code, and the page speaks of every folder."""
 
 from __future__ import annotations
 
 import architecture
 
 
-def test_picture_in_the_readme_is_drawn_from_the_imports() -> None:
-    assert architecture.picture_in_readme() == architecture.picture(), "run python tests/helpers/architecture.py"
+def test_picture_is_drawn_from_the_imports() -> None:
+    assert architecture.picture_in_page() == architecture.picture(), "run python tests/helpers/architecture.py"
 
 
 def test_arrows_have_no_cycle_and_reach_what_travels() -> None:
@@ -14,3 +14,8 @@ def test_arrows_have_no_cycle_and_reach_what_travels() -> None:
     rooms = {room for arrow in arrows for room in arrow}
     assert rooms == set(architecture.rooms())
     assert not [lower for upper, lower in arrows if upper == "core"]
+
+
+def test_every_folder_has_its_words() -> None:
+    text = architecture.PAGE.read_text(encoding="utf-8")
+    assert [room for room in architecture.rooms() if f"**{room}** " not in text] == []

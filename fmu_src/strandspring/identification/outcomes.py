@@ -44,11 +44,11 @@ class Outcome(Enum):
         "synchronisation of the two sensors and give `delay=...`."
     )
     SNAP_THROUGH = (
-        "The force collapses while the displacement goes on (snap-through), which no single-valued stiffness with "
+        "The force collapses while the displacement continues (snap-through), which no single-valued stiffness with "
         "bounded hysteresis can follow; identify a range without the snap with `displacement_range=...`."
     )
     STICK_SLIP = (
-        "The force drops again and again while the displacement goes on (stick-slip), which a rate-independent model "
+        "The force drops again and again while the displacement continues (stick-slip), which a rate-independent model "
         "cannot follow; stiffen the rig, lubricate the guide, or test faster."
     )
     BRANCHES_CROSS = (
@@ -120,7 +120,7 @@ class Outcome(Enum):
         "filter that frequency out of both columns alike."
     )
     BACKLASH = (
-        "Within each stroke the force rests while the displacement goes on, as in a gap; the model cannot follow that: "
+        "Within each stroke the force rests while the displacement continues, as in a gap; the model cannot follow that: "
         "tighten the joints, or identify a range beside the gap."
     )
     SPIKES = (
