@@ -13,7 +13,7 @@ import strandspring
 from strandspring import Outcome
 from strandspring.cli.main import COMMANDS
 from strandspring.cli.main import strandspring as strandspring_command
-from strandspring.cli.shared.advice import with_flags
+from strandspring.cli.shared.output import with_flags
 
 PACKAGE = Path(strandspring.__file__).parent
 # The page of a record prints the options of the command line that choose what its reader marks; a script has its own.

@@ -41,6 +41,10 @@ class ResultColumn:
         """Of an axis of a plot."""
         return f"{self.words} [{self.shown.replace('*', ' ') or '-'}]"
 
+    def drawn(self, figures: Any) -> float:
+        """Its value among figures, in the unit for people."""
+        return self.factor * float(getattr(figures, self.key))
+
     def text(self, value: float | None, sign: str = "") -> str:
         """A value [SI] in the unit for people: empty if there is none, "-" where it is undefined."""
         if value is None:

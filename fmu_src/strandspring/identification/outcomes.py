@@ -120,8 +120,8 @@ class Outcome(Enum):
         "filter that frequency out of both columns alike."
     )
     BACKLASH = (
-        "Within each stroke the force rests while the displacement continues, as in a gap; the model cannot follow that: "
-        "tighten the joints, or identify a range beside the gap."
+        "Within each stroke the force rests while the displacement continues, as in a gap; the model cannot follow "
+        "that: tighten the joints, or identify a range beside the gap."
     )
     SPIKES = (
         "Isolated outliers lie far outside all other samples and distort the fit; correct or delete their lines, leave "

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 
 from ...core.parameters import SpringParameters
 from ...ground.arguments import numbers
-from ...ground.result_columns import ResultColumn, cells, values
+from ...ground.result_columns import cells, values
 from ...ground.strict_json import printable
 from ...kernel.path import PathSolver
 from ...loops.campaign import Overlap, RateIndependence, campaign_verdicts
@@ -100,17 +100,22 @@ class Information(Result):
             lines.append(f"  {sentence}")
         return lines
 
+    def _loops(self) -> Iterator[tuple[LoopFigures, MeasuredLoop | None, str]]:
+        """Figures of each loop, the measured loop that they are of, and the record with whose loop the model's goes."""
+        for loop in self.modelled:
+            yield loop.figures, None, ""
+        for measured, loop in self.pairs:
+            yield measured.figures, measured, ""
+            yield loop.figures, None, measured.path
+
     def as_json(self) -> dict[str, Any]:
         """The result as an object for JSON, in SI units."""
-        loops = [_loop_json("model", loop.figures) for loop in self.modelled]
-        for measured, loop in self.pairs:
-            loops += [_measured_json(measured), _loop_json("model", loop.figures)]
         return {
             "name": self.model.name,
             "parameters": self.parameters.as_dict(),
             "zero": self.zero,
             "fit": stated_json(self.model),
-            "loops": loops,
+            "loops": [_loop_json(figures, measured) for figures, measured, _ in self._loops()],
             "rate_independence": verdict_json(self.rate_independence),
             "overlap": verdict_json(self.overlap),
             "cautions": self.cautions,
@@ -123,33 +128,20 @@ class Information(Result):
         """
         import pandas as pd
 
-        return pd.DataFrame(
-            list(self._rows()), columns=["source", *LOOP_FIGURE, "cycles", "frequency", "from"]
-        ).rename_axis("loop")
-
-    def _rows(self) -> Iterator[list[Any]]:
-        def row(source: str, figures: LoopFigures, *others: Any) -> list[Any]:
-            return [source, *values(LOOP_FIGURES, figures).values(), *others]
-
-        for loop in self.modelled:
-            yield row("model", loop.figures, np.nan, np.nan, "")
-        for measured, loop in self.pairs:
-            frequency = np.nan if measured.frequency is None else measured.frequency
-            yield row(measured.path, measured.figures, measured.cycles, frequency, "")
-            yield row("model", loop.figures, np.nan, np.nan, measured.path)
+        columns = ["source", *LOOP_FIGURE, "cycles", "frequency", "from"]
+        rows = [{**_loop_json(figures, measured), "from": path} for figures, measured, path in self._loops()]
+        return pd.DataFrame(rows, columns=columns).astype({"cycles": float, "frequency": float}).rename_axis("loop")
 
     def _cells(self) -> Iterator[list[str]]:
         """Rows of the table: the model's loops, then each measured loop with its scatter and the model's."""
-        for loop in self.modelled:
-            yield [*cells(LOOP_FIGURES, loop.figures), "model"]
-        for measured, loop in self.pairs:
-            frequency = "" if measured.frequency is None else f", {measured.frequency:.3g} Hz"
-            source = f"{measured.path} ({counted(measured.cycles, 'cycle')}{frequency})"
-            yield [*cells(LOOP_FIGURES, measured.figures), source]
-            if measured.spread is not None:
-                scatter = cells(LOOP_FIGURES, measured.spread, "+-")
-                yield [*scatter, "  from cycle to cycle (standard deviation)"]
-            yield [*cells(LOOP_FIGURES, loop.figures), "model"]
+        for figures, measured, _ in self._loops():
+            source = "model"
+            if measured is not None:
+                frequency = "" if measured.frequency is None else f", {measured.frequency:.3g} Hz"
+                source = f"{measured.path} ({counted(measured.cycles, 'cycle')}{frequency})"
+            yield [*cells(LOOP_FIGURES, figures), source]
+            if measured is not None and measured.spread is not None:
+                yield [*cells(LOOP_FIGURES, measured.spread, "+-"), "  from cycle to cycle (standard deviation)"]
 
     def plot(self, axes: Sequence[Axes] | None = None) -> list[Axes]:
         """Draw secant stiffness, energy per cycle and loss factor over the amplitude: the model as a line, measured
@@ -163,15 +155,11 @@ class Information(Result):
         reaches = np.linspace(widest.amplitude / _DRAWN, widest.amplitude, _DRAWN)
         line = [steady_loop_figures(solver, middle - reach, middle + reach) for reach in reaches.tolist()]
         for axis, column in zip(panels, PANELS, strict=True):
-
-            def drawn(figures: LoopFigures, column: ResultColumn = column) -> float:
-                return column.factor * float(getattr(figures, column.key))
-
-            axis.plot(1e3 * reaches, list(map(drawn, line)), "k", lw=1.2, label="model")
+            axis.plot(1e3 * reaches, list(map(column.drawn, line)), "k", lw=1.2, label="model")
             for number, path in enumerate(dict.fromkeys(measured.path for measured, _ in self.pairs)):
                 own = [measured.figures for measured, _ in self.pairs if measured.path == path]
                 amplitudes = [1e3 * figures.amplitude for figures in own]
-                axis.plot(amplitudes, list(map(drawn, own)), f"C{number}o", label=PurePath(path).name)
+                axis.plot(amplitudes, list(map(column.drawn, own)), f"C{number}o", label=PurePath(path).name)
             axis.set(xlabel="amplitude [mm]", ylabel=column.label)
         panels[0].set_title(f"{self.model.name}, loops about {1e3 * middle:.2f} mm", fontsize=10)
         panels[0].legend(fontsize=8)
@@ -254,17 +242,17 @@ def info(
     )  # fmt: skip
 
 
-def _loop_json(source: str, figures: LoopFigures) -> dict[str, Any]:
-    return {"source": source, **values(LOOP_FIGURES, figures)}
-
-
-def _measured_json(loop: MeasuredLoop) -> dict[str, Any]:
+def _loop_json(figures: LoopFigures, measured: MeasuredLoop | None) -> dict[str, Any]:
+    shown = values(LOOP_FIGURES, figures)
+    if measured is None:
+        return {"source": "model", **shown}
     return {
-        **_loop_json(loop.path, loop.figures),
-        "cycles": loop.cycles,
-        "frequency": loop.frequency,
-        "gap": loop.gap,
-        "spread": None if loop.spread is None else asdict(loop.spread),
+        "source": measured.path,
+        **shown,
+        "cycles": measured.cycles,
+        "frequency": measured.frequency,
+        "gap": measured.gap,
+        "spread": None if measured.spread is None else asdict(measured.spread),
     }
 
 

@@ -13,10 +13,9 @@ from ...ground.plotfile import SUFFIXES
 from ...model.modelfile import load_model
 from ..shared.cautions import note_assumptions, note_cautions
 from ..shared.mount import positive
-from ..shared.options import FiniteRange, read_records, record_files, record_options
+from ..shared.options import FiniteRange, read_records, record_files, record_options, values_as_usage
 from ..shared.output import result, result_json, result_lines, working
 from ..shared.paths import PLOT_FILE, refuse_overwriting
-from ..shared.usage import values_as_usage
 
 
 @click.command()

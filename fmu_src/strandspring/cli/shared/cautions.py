@@ -6,8 +6,7 @@ from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
 from ...records.record import Record
-from .advice import with_flags
-from .output import note
+from .output import note, with_flags
 
 if TYPE_CHECKING:
     from ...api.identifying.identification import Identification

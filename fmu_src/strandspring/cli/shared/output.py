@@ -8,6 +8,7 @@ from __future__ import annotations
 import json
 import math
 import os
+import re
 import shutil
 import sys
 from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
@@ -19,12 +20,21 @@ import click
 
 from ...api.common.result import Result
 from ...api.common.text_table import table_lines
-from .advice import with_flags
 
 if TYPE_CHECKING:
     from rich.progress import Progress
 
 Item = TypeVar("Item")
+# Advice in messages names options as Python has them.
+_OPTION = re.compile(r"`(\w+)=([^`]*)`")
+_UNSAID = ("...", "True")  # values that a flag stands for, or that the user chooses
+_OTHER_NAMES = {"time_window": "time"}
+# What is no option of the same name in Python.
+_OTHERWISE = {
+    "`options=RefinedOptions()`": "--method refined",
+    "`options=TwoStageOptions()`": "--method two-stage",
+    "`with_rivals()`": "--rivals",
+}
 
 
 def _is_watched() -> bool:
@@ -96,6 +106,25 @@ def _bar(rate: str = "") -> Progress:
     )
     times = (rich.TimeElapsedColumn(), rich.TextColumn("left"), rich.TimeRemainingColumn())
     return rich.Progress(*columns, *times, console=Console(stderr=True), transient=True)
+
+
+def with_flags(text: str) -> str:
+    """Advice with the options of the command line.
+
+    Examples
+    --------
+    >>> with_flags("Negate a column with `reverse=force`, or leave it with `keep=...` or `save_anyway=True`.")
+    'Negate a column with --reverse force, or leave it with --keep or --save-anyway.'
+    """
+    for python, flag in _OTHERWISE.items():
+        text = text.replace(python, flag)
+    return _OPTION.sub(_flag, text)
+
+
+def _flag(option: re.Match[str]) -> str:
+    name, value = option.groups()
+    flag = "--" + _OTHER_NAMES.get(name, name).replace("_", "-")
+    return flag if value in _UNSAID else f"{flag} {value}"
 
 
 def note(text: str) -> None:
