@@ -26,10 +26,10 @@ from ...model.stated_cautions import cautions_in_use
 from ...vibration.one_mass.system import Excitation, IsolatedMass, IsolationError, free_travel, static_equilibrium
 from ..common.caution_text import outside_range
 from ..common.levels import given_levels
-from ..common.placing import ModelSource, model_of, origin_of, path_of
 from ..common.progress import Progress, unseen
 from ..common.result import Result
 from ..common.text_table import table_lines
+from ..spring import ModelSource, model_of, origin_of, path_of
 from .study_rows import Rows, executed, quantile_columns, runner_of
 
 if TYPE_CHECKING:

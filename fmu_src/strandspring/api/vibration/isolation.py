@@ -35,11 +35,11 @@ from ...vibration.one_mass.system import (
 )
 from ..common.caution_text import outside_range
 from ..common.levels import checked_count, given_levels
-from ..common.placing import ModelSource, model_of, origin_of, path_of
 from ..common.plotting import save_plot
 from ..common.progress import Progress, unseen
 from ..common.result import Result
 from ..common.text_table import table_lines
+from ..spring import ModelSource, model_of, origin_of, path_of
 
 if TYPE_CHECKING:
     import pandas as pd
