@@ -105,28 +105,21 @@ class HysteresisTest:
     differs: bool = False
 
 
-@dataclass(frozen=True, eq=False)
-class Draws:
-    """Figures of springs drawn from the uncertainty of one model: shape (D, amplitudes, FIGURES)."""
-
-    figures: FloatArray
-
-    def interval(self) -> FloatArray:
-        """5 % and 95 %, shape (2, amplitudes, FIGURES)."""
-        return np.asarray(np.quantile(self.figures, [0.05, 0.95], axis=0))
-
-
-def uncertainty_of(label: str, model: ModelFile) -> tuple[Spread | None, str]:
-    """What springs are drawn from; or None, and in words why there is nothing."""
-    if not model.uncertainty:
-        return None, f"{label} holds no uncertainty; identify it with the refined method"
-    try:
-        spread = Spread.of(model.parameters, model.uncertainty)
-    except ModelError as problem:
-        return None, f"{label}: {str(problem).rstrip('.')}"
-    if spread.joint is None:
-        return None, f"{label} holds no joint covariance of its coefficients; identify it again"
-    return spread, ""
+def spreads_of(models: tuple[ModelFile, ModelFile]) -> tuple[tuple[Spread, Spread] | None, str]:
+    """What springs are drawn from, of A and of B; or None, and in words why there is nothing."""
+    spreads, reasons = [], []
+    for label, model in zip("AB", models, strict=True):
+        if not model.uncertainty:
+            reasons.append(f"{label} holds no uncertainty; identify it with the refined method")
+            continue
+        try:
+            spreads.append(Spread.of(model.parameters, model.uncertainty))
+        except ModelError as problem:
+            reasons.append(f"{label}: {str(problem).rstrip('.')}")
+            continue
+        if spreads[-1].joint is None:
+            reasons.append(f"{label} holds no joint covariance of its coefficients; identify it again")
+    return (None, "; ".join(reasons)) if reasons else ((spreads[0], spreads[1]), "")
 
 
 def loop_figures(p: SpringParameters, middle: float, amplitudes: Sequence[float]) -> FloatArray:
@@ -138,21 +131,28 @@ def loop_figures(p: SpringParameters, middle: float, amplitudes: Sequence[float]
 
 def drawn(
     p: SpringParameters, spread: Spread, middle: float, amplitudes: Sequence[float], seed: int, numbers: range
-) -> Draws:
-    """Figures of drawn springs; springs of different models need different numbers, or their draws are alike.
+) -> FloatArray:
+    """Figures of drawn springs, shape (D, amplitudes, FIGURES).
+
+    Springs of different models need different numbers, or their draws are alike.
 
     Raises
     ------
     StrandspringError   If hardly any draw is a physically possible spring.
     """
-    return Draws(np.stack([loop_figures(spread.draw(p, seed, number), middle, amplitudes) for number in numbers]))
+    return np.stack([loop_figures(spread.draw(p, seed, number), middle, amplitudes) for number in numbers])
+
+
+def quantiles(figures: FloatArray) -> FloatArray:
+    """5 % and 95 % over draws, shape (2, amplitudes, FIGURES)."""
+    return np.asarray(np.quantile(figures, [0.05, 0.95], axis=0))
 
 
 def figure_differences(
     figures: tuple[FloatArray, FloatArray],
     in_common_form: tuple[FloatArray, FloatArray],
     amplitudes: Sequence[float],
-    draws: tuple[Draws, Draws] | None,
+    draws: tuple[FloatArray, FloatArray] | None,
 ) -> list[Difference]:
     """Differences of the figures of two springs, figure by figure.
 
@@ -161,15 +161,15 @@ def figure_differences(
     figures : tuple of 2 ndarrays          Of A and B as identified, shape (amplitudes, FIGURES).
     in_common_form : tuple of 2 ndarrays   Of both in one form: z is that of the difference that remains there.
     amplitudes : sequence of float         [m]
-    draws : (Draws, Draws) or None
+    draws : (ndarray, ndarray) or None     Figures of drawn springs of A and B.
     """
     found = []
     a, b = figures
     change = b - a
     held = _held(change, in_common_form[1] - in_common_form[0])
     if draws is not None:
-        scatter = draws[1].figures - draws[0].figures
-        low, high = np.quantile(scatter, [0.05, 0.95], axis=0)
+        scatter = draws[1] - draws[0]
+        low, high = quantiles(scatter)
         deviation = _OF_CHOICE * np.std(scatter, axis=0)
     for j, column in enumerate(LOOP_FIGURE[name] for name in FIGURES):
         relative = column.unit != "N"  # a force may be 0
