@@ -135,20 +135,27 @@ def build_all(
                         nothing is then left behind.
     """
     options.refuse_impossible(kinds)
-    author, version = options.author, options.version
-
-    def build(beside: Path, kind: Kind) -> Path:
-        if kind == "python":
-            return build_python_fmu(model, beside, platforms, zero, options.needs_execution_tool, author)
-        return build_native_fmu(
-            model, beside, platforms, zero, author, kind == "states", version, options.real_time, options.no_energy
-        )
-
     jobs = [
-        FmuJob(fmu_path(folder, model.name, kind, version), kind, partial(build, kind=kind), examine_fmu)
+        FmuJob(
+            fmu_path(folder, model.name, kind, options.version),
+            kind,
+            partial(_build, model, kind=kind, options=options, platforms=platforms, zero=zero),
+            examine_fmu,
+        )
         for kind in kinds
     ]
     return build_in_place(folder, jobs, progress)
+
+
+def _build(
+    model: ModelFile, folder: Path, kind: Kind, options: BuildOptions, platforms: Sequence[Platform] | None, zero: float
+) -> Path:
+    author = options.author
+    if kind == "python":
+        return build_python_fmu(model, folder, platforms, zero, options.needs_execution_tool, author)
+    real_time, no_energy = options.real_time, options.no_energy
+    states, version = kind == "states", options.version
+    return build_native_fmu(model, folder, platforms, zero, author, states, version, real_time, no_energy)
 
 
 def build_fmu(
