@@ -239,10 +239,10 @@ def _as_record(source: Any, columns: Mapping[str, Any]) -> Record:
         if given:
             raise TypeError(f"`{given[0]}` says how a file or a table is read, and {source.path} is a record already.")
         return source
-    if isinstance(source, str | os.PathLike):
-        return read_record(source, **columns)
     if hasattr(source, "columns"):
         return record_of_frame(source, **columns)
+    if isinstance(source, str | os.PathLike):
+        return read_record(source, **columns)
     raise TypeError(f"A record must be a path, a Record or a DataFrame, got {type(source).__name__}.")
 
 
