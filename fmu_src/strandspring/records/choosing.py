@@ -1,4 +1,4 @@
-"""Which table of a file holds the record: that with a displacement and a force, or the one that is named; its columns."""
+"""Which table of a file holds the record: that with a displacement and a force, or the named one; and its columns."""
 
 from __future__ import annotations
 
