@@ -62,15 +62,15 @@ if TYPE_CHECKING:
     from .errors import ModelError as ModelError
     from .errors import RecordError as RecordError
     from .errors import StrandspringError as StrandspringError
-    from .identification.outcomes import IdentificationError as IdentificationError
-    from .identification.outcomes import Outcome as Outcome
-    from .identification.refined import RefinedOptions as RefinedOptions
-    from .identification.search.scan import ScanOptions as ScanOptions
+    from .identification.methods.refined import RefinedOptions as RefinedOptions
+    from .identification.methods.scan_options import ScanOptions as ScanOptions
     from .loops.description_file import read_campaign as read_campaign
     from .loops.selection import select as select
     from .model.conversions import ClassicBoucWen as ClassicBoucWen
     from .model.conversions import NormalizedBoucWen as NormalizedBoucWen
     from .model.modelfile import model_schema as model_schema
+    from .model.outcomes import IdentificationError as IdentificationError
+    from .model.outcomes import Outcome as Outcome
     from .peers.limit_cycle import limit_cycle as limit_cycle
     from .peers.ni_spring import NiOptions as NiOptions
     from .peers.two_stage_options import TwoStageOptions as TwoStageOptions
@@ -86,19 +86,19 @@ _MODULES = {
     "Cluster": "campaigns.jobs.cluster",
     "Comparison": "api.comparing.comparison",
     "Identification": "api.identifying.identification",
-    "IdentificationError": "identification.outcomes",
+    "IdentificationError": "model.outcomes",
     "Information": "api.identifying.information",
     "Isolation": "api.vibration.isolation",
     "ManyResult": "api.identifying.many",
     "ModelError": "errors",
     "NiOptions": "peers.ni_spring",
     "NormalizedBoucWen": "model.conversions",
-    "Outcome": "identification.outcomes",
+    "Outcome": "model.outcomes",
     "Prediction": "api.identifying.prediction",
     "Record": "records.record",
     "RecordError": "errors",
-    "RefinedOptions": "identification.refined",
-    "ScanOptions": "identification.search.scan",
+    "RefinedOptions": "identification.methods.refined",
+    "ScanOptions": "identification.methods.scan_options",
     "ReportDetails": "report.details",
     "Simulation": "api.vibration.simulating",
     "Spring": "api.spring",

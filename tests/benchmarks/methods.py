@@ -37,7 +37,7 @@ from strandspring import (
     identify,
     read_record,
 )
-from strandspring.identification.method import Method
+from strandspring.identification.methods.method import Method
 from strandspring.identification.points.noise import force_noise
 from strandspring.loops.strokes import find_strokes
 from strandspring.peers.ni import PAPER_NI, NiParameters, sine_period, with_noise

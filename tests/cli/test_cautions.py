@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from strandspring import Outcome
 from strandspring.cli.shared.cautions import in_few_words
 from strandspring.cli.shared.output import with_flags
-from strandspring.identification.outcomes import by_harm
+from strandspring.model.outcomes import by_harm
 from synthetic import record_of, sine, spring_of
 from terminal import Terminal
 

@@ -17,7 +17,7 @@ from strandspring import (
     TwoStageOptions,
     identify,
 )
-from strandspring.identification.method import Method
+from strandspring.identification.methods.method import Method
 from strandspring.identification.points.steady_part import find_steady_part
 from strandspring.peers.ni import PAPER_NI, sine_period, with_noise
 from synthetic import record_of, sine, spring_of

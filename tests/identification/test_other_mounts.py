@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 from strandspring import RefinedOptions, identify
+from strandspring.identification.methods.refined import KEEP
 from strandspring.identification.points.loops import gather
 from strandspring.identification.points.steady_part import find_steady_part
-from strandspring.identification.refined import KEEP
 from strandspring.identification.rig.corrected import Corrected
 from strandspring.identification.rig.other_mounts import stop_operators
 from strandspring.identification.rig.rig import Effect, Rig

@@ -7,8 +7,8 @@ import pytest
 
 from strandspring import NormalizedBoucWen
 from strandspring.errors import RecordError
-from strandspring.identification.outcomes import IdentificationError, Outcome
 from strandspring.kernel.path import PathSolver
+from strandspring.model.outcomes import IdentificationError, Outcome
 from strandspring.peers.limit_cycle import limit_cycle
 
 pytestmark = pytest.mark.slow

@@ -18,7 +18,7 @@ from .._version import __version__
 from ..errors import StrandspringError
 from ..ground.endings import handled_endings
 from ..ground.files import readable, reason_of
-from ..identification.outcomes import IdentificationError
+from ..model.outcomes import IdentificationError
 from .shared.output import drop_failing_output, note, result_json, with_flags
 
 # Each command is defined in the module of its name, which is imported only to run it or to show its help.

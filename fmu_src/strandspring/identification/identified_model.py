@@ -9,12 +9,12 @@ from typing import Any
 from .._version import __version__
 from ..core.parameters import SpringParameters
 from ..model.modelfile import ModelFile
+from ..model.outcomes import Outcome
 from ..records.record import Record
 from .certainty.figures import RecordFit, both_figures, overall_figures
 from .certainty.lack_of_fit import LackOfFit
 from .certainty.prediction_interval import PredictionBand
 from .certainty.recorded_energies import LoopEnergy
-from .outcomes import Outcome
 from .points.steady_part import SteadyRecord
 from .unrecorded.small_loops import SmallLoops
 

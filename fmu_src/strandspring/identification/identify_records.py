@@ -15,6 +15,7 @@ from threadpoolctl import ThreadpoolController
 from ..errors import RecordError
 from ..kernel.path import PathSolver
 from ..loops.strokes import find_strokes
+from ..model.outcomes import IdentificationError, Outcome, by_harm
 from ..records.record import Record
 from ..records.spikes import spikes_of
 from .certainty.figures import (
@@ -30,13 +31,12 @@ from .certainty.prediction_interval import PredictionInterval
 from .certainty.recorded_energies import recorded_energies
 from .certainty.saved_spring import differences, is_worse_than_a_line
 from .identified_model import IdentifiedModel
-from .method import Method, checked_method
-from .outcomes import IdentificationError, Outcome, by_harm
+from .methods.method import Method, checked_method
+from .methods.refined import RefinedOptions
 from .points.loops import Loops, join
 from .points.steady_part import SteadyRecord, find_steady_part
 from .points.turns import turns_between_samples
 from .points.unit_check import refuse_differing_units
-from .refined import RefinedOptions
 from .unrecorded.small_loops import small_loops
 
 _POOR_RNL = 0.9

@@ -8,9 +8,9 @@ import numpy as np
 
 from ..records.record import Record
 from .identified_model import IdentifiedModel
+from .methods.refined import RefinedOptions
 from .points.unit_check import implausible_sizes
 from .points.usable import dwells_without_relaxation
-from .refined import RefinedOptions
 from .rig.known_rig import KnownRig, unknown_effects
 
 

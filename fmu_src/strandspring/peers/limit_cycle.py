@@ -34,11 +34,11 @@ from numpy.typing import ArrayLike
 
 from ..errors import RecordError
 from ..identification.least_squares.stages import N_BOUNDS, SIGMA_BOUNDS
-from ..identification.outcomes import IdentificationError, Outcome
 from ..kernel.arrays import FloatArray
 from ..loops.noise_levels import noise_level
 from ..loops.turning import turning_points
 from ..model.conversions import NormalizedBoucWen
+from ..model.outcomes import IdentificationError, Outcome
 from .periods import Periods, whole_periods
 
 _SCAN_N, _SCAN_STIFFNESS = 12, 24  # values tried before the minimum is bracketed

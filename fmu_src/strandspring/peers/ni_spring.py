@@ -14,12 +14,13 @@ import numpy as np
 
 from ..errors import RecordError
 from ..identification.least_squares.stages import Backbone, Hysteresis
-from ..identification.method import Fitted, Method
-from ..identification.outcomes import IdentificationError, Outcome
+from ..identification.methods.fitted import Fitted, fitted
+from ..identification.methods.method import Method
 from ..identification.points.loops import Loops
 from ..identification.points.polynomials import Basis
 from ..identification.points.steady_part import SteadyRecord
-from ..identification.search.solution import Solution, fitted
+from ..identification.search.solution import Solution
+from ..model.outcomes import IdentificationError, Outcome
 from .ni import NiParameters
 from .ni_method import NiOutcome, ni_method, plausible_start
 

@@ -9,10 +9,10 @@ from typing import ClassVar, Literal
 import numpy as np
 
 from ..errors import RecordError
-from ..identification.method import Fitted, Method
+from ..identification.methods.fitted import Fitted, fitted
+from ..identification.methods.method import Method
 from ..identification.points.loops import join
 from ..identification.points.steady_part import SteadyRecord
-from ..identification.search.solution import fitted
 from ..identification.search.two_stage import Stages, two_stage, whole_branches
 from ..records.record import Record
 from .periods import whole_periods

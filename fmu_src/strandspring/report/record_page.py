@@ -8,10 +8,10 @@ from pathlib import Path, PurePath
 import numpy as np
 
 from .._version import __version__
-from ..identification.outcomes import IdentificationError
 from ..identification.points.steady_part import find_steady_part
 from ..loops.overview import RecordOverview, overview
 from ..loops.strokes import IndexArray
+from ..model.outcomes import IdentificationError
 from ..records.record import Record
 from .blocks import Block, Content, Gallery, Level, Notice, Section, Table, Text
 from .chart import Axis, Chart, Form, Role, Trace

@@ -9,8 +9,8 @@ from .._version import __version__
 from ..identification.certainty.prediction_interval import PredictionInterval
 from ..identification.identified_model import IdentifiedModel
 from ..identification.notes import notes_on
-from ..identification.outcomes import Outcome
 from ..model.modelfile import ModelFile
+from ..model.outcomes import Outcome
 from ..model.stated_figures import differ, energy_ratio
 from . import report_tables as tables
 from .blocks import Block, Content, Facts, Gallery, Level, Notice, Section, Signatures, Text, Tile, Tiles

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from ..identification.outcomes import Outcome
 from ..loops.campaign import campaign_verdicts
+from ..model.outcomes import Outcome
 from ..model.stated_figures import Figures, differ, energy_ratio
 from .blocks import Level, Notice
 from .engineering import EngineeringFigures

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from ...core.parameters import SpringParameters
 from ...identification.identify_records import identify_records
-from ...identification.refined import RefinedOptions
+from ...identification.methods.refined import RefinedOptions
 from ...records.record import Record
 from ..identifying.synthesis import synthesize
 from ..spring import Spring

@@ -11,11 +11,11 @@ from numpy.typing import ArrayLike
 
 from ...identification.identified_model import IdentifiedModel
 from ...identification.identify_records import identify_records
-from ...identification.method import Method
+from ...identification.methods.method import Method
 from ...identification.notes import notes_on
-from ...identification.outcomes import Outcome, by_harm
 from ...identification.rig.known_rig import KnownRig
 from ...model.joint import HYSTERETIC_UNITS
+from ...model.outcomes import Outcome, by_harm
 from ...model.stated_figures import differ, in_words
 from ...records.given import Source, given_records
 from ..common.result import Result

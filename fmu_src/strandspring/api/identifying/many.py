@@ -18,8 +18,8 @@ from ...campaigns.jobs.cluster import Cluster, cluster_of
 from ...campaigns.jobs.runners import Local
 from ...errors import RecordError
 from ...ground.arguments import optional_number, workers_of
-from ...identification.method import Method, checked_method
-from ...identification.refined import RefinedOptions
+from ...identification.methods.method import Method, checked_method
+from ...identification.methods.refined import RefinedOptions
 from ...loops.wanted import Wanted
 from ...model.joint import HYSTERETIC_UNITS
 from ...records.given import checked_units

@@ -14,8 +14,8 @@ import numpy as np
 
 from ...errors import StrandspringError
 from ...ground.files import readable, refuse_unwritable, write_text
-from ...identification.outcomes import Outcome
 from ...kernel.arrays import FloatArray
+from ...model.outcomes import Outcome
 from ..jobs.cluster import Cluster
 from ..jobs.runners import JobError, Runner, finished_rows
 from .figures_in_batch import FIGURES, JUDGED, common_amplitude, figures_at, outlying

@@ -18,12 +18,12 @@ from ...errors import RecordError, StrandspringError
 from ...ground.files import opened, readable
 from ...identification.identified_model import IdentifiedModel
 from ...identification.identify_records import identify_records
-from ...identification.method import Method
+from ...identification.methods.method import Method
 from ...identification.notes import notes_on
-from ...identification.outcomes import Outcome
 from ...loops.wanted import Wanted
 from ...model.joint import HYSTERETIC_UNITS
 from ...model.modelfile import check_name
+from ...model.outcomes import Outcome
 from ...model.stated_figures import energy_ratio
 from ...records.content import MAX_BYTES
 from .sources import SpringFile

@@ -10,7 +10,7 @@ import click
 from ...api.common.text import verdict_json
 from ...api.identifying.identification import Identification
 from ...api.identifying.identification import identify as identify_records
-from ...identification.method import Method
+from ...identification.methods.method import Method
 from ...loops.campaign import campaign_verdicts
 from ...model.modelfile import ModelFile, save_model
 from ...peers.rivals.ranking import Ranking

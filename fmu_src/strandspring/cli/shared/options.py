@@ -14,10 +14,10 @@ import click
 from ...campaigns.jobs.cluster import PATIENCE, Cluster
 from ...campaigns.jobs.runners import JobError
 from ...errors import ModelError, RecordError, StrandspringError
-from ...identification.method import Method
-from ...identification.refined import KEEP, RefinedOptions
+from ...identification.methods.method import Method
+from ...identification.methods.refined import KEEP, RefinedOptions
+from ...identification.methods.scan_options import ScanOptions
 from ...identification.rig.rig import STATES
-from ...identification.search.scan import ScanOptions
 from ...loops.description_file import entries
 from ...loops.wanted import Wanted
 from ...loops.windows import is_window

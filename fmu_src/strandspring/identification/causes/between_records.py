@@ -20,8 +20,8 @@ from ...kernel.arrays import FloatArray
 from ...loops.cycles import Cycle, find_cycles
 from ...loops.loop import group_by_amplitude
 from ...loops.strokes import find_strokes
+from ...model.outcomes import Outcome
 from ...records.record import Record
-from ..outcomes import Outcome
 from ..rig.rig import Effect
 
 _LEAST = 0.03  # difference that is reported, share of the height or of the stiffness

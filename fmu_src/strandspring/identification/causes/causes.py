@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from ..outcomes import Outcome
+from ...model.outcomes import Outcome
 from ..rig.rig import Effect, Rig
 from ..search.search import Candidate
 from .backlash import backlash

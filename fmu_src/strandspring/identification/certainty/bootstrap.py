@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from ...model.outcomes import IdentificationError, Outcome
 from ..least_squares.linearised import Linearised
 from ..least_squares.projection import Problem
 from ..least_squares.refinement import FAIR_TOLERANCE
-from ..outcomes import IdentificationError, Outcome
 
 
 def bootstrap(linear: Linearised, repetitions: int, seed: int, where: str) -> dict[str, float]:

@@ -12,8 +12,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from ...kernel.arrays import FloatArray
+from ...model.outcomes import Outcome
 from ...records.record import Record
-from ..outcomes import Outcome
 from ..points.steady_part import SteadyRecord
 from .figures import RecordFit, chosen_samples, overall
 from .recorded_energies import LoopEnergy

@@ -7,8 +7,8 @@ import numpy as np
 from ...kernel.arrays import FloatArray
 from ...loops.cycles import find_cycles
 from ...loops.noise_levels import noise_level
+from ...model.outcomes import Outcome
 from ...records.record import Record
-from ..outcomes import Outcome
 
 _NOISE = 4.0  # standard deviations of the work that noise seems to do
 _LEAST = 1e-4  # height of a loop that is called none, share of the force range

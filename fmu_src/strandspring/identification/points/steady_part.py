@@ -12,8 +12,8 @@ from ...kernel.arrays import FloatArray
 from ...loops.noise_levels import least_reversal, noise_level
 from ...loops.strokes import Strokes, find_strokes
 from ...loops.turning import turning_points
+from ...model.outcomes import IdentificationError, Outcome
 from ...records.record import Record
-from ..outcomes import IdentificationError, Outcome
 from .direction import correlation, least_lag, wrong_way
 from .loops import POINTS_PER_STROKE, Loops, gather
 from .usable import usable_samples

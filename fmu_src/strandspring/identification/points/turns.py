@@ -12,7 +12,7 @@ from ...kernel.arrays import FloatArray
 from ...loops.left_out import BoolArray
 from ...loops.noise_levels import median
 from ...loops.strokes import Strokes
-from ..outcomes import Outcome
+from ...model.outcomes import Outcome
 from .steady_part import SteadyRecord
 
 _ENOUGH = 100.0  # samples per cycle from which only a change of the force is reported

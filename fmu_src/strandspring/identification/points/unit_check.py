@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...kernel.arrays import FloatArray
-from ..outcomes import IdentificationError, Outcome
+from ...model.outcomes import IdentificationError, Outcome
 from .steady_part import MeanLoop, SteadyRecord, mean_loop
 
 _THOUSAND = 1000.0

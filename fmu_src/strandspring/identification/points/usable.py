@@ -9,8 +9,8 @@ import numpy as np
 from ...loops.left_out import BoolArray, Dwells, clipped_samples, dwells
 from ...loops.noise_levels import median
 from ...loops.strokes import Strokes, find_strokes
+from ...model.outcomes import Outcome
 from ...records.record import Record
-from ..outcomes import Outcome
 
 _RELAXED = 0.01  # change of force during dwells that counts, share of the force's standard deviation
 _SEEN = 4.0  # change of force during dwells that is no noise, in its standard deviations

@@ -18,9 +18,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from ...model.outcomes import IdentificationError
 from ..least_squares.projection import Problem
 from ..least_squares.refinement import FAIR_TOLERANCE
-from ..outcomes import IdentificationError
 from ..points.polynomials import Basis
 from ..points.steady_part import find_steady_part
 from ..points.table import TableBasis

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from typing import Any
 
-from ..outcomes import Outcome
+from ...model.outcomes import Outcome
 from .rig import Effect, Sizes
 
 CAUTIONS = {

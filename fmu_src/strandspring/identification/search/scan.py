@@ -6,43 +6,21 @@ gridded through what it means: the share of the longest stroke within which the 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import cache, lru_cache
-from typing import ClassVar
 
 import numpy as np
 
 from ...kernel.arrays import FloatArray
 from ..least_squares.stages import Hysteresis, fit_backbone
-from ..method import Fitted, Method
-from ..points.loops import Loops, join
+from ..points.loops import Loops
 from ..points.polynomials import Basis, Columns
-from ..points.steady_part import SteadyRecord
 from .degrees import choose_degrees
-from .solution import Solution, fitted, is_distinct, saturation_distance
+from .solution import Solution, is_distinct, saturation_distance
 
 _N = (0.1, 0.2, 0.4, 0.8, 1.6, 4.0, 10.0)
 _SIGMA = (0.5, 1.0, 2.5, 8.0)
 _SCANNED = 300  # points on which local minima are looked for
 _SHARES = (0.03, 0.06, 0.12, 0.25, 0.4, 0.6, 0.8, 1.1, 1.6)
-
-
-@dataclass(frozen=True)
-class ScanOptions(Method):
-    """Options of the scan.
-
-    Parameters
-    ----------
-    degrees : (int, int) or None   Degrees N of FE and M of FA; chosen from the data if None.
-    """
-
-    name: ClassVar[str] = "scan"
-
-    def fit(self, parts: Sequence[SteadyRecord], where: str) -> Fitted:
-        """Identify by the best point of the grid."""
-        loops = join([part.loops for part in parts])
-        return fitted(loops, scan(loops, self.degrees), where)
 
 
 def scan(loops: Loops, degrees: tuple[int, int] | None) -> Solution | None:

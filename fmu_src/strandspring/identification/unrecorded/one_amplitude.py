@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from ..outcomes import Outcome
+from ...model.outcomes import Outcome
 from ..rig.corrected import Corrected
 from ..rig.effects import hinted_effects
 from ..rig.rig import Effect, Rig

@@ -15,9 +15,9 @@ from ...core.parameters import SpringParameters
 from ...kernel.arrays import FloatArray
 from ...kernel.points import RecordPoints
 from ...model.joint import JointCovariance
+from ...model.outcomes import IdentificationError
 from ..certainty.intervals import NORMAL_95
 from ..certainty.recorded_energies import LoopEnergy
-from ..outcomes import IdentificationError
 from ..points.loops import ONE_AMPLITUDE
 from ..search.search import CLOSE, Candidate
 from ..search.solution import spring_of

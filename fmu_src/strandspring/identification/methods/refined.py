@@ -8,41 +8,42 @@ from dataclasses import dataclass, replace
 from importlib.util import find_spec
 from typing import Any, ClassVar, NamedTuple
 
-from ..core.parameters import SpringParameters
-from ..errors import RecordError
-from ..ground.arguments import seed_of, whole
-from ..kernel.arrays import FloatArray
-from ..kernel.path import PathSolver
-from ..records.record import Record
-from .causes.causes import causes_in
-from .certainty.bootstrap import bootstrap
-from .certainty.figures import periodic_start
-from .certainty.lack_of_fit import LackOfFit
-from .certainty.posterior import posterior
-from .certainty.prediction_interval import PredictionBand, PredictionInterval, prediction_interval
-from .certainty.uncertainty import is_sigma_uncertain, uncertainty
-from .least_squares.linearised import Linearised
-from .least_squares.projection import Refinement
-from .least_squares.refinement import Samples, refine
-from .method import Fitted, Method
-from .outcomes import IdentificationError, Outcome
-from .points.loops import POINTS_PER_STROKE, Loops
-from .points.noise import force_noise
-from .points.polynomials import Basis
-from .points.steady_part import SteadyRecord
-from .rig.corrected import Corrected, rms_in
-from .rig.effects import find_delayed, other_effects
-from .rig.known_rig import KnownRig
-from .rig.other_mounts import nearest_mount
-from .rig.removal import Kept, find_removable
-from .rig.rig import STATES, Effect, Rig, Sizes
-from .rig.rig_effects import CAUTIONS, RELAXING, described, detail, with_other_effects
-from .rig.spring_alone import spring_alone
-from .search.search import CLOSE, PILOT, Candidate, bending_more, is_explained, search
-from .search.solution import cautions_of, is_positive, refuse_too_few, saturation_share, spring_of
-from .unrecorded.one_amplitude import one_amplitude_doubts
-from .unrecorded.small_loops import loop_energy, rival_springs, springs_of, undecided_energy
-from .unrecorded.wider_class import unrecorded
+from ...core.parameters import SpringParameters
+from ...errors import RecordError
+from ...ground.arguments import seed_of, whole
+from ...kernel.arrays import FloatArray
+from ...kernel.path import PathSolver
+from ...model.outcomes import IdentificationError, Outcome
+from ...records.record import Record
+from ..causes.causes import causes_in
+from ..certainty.bootstrap import bootstrap
+from ..certainty.figures import periodic_start
+from ..certainty.lack_of_fit import LackOfFit
+from ..certainty.posterior import posterior
+from ..certainty.prediction_interval import PredictionBand, PredictionInterval, prediction_interval
+from ..certainty.uncertainty import is_sigma_uncertain, uncertainty
+from ..least_squares.linearised import Linearised
+from ..least_squares.projection import Refinement
+from ..least_squares.refinement import Samples, refine
+from ..points.loops import POINTS_PER_STROKE, Loops
+from ..points.noise import force_noise
+from ..points.polynomials import Basis
+from ..points.steady_part import SteadyRecord
+from ..rig.corrected import Corrected, rms_in
+from ..rig.effects import find_delayed, other_effects
+from ..rig.known_rig import KnownRig
+from ..rig.other_mounts import nearest_mount
+from ..rig.removal import Kept, find_removable
+from ..rig.rig import STATES, Effect, Rig, Sizes
+from ..rig.rig_effects import CAUTIONS, RELAXING, described, detail, with_other_effects
+from ..rig.spring_alone import spring_alone
+from ..search.search import CLOSE, PILOT, Candidate, bending_more, is_explained, search
+from ..search.solution import cautions_of, is_positive, refuse_too_few, saturation_share, spring_of
+from ..unrecorded.one_amplitude import one_amplitude_doubts
+from ..unrecorded.small_loops import loop_energy, rival_springs, springs_of, undecided_energy
+from ..unrecorded.wider_class import unrecorded
+from .fitted import Fitted
+from .method import Method
 
 # Points in all, and at least in a stroke, on which minima are looked for.
 _SEARCHED = 1000

@@ -1,54 +1,16 @@
-"""What the methods of identification have in common, and what they return."""
+"""What the methods of identification have in common."""
 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
-from dataclasses import dataclass, field
-from typing import Any, ClassVar
+from dataclasses import dataclass
+from typing import ClassVar
 
-from ..core.parameters import MAXIMUM_DEGREE, SpringParameters
-from ..kernel.arrays import FloatArray
-from ..records.record import Record
-from .certainty.lack_of_fit import LackOfFit
-from .certainty.prediction_interval import PredictionBand
-from .outcomes import Outcome
-from .points.steady_part import SteadyRecord
-
-
-@dataclass(frozen=True, eq=False)
-class Fitted:
-    """What a method returns.
-
-    Attributes
-    ----------
-    parameters : SpringParameters
-    cautions : dict                  Outcomes with their details, which may be empty.
-    steady_share : float             Where the steady section was taken to begin, share of the longest stroke.
-    omega_start : tuple of float     omega at the first sample of each record; 0 where it is empty.
-    uncertainty : dict               Content of the model file's field; empty if the method knows none.
-    band : PredictionBand or None
-    effects : dict                   Sizes of what the rig added, found or given, by name, in SI units.
-    predicted : tuple of ndarray     Force at every sample of each record, the rig's effects included [N]; empty where
-                                     the spring alone says it.
-    lack_of_fit : LackOfFit or None
-    other_energies : tuple of float  Energies of small loops that the records do not rule out [J].
-    alone : tuple of SteadyRecord    The steady parts without the rig's effects; empty if the method takes none out.
-    turning : tuple of SteadyRecord  The steady parts with reversals between their samples; empty if at samples.
-    """
-
-    parameters: SpringParameters
-    cautions: dict[Outcome, str]
-    steady_share: float
-    omega_start: tuple[float, ...] = ()
-    uncertainty: dict[str, Any] = field(default_factory=dict)
-    band: PredictionBand | None = None
-    effects: dict[str, Any] = field(default_factory=dict)
-    predicted: tuple[FloatArray, ...] = ()
-    lack_of_fit: LackOfFit | None = None
-    alone: tuple[SteadyRecord, ...] = ()
-    other_energies: tuple[float, ...] = ()
-    turning: tuple[SteadyRecord, ...] = ()
+from ...core.parameters import MAXIMUM_DEGREE
+from ...records.record import Record
+from ..points.steady_part import SteadyRecord
+from .fitted import Fitted
 
 
 @dataclass(frozen=True)

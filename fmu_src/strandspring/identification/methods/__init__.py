@@ -1,0 +1,1 @@
+"""Methods of identification; each fits one spring to the steady parts of its records."""
